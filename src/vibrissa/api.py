@@ -1,0 +1,278 @@
+"""One state, one curve, one onset: what a person uses in a notebook."""
+
+from dataclasses import dataclass
+from decimal import Decimal
+
+import numpy as np
+
+from vibrissa import collocation, shooting
+from vibrissa.curve import StickingCurve, StickingState
+from vibrissa.decimals import exact
+from vibrissa.equilibrium import clamp_moment, tip_slope
+from vibrissa.rod import deformed_shape
+from vibrissa.status import Status
+from vibrissa.stiction import read_curve
+from vibrissa.taper import FloatArray
+
+METHODS = (collocation.METHOD, shooting.METHOD)
+
+
+@dataclass(frozen=True)
+class EquilibriumState:
+    """One equilibrium of the rod with its tip held at a point of the surface.
+
+    Attributes
+    ----------
+    status : Status
+        ``solved`` or ``failed``.
+    message : str
+        Empty, or what went wrong and what to try.
+    theta, x1, eta : float
+        Taper factor and contact point relative to the clamp (L).
+    f, alpha : float
+        Contact force magnitude (E·I0/L²) and inclination (rad).
+    phi1 : float
+        Slope at the contact point (rad).
+    reaction_fx, reaction_fy, reaction_m : float
+        Clamp reactions, in units of E·I0/L² and E·I0/L.
+    residual : float
+        Equilibrium residual.
+    """
+
+    status: Status
+    message: str
+    theta: float
+    x1: float
+    eta: float
+    f: float
+    alpha: float
+    phi1: float
+    reaction_fx: float
+    reaction_fy: float
+    reaction_m: float
+    residual: float
+
+    @property
+    def penetrates(self) -> bool:
+        """Whether the point-contact shape passes through the surface (φ1 < 0)."""
+        return self.phi1 < 0.0
+
+    def shape(self, s: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Deformed shape with the clamp at the origin.
+
+        Parameters
+        ----------
+        s : ndarray, shape (points,), optional
+            Arc lengths from 0 to 1 (L); 101 equally spaced ones by default.
+
+        Returns
+        -------
+        x, y, phi : ndarray, shape (points,)
+            Position (L) and slope (rad).
+
+        Raises
+        ------
+        ValueError
+            If the state was not solved.
+        """
+        if self.status is Status.FAILED:
+            raise ValueError(f"a failed state has no shape: {self.message}")
+        s = np.linspace(0.0, 1.0, 101) if s is None else s
+        return deformed_shape(self.theta, self.f, self.alpha, self.x1, self.eta, s)
+
+
+@dataclass(frozen=True)
+class Onset:
+    """End of a period of sticking.
+
+    Attributes
+    ----------
+    status : Status
+        ``slip``, ``lock`` (μ0 > μ_lock: the tip never slips backward) or ``failed``.
+    message : str
+        What the status means here, and what to try.
+    x0_slip : float
+        Exact onset of slip (L); NaN unless the tip slips.
+    n_steps : int or None
+        Steps to the last sticking state; None without a step size or an onset.
+    x0_max : float
+        Last state of stiction on the step grid, the paper's x0,max (L); NaN likewise.
+    mu_lock : float
+        Largest friction coefficient at which the tip slips.
+    slip : StickingState
+        State at the exact onset.
+    residual : float
+        Largest equilibrium residual of the curve.
+    """
+
+    status: Status
+    message: str
+    x0_slip: float
+    n_steps: int | None
+    x0_max: float
+    mu_lock: float
+    slip: StickingState
+    residual: float
+
+
+def _check(theta: float, eta: float, method: str = collocation.METHOD) -> None:
+    if not (np.isfinite(theta) and theta >= 1.0):
+        raise ValueError(f"theta is base over tip diameter and must be at least 1, got {theta!r}")
+    if not 0.0 < eta < 1.0:
+        raise ValueError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}")
+    if method not in METHODS:
+        raise ValueError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+
+
+def solve_state(theta: float, eta: float, x1: float) -> EquilibriumState:
+    """Solve one equilibrium with the contact point at (x1, eta) relative to the clamp.
+
+    Parameters
+    ----------
+    theta : float
+        Taper factor, at least 1.
+    eta : float
+        Height of the contact point, 0 < eta < 1 (L).
+    x1 : float
+        Distance of the contact point from the clamp along the surface (L).
+
+    Returns
+    -------
+    EquilibriumState
+        The state on the branch that begins at α = 0, the one of lowest force.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range or the contact point is out of the rod's reach.
+
+    Examples
+    --------
+    The paper's Figure 8:
+
+    >>> state = solve_state(theta=1, eta=0.55, x1=0.15)
+    >>> print(f"{state.f:.3f} {state.phi1:.3f} {state.penetrates}")
+    22.983 -0.495 True
+    """
+    _check(theta, eta)
+    if not np.hypot(x1, eta) < 1.0:
+        raise ValueError(f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1")
+    solution, misfit, message = collocation.solve_offset(theta, eta, x1)
+    nan = float("nan")
+    if solution is None:
+        return EquilibriumState(Status.FAILED, message, theta, x1, eta, *(nan,) * 7)
+    fx, fy = float(solution.fx[0]), float(solution.fy[0])
+    return EquilibriumState(
+        Status.SOLVED,
+        message,
+        theta,
+        x1,
+        eta,
+        float(np.hypot(fx, fy)),
+        float(np.arctan2(fx, -fy)),
+        float(tip_slope(solution)[0]),
+        fx,
+        fy,
+        float(clamp_moment(solution)[0]),
+        misfit,
+    )
+
+
+def solve_curve(
+    theta: float, eta: float, method: str = collocation.METHOD, dx0: float | None = None
+) -> StickingCurve:
+    """Solve the sticking curve of one rod at one height, from α = 0 to locking.
+
+    Parameters
+    ----------
+    theta : float
+        Taper factor, at least 1.
+    eta : float
+        Height of the contact point, 0 < eta < 1 (L).
+    method : str
+        ``collocation`` or ``shooting``.
+    dx0 : float, optional
+        Footpoint displacement step (L); needed by ``shooting`` alone.
+
+    Returns
+    -------
+    StickingCurve
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+    """
+    _check(theta, eta, method)
+    if method == collocation.METHOD:
+        return collocation.solve_curves(np.array([theta]), np.array([eta]))[0]
+    if dx0 is None or not dx0 > 0.0:
+        raise ValueError(f"shooting needs a positive step dx0, got {dx0!r}")
+    return shooting.solve_curve(theta, eta, dx0)
+
+
+def solve_onset(
+    theta: float,
+    mu0: float | Decimal,
+    eta: float,
+    dx0: float | Decimal | None = None,
+    method: str = collocation.METHOD,
+) -> Onset:
+    """Solve for the end of one period of sticking.
+
+    Parameters
+    ----------
+    theta : float
+        Taper factor, at least 1.
+    mu0 : float or Decimal
+        Coefficient of static friction, positive.
+    eta : float
+        Height of the contact point, 0 < eta < 1 (L).
+    dx0 : float or Decimal, optional
+        Footpoint displacement step (L) for the paper's x0,max on the step grid.
+    method : str
+        ``collocation`` or ``shooting``, which needs `dx0`.
+
+    Returns
+    -------
+    Onset
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> onset = solve_onset(theta=2, mu0=0.4, eta=0.85, dx0=0.001)
+    >>> print(f"{onset.x0_slip:.6f} {onset.x0_max}")
+    0.052838 0.052
+    """
+    friction = exact(mu0)
+    if not friction > 0:
+        raise ValueError(f"mu0 must be positive, got {mu0!r}")
+    if dx0 is not None and not exact(dx0) > 0:
+        raise ValueError(f"dx0 must be positive, got {dx0!r}")
+    curve = solve_curve(theta, eta, method, None if dx0 is None else float(dx0))
+    stiction = read_curve(curve, [friction], [exact(1 if dx0 is None else dx0)])
+    status = stiction.status[0]
+    if status is Status.SLIP:
+        message = f"the tip slips at x0 = {stiction.x0_slip[0]:.6g}"
+    elif status is Status.LOCK:
+        message = (
+            f"the tip locks: it slips only for mu0 up to mu_lock = {curve.mu_lock:.6g}; "
+            "choose a smaller mu0 or an eta closer to 1 or another theta"
+        )
+    else:
+        message = curve.message
+    stepped = status is Status.SLIP and dx0 is not None
+    return Onset(
+        status,
+        message,
+        float(stiction.x0_slip[0]),
+        int(stiction.n_steps[0]) if stepped else None,
+        float(stiction.x0_max[0]) if stepped else float("nan"),
+        curve.mu_lock,
+        StickingState(*(column[0] for column in stiction.slip)),
+        curve.residual,
+    )

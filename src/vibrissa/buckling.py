@@ -1,0 +1,137 @@
+"""Where sticking begins: the buckled rod under a vertical force, α = 0.
+
+The critical load and the first mode of the clamped cone are known in closed form; the mode,
+scaled to the height η, starts Newton's iteration for the large deflection.
+"""
+
+import numpy as np
+from scipy.optimize import elementwise
+
+from vibrissa.equilibrium import (
+    Closure,
+    TipStates,
+    bending_moment,
+    solve,
+)
+from vibrissa.spectral import gauss_rule
+from vibrissa.taper import FloatArray, arc_density
+
+# Heights through which a strongly deflected state is approached where the buckling mode is too
+# far from it.
+CONTINUATION_STEPS = 12
+CONTINUATION_START = 0.98
+
+
+def _wave_number(theta: FloatArray) -> FloatArray:
+    """First root κ ∈ [π/2, π) of (θ − 1)·sin κ + κ·cos κ = 0."""
+    root = elementwise.find_root(
+        lambda kappa, theta: (theta - 1.0) * np.sin(kappa) + kappa * np.cos(kappa),
+        (np.full_like(theta, np.pi / 2), np.full_like(theta, np.pi)),
+        args=(theta,),
+    )
+    return np.asarray(root.x)
+
+
+def buckling_load(theta: FloatArray) -> FloatArray:
+    """Critical vertical load of the clamped cone with a free tip.
+
+    It is the limit of the contact force f as η → 1: the first root of
+    tan(θ·√f) = −θ·√f/(θ − 1).
+
+    Parameters
+    ----------
+    theta : ndarray, shape (n,)
+        Taper factors.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Load, in units of E·I0/L²; π²/4 at θ = 1.
+    """
+    theta = np.asarray(theta, dtype=float)
+    return (_wave_number(theta) / theta) ** 2
+
+
+def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
+    """Slope ψ = φ − π/2 of the first buckling mode, scaled to ψ(1) = −1.
+
+    With κ = θ·√f the moment is m ∝ d·sin(κ·(1 − τ)), which solves d⁴·m'' + f·m = 0, and
+    ψ = −m'/f.
+
+    Parameters
+    ----------
+    tau : ndarray, shape (points,)
+        Bending coordinate.
+    theta : ndarray, shape (n,)
+        Taper factors.
+
+    Returns
+    -------
+    ndarray, shape (n, points)
+        Slope, in units of its magnitude at the tip.
+    """
+    theta = np.asarray(theta, dtype=float)[:, None]
+    kappa = _wave_number(theta)
+    phase = kappa * (1.0 - tau)
+    mode = (theta - 1.0) * np.sin(phase) + kappa * (1.0 + (theta - 1.0) * tau) * np.cos(phase)
+    return -mode / (kappa * theta)
+
+
+def initial_states(
+    theta: FloatArray, eta: FloatArray, nodes: int
+) -> tuple[TipStates, FloatArray]:
+    """Solve the α = 0 states in which a period of sticking begins.
+
+    Parameters
+    ----------
+    theta, eta : ndarray, shape (n,)
+        Taper factors and heights.
+    nodes : int
+        Number of collocation nodes.
+
+    Returns
+    -------
+    states : TipStates
+        First-mode states bent towards +x; NaN where none was found.
+    converged : ndarray of bool, shape (n,)
+    """
+    states, converged = _vertical_states(_scaled_mode(theta, eta, nodes), eta)
+    missing = np.flatnonzero(~converged)
+    if len(missing):
+        # Far from buckling: lower the contact point step by step instead.
+        heights = CONTINUATION_START + np.linspace(0.0, 1.0, CONTINUATION_STEPS)[:, None] * (
+            eta[missing] - CONTINUATION_START
+        )
+        current = _scaled_mode(theta[missing], heights[0], nodes)
+        previous = None
+        for height in heights:
+            solution, found = _vertical_states(current, height)
+            current = solution if previous is None else _extrapolate(previous, solution)
+            previous = solution
+        states.put(missing, solution)
+        converged[missing] = found
+    return states, converged
+
+
+def _vertical_states(guess: TipStates, eta: FloatArray) -> tuple[TipStates, FloatArray]:
+    """Solve at α = 0 and keep only first-mode states bent towards +x."""
+    states, converged = solve(guess, eta, Closure(alpha=np.zeros(len(guess))))
+    # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image
+    first_mode = (bending_moment(states) < 0).all(axis=1) & (states.fy < 0)
+    return states, converged & first_mode
+
+
+def _scaled_mode(theta: FloatArray, eta: FloatArray, nodes: int) -> TipStates:
+    """Return the buckling mode with the amplitude that shortens the rod's height to about η."""
+    rule = gauss_rule(nodes)
+    mode = buckling_mode(rule.nodes, theta)
+    weights = rule.weights * arc_density(rule.nodes, theta[:, None])
+    amplitude = np.sqrt(2.0 * (1.0 - eta) / (weights * mode**2).sum(axis=1))
+    phi = np.pi / 2 + amplitude[:, None] * mode
+    return TipStates(theta, phi, np.zeros_like(theta), -buckling_load(theta))
+
+
+def _extrapolate(before: TipStates, last: TipStates) -> TipStates:
+    return TipStates(
+        last.theta, 2 * last.phi - before.phi, 2 * last.fx - before.fx, 2 * last.fy - before.fy
+    )

@@ -1,0 +1,121 @@
+"""Polynomial collocation on [0, 1]: Gauss–Legendre along the rod, Chebyshev along a curve.
+
+Everything here is linear algebra on fixed nodes and is cached by the number of nodes.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev, legendre
+
+from vibrissa.taper import FloatArray
+
+
+class GaussRule(NamedTuple):
+    """Gauss–Legendre nodes on [0, 1] and what can be done with values given there.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n,)
+        Nodes, increasing.
+    weights : ndarray, shape (n,)
+        Quadrature weights of ∫₀¹.
+    from_start : ndarray, shape (n, n)
+        Maps values at the nodes to ∫₀^τ at the nodes.
+    to_end : ndarray, shape (n, n)
+        Maps values at the nodes to ∫_τ¹ at the nodes.
+    to_coefficients : ndarray, shape (n, n)
+        Maps values at the nodes to Legendre coefficients.
+    """
+
+    nodes: FloatArray
+    weights: FloatArray
+    from_start: FloatArray
+    to_end: FloatArray
+    to_coefficients: FloatArray
+
+
+@lru_cache
+def gauss_rule(n: int) -> GaussRule:
+    """Gauss–Legendre rule with `n` nodes on [0, 1].
+
+    Parameters
+    ----------
+    n : int
+        Number of nodes, at least 1.
+
+    Returns
+    -------
+    GaussRule
+    """
+    t, _ = legendre.leggauss(n)
+    vandermonde = legendre.legvander(t, n)
+    degree = np.arange(n)
+    # leggauss loses three digits in the weights next to the ends; the Christoffel sum does not.
+    w = 1.0 / (vandermonde[:, :n] ** 2 @ (degree + 0.5))
+    to_coefficients = (degree + 0.5)[:, None] * (vandermonde[:, :n] * w[:, None]).T
+    # ∫₋₁ᵗ P_k = (P_{k+1}(t) − P_{k−1}(t)) / (2k + 1) for k ≥ 1, and t + 1 for k = 0
+    integrals = np.empty((n, n))
+    integrals[:, 0] = t + 1.0
+    integrals[:, 1:] = (vandermonde[:, 2:] - vandermonde[:, : n - 1]) / (2 * degree[1:] + 1)
+    from_start = 0.5 * integrals @ to_coefficients
+    weights = 0.5 * w
+    return GaussRule(0.5 * (t + 1.0), weights, from_start, weights - from_start, to_coefficients)
+
+
+@lru_cache
+def refinement_matrix(n: int, m: int) -> FloatArray:
+    """Interpolation from `n` Gauss nodes to both ends of [0, 1] and `m` Gauss nodes between.
+
+    Parameters
+    ----------
+    n, m : int
+        Numbers of nodes.
+
+    Returns
+    -------
+    ndarray, shape (m + 2, n)
+        Rows in the order τ = 0, the `m` nodes, τ = 1.
+    """
+    tau = np.concatenate([[0.0], gauss_rule(m).nodes, [1.0]])
+    return legendre.legvander(2.0 * tau - 1.0, n - 1) @ gauss_rule(n).to_coefficients
+
+
+@lru_cache
+def chebyshev_nodes(k: int) -> FloatArray:
+    """Chebyshev points of the second kind on [0, 1], increasing, ends included.
+
+    The points for `k` are every second one of the points for 2·k − 1, so that a refined curve
+    keeps the states it has.
+
+    Parameters
+    ----------
+    k : int
+        Number of points, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+    """
+    return 0.5 * (1.0 - np.cos(np.pi * np.arange(k) / (k - 1)))
+
+
+@lru_cache
+def chebyshev_transform(k: int) -> FloatArray:
+    """Matrix from values at `chebyshev_nodes(k)` to Chebyshev coefficients on [0, 1].
+
+    Parameters
+    ----------
+    k : int
+        Number of nodes.
+
+    Returns
+    -------
+    ndarray, shape (k, k)
+    """
+    vandermonde = chebyshev.chebvander(2.0 * chebyshev_nodes(k) - 1.0, k - 1)
+    # Discrete orthogonality with halved ends: the inverse in closed form, free of rounding growth.
+    half = np.ones(k)
+    half[[0, -1]] = 0.5
+    return (2.0 / (k - 1)) * half[:, None] * vandermonde.T * half

@@ -1,0 +1,101 @@
+"""Friction enters: what a sticking curve answers for every μ0 and Δx0.
+
+The exact onset x0_slip is where −tan α = μ0. On the step grid the paper's x0,max is the last state
+of stiction, the largest multiple of Δx0 that does not pass the onset; slip happens one step later.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibrissa.curve import StickingCurve, StickingState
+from vibrissa.decimals import last_step_within, step_position
+from vibrissa.status import Status
+from vibrissa.taper import FloatArray
+
+
+@dataclass(frozen=True)
+class Stiction:
+    """Periods of sticking on one curve, one for each pair of μ0 and Δx0.
+
+    Attributes
+    ----------
+    status : list of Status
+        ``slip``, ``lock`` or ``failed`` (as the curve did).
+    x0_slip : ndarray, shape (n,)
+        Exact onset of slip (L); NaN where there is none.
+    n_steps : ndarray of float, shape (n,)
+        Steps to the last sticking state; NaN where there is none.
+    x0_max : ndarray, shape (n,)
+        Last state of stiction on the step grid, n_steps·Δx0 (L).
+    penetrates : ndarray of bool, shape (n,)
+        Whether φ1 < 0 somewhere up to the last sticking state (up to the lock where it locks), so
+        that the point-contact shape passes through the surface.
+    init, last, slip : StickingState
+        States at α = 0, at the last sticking step and at the exact onset; NaN where there is none.
+    """
+
+    status: list[Status]
+    x0_slip: FloatArray
+    n_steps: FloatArray
+    x0_max: FloatArray
+    penetrates: NDArray[np.bool_]
+    init: StickingState
+    last: StickingState
+    slip: StickingState
+
+
+def read_curve(
+    curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decimal]
+) -> Stiction:
+    """Read periods of sticking off a curve.
+
+    Parameters
+    ----------
+    curve : StickingCurve
+    mu0, dx0 : sequence of Decimal, length n
+        Pairs of friction coefficient and exact step size (L).
+
+    Returns
+    -------
+    Stiction
+    """
+    n = len(mu0)
+    nan = np.full(n, np.nan)
+    if curve.status is Status.FAILED:
+        nothing = _states_where(curve, nan)
+        no = np.zeros(n, dtype=bool)
+        return Stiction([Status.FAILED] * n, nan, nan, nan, no, nothing, nothing, nothing)
+
+    x0_slip = curve.onset(np.array([float(mu) for mu in mu0]))
+    slips = np.isfinite(x0_slip)
+    n_steps, x0_max = nan.copy(), nan.copy()
+    for step in set(dx0):
+        rows = np.array([step == other for other in dx0]) & slips
+        count = last_step_within(x0_slip[rows], step)
+        n_steps[rows], x0_max[rows] = count, step_position(count, step)
+    sticks_until = np.where(slips, x0_max, curve.x0_lock)
+    return Stiction(
+        [Status.SLIP if slip else Status.LOCK for slip in slips],
+        x0_slip,
+        n_steps,
+        x0_max,
+        # At 0 already, or strictly before the last sticking state; NaN compares as no.
+        (curve.x0_touch == 0.0) | (curve.x0_touch < sticks_until),
+        _states_where(curve, np.zeros(n)),
+        _states_where(curve, x0_max),
+        _states_where(curve, x0_slip),
+    )
+
+
+def _states_where(curve: StickingCurve, x0: FloatArray) -> StickingState:
+    """States at the displacements that are not NaN, NaN elsewhere."""
+    columns = [np.full(x0.shape, np.nan) for _ in StickingState._fields]
+    exists = np.isfinite(x0)
+    if exists.any():
+        for column, values in zip(columns, curve.state(x0[exists]), strict=True):
+            column[exists] = values
+    return StickingState(*columns)
