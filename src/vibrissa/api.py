@@ -156,7 +156,9 @@ def solve_state(theta: float, eta: float, x1: float) -> EquilibriumState:
     """
     _check(theta, eta)
     if not np.hypot(x1, eta) < 1.0:
-        raise ValueError(f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1")
+        raise ValueError(
+            f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
+        )
     solution, misfit, message = collocation.solve_offset(theta, eta, x1)
     nan = float("nan")
     if solution is None:

@@ -77,9 +77,7 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
     return -mode / (kappa * theta)
 
 
-def initial_states(
-    theta: FloatArray, eta: FloatArray, nodes: int
-) -> tuple[TipStates, FloatArray]:
+def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[TipStates, FloatArray]:
     """Solve the α = 0 states in which a period of sticking begins.
 
     Parameters

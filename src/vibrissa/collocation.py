@@ -7,6 +7,7 @@ curve grows until the residual between the nodes and the decay of both series ar
 tolerance.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -79,6 +80,21 @@ def solve_curves(theta: FloatArray, eta: FloatArray) -> list[StickingCurve]:
         batch = slice(start, start + BATCH)
         curves += _solve_batch(theta[batch], eta[batch])
     return curves
+
+
+def solve_keys(keys: Sequence[Sequence[float]]) -> list[StickingCurve]:
+    """Solve the curves of a block; see `solve_curves`.
+
+    Parameters
+    ----------
+    keys : sequence of (theta, eta)
+
+    Returns
+    -------
+    list of StickingCurve
+    """
+    theta, eta = np.array(keys, dtype=float).reshape(-1, 2).T
+    return solve_curves(theta, eta)
 
 
 def solve_offset(theta: float, eta: float, offset: float) -> tuple[TipStates | None, float, str]:
@@ -227,9 +243,7 @@ def _solve_on_nodes(theta: FloatArray, eta: FloatArray, nodes: int) -> list[Stic
         rod_resolved = (at_states < RESIDUAL_TOLERANCE) & (decays < DECAY_TOLERANCE)
         values = _curve_values(path)
         resolved = (
-            rod_resolved
-            & (between < RESIDUAL_TOLERANCE)
-            & (_curve_decay(values) < DECAY_TOLERANCE)
+            rod_resolved & (between < RESIDUAL_TOLERANCE) & (_curve_decay(values) < DECAY_TOLERANCE)
         )
         for row, i in enumerate(index):
             if resolved[row]:
@@ -262,7 +276,9 @@ def _march_to_lock(
         guess = _extrapolated([s.take(active) for s in steps[-3:]])
         offset = x1_init[active] * (1.0 - len(steps) * MARCH_STEP)
         solution, converged = solve(guess, eta[active], Closure(offset=offset), operator[active])
-        state = TipStates(initial.theta, *(np.full_like(a, np.nan) for a in (initial.phi, initial.fx, initial.fy)))
+        state = TipStates(
+            initial.theta, *(np.full_like(a, np.nan) for a in (initial.phi, initial.fx, initial.fy))
+        )
         state.put(active, solution)
         steps.append(state)
         demand, before = (s.fx[active] / s.fy[active] for s in (steps[-1], steps[-2]))
@@ -369,9 +385,7 @@ def _path_residuals(
 
     def largest(path: _Path, position: FloatArray) -> FloatArray:
         offset = x1_init - position[:, None] * end
-        misfit = residual(
-            path.flat(), np.tile(eta, len(position)), Closure(offset=offset.ravel())
-        )
+        misfit = residual(path.flat(), np.tile(eta, len(position)), Closure(offset=offset.ravel()))
         # NaN marks a state that was not found
         return np.nan_to_num(misfit, nan=np.inf).reshape(len(position), -1).max(axis=0)
 

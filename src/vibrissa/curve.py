@@ -198,9 +198,7 @@ class _Interpolant(NamedTuple):
 
 
 def _interpolant(curve: StickingCurve) -> _Interpolant:
-    values = np.stack(
-        [curve.reaction_fx, curve.reaction_fy, curve.reaction_m, curve.phi1], axis=-1
-    )
+    values = np.stack([curve.reaction_fx, curve.reaction_fy, curve.reaction_m, curve.phi1], axis=-1)
     if curve.method == "collocation":
         end = curve.x0[-1]
         coefficients = chebyshev_transform(len(curve.x0)) @ values

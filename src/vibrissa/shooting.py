@@ -7,6 +7,7 @@ collapsed on a false minimum, and the recognition of locking.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -289,9 +290,7 @@ def solve_curve(
             f"the search missed the contact point by {worst:.1e} at x0 = "
             f"{step * (len(states) - 1):.6g}; use a smaller dx0 or method: collocation",
         )
-    values = [
-        (s.f * math.sin(s.alpha), -s.f * math.cos(s.alpha), s.m, s.phi1) for s in states
-    ]
+    values = [(s.f * math.sin(s.alpha), -s.f * math.cos(s.alpha), s.m, s.phi1) for s in states]
     return sticking_curve(
         theta,
         eta,
@@ -301,3 +300,17 @@ def solve_curve(
         np.array(values),
         worst,
     )
+
+
+def solve_keys(keys: Sequence[Sequence[float]]) -> list[StickingCurve]:
+    """Solve the curves of a block, one after the other; see `solve_curve`.
+
+    Parameters
+    ----------
+    keys : sequence of (theta, eta, dx0)
+
+    Returns
+    -------
+    list of StickingCurve
+    """
+    return [solve_curve(theta, eta, dx0) for theta, eta, dx0 in keys]

@@ -48,9 +48,7 @@ class Stiction:
     slip: StickingState
 
 
-def read_curve(
-    curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decimal]
-) -> Stiction:
+def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decimal]) -> Stiction:
     """Read periods of sticking off a curve.
 
     Parameters

@@ -1,0 +1,107 @@
+# `make` alone lists the targets. Everything runs in .venv, which is made from requirements.lock.
+
+SHELL := /bin/sh
+VENV := .venv
+PY := $(VENV)/bin/python
+# Written as the very last step of the installation: an interrupted one has no stamp and is redone.
+STAMP := $(VENV)/.complete
+PIP_INSTALL := $(PY) -m pip install -qq --no-input --disable-pip-version-check
+# Tried in this order; name one yourself with `make PYTHON=/path/to/python3 ...`.
+PYTHON := python3 python3.13 python3.12 python3.11
+# Limit the cores used by a study with `make reproduce CORES=2`.
+CORES := all
+
+# Only what is in .venv counts, not what the user has elsewhere.
+unexport PYTHONPATH
+unexport PYTHONHOME
+export PYTHONNOUSERSITE := 1
+
+# One BLAS/OpenMP thread in pytest; in the workflow's jobs Snakemake itself sets these variables
+# to the `threads:` of the rule.
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+
+.PHONY: help reproduce study setup test lint format lock clean
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make reproduce             install everything into .venv, run the study, list the figures"
+	@echo "make study STUDY=my.yaml   the same for the study in my.yaml instead of config.yaml"
+	@echo "                           (both take CORES=n to use only n cores)"
+	@echo "make test                  all tests"
+	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
+	@echo "make format                let ruff and snakefmt rewrite the source files"
+	@echo "make lock                  bring requirements.lock in line with pyproject.toml"
+	@echo "                           (UPGRADE=1: and move to the newest versions)"
+	@echo "make clean                 remove .venv and caches; results stay"
+
+reproduce: $(STAMP)
+	@$(PY) workflow/run.py --cores $(CORES)
+
+# Asked before the installation starts, not after it.
+ifeq ($(MAKECMDGOALS)$(STUDY),study)
+$(error Say which study: make study STUDY=path/to/my.yaml)
+endif
+study: $(STAMP)
+	@$(PY) workflow/run.py --cores $(CORES) --configfile "$(STUDY)"
+
+setup: $(STAMP)
+
+# The stamp holds the folder's path: in a moved or copied folder .venv still points to the old one.
+ifneq ($(shell cat $(STAMP) 2>/dev/null),$(CURDIR))
+.PHONY: $(STAMP)
+endif
+
+# Each shell test ends in one plain line for the user instead of a Python traceback.
+$(STAMP): requirements.lock pyproject.toml
+	@python=; for p in $(PYTHON); do \
+	    if "$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' \
+	        2>/dev/null; then python=$$p; break; fi; \
+	done; \
+	if [ -z "$$python" ]; then \
+	    echo "Python 3.11, 3.12 or 3.13 is needed; tried: $(PYTHON)." \
+	        "Install one, or name it: make PYTHON=/path/to/python3 ..." >&2; exit 1; \
+	fi; \
+	if ! "$$python" -c 'import venv, ensurepip' 2>/dev/null; then \
+	    echo "$$python has no working venv module (on Debian/Ubuntu: apt install python3-venv)." \
+	        >&2; exit 1; \
+	fi; \
+	echo "Setting up $(VENV) with $$("$$python" --version): downloading and installing the locked" \
+	    "packages, a minute or two ..."; \
+	rm -rf $(VENV) && "$$python" -m venv $(VENV)
+# setuptools first: one locked package (connection_pool) has no wheel, and pip would otherwise
+# fetch some setuptools without a pin or a hash to build it.
+	@awk '/^[a-z]/ { keep = /^setuptools==/ } keep' requirements.lock > $(VENV)/setuptools.lock
+	@$(PIP_INSTALL) --require-hashes -r $(VENV)/setuptools.lock
+	@$(PIP_INSTALL) --require-hashes --no-build-isolation --use-pep517 -r requirements.lock
+	@$(PIP_INSTALL) --no-deps --no-build-isolation --no-index --editable .
+	@echo "$(CURDIR)" > $(STAMP)
+
+test: $(STAMP)
+	@$(ONE_THREAD) $(PY) -m pytest $(ARGS)
+
+lint: $(STAMP)
+	$(PY) -m ruff check
+	$(PY) -m ruff format --check
+	$(PY) -m snakefmt --check Snakefile workflow
+	$(PY) workflow/lint.py
+	$(PY) -m mypy src
+
+format: $(STAMP)
+	$(PY) -m ruff check --fix
+	$(PY) -m ruff format
+	$(PY) -m snakefmt Snakefile workflow
+
+# One lock for Python 3.11-3.13, Linux and macOS; `fewest`: the same version on all of them.
+lock: $(STAMP)
+	@$(PY) -m uv pip compile pyproject.toml --extra dev --output-file requirements.lock --quiet \
+	    --universal --python-version 3.11 --fork-strategy fewest --generate-hashes \
+	    --no-emit-index-url --no-config --custom-compile-command "make lock" \
+	    $(if $(UPGRADE),--upgrade)
+	@echo "requirements.lock is written; put changed versions of direct dependencies into" \
+	    "environment.yml too (make test tells which)."
+
+# .snakemake stays: it remembers with which code and settings the results were made.
+clean:
+	rm -rf $(VENV) .pytest_cache .ruff_cache .mypy_cache .hypothesis build dist
+	find src tests workflow -name __pycache__ -type d -prune -exec rm -rf {} +
+	@echo "Results are kept; to drop those of one study: rm -r results/<study>"

@@ -1,0 +1,29 @@
+# A parameter study of the sticking period of a tapered rod. One study file decides what is
+# computed: config.yaml, or the one given with --configfile, which then takes its place.
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+# A configfile directive alone would merge the two files.
+if not workflow.overwrite_configfiles:
+
+    configfile: "config.yaml"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/solve.smk"
+include: "workflow/rules/scans.smk"
+include: "workflow/rules/figures.smk"
+
+
+rule all:
+    input:
+        f"{RESULTS}/tables/stiction.parquet",
+        f"{RESULTS}/tables/scans.parquet" if STUDY.scans else [],
+        f"{RESULTS}/tables/states.parquet" if STUDY.states else [],
+        expand(f"{RESULTS}/figures/{{figure}}.{{ending}}", figure=STUDY.figures, ending=ENDINGS),
+        f"{RESULTS}/figures/captions.md" if STUDY.figures else [],
+    default_target: True

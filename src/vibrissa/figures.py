@@ -1,0 +1,305 @@
+"""The figures, drawn from tables alone.
+
+Each kind of figure is a function of a table and of which of its rows to show; `draw` picks it by
+name. Lengths are in units of the rod's length L.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from vibrissa.files import write_atomically
+
+WIDTH = 6.3
+RESOLUTION = 200
+# Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+MARKERS = ("s", "D", "^", "o", "v", "P")
+SURFACE, SHAPE, START, END = "#555555", "#6d9dc5", "#0072b2", "#d55e00"
+
+STYLE = {
+    "font.size": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    # Identical files from identical tables
+    "svg.hashsalt": "vibrissa",
+}
+
+
+def draw(kind: str, table: pa.Table, selection: Mapping[str, Any]) -> Figure:
+    """Draw a figure.
+
+    Parameters
+    ----------
+    kind : str
+        ``taper``, ``friction``, ``scan``, ``period`` or ``state``.
+    table : pyarrow.Table
+        Table that the kind is drawn from (`vibrissa.tables`).
+    selection : mapping
+        Which rows: ``grid``, ``scan`` or ``state``, and values of the axes that are fixed.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    ValueError
+        If the selection leaves nothing to draw, or the kind is unknown.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"unknown kind of figure {kind!r}; allowed: {', '.join(KINDS)}")
+    rows = _select(table, selection)
+    if rows.empty:
+        raise ValueError(f"no rows to draw for {kind} figure with {dict(selection)}")
+    with matplotlib.rc_context(STYLE):
+        return KINDS[kind](rows)
+
+
+def save(figure: Figure, paths: Sequence[str | Path]) -> None:
+    """Write a figure in the formats of the paths' endings, each file whole or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    paths : sequence of path
+        Ending in ``.pdf``, ``.svg`` or ``.png``.
+    """
+    FigureCanvasAgg(figure)
+    dateless: dict[str, dict[str, str | None]] = {
+        ".pdf": {"CreationDate": None},
+        ".svg": {"Date": None},
+    }
+    with matplotlib.rc_context(STYLE):
+        for path in map(Path, paths):
+            with write_atomically(path) as temporary:
+                figure.savefig(
+                    temporary,
+                    format=path.suffix[1:],
+                    dpi=RESOLUTION,
+                    metadata=dateless.get(path.suffix),
+                )
+
+
+def _select(table: pa.Table, selection: Mapping[str, Any]) -> pd.DataFrame:
+    rows = table.to_pandas()
+    for name, value in selection.items():
+        if name == "grid":
+            rows = rows[[value in grids for grids in rows["grids"]]]
+        else:
+            rows = rows[rows[name] == value]
+    return rows
+
+
+def _axes(height: float) -> tuple[Figure, Axes]:
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    return figure, figure.subplots()
+
+
+def _taper(rows: pd.DataFrame) -> Figure:
+    """x0,max over θ for each μ0: the step grid's marks and the exact onset (paper Figure 6)."""
+    figure, axes = _axes(4.2)
+    for i, (mu0, series) in enumerate(rows.sort_values("theta").groupby("mu0")):
+        color = COLORS[i % len(COLORS)]
+        axes.plot(series["theta"], series["x0_slip"], color=color, linewidth=0.8)
+        axes.plot(
+            series["theta"],
+            series["x0_max"],
+            linestyle="none",
+            marker=MARKERS[i % len(MARKERS)],
+            markersize=5,
+            color=color,
+            label=rf"$\mu_0 = {mu0:g}$",
+        )
+    axes.plot([], [], color="black", linewidth=0.8, label="exact onset of slip")
+    axes.set_xlabel(r"taper factor $\theta = d_0/d_1$")
+    axes.set_ylabel(r"footpoint displacement $x_{0,\mathrm{max}}$ / $L$")
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.03)
+    axes.legend()
+    return figure
+
+
+def _friction(rows: pd.DataFrame) -> Figure:
+    """x0,max over μ0: levels of the step grid, exact onset and locking (paper Figure 7)."""
+    figure, axes = _axes(4.6)
+    rows = rows.sort_values("mu0")
+    slips = rows[rows["status"] == "slip"]
+    mu_lock = rows["mu_lock"].iloc[0]
+
+    def series(axes: Axes, size: float) -> None:
+        axes.plot(
+            slips["mu0"],
+            slips["x0_slip"],
+            color=COLORS[1],
+            linewidth=0.9,
+            label="exact onset of slip",
+        )
+        axes.plot(
+            slips["mu0"],
+            slips["x0_max"],
+            linestyle="none",
+            marker="o",
+            markersize=size,
+            color=COLORS[0],
+            label=rf"last state of stiction, $\Delta x_0 = {rows['dx0'].iloc[0]:g}$",
+        )
+
+    series(axes, 2.2)
+    if rows["mu0"].iloc[-1] > mu_lock:
+        axes.axvspan(mu_lock, rows["mu0"].iloc[-1], color="#eeeeee", linewidth=0)
+    axes.axvline(mu_lock, color=SURFACE, linewidth=0.9, linestyle="--")
+    axes.annotate(
+        rf"the tip locks above $\mu_\mathrm{{lock}} = {mu_lock:.4f}$",
+        (mu_lock, 0.03),
+        xycoords=("data", "axes fraction"),
+        xytext=(4, 0),
+        textcoords="offset points",
+        rotation=90,
+        ha="left",
+        va="bottom",
+        color=SURFACE,
+    )
+    axes.set_xlabel(r"coefficient of static friction $\mu_0$")
+    axes.set_ylabel(r"footpoint displacement $x_{0,\mathrm{max}}$ / $L$")
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.03)
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, 1.0))
+    _levels_inset(axes, slips, series)
+    return figure
+
+
+def _levels_inset(axes: Axes, slips: pd.DataFrame, series: Callable[[Axes, float], None]) -> None:
+    """Enlarge the first levels of the step grid where they are too many to be told apart."""
+    levels = np.unique(slips["n_steps"])
+    if len(levels) < 20:
+        return
+    window = slips[slips["n_steps"] <= levels[6]]
+    inset = axes.inset_axes((0.09, 0.40, 0.42, 0.38))
+    series(inset, 3.5)
+    step = slips["dx0"].iloc[0]
+    inset.set_xlim(window["mu0"].min() - 0.002, window["mu0"].max() + 0.002)
+    inset.set_ylim((levels[0] - 0.6) * step, (levels[6] + 1.4) * step)
+    inset.set_yticks(levels[:7] * step)
+    inset.yaxis.grid(True, linewidth=0.4, color="#cccccc")
+    inset.tick_params(labelsize=7)
+    for spine in inset.spines.values():
+        spine.set_visible(True)
+        spine.set_color("#999999")
+    inset.set_title("levels of the step grid", fontsize=8)
+    axes.indicate_inset_zoom(inset, edgecolor="#999999")
+
+
+def _scan(rows: pd.DataFrame) -> Figure:
+    """Shapes at every footpoint position of a scan (paper Figures 4 and 5)."""
+    starts = rows[rows["x0"] == 0]
+    figure, axes = _shape_axes(rows)
+    _shapes(axes, rows, color=SHAPE, linewidth=0.2)
+    _shapes(axes, starts, color=START, linewidth=1.3)
+    axes.plot([], [], color=START, linewidth=1.3, label=r"$\alpha = 0$: a period begins")
+    axes.plot([], [], color=SHAPE, linewidth=0.8, label="sticking")
+    axes.plot(rows["footpoint"], 0 * rows["footpoint"], ".", color="black", markersize=1.5)
+    _below(axes)
+    cycles = int(rows["cycle"].max())
+    _title(axes, rows, f"{cycles} stick-slip cycle{'s' if cycles > 1 else ''}")
+    return figure
+
+
+def _period(rows: pd.DataFrame) -> Figure:
+    """Shapes of the first period of sticking of a scan (paper Figure 3)."""
+    rows = rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")]
+    figure, axes = _shape_axes(rows)
+    _shapes(axes, rows, color=SHAPE, linewidth=0.3)
+    _shapes(axes, rows.iloc[[0]], color=START, linewidth=1.8)
+    _shapes(axes, rows.iloc[[-1]], color=END, linewidth=1.8)
+    axes.plot([], [], color=START, linewidth=1.8, label=r"first state, $\alpha = 0$")
+    axes.plot([], [], color=END, linewidth=1.8, label="last state of stiction")
+    axes.plot(rows["footpoint"], 0 * rows["footpoint"], ".", color="black", markersize=2.5)
+    _below(axes)
+    travel = rows["footpoint"].iloc[-1]
+    _title(axes, rows, rf"one period of sticking, $x_{{0,\mathrm{{max}}}} = {travel:g}$")
+    return figure
+
+
+def _state(rows: pd.DataFrame) -> Figure:
+    """Shape of a single equilibrium (paper Figure 8)."""
+    row = rows.iloc[0]
+    figure, axes = _shape_axes(rows)
+    _shapes(axes, rows, color=START, linewidth=1.8)
+    axes.plot(row["x1"], row["eta"], "o", color=END, markersize=5, zorder=3)
+    axes.annotate(
+        rf"$(x_1, y_1) = ({row['x1']:g}, {row['eta']:g})$"
+        "\n"
+        rf"$\varphi_1 = {row['phi1']:.3f}$ rad",
+        (row["x1"], row["eta"]),
+        xytext=(10, -34),
+        textcoords="offset points",
+        color=END,
+    )
+    top = int(np.argmax(row["shape_y"]))
+    if row["penetrates"]:
+        axes.annotate(
+            f"the rod passes through the surface\n(up to y = {row['shape_y'][top]:.4f})",
+            (row["shape_x"][top], row["shape_y"][top]),
+            xytext=(14, 14),
+            textcoords="offset points",
+            arrowprops={"arrowstyle": "-", "color": SURFACE},
+        )
+    axes.plot(0, 0, "s", color="black", markersize=7)
+    axes.set_ylim(top=row["shape_y"][top] + 0.14)
+    axes.set_xlim(min(row["shape_x"]) - 0.08, max(row["shape_x"]) + 0.45)
+    axes.set_title(rf"$\theta = {row['theta']:g}$, $f = {row['f']:.3f}$", fontsize=10)
+    return figure
+
+
+KINDS: dict[str, Callable[[pd.DataFrame], Figure]] = {
+    "taper": _taper,
+    "friction": _friction,
+    "scan": _scan,
+    "period": _period,
+    "state": _state,
+}
+
+
+def _shape_axes(rows: pd.DataFrame) -> tuple[Figure, Axes]:
+    """Axes of equal scale with the surface, on a page of the shapes' proportions."""
+    x = np.concatenate(list(rows["shape_x"]))
+    y = np.concatenate(list(rows["shape_y"]))
+    width = x.max() - x.min() + 0.1
+    height = max(y.max(), rows["eta"].iloc[0]) + 0.1
+    figure, axes = _axes(min(6.0, max(3.2, 5.6 * height / width)) + 0.9)
+    axes.set_aspect("equal")
+    eta = rows["eta"].iloc[0]
+    axes.axhline(eta, color=SURFACE, linewidth=1.2)
+    axes.axhspan(eta, eta + 0.03, facecolor="none", edgecolor="#aaaaaa", hatch="////", linewidth=0)
+    axes.set_xlim(x.min() - 0.05, x.max() + 0.05)
+    axes.set_ylim(-0.05, height)
+    axes.set_xlabel(r"$x$ / $L$")
+    axes.set_ylabel(r"$y$ / $L$")
+    return figure, axes
+
+
+def _shapes(axes: Axes, rows: pd.DataFrame, **style: Any) -> None:
+    for x, y in zip(rows["shape_x"], rows["shape_y"], strict=True):
+        axes.plot(x, y, solid_capstyle="round", **style)
+
+
+def _below(axes: Axes) -> None:
+    axes.figure.legend(loc="outside lower center", ncols=3, fontsize=9)
+
+
+def _title(axes: Axes, rows: pd.DataFrame, what: str) -> None:
+    row = rows.iloc[0]
+    axes.set_title(
+        rf"$\theta = {row['theta']:g}$, $\mu_0 = {row['mu0']:g}$, $\eta = {row['eta']:g}$: {what}",
+        fontsize=10,
+    )

@@ -1,0 +1,251 @@
+"""The study grid: axes of exact decimals, named grids, and the blocks that jobs work on.
+
+A *point* is (θ, μ0, η, Δx0). A *curve key* names what has to be solved for it: (θ, η), and Δx0 as
+well where the solver walks along the steps. A *block* is a fixed set of curve keys, solved by one
+job and named by a hash of its contents. Everything here is light enough for a Snakefile.
+"""
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from itertools import product
+from typing import NamedTuple
+
+from vibrissa.decimals import exact, spell
+
+AXES = ("theta", "mu0", "eta", "dx0")
+
+# A curve key: the values spelled as plain decimals, in the order theta, eta and perhaps dx0.
+CurveKey = tuple[str, ...]
+Blocks = dict[str, tuple[CurveKey, ...]]
+
+
+class Point(NamedTuple):
+    """A grid point, in exact decimals."""
+
+    theta: Decimal
+    mu0: Decimal
+    eta: Decimal
+    dx0: Decimal
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Product of four axes.
+
+    Attributes
+    ----------
+    theta, mu0, eta, dx0 : tuple of Decimal
+        Distinct values, increasing.
+    """
+
+    theta: tuple[Decimal, ...]
+    mu0: tuple[Decimal, ...]
+    eta: tuple[Decimal, ...]
+    dx0: tuple[Decimal, ...]
+
+    def points(self) -> Iterable[Point]:
+        """All points of the grid."""
+        return (Point(*values) for values in product(self.theta, self.mu0, self.eta, self.dx0))
+
+    def curve_keys(self, by_step: bool) -> Iterable[CurveKey]:
+        """Return the curves that the grid needs, one for each step size if `by_step`."""
+        axes = (self.theta, self.eta, self.dx0) if by_step else (self.theta, self.eta)
+        return (_spelled_key(values) for values in product(*axes))
+
+    def readings(self, key: CurveKey) -> Iterable[tuple[Decimal, Decimal]]:
+        """Pairs of μ0 and Δx0 that the grid reads off a curve; none if it does not use it."""
+        theta, eta, *step = (Decimal(value) for value in key)
+        if theta not in self.theta or eta not in self.eta:
+            return ()
+        return product(self.mu0, [dx0 for dx0 in self.dx0 if not step or dx0 == step[0]])
+
+
+def axis(values: Sequence[float] | Mapping[str, float]) -> tuple[Decimal, ...]:
+    """Exact values of an axis, in increasing order and without repetition.
+
+    Parameters
+    ----------
+    values : sequence of numbers, or mapping
+        The values, or ``start``, ``stop`` (included) and ``step``.
+
+    Returns
+    -------
+    tuple of Decimal
+
+    Raises
+    ------
+    ValueError
+        If a value is not a finite number, or the stop is not a whole number of steps from the
+        start.
+    """
+    if not isinstance(values, Mapping):
+        return tuple(sorted({exact(value) for value in values}))
+    start, stop, step = (exact(values[name]) for name in ("start", "stop", "step"))
+    steps, rest = divmod(stop - start, step)
+    if stop < start or rest:
+        raise ValueError(
+            f"stop {spell(stop)} must be start {spell(start)} plus a whole number of steps of "
+            f"{spell(step)}"
+        )
+    return tuple((start + i * step).normalize() for i in range(int(steps) + 1))
+
+
+def curve_key(point: Point, by_step: bool) -> CurveKey:
+    """Key of the curve that a point is read off; see `curve_keys` for `by_step`."""
+    return _spelled_key(
+        (point.theta, point.eta, point.dx0) if by_step else (point.theta, point.eta)
+    )
+
+
+def _spelled_key(values: Iterable[Decimal]) -> CurveKey:
+    return tuple(spell(value) for value in values)
+
+
+def curve_keys(grids: Iterable[Grid], by_step: bool) -> list[CurveKey]:
+    """Curves that a study needs, each once, ordered by η, then θ, then Δx0.
+
+    Parameters
+    ----------
+    grids : iterable of Grid
+    by_step : bool
+        Whether a curve belongs to one Δx0 (shooting) or serves all (collocation).
+
+    Returns
+    -------
+    list of CurveKey
+    """
+    keys = {key for grid in grids for key in grid.curve_keys(by_step)}
+    return sorted(keys, key=_order)
+
+
+def partition(keys: Sequence[CurveKey], size: int, known: Blocks) -> Blocks:
+    """Distribute curves over blocks, keeping every block that exists.
+
+    An extended grid adds blocks for what is new and leaves the rest as it is, wherever on an axis
+    the new values lie: nothing is renamed and nothing solved twice.
+
+    Parameters
+    ----------
+    keys : sequence of CurveKey
+        Curves that are needed.
+    size : int
+        Largest number of curves in a new block.
+    known : dict
+        Blocks that exist, by name.
+
+    Returns
+    -------
+    dict
+        Blocks that hold at least one needed curve, known ones first.
+
+    Raises
+    ------
+    ValueError
+        If the size is not positive.
+    """
+    if size < 1:
+        raise ValueError(f"a block holds at least one curve, got block_size {size}")
+    wanted = set(keys)
+    blocks = {name: members for name, members in known.items() if wanted.intersection(members)}
+    wanted.difference_update(*blocks.values())
+    new = [key for key in keys if key in wanted]
+    for first in range(0, len(new), size):
+        members = tuple(new[first : first + size])
+        blocks[block_name(members)] = members
+    return blocks
+
+
+def block_name(members: Sequence[CurveKey]) -> str:
+    """Name of a block: a hash of its curves, the same wherever and whenever it is made."""
+    text = ";".join(",".join(key) for key in members)
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def block_readings(
+    members: Sequence[CurveKey], grids: Mapping[str, Grid]
+) -> dict[str, dict[str, list[str]]]:
+    """Grids that read a block's curves, cut down to the part of them that does.
+
+    Parameters
+    ----------
+    members : sequence of CurveKey
+    grids : mapping of Grid
+        The study's grids by name.
+
+    Returns
+    -------
+    dict
+        By grid name its axes, spelled; plain values, so that Snakemake sees a change of what a
+        block is read for and nothing else.
+    """
+    thetas, etas = ({key[position] for key in members} for position in (0, 1))
+    steps = {key[2] for key in members if len(key) > 2}
+    readings = {}
+    for name, grid in grids.items():
+        part = {
+            "theta": [spell(v) for v in grid.theta if spell(v) in thetas],
+            "mu0": [spell(v) for v in grid.mu0],
+            "eta": [spell(v) for v in grid.eta if spell(v) in etas],
+            "dx0": [spell(v) for v in grid.dx0 if not steps or spell(v) in steps],
+        }
+        if all(part.values()):
+            readings[name] = part
+    return readings
+
+
+def spelled(grid: Grid) -> dict[str, list[str]]:
+    """Plain form of a grid, for the parameters of a job."""
+    return {name: [spell(value) for value in getattr(grid, name)] for name in AXES}
+
+
+def from_spelled(axes: Mapping[str, Sequence[str]]) -> Grid:
+    """Inverse of `spelled`."""
+    return Grid(*(tuple(Decimal(value) for value in axes[name]) for name in AXES))
+
+
+def points_of_curve(key: CurveKey, grids: Mapping[str, Grid]) -> dict[Point, list[str]]:
+    """Points that are read off one curve, each once, with the names of the grids it belongs to.
+
+    Parameters
+    ----------
+    key : CurveKey
+    grids : mapping of Grid
+        Grids by name.
+
+    Returns
+    -------
+    dict
+        Ordered by μ0, then Δx0.
+    """
+    theta, eta = Decimal(key[0]), Decimal(key[1])
+    points: dict[Point, list[str]] = {}
+    for name, grid in sorted(grids.items()):
+        for mu0, dx0 in grid.readings(key):
+            points.setdefault(Point(theta, mu0, eta, dx0), []).append(name)
+    return dict(sorted(points.items()))
+
+
+def study_points(grids: Mapping[str, Grid]) -> dict[Point, list[str]]:
+    """All points of a study, each once, with the names of the grids it belongs to.
+
+    Parameters
+    ----------
+    grids : mapping of Grid
+        Grids by name.
+
+    Returns
+    -------
+    dict
+    """
+    points: dict[Point, list[str]] = {}
+    for name, grid in sorted(grids.items()):
+        for point in grid.points():
+            points.setdefault(point, []).append(name)
+    return points
+
+
+def _order(key: CurveKey) -> tuple[Decimal, ...]:
+    theta, eta, *step = (Decimal(value) for value in key)
+    return (eta, theta, *step)

@@ -1,0 +1,76 @@
+"""Which block holds which curve: kept in a file, so that an extended study keeps its blocks.
+
+No rule that only looks at the values of a grid can cut every longer grid into the same blocks plus
+new ones (unless each block is a single curve), so the cut is remembered.
+"""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from vibrissa.files import write_atomically
+from vibrissa.grid import Blocks, CurveKey, block_name, partition
+
+
+class PlanError(RuntimeError):
+    """A plan that cannot be read or written; the message says what to do."""
+
+
+def planned_blocks(path: Path, keys: Sequence[CurveKey], size: int) -> Blocks:
+    """Blocks for the given curves, extending the plan in a file where it lacks some.
+
+    Parameters
+    ----------
+    path : Path
+        The plan; it need not exist.
+    keys : sequence of CurveKey
+        Curves that are needed.
+    size : int
+        Largest number of curves in a new block.
+
+    Returns
+    -------
+    dict
+        Blocks that hold at least one needed curve, by name.
+
+    Raises
+    ------
+    PlanError
+        If the file is damaged or cannot be written.
+    """
+    known = _read(path)
+    blocks = partition(keys, size, known)
+    if blocks.keys() - known.keys():
+        _write(path, known | blocks)
+    return blocks
+
+
+def _read(path: Path) -> Blocks:
+    remedy = f"delete {path} and run again (blocks that fit the new plan are used again)"
+    try:
+        text = path.read_text()
+    except FileNotFoundError:
+        return {}
+    except OSError as error:
+        raise PlanError(f"cannot read the plan of blocks: {error}") from None
+    try:
+        blocks = {
+            name: tuple(tuple(str(value) for value in key) for key in members)
+            for name, members in json.loads(text).items()
+        }
+    except (ValueError, AttributeError, TypeError):
+        raise PlanError(f"the plan of blocks is damaged; {remedy}") from None
+    if any(name != block_name(members) for name, members in blocks.items()):
+        raise PlanError(f"the plan of blocks was changed; {remedy}")
+    return blocks
+
+
+def _write(path: Path, blocks: Blocks) -> None:
+    lines = (f"{json.dumps(name)}: {json.dumps(members)}" for name, members in blocks.items())
+    text = "{\n" + ",\n".join(lines) + "\n}\n"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with write_atomically(path) as temporary:
+            temporary.write_text(text)
+    except OSError as error:
+        raise PlanError(f"cannot write the plan of blocks: {error}") from None

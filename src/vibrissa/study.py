@@ -1,0 +1,226 @@
+"""The study file: what may stand in it, and one clear message where something else does."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any
+
+import jsonschema
+
+from vibrissa.decimals import exact
+from vibrissa.grid import AXES, Grid, axis
+
+# Curves per job: a collocation curve takes milliseconds, a walk by shooting many seconds.
+DEFAULT_BLOCK_SIZE = {"collocation": 64, "shooting": 1}
+# Characters of a value that a message shows.
+SHOWN = 60
+NUMBER_TEXT = (
+    " (YAML reads this as text; write a number without quotes, an exponent with a decimal point: "
+    "0.001 or 1.0e-3)"
+)
+
+
+class StudyError(ValueError):
+    """A study file that cannot be run; the message names the key, the value and what is allowed."""
+
+
+@dataclass(frozen=True)
+class ScanSet:
+    """Stick-slip scans: a grid of them, each with the same number of cycles."""
+
+    grid: Grid
+    cycles: int
+
+
+@dataclass(frozen=True)
+class StatePoint:
+    """One equilibrium with a given contact point (x1, eta) relative to the clamp."""
+
+    theta: Decimal
+    eta: Decimal
+    x1: Decimal
+
+
+@dataclass(frozen=True)
+class Study:
+    """A checked study.
+
+    Attributes
+    ----------
+    name : str
+        Results go to ``results/<name>/``.
+    contact, method : str
+        Contact model and solver.
+    block_size : int
+        Curves that one job solves.
+    grids, scans, states, figures : dict
+        By name.
+    """
+
+    name: str
+    contact: str
+    method: str
+    block_size: int
+    grids: dict[str, Grid]
+    scans: dict[str, ScanSet]
+    states: dict[str, StatePoint]
+    figures: dict[str, dict[str, Any]]
+
+    @property
+    def solver(self) -> str:
+        """Contact model and method in one word: names the folders of what they computed."""
+        return f"{self.contact}-{self.method}"
+
+    @property
+    def by_step(self) -> bool:
+        """Whether a curve belongs to one Δx0: the shooting method walks along its steps."""
+        return self.method == "shooting"
+
+
+def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
+    """Check a study file and give its values their exact form.
+
+    Parameters
+    ----------
+    config : mapping
+        The study file as YAML reads it.
+    schema : mapping
+        The JSON Schema of study files.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    StudyError
+        At the first thing that is wrong, with one message.
+    """
+    _check_schema(config, schema)
+    for path, value in _numbers(config):
+        try:
+            exact(value)
+        except ValueError:
+            raise StudyError(f"{path}: {value!r} is not allowed; a finite number is") from None
+    method = config.get("method", "collocation")
+    study = Study(
+        name=config["study"],
+        contact=config.get("contact", "point"),
+        method=method,
+        block_size=config.get("block_size", DEFAULT_BLOCK_SIZE[method]),
+        grids={name: _grid(f"grids.{name}", axes) for name, axes in config["grids"].items()},
+        scans={
+            name: ScanSet(_grid(f"scans.{name}", scan), scan["cycles"])
+            for name, scan in config.get("scans", {}).items()
+        },
+        states={
+            name: StatePoint(*(exact(state[key]) for key in ("theta", "eta", "x1")))
+            for name, state in config.get("states", {}).items()
+        },
+        figures={name: dict(figure) for name, figure in config.get("figures", {}).items()},
+    )
+    for name, state in study.states.items():
+        if state.x1**2 + state.eta**2 >= 1:
+            raise StudyError(
+                f"states.{name}: the contact point x1 = {state.x1}, eta = {state.eta} is out of "
+                "reach; a rod of length 1 needs x1^2 + eta^2 < 1"
+            )
+    for name, figure in study.figures.items():
+        _check_figure(f"figures.{name}", figure, study)
+    return study
+
+
+def _check_schema(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
+    validator = jsonschema.Draft202012Validator(schema)
+    # Nearest to the top of the file first: what is wrong there explains what follows.
+    errors = sorted(validator.iter_errors(config), key=lambda e: (len(e.absolute_path), e.message))
+    if not errors:
+        return
+    error = errors[0]
+    path = _spell_path(error.absolute_path) or "the study file"
+    allowed = error.schema.get("description", "") if isinstance(error.schema, dict) else ""
+    if error.validator == "additionalProperties":
+        known = sorted(error.schema.get("properties", {}))
+        unknown = sorted(set(error.instance) - set(known))
+        raise StudyError(
+            f"{path}: unknown key {', '.join(map(repr, unknown))}; allowed: {', '.join(known)}"
+        )
+    if error.validator == "required":
+        missing = [key for key in error.validator_value if key not in error.instance]
+        raise StudyError(f"{path}: missing {', '.join(map(repr, missing))}; {allowed}".rstrip("; "))
+    if tuple(error.absolute_path) == ("contact",) and error.instance == "line":
+        allowed = "point; contact along a line is not available in this version"
+    hint = ""
+    if isinstance(error.instance, str) and error.validator == "type":
+        hint = NUMBER_TEXT if _reads_as_number(error.instance) else ""
+    value = repr(error.instance)
+    if len(value) > SHOWN:
+        value = f"{value[:SHOWN]}..."
+    raise StudyError(f"{path}: {value} is not allowed{hint}; allowed: {allowed or error.message}")
+
+
+def _reads_as_number(text: str) -> bool:
+    try:
+        exact(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _spell_path(path: Any) -> str:
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return text.lstrip(".")
+
+
+def _numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
+    """All numbers of a study file with their paths."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _numbers(item, f"{path}.{key}".lstrip("."))
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from _numbers(item, f"{path}[{index}]")
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield path, value
+
+
+def _grid(path: str, axes: Mapping[str, Any]) -> Grid:
+    values = []
+    for name in AXES:
+        try:
+            values.append(axis(axes[name]))
+        except ValueError as error:
+            raise StudyError(f"{path}.{name}: {dict(axes[name])} is not allowed; {error}") from None
+    return Grid(*values)
+
+
+def _check_figure(path: str, figure: Mapping[str, Any], study: Study) -> None:
+    """A figure must be drawn from something that exists, and from one series of it."""
+    kind = figure["kind"]
+    if kind == "state":
+        _choose(f"{path}.state", figure["state"], study.states, "a state")
+        return
+    if kind in ("scan", "period"):
+        grid = _choose(f"{path}.scan", figure["scan"], study.scans, "a scan").grid
+        fixed = AXES
+    else:
+        grid = _choose(f"{path}.grid", figure["grid"], study.grids, "a grid")
+        fixed = ("eta", "dx0") if kind == "taper" else ("theta", "eta", "dx0")
+    for name in fixed:
+        values = getattr(grid, name)
+        allowed = ", ".join(str(value) for value in values[:10])
+        if name in figure and exact(figure[name]) not in values:
+            raise StudyError(
+                f"{path}.{name}: {figure[name]!r} is not allowed; the data has {allowed}"
+            )
+        if name not in figure and len(values) > 1:
+            raise StudyError(f"{path}: missing {name!r}; the data has several: {allowed}")
+
+
+def _choose(path: str, name: str, named: Mapping[str, Any], what: str) -> Any:
+    if name not in named:
+        known = ", ".join(sorted(named)) or "none is defined"
+        raise StudyError(f"{path}: {name!r} is not the name of {what}; allowed: {known}")
+    return named[name]

@@ -1,0 +1,49 @@
+# What all rules share: the checked study, its folder, and the blocks its curves are solved in.
+import yaml
+
+from vibrissa import grid
+from vibrissa.plan import PlanError, planned_blocks
+from vibrissa.sources import sources
+from vibrissa.study import StudyError, parse_study
+
+ENDINGS = ["pdf", "svg", "png"]
+
+with open(workflow.source_path("../schemas/study.schema.yaml")) as schema:
+    try:
+        STUDY = parse_study(config, yaml.safe_load(schema))
+    except StudyError as error:
+        raise WorkflowError(f"the study file cannot be run: {error}") from None
+
+RESULTS = f"results/{STUDY.name}"
+# The study file in one spelling: goes into the tables' metadata.
+STUDY_FILE = yaml.safe_dump(dict(config), sort_keys=True)
+
+SCAN_GRIDS = {name: scan.grid for name, scan in STUDY.scans.items()}
+
+try:
+    BLOCKS = planned_blocks(
+        Path(RESULTS, "blocks", f"{STUDY.solver}.json"),
+        grid.curve_keys([*STUDY.grids.values(), *SCAN_GRIDS.values()], STUDY.by_step),
+        STUDY.block_size,
+    )
+except PlanError as error:
+    raise WorkflowError(str(error)) from None
+
+# Blocks that grid points are read from, and what is read; a scan may have blocks of its own.
+READINGS = {
+    block: readings
+    for block, members in BLOCKS.items()
+    if (readings := grid.block_readings(members, STUDY.grids))
+}
+
+
+def blocks_of_scan(scan):
+    """Blocks that hold the curves of a set of scans."""
+    keys = set(grid.curve_keys([SCAN_GRIDS[scan]], STUDY.by_step))
+    return [block for block, members in BLOCKS.items() if keys.intersection(members)]
+
+
+wildcard_constraints:
+    block="[0-9a-f]{12}",
+    scan="|".join(STUDY.scans) or "none",
+    figure="|".join(STUDY.figures) or "none",

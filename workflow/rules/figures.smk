@@ -1,0 +1,52 @@
+# Figures, drawn from the tables alone.
+
+FIGURE_TABLES = {
+    "taper": "stiction",
+    "friction": "stiction",
+    "scan": "scans",
+    "period": "scans",
+    "state": "states",
+}
+
+
+rule figure:
+    input:
+        table=lambda wildcards: "{}/tables/{}.parquet".format(
+            RESULTS, FIGURE_TABLES[STUDY.figures[wildcards.figure]["kind"]]
+        ),
+        code=sources("figures", "tables", "jobs"),
+    output:
+        report(
+            f"{RESULTS}/figures/{{figure}}.svg",
+            caption="../report/figure.rst",
+            category="Figures",
+            labels={"figure": "{figure}"},
+        ),
+        f"{RESULTS}/figures/{{figure}}.pdf",
+        f"{RESULTS}/figures/{{figure}}.png",
+    log:
+        f"{RESULTS}/logs/figure/{{figure}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/figure/{{figure}}.tsv"
+    params:
+        figure=lambda wildcards: STUDY.figures[wildcards.figure],
+        table=lambda wildcards: FIGURE_TABLES[STUDY.figures[wildcards.figure]["kind"]],
+    threads: 1
+    message:
+        "drawing {wildcards.figure}"
+    script:
+        "../scripts/figure.py"
+
+
+rule captions:
+    output:
+        f"{RESULTS}/figures/captions.md",
+    log:
+        f"{RESULTS}/logs/captions.log",
+    params:
+        captions={name: figure.get("caption", "") for name, figure in STUDY.figures.items()},
+    threads: 1
+    message:
+        "writing the captions"
+    script:
+        "../scripts/captions.py"

@@ -1,0 +1,63 @@
+# Shapes and clamp reactions step by step: scans.parquet and states.parquet.
+
+
+rule scan:
+    input:
+        curves=lambda wildcards: expand(rules.curves.output, block=blocks_of_scan(wildcards.scan)),
+        code=sources("cycles", "grid", "tables", "jobs"),
+    output:
+        f"{RESULTS}/blocks/{STUDY.solver}/{{scan}}.scan.parquet",
+    log:
+        f"{RESULTS}/logs/scan/{{scan}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/scan/{{scan}}.tsv"
+    params:
+        grid=lambda wildcards: grid.spelled(SCAN_GRIDS[wildcards.scan]),
+        cycles=lambda wildcards: STUDY.scans[wildcards.scan].cycles,
+        by_step=STUDY.by_step,
+    threads: 1
+    message:
+        "moving the clamp through scan {wildcards.scan}"
+    script:
+        "../scripts/scan.py"
+
+
+rule scans:
+    input:
+        scans=expand(rules.scan.output, scan=STUDY.scans),
+        code=sources("tables", "jobs"),
+    output:
+        f"{RESULTS}/tables/scans.parquet",
+    log:
+        f"{RESULTS}/logs/scans.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/scans.tsv"
+    params:
+        study_file=STUDY_FILE,
+    threads: 1
+    message:
+        "collecting the table of scans"
+    script:
+        "../scripts/scans.py"
+
+
+rule states:
+    input:
+        code=sources("api", "tables", "jobs"),
+    output:
+        f"{RESULTS}/tables/states.parquet",
+    log:
+        f"{RESULTS}/logs/states.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/states.tsv"
+    params:
+        states={
+            name: {"theta": float(state.theta), "eta": float(state.eta), "x1": float(state.x1)}
+            for name, state in STUDY.states.items()
+        },
+        study_file=STUDY_FILE,
+    threads: 1
+    message:
+        "solving single states"
+    script:
+        "../scripts/states.py"

@@ -1,0 +1,60 @@
+# From the grid to stiction.parquet: curves are solved in blocks, grid points read off them.
+
+
+rule curves:
+    input:
+        code=sources(STUDY.method, "tables", "jobs"),
+    output:
+        f"{RESULTS}/blocks/{STUDY.solver}/{{block}}.curves.parquet",
+    log:
+        f"{RESULTS}/logs/curves/{{block}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/curves/{{block}}.tsv"
+    params:
+        method=STUDY.method,
+        curves=lambda wildcards: [list(key) for key in BLOCKS[wildcards.block]],
+    threads: 1
+    message:
+        "solving the sticking curves of block {wildcards.block}"
+    script:
+        "../scripts/curves.py"
+
+
+rule points:
+    input:
+        curves=rules.curves.output,
+        code=sources("stiction", "grid", "tables", "jobs"),
+    output:
+        f"{RESULTS}/blocks/{STUDY.solver}/{{block}}.points.parquet",
+    log:
+        f"{RESULTS}/logs/points/{{block}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/points/{{block}}.tsv"
+    params:
+        contact=STUDY.contact,
+        readings=lambda wildcards: READINGS[wildcards.block],
+    threads: 1
+    message:
+        "reading grid points off block {wildcards.block}"
+    script:
+        "../scripts/points.py"
+
+
+rule stiction:
+    input:
+        points=expand(rules.points.output, block=READINGS),
+        code=sources("grid", "tables", "jobs"),
+    output:
+        f"{RESULTS}/tables/stiction.parquet",
+    log:
+        f"{RESULTS}/logs/stiction.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/stiction.tsv"
+    params:
+        grids={name: grid.spelled(axes) for name, axes in STUDY.grids.items()},
+        study_file=STUDY_FILE,
+    threads: 1
+    message:
+        "collecting the table of grid points"
+    script:
+        "../scripts/stiction.py"

@@ -1,0 +1,179 @@
+"""Run the Snakemake workflow for a person (or CI log) to watch; used by the Makefile.
+
+Usage: python workflow/run.py [--configfile FILE] [any other Snakemake arguments]
+
+Snakemake's `rich` logger draws the progress bars. This wrapper adds what neither that logger nor
+Snakemake's `onsuccess`/`onerror` can do (`onsuccess` is skipped when there is nothing to do, and
+Snakemake writes further lines after `onerror`):
+
+* the failed job's message and log path, or the figures, are the *last* thing on the screen;
+* without a terminal (where `rich` stays silent) a progress line is printed every few percent;
+* a run that was killed outright does not leave the working directory locked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from collections import deque
+from pathlib import Path
+from typing import IO
+
+import yaml
+
+PROFILE = "workflow/profiles/default"
+SNAKEMAKE_LOGS = Path(".snakemake/log")
+FIGURE_SUFFIXES = {".pdf", ".svg", ".png"}
+PROGRESS = re.compile(r"^(\d+) of (\d+) steps \(([\d.]+)%\) done$")
+# Snakemake's report of a failed job in its own log file: a title and indented lines.
+JOB_ERROR = re.compile(r"^Error in rule (?P<rule>\S+):\n(?P<body>(?:    .*\n)+)", re.MULTILINE)
+
+
+def say(text: str) -> None:
+    """Print to stderr, where Snakemake writes too, so that the order on the screen is kept."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def study_name(configfiles: list[str]) -> str:
+    """Return the study's name; a study file given takes the place of config.yaml."""
+    study = None
+    for path in configfiles or ["config.yaml"]:
+        try:
+            config = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        except yaml.YAMLError as error:
+            sys.exit(f"{path} is not valid YAML: {error}")
+        if isinstance(config, dict):
+            study = config.get("study", study)
+    return str(study)
+
+
+def acquire_lock(snakemake: list[str]) -> IO[str]:
+    """Take the working directory for this run and clear the lock of a run that was killed.
+
+    The kernel drops a `flock` when its holder dies, so text in a file that nobody holds means
+    that the last run did not come to its end. Only then is Snakemake's own lock removed; the lock
+    of a Snakemake that somebody started directly stays respected.
+    """
+    path = Path(".snakemake/run.lock")
+    path.parent.mkdir(exist_ok=True)
+    handle = path.open("a+", encoding="utf-8")
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        sys.exit("Another run of this workflow is active in this folder; wait for it or stop it.")
+    handle.seek(0)
+    if handle.read():
+        say("The last run was killed; its finished results are kept and it is continued.")
+        subprocess.run([*snakemake, "--unlock"], capture_output=True, check=False)
+    handle.write("running\n")
+    handle.flush()
+    return handle
+
+
+def print_progress(lines: IO[str]) -> list[str]:
+    """Copy a progress line every few percent to the screen; return the last other lines."""
+    other: deque[str] = deque(maxlen=30)
+    shown = 0.0
+    for line in lines:
+        line = line.rstrip()
+        match = PROGRESS.match(line)
+        if match is None:
+            other.append(line)
+        elif float(match[3]) >= shown + 5 or match[1] == match[2]:
+            shown = float(match[3])
+            say(line)
+    return list(other)
+
+
+def failed_jobs(snakemake_log: str) -> list[str]:
+    """Return a short text for each failed job: what failed, why, and where its log is."""
+    texts = []
+    for match in JOB_ERROR.finditer(snakemake_log):
+        fields = dict(re.findall(r"^    (\w+): (.*)$", match["body"], re.MULTILINE))
+        logs = fields.get("log", "").partition(" (check log")[0]
+        paths = [Path(name) for name in logs.split(", ") if name]
+        written = [p.read_text(errors="replace") for p in paths if p.is_file()]
+        tail = [line for line in "\n".join(written).splitlines() if line.strip()][-6:]
+        if not tail:  # e.g. killed for lack of memory, before it could say anything
+            ends = re.findall(r"(?:died with|returned non-zero).*", snakemake_log)
+            tail = [f"(nothing in its log; the command {ends[-1]})" if ends else "(empty log)"]
+        texts.append(
+            f"FAILED: rule {match['rule']}, making {fields.get('output', '(no output)')}\n"
+            + "".join(f"    {line}\n" for line in tail)
+            + f"  log: {logs or '(the rule has no log file)'}"
+        )
+    return texts
+
+
+def main(argv: list[str]) -> int:
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--configfile", nargs="+", default=[])
+    configfiles = parser.parse_known_args(argv)[0].configfile
+    for name in configfiles:
+        if not Path(name).is_file():
+            sys.exit(f"No such study file: {name}")
+    study = study_name(configfiles)
+
+    snakemake = [sys.executable, "-m", "snakemake", "--workflow-profile", PROFILE, *argv]
+    terminal = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+    lock = acquire_lock(snakemake)
+    logs_before = set(SNAKEMAKE_LOGS.glob("*.log"))
+    say(f"Study '{study}': {shlex.join(['snakemake', *snakemake[3:]])}")
+
+    child = subprocess.Popen(
+        [*snakemake, "--logger", "rich"] if terminal else snakemake,
+        stdin=subprocess.DEVNULL,
+        stderr=None if terminal else subprocess.PIPE,
+        text=True,
+        errors="replace",
+        # Should only this wrapper be killed, the running Snakemake keeps holding the lock.
+        pass_fds=[lock.fileno()],
+    )
+    interrupted: list[int] = []
+    # Ctrl-C reaches Snakemake directly; wait for it to end its jobs instead of dying first.
+    signal.signal(signal.SIGINT, lambda number, frame: interrupted.append(number))
+    signal.signal(signal.SIGTERM, lambda number, frame: child.send_signal(number))
+    other = print_progress(child.stderr) if child.stderr else []
+    status = child.wait()
+    lock.truncate(0)
+
+    new_logs = sorted(set(SNAKEMAKE_LOGS.glob("*.log")) - logs_before)
+    log = new_logs[-1].read_text(errors="replace") if new_logs else ""
+
+    if interrupted:
+        say("\nInterrupted. Finished results are kept: the same command continues from here.")
+        return 130
+    if status != 0:
+        jobs = failed_jobs(log)
+        if jobs:
+            say("")
+            for text in jobs[3:]:
+                say(text.splitlines()[0])
+            say("\n".join(jobs[:3]))
+        elif other:  # without a terminal nothing of Snakemake's own message was shown yet
+            say("\n".join(other))
+        if status < 0:
+            say(f"Snakemake was ended by signal {-status} ({signal.Signals(-status).name}).")
+        return status if status > 0 else 128 - status
+
+    figures = sorted(
+        str(path)
+        for path in Path("results", study, "figures").glob("**/*")
+        if path.suffix in FIGURE_SUFFIXES
+    )
+    if "Nothing to be done" in log:
+        say("Nothing to do: all results are up to date.")
+    say("Figures:" if figures else f"No figures in results/{study}/figures.")
+    for path in figures:
+        say(f"  {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
