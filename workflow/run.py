@@ -162,16 +162,16 @@ def main(argv: list[str]) -> int:
             say(f"Snakemake was ended by signal {-status} ({signal.Signals(-status).name}).")
         return status if status > 0 else 128 - status
 
-    figures = sorted(
-        str(path)
-        for path in Path("results", study, "figures").glob("**/*")
-        if path.suffix in FIGURE_SUFFIXES
-    )
     if "Nothing to be done" in log:
         say("Nothing to do: all results are up to date.")
-    say("Figures:" if figures else f"No figures in results/{study}/figures.")
-    for path in figures:
-        say(f"  {path}")
+    folder = Path("results", study, "figures")
+    endings: dict[str, list[str]] = {}
+    for path in sorted(folder.glob("*")):
+        if path.suffix in FIGURE_SUFFIXES:
+            endings.setdefault(path.stem, []).append(path.suffix)
+    say(f"Figures in {folder}:" if endings else f"No figures in {folder}.")
+    for name, suffixes in endings.items():
+        say(f"  {folder / name} {' '.join(suffixes)}")
     return 0
 
 

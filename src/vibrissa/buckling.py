@@ -14,7 +14,7 @@ from vibrissa.equilibrium import (
     solve,
 )
 from vibrissa.spectral import gauss_rule
-from vibrissa.taper import FloatArray, arc_density
+from vibrissa.taper import BoolArray, FloatArray, arc_density
 
 # Heights through which a strongly deflected state is approached where the buckling mode is too
 # far from it.
@@ -77,7 +77,7 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
     return -mode / (kappa * theta)
 
 
-def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[TipStates, FloatArray]:
+def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[TipStates, BoolArray]:
     """Solve the α = 0 states in which a period of sticking begins.
 
     Parameters
@@ -111,7 +111,7 @@ def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[TipS
     return states, converged
 
 
-def _vertical_states(guess: TipStates, eta: FloatArray) -> tuple[TipStates, FloatArray]:
+def _vertical_states(guess: TipStates, eta: FloatArray) -> tuple[TipStates, BoolArray]:
     """Solve at α = 0 and keep only first-mode states bent towards +x."""
     states, converged = solve(guess, eta, Closure(alpha=np.zeros(len(guess))))
     # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image

@@ -9,7 +9,7 @@ tolerance.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -29,7 +29,7 @@ from vibrissa.equilibrium import (
 )
 from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.status import Status
-from vibrissa.taper import FloatArray
+from vibrissa.taper import BoolArray, FloatArray
 
 METHOD = "collocation"
 RESIDUAL_TOLERANCE = 1e-12
@@ -193,7 +193,7 @@ class _Path:
             states.fy.reshape(count, curves),
         )
 
-    def curves(self, mask: FloatArray) -> Self:
+    def curves(self, mask: BoolArray) -> Self:
         """Select curves."""
         return type(self)(self.theta[mask], self.phi[:, mask], self.fx[:, mask], self.fy[:, mask])
 
@@ -212,7 +212,7 @@ class _Path:
 def _solve_on_nodes(theta: FloatArray, eta: FloatArray, nodes: int) -> list[StickingCurve]:
     """Solve curves on a fixed number of nodes along the rod."""
 
-    def failure(i: int, message: str) -> StickingCurve:
+    def failure(i: int | np.integer[Any], message: str) -> StickingCurve:
         return failed_curve(float(theta[i]), float(eta[i]), METHOD, message)
 
     initial, found = initial_states(theta, eta, nodes)

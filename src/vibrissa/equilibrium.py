@@ -22,7 +22,7 @@ from typing import Self
 import numpy as np
 
 from vibrissa.spectral import gauss_rule, refinement_matrix
-from vibrissa.taper import FloatArray, arc_density, compliance_density
+from vibrissa.taper import BoolArray, FloatArray, Index, arc_density, compliance_density
 
 MAX_ITERATIONS = 25
 # Newton converges quadratically: an update this small leaves an error of its square.
@@ -57,11 +57,11 @@ class TipStates:
         """Number of collocation nodes along the rod."""
         return int(self.phi.shape[1])
 
-    def take(self, index: FloatArray | slice) -> Self:
+    def take(self, index: Index) -> Self:
         """Select states by index or mask."""
         return type(self)(self.theta[index], self.phi[index], self.fx[index], self.fy[index])
 
-    def put(self, index: FloatArray, other: Self) -> None:
+    def put(self, index: Index, other: Self) -> None:
         """Overwrite the states at `index` by those of `other`."""
         self.phi[index], self.fx[index], self.fy[index] = other.phi, other.fx, other.fy
 
@@ -86,7 +86,7 @@ class Closure:
         if (self.offset is None) == (self.alpha is None):
             raise ValueError("prescribe either the offset or the inclination alpha, not both")
 
-    def take(self, index: FloatArray) -> "Closure":
+    def take(self, index: Index) -> "Closure":
         """Select the conditions of some states."""
         if self.offset is not None:
             return Closure(offset=self.offset[index])
@@ -317,7 +317,7 @@ def newton_system(
 
 def solve(
     guess: TipStates, eta: FloatArray, closure: Closure, operator: FloatArray | None = None
-) -> tuple[TipStates, FloatArray]:
+) -> tuple[TipStates, BoolArray]:
     """Newton iteration from a guess, for a batch of states at once.
 
     Parameters
@@ -356,7 +356,9 @@ def solve(
         try:
             update[usable] = np.linalg.solve(jacobian[usable], misfit[usable, :, None])[..., 0]
         except np.linalg.LinAlgError:  # one exactly singular matrix spoils the whole stack
-            update[usable] = [_solve_or_nan(a, b) for a, b in zip(jacobian[usable], misfit[usable])]
+            update[usable] = [
+                _solve_or_nan(a, b) for a, b in zip(jacobian[usable], misfit[usable], strict=True)
+            ]
         nodes = states.nodes
         states.put(
             active,
@@ -382,6 +384,6 @@ def solve(
 
 def _solve_or_nan(matrix: FloatArray, right: FloatArray) -> FloatArray:
     try:
-        return np.linalg.solve(matrix, right)
+        return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
         return np.full_like(right, np.nan)

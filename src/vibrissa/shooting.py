@@ -133,8 +133,11 @@ def _search(
     """Nelder–Mead over f and the one of α and x1 that is not given; mended until it fits."""
 
     def state(unknowns: FloatArray) -> tuple[float, float, float]:
-        f, other = unknowns
-        return (f, other, x1) if alpha is None else (f, alpha, other)
+        f, other = map(float, unknowns)
+        if alpha is not None:
+            return f, alpha, other
+        assert x1 is not None
+        return f, other, x1
 
     def miss(unknowns: FloatArray) -> float:
         f, inclination, contact = state(unknowns)
@@ -143,8 +146,10 @@ def _search(
 
     best = np.asarray(start, dtype=float)
     size = np.asarray(spread, dtype=float)
-    for searches in range(1, tolerances.restarts + 2):
-        simplex = np.stack([best, best + [size[0], 0.0], best + [0.0, size[1]]])
+    searches = 0
+    while True:
+        searches += 1
+        simplex = best + np.array([[0.0, 0.0], [size[0], 0.0], [0.0, size[1]]])
         result = minimize(
             miss,
             best,
@@ -158,7 +163,7 @@ def _search(
             },
         )
         best = result.x
-        if result.fun <= tolerances.miss:
+        if result.fun <= tolerances.miss or searches > tolerances.restarts:
             break
         # A collapsed simplex cannot leave the point it sits on: open a new one, turned round and
         # scaled to what is missing.
@@ -290,14 +295,15 @@ def solve_curve(
             f"the search missed the contact point by {worst:.1e} at x0 = "
             f"{step * (len(states) - 1):.6g}; use a smaller dx0 or method: collocation",
         )
-    values = [(s.f * math.sin(s.alpha), -s.f * math.cos(s.alpha), s.m, s.phi1) for s in states]
+    f, alpha, m, phi1 = np.array([(s.f, s.alpha, s.m, s.phi1) for s in states]).T
+    values = np.stack([f * np.sin(alpha), -f * np.cos(alpha), m, phi1], axis=-1)
     return sticking_curve(
         theta,
         eta,
         METHOD,
         states[0].x1,
-        step * np.arange(len(states)),
-        np.array(values),
+        step * np.arange(len(states), dtype=np.float64),
+        values,
         worst,
     )
 

@@ -42,7 +42,12 @@ def sources(*modules: str) -> list[str]:
 def _imports(path: Path) -> set[str]:
     """Modules of this package that a source file imports."""
     imported = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    pending: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue  # not imported when the code runs
+        pending += ast.iter_child_nodes(node)
         if isinstance(node, ast.ImportFrom) and node.module:
             package, _, module = node.module.partition(".")
             if package == PACKAGE.name:

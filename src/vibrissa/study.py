@@ -197,14 +197,14 @@ def _grid(path: str, axes: Mapping[str, Any]) -> Grid:
 
 
 def _check_figure(path: str, figure: Mapping[str, Any], study: Study) -> None:
-    """A figure must be drawn from something that exists, and from one series of it."""
+    """Refuse a figure of something that does not exist, or of several series as one."""
     kind = figure["kind"]
     if kind == "state":
         _choose(f"{path}.state", figure["state"], study.states, "a state")
         return
     if kind in ("scan", "period"):
         grid = _choose(f"{path}.scan", figure["scan"], study.scans, "a scan").grid
-        fixed = AXES
+        fixed: tuple[str, ...] = AXES
     else:
         grid = _choose(f"{path}.grid", figure["grid"], study.grids, "a grid")
         fixed = ("eta", "dx0") if kind == "taper" else ("theta", "eta", "dx0")

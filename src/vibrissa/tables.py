@@ -8,19 +8,13 @@ import subprocess
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vibrissa import __version__
-from vibrissa.curve import StickingCurve, StickingState
-from vibrissa.cycles import Scan
 from vibrissa.files import write_atomically
-from vibrissa.grid import CurveKey, Point
-from vibrissa.status import Status
-from vibrissa.stiction import Stiction
+from vibrissa.grid import Point
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
 SCHEMA_VERSION = "1"
@@ -120,22 +114,22 @@ STICTION = _schema(
     ],
 )
 
-_SHAPE = (
+SHAPE = (
     _column("shape_s", NUMBERS, LENGTH, "arc lengths of the shape's points"),
     _column("shape_x", NUMBERS, LENGTH, "positions along the surface of the shape's points"),
     _column("shape_y", NUMBERS, LENGTH, "positions normal to the surface of the shape's points"),
     _column("shape_phi", NUMBERS, ANGLE, "slopes of the shape's points"),
 )
-_SHAPE_RESIDUAL = "distance between the contact point and the end of the shape integrated by an independent method"
+_SHAPE_RESIDUAL = (
+    "distance of the contact point from the end of the shape, integrated independently"
+)
 
 SCANS = _schema(
     "scans",
     [
         _column("scan", TEXT, NONE, "name of the set of scans"),
         *AXES,
-        _column(
-            "status", TEXT, NONE, "slip, lock (one period, up to the lock) or failed (no step)"
-        ),
+        _column("status", TEXT, NONE, "slip, lock (one period, up to the lock) or failed"),
         _column("cycle", WHOLE, NONE, "stick-slip cycle, from 1; it ends with its slip", True),
         _column("step", WHOLE, NONE, "steps since the cycle began", True),
         _column("phase", TEXT, NONE, "slip where the tip has just slipped, stick otherwise", True),
@@ -144,7 +138,7 @@ SCANS = _schema(
         _column("x1", NUMBER, LENGTH, "position of the contact point", True),
         *_state_columns("", "", True),
         _column("residual", NUMBER, LENGTH, _SHAPE_RESIDUAL, True),
-        *_SHAPE,
+        *SHAPE,
     ],
 )
 
@@ -160,12 +154,9 @@ STATES = _schema(
         *[c for c in _state_columns("", "", True) if c.name != "s_c"],
         _column("penetrates", FLAG, NONE, "whether phi1 < 0: the shape passes the surface", True),
         _column("residual", NUMBER, NONE, RESIDUAL.replace(" of the sticking curve", ""), True),
-        *_SHAPE,
+        *SHAPE,
     ],
 )
-
-
-# --- Files -----------------------------------------------------------------------------------
 
 
 def write(table: pa.Table, path: str | Path, study_file: str = "") -> None:
@@ -252,213 +243,6 @@ def _check(table: pa.Table, where: str) -> None:
     for field in table.schema:
         if not field.nullable and table.column(field.name).null_count:
             raise TableError(f"{where}: column {field.name} must not be empty anywhere")
-
-
-# --- Records to tables -------------------------------------------------------------------------
-
-
-def _array(values: Any, kind: pa.DataType) -> pa.Array:
-    """Arrow array of a column; NaN stands for nothing."""
-    if isinstance(values, np.ndarray):
-        if kind == WHOLE and values.dtype.kind == "f":
-            return pa.array(np.nan_to_num(values).astype(np.int64), kind, mask=np.isnan(values))
-        return pa.array(values, kind, from_pandas=True)
-    return pa.array(values, kind)
-
-
-def _table(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
-    arrays = [_array(columns[field.name], field.type) for field in schema]
-    return pa.Table.from_arrays(arrays, schema=schema)
-
-
-def _state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
-    return {f"{name}{suffix}": getattr(state, name) for name, _, _ in STATE}
-
-
-def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> pa.Table:
-    """Table of sticking curves under the keys that they were solved for.
-
-    Parameters
-    ----------
-    keys : sequence of CurveKey
-    curves : sequence of StickingCurve
-        In the order of the keys.
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `CURVES`.
-    """
-    columns: dict[str, Any] = {
-        "theta": [key[0] for key in keys],
-        "eta": [key[1] for key in keys],
-        "dx0": [key[2] if len(key) > 2 else None for key in keys],
-    }
-    for name in ("method", "status", "message", "x0", *_CURVE_VALUES):
-        columns[name] = [getattr(curve, name) for curve in curves]
-    for name in _CURVE_SCALARS:
-        columns[name] = np.array([getattr(curve, name) for curve in curves])
-    return _table(CURVES, columns)
-
-
-_CURVE_VALUES = ("reaction_fx", "reaction_fy", "reaction_m", "phi1")
-_CURVE_SCALARS = ("x1_init", "residual", "x0_lock", "mu_lock", "x0_touch")
-
-
-def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
-    """Sticking curves of a table by the keys that they were solved for.
-
-    Parameters
-    ----------
-    table : pyarrow.Table
-        With the schema `CURVES`.
-
-    Returns
-    -------
-    dict
-    """
-    curves = {}
-    for row in table.to_pylist():
-        key = tuple(row[name] for name in ("theta", "eta", "dx0") if row[name] is not None)
-        values = {name: np.array(row[name]) for name in ("x0", *_CURVE_VALUES)}
-        scalars = {name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS}
-        curves[key] = StickingCurve(
-            float(key[0]),
-            float(key[1]),
-            row["method"],
-            Status(row["status"]),
-            row["message"],
-            **values,
-            **scalars,
-        )
-    return curves
-
-
-def stiction_table(
-    points: Mapping[Point, Sequence[str]], curve: StickingCurve, contact: str, stiction: Stiction
-) -> pa.Table:
-    """Table of the grid points that were read off one curve.
-
-    Parameters
-    ----------
-    points : mapping
-        Names of the grids that each point belongs to.
-    curve : StickingCurve
-    contact : str
-        Contact model.
-    stiction : Stiction
-        In the order of the points.
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `STICTION`.
-    """
-    n = len(points)
-    solved = curve.status is Status.SOLVED
-    return _table(
-        STICTION,
-        {
-            "grids": list(points.values()),
-            **{name: _floats(points, name) for name in Point._fields},
-            "status": stiction.status,
-            "contact": [contact] * n,
-            "x0_slip": stiction.x0_slip,
-            "x0_max": stiction.x0_max,
-            "n_steps": stiction.n_steps,
-            "mu_lock": np.full(n, curve.mu_lock),
-            **_state_values(stiction.init, "_init"),
-            **_state_values(stiction.last, "_last"),
-            **_state_values(stiction.slip, "_slip"),
-            "x1_init": np.full(n, curve.x1_init),
-            "penetrates": stiction.penetrates if solved else [None] * n,
-            "residual": np.full(n, curve.residual),
-        },
-    )
-
-
-def _floats(points: Mapping[Point, Any], name: str) -> np.ndarray:
-    return np.array([float(getattr(point, name)) for point in points])
-
-
-def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
-    """Table of one scan, a row for each footpoint position.
-
-    Parameters
-    ----------
-    name : str
-        Name of the set of scans.
-    point : Point
-    scan : Scan
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `SCANS`; a failed scan has one row that says so.
-    """
-    failed = scan.status is Status.FAILED
-    n = 1 if failed else len(scan.step)
-    columns: dict[str, Any] = {
-        "scan": [name] * n,
-        **{axis: np.full(n, float(getattr(point, axis))) for axis in Point._fields},
-        "status": [scan.status] * n,
-    }
-    values = {
-        "cycle": scan.cycle,
-        "step": scan.step,
-        "phase": scan.phase,
-        "footpoint": scan.footpoint,
-        "x0": scan.state.x0,
-        "x1": scan.x1,
-        **_state_values(scan.state),
-        "residual": scan.residual,
-    }
-    shapes = {"x": scan.x, "y": scan.y, "phi": scan.phi}
-    if failed:
-        columns |= dict.fromkeys(values, [None])
-        columns |= dict.fromkeys((column.name for column in _SHAPE), [[]])
-    else:
-        columns |= values | {f"shape_{axis}": list(shape) for axis, shape in shapes.items()}
-        columns["shape_s"] = [scan.s] * n
-    return _table(SCANS, columns)
-
-
-def states_table(states: Mapping[str, Any]) -> pa.Table:
-    """Table of single equilibria with their shapes.
-
-    Parameters
-    ----------
-    states : mapping of EquilibriumState
-        By name.
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `STATES`.
-    """
-    columns: dict[str, list[Any]] = {field.name: [] for field in STATES}
-    s = np.linspace(0.0, 1.0, 101)
-    for name, state in states.items():
-        solved = state.status is Status.SOLVED
-        shape = dict(
-            zip(("x", "y", "phi"), state.shape(s) if solved else ([], [], []), strict=True)
-        )
-        for field in STATES:
-            if field.name == "state":
-                value = name
-            elif field.name == "shape_s":
-                value = s if solved else []
-            elif field.name.startswith("shape_"):
-                value = shape[field.name.removeprefix("shape_")]
-            else:
-                value = getattr(state, field.name)
-                if not solved and field.nullable:
-                    value = None
-            columns[field.name].append(value)
-    return _table(STATES, columns)
-
-
-# --- Collecting --------------------------------------------------------------------------------
 
 
 def collect(paths: Sequence[str | Path], schema: pa.Schema) -> pa.Table:

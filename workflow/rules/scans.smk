@@ -4,7 +4,7 @@
 rule scan:
     input:
         curves=lambda wildcards: expand(rules.curves.output, block=blocks_of_scan(wildcards.scan)),
-        code=sources("cycles", "grid", "tables", "jobs"),
+        code=sources("cycles", "records", "jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.solver}/{{scan}}.scan.parquet",
     log:
@@ -43,7 +43,7 @@ rule scans:
 
 rule states:
     input:
-        code=sources("api", "tables", "jobs"),
+        code=sources("api", "records", "jobs"),
     output:
         f"{RESULTS}/tables/states.parquet",
     log:

@@ -3,7 +3,7 @@
 
 rule curves:
     input:
-        code=sources(STUDY.method, "tables", "jobs"),
+        code=sources(STUDY.method, "records", "jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.solver}/{{block}}.curves.parquet",
     log:
@@ -23,7 +23,7 @@ rule curves:
 rule points:
     input:
         curves=rules.curves.output,
-        code=sources("stiction", "grid", "tables", "jobs"),
+        code=sources("stiction", "records", "jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.solver}/{{block}}.points.parquet",
     log:

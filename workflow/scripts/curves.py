@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-from vibrissa import jobs, tables
+from vibrissa import jobs, records, tables
 
 with jobs.logged(snakemake.log[0]):
     keys = [tuple(key) for key in snakemake.params.curves]
@@ -10,4 +10,4 @@ with jobs.logged(snakemake.log[0]):
     curves = solver.solve_keys([[float(value) for value in key] for key in keys])
     for key, curve in zip(keys, curves, strict=True):
         print(*key, curve.status, f"residual {curve.residual:.1e}", curve.message)
-    tables.write(tables.curves_table(keys, curves), snakemake.output[0])
+    tables.write(records.curves_table(keys, curves), snakemake.output[0])

@@ -1,0 +1,215 @@
+"""Results of computations as tables, and back: a row for each curve, point, step or state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyarrow as pa
+
+from vibrissa.curve import StickingCurve
+from vibrissa.grid import CurveKey, Point
+from vibrissa.status import Status
+from vibrissa.tables import CURVES, SCANS, SHAPE, STATE, STATES, STICTION, WHOLE
+
+# Only their attributes are read: a job need not depend on how the others' results are computed.
+if TYPE_CHECKING:
+    from vibrissa.api import EquilibriumState
+    from vibrissa.curve import StickingState
+    from vibrissa.cycles import Scan
+    from vibrissa.stiction import Stiction
+    from vibrissa.taper import FloatArray
+
+
+def _array(values: Any, kind: pa.DataType) -> pa.Array:
+    """Arrow array of a column; NaN stands for nothing."""
+    if isinstance(values, np.ndarray):
+        if kind == WHOLE and values.dtype.kind == "f":
+            return pa.array(np.nan_to_num(values).astype(np.int64), kind, mask=np.isnan(values))
+        return pa.array(values, kind, from_pandas=True)
+    return pa.array(values, kind)
+
+
+def _table(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
+    arrays = [_array(columns[field.name], field.type) for field in schema]
+    return pa.Table.from_arrays(arrays, schema=schema)
+
+
+def _state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
+    return {f"{name}{suffix}": getattr(state, name) for name, _, _ in STATE}
+
+
+def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> pa.Table:
+    """Table of sticking curves under the keys that they were solved for.
+
+    Parameters
+    ----------
+    keys : sequence of CurveKey
+    curves : sequence of StickingCurve
+        In the order of the keys.
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `CURVES`.
+    """
+    columns: dict[str, Any] = {
+        "theta": [key[0] for key in keys],
+        "eta": [key[1] for key in keys],
+        "dx0": [key[2] if len(key) > 2 else None for key in keys],
+    }
+    for name in ("method", "status", "message", "x0", *_CURVE_VALUES):
+        columns[name] = [getattr(curve, name) for curve in curves]
+    for name in _CURVE_SCALARS:
+        columns[name] = np.array([getattr(curve, name) for curve in curves])
+    return _table(CURVES, columns)
+
+
+_CURVE_VALUES = ("reaction_fx", "reaction_fy", "reaction_m", "phi1")
+_CURVE_SCALARS = ("x1_init", "residual", "x0_lock", "mu_lock", "x0_touch")
+
+
+def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
+    """Sticking curves of a table by the keys that they were solved for.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+        With the schema `CURVES`.
+
+    Returns
+    -------
+    dict
+    """
+    curves = {}
+    for row in table.to_pylist():
+        key = tuple(row[name] for name in ("theta", "eta", "dx0") if row[name] is not None)
+        values: dict[str, Any] = {name: np.array(row[name]) for name in ("x0", *_CURVE_VALUES)}
+        for name in _CURVE_SCALARS:
+            values[name] = np.nan if row[name] is None else row[name]
+        curves[key] = StickingCurve(
+            float(key[0]),
+            float(key[1]),
+            row["method"],
+            Status(row["status"]),
+            row["message"],
+            **values,
+        )
+    return curves
+
+
+def stiction_table(
+    points: Mapping[Point, Sequence[str]], curve: StickingCurve, contact: str, stiction: Stiction
+) -> pa.Table:
+    """Table of the grid points that were read off one curve.
+
+    Parameters
+    ----------
+    points : mapping
+        Names of the grids that each point belongs to.
+    curve : StickingCurve
+    contact : str
+        Contact model.
+    stiction : Stiction
+        In the order of the points.
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `STICTION`.
+    """
+    n = len(points)
+    solved = curve.status is Status.SOLVED
+    return _table(
+        STICTION,
+        {
+            "grids": list(points.values()),
+            **{name: _floats(points, name) for name in Point._fields},
+            "status": stiction.status,
+            "contact": [contact] * n,
+            "x0_slip": stiction.x0_slip,
+            "x0_max": stiction.x0_max,
+            "n_steps": stiction.n_steps,
+            "mu_lock": np.full(n, curve.mu_lock),
+            **_state_values(stiction.init, "_init"),
+            **_state_values(stiction.last, "_last"),
+            **_state_values(stiction.slip, "_slip"),
+            "x1_init": np.full(n, curve.x1_init),
+            "penetrates": stiction.penetrates if solved else [None] * n,
+            "residual": np.full(n, curve.residual),
+        },
+    )
+
+
+def _floats(points: Mapping[Point, Any], name: str) -> FloatArray:
+    return np.array([float(getattr(point, name)) for point in points])
+
+
+def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
+    """Table of one scan, a row for each footpoint position.
+
+    Parameters
+    ----------
+    name : str
+        Name of the set of scans.
+    point : Point
+    scan : Scan
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `SCANS`; a failed scan has one row that says so.
+    """
+    failed = scan.status is Status.FAILED
+    n = 1 if failed else len(scan.step)
+    columns: dict[str, Any] = {
+        "scan": [name] * n,
+        **{axis: np.full(n, float(getattr(point, axis))) for axis in Point._fields},
+        "status": [scan.status] * n,
+    }
+    values = {
+        "cycle": scan.cycle,
+        "step": scan.step,
+        "phase": scan.phase,
+        "footpoint": scan.footpoint,
+        "x0": scan.state.x0,
+        "x1": scan.x1,
+        **_state_values(scan.state),
+        "residual": scan.residual,
+    }
+    shapes = {"x": scan.x, "y": scan.y, "phi": scan.phi}
+    if failed:
+        columns |= {key: [None] for key in values}
+        columns |= {column.name: [[]] for column in SHAPE}
+    else:
+        columns |= values | {f"shape_{axis}": list(shape) for axis, shape in shapes.items()}
+        columns["shape_s"] = [scan.s] * n
+    return _table(SCANS, columns)
+
+
+def states_table(states: Mapping[str, EquilibriumState]) -> pa.Table:
+    """Table of single equilibria with their shapes.
+
+    Parameters
+    ----------
+    states : mapping of EquilibriumState
+        By name.
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `STATES`.
+    """
+    columns: dict[str, list[Any]] = {field.name: [] for field in STATES}
+    s = np.linspace(0.0, 1.0, 101)
+    for name, state in states.items():
+        solved = state.status is Status.SOLVED
+        shape = (s, *state.shape(s)) if solved else ([], [], [], [])
+        values: dict[str, Any] = {"state": name}
+        values |= zip((column.name for column in SHAPE), shape, strict=True)
+        for field in STATES:
+            known = solved or not field.nullable
+            value = values[field.name] if field.name in values else getattr(state, field.name)
+            columns[field.name].append(value if known else None)
+    return _table(STATES, columns)
