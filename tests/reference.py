@@ -1,0 +1,73 @@
+"""Reference solutions that share no code with the package.
+
+A state is shot from the contact point to the clamp with DOP853 at 1e-13, in its own formulation:
+the moment and slope at the contact point are known, the clamp conditions are met by a root search.
+"""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
+from scipy.special import ellipe, ellipk
+
+TOLERANCE = 1e-13
+
+
+def shoot_from_contact(theta, phi1, p, q):
+    """Integrate from the tip to the clamp under the force (q, -p); tip at the origin."""
+
+    def derivative(r, state):  # r = 1 - s
+        _, _, phi, m = state
+        d = 1 / theta + (1 - 1 / theta) * r
+        return [
+            -np.cos(phi),
+            -np.sin(phi),
+            -m / d**4,
+            -(p * np.cos(phi) + q * np.sin(phi)),
+        ]
+
+    result = solve_ivp(
+        derivative, (0, 1), [0, 0, phi1, 0], method="DOP853", rtol=TOLERANCE, atol=TOLERANCE
+    )
+    x, y, phi, m = result.y[:, -1]
+    return -x, -y, phi, m  # offset and height of the tip above the clamp, clamp slope and moment
+
+
+def solve_offset(theta, eta, offset, guess):
+    """State with a given offset of the contact point; guess and result are (phi1, p, q)."""
+
+    def misfit(unknowns):
+        x, y, phi, _ = shoot_from_contact(theta, *unknowns)
+        return [x - offset, y - eta, phi - np.pi / 2]
+
+    return _root(misfit, guess)
+
+
+def solve_inclination(theta, eta, tan_alpha, guess):
+    """State with a given force inclination; guess and result are (phi1, p)."""
+
+    def misfit(unknowns):
+        phi1, p = unknowns
+        _, y, phi, _ = shoot_from_contact(theta, phi1, p, p * tan_alpha)
+        return [y - eta, phi - np.pi / 2]
+
+    return _root(misfit, guess)
+
+
+def onset(theta, mu0, eta, first_guess, slip_guess):
+    """Exact x0_slip: difference of the offsets at alpha = 0 and at tan(alpha) = -mu0."""
+    phi1, p = solve_inclination(theta, eta, 0.0, first_guess)
+    x1_init = shoot_from_contact(theta, phi1, p, 0.0)[0]
+    phi1, p = solve_inclination(theta, eta, -mu0, slip_guess)
+    return x1_init - shoot_from_contact(theta, phi1, p, -mu0 * p)[0]
+
+
+def elastica(modulus):
+    """Closed form of the cylinder at alpha = 0 by its modulus k: (eta, f, x1)."""
+    k, e = ellipk(modulus**2), ellipe(modulus**2)
+    return 2 * e / k - 1, k**2, 2 * modulus / k
+
+
+def _root(misfit, guess):
+    result = root(misfit, guess, method="hybr", options={"xtol": 1e-14})
+    assert np.abs(misfit(result.x)).max() < 1e-12
+    return result.x

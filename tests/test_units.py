@@ -1,0 +1,37 @@
+"""Conversion to SI."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibrissa import Rod
+
+positive = st.floats(1e-6, 1e12)
+
+
+def test_papers_steel_rod():
+    rod = Rod(youngs_modulus=2.10e11, base_diameter=5e-3, length=0.1)
+    assert rod.force_unit == pytest.approx(644.3, abs=0.05)
+    assert 10.86 * rod.force_unit == pytest.approx(6997, abs=1)
+    assert rod.length_unit == 0.1
+
+
+@given(positive, st.floats(1e-6, 1.0), st.floats(1e-3, 10.0))
+def test_units_scale_as_the_beam_equation_says(modulus, diameter, length):
+    rod = Rod(modulus, diameter, length)
+    assert rod.moment_unit == pytest.approx(rod.force_unit * length)
+    twice = Rod(modulus, 2 * diameter, length)
+    assert twice.force_unit == pytest.approx(16 * rod.force_unit)
+    longer = Rod(modulus, diameter, 3 * length)
+    assert longer.force_unit == pytest.approx(rod.force_unit / 9)
+    assert rod.second_moment == pytest.approx(math.pi * diameter**4 / 64)
+
+
+@pytest.mark.parametrize("name", ["youngs_modulus", "base_diameter", "length"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+def test_impossible_rods_are_refused(name, value):
+    properties = {"youngs_modulus": 1.0, "base_diameter": 1.0, "length": 1.0, name: value}
+    with pytest.raises(ValueError, match=name):
+        Rod(**properties)
