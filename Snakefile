@@ -20,10 +20,10 @@ include: "workflow/rules/figures.smk"
 
 
 rule all:
+    default_target: True
     input:
         f"{RESULTS}/tables/stiction.parquet",
         f"{RESULTS}/tables/scans.parquet" if STUDY.scans else [],
         f"{RESULTS}/tables/states.parquet" if STUDY.states else [],
         expand(f"{RESULTS}/figures/{{figure}}.{{ending}}", figure=STUDY.figures, ending=ENDINGS),
         f"{RESULTS}/figures/captions.md" if STUDY.figures else [],
-    default_target: True

@@ -157,7 +157,8 @@ def main(argv: list[str]) -> int:
                 say(text.splitlines()[0])
             say("\n".join(jobs[:3]))
         elif other:  # without a terminal nothing of Snakemake's own message was shown yet
-            say("\n".join(other))
+            # Where in the workflow's code a message was raised does not help its reader.
+            say("\n".join(line for line in other if not line.startswith('  File "')))
         if status < 0:
             say(f"Snakemake was ended by signal {-status} ({signal.Signals(-status).name}).")
         return status if status > 0 else 128 - status

@@ -6,6 +6,7 @@ from decimal import Decimal
 from typing import Any
 
 import jsonschema
+import yaml
 
 from vibrissa.decimals import exact
 from vibrissa.grid import AXES, Grid, axis
@@ -128,6 +129,38 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
     for name, figure in study.figures.items():
         _check_figure(f"figures.{name}", figure, study)
     return study
+
+
+def refuse_repeated_keys(text: str) -> None:
+    """Refuse a study file in which a key stands twice; YAML would silently take the last.
+
+    Parameters
+    ----------
+    text : str
+        The study file.
+
+    Raises
+    ------
+    StudyError
+        With the key and the lines.
+    """
+    pending: list[yaml.Node | None] = [yaml.compose(text, yaml.SafeLoader)]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, yaml.SequenceNode):
+            pending += node.value
+        if not isinstance(node, yaml.MappingNode):
+            continue
+        lines: dict[str, int] = {}
+        for key, value in node.value:
+            pending.append(value)
+            line = key.start_mark.line + 1
+            if key.value in lines:
+                raise StudyError(
+                    f"{key.value!r} stands twice, in lines {lines[key.value]} and {line}; a key is "
+                    "allowed once"
+                )
+            lines[key.value] = line
 
 
 def _check_schema(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:

@@ -248,6 +248,9 @@ def _check(table: pa.Table, where: str) -> None:
 def collect(paths: Sequence[str | Path], schema: pa.Schema) -> pa.Table:
     """Read tables of one schema and put them one below the other.
 
+    The commits of the code that made the parts go into the metadata, as parts are kept when the
+    code changes elsewhere.
+
     Parameters
     ----------
     paths : sequence of path
@@ -262,7 +265,12 @@ def collect(paths: Sequence[str | Path], schema: pa.Schema) -> pa.Table:
     TableError
         If one of the files is not what it should be.
     """
-    return joined([read(path, schema) for path in paths], schema)
+    parts = [read(path, schema) for path in paths]
+    commits = sorted({part.schema.metadata.get(b"vibrissa.commit", b"unknown") for part in parts})
+    table = joined(parts, schema)
+    return table.replace_schema_metadata(
+        {**table.schema.metadata, b"vibrissa.part_commits": b" ".join(commits)}
+    )
 
 
 def joined(parts: Sequence[pa.Table], schema: pa.Schema) -> pa.Table:

@@ -4,12 +4,14 @@ import yaml
 from vibrissa import grid
 from vibrissa.plan import PlanError, planned_blocks
 from vibrissa.sources import sources
-from vibrissa.study import StudyError, parse_study
+from vibrissa.study import StudyError, parse_study, refuse_repeated_keys
 
 ENDINGS = ["pdf", "svg", "png"]
 
 with open(workflow.source_path("../schemas/study.schema.yaml")) as schema:
     try:
+        for path in workflow.configfiles:
+            refuse_repeated_keys(Path(path).read_text(encoding="utf-8"))
         STUDY = parse_study(config, yaml.safe_load(schema))
     except StudyError as error:
         raise WorkflowError(f"the study file cannot be run: {error}") from None

@@ -28,10 +28,10 @@ rule figure:
         f"{RESULTS}/logs/figure/{{figure}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/figure/{{figure}}.tsv"
+    threads: 1
     params:
         figure=lambda wildcards: STUDY.figures[wildcards.figure],
         table=lambda wildcards: FIGURE_TABLES[STUDY.figures[wildcards.figure]["kind"]],
-    threads: 1
     message:
         "drawing {wildcards.figure}"
     script:
@@ -43,9 +43,11 @@ rule captions:
         f"{RESULTS}/figures/captions.md",
     log:
         f"{RESULTS}/logs/captions.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/captions.tsv"
+    threads: 1
     params:
         captions={name: figure.get("caption", "") for name, figure in STUDY.figures.items()},
-    threads: 1
     message:
         "writing the captions"
     script:

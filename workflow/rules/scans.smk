@@ -11,11 +11,11 @@ rule scan:
         f"{RESULTS}/logs/scan/{{scan}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/scan/{{scan}}.tsv"
+    threads: 1
     params:
         grid=lambda wildcards: grid.spelled(SCAN_GRIDS[wildcards.scan]),
         cycles=lambda wildcards: STUDY.scans[wildcards.scan].cycles,
         by_step=STUDY.by_step,
-    threads: 1
     message:
         "moving the clamp through scan {wildcards.scan}"
     script:
@@ -32,9 +32,9 @@ rule scans:
         f"{RESULTS}/logs/scans.log",
     benchmark:
         f"{RESULTS}/benchmarks/scans.tsv"
+    threads: 1
     params:
         study_file=STUDY_FILE,
-    threads: 1
     message:
         "collecting the table of scans"
     script:
@@ -50,13 +50,13 @@ rule states:
         f"{RESULTS}/logs/states.log",
     benchmark:
         f"{RESULTS}/benchmarks/states.tsv"
+    threads: 1
     params:
         states={
             name: {"theta": float(state.theta), "eta": float(state.eta), "x1": float(state.x1)}
             for name, state in STUDY.states.items()
         },
         study_file=STUDY_FILE,
-    threads: 1
     message:
         "solving single states"
     script:

@@ -10,10 +10,10 @@ rule curves:
         f"{RESULTS}/logs/curves/{{block}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/curves/{{block}}.tsv"
+    threads: 1
     params:
         method=STUDY.method,
         curves=lambda wildcards: [list(key) for key in BLOCKS[wildcards.block]],
-    threads: 1
     message:
         "solving the sticking curves of block {wildcards.block}"
     script:
@@ -30,10 +30,10 @@ rule points:
         f"{RESULTS}/logs/points/{{block}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/points/{{block}}.tsv"
+    threads: 1
     params:
         contact=STUDY.contact,
         readings=lambda wildcards: READINGS[wildcards.block],
-    threads: 1
     message:
         "reading grid points off block {wildcards.block}"
     script:
@@ -50,10 +50,10 @@ rule stiction:
         f"{RESULTS}/logs/stiction.log",
     benchmark:
         f"{RESULTS}/benchmarks/stiction.tsv"
+    threads: 1
     params:
         grids={name: grid.spelled(axes) for name, axes in STUDY.grids.items()},
         study_file=STUDY_FILE,
-    threads: 1
     message:
         "collecting the table of grid points"
     script:
