@@ -121,7 +121,7 @@ def test_parsing_the_workflow_imports_nothing_heavy():
     # Every cluster job parses the Snakefile again.
     code = (
         "import sys, vibrissa.grid, vibrissa.plan, vibrissa.sources\n"
-        "print(*{'scipy', 'pandas', 'pyarrow', 'matplotlib'} & set(sys.modules))"
+        "print(*{'numpy', 'scipy', 'pandas', 'pyarrow', 'matplotlib'} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""

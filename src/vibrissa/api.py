@@ -6,13 +6,13 @@ from decimal import Decimal
 import numpy as np
 
 from vibrissa import collocation, shooting
+from vibrissa.arrays import FloatArray
 from vibrissa.curve import StickingCurve, StickingState
 from vibrissa.decimals import exact
 from vibrissa.equilibrium import clamp_moment, tip_slope
 from vibrissa.rod import deformed_shape
 from vibrissa.status import Status
 from vibrissa.stiction import read_curve
-from vibrissa.taper import FloatArray
 
 METHODS = (collocation.METHOD, shooting.METHOD)
 

@@ -7,6 +7,7 @@ scaled to the height η, starts Newton's iteration for the large deflection.
 import numpy as np
 from scipy.optimize import elementwise
 
+from vibrissa.arrays import BoolArray, FloatArray
 from vibrissa.equilibrium import (
     Closure,
     TipStates,
@@ -14,7 +15,7 @@ from vibrissa.equilibrium import (
     solve,
 )
 from vibrissa.spectral import gauss_rule
-from vibrissa.taper import BoolArray, FloatArray, arc_density
+from vibrissa.taper import arc_density
 
 # Heights through which a strongly deflected state is approached where the buckling mode is too
 # far from it.

@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from vibrissa.arrays import BoolArray, FloatArray
 from vibrissa.buckling import initial_states
 from vibrissa.curve import StickingCurve, failed_curve, sticking_curve
 from vibrissa.equilibrium import (
@@ -29,7 +30,6 @@ from vibrissa.equilibrium import (
 )
 from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.status import Status
-from vibrissa.taper import BoolArray, FloatArray
 
 METHOD = "collocation"
 RESIDUAL_TOLERANCE = 1e-12

@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import elementwise
 
+from vibrissa.arrays import FloatArray
 from vibrissa.spectral import chebyshev_transform
 from vibrissa.status import Status
-from vibrissa.taper import FloatArray
 
 # Samples between which crossings of the curve are bracketed before they are located exactly.
 SCAN_POINTS = 257

@@ -10,13 +10,12 @@ from decimal import Decimal
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibrissa.arrays import FloatArray, IntArray
 from vibrissa.curve import StickingCurve, StickingState
-from vibrissa.decimals import last_step_within, step_position
 from vibrissa.rod import deformed_shape
 from vibrissa.status import Status
-from vibrissa.taper import FloatArray
+from vibrissa.steps import last_step_within, step_position
 
 
 class Phase(StrEnum):
@@ -57,8 +56,8 @@ class Scan:
     """
 
     status: Status
-    cycle: NDArray[np.int64]
-    step: NDArray[np.int64]
+    cycle: IntArray
+    step: IntArray
     phase: list[Phase]
     footpoint: FloatArray
     x1: FloatArray

@@ -21,8 +21,9 @@ from typing import Self
 
 import numpy as np
 
+from vibrissa.arrays import BoolArray, FloatArray, Index
 from vibrissa.spectral import gauss_rule, refinement_matrix
-from vibrissa.taper import BoolArray, FloatArray, Index, arc_density, compliance_density
+from vibrissa.taper import arc_density, compliance_density
 
 MAX_ITERATIONS = 25
 # Newton converges quadratically: an update this small leaves an error of its square.

@@ -9,12 +9,15 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from fractions import Fraction
 from itertools import product
 from typing import NamedTuple
 
 from vibrissa.decimals import exact, spell
 
 AXES = ("theta", "mu0", "eta", "dx0")
+# Longer axes are typing errors: 10^6 points are three axes of 100.
+LONGEST_AXIS = 1_000_000
 
 # A curve key: the values spelled as plain decimals, in the order theta, eta and perhaps dx0.
 CurveKey = tuple[str, ...]
@@ -77,14 +80,16 @@ def axis(values: Sequence[float] | Mapping[str, float]) -> tuple[Decimal, ...]:
     Raises
     ------
     ValueError
-        If a value is not a finite number, or the stop is not a whole number of steps from the
-        start.
+        If a value is not a finite number, the stop is not a whole number of steps from the start,
+        or there are more than `LONGEST_AXIS` values.
     """
     if not isinstance(values, Mapping):
         return tuple(sorted({exact(value) for value in values}))
     start, stop, step = (exact(values[name]) for name in ("start", "stop", "step"))
-    steps, rest = divmod(stop - start, step)
-    if stop < start or rest:
+    steps = Fraction(stop - start) / Fraction(step)
+    if steps > LONGEST_AXIS:
+        raise ValueError(f"an axis has at most {LONGEST_AXIS} values")
+    if steps < 0 or steps.denominator != 1:
         raise ValueError(
             f"stop {spell(stop)} must be start {spell(start)} plus a whole number of steps of "
             f"{spell(step)}"

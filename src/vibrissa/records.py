@@ -16,10 +16,10 @@ from vibrissa.tables import CURVES, SCANS, SHAPE, STATE, STATES, STICTION, WHOLE
 # Only their attributes are read: a job need not depend on how the others' results are computed.
 if TYPE_CHECKING:
     from vibrissa.api import EquilibriumState
+    from vibrissa.arrays import FloatArray
     from vibrissa.curve import StickingState
     from vibrissa.cycles import Scan
     from vibrissa.stiction import Stiction
-    from vibrissa.taper import FloatArray
 
 
 def _array(values: Any, kind: pa.DataType) -> pa.Array:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from vibrissa.taper import FloatArray
+from vibrissa.arrays import FloatArray
 
 SHAPE_TOLERANCE = 1e-12
 

@@ -14,11 +14,12 @@ import numpy as np
 from scipy.integrate import ode
 from scipy.optimize import minimize
 
+from vibrissa.arrays import FloatArray
 from vibrissa.buckling import buckling_load, buckling_mode
 from vibrissa.curve import StickingCurve, failed_curve, sticking_curve
 from vibrissa.rod import rod_equations
 from vibrissa.spectral import gauss_rule
-from vibrissa.taper import FloatArray, arc_density
+from vibrissa.taper import arc_density
 
 METHOD = "shooting"
 # The walk takes no larger steps than this, in units of L: it divides a coarser Δx0 evenly.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
-from vibrissa.taper import FloatArray
+from vibrissa.arrays import FloatArray
 
 
 class GaussRule(NamedTuple):

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from decimal import Decimal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vibrissa.arrays import BoolArray, FloatArray
 from vibrissa.curve import StickingCurve, StickingState
-from vibrissa.decimals import last_step_within, step_position
 from vibrissa.status import Status
-from vibrissa.taper import FloatArray
+from vibrissa.steps import last_step_within, step_position
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class Stiction:
     x0_slip: FloatArray
     n_steps: FloatArray
     x0_max: FloatArray
-    penetrates: NDArray[np.bool_]
+    penetrates: BoolArray
     init: StickingState
     last: StickingState
     slip: StickingState

@@ -8,7 +8,7 @@ from typing import Any
 import jsonschema
 import yaml
 
-from vibrissa.decimals import exact
+from vibrissa.decimals import exact, spell
 from vibrissa.grid import AXES, Grid, axis
 
 # Curves per job: a collocation curve takes milliseconds, a walk by shooting many seconds.
@@ -108,10 +108,10 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
         name=config["study"],
         contact=config.get("contact", "point"),
         method=method,
-        block_size=config.get("block_size", DEFAULT_BLOCK_SIZE[method]),
+        block_size=int(config.get("block_size", DEFAULT_BLOCK_SIZE[method])),
         grids={name: _grid(f"grids.{name}", axes) for name, axes in config["grids"].items()},
         scans={
-            name: ScanSet(_grid(f"scans.{name}", scan), scan["cycles"])
+            name: ScanSet(_grid(f"scans.{name}", scan), int(scan["cycles"]))
             for name, scan in config.get("scans", {}).items()
         },
         states={
@@ -174,7 +174,7 @@ def _check_schema(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
     allowed = error.schema.get("description", "") if isinstance(error.schema, dict) else ""
     if error.validator == "additionalProperties":
         known = sorted(error.schema.get("properties", {}))
-        unknown = sorted(set(error.instance) - set(known))
+        unknown = [key for key in error.instance if key not in known]
         raise StudyError(
             f"{path}: unknown key {', '.join(map(repr, unknown))}; allowed: {', '.join(known)}"
         )
@@ -243,7 +243,7 @@ def _check_figure(path: str, figure: Mapping[str, Any], study: Study) -> None:
         fixed = ("eta", "dx0") if kind == "taper" else ("theta", "eta", "dx0")
     for name in fixed:
         values = getattr(grid, name)
-        allowed = ", ".join(str(value) for value in values[:10])
+        allowed = ", ".join(spell(value) for value in values[:10])
         if name in figure and exact(figure[name]) not in values:
             raise StudyError(
                 f"{path}.{name}: {figure[name]!r} is not allowed; the data has {allowed}"

@@ -10,15 +10,10 @@ smooth everywhere in τ however strong the taper is; polynomials in τ need far 
 polynomials in s. At θ = 1 the two coordinates are the same.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-Index = NDArray[np.integer[Any]] | NDArray[np.bool_]
+from vibrissa.arrays import FloatArray
 
 
 def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
