@@ -175,7 +175,11 @@ HASHED = r"^numpy==(\S+) \\\n(?:    --hash=\S+(?: \\)?\n)+"
         pytest.param(check_lock_versions, "lock", HASHED, "", id="missing in lock"),
         pytest.param(check_lock_versions, "lock", r"^numpy==", "numpy==1.", id="outside range"),
         pytest.param(
-            check_lock_versions, "pyproject", r'"numpy>=2,', '"numpy>=2,<2.1,', id="range narrowed"
+            check_lock_versions,
+            "pyproject",
+            r'"numpy>=2.2,',
+            '"numpy>=2.2,<2.3,',
+            id="range narrowed",
         ),
         pytest.param(
             check_lock_versions, "pyproject", r'"numpy>=', '"nump1>=1", "numpy>=', id="dependency"

@@ -46,7 +46,7 @@ def study_name(configfiles: list[str]) -> str:
     for path in configfiles or ["config.yaml"]:
         try:
             config = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-        except yaml.YAMLError as error:
+        except (yaml.YAMLError, UnicodeDecodeError) as error:
             sys.exit(f"{path} is not valid YAML: {error}")
         if isinstance(config, dict):
             study = config.get("study", study)

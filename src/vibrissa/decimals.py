@@ -22,7 +22,8 @@ def exact(value: Decimal | float | int | str) -> Decimal:
         If the value is not a finite number.
     """
     try:
-        number = Decimal(repr(value) if isinstance(value, float) else value)
+        # float() for the sake of NumPy's numbers, whose repr names their type
+        number = Decimal(value if isinstance(value, Decimal | int | str) else repr(float(value)))
     except ArithmeticError as error:
         raise ValueError(f"not a number: {value!r}") from error
     if not number.is_finite():

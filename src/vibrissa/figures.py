@@ -62,7 +62,7 @@ def draw(kind: str, table: pa.Table, selection: Mapping[str, Any]) -> Figure:
     if rows.empty:
         raise ValueError(f"no rows to draw for {kind} figure with {dict(selection)}")
     with matplotlib.rc_context(STYLE):
-        return KINDS[kind](rows)
+        return _failure(rows) if (rows["status"] == "failed").all() else KINDS[kind](rows)
 
 
 def save(figure: Figure, paths: Sequence[str | Path]) -> None:
@@ -103,6 +103,15 @@ def _select(table: pa.Table, selection: Mapping[str, Any]) -> pd.DataFrame:
 def _axes(height: float) -> tuple[Figure, Axes]:
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     return figure, figure.subplots()
+
+
+def _failure(rows: pd.DataFrame) -> Figure:
+    """Say that there is nothing to show: the study goes on without it."""
+    figure, axes = _axes(2.0)
+    axes.set_axis_off()
+    reason = rows["message"].iloc[0] if "message" in rows else "the tables and logs say why"
+    axes.text(0.5, 0.5, f"failed: {reason}", ha="center", va="center", wrap=True)
+    return figure
 
 
 def _taper(rows: pd.DataFrame) -> Figure:

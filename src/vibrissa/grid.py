@@ -87,7 +87,7 @@ def axis(values: Sequence[float] | Mapping[str, float]) -> tuple[Decimal, ...]:
         return tuple(sorted({exact(value) for value in values}))
     start, stop, step = (exact(values[name]) for name in ("start", "stop", "step"))
     steps = Fraction(stop - start) / Fraction(step)
-    if steps > LONGEST_AXIS:
+    if steps >= LONGEST_AXIS:
         raise ValueError(f"an axis has at most {LONGEST_AXIS} values")
     if steps < 0 or steps.denominator != 1:
         raise ValueError(

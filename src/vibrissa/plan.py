@@ -48,7 +48,7 @@ def planned_blocks(path: Path, keys: Sequence[CurveKey], size: int) -> Blocks:
 def _read(path: Path) -> Blocks:
     remedy = f"delete {path} and run again (blocks that fit the new plan are used again)"
     try:
-        text = path.read_text()
+        data = path.read_bytes()
     except FileNotFoundError:
         return {}
     except OSError as error:
@@ -56,7 +56,7 @@ def _read(path: Path) -> Blocks:
     try:
         blocks = {
             name: tuple(tuple(str(value) for value in key) for key in members)
-            for name, members in json.loads(text).items()
+            for name, members in json.loads(data).items()
         }
     except (ValueError, AttributeError, TypeError):
         raise PlanError(f"the plan of blocks is damaged; {remedy}") from None

@@ -29,7 +29,7 @@ def step_position(step: IntArray, dx0: Decimal) -> FloatArray:
     numerator, denominator = Fraction(dx0).as_integer_ratio()
     step = np.asarray(step, dtype=np.int64)
     largest = int(np.abs(step).max(initial=0)) * numerator
-    if max(largest, denominator) <= EXACT_INTEGER:
+    if max(largest, numerator, denominator) <= EXACT_INTEGER:
         return step * numerator / denominator  # both exact, so the division rounds once
     return np.array([int(k) * numerator / denominator for k in step.ravel()]).reshape(step.shape)
 

@@ -211,12 +211,12 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
         raise TableError(
             f"{path} cannot be read ({error}); delete it and run again, it is made anew"
         ) from None
-    found = {name: (table.schema.metadata or {}).get(name, b"none") for name in schema.metadata}
-    for name, value in schema.metadata.items():
-        if found[name] != value:
+    found = table.schema.metadata or {}
+    for key, value in schema.metadata.items():
+        if (other := found.get(key, b"none")) != value:
             raise TableError(
-                f"{path} has {name.decode()} = {found[name].decode()} where {value.decode()} is "
-                "needed; delete it and run again, it is made anew"
+                f"{path} has {key.decode()} = {other.decode(errors='replace')} where "
+                f"{value.decode()} is needed; delete it and run again, it is made anew"
             )
     if not table.schema.equals(schema):
         raise TableError(

@@ -39,6 +39,8 @@ rule figure:
 
 
 rule captions:
+    input:
+        code=sources("jobs", "files"),
     output:
         f"{RESULTS}/figures/captions.md",
     log:

@@ -1,0 +1,112 @@
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibrissa.decimals import exact, spell
+from vibrissa.steps import EXACT_INTEGER, last_step_within, step_position
+
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+# What a person writes as a step: a few digits, from 1e-9 up to 1e6.
+steps = st.builds(
+    lambda digits, places: Decimal(digits).scaleb(-places),
+    st.integers(1, 10**6),
+    st.integers(0, 9),
+)
+
+
+@given(numbers)
+def test_a_float_is_its_shortest_decimal(x):
+    decimal = exact(x)
+    assert float(decimal) == x
+    assert len(decimal.normalize().as_tuple().digits) <= 17
+
+
+@pytest.mark.parametrize("value", [0.1, "0.1", "0.10", "1e-1", Decimal("0.100"), np.float64(0.1)])
+def test_equal_values_have_one_spelling(value):
+    assert spell(exact(value)) == "0.1"
+
+
+@given(st.decimals(-1000, 1000, places=6), st.integers(0, 5))
+def test_trailing_zeros_do_not_matter(value, zeros):
+    assert spell(exact(f"{value:f}" + "0" * zeros)) == spell(exact(value))
+
+
+@pytest.mark.parametrize(
+    "zero", [0, 0.0, -0.0, "-0", "-0.000", "0e5", Decimal("-0e-9"), np.int64(0)]
+)
+def test_zero_has_no_sign_and_no_places(zero):
+    assert spell(exact(zero)) == "0"
+
+
+@pytest.mark.parametrize(
+    "value", [float("nan"), float("inf"), -float("inf"), "nan", "sNaN", "-Infinity", Decimal("inf")]
+)
+def test_only_finite_numbers(value):
+    with pytest.raises(ValueError, match=r"not a finite number: .*(?i:nan|inf)"):
+        exact(value)
+
+
+@pytest.mark.parametrize("text", ["", "one", "0.1.2", "1,5", "0x10"])
+def test_other_text_is_refused(text):
+    with pytest.raises(ValueError, match=f"not a number: '{text}'"):
+        exact(text)
+
+
+@given(st.one_of(numbers, st.decimals(allow_nan=False, allow_infinity=False, places=30)))
+def test_spelling_has_no_exponent_and_reads_back(value):
+    decimal = exact(value)
+    assert set(spell(decimal)) <= set("-.0123456789")
+    assert Decimal(spell(decimal)) == decimal
+
+
+@given(st.lists(st.integers(0, 2**63 - 1)), steps)
+def test_step_position_is_the_rounded_exact_product(counts, dx0):
+    expected = [float(k * Fraction(dx0)) for k in counts]
+    assert step_position(np.array(counts, dtype=np.int64), dx0).tolist() == expected
+
+
+@given(st.integers(2**50, 2**63 - 1), st.sampled_from(["0.1", "0.001", "0.0025", "0.7", "3"]))
+def test_step_position_beyond_the_exact_integers(k, step):
+    assert step_position(np.array([[k]]), Decimal(step))[0, 0] == float(k * Fraction(step))
+    assert 2**50 < EXACT_INTEGER < 2**63
+
+
+@pytest.mark.parametrize(
+    ("x0", "dx0", "count", "floored"),
+    [
+        (0.3, "0.1", 3, 2),
+        (0.7, "0.1", 7, 6),
+        (0.6, "0.2", 3, 2),
+        (0.009, "0.001", 9, 9),
+        (0.035, "0.005", 7, 7),
+        (0.058, "0.001", 58, 58),
+    ],
+)
+def test_last_step_where_floor_is_off(x0, dx0, count, floored):
+    assert np.floor(x0 / float(dx0)) == floored
+    assert last_step_within(np.array([x0]), Decimal(dx0)) == count
+
+
+@given(st.integers(0, 2**50), steps)
+def test_a_step_is_within_its_own_position_and_not_just_below(k, dx0):
+    position = step_position(np.array([k]), dx0)
+    assert last_step_within(position, dx0) == k
+    if k:
+        assert last_step_within(np.nextafter(position, 0.0), dx0) == k - 1
+
+
+@given(st.lists(st.floats(0, 1000), min_size=1), steps)
+def test_the_last_step_does_not_pass_and_the_next_does(x0, dx0):
+    x0 = np.array(x0)
+    count = last_step_within(x0, dx0)
+    assert np.all(step_position(count, dx0) <= x0)
+    assert np.all(step_position(count + 1, dx0) > x0)
+
+
+@pytest.mark.parametrize("dx0", ["1", "12345", "1e15", "1e18", "1e30"])
+def test_a_step_larger_than_the_displacement_fits_no_time(dx0):
+    assert last_step_within(np.array([0.0, 0.03]), Decimal(dx0)).tolist() == [0, 0]

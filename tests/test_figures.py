@@ -1,0 +1,286 @@
+from decimal import Decimal
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from matplotlib.colors import to_hex
+
+from vibrissa import figures, records, solve_curve, solve_state, stick_slip, tables
+from vibrissa.api import EquilibriumState
+from vibrissa.curve import failed_curve
+from vibrissa.grid import Grid, points_of_curve
+from vibrissa.status import Status
+from vibrissa.stiction import read_curve
+
+THETA = ("1", "1.5", "2", "3")
+MU0 = ("0.2", "0.3", "0.4", "0.9")
+FAILED = failed_curve(2.0, 0.05, "collocation", "no luck")
+
+
+def grid(theta=THETA, mu0=MU0, dx0=("0.001", "0.005")):
+    return Grid(*(tuple(map(Decimal, values)) for values in (theta, mu0, ("0.85",), dx0)))
+
+
+def points_table(grids, curves):
+    parts = []
+    for theta, curve in curves.items():
+        points = points_of_curve((theta, "0.85"), grids)
+        stiction = read_curve(curve, [p.mu0 for p in points], [p.dx0 for p in points])
+        parts.append(records.stiction_table(points, curve, "point", stiction))
+    # Rows in no order that a figure could rely on
+    table = tables.joined(parts, tables.STICTION)
+    return table.take(np.random.default_rng(1).permutation(len(table)))
+
+
+def scan_table(curve, theta, mu0):
+    (point,) = grid((theta,), (mu0,), ("0.01",)).points()
+    return records.scan_table("runs", point, stick_slip(curve, point.mu0, point.dx0, 3))
+
+
+def failed_state():
+    return EquilibriumState(Status.FAILED, "no luck", 1.0, 0.1, 0.5, *(float("nan"),) * 7)
+
+
+CURVES = {theta: solve_curve(float(theta), 0.85) for theta in THETA}
+TABLES = {
+    "stiction": points_table({"main": grid(mu0=MU0[:3]), "locks": grid(theta=("2",))}, CURVES),
+    "failed points": points_table({"main": grid(theta=("9",))}, {"9": FAILED}),
+    "scans": tables.joined(
+        [
+            scan_table(CURVES["2"], "2", "0.3"),
+            scan_table(CURVES["3"], "3", "0.3"),
+            scan_table(CURVES["2"], "2", "0.9"),
+            scan_table(FAILED, "1", "0.3"),
+        ],
+        tables.SCANS,
+    ),
+    "states": records.states_table(
+        {
+            "inside": solve_state(1, 0.55, 0.15),
+            "outside": solve_state(2, 0.85, 0.3),
+            "lost": failed_state(),
+        }
+    ),
+}
+FIGURES = {
+    "taper": ("taper", "stiction", {"grid": "main", "dx0": 0.001}),
+    "friction": ("friction", "stiction", {"grid": "locks", "theta": 2, "dx0": 0.005}),
+    "scan": ("scan", "scans", {"scan": "runs", "theta": 2, "mu0": 0.3}),
+    "locked scan": ("scan", "scans", {"scan": "runs", "theta": 2, "mu0": 0.9}),
+    "period": ("period", "scans", {"scan": "runs", "theta": 2, "mu0": 0.3}),
+    "locked period": ("period", "scans", {"scan": "runs", "theta": 2, "mu0": 0.9}),
+    "penetrating state": ("state", "states", {"state": "inside"}),
+    "state": ("state", "states", {"state": "outside"}),
+}
+
+
+def draw(name):
+    kind, table, selection = FIGURES[name]
+    figure = figures.draw(kind, TABLES[table], selection)
+    return figure, figure.axes[0]
+
+
+def rows(table, **values):
+    """Rows of a table with the given values, in the order of the first axis that is not given."""
+    found = [
+        row
+        for row in TABLES[table].to_pylist()
+        if all(value in row[k] if k == "grids" else row[k] == value for k, value in values.items())
+    ]
+    assert found
+    return found
+
+
+def column(found, name):
+    return [row[name] for row in found]
+
+
+def drawn(axes):
+    """Data of the lines that show some."""
+    return [line for line in axes.lines if len(line.get_xdata())]
+
+
+def is_line(line, x, y):
+    return np.array_equal(line.get_xdata(), x) and np.array_equal(line.get_ydata(), y)
+
+
+def test_taper_figure_shows_marks_and_onset_of_each_friction():
+    _, axes = draw("taper")
+    lines = drawn(axes)
+    assert len(lines) == 6
+    assert [line.get_marker() for line in lines[1::2]] == ["s", "D", "^"]
+    assert len({line.get_color() for line in lines}) == 3
+    for mu0, onset, marks in zip((0.2, 0.3, 0.4), lines[::2], lines[1::2], strict=True):
+        found = sorted(rows("stiction", grids="main", dx0=0.001, mu0=mu0), key=lambda r: r["theta"])
+        assert column(found, "theta") == [1, 1.5, 2, 3]
+        assert is_line(onset, column(found, "theta"), column(found, "x0_slip"))
+        assert is_line(marks, column(found, "theta"), column(found, "x0_max"))
+        assert (onset.get_marker(), marks.get_linestyle()) == ("None", "None")
+        assert f"{mu0:g}" in marks.get_label()
+
+
+def test_friction_figure_shows_marks_onset_and_lock():
+    _, axes = draw("friction")
+    onset, marks, lock = drawn(axes)
+    found = sorted(rows("stiction", grids="locks", dx0=0.005), key=lambda row: row["mu0"])
+    assert [row["status"] for row in found] == ["slip", "slip", "slip", "lock"]
+    slips = found[:3]
+    assert is_line(onset, column(slips, "mu0"), column(slips, "x0_slip"))
+    assert is_line(marks, column(slips, "mu0"), column(slips, "x0_max"))
+    assert lock.get_xdata() == [CURVES["2"].mu_lock] * 2
+    assert "0.005" in marks.get_label()
+    assert any(f"{CURVES['2'].mu_lock:.4f}" in text.get_text() for text in axes.texts)
+
+
+def test_friction_figure_enlarges_the_first_of_many_levels():
+    mu0 = [f"{0.1 + i / 500:g}" for i in range(150)]
+    table = points_table({"fine": grid(("2",), mu0, ("0.001",))}, {"2": CURVES["2"]})
+    figure = figures.draw("friction", table, {"grid": "fine"})
+    (axes,) = figure.axes
+    (inset,) = axes.child_axes
+    for line, enlarged in zip(axes.lines[:2], inset.lines, strict=True):
+        assert len(line.get_xdata()) == 150
+        assert is_line(enlarged, *line.get_data())
+    levels = np.unique(table.column("n_steps").to_numpy())[:7]
+    assert inset.get_yticks() == pytest.approx(levels * 0.001)
+    low, high = inset.get_ylim()
+    assert low < levels[0] * 0.001 < levels[6] * 0.001 < high
+
+
+@pytest.mark.parametrize(("name", "mu0"), [("scan", 0.3), ("locked scan", 0.9)])
+def test_scan_figure_shows_every_shape_and_where_periods_begin(name, mu0):
+    figure, axes = draw(name)
+    found = rows("scans", theta=2, mu0=mu0)
+    starts = [row for row in found if row["x0"] == 0]
+    surface, *shapes, footpoints = drawn(axes)
+    assert surface.get_ydata() == [0.85, 0.85]
+    assert len(shapes) == len(found) + len(starts)
+    for line, row in zip(shapes, found + starts, strict=True):
+        assert is_line(line, row["shape_x"], row["shape_y"])
+    bold = {line.get_color() for line in shapes[len(found) :]}
+    assert bold == {figures.START}
+    assert {line.get_color() for line in shapes[: len(found)]} == {figures.SHAPE}
+    assert is_line(footpoints, column(found, "footpoint"), [0] * len(found))
+    assert len(starts) == (4 if mu0 == 0.3 else 1)
+    assert figure.legends
+
+
+@pytest.mark.parametrize(("name", "mu0"), [("period", 0.3), ("locked period", 0.9)])
+def test_period_figure_shows_the_first_period_of_sticking(name, mu0):
+    _, axes = draw(name)
+    found = rows("scans", theta=2, mu0=mu0, cycle=1, phase="stick")
+    _surface, *shapes, footpoints = drawn(axes)
+    for line, row in zip(shapes, [*found, found[0], found[-1]], strict=True):
+        assert is_line(line, row["shape_x"], row["shape_y"])
+    assert [to_hex(line.get_color()) for line in shapes[-2:]] == [figures.START, figures.END]
+    assert is_line(footpoints, column(found, "footpoint"), [0] * len(found))
+    assert f"{found[-1]['footpoint']:g}" in axes.get_title()
+
+
+@pytest.mark.parametrize(("name", "state"), [("penetrating state", "inside"), ("state", "outside")])
+def test_state_figure_shows_shape_contact_and_clamp(name, state):
+    _, axes = draw(name)
+    (row,) = rows("states", state=state)
+    surface, shape, contact, clamp = drawn(axes)
+    assert surface.get_ydata() == [row["eta"]] * 2
+    assert is_line(shape, row["shape_x"], row["shape_y"])
+    assert is_line(contact, [row["x1"]], [row["eta"]])
+    assert is_line(clamp, [0], [0])
+    told = [text for text in axes.texts if "passes through the surface" in text.get_text()]
+    assert len(told) == row["penetrates"] == (state == "inside")
+
+
+@pytest.mark.parametrize("name", [name for name in FIGURES if name not in ("taper", "friction")])
+def test_shapes_are_drawn_in_true_proportions_and_whole(name):
+    _, axes = draw(name)
+    assert axes.get_aspect() == 1
+    (x_low, x_high), (y_low, y_high) = axes.get_xlim(), axes.get_ylim()
+    for line in drawn(axes)[1:]:
+        assert x_low <= min(line.get_xdata()) and max(line.get_xdata()) <= x_high
+        assert y_low <= min(line.get_ydata()) and max(line.get_ydata()) <= y_high
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_axes_say_what_they_show(name):
+    _, axes = draw(name)
+    assert axes.get_xlabel() and axes.get_ylabel()
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_files_are_whole_and_the_same_table_gives_the_same_bytes(name, tmp_path):
+    starts = {"pdf": b"%PDF-", "svg": b"<?xml", "png": b"\x89PNG\r\n\x1a\n"}
+    ends = {"pdf": b"%%EOF\n", "svg": b"</svg>\n", "png": b"IEND\xaeB`\x82"}
+    contents = []
+    for run in "ab":
+        paths = [tmp_path / f"{run}.{ending}" for ending in starts]
+        figure, _ = draw(name)
+        figures.save(figure, paths)
+        contents.append([path.read_bytes() for path in paths])
+    assert contents[0] == contents[1]
+    assert b"CreationDate" not in contents[0][0] and b"dc:date" not in contents[0][1]
+    for ending, content in zip(starts, contents[0], strict=True):
+        assert content.startswith(starts[ending]) and content.endswith(ends[ending])
+    assert len(list(tmp_path.iterdir())) == 6
+
+
+def test_an_unknown_kind_is_refused():
+    message = "unknown kind of figure 'pie'; allowed: taper, friction, scan, period, state"
+    with pytest.raises(ValueError, match=message):
+        figures.draw("pie", TABLES["stiction"], {})
+
+
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        ("taper", {"grid": "none"}),
+        ("taper", {"dx0": 0.002}),
+        ("friction", {"theta": 7}),
+        ("scan", {"scan": "none"}),
+        ("scan", {"mu0": 0.31}),
+        ("period", {"theta": 1.5}),
+        ("state", {"state": "none"}),
+    ],
+)
+def test_nothing_to_draw_is_refused(name, other):
+    kind, table, selection = FIGURES[name]
+    with pytest.raises(ValueError, match=f"no rows to draw for {kind} figure with") as error:
+        figures.draw(kind, TABLES[table], selection | other)
+    assert str(selection | other) in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "table", "selection"),
+    [
+        ("scan", "scans", {"scan": "runs", "theta": 1, "mu0": 0.3}),
+        ("period", "scans", {"scan": "runs", "theta": 1, "mu0": 0.3}),
+        ("state", "states", {"state": "lost"}),
+        ("friction", "failed points", {"grid": "main", "dx0": 0.001}),
+    ],
+)
+def test_a_figure_of_what_failed_says_so(kind, table, selection):
+    try:
+        figure = figures.draw(kind, TABLES[table], selection)
+    except ValueError as error:
+        words = str(error)
+    else:
+        words = "".join(text.get_text() for text in figure.axes[0].texts)
+    assert "failed" in words
+
+
+@pytest.mark.parametrize(
+    ("kind", "selection"),
+    [("taper", {"grid": "main", "dx0": 0.001}), ("friction", {"grid": "locks", "dx0": 0.001})],
+)
+def test_points_without_an_onset_leave_gaps(kind, selection, tmp_path):
+    table = TABLES["stiction"]
+    for name in ("x0_slip", "x0_max", "n_steps"):
+        field = table.schema.field(name)
+        table = table.set_column(
+            table.schema.get_field_index(name), field, pa.nulls(len(table), field.type)
+        )
+    status = table.schema.get_field_index("status")
+    table = table.set_column(status, "status", pa.array(["lock"] * len(table)))
+    figure = figures.draw(kind, table, selection)
+    figures.save(figure, [tmp_path / "figure.png"])
+    marks = drawn(figure.axes[0])[1] if kind == "taper" else figure.axes[0].lines[1]
+    assert not np.isfinite(marks.get_ydata().astype(float)).any()

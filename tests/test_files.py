@@ -1,0 +1,52 @@
+import os
+import stat
+
+import pytest
+
+from vibrissa.files import write_atomically
+
+
+@pytest.mark.parametrize("old", [None, "old"])
+def test_the_file_is_there_only_when_it_is_whole(tmp_path, old):
+    path = tmp_path / "table.txt"
+    if old:
+        path.write_text(old)
+    with write_atomically(path) as temporary:
+        temporary.write_text("new")
+        assert temporary.parent == path.parent
+        assert temporary.suffix == path.suffix
+        assert path.exists() == (old is not None)
+        assert not old or path.read_text() == old
+    assert path.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("old", [None, "old"])
+@pytest.mark.parametrize("error", [ValueError, OSError, KeyboardInterrupt, SystemExit])
+def test_a_failure_leaves_everything_as_it_was(tmp_path, error, old):
+    path = tmp_path / "table.txt"
+    if old:
+        path.write_text(old)
+    with pytest.raises(error), write_atomically(path) as temporary:
+        temporary.write_text("half")
+        raise error
+    assert {p.name: p.read_text() for p in tmp_path.iterdir()} == ({path.name: old} if old else {})
+
+
+@pytest.mark.parametrize(("umask", "mode"), [(0o022, 0o644), (0o027, 0o640), (0o077, 0o600)])
+def test_the_result_has_the_rights_of_any_new_file(tmp_path, umask, mode):
+    path = tmp_path / "table.txt"
+    before = os.umask(umask)
+    try:
+        with write_atomically(path) as temporary:
+            temporary.write_text("new")
+        after = os.umask(umask)
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE(path.stat().st_mode) == mode
+    assert after == umask
+
+
+def test_a_missing_folder_is_an_error(tmp_path):
+    with pytest.raises(FileNotFoundError), write_atomically(tmp_path / "no" / "table.txt"):
+        pass

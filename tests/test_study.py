@@ -1,0 +1,364 @@
+import math
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from vibrissa.grid import spell
+from vibrissa.study import StatePoint, Study, StudyError, parse_study, refuse_repeated_keys
+
+ROOT = Path(__file__).parents[1]
+SCHEMA = yaml.safe_load((ROOT / "workflow/schemas/study.schema.yaml").read_text())
+
+# Every value stands once, so that a test can put another in its place.
+STUDY = """
+study: demo
+contact: point
+method: collocation
+block_size: 5
+grids:
+  main:
+    theta: [1, 2.5]
+    mu0: {start: 0.1, stop: 0.4, step: 0.1}
+    eta: [0.85]
+    dx0: [0.001]
+scans:
+  runs:
+    theta: [3]
+    mu0: [0.32, 0.34]
+    eta: [0.8]
+    dx0: [0.002, 0.004]
+    cycles: 9
+states:
+  single: {theta: 1.5, eta: 0.55, x1: 0.15}
+figures:
+  taper: {kind: taper, grid: main, caption: Some words.}
+  friction: {kind: friction, grid: main, theta: 2.5}
+  scan: {kind: scan, scan: runs, theta: 3, mu0: 0.32, dx0: 0.002}
+  period: {kind: period, scan: runs, theta: 3, mu0: 0.34, dx0: 0.004}
+  state: {kind: state, state: single}
+"""
+
+
+def parse(text):
+    return parse_study(yaml.safe_load(text), SCHEMA)
+
+
+def edited(*edits):
+    text = STUDY
+    for old, new in edits:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text
+
+
+def refusal(text):
+    with pytest.raises(StudyError) as error:
+        parse(text)
+    message = str(error.value)
+    assert "\n" not in message
+    return message
+
+
+def test_the_study_is_what_is_written():
+    study = parse(STUDY)
+    assert (study.name, study.contact, study.method) == ("demo", "point", "collocation")
+    assert (study.block_size, study.solver, study.by_step) == (5, "point-collocation", False)
+    main = study.grids["main"]
+    assert [spell(v) for v in main.mu0] == ["0.1", "0.2", "0.3", "0.4"]
+    assert [spell(v) for v in main.theta] == ["1", "2.5"]
+    assert study.scans["runs"].cycles == 9
+    assert [spell(v) for v in study.scans["runs"].grid.dx0] == ["0.002", "0.004"]
+    assert study.states["single"] == StatePoint(*map(Decimal, ("1.5", "0.55", "0.15")))
+    assert study.figures["taper"] == {"kind": "taper", "grid": "main", "caption": "Some words."}
+
+
+SMALLEST = "study: s\ngrids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.001]}}\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "method", "block_size"),
+    [
+        ("", "collocation", 64),
+        ("method: collocation", "collocation", 64),
+        ("method: shooting", "shooting", 1),
+    ],
+)
+def test_what_is_not_written_has_a_default(more, method, block_size):
+    study = parse(SMALLEST + more)
+    assert (study.contact, study.method, study.block_size) == ("point", method, block_size)
+    assert study.by_step == (method == "shooting")
+    assert (study.scans, study.states, study.figures) == ({}, {}, {})
+
+
+def test_the_papers_study_is_valid():
+    study = parse((ROOT / "config.yaml").read_text())
+    assert [len(axis) for axis in vars(study.grids["taper"]).values()] == [21, 3, 1, 1]
+    assert study.figures.keys() >= {"fig3", "fig6", "fig7", "fig8"}
+
+
+def described(schema, path=()):
+    """All properties below a schema with their paths, and whether they have a description."""
+    if "$ref" in schema:
+        schema = SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]] | schema
+    if path:
+        yield ".".join(path), bool(schema.get("description", "").strip())
+    for name, value in schema.get("properties", {}).items():
+        # The kinds of figures take the description of `kind` from the figure.
+        if value is not True:
+            yield from described(value, (*path, name))
+    for key in ("additionalProperties", "items", "if", "then", "else"):
+        value = schema.get(key)
+        if isinstance(value, dict):
+            yield from (
+                described(value, (*path, key))
+                if key == "additionalProperties"
+                else (described({**value, "description": "-"}, (*path, key)))
+            )
+    for part in schema.get("allOf", []):
+        yield from described({**part["then"], "description": "-"}, (*path, "allOf"))
+
+
+def test_every_key_of_a_study_file_is_described():
+    keys = dict(described(SCHEMA))
+    assert len(keys) > 60
+    assert [path for path, description in keys.items() if not description] == []
+    assert "figures.additionalProperties.kind" in keys
+
+
+# What is put in place of what, the key's path, how the value is shown, and words of what is allowed
+REFUSED = {
+    "unknown key": ("block_size", "blocksize", "the study file", "'blocksize'", "block_size, "),
+    "in a grid": ("  main:", "  main:\n    cycles: 2", "grids.main", "'cycles'", "dx0, eta, mu0"),
+    "in a range": ("step: 0.1", "step: 0.1, n: 4", "grids.main.mu0", "'n'", "start, step, stop"),
+    "in a scan": ("  runs:", "  runs:\n    x1: 2", "scans.runs", "'x1'", "cycles, dx0, eta, mu0"),
+    "in a state": ("x1: 0.15", "x1: 0.15, x: 1", "states.single", "'x'", "eta, theta, x1"),
+    "in a figure": ("caption:", "title:", "figures.taper", "'title'", "caption, dx0, eta, grid"),
+    "of another kind": (
+        "{kind: state,",
+        "{kind: state, grid: main,",
+        "figures.state",
+        "'grid'",
+        "",
+    ),
+    "no study": ("study: demo", "", "the study file", "'study'", ""),
+    "no axis": ("    dx0: [0.001]\n", "", "grids.main", "'dx0'", "four axes"),
+    "no step": (", step: 0.1", "", "grids.main.mu0", "'step'", ""),
+    "no cycles": ("    cycles: 9\n", "", "scans.runs", "'cycles'", "number of cycles"),
+    "no x1": (", x1: 0.15", "", "states.single", "'x1'", "contact point's distance"),
+    "no kind": ("kind: state, ", "", "figures.state", "'kind'", "its kind"),
+    "no scan": ("kind: scan, scan: runs,", "kind: scan,", "figures.scan", "'scan'", "needs scan"),
+    "contact line": ("contact: point", "contact: line", "contact", "'line'", "not available"),
+    "contact": ("contact: point", "contact: tip", "contact", "'tip'", "point"),
+    "method": ("method: collocation", "method: magic", "method", "'magic'", "or shooting"),
+    "block_size 0": ("block_size: 5", "block_size: 0", "block_size", "0", "whole number from 1"),
+    "block_size 1.5": ("block_size: 5", "block_size: 1.5", "block_size", "1.5", "whole number"),
+    "block_size yes": ("block_size: 5", "block_size: yes", "block_size", "True", "whole number"),
+    "cycles 0": ("cycles: 9", "cycles: 0", "scans.runs.cycles", "0", "whole number from 1"),
+    "cycles text": ("cycles: 9", "cycles: nine", "scans.runs.cycles", "'nine'", "whole number"),
+    "theta < 1": ("[1, 2.5]", "[1, 0.99]", "grids.main.theta[1]", "0.99", "theta >= 1"),
+    "theta text": ("[1, 2.5]", "[thin]", "grids.main.theta[0]", "'thin'", "theta >= 1"),
+    "theta true": ("[1, 2.5]", "[true]", "grids.main.theta[0]", "True", "a number theta >= 1"),
+    "theta list": ("[1, 2.5]", "[[1]]", "grids.main.theta[0]", "[1]", "a number theta >= 1"),
+    "theta single": ("[1, 2.5]", "2", "grids.main.theta", "2", "a list of numbers"),
+    "theta nothing": ("[1, 2.5]", "", "grids.main.theta", "None", "a list of numbers"),
+    "theta empty": ("[1, 2.5]", "[]", "grids.main.theta", "[]", "non-empty"),
+    "mu0 0": ("[0.32, 0.34]", "[0]", "scans.runs.mu0[0]", "0", "mu0 > 0"),
+    "mu0 -": ("[0.32, 0.34]", "[-0.3]", "scans.runs.mu0[0]", "-0.3", "mu0 > 0"),
+    "mu0 from 0": ("start: 0.1", "start: 0.0", "grids.main.mu0.start", "0.0", "mu0 > 0"),
+    "eta 0": ("[0.85]", "[0]", "grids.main.eta[0]", "0", "0 < eta < 1"),
+    "eta 1": ("[0.85]", "[0.5, 1]", "grids.main.eta[1]", "1", "0 < eta < 1"),
+    "dx0 0": ("[0.001]", "[0.0]", "grids.main.dx0[0]", "0.0", "dx0 > 0"),
+    "dx0 -": ("[0.001]", "[-0.001]", "grids.main.dx0[0]", "-0.001", "dx0 > 0"),
+    "step 0": ("step: 0.1", "step: 0", "grids.main.mu0.step", "0", "a number > 0"),
+    "step -": ("step: 0.1", "step: -0.1", "grids.main.mu0.step", "-0.1", "a number > 0"),
+    "stop": ("stop: 0.4", "stop: 0.45", "grids.main.mu0", "0.45", "whole number of steps of 0.1"),
+    "stop < start": ("stop: 0.4", "stop: 0.05", "grids.main.mu0", "0.05", "be start 0.1 plus"),
+    "stop huge": ("stop: 0.4", "stop: 1.0e+30", "grids.main.mu0", "1e+30", "at most 1000000"),
+    "state theta": ("theta: 1.5", "theta: 0.5", "states.single.theta", "0.5", "theta >= 1"),
+    "state eta": ("eta: 0.55", "eta: 1.0", "states.single.eta", "1.0", "0 < eta < 1"),
+    "state x1": ("x1: 0.15", "x1: -1", "states.single.x1", "-1", "-1 < x1 < 1"),
+    "reach": ("x1: 0.15", "x1: -0.84", "states.single", "-0.84", "x1^2 + eta^2 < 1"),
+    "nan": ("[0.001]", "[0.001, .nan]", "grids.main.dx0[1]", "nan", "finite number"),
+    "inf": ("[1, 2.5]", "[1, .inf]", "grids.main.theta[1]", "inf", "finite number"),
+    "stop inf": ("stop: 0.4", "stop: .inf", "grids.main.mu0.stop", "inf", "finite number"),
+    "-inf": ("x1: 0.15", "x1: -.inf", "states.single.x1", "-inf", "-1 < x1 < 1"),
+    "1e-3": ("[0.001]", "[1e-3]", "grids.main.dx0[0]", "'1e-3'", "write a number without quotes"),
+    "quoted": ("eta: 0.55", "eta: '0.5'", "states.single.eta", "'0.5'", "without quotes"),
+    "no grids": (STUDY[STUDY.index("grids:") :], "grids: {}", "grids", "{}", "named grids"),
+    "kind": ("kind: state,", "kind: stait,", "figures.state.kind", "'stait'", "period or state"),
+    "unknown state": ("state: single", "state: x", "figures.state.state", "'x'", "allowed: single"),
+    "unknown grid": ("grid: main, cap", "grid: x, cap", "figures.taper.grid", "'x'", "main"),
+    "unknown scan": (
+        "scan: runs, theta: 3, mu0: 0.32",
+        "scan: main, theta: 3, mu0: 0.32",
+        "figures.scan.scan",
+        "'main'",
+        "allowed: runs",
+    ),
+    "foreign theta": (", theta: 2.5", ", theta: 2", "figures.friction.theta", "2", "has 1, 2.5"),
+    "foreign mu0": ("mu0: 0.32,", "mu0: 0.3,", "figures.scan.mu0", "0.3", "has 0.32, 0.34"),
+    "foreign dx0": ("dx0: 0.002}", "dx0: 0.001}", "figures.scan.dx0", "0.001", "0.002, 0.004"),
+    "foreign eta": ("caption:", "eta: 0.8, caption:", "figures.taper.eta", "0.8", "has 0.85"),
+    "taper theta": ("caption:", "theta: 2.5, caption:", "figures.taper", "'theta'", "eta, grid"),
+    "several thetas": (", theta: 2.5", "", "figures.friction", "'theta'", "several: 1, 2.5"),
+    "several steps": (", dx0: 0.004}", "}", "figures.period", "'dx0'", "several: 0.002, 0.004"),
+    "several etas": ("[0.85]", "[0.85, 0.9]", "figures.taper", "'eta'", "several: 0.85, 0.9"),
+    "small steps": ("[0.001]", "[1.0e-7, 2.0e-7]", "figures.taper", "'dx0'", "0.0000001, 0.0"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_study_that_cannot_be_run_is_refused_in_one_message(name):
+    old, new, path, value, allowed = REFUSED[name]
+    message = refusal(edited((old, new)))
+    assert message.startswith(f"{path}: ")
+    assert value in message.removeprefix(path)
+    assert allowed in message
+
+
+@pytest.mark.parametrize("kind", ["grids", "scans", "states", "figures"])
+@pytest.mark.parametrize("name", ["a b", "../up", "-x", "_x", "", "é", "a.b", '"x\\n"', "1", "no"])
+def test_a_name_has_letters_digits_underscore_and_dash(kind, name):
+    shown = {"1": "1", "no": "False"}.get(name, repr(yaml.safe_load(name or "''")))
+    key = {"grids": "main", "scans": "runs", "states": "single", "figures": "taper"}[kind]
+    message = refusal(edited((f"  {key}:", f"  {name or repr('')}:")))
+    assert message.startswith(f"{kind}: {shown} is not allowed")
+    assert "letters, digits, _ and -" in message
+
+
+@pytest.mark.parametrize("name", ["a b", "../up", "-x", "''", "7", "", "é", '"x\\n"', "[a]"])
+def test_a_bad_name_of_a_study_is_refused(name):
+    message = refusal(edited(("study: demo", f"study: {name}")))
+    assert message.startswith(f"study: {yaml.safe_load(name)!r} is not allowed")
+    assert "letters, digits, _ and -" in message
+
+
+@pytest.mark.parametrize("text", ["", "[]", "just words", "5"])
+def test_a_file_without_keys_is_refused(text):
+    message = refusal(text)
+    assert message.startswith(f"the study file: {yaml.safe_load(text)!r} is not allowed")
+
+
+def test_of_several_mistakes_the_one_nearest_to_the_top_of_the_file_is_told():
+    mistakes = [("[1, 2.5]", "[0]"), ("x1: 0.15", "x1: 5"), ("block_size: 5", "block_size: yes")]
+    message = refusal(edited(*mistakes))
+    assert message.startswith("block_size: True is not allowed")
+    assert "theta" not in message and "x1" not in message
+
+
+def test_several_unknown_keys_are_told_together():
+    message = refusal(edited(("study: demo", "study: demo\ngrid: 1\nscan: 2\n3: 4")))
+    assert message.startswith("the study file: unknown key")
+    assert all(key in message for key in ("'grid'", "'scan'", "3"))
+
+
+def test_a_long_value_is_cut():
+    message = refusal(edited(("[1, 2.5]", f"[{list(range(1000))}]")))
+    assert message.startswith("grids.main.theta[0]: [0, 1, 2,")
+    assert len(message) < 250
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "get"),
+    [
+        ("block_size: 5", "block_size: 5.0", lambda study: study.block_size),
+        ("cycles: 9", "cycles: 5.0", lambda study: study.scans["runs"].cycles),
+    ],
+)
+def test_a_whole_number_with_a_point_is_a_whole_number_or_refused(old, new, get):
+    try:
+        value = get(parse(edited((old, new))))
+    except StudyError as error:
+        assert "5.0 is not allowed" in str(error)
+    else:
+        assert (value, type(value)) == (5, int)
+
+
+def paths_of(config, path=()):
+    if path:
+        yield path
+    items = config.items() if isinstance(config, dict) else enumerate(config)
+    for key, value in items:
+        if isinstance(value, dict | list):
+            yield from paths_of(value, (*path, key))
+        else:
+            yield (*path, key)
+
+
+scalars = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-3, 1000),
+    st.floats(-1, 1),
+    st.sampled_from([math.nan, math.inf, -math.inf, 1e300, 1e-300, 0.3, 0.85, 2.0]),
+    st.sampled_from(["", "1e-3", "point", "line", "main", "runs", "state", "a b", "a\n"]),
+)
+values = st.recursive(
+    scalars,
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["start", "stop", "step", "theta", 1, None]), inner)
+    ),
+    max_leaves=5,
+)
+
+
+@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.sampled_from(sorted(paths_of(yaml.safe_load(STUDY)), key=str)),
+    values,
+    st.one_of(st.none(), st.sampled_from(["x", "theta", 1, 2.5, None, True])),
+)
+def test_whatever_is_written_the_answer_is_a_study_or_one_message(path, value, key):
+    config = yaml.safe_load(STUDY)
+    *above, last = path
+    target = config
+    for part in above:
+        target = target[part]
+    if key is not None and isinstance(target, dict):
+        target[key] = value
+    target[last] = value
+    try:
+        study = parse_study(config, SCHEMA)
+    except StudyError as error:
+        assert str(error)
+        assert "\n" not in str(error)
+    else:
+        assert isinstance(study, Study)
+        assert all(map(str.isprintable, (study.name, *study.grids, *study.figures)))
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "lines"),
+    [
+        ("study: a\ngrids: {}\nstudy: b\n", "study", (1, 3)),
+        ("grids:\n  main: {eta: [1]}\n  other: {}\n  main: {}\n", "main", (2, 4)),
+        ("grids: {main: {eta: [1],\n eta: [2]}}\n", "eta", (1, 2)),
+        ("a: [1, {b: 1, b: 2}]\n", "b", (1, 1)),
+        ("a: &x\n  b: 1\n  b: 2\nc: *x\n", "b", (2, 3)),
+    ],
+)
+def test_a_key_that_stands_twice_is_refused_with_its_lines(text, key, lines):
+    with pytest.raises(StudyError) as error:
+        refuse_repeated_keys(text)
+    first, second = lines
+    assert str(error.value).startswith(f"'{key}' stands twice, in lines {first} and {second};")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "just words",
+        STUDY,
+        (ROOT / "config.yaml").read_text(),
+        "a: &x {b: 1, c: 2}\nd: {<<: *x, b: 3}\n",
+        "a: {k: 1}\nb: {k: 1}\nc: [{k: 1}, {k: 2}]\n",
+    ],
+)
+def test_keys_that_stand_once_are_not_refused(text):
+    assert refuse_repeated_keys(text) is None

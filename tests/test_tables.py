@@ -1,0 +1,406 @@
+import re
+from dataclasses import fields
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from vibrissa import __version__, records, solve_curve, solve_state, stick_slip, tables
+from vibrissa.api import EquilibriumState
+from vibrissa.curve import failed_curve, sticking_curve
+from vibrissa.grid import Grid, points_of_curve, study_points
+from vibrissa.status import Status
+from vibrissa.stiction import read_curve
+from vibrissa.tables import CURVES, SCANS, STATES, STICTION, TableError
+
+SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}
+UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1"}
+AGAIN = "delete it and run again, it is made anew"
+
+
+def curve_by_shooting(curve, states):
+    """A curve as the shooting method makes it, from states of another one."""
+    x0 = np.linspace(0.0, curve.x0[-1], states)
+    at = curve.state(x0)
+    values = np.stack([at.reaction_fx, at.reaction_fy, at.reaction_m, at.phi1], axis=-1)
+    return sticking_curve(curve.theta, curve.eta, "shooting", curve.x1_init, x0, values, 1e-10)
+
+
+COLLOCATION = solve_curve(theta=2, eta=0.85)
+FAILED = failed_curve(3.0, 0.85, "collocation", "no luck; try less")
+CURVE_TABLES = {
+    "collocation": {("2", "0.85"): COLLOCATION, ("3", "0.85"): FAILED},
+    "shooting": {("2", "0.85", "0.001"): curve_by_shooting(COLLOCATION, 60)},
+}
+
+
+def grid(theta=("2",), mu0=("0.2", "0.4"), eta=("0.85",), dx0=("0.001",)):
+    return Grid(*(tuple(map(Decimal, values)) for values in (theta, mu0, eta, dx0)))
+
+
+def stiction_table(curve, key, grids):
+    points = points_of_curve(key, grids)
+    stiction = read_curve(curve, [p.mu0 for p in points], [p.dx0 for p in points])
+    return records.stiction_table(points, curve, "point", stiction)
+
+
+def scan_table(curve, mu0, cycles=2):
+    (point,) = grid(mu0=(mu0,), dx0=("0.01",)).points()
+    return records.scan_table("runs", point, stick_slip(curve, point.mu0, point.dx0, cycles))
+
+
+def failed_state():
+    return EquilibriumState(Status.FAILED, "no luck", 1.0, 0.1, 0.5, *(float("nan"),) * 7)
+
+
+# A table of each kind with every status that it can have
+GRIDS = {"more": grid(mu0=("0.3", "0.4", "5")), "main": grid()}
+TABLES = {
+    "curves": records.curves_table(*zip(*CURVE_TABLES["collocation"].items(), strict=True)),
+    "stiction": tables.joined(
+        [
+            stiction_table(COLLOCATION, ("2", "0.85"), GRIDS),
+            stiction_table(FAILED, ("3", "0.85"), {"main": grid(theta=("3",))}),
+        ],
+        STICTION,
+    ),
+    "scans": tables.joined(
+        [scan_table(COLLOCATION, "0.3"), scan_table(COLLOCATION, "5"), scan_table(FAILED, "0.3")],
+        SCANS,
+    ),
+    "states": records.states_table({"a": solve_state(1, 0.55, 0.15), "b": failed_state()}),
+}
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "table.parquet"
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_every_column_has_a_unit_and_a_description(kind):
+    for field in SCHEMAS[kind]:
+        assert field.metadata[b"unit"].decode() in UNITS, field.name
+        assert field.metadata[b"description"].strip(), field.name
+
+
+def test_columns_of_the_stiction_table():
+    states = ("f", "alpha", "phi1", "s_c", "reaction_fx", "reaction_fy", "reaction_m")
+    assert STICTION.names == [
+        *("grids", "theta", "mu0", "eta", "dx0", "status", "contact"),
+        *("x0_slip", "x0_max", "n_steps", "mu_lock"),
+        *(f"{name}{suffix}" for suffix in ("_init", "_last", "_slip") for name in states),
+        *("x1_init", "penetrates", "residual"),
+    ]
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_a_table_comes_back_from_its_file(kind, path):
+    tables.write(TABLES[kind], path)
+    table = tables.read(path, SCHEMAS[kind])
+    assert table.equals(TABLES[kind])
+    assert [f.metadata for f in table.schema] == [f.metadata for f in SCHEMAS[kind]]
+
+
+@pytest.mark.parametrize("method", CURVE_TABLES)
+def test_curves_come_back_bit_for_bit(method, path):
+    curves = CURVE_TABLES[method]
+    tables.write(records.curves_table(list(curves), list(curves.values())), path)
+    restored = records.curves_from_table(tables.read(path, CURVES))
+    assert list(restored) == list(curves)
+    for key, curve in curves.items():
+        for field in fields(curve):
+            if field.compare:
+                old, new = (np.asarray(getattr(c, field.name)) for c in (curve, restored[key]))
+                assert (old.dtype, old.tobytes()) == (new.dtype, new.tobytes()), field.name
+        if curve.status is Status.SOLVED:
+            x0 = np.linspace(0, curve.x0[-1], 7)
+            assert np.array_equal(curve.state(x0), restored[key].state(x0))
+
+
+def rows(kind, status):
+    """Rows of a status, and the columns that hold nothing in each of them."""
+    found = [row for row in TABLES[kind].to_pylist() if row["status"] == status]
+    assert found
+    return found, [{name for name, value in row.items() if value is None} for row in found]
+
+
+def nullable(schema):
+    return {field.name for field in schema if field.nullable}
+
+
+@pytest.mark.parametrize(
+    ("kind", "status", "nothing"),
+    [
+        ("curves", "failed", nullable(CURVES)),
+        ("stiction", "slip", set()),
+        ("stiction", "failed", nullable(STICTION)),
+        ("scans", "slip", set()),
+        ("scans", "lock", set()),
+        ("scans", "failed", nullable(SCANS)),
+        ("states", "solved", set()),
+        ("states", "failed", nullable(STATES)),
+    ],
+)
+def test_what_does_not_exist_is_null_and_nothing_else(kind, status, nothing):
+    found, nulls = rows(kind, status)
+    assert nulls == [nothing] * len(found)
+    assert not any(
+        isinstance(value, float) and np.isnan(value) for row in found for value in row.values()
+    )
+
+
+def test_a_lock_has_no_onset():
+    _, (nulls,) = rows("stiction", "lock")
+    ends = {name for name in STICTION.names if name.endswith(("_last", "_slip"))}
+    assert nulls == ends | {"x0_slip", "x0_max", "n_steps"}
+
+
+@pytest.mark.parametrize("kind", ["scans", "states"])
+def test_what_failed_has_no_shape(kind):
+    (row,), _ = rows(kind, "failed")
+    assert [row[f"shape_{axis}"] for axis in ("s", "x", "y", "phi")] == [[]] * 4
+
+
+def test_a_failed_curve_says_why():
+    (row,), _ = rows("curves", "failed")
+    assert (row["theta"], row["eta"], row["message"]) == ("3", "0.85", "no luck; try less")
+
+
+def test_a_point_names_its_grids():
+    found, _ = rows("stiction", "slip")
+    assert [(row["mu0"], row["grids"]) for row in found] == [
+        (0.2, ["main"]),
+        (0.3, ["more"]),
+        (0.4, ["main", "more"]),
+    ]
+
+
+def test_the_columns_of_a_scan_are_the_scan():
+    scan = stick_slip(COLLOCATION, Decimal("0.3"), Decimal("0.01"), 2)
+    found, _ = rows("scans", "slip")
+    assert [row["shape_x"] for row in found] == scan.x.tolist()
+    assert [row["shape_phi"] for row in found] == scan.phi.tolist()
+    assert [row["shape_s"] for row in found] == [scan.s.tolist()] * len(found)
+    for name in ("footpoint", "x1", "step", "cycle", "residual", "phase"):
+        assert [row[name] for row in found] == list(getattr(scan, name))
+    for name in ("x0", "f", "alpha", "reaction_m"):
+        assert [row[name] for row in found] == getattr(scan.state, name).tolist()
+
+
+def test_the_columns_of_a_state_are_the_state():
+    state = solve_state(1, 0.55, 0.15)
+    (row,), _ = rows("states", "solved")
+    for name in ("theta", "eta", "x1", "f", "alpha", "phi1", "reaction_fx", "penetrates"):
+        assert row[name] == getattr(state, name)
+    x, y, phi = state.shape(np.array(row["shape_s"]))
+    assert [row["shape_x"], row["shape_y"], row["shape_phi"]] == [
+        *map(np.ndarray.tolist, (x, y, phi))
+    ]
+
+
+def test_a_file_tells_where_it_is_from(path):
+    tables.write(TABLES["states"], path, study_file="study: paper\n")
+    metadata = tables.read(path, STATES).schema.metadata
+    assert metadata[b"vibrissa.table"] == b"states"
+    assert metadata[b"vibrissa.version"] == __version__.encode()
+    assert metadata[b"vibrissa.commit"] == tables.commit().encode()
+    assert metadata[b"vibrissa.study"] == b"study: paper\n"
+
+
+def test_the_commit_is_known_or_said_to_be_unknown(monkeypatch, tmp_path):
+    assert re.fullmatch(r"[0-9a-f]{40}(-dirty)?|unknown", tables.commit())
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert tables.commit() == "unknown"
+
+
+def test_a_missing_file_is_refused(path):
+    with pytest.raises(TableError, match=f"{path} cannot be read .*{AGAIN}"):
+        tables.read(path, CURVES)
+
+
+def test_a_file_cut_short_anywhere_is_refused(path):
+    tables.write(TABLES["curves"], path)
+    data = path.read_bytes()
+    for length in [*range(0, len(data), 97), len(data) - 1]:
+        path.write_bytes(data[:length])
+        with pytest.raises(TableError, match=f"{path} cannot be read .*{AGAIN}"):
+            tables.read(path, CURVES)
+
+
+def flipped(data, position, bits):
+    return data[:position] + bytes([data[position] ^ bits]) + data[position + 1 :]
+
+
+@pytest.mark.parametrize(("start", "bits"), [(0, 1), (3, 16), (6, 128), (9, 255)])
+def test_a_changed_byte_never_changes_the_table_silently(path, start, bits):
+    tables.write(TABLES["curves"], path)
+    data = path.read_bytes()
+    refused = 0
+    for position in range(start, len(data), 17):
+        path.write_bytes(flipped(data, position, bits))
+        try:
+            table = tables.read(path, CURVES)
+        except TableError as error:
+            assert str(path) in str(error) and str(error).endswith(AGAIN)
+            refused += 1
+        else:
+            assert table.equals(TABLES["curves"]), position
+    assert refused > len(data) / 17 / 2
+
+
+@pytest.mark.parametrize("key", [b"vibrissa.table", b"vibrissa.schema"])
+@pytest.mark.parametrize("value", [b"", b"9", b"\xb3", b"\x00"])
+def test_another_kind_or_version_of_table_is_refused_however_it_is_spelled(path, key, value):
+    table = TABLES["curves"]
+    tables.write(table.replace_schema_metadata({**table.schema.metadata, key: value}), path)
+    with pytest.raises(TableError, match=f"{path} has {key.decode()} = .*{AGAIN}"):
+        tables.read(path, CURVES)
+
+
+def test_another_schema_version_is_refused(path):
+    table = TABLES["states"]
+    tables.write(
+        table.replace_schema_metadata({**table.schema.metadata, b"vibrissa.schema": b"0"}), path
+    )
+    message = f"{path} has vibrissa.schema = 0 where {tables.SCHEMA_VERSION} is needed; {AGAIN}"
+    with pytest.raises(TableError, match=message):
+        tables.read(path, STATES)
+
+
+def test_a_table_of_another_kind_is_refused(path):
+    tables.write(TABLES["states"], path)
+    with pytest.raises(TableError, match=r"has vibrissa.table = states where scans is needed"):
+        tables.read(path, SCANS)
+
+
+def test_a_file_of_another_program_is_refused(path):
+    pq.write_table(pa.table({"x": [1]}), path)
+    with pytest.raises(TableError, match=f"{path} has vibrissa.table = none .*{AGAIN}"):
+        tables.read(path, CURVES)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda table: table.drop_columns(["residual"]),
+        lambda table: table.append_column("more", pa.array([1] * len(table))),
+        lambda table: pa.table(
+            table.columns, [*table.column_names[:-1], "x0_land"], metadata=table.schema.metadata
+        ),
+        lambda table: table.select(table.column_names[::-1]),
+        lambda table: table.set_column(6, "x1_init", pa.array([1] * len(table))),
+    ],
+    ids=["missing", "more", "names", "order", "type"],
+)
+def test_other_columns_are_refused(path, change):
+    tables.write(change(TABLES["curves"]), path)
+    with pytest.raises(TableError, match=f"{path} has other columns .*{AGAIN}"):
+        tables.read(path, CURVES)
+
+
+@pytest.mark.parametrize("column", ["status", "eta"])
+def test_a_gap_in_a_required_column_is_refused(path, column):
+    table = TABLES["states"]
+    index = STATES.get_field_index(column)
+    gap = pa.array([None, *table.column(column).to_pylist()[1:]], STATES.field(index).type)
+    with pytest.raises(TableError, match=f"{path}: column {column} must not be empty"):
+        tables.write(table.set_column(index, STATES.field(index), gap), path)
+    assert not path.exists()
+
+
+def test_a_failed_write_leaves_the_old_table(path, monkeypatch):
+    tables.write(TABLES["states"], path)
+    before = path.read_bytes()
+
+    def full_disk(table, where, **options):
+        Path(where).write_bytes(b"half")
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr(tables.pq, "write_table", full_disk)
+    with pytest.raises(OSError, match="No space left"):
+        tables.write(TABLES["states"], path)
+    assert path.read_bytes() == before
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_collected_tables_stand_one_below_the_other(tmp_path):
+    paths = [tmp_path / f"{i}.parquet" for i in range(2)]
+    for path in paths:
+        tables.write(TABLES["scans"], path, study_file="its own")
+    table = tables.collect(paths, SCANS)
+    assert table.to_pylist() == 2 * TABLES["scans"].to_pylist()
+    assert table.schema.metadata.items() >= SCANS.metadata.items()
+    assert b"vibrissa.study" not in table.schema.metadata
+    assert table.schema.metadata[b"vibrissa.part_commits"] == tables.commit().encode()
+
+
+def test_a_damaged_part_is_named(tmp_path):
+    paths = [tmp_path / f"{i}.parquet" for i in range(3)]
+    for path in paths:
+        tables.write(TABLES["scans"], path)
+    paths[1].write_bytes(paths[1].read_bytes()[:-9])
+    with pytest.raises(TableError, match=f"{paths[1]} cannot be read .*{AGAIN}"):
+        tables.collect(paths, SCANS)
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_nothing_collected_is_an_empty_table(kind, path):
+    tables.write(tables.collect([], SCHEMAS[kind]), path)
+    table = tables.read(path, SCHEMAS[kind])
+    assert len(table) == 0
+
+
+def test_statuses_are_counted():
+    assert tables.status_counts(TABLES["stiction"]) == "2 failed, 1 lock, 3 slip"
+
+
+ALL_POINTS = study_points({**GRIDS, "other": grid(theta=("3",))})
+
+
+@pytest.fixture
+def complete():
+    return tables.joined(
+        [
+            stiction_table(COLLOCATION, ("2", "0.85"), GRIDS),
+            stiction_table(FAILED, ("3", "0.85"), {"other": grid(theta=("3",))}),
+        ],
+        STICTION,
+    )
+
+
+def test_a_complete_table_passes_in_any_order(complete):
+    tables.check_points(complete, ALL_POINTS)
+    tables.check_points(complete.take(list(range(len(complete)))[::-1]), ALL_POINTS)
+
+
+def renamed(table):
+    names = table.column("grids").to_pylist()
+    names[1] = ["main"]
+    return table.set_column(0, STICTION.field(0), pa.array(names, STICTION.field(0).type))
+
+
+@pytest.mark.parametrize(
+    ("change", "count", "problem", "example"),
+    [
+        (lambda t: t.slice(1), 1, "missing", "(2, 0.2, 0.85, 0.001)"),
+        (lambda t: t.slice(0, 4), 2, "missing", "(3, 0.2, 0.85, 0.001), (3, 0.4, 0.85, 0.001)"),
+        (lambda t: t.slice(0, 0), 6, "missing", "(2, 0.2, 0.85, 0.001)"),
+        (lambda t: pa.concat_tables([t, t.slice(3, 1)]), 1, "doubled", "(2, 5, 0.85, 0.001)"),
+        (renamed, 1, "of other grids", "(2, 0.3, 0.85, 0.001)"),
+    ],
+)
+def test_a_wrong_set_of_points_is_refused_with_examples(complete, change, count, problem, example):
+    message = rf"{count} grid points are {problem}, such as \(theta, mu0, eta, dx0\) = "
+    with pytest.raises(TableError, match=message) as error:
+        tables.check_points(change(complete), ALL_POINTS)
+    assert example in str(error.value)
+    assert "delete the study's blocks folder and run again" in str(error.value)
+
+
+def test_points_that_do_not_belong_are_refused(complete):
+    with pytest.raises(TableError, match=r"2 grid points are not in the study, .* \(3, 0.2, "):
+        tables.check_points(complete, study_points(GRIDS))

@@ -1,0 +1,368 @@
+"""The workflow end to end: real Snakemake runs in temporary copies of the project."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from itertools import product
+from pathlib import Path
+
+import pytest
+import yaml
+
+from vibrissa import figures, grid, tables
+from vibrissa.study import parse_study
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).parents[1]
+# In the order of the rule: what is saved first fixes the layout for all.
+ENDINGS = ("svg", "pdf", "png")
+SNAKEMAKE = [
+    *(sys.executable, "-m", "snakemake", "--cores", "2", "--scheduler", "greedy"),
+    *("--workflow-profile", "workflow/profiles/default"),
+]
+RUN = [sys.executable, "workflow/run.py", "--cores", "2"]
+
+TINY = """
+study: tiny
+block_size: 1
+grids:
+  main: {theta: [1.5, 2], mu0: [0.3, 5], eta: [0.85], dx0: [0.005]}
+scans:
+  runs: {theta: [2], mu0: [0.3], eta: [0.85], dx0: [0.005], cycles: 2}
+states:
+  inside: {theta: 1, eta: 0.55, x1: 0.15}
+figures:
+  taper: {kind: taper, grid: main}
+  friction: {kind: friction, grid: main, theta: 2}
+  scan: {kind: scan, scan: runs, theta: 2, mu0: 0.3, caption: Two cycles.}
+  period: {kind: period, scan: runs, theta: 2, mu0: 0.3}
+  state: {kind: state, state: inside}
+"""
+STICTION = "results/tiny/tables/stiction.parquet"
+LONGER_THETA = ("[1.5, 2]", "[1, 1.5, 1.75, 2, 2.5]")
+LONGER_MU0 = ("[0.3, 5]", "[0.2, 0.3, 0.4, 5]")
+
+
+class Copy:
+    """A copy of the project with a study file, whose code is what runs."""
+
+    def __init__(self, root):
+        self.root = root
+
+    def write(self, name, text):
+        (self.root / name).write_text(text)
+
+    def edit(self, name, old, new):
+        text = (self.root / name).read_text()
+        assert text.count(old) == 1
+        self.write(name, text.replace(old, new))
+
+    def call(self, command, *arguments, study="tiny.yaml"):
+        environment = os.environ | {
+            "PYTHONPATH": str(self.root / "src"),
+            "XDG_CACHE_HOME": str(self.root / ".cache"),
+        }
+        study = ["--configfile", study] if study else []
+        command = [*command, *arguments, *study]
+        return subprocess.run(
+            command, cwd=self.root, env=environment, capture_output=True, text=True
+        )
+
+    def snakemake(self, *arguments, study="tiny.yaml"):
+        result = self.call(SNAKEMAKE, *arguments, study=study)
+        assert result.returncode == 0, result.stderr
+        return result
+
+    def jobs(self, *arguments, study="tiny.yaml"):
+        """What a run would do: number of jobs by rule."""
+        report = self.snakemake("-n", *arguments, study=study)
+        return {
+            rule: int(count)
+            for rule, count in re.findall(r"^(\w+) +(\d+)$", report.stdout + report.stderr, re.M)
+            if rule not in ("all", "total")
+        }
+
+    def path(self, pattern):
+        (found,) = self.root.glob(pattern)
+        return found
+
+    def blocks(self, kind):
+        """Time of the last change of each block file by its name."""
+        found = self.root.glob(f"results/*/blocks/*/*.{kind}.parquet")
+        return {path.name: path.stat().st_mtime_ns for path in found}
+
+    def stiction(self, study="tiny"):
+        return tables.read(self.root / f"results/{study}/tables/stiction.parquet", tables.STICTION)
+
+
+@pytest.fixture(scope="module")
+def pristine(tmp_path_factory):
+    root = tmp_path_factory.mktemp("pristine") / "project"
+    root.mkdir()
+    for name in ("src", "workflow"):
+        shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("Snakefile", "config.yaml"):
+        shutil.copy(ROOT / name, root)
+    copy = Copy(root)
+    copy.edit("src/vibrissa/__init__.py", '__version__ = "', '__version__ = "copy of ')
+    copy.write("tiny.yaml", TINY)
+    return copy
+
+
+@pytest.fixture(scope="module")
+def finished(pristine, tmp_path_factory):
+    """A copy in which the tiny study was run; not to be changed."""
+    root = tmp_path_factory.mktemp("finished") / "project"
+    shutil.copytree(pristine.root, root)
+    copy = Copy(root)
+    copy.snakemake("--quiet", "all")
+    return copy
+
+
+@pytest.fixture
+def fresh(pristine, tmp_path):
+    """A copy in which nothing was run yet."""
+    shutil.copytree(pristine.root, tmp_path / "project")
+    return Copy(tmp_path / "project")
+
+
+@pytest.fixture
+def done(finished, tmp_path):
+    """A copy of its own for a test that goes on from the finished study."""
+    shutil.copytree(finished.root, tmp_path / "project")
+    return Copy(tmp_path / "project")
+
+
+def parsed(text):
+    schema = yaml.safe_load((ROOT / "workflow/schemas/study.schema.yaml").read_text())
+    return parse_study(yaml.safe_load(text), schema)
+
+
+def test_the_tables_hold_the_study(finished):
+    table = finished.stiction()
+    tables.check_points(table, grid.study_points(parsed(TINY).grids))
+    rows = table.to_pylist()
+    assert [(r["theta"], r["mu0"], r["status"]) for r in rows] == [
+        (theta, mu0, status)
+        for theta, (mu0, status) in product((1.5, 2), ((0.3, "slip"), (5, "lock")))
+    ]
+    folder = finished.root / "results/tiny/tables"
+    scans = tables.read(folder / "scans.parquet", tables.SCANS).to_pylist()
+    (last,) = (r["n_steps"] for r in rows if (r["theta"], r["status"]) == (2, "slip"))
+    assert [r["status"] for r in scans] == ["slip"] * (2 * (last + 1) + 1)
+    assert [r["step"] for r in scans] == [*range(last + 2), *range(1, last + 2)]
+    states = tables.read(folder / "states.parquet", tables.STATES).to_pylist()
+    assert [(r["state"], r["status"], r["penetrates"]) for r in states] == [
+        ("inside", "solved", True)
+    ]
+
+
+def test_only_the_given_study_is_run_and_written_down(finished):
+    assert [path.name for path in (finished.root / "results").iterdir()] == ["tiny"]
+    for name in ("stiction", "scans", "states"):
+        path = finished.root / f"results/tiny/tables/{name}.parquet"
+        metadata = tables.read(path, getattr(tables, name.upper())).schema.metadata
+        assert yaml.safe_load(metadata[b"vibrissa.study"]) == yaml.safe_load(TINY)
+        assert metadata[b"vibrissa.version"].startswith(b"copy of ")
+
+
+@pytest.mark.parametrize(
+    ("name", "table"),
+    [
+        ("taper", "stiction"),
+        ("friction", "stiction"),
+        ("scan", "scans"),
+        ("period", "scans"),
+        ("state", "states"),
+    ],
+)
+def test_the_figures_are_drawn_from_the_tables_alone(finished, tmp_path, name, table):
+    results = finished.root / "results/tiny"
+    rows = tables.read(results / f"tables/{table}.parquet", getattr(tables, table.upper()))
+    selection = yaml.safe_load(TINY)["figures"][name]
+    kind = selection.pop("kind")
+    selection.pop("caption", "")
+    paths = [tmp_path / f"{name}.{ending}" for ending in ENDINGS]
+    figures.save(figures.draw(kind, rows, selection), paths)
+    for path in paths:
+        assert path.read_bytes() == (results / "figures" / path.name).read_bytes()
+
+
+def test_the_captions_are_written(finished):
+    text = finished.path("results/tiny/figures/captions.md").read_text()
+    assert "**scan.** Two cycles.\n" in text
+    assert text.count("**") == 10
+
+
+def test_the_logs_say_what_was_computed(finished):
+    log = finished.path("results/tiny/logs/stiction.log").read_text()
+    assert log == "2 lock, 2 slip\n"
+    curves = [p.read_text() for p in finished.root.glob("results/tiny/logs/curves/*.log")]
+    assert sorted(text.split()[:3] for text in curves) == [
+        ["1.5", "0.85", "solved"],
+        ["2", "0.85", "solved"],
+    ]
+
+
+def test_a_second_run_does_nothing(done):
+    assert "Nothing to be done" in done.snakemake().stderr
+
+
+def test_without_a_study_file_it_is_the_papers_study(fresh):
+    jobs = fresh.jobs(study=None)
+    paper = yaml.safe_load((ROOT / "config.yaml").read_text())
+    assert jobs["figure"] == len(paper["figures"])
+    assert [path.name for path in (fresh.root / "results").iterdir()] == [paper["study"]]
+
+
+def test_a_longer_theta_axis_solves_only_what_is_new(done):
+    before = done.blocks("curves")
+    rows = done.stiction().to_pylist()
+    done.edit("tiny.yaml", *LONGER_THETA)
+    done.snakemake(STICTION)
+    after = done.blocks("curves")
+    assert len(before) == 2 and len(after) == 5
+    assert before.items() <= after.items()
+    longer = done.stiction().to_pylist()
+    assert sorted({r["theta"] for r in longer}) == [1, 1.5, 1.75, 2, 2.5]
+    assert len(longer) == 10
+    assert [row for row in longer if row["theta"] in (1.5, 2)] == rows
+
+
+def test_a_longer_friction_axis_solves_nothing(done):
+    before = done.blocks("curves")
+    done.edit("tiny.yaml", *LONGER_MU0)
+    assert done.jobs(STICTION) == {"points": 2, "stiction": 1}
+    done.snakemake(STICTION)
+    assert done.blocks("curves") == before
+    assert [r["mu0"] for r in done.stiction().to_pylist()] == 2 * [0.2, 0.3, 0.4, 5]
+
+
+ALL_FIGURES = {"figure": 5}
+COLLECTED = {"stiction": 1, "scans": 1}
+EVERYTHING = {"curves": 2, "points": 2, "scan": 1, "states": 1} | COLLECTED | ALL_FIGURES
+
+
+@pytest.mark.parametrize(
+    ("module", "jobs"),
+    [
+        ("equilibrium", EVERYTHING),
+        ("stiction", {"points": 2, "stiction": 1, "states": 1, "figure": 3}),
+        ("cycles", {"scan": 1, "scans": 1, "figure": 2}),
+        ("figures", ALL_FIGURES),
+        ("shooting", {"states": 1, "figure": 1}),
+        ("study", {}),
+    ],
+)
+def test_editing_a_module_reruns_what_depends_on_it(done, module, jobs):
+    with (done.root / f"src/vibrissa/{module}.py").open("a") as file:
+        file.write("# edited\n")
+    assert done.jobs() == jobs
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("theta: [1.5, 2]", "theta: [0.5, 2]", "grids.main.theta[0]: 0.5 is not allowed; allowed:"),
+        ("theta: [1.5, 2]", "theta: [1], theta: [2]", "'theta' stands twice, in lines 5 and 5"),
+        ("grid: main}", "grid: other}", "figures.taper.grid: 'other' is not the name of a grid"),
+    ],
+)
+@pytest.mark.parametrize("command", [SNAKEMAKE, RUN], ids=["snakemake", "run.py"])
+def test_a_bad_study_stops_with_one_message(fresh, command, old, new, message):
+    fresh.edit("tiny.yaml", old, new)
+    result = fresh.call(command)
+    assert result.returncode != 0
+    assert result.stderr.count(message) == 1
+    assert "Traceback" not in result.stderr
+    assert not (fresh.root / "results").exists()
+    if command is RUN:
+        assert message in result.stderr.splitlines()[-1]
+
+
+def test_both_methods_find_the_same(fresh):
+    fresh.write(
+        "one.yaml",
+        "study: one\ngrids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}\n",
+    )
+    found = []
+    for arguments in ([], ["--config", "method=shooting"]):
+        fresh.snakemake("--quiet", "all", *arguments, study="one.yaml")
+        found += fresh.stiction("one").to_pylist()
+    collocation, shooting = found
+    assert shooting["n_steps"] == collocation["n_steps"] == 1
+    assert shooting["x0_slip"] == pytest.approx(collocation["x0_slip"], abs=1e-8)
+    assert shooting["residual"] != collocation["residual"]
+    assert {p.parent.name for p in fresh.root.glob("results/one/blocks/*/*.curves.parquet")} == {
+        "point-collocation",
+        "point-shooting",
+    }
+
+
+@pytest.mark.parametrize(
+    ("kind", "edit", "rule"),
+    [("points", LONGER_THETA, "stiction"), ("curves", LONGER_MU0, "points")],
+)
+def test_a_damaged_block_is_named_last_and_deleting_it_repairs_the_study(done, kind, edit, rule):
+    """The block keeps its time, so that Snakemake does not notice; an edit has it read again."""
+    path = sorted(done.root.glob(f"results/tiny/blocks/*/*.{kind}.parquet"))[0]
+    times = path.stat()
+    path.write_bytes(path.read_bytes()[: times.st_size // 2])
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    done.edit("tiny.yaml", *edit)
+
+    result = done.call(RUN, STICTION)
+    name = str(path.relative_to(done.root))
+    assert result.returncode != 0
+    title, reason, log = result.stderr.splitlines()[-3:]
+    assert title.startswith(f"FAILED: rule {rule}, making results/tiny/")
+    assert reason.strip().startswith(f"error: {name} cannot be read")
+    assert reason.endswith("delete it and run again, it is made anew")
+    assert reason.strip() in (done.root / log.removeprefix("  log: ")).read_text()
+    assert "Traceback" not in result.stderr
+
+    path.unlink()
+    assert done.call(RUN, STICTION).returncode == 0
+    points = grid.study_points(parsed((done.root / "tiny.yaml").read_text()).grids)
+    tables.check_points(done.stiction(), points)
+
+
+def test_a_damaged_table_is_named_by_the_figure_that_needs_it(done):
+    path = done.root / STICTION
+    path.write_bytes(path.read_bytes()[:-100])
+    (done.root / "results/tiny/figures/taper.svg").unlink()
+    result = done.call(RUN, "results/tiny/figures/taper.svg")
+    assert result.returncode != 0
+    title, reason, log = result.stderr.splitlines()[-3:]
+    assert title.startswith("FAILED: rule figure, making results/tiny/figures/taper.svg")
+    assert reason.strip().startswith(f"error: {STICTION} cannot be read")
+    assert log == "  log: results/tiny/logs/figure/taper.log"
+
+
+def test_a_figures_folder_that_is_a_file_is_named_last(fresh):
+    fresh.edit("tiny.yaml", TINY[TINY.index("scans:") : TINY.index("figures:")], "")
+    for name in ("scan", "period", "state", "friction"):
+        text = (fresh.root / "tiny.yaml").read_text()
+        fresh.write("tiny.yaml", re.sub(rf"\n  {name}: .*", "", text))
+    folder = fresh.root / "results/tiny/figures"
+    folder.parent.mkdir(parents=True)
+    folder.write_text("")
+    result = fresh.call(RUN)
+    assert result.returncode != 0
+    assert "results/tiny/figures" in result.stderr.rstrip().splitlines()[-1]
+
+
+def test_a_damaged_plan_stops_with_its_remedy(done):
+    plan = done.path("results/tiny/blocks/*.json")
+    whole = plan.read_bytes()
+    plan.write_bytes(whole[:-10])
+    result = done.call(RUN)
+    name = plan.relative_to(done.root)
+    assert result.returncode != 0
+    assert f"the plan of blocks is damaged; delete {name}" in result.stderr.splitlines()[-1]
+    plan.unlink()
+    assert done.jobs() == {}
+    assert plan.read_bytes() == whole
