@@ -113,7 +113,7 @@ def failed_jobs(snakemake_log: str) -> list[str]:
 
 def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    parser.add_argument("--configfile", nargs="+", default=[])
+    parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
     configfiles = parser.parse_known_args(argv)[0].configfile
     for name in configfiles:
         if not Path(name).is_file():
