@@ -218,14 +218,15 @@ def test_without_a_study_file_it_is_the_papers_study(fresh):
     assert [path.name for path in (fresh.root / "results").iterdir()] == [paper["study"]]
 
 
-def test_a_longer_theta_axis_solves_only_what_is_new(done):
-    before = done.blocks("curves")
+def test_a_longer_theta_axis_computes_only_what_is_new(done):
+    before = {kind: done.blocks(kind) for kind in ("curves", "points")}
     rows = done.stiction().to_pylist()
     done.edit("tiny.yaml", *LONGER_THETA)
     done.snakemake(STICTION)
-    after = done.blocks("curves")
-    assert len(before) == 2 and len(after) == 5
-    assert before.items() <= after.items()
+    for kind, blocks in before.items():
+        after = done.blocks(kind)
+        assert len(blocks) == 2 and len(after) == 5
+        assert blocks.items() <= after.items()
     longer = done.stiction().to_pylist()
     assert sorted({r["theta"] for r in longer}) == [1, 1.5, 1.75, 2, 2.5]
     assert len(longer) == 10
@@ -300,6 +301,21 @@ def test_both_methods_find_the_same(fresh):
         "point-collocation",
         "point-shooting",
     }
+
+
+def test_a_study_goes_on_where_a_curve_cannot_be_solved(fresh):
+    """Rods that are 1000 times thicker at their base, at the bottom of their reach."""
+    text = TINY.replace("[1.5, 2]", "[1000, 2000]").replace("[0.85]", "[0.01]")
+    fresh.write("tiny.yaml", re.sub(r"theta: (\[?)2\b", r"theta: \g<1>1000", text))
+    result = fresh.call(RUN)
+    assert result.returncode == 0, result.stderr
+    assert {row["status"] for row in fresh.stiction().to_pylist()} == {"failed"}
+    log = fresh.path("results/tiny/logs/stiction.log").read_text()
+    assert log == "4 failed\n"
+    assert "1000 0.01 failed" in "".join(
+        path.read_text() for path in fresh.root.glob("results/tiny/logs/curves/*.log")
+    )
+    assert len(list(fresh.root.glob("results/tiny/figures/*.svg"))) == 5
 
 
 @pytest.mark.parametrize(
