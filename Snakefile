@@ -10,7 +10,7 @@ min_version("9.0")
 # A configfile directive alone would merge the two files.
 if not workflow.overwrite_configfiles:
 
-    configfile: "config.yaml"
+    configfile: Path(workflow.basedir, "config.yaml")
 
 
 include: "workflow/rules/common.smk"

@@ -61,6 +61,36 @@ def onset(theta, mu0, eta, first_guess, slip_guess):
     return x1_init - shoot_from_contact(theta, phi1, p, -mu0 * p)[0]
 
 
+def shoot_from_line(theta, s_c, p, q):
+    """Integrate from an inner contact point s_c, where the rod is tangential, to the clamp."""
+
+    def derivative(r, state):  # r = s_c - s
+        _, _, phi, m = state
+        d = 1 - (1 - 1 / theta) * (s_c - r)
+        return [
+            -np.cos(phi),
+            -np.sin(phi),
+            -m / d**4,
+            -(p * np.cos(phi) + q * np.sin(phi)),
+        ]
+
+    result = solve_ivp(
+        derivative, (0, s_c), [0, 0, 0, 0], method="DOP853", rtol=TOLERANCE, atol=TOLERANCE
+    )
+    x, y, phi, m = result.y[:, -1]
+    return -x + 1 - s_c, -y, phi, m  # the tip lies 1 - s_c further on
+
+
+def solve_line_offset(theta, eta, offset, guess):
+    """Line contact with a given offset of the tip; guess and result are (s_c, p, q)."""
+
+    def misfit(unknowns):
+        x, y, phi, _ = shoot_from_line(theta, *unknowns)
+        return [x - offset, y - eta, phi - np.pi / 2]
+
+    return _root(misfit, guess)
+
+
 def elastica(modulus):
     """Closed form of the cylinder at alpha = 0 by its modulus k: (eta, f, x1)."""
     k, e = ellipk(modulus**2), ellipe(modulus**2)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import reference
 from vibrissa.buckling import buckling_load, buckling_mode, initial_states
-from vibrissa.equilibrium import bending_moment, tip_position
+from vibrissa.equilibrium import bending_moment, contact_position
 from vibrissa.spectral import gauss_rule
 from vibrissa.taper import arc_density, compliance_density
 
@@ -40,13 +40,13 @@ def test_cylinder_at_alpha_zero_is_the_elliptic_elastica(modulus):
     states, found = initial_states(np.array([1.0]), np.array([eta]), 48)
     assert found[0]
     assert -states.fy[0] == pytest.approx(f, rel=1e-9)
-    assert tip_position(states)[0][0] == pytest.approx(x1, rel=1e-9)
+    assert contact_position(states)[0][0] == pytest.approx(x1, rel=1e-9)
 
 
 def test_cylinder_at_the_papers_height():
     states, _ = initial_states(np.array([1.0]), np.array([0.85]), 40)
     assert -states.fy[0] == pytest.approx(2.66956952, abs=5e-9)
-    assert tip_position(states)[0][0] == pytest.approx(0.46944062, abs=5e-9)
+    assert contact_position(states)[0][0] == pytest.approx(0.46944062, abs=5e-9)
 
 
 @pytest.mark.parametrize("theta", [1.0, 2.0, 3.0, 8.0])
@@ -65,10 +65,10 @@ def test_initial_state_is_in_the_first_mode_and_bent_forward(theta, eta):
     states, found = initial_states(np.array([theta]), np.array([eta]), 48)
     assert found[0]
     assert (bending_moment(states) < 0).all()
-    assert tip_position(states)[0][0] > 0 > states.fy[0]
+    assert contact_position(states)[0][0] > 0 > states.fy[0]
 
 
 def test_deep_states_far_from_buckling_are_reached():
     states, found = initial_states(np.array([20.0, 1.0]), np.array([0.3, 0.05]), 108)
     assert found.all()
-    assert tip_position(states)[1] == pytest.approx([0.3, 0.05], abs=1e-10)
+    assert contact_position(states)[1] == pytest.approx([0.3, 0.05], abs=1e-10)

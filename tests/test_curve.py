@@ -1,5 +1,7 @@
 """Sticking curves: onset, locking and accuracy, against solutions that share no code."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -86,7 +88,7 @@ def test_rod_that_lies_along_the_surface_from_the_start():
 
 def test_locking_friction_is_the_maximum_of_the_friction_demand(curves):
     for curve in curves.values():
-        demand = curve.friction_demand(np.linspace(0.0, curve.x0[-1], 4001))
+        demand = curve.friction_demand(np.linspace(0.0, curve.x0_end, 4001))
         assert demand.max() <= curve.mu_lock + 1e-14
         assert demand.max() == pytest.approx(curve.mu_lock, rel=1e-6)
 
@@ -111,7 +113,7 @@ def test_onset_needs_exactly_the_friction_there_is(papers, theta, mu0):
     slips = mu0 <= curve.mu_lock
     assert np.isfinite(onset).tolist() == slips.tolist()
     assert curve.friction_demand(onset[slips]) == pytest.approx(mu0[slips], abs=1e-13)
-    assert (np.diff(onset[slips]) >= 0).all()
+    assert (np.diff(onset[slips]) >= -1e-15).all()
 
 
 def test_locking_begins_exactly_at_the_locking_friction(papers):
@@ -134,13 +136,13 @@ def test_stronger_taper_sticks_longer(theta, other, mu0):
 def test_curve_of_a_pair_does_not_depend_on_its_batch(curves):
     alone = solve_curve(3.0, 0.85)
     together = curves[3.0, 0.85]
-    assert alone.mu_lock == pytest.approx(together.mu_lock, abs=1e-13)
-    assert alone.onset(0.3) == pytest.approx(together.onset(0.3), abs=1e-13)
+    assert alone.mu_lock == pytest.approx(together.mu_lock, abs=1e-12)
+    assert alone.onset(0.3) == pytest.approx(together.onset(0.3), abs=1e-12)
 
 
 def test_states_outside_the_curve_are_refused(papers):
     curve = papers[2]
-    for x0 in (-1e-9, curve.x0[-1] * 1.001, np.nan):
+    for x0 in (-1e-9, curve.x0_end * 1.001, np.nan):
         with pytest.raises(ValueError, match="x0 must lie on the curve"):
             curve.state(x0)
 
@@ -152,10 +154,10 @@ def test_friction_must_be_positive(papers, mu0):
 
 
 def test_unresolved_curve_is_failed_and_says_what_to_try():
-    curve = solve_curve(20.0, 0.3)
+    curve = solve_curve(20.0, 0.05)
     assert curve.status is Status.FAILED
-    assert "bring eta or theta closer to 1" in curve.message
-    assert np.isnan(curve.mu_lock) and not len(curve.x0)
+    assert "try an eta" in curve.message
+    assert np.isnan(curve.mu_lock) and not curve.pieces
     with pytest.raises(ValueError, match="status failed"):
         curve.state(0.0)
     with pytest.raises(ValueError, match="status failed"):
@@ -174,3 +176,27 @@ def test_strong_taper_refines_itself(theta):
     assert (state.phi1, -state.reaction_fy, state.reaction_fx) == pytest.approx(
         (phi1, p, q), abs=1e-9
     )
+
+
+@pytest.mark.parametrize(("theta", "eta"), [(16.7, 0.73), (3.1, 0.15), (20.0, 0.3), (1.0, 0.9999)])
+def test_far_from_the_papers_range_it_still_resolves(theta, eta):
+    curve = solve_curve(theta, eta)
+    assert curve.status is Status.SOLVED
+    assert curve.residual <= 1e-12
+
+
+@pytest.mark.parametrize(("theta", "eta"), [(1.0, 0.18), (1.0, 0.181), (1.3, 0.1)])
+def test_a_tip_that_lifts_off_never_locks(theta, eta):
+    # -tan(alpha) has a pole where the surface would begin to pull, not a maximum.
+    curve = solve_curve(theta, eta)
+    assert curve.mu_lock == np.inf
+    assert curve.state(curve.x0_lock).reaction_fy == pytest.approx(0.0, abs=1e-9)
+    onset = curve.onset([0.5, 5.0, 500.0, 1e9])
+    assert (np.diff(onset) > 0).all() and onset[-1] <= curve.x0_lock
+    assert curve.friction_demand(onset[:3]) == pytest.approx([0.5, 5.0, 500.0], rel=1e-9)
+
+
+def test_locking_friction_varies_smoothly_up_to_lifting_off():
+    values = [solve_curve(1.0, eta).mu_lock for eta in (0.3, 0.25, 0.2, 0.19)]
+    assert values[-1] == np.inf
+    assert all(low < high for low, high in pairwise(values))

@@ -110,3 +110,8 @@ def test_the_last_step_does_not_pass_and_the_next_does(x0, dx0):
 @pytest.mark.parametrize("dx0", ["1", "12345", "1e15", "1e18", "1e30"])
 def test_a_step_larger_than_the_displacement_fits_no_time(dx0):
     assert last_step_within(np.array([0.0, 0.03]), Decimal(dx0)).tolist() == [0, 0]
+
+
+def test_a_step_too_small_to_count_is_refused():
+    with pytest.raises(ValueError, match="too small a step"):
+        last_step_within(np.array([0.1]), Decimal("1e-20"))

@@ -120,3 +120,20 @@ def test_a_plan_that_cannot_be_written_is_named(tmp_path):
     folder.symlink_to(tmp_path / "gone")
     with pytest.raises(PlanError, match=f"cannot write the plan of blocks: .*{folder}"):
         planned_blocks(folder / "plan.json", keys("1"), 1)
+
+
+def test_blocks_of_a_mistaken_grid_leave_no_traces(tmp_path):
+    path = tmp_path / "plan.json"
+    mistaken = [(str(theta), "0.85") for theta in range(1, 50)]
+    planned_blocks(path, mistaken, 7, is_solved=lambda name: False)
+    wanted = mistaken[::5]
+    blocks = planned_blocks(path, wanted, 7, is_solved=lambda name: False)
+    assert sorted(key for members in blocks.values() for key in members) == sorted(wanted)
+
+
+def test_solved_blocks_are_kept_whatever_else_they_hold(tmp_path):
+    path = tmp_path / "plan.json"
+    first = planned_blocks(path, [("1", "0.85"), ("2", "0.85")], 7)
+    again = planned_blocks(path, [("2", "0.85"), ("3", "0.85")], 1, is_solved=lambda name: True)
+    assert first.items() <= again.items()
+    assert len(again) == 2

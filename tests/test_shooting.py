@@ -29,7 +29,7 @@ def test_both_methods_find_the_same_curve(shot):
 def test_walk_recognises_locking(shot):
     spectral = solve_curve(2.0, 0.85)
     assert shot.mu_lock == pytest.approx(spectral.mu_lock, abs=1e-9)
-    assert shot.x0[-1] < 1.3 * shot.x0_lock
+    assert shot.x0_end < 1.3 * shot.x0_lock
 
 
 def test_walk_above_the_locking_friction_ends():
@@ -93,3 +93,17 @@ def test_low_contact_points_are_reached_from_near_buckling():
     spectral = solve_curve(1.0, 0.4)
     assert state.x1 == pytest.approx(spectral.x1_init, abs=1e-8)
     assert state.f == pytest.approx(float(spectral.state(0.0).f), abs=1e-7)
+
+
+@pytest.mark.parametrize("eta", [0.99, 0.9999])
+def test_short_curves_are_walked_in_short_steps(eta):
+    # Near eta = 1 a whole curve is shorter than a common step.
+    shot = shooting.solve_curve(2.0, eta, 0.004)
+    spectral = solve_curve(2.0, eta)
+    mu0 = 0.8 * spectral.mu_lock
+    assert float(shot.onset(mu0)) == pytest.approx(float(spectral.onset(mu0)), rel=1e-5)
+
+
+def test_contact_along_a_line_is_refused():
+    with pytest.raises(ValueError, match="contact: point alone"):
+        shooting.solve_keys([(1.0, 0.85, 0.01)], "line")

@@ -10,9 +10,9 @@ import pytest
 
 from vibrissa import __version__, records, solve_curve, solve_state, stick_slip, tables
 from vibrissa.api import EquilibriumState
-from vibrissa.curve import failed_curve, sticking_curve
+from vibrissa.curve import Piece, failed_curve, sticking_curve
 from vibrissa.grid import Grid, points_of_curve, study_points
-from vibrissa.status import Status
+from vibrissa.status import Contact, Status
 from vibrissa.stiction import read_curve
 from vibrissa.tables import CURVES, SCANS, STATES, STICTION, TableError
 
@@ -23,16 +23,18 @@ AGAIN = "delete it and run again, it is made anew"
 
 def curve_by_shooting(curve, states):
     """A curve as the shooting method makes it, from states of another one."""
-    x0 = np.linspace(0.0, curve.x0[-1], states)
+    x0 = np.linspace(0.0, curve.x0_end, states)
     at = curve.state(x0)
-    values = np.stack([at.reaction_fx, at.reaction_fy, at.reaction_m, at.phi1], axis=-1)
-    return sticking_curve(curve.theta, curve.eta, "shooting", curve.x1_init, x0, values, 1e-10)
+    columns = [at.reaction_fx, at.reaction_fy, at.reaction_m, at.phi1, at.s_c]
+    piece = Piece(Contact.POINT, x0, np.stack(columns, axis=-1), stepped=True)
+    return sticking_curve(curve.theta, curve.eta, "shooting", curve.x1_init, [piece], 1e-10)
 
 
 COLLOCATION = solve_curve(theta=2, eta=0.85)
 FAILED = failed_curve(3.0, 0.85, "collocation", "no luck; try less")
+LINE = solve_curve(theta=3, eta=0.85, contact="line")  # in two pieces
 CURVE_TABLES = {
-    "collocation": {("2", "0.85"): COLLOCATION, ("3", "0.85"): FAILED},
+    "collocation": {("2", "0.85"): COLLOCATION, ("3", "0.85"): FAILED, ("3.0", "0.85"): LINE},
     "shooting": {("2", "0.85", "0.001"): curve_by_shooting(COLLOCATION, 60)},
 }
 
@@ -44,7 +46,7 @@ def grid(theta=("2",), mu0=("0.2", "0.4"), eta=("0.85",), dx0=("0.001",)):
 def stiction_table(curve, key, grids):
     points = points_of_curve(key, grids)
     stiction = read_curve(curve, [p.mu0 for p in points], [p.dx0 for p in points])
-    return records.stiction_table(points, curve, "point", stiction)
+    return records.stiction_table(points, curve, stiction)
 
 
 def scan_table(curve, mu0, cycles=2):
@@ -53,7 +55,7 @@ def scan_table(curve, mu0, cycles=2):
 
 
 def failed_state():
-    return EquilibriumState(Status.FAILED, "no luck", 1.0, 0.1, 0.5, *(float("nan"),) * 7)
+    return EquilibriumState(Status.FAILED, "no luck", "point", 1.0, 0.1, 0.5, *(float("nan"),) * 9)
 
 
 # A table of each kind with every status that it can have
@@ -112,12 +114,16 @@ def test_curves_come_back_bit_for_bit(method, path):
     restored = records.curves_from_table(tables.read(path, CURVES))
     assert list(restored) == list(curves)
     for key, curve in curves.items():
-        for field in fields(curve):
-            if field.compare:
-                old, new = (np.asarray(getattr(c, field.name)) for c in (curve, restored[key]))
-                assert (old.dtype, old.tobytes()) == (new.dtype, new.tobytes()), field.name
+        assert len(curve.pieces) == len(restored[key].pieces)
+        scalars = [field.name for field in fields(curve) if field.name != "pieces"]
+        pairs = [(getattr(curve, name), getattr(restored[key], name)) for name in scalars]
+        for old, new in zip(curve.pieces, restored[key].pieces, strict=True):
+            pairs += [(getattr(old, f.name), getattr(new, f.name)) for f in fields(old)]
+        for old, new in pairs:
+            old, new = np.asarray(old), np.asarray(new)
+            assert (old.dtype, old.tobytes()) == (new.dtype, new.tobytes())
         if curve.status is Status.SOLVED:
-            x0 = np.linspace(0, curve.x0[-1], 7)
+            x0 = np.linspace(0, curve.x0_end, 7)
             assert np.array_equal(curve.state(x0), restored[key].state(x0))
 
 

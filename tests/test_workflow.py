@@ -165,7 +165,11 @@ def test_only_the_given_study_is_run_and_written_down(finished):
     for name in ("stiction", "scans", "states"):
         path = finished.root / f"results/tiny/tables/{name}.parquet"
         metadata = tables.read(path, getattr(tables, name.upper())).schema.metadata
-        assert yaml.safe_load(metadata[b"vibrissa.study"]) == yaml.safe_load(TINY)
+        section = {"stiction": "grids"}.get(name, name)
+        answered = yaml.safe_load(metadata[b"vibrissa.study"])
+        whole = yaml.safe_load(TINY)
+        assert answered == {key: whole[key] for key in answered}
+        assert {"study", section} <= answered.keys() <= {"study", "contact", "method", section}
         assert metadata[b"vibrissa.version"].startswith(b"copy of ")
 
 
@@ -382,3 +386,21 @@ def test_a_damaged_plan_stops_with_its_remedy(done):
     plan.unlink()
     assert done.jobs() == {}
     assert plan.read_bytes() == whole
+
+
+def test_editing_a_caption_touches_captions_and_plots_alone(done):
+    done.edit("tiny.yaml", "Two cycles.", "Two cycles of stick and slip.")
+    assert set(done.jobs()) <= {"figure", "captions", "all"}
+
+
+def test_a_rod_may_lie_down_along_the_surface(fresh):
+    fresh.write("tiny.yaml", TINY.replace("study: tiny", "study: tiny\ncontact: line"))
+    fresh.edit("tiny.yaml", "[1.5, 2]", "[2, 5]")
+    assert fresh.call(RUN, STICTION, "results/tiny/tables/states.parquet").returncode == 0
+    slips = fresh.stiction().to_pandas().query("status == 'slip'").set_index("theta")
+    assert slips["contact"].to_dict() == {2.0: "point", 5.0: "line"}
+    assert slips.loc[5.0, "s_c_slip"] < 1.0 == slips.loc[2.0, "s_c_slip"]
+    assert not slips["penetrates"].any()
+    states = tables.read(fresh.root / "results/tiny/tables/states.parquet", tables.STATES)
+    (state,) = states.to_pylist()
+    assert state["contact"] == "line" and not state["penetrates"] and state["stability"] > 0

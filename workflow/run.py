@@ -114,11 +114,14 @@ def failed_jobs(snakemake_log: str) -> list[str]:
 def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
-    configfiles = parser.parse_known_args(argv)[0].configfile
+    parser.add_argument("--config", nargs="+", default=[])
+    known, _ = parser.parse_known_args(argv)
+    configfiles = known.configfile
     for name in configfiles:
         if not Path(name).is_file():
             sys.exit(f"No such study file: {name}")
-    study = study_name(configfiles)
+    overrides = dict(entry.split("=", 1) for entry in known.config if "=" in entry)
+    study = overrides.get("study") or study_name(configfiles)
 
     snakemake = [sys.executable, "-m", "snakemake", "--workflow-profile", PROFILE, *argv]
     terminal = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
@@ -167,7 +170,7 @@ def main(argv: list[str]) -> int:
         say("Nothing to do: all results are up to date.")
     folder = Path("results", study, "figures")
     endings: dict[str, list[str]] = {}
-    for path in sorted(folder.glob("*")):
+    for path in sorted(folder.glob("[!.]*")):
         if path.suffix in FIGURE_SUFFIXES:
             endings.setdefault(path.stem, []).append(path.suffix)
     say(f"Figures in {folder}:" if endings else f"No figures in {folder}.")

@@ -1,6 +1,6 @@
 """One state, one curve, one onset: what a person uses in a notebook."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 
 import numpy as np
@@ -9,15 +9,14 @@ from vibrissa import collocation, shooting
 from vibrissa.arrays import FloatArray
 from vibrissa.curve import StickingCurve, StickingState
 from vibrissa.decimals import exact
-from vibrissa.equilibrium import clamp_moment, tip_slope
-from vibrissa.rod import deformed_shape
-from vibrissa.status import Status
+from vibrissa.equilibrium import ContactStates, clamp_moment, contact_slope, shape, stability
+from vibrissa.status import Contact, Status
 from vibrissa.stiction import read_curve
 
 METHODS = (collocation.METHOD, shooting.METHOD)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EquilibriumState:
     """One equilibrium of the rod with its tip held at a point of the surface.
 
@@ -27,12 +26,19 @@ class EquilibriumState:
         ``solved`` or ``failed``.
     message : str
         Empty, or what went wrong and what to try.
+    contact : str
+        ``point`` or ``line``: whether the tip alone touches or the rod lies along the surface.
     theta, x1, eta : float
-        Taper factor and contact point relative to the clamp (L).
+        Taper factor and position of the tip relative to the clamp (L).
     f, alpha : float
         Contact force magnitude (E·I0/L²) and inclination (rad).
     phi1 : float
         Slope at the contact point (rad).
+    s_c : float
+        Arc length of the contact point (L).
+    stability : float
+        Least second variation of the energy per bending energy, clamp and contact point held:
+        positive where the equilibrium is stable.
     reaction_fx, reaction_fy, reaction_m : float
         Clamp reactions, in units of E·I0/L² and E·I0/L.
     residual : float
@@ -41,16 +47,25 @@ class EquilibriumState:
 
     status: Status
     message: str
+    contact: str
     theta: float
     x1: float
     eta: float
     f: float
     alpha: float
     phi1: float
+    s_c: float
+    stability: float
     reaction_fx: float
     reaction_fy: float
     reaction_m: float
     residual: float
+    _solution: ContactStates | None = field(default=None, repr=False)
+
+    @property
+    def adheres(self) -> bool:
+        """Whether the surface would have to pull at the rod, which it cannot."""
+        return self.reaction_fy > 0.0
 
     @property
     def penetrates(self) -> bool:
@@ -75,13 +90,14 @@ class EquilibriumState:
         ValueError
             If the state was not solved.
         """
-        if self.status is Status.FAILED:
+        if self._solution is None:
             raise ValueError(f"a failed state has no shape: {self.message}")
         s = np.linspace(0.0, 1.0, 101) if s is None else s
-        return deformed_shape(self.theta, self.f, self.alpha, self.x1, self.eta, s)
+        x, y, phi = (values[0] for values in shape(self._solution, s))
+        return x, y, phi
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Onset:
     """End of a period of sticking.
 
@@ -115,17 +131,28 @@ class Onset:
     residual: float
 
 
-def _check(theta: float, eta: float, method: str = collocation.METHOD) -> None:
+def _check(
+    theta: float,
+    eta: float,
+    method: str = collocation.METHOD,
+    contact: str = Contact.POINT,
+) -> None:
     if not (np.isfinite(theta) and theta >= 1.0):
         raise ValueError(f"theta is base over tip diameter and must be at least 1, got {theta!r}")
     if not 0.0 < eta < 1.0:
         raise ValueError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}")
     if method not in METHODS:
         raise ValueError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    if contact not in tuple(Contact):
+        raise ValueError(f"contact must be one of {', '.join(Contact)}, got {contact!r}")
+    if method == shooting.METHOD and contact != Contact.POINT:
+        raise ValueError(f"method {method!r} solves contact 'point' alone, got {contact!r}")
 
 
-def solve_state(theta: float, eta: float, x1: float) -> EquilibriumState:
-    """Solve one equilibrium with the contact point at (x1, eta) relative to the clamp.
+def solve_state(
+    theta: float, eta: float, x1: float, contact: str = Contact.POINT
+) -> EquilibriumState:
+    """Solve one equilibrium with the tip at (x1, eta) relative to the clamp.
 
     Parameters
     ----------
@@ -134,7 +161,10 @@ def solve_state(theta: float, eta: float, x1: float) -> EquilibriumState:
     eta : float
         Height of the contact point, 0 < eta < 1 (L).
     x1 : float
-        Distance of the contact point from the clamp along the surface (L).
+        Distance of the tip from the clamp along the surface (L).
+    contact : str
+        ``point``: the tip alone touches, as in the paper; ``line``: the rod lies along the
+        surface where it would pass through it.
 
     Returns
     -------
@@ -154,34 +184,43 @@ def solve_state(theta: float, eta: float, x1: float) -> EquilibriumState:
     >>> print(f"{state.f:.3f} {state.phi1:.3f} {state.penetrates}")
     22.983 -0.495 True
     """
-    _check(theta, eta)
+    _check(theta, eta, contact=contact)
     if not np.hypot(x1, eta) < 1.0:
         raise ValueError(
             f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
         )
-    solution, misfit, message = collocation.solve_offset(theta, eta, x1)
+    solution, misfit, message = collocation.solve_offset(theta, eta, x1, Contact(contact))
     nan = float("nan")
     if solution is None:
-        return EquilibriumState(Status.FAILED, message, theta, x1, eta, *(nan,) * 7)
-    fx, fy = float(solution.fx[0]), float(solution.fy[0])
+        return EquilibriumState(Status.FAILED, message, contact, theta, x1, eta, *(nan,) * 9)
+    fx, fy, s_c = float(solution.fx[0]), float(solution.fy[0]), float(solution.s_c[0])
+    kind = Contact.POINT if s_c == 1.0 else Contact.LINE
     return EquilibriumState(
         Status.SOLVED,
         message,
+        kind.value,
         theta,
         x1,
         eta,
         float(np.hypot(fx, fy)),
         float(np.arctan2(fx, -fy)),
-        float(tip_slope(solution)[0]),
+        float(contact_slope(solution)[0]),
+        s_c,
+        float(stability(solution, kind)[0]),
         fx,
         fy,
         float(clamp_moment(solution)[0]),
         misfit,
+        solution,
     )
 
 
 def solve_curve(
-    theta: float, eta: float, method: str = collocation.METHOD, dx0: float | None = None
+    theta: float,
+    eta: float,
+    method: str = collocation.METHOD,
+    dx0: float | None = None,
+    contact: str = Contact.POINT,
 ) -> StickingCurve:
     """Solve the sticking curve of one rod at one height, from α = 0 to locking.
 
@@ -195,6 +234,8 @@ def solve_curve(
         ``collocation`` or ``shooting``.
     dx0 : float, optional
         Footpoint displacement step (L); needed by ``shooting`` alone.
+    contact : str
+        ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
 
     Returns
     -------
@@ -205,9 +246,9 @@ def solve_curve(
     ValueError
         If an argument is out of range.
     """
-    _check(theta, eta, method)
+    _check(theta, eta, method, contact)
     if method == collocation.METHOD:
-        return collocation.solve_curves(np.array([theta]), np.array([eta]))[0]
+        return collocation.solve_curves(np.array([theta]), np.array([eta]), Contact(contact))[0]
     if dx0 is None or not dx0 > 0.0:
         raise ValueError(f"shooting needs a positive step dx0, got {dx0!r}")
     return shooting.solve_curve(theta, eta, dx0)
@@ -219,6 +260,7 @@ def solve_onset(
     eta: float,
     dx0: float | Decimal | None = None,
     method: str = collocation.METHOD,
+    contact: str = Contact.POINT,
 ) -> Onset:
     """Solve for the end of one period of sticking.
 
@@ -234,6 +276,8 @@ def solve_onset(
         Footpoint displacement step (L) for the paper's x0,max on the step grid.
     method : str
         ``collocation`` or ``shooting``, which needs `dx0`.
+    contact : str
+        ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
 
     Returns
     -------
@@ -255,7 +299,7 @@ def solve_onset(
         raise ValueError(f"mu0 must be positive, got {mu0!r}")
     if dx0 is not None and not exact(dx0) > 0:
         raise ValueError(f"dx0 must be positive, got {dx0!r}")
-    curve = solve_curve(theta, eta, method, None if dx0 is None else float(dx0))
+    curve = solve_curve(theta, eta, method, None if dx0 is None else float(dx0), contact)
     stiction = read_curve(curve, [friction], [exact(1 if dx0 is None else dx0)])
     status = stiction.status[0]
     if status is Status.SLIP:

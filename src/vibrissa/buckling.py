@@ -10,7 +10,7 @@ from scipy.optimize import elementwise
 from vibrissa.arrays import BoolArray, FloatArray
 from vibrissa.equilibrium import (
     Closure,
-    TipStates,
+    ContactStates,
     bending_moment,
     solve,
 )
@@ -78,7 +78,9 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
     return -mode / (kappa * theta)
 
 
-def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[TipStates, BoolArray]:
+def initial_states(
+    theta: FloatArray, eta: FloatArray, nodes: int
+) -> tuple[ContactStates, BoolArray]:
     """Solve the α = 0 states in which a period of sticking begins.
 
     Parameters
@@ -90,18 +92,18 @@ def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[TipS
 
     Returns
     -------
-    states : TipStates
+    states : ContactStates
         First-mode states bent towards +x; NaN where none was found.
     converged : ndarray of bool, shape (n,)
     """
-    states, converged = _vertical_states(_scaled_mode(theta, eta, nodes), eta)
+    states, converged = _vertical_states(buckled_states(theta, eta, nodes), eta)
     missing = np.flatnonzero(~converged)
     if len(missing):
         # Far from buckling: lower the contact point step by step instead.
         heights = CONTINUATION_START + np.linspace(0.0, 1.0, CONTINUATION_STEPS)[:, None] * (
             eta[missing] - CONTINUATION_START
         )
-        current = _scaled_mode(theta[missing], heights[0], nodes)
+        current = buckled_states(theta[missing], heights[0], nodes)
         previous = None
         for height in heights:
             solution, found = _vertical_states(current, height)
@@ -112,7 +114,7 @@ def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[TipS
     return states, converged
 
 
-def _vertical_states(guess: TipStates, eta: FloatArray) -> tuple[TipStates, BoolArray]:
+def _vertical_states(guess: ContactStates, eta: FloatArray) -> tuple[ContactStates, BoolArray]:
     """Solve at α = 0 and keep only first-mode states bent towards +x."""
     states, converged = solve(guess, eta, Closure(alpha=np.zeros(len(guess))))
     # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image
@@ -120,17 +122,36 @@ def _vertical_states(guess: TipStates, eta: FloatArray) -> tuple[TipStates, Bool
     return states, converged & first_mode
 
 
-def _scaled_mode(theta: FloatArray, eta: FloatArray, nodes: int) -> TipStates:
-    """Return the buckling mode with the amplitude that shortens the rod's height to about η."""
+def buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> ContactStates:
+    """Guess α = 0 states: the buckling mode, scaled to shorten the rod's height to about η.
+
+    Parameters
+    ----------
+    theta, eta : ndarray, shape (n,)
+        Taper factors and heights.
+    nodes : int
+        Number of collocation nodes.
+
+    Returns
+    -------
+    ContactStates
+        The better the closer η is to 1.
+    """
     rule = gauss_rule(nodes)
     mode = buckling_mode(rule.nodes, theta)
     weights = rule.weights * arc_density(rule.nodes, theta[:, None])
     amplitude = np.sqrt(2.0 * (1.0 - eta) / (weights * mode**2).sum(axis=1))
     phi = np.pi / 2 + amplitude[:, None] * mode
-    return TipStates(theta, phi, np.zeros_like(theta), -buckling_load(theta))
+    return ContactStates(
+        theta, phi, np.zeros_like(theta), -buckling_load(theta), np.ones_like(theta)
+    )
 
 
-def _extrapolate(before: TipStates, last: TipStates) -> TipStates:
-    return TipStates(
-        last.theta, 2 * last.phi - before.phi, 2 * last.fx - before.fx, 2 * last.fy - before.fy
+def _extrapolate(before: ContactStates, last: ContactStates) -> ContactStates:
+    return ContactStates(
+        last.theta,
+        2 * last.phi - before.phi,
+        2 * last.fx - before.fx,
+        2 * last.fy - before.fy,
+        last.s_c,
     )

@@ -3,11 +3,16 @@
 While the tip sticks, x1 and η are fixed and only the footpoint displacement x0 changes, so the
 equilibria form one curve, parametrised by x0. Friction enters afterwards: μ0 decides where on the
 curve sticking ends (the onset, −tan α = μ0) and a step Δx0 only samples it. The largest value of
-−tan α on the curve is the locking friction μ_lock: above it the tip never slips backward.
+−tan α on the curve is the locking friction μ_lock: above it the tip never slips backward. Where the
+surface would have to pull before −tan α has a maximum, the tip lifts off: then −tan α grows without
+limit and there is no locking. Where the
+contact changes its kind the curve has a kink: it consists of smooth pieces.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -16,11 +21,11 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import elementwise
 
-from vibrissa.arrays import FloatArray
+from vibrissa.arrays import FloatArray, IntArray
 from vibrissa.spectral import chebyshev_transform
-from vibrissa.status import Status
+from vibrissa.status import Contact, Status
 
-# Samples between which crossings of the curve are bracketed before they are located exactly.
+# Samples of each piece between which crossings are bracketed before they are located exactly.
 SCAN_POINTS = 257
 # Order of the spline through states on a step grid.
 SPLINE_DEGREE = 5
@@ -54,7 +59,67 @@ class StickingState(NamedTuple):
     reaction_m: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A smooth piece of a sticking curve, with one kind of contact.
+
+    Attributes
+    ----------
+    contact : Contact
+        Kind of contact of its states.
+    x0 : ndarray, shape (k,)
+        Footpoint displacements of the solved states (L), increasing.
+    values : ndarray, shape (k, 5)
+        fx, fy (E·I0/L²), m (E·I0/L), φ1 (rad) and s_c (L) of the states.
+    stepped : bool
+        Whether the states stand on a step grid; at Chebyshev points otherwise.
+    """
+
+    contact: Contact
+    x0: FloatArray
+    values: FloatArray
+    stepped: bool = False
+
+    def __post_init__(self) -> None:
+        """Put the values in one order in memory: sums over them then round alike."""
+        object.__setattr__(self, "values", np.ascontiguousarray(self.values))
+
+    @cached_property
+    def _interpolant(self) -> tuple[Callable[..., FloatArray], Callable[..., FloatArray]]:
+        """Values and their derivatives over x0, values in the last axis."""
+        if self.stepped:
+            degree = min(SPLINE_DEGREE, len(self.x0) - 1)
+            spline = make_interp_spline(self.x0, self.values, k=degree)
+            return spline, spline.derivative()
+        start, length = self.x0[0], self.x0[-1] - self.x0[0]
+        coefficients = chebyshev_transform(len(self.x0)) @ self.values
+        slopes = chebyshev.chebder(coefficients, scl=2.0 / length)
+
+        def series(coefficients: FloatArray) -> Callable[..., FloatArray]:
+            def evaluate(x0: FloatArray) -> FloatArray:
+                position = 2.0 * (x0 - start) / length - 1.0
+                return np.moveaxis(chebyshev.chebval(position, coefficients), 0, -1)
+
+            return evaluate
+
+        return series(coefficients), series(slopes)
+
+    def evaluate(self, x0: FloatArray) -> FloatArray:
+        """Values at displacements on the piece, shape x0.shape + (5,)."""
+        values = np.asarray(self._interpolant[0](x0))
+        # What the kind of contact prescribes is known exactly.
+        if self.contact is Contact.POINT:
+            values[..., 4] = 1.0
+        else:
+            values[..., 3] = 0.0
+        return values
+
+    def slope(self, x0: FloatArray) -> FloatArray:
+        """Differentiate the values with respect to x0, shape x0.shape + (5,)."""
+        return np.asarray(self._interpolant[1](x0))
+
+
+@dataclass(frozen=True, eq=False)
 class StickingCurve:
     """One period of sticking of one rod at one height, up to locking.
 
@@ -72,16 +137,15 @@ class StickingCurve:
         Empty, or what went wrong and what to try.
     x1_init : float
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
-    x0 : ndarray, shape (k,)
-        Footpoint displacements of the solved states (L).
-    reaction_fx, reaction_fy, reaction_m, phi1 : ndarray, shape (k,)
-        Solved states; see `StickingState`.
+    pieces : tuple of Piece
+        Smooth pieces of the curve, in order.
     residual : float
         Largest equilibrium residual of the states, between the solved ones included.
     x0_lock, mu_lock : float
-        Where −tan α is largest, and its value there.
+        Where −tan α is largest, and its value there; where the tip lifts off (fy = 0), and
+        infinity, if it does so before.
     x0_touch : float
-        First displacement at which φ1 = 0, where the beam comes to lie along the surface; NaN if
+        First displacement at which φ1 = 0, where the rod comes to lie along the surface; NaN if
         this does not happen before locking, 0 if it lies on it from the start.
     """
 
@@ -91,21 +155,26 @@ class StickingCurve:
     status: Status
     message: str
     x1_init: float
-    x0: FloatArray
-    reaction_fx: FloatArray
-    reaction_fy: FloatArray
-    reaction_m: FloatArray
-    phi1: FloatArray
+    pieces: tuple[Piece, ...]
     residual: float
     x0_lock: float
     mu_lock: float
     x0_touch: float
-    _interpolant: "_Interpolant | None" = field(default=None, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        """Prepare the interpolation of a solved curve."""
-        if self.status is Status.SOLVED and self._interpolant is None:
-            object.__setattr__(self, "_interpolant", _interpolant(self))
+    @property
+    def x0_end(self) -> float:
+        """Last displacement of the curve, slightly beyond locking (L)."""
+        return float(self.pieces[-1].x0[-1])
+
+    def _piece_of(self, x0: FloatArray) -> IntArray:
+        """Which piece each displacement lies on."""
+        inner = [piece.x0[0] for piece in self.pieces[1:]]
+        return np.searchsorted(inner, x0, side="right")
+
+    def contact(self, x0: ArrayLike) -> list[str]:
+        """Kind of contact at given displacements on the curve."""
+        pieces = self._piece_of(np.atleast_1d(np.asarray(x0, dtype=float)))
+        return [self.pieces[index].contact.value for index in pieces]
 
     def state(self, x0: ArrayLike) -> StickingState:
         """Sticking state at the given footpoint displacements.
@@ -125,17 +194,21 @@ class StickingCurve:
         ValueError
             If the curve was not solved or a displacement lies outside it.
         """
-        if self._interpolant is None:
+        if self.status is Status.FAILED:
             raise ValueError(f"no states on a curve with status {self.status}: {self.message}")
         x0 = np.asarray(x0, dtype=float)
-        if np.any(~(x0 >= 0.0)) or np.any(~(x0 <= self.x0[-1])):
+        if np.any(~(x0 >= 0.0)) or np.any(~(x0 <= self.x0_end)):
             raise ValueError(
-                f"x0 must lie on the curve, between 0 and {self.x0[-1]:.6g}; got {x0!r}"
+                f"x0 must lie on the curve, between 0 and {self.x0_end:.6g}; got {x0!r}"
             )
-        fx, fy, m, phi1 = np.moveaxis(self._interpolant(x0), -1, 0)
-        return StickingState(
-            x0, np.hypot(fx, fy), np.arctan2(fx, -fy), phi1, np.ones_like(phi1), fx, fy, m
-        )
+        values = np.empty((*x0.shape, 5))
+        place = self._piece_of(x0)
+        for index, piece in enumerate(self.pieces):
+            on_piece = place == index
+            if np.any(on_piece):
+                values[on_piece] = piece.evaluate(x0[on_piece])
+        fx, fy, m, phi1, s_c = np.moveaxis(values, -1, 0)
+        return StickingState(x0, np.hypot(fx, fy), np.arctan2(fx, -fy), phi1, s_c, fx, fy, m)
 
     def friction_demand(self, x0: ArrayLike) -> FloatArray:
         """Friction coefficient −tan α that sticking needs at the given displacements.
@@ -148,9 +221,23 @@ class StickingCurve:
         Returns
         -------
         ndarray
+            Infinite where the tip lifts off.
         """
         state = self.state(x0)
-        return state.reaction_fx / state.reaction_fy
+        with np.errstate(divide="ignore"):
+            return np.asarray(state.reaction_fx / state.reaction_fy)
+
+    def _excess(self, x0: FloatArray, mu0: FloatArray) -> FloatArray:
+        """μ0·fy − fx: has the sign of −tan α − μ0 as long as the surface pushes."""
+        state = self.state(x0)
+        return mu0 * state.reaction_fy - state.reaction_fx
+
+    def samples(self, end: float) -> FloatArray:
+        """Displacements from 0 to `end`, `SCAN_POINTS` on each piece, its ends included."""
+        bounds = [0.0, *(x for piece in self.pieces[1:] if (x := piece.x0[0]) < end), end]
+        return np.unique(
+            np.concatenate([np.linspace(a, b, SCAN_POINTS) for a, b in pairwise(bounds)])
+        )
 
     def onset(self, mu0: ArrayLike) -> FloatArray:
         """Exact onset of slip: the first displacement at which −tan α = μ0.
@@ -173,42 +260,18 @@ class StickingCurve:
         mu0 = np.asarray(mu0, dtype=float)
         if np.any(~(mu0 > 0.0)):
             raise ValueError(f"mu0 must be positive, got {mu0!r}")
-        x = np.linspace(0.0, self.x0_lock, SCAN_POINTS)
+        if self.status is Status.FAILED:
+            raise ValueError(f"no onset on a curve with status {self.status}: {self.message}")
+        x = self.samples(self.x0_lock)
         demand = self.friction_demand(x)
         demand[-1] = self.mu_lock
         slips = mu0 <= self.mu_lock
         # First sample that needs at least μ0: the running maximum makes the search monotone.
         after = np.searchsorted(np.maximum.accumulate(demand), mu0[slips])
-        after = np.clip(after, 1, SCAN_POINTS - 1)
+        after = np.clip(after, 1, len(x) - 1)
         onset = np.full(mu0.shape, np.nan)
-        onset[slips] = _bracketed_root(
-            lambda x, mu: self.friction_demand(x) - mu, x[after - 1], x[after], mu0[slips]
-        )
+        onset[slips] = _bracketed_root(self._excess, x[after - 1], x[after], mu0[slips])
         return onset
-
-
-class _Interpolant(NamedTuple):
-    """Interpolation of (fx, fy, m, phi1) in x0, channels last, and its derivative."""
-
-    value: Callable[[FloatArray], FloatArray]
-    derivative: Callable[[FloatArray], FloatArray]
-
-    def __call__(self, x0: FloatArray) -> FloatArray:
-        return self.value(x0)
-
-
-def _interpolant(curve: StickingCurve) -> _Interpolant:
-    values = np.stack([curve.reaction_fx, curve.reaction_fy, curve.reaction_m, curve.phi1], axis=-1)
-    if curve.method == "collocation":
-        end = curve.x0[-1]
-        coefficients = chebyshev_transform(len(curve.x0)) @ values
-        slopes = chebyshev.chebder(coefficients, scl=2.0 / end)
-        return _Interpolant(
-            lambda x: np.moveaxis(chebyshev.chebval(2.0 * x / end - 1.0, coefficients), 0, -1),
-            lambda x: np.moveaxis(chebyshev.chebval(2.0 * x / end - 1.0, slopes), 0, -1),
-        )
-    spline = make_interp_spline(curve.x0, values, k=min(SPLINE_DEGREE, len(curve.x0) - 1))
-    return _Interpolant(spline, spline.derivative())
 
 
 def _bracketed_root(
@@ -226,24 +289,21 @@ def sticking_curve(
     eta: float,
     method: str,
     x1_init: float,
-    x0: FloatArray,
-    values: FloatArray,
+    pieces: Sequence[Piece],
     residual: float,
 ) -> StickingCurve:
-    """Build a curve from solved states and locate its lock and its first contact along a line.
+    """Build a curve from solved pieces and locate its lock and its first contact along a line.
 
     Parameters
     ----------
     theta, eta : float
         Taper factor and height of the contact point (L).
     method : str
-        ``collocation`` or ``shooting``; decides how the states are interpolated.
+        ``collocation`` or ``shooting``.
     x1_init : float
         Contact point in the α = 0 state (L).
-    x0 : ndarray, shape (k,)
-        Displacements of the states, from 0 to beyond the lock (L).
-    values : ndarray, shape (k, 4)
-        fx, fy, m and φ1 of the states.
+    pieces : sequence of Piece
+        From displacement 0 to beyond the lock, each beginning where the one before ends.
     residual : float
         Largest equilibrium residual.
 
@@ -252,45 +312,10 @@ def sticking_curve(
     StickingCurve
         ``failed`` if −tan α has no maximum inside the given displacements.
     """
-    fx, fy, m, phi1 = values.T
-    curve = StickingCurve(
-        theta,
-        eta,
-        method,
-        Status.SOLVED,
-        "",
-        x1_init,
-        x0,
-        fx,
-        fy,
-        m,
-        phi1,
-        residual,
-        *(np.nan, np.nan, np.nan),
-    )
-    samples = np.linspace(0.0, x0[-1], SCAN_POINTS)
-    top = int(np.argmax(curve.friction_demand(samples)))
-    if top in (0, SCAN_POINTS - 1):
+    # The first of equal ones: after lifting off nothing counts.
+    x0_lock, mu_lock = max((_largest_demand(piece) for piece in pieces), key=lambda top: top[1])
+    if not 0.0 < x0_lock < pieces[-1].x0[-1]:
         return failed_curve(theta, eta, method, "the curve has no locking maximum where sought")
-    interpolant = curve._interpolant
-    assert interpolant is not None
-
-    def demand_slope(x: FloatArray) -> FloatArray:
-        value, slope = interpolant(x), interpolant.derivative(x)
-        return slope[..., 0] * value[..., 1] - value[..., 0] * slope[..., 1]
-
-    x0_lock = float(_bracketed_root(demand_slope, samples[[top - 1]], samples[[top + 1]])[0])
-    mu_lock = float(curve.friction_demand(x0_lock))
-
-    samples = np.linspace(0.0, x0_lock, SCAN_POINTS)
-    below = np.flatnonzero(interpolant(samples)[..., 3] < 0.0)
-    if not len(below):
-        x0_touch = np.nan
-    elif below[0] == 0:
-        x0_touch = 0.0
-    else:
-        bracket = samples[[below[0] - 1]], samples[[below[0]]]
-        x0_touch = float(_bracketed_root(lambda x: interpolant(x)[..., 3], *bracket)[0])
     return StickingCurve(
         theta,
         eta,
@@ -298,16 +323,54 @@ def sticking_curve(
         Status.SOLVED,
         "",
         x1_init,
-        x0,
-        fx,
-        fy,
-        m,
-        phi1,
+        tuple(pieces),
         residual,
         x0_lock,
         mu_lock,
-        x0_touch,
+        _first_touch(pieces, x0_lock),
     )
+
+
+def _largest_demand(piece: Piece) -> tuple[float, float]:
+    """Where −tan α is largest on a piece, and its value there; infinity where the tip lifts off."""
+    x = np.linspace(piece.x0[0], piece.x0[-1], SCAN_POINTS)
+    pulls = np.flatnonzero(piece.evaluate(x)[:, 1] >= 0.0)
+    if len(pulls):
+        bracket = x[[max(pulls[0] - 1, 0)]], x[[pulls[0]]]
+        return float(_bracketed_root(lambda x: piece.evaluate(x)[..., 1], *bracket)[0]), np.inf
+
+    def demand(x: FloatArray) -> FloatArray:
+        values = piece.evaluate(x)
+        return values[..., 0] / values[..., 1]
+
+    def demand_slope(x: FloatArray) -> FloatArray:
+        value, slope = piece.evaluate(x), piece.slope(x)
+        return slope[..., 0] * value[..., 1] - value[..., 0] * slope[..., 1]
+
+    top = int(np.argmax(demand(x)))
+    at = x[top]
+    # At an end it may still be inside by less than a sample.
+    low, high = x[[max(top - 1, 0)]], x[[min(top + 1, SCAN_POINTS - 1)]]
+    if demand_slope(low)[0] * demand_slope(high)[0] < 0.0:
+        at = _bracketed_root(demand_slope, low, high)[0]
+    return float(at), float(demand(np.array(at)))
+
+
+def _first_touch(pieces: Sequence[Piece], end: float) -> float:
+    """First displacement up to `end` at which φ1 = 0; NaN if there is none."""
+    for piece in pieces:
+        if piece.x0[0] >= end:
+            break
+        if piece.contact is Contact.LINE:
+            return float(piece.x0[0])
+        x = np.linspace(piece.x0[0], min(end, piece.x0[-1]), SCAN_POINTS)
+        below = np.flatnonzero(piece.evaluate(x)[:, 3] < 0.0)
+        if len(below) and below[0] == 0:
+            return float(x[0])
+        if len(below):
+            bracket = x[[below[0] - 1]], x[[below[0]]]
+            return float(_bracketed_root(lambda x, p=piece: p.evaluate(x)[..., 3], *bracket)[0])
+    return float("nan")
 
 
 def failed_curve(theta: float, eta: float, method: str, message: str) -> StickingCurve:
@@ -326,15 +389,5 @@ def failed_curve(theta: float, eta: float, method: str, message: str) -> Stickin
     -------
     StickingCurve
     """
-    empty = np.empty(0)
     nan = float("nan")
-    return StickingCurve(
-        theta,
-        eta,
-        method,
-        Status.FAILED,
-        message,
-        nan,
-        *(empty,) * 5,
-        *(nan,) * 4,
-    )
+    return StickingCurve(theta, eta, method, Status.FAILED, message, nan, (), *(nan,) * 4)

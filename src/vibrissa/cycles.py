@@ -13,6 +13,7 @@ import numpy as np
 
 from vibrissa.arrays import FloatArray, IntArray
 from vibrissa.curve import StickingCurve, StickingState
+from vibrissa.decimals import exact
 from vibrissa.rod import deformed_shape
 from vibrissa.status import Status
 from vibrissa.steps import last_step_within, step_position
@@ -25,7 +26,7 @@ class Phase(StrEnum):
     SLIP = "slip"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scan:
     """States at every footpoint position of a scan.
 
@@ -43,7 +44,7 @@ class Scan:
     footpoint : ndarray, shape (n,)
         Position of the clamp (L).
     x1 : ndarray, shape (n,)
-        Position of the contact point (L).
+        Position of the tip (L), which is the contact point in point contact.
     state : StickingState
         Force, angles and clamp reactions; its x0 counts from the last α = 0 state.
     s : ndarray, shape (points,)
@@ -70,16 +71,20 @@ class Scan:
 
 
 def stick_slip(
-    curve: StickingCurve, mu0: Decimal, dx0: Decimal, cycles: int, shape_points: int = 51
+    curve: StickingCurve,
+    mu0: Decimal | float,
+    dx0: Decimal | float,
+    cycles: int,
+    shape_points: int = 51,
 ) -> Scan:
     """Move the clamp in steps of Δx0 through a number of stick-slip cycles.
 
     Parameters
     ----------
     curve : StickingCurve
-    mu0 : Decimal
+    mu0 : Decimal or float
         Coefficient of static friction.
-    dx0 : Decimal
+    dx0 : Decimal or float
         Footpoint displacement per step (L).
     cycles : int
         Number of cycles, at least 1.
@@ -95,12 +100,15 @@ def stick_slip(
     Raises
     ------
     ValueError
-        If the number of cycles is not positive or a shape has fewer than two points.
+        If the step or the number of cycles is not positive or a shape has fewer than two points.
     """
     if cycles < 1:
         raise ValueError(f"cycles must be at least 1, got {cycles}")
     if shape_points < 2:
         raise ValueError(f"shape_points must be at least 2, got {shape_points}")
+    dx0 = exact(dx0)
+    if not dx0 > 0:
+        raise ValueError(f"dx0 must be positive, got {dx0}")
     s = np.linspace(0.0, 1.0, shape_points)
     if curve.status is Status.FAILED:
         return _empty_scan(s)
@@ -113,8 +121,8 @@ def stick_slip(
     offset = curve.x1_init - period.x0
     shapes = np.stack(
         [
-            deformed_shape(curve.theta, f, alpha, x1, curve.eta, s)
-            for f, alpha, x1 in zip(period.f, period.alpha, offset, strict=True)
+            deformed_shape(curve.theta, f, alpha, x1, curve.eta, s, s_c)
+            for f, alpha, x1, s_c in zip(period.f, period.alpha, offset, period.s_c, strict=True)
         ]
     )
     residual = np.hypot(shapes[:, 0, -1] - offset, shapes[:, 1, -1] - curve.eta)

@@ -1,19 +1,26 @@
-r"""Equilibrium of the clamped rod under a force at its tip: spectral collocation and Newton.
+r"""Equilibrium of the clamped rod in contact with the surface: spectral collocation and Newton.
 
-The moment m obeys m' = fx·sin φ − fy·cos φ with m(1) = 0 for the contact force (fx, fy) on the
-tip, and B·φ' = m with φ(0) = π/2. Integrated twice this is one equation for the slope φ alone,
+The rod touches the surface at arc length s_c: with its tip (point contact, s_c = 1) or, where the
+tip would pass through the surface, tangentially at s_c < 1 with the rest lying straight and
+unloaded on it (line contact). On the free part the moment obeys m' = fx·sin φ − fy·cos φ with
+m(s_c) = 0 for the contact force (fx, fy), and B·φ' = m with φ(0) = π/2. Integrated twice this is
+one equation for the slope φ alone,
 
-    φ(s) = π/2 − ∫₀ˢ B⁻¹(u) ∫ᵤ¹ (fx·sin φ − fy·cos φ) dv du ,                            (E1)
+    φ(s) = π/2 − ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (fx·sin φ − fy·cos φ) dv du ,                          (E1)
 
-closed by the height of the contact point above the clamp and by one more condition,
+closed by the height of the contact point above the clamp, by one more condition, and by the kind
+of contact,
 
-    ∫₀¹ sin φ ds = η ,                                                                   (E2)
-    ∫₀¹ cos φ ds = offset     or     fx·cos α + fy·sin α = 0 .                      (E3a, E3b)
+    ∫ sin φ ds = η ,                                                                     (E2)
+    ∫ cos φ ds + 1 − s_c = offset     or     fx·cos α + fy·sin α = 0 ,            (E3a, E3b)
+    s_c = 1     or     φ(s_c) = 0 .                                               (E4a, E4b)
 
-E3a prescribes where the tip sits relative to the clamp (sticking), E3b the inclination α of the
-force (α = 0 is the state in which sticking begins). φ is a polynomial in the bending coordinate τ
-(`vibrissa.taper`) through Gauss–Legendre nodes. All functions work on batches: the first axis
-counts states.
+E3a prescribes where the tip sits relative to the clamp (sticking: the part that lies on the surface
+does not move, the rod rolls on or off), E3b the inclination α of the force (α = 0 is the state in
+which sticking begins). With neither, E4a and E4b hold at once: the state in which the contact
+changes from one kind to the other. φ is a polynomial in the bending coordinate τ (`vibrissa.taper`)
+of the free part through Gauss–Legendre nodes. All functions work on batches: the first axis counts
+states.
 """
 
 from dataclasses import dataclass
@@ -22,32 +29,41 @@ from typing import Self
 import numpy as np
 
 from vibrissa.arrays import BoolArray, FloatArray, Index
-from vibrissa.spectral import gauss_rule, refinement_matrix
-from vibrissa.taper import arc_density, compliance_density
+from vibrissa.spectral import gauss_rule, legendre_series, refinement_matrix
+from vibrissa.status import Contact
+from vibrissa.taper import (
+    arc_density,
+    bending_coordinate,
+    compliance_density,
+    density_growth,
+)
 
 MAX_ITERATIONS = 25
 # Newton converges quadratically: an update this small leaves an error of its square.
 UPDATE_TOLERANCE = 1e-8
 
 
-@dataclass(frozen=True)
-class TipStates:
-    """A batch of rod shapes with the tip force that belongs to each.
+@dataclass(frozen=True, eq=False)
+class ContactStates:
+    """A batch of rod shapes with the contact force that belongs to each.
 
     Attributes
     ----------
     theta : ndarray, shape (n,)
         Taper factors.
     phi : ndarray, shape (n, nodes)
-        Slope angle at the Gauss nodes in τ, in rad.
+        Slope angle at the Gauss nodes in τ on the free part, in rad.
     fx, fy : ndarray, shape (n,)
-        Contact force on the tip, in units of E·I0/L²; f·sin α and −f·cos α.
+        Contact force on the rod, in units of E·I0/L²; f·sin α and −f·cos α.
+    s_c : ndarray, shape (n,)
+        Arc length of the contact point, in units of L.
     """
 
     theta: FloatArray
     phi: FloatArray
     fx: FloatArray
     fy: FloatArray
+    s_c: FloatArray
 
     def __len__(self) -> int:
         """Return the number of states."""
@@ -60,39 +76,58 @@ class TipStates:
 
     def take(self, index: Index) -> Self:
         """Select states by index or mask."""
-        return type(self)(self.theta[index], self.phi[index], self.fx[index], self.fy[index])
+        return type(self)(
+            self.theta[index], self.phi[index], self.fx[index], self.fy[index], self.s_c[index]
+        )
 
     def put(self, index: Index, other: Self) -> None:
         """Overwrite the states at `index` by those of `other`."""
         self.phi[index], self.fx[index], self.fy[index] = other.phi, other.fx, other.fy
+        self.s_c[index] = other.s_c
+
+    def arc_density(self, tau: FloatArray) -> FloatArray:
+        """Arc length per bending coordinate on the free part, shape (n, len(tau))."""
+        return arc_density(tau, self.theta[:, None], self.s_c[:, None])
+
+    def compliance_density(self, tau: FloatArray) -> FloatArray:
+        """Bending compliance per bending coordinate on the free part, shape (n, len(tau))."""
+        return compliance_density(tau, self.theta[:, None], self.s_c[:, None])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Closure:
-    """The second closing condition, E3a or E3b, of a batch of states.
+    """Conditions E3 and E4 that close the equations of a batch of states.
 
     Attributes
     ----------
+    contact : Contact
+        Kind of contact of all states: E4a or E4b.
     offset : ndarray, shape (n,), or None
-        Prescribed x1 − x0, in units of L.
+        Prescribed x1 − x0, in units of L: E3a.
     alpha : ndarray, shape (n,), or None
-        Prescribed inclination of the tip force, in rad.
+        Prescribed inclination of the contact force, in rad: E3b.
+
+    Notes
+    -----
+    With neither offset nor inclination the contact is about to change its kind: E4a and E4b.
     """
 
+    contact: Contact = Contact.POINT
     offset: FloatArray | None = None
     alpha: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a closure that prescribes both or nothing."""
-        if (self.offset is None) == (self.alpha is None):
-            raise ValueError("prescribe either the offset or the inclination alpha, not both")
+        """Refuse a closure that prescribes both."""
+        if self.offset is not None and self.alpha is not None:
+            raise ValueError("prescribe the offset or the inclination alpha, not both")
 
     def take(self, index: Index) -> "Closure":
         """Select the conditions of some states."""
-        if self.offset is not None:
-            return Closure(offset=self.offset[index])
-        assert self.alpha is not None
-        return Closure(alpha=self.alpha[index])
+        return Closure(
+            self.contact,
+            None if self.offset is None else self.offset[index],
+            None if self.alpha is None else self.alpha[index],
+        )
 
 
 def load_density(phi: FloatArray, fx: FloatArray, fy: FloatArray) -> FloatArray:
@@ -113,12 +148,12 @@ def load_density(phi: FloatArray, fx: FloatArray, fy: FloatArray) -> FloatArray:
     return fx[:, None] * np.sin(phi) - fy[:, None] * np.cos(phi)
 
 
-def bending_moment(states: TipStates) -> FloatArray:
-    """Bending moment m(τ) = −∫_s¹ m' ds at the nodes.
+def bending_moment(states: ContactStates) -> FloatArray:
+    """Bending moment m(s) = −∫ m' ds from s to the contact point, at the nodes.
 
     Parameters
     ----------
-    states : TipStates
+    states : ContactStates
 
     Returns
     -------
@@ -126,16 +161,16 @@ def bending_moment(states: TipStates) -> FloatArray:
         Moment, in units of E·I0/L.
     """
     rule = gauss_rule(states.nodes)
-    density = arc_density(rule.nodes, states.theta[:, None])
+    density = states.arc_density(rule.nodes)
     return -(density * load_density(states.phi, states.fx, states.fy)) @ rule.to_end.T
 
 
-def clamp_moment(states: TipStates) -> FloatArray:
+def clamp_moment(states: ContactStates) -> FloatArray:
     """Clamp reaction moment φ'(0) = m(0).
 
     Parameters
     ----------
-    states : TipStates
+    states : ContactStates
 
     Returns
     -------
@@ -143,16 +178,16 @@ def clamp_moment(states: TipStates) -> FloatArray:
         Moment, in units of E·I0/L.
     """
     rule = gauss_rule(states.nodes)
-    density = arc_density(rule.nodes, states.theta[:, None])
+    density = states.arc_density(rule.nodes)
     return -(density * load_density(states.phi, states.fx, states.fy)) @ rule.weights
 
 
-def tip_slope(states: TipStates) -> FloatArray:
-    """Slope φ1 at the tip by equation E1 at s = 1.
+def contact_slope(states: ContactStates) -> FloatArray:
+    """Slope φ1 at the contact point by equation E1 at s = s_c.
 
     Parameters
     ----------
-    states : TipStates
+    states : ContactStates
 
     Returns
     -------
@@ -165,36 +200,69 @@ def tip_slope(states: TipStates) -> FloatArray:
     superconverges at the ends.
     """
     rule = gauss_rule(states.nodes)
-    compliance = compliance_density(rule.nodes, states.theta[:, None])
+    compliance = states.compliance_density(rule.nodes)
     return np.pi / 2 + (compliance * bending_moment(states)) @ rule.weights
 
 
-def tip_position(states: TipStates) -> tuple[FloatArray, FloatArray]:
-    """Tip position relative to the clamp, ∫cos φ ds and ∫sin φ ds.
+def contact_position(states: ContactStates) -> tuple[FloatArray, FloatArray]:
+    """Position of the tip along the surface and height of the surface, seen from the clamp.
 
     Parameters
     ----------
-    states : TipStates
+    states : ContactStates
 
     Returns
     -------
     offset, height : ndarray, shape (n,)
-        In units of L.
+        ∫cos φ ds + 1 − s_c and ∫sin φ ds, in units of L.
     """
     rule = gauss_rule(states.nodes)
-    weights = rule.weights * arc_density(rule.nodes, states.theta[:, None])
-    return (weights * np.cos(states.phi)).sum(axis=1), (weights * np.sin(states.phi)).sum(axis=1)
+    weights = rule.weights * states.arc_density(rule.nodes)
+    offset = (weights * np.cos(states.phi)).sum(axis=1) + 1.0 - states.s_c
+    return offset, (weights * np.sin(states.phi)).sum(axis=1)
 
 
-def residual(states: TipStates, eta: FloatArray, closure: Closure) -> FloatArray:
-    """Largest misfit of E1, E2 and E3, measured on more than twice the nodes.
+def shape(states: ContactStates, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Deformed shape, the part that lies on the surface included, with the clamp at the origin.
+
+    Parameters
+    ----------
+    states : ContactStates
+    s : ndarray, shape (points,)
+        Arc lengths from the clamp in [0, 1], in units of L.
+
+    Returns
+    -------
+    x, y : ndarray, shape (n, points)
+        Position, in units of L.
+    phi : ndarray, shape (n, points)
+        Slope, in rad.
+    """
+    rule = gauss_rule(states.nodes)
+    free = np.minimum(s, states.s_c[:, None])
+    tau = bending_coordinate(free, states.theta[:, None], states.s_c[:, None])
+    values, integrals = legendre_series(states.nodes, tau)
+    density = states.arc_density(rule.nodes)
+
+    def at_points(series: FloatArray, nodal: FloatArray) -> FloatArray:
+        return np.einsum("npk,nk->np", series, nodal @ rule.to_coefficients.T)
+
+    # Beyond the contact point the rod is straight, with the slope that it has there.
+    phi = at_points(values, states.phi)
+    x = at_points(integrals, density * np.cos(states.phi)) + (s - free) * np.cos(phi)
+    y = at_points(integrals, density * np.sin(states.phi)) + (s - free) * np.sin(phi)
+    return x, y, phi
+
+
+def residual(states: ContactStates, eta: FloatArray, closure: Closure) -> FloatArray:
+    """Largest misfit of E1 to E4, measured on more than twice the nodes.
 
     Collocation satisfies the equations at its own nodes whatever their number. Interpolating φ to
     a finer rule and asking again tells whether the polynomial satisfies them between the nodes.
 
     Parameters
     ----------
-    states : TipStates
+    states : ContactStates
     eta : ndarray, shape (n,)
         Height of the contact point, in units of L.
     closure : Closure
@@ -202,37 +270,43 @@ def residual(states: TipStates, eta: FloatArray, closure: Closure) -> FloatArray
     Returns
     -------
     ndarray, shape (n,)
-        Largest of the misfits of E1 (rad), E2 and E3a (L) or E3b (relative to the force).
+        Largest of the misfits of E1 and E4b (rad), E2 and E3a (L) and E3b (relative to the force).
     """
     fine = 2 * states.nodes + 7
     rule = gauss_rule(fine)
     phi = states.phi @ refinement_matrix(states.nodes, fine).T
-    theta = states.theta[:, None]
-    weights = rule.weights * arc_density(rule.nodes, theta)
+    density, compliance = states.arc_density(rule.nodes), states.compliance_density(rule.nodes)
+    weights = rule.weights * density
     inner = phi[:, 1:-1]
-    gradient = arc_density(rule.nodes, theta) * load_density(inner, states.fx, states.fy)
-    bend = -compliance_density(rule.nodes, theta) * (gradient @ rule.to_end.T)
+    gradient = density * load_density(inner, states.fx, states.fy)
+    bend = -compliance * (gradient @ rule.to_end.T)
     expected = np.pi / 2 + np.concatenate(
         [np.zeros((len(states), 1)), bend @ rule.from_start.T, (bend @ rule.weights)[:, None]],
         axis=1,
     )
-    slope = np.abs(phi - expected).max(axis=1)
-    height = np.abs((weights * np.sin(inner)).sum(axis=1) - eta)
+    misfits = [
+        np.abs(phi - expected).max(axis=1),
+        np.abs((weights * np.sin(inner)).sum(axis=1) - eta),
+    ]
     if closure.offset is not None:
-        third = np.abs((weights * np.cos(inner)).sum(axis=1) - closure.offset)
-    else:
-        assert closure.alpha is not None
-        third = np.abs(states.fx * np.cos(closure.alpha) + states.fy * np.sin(closure.alpha))
-        third /= np.hypot(states.fx, states.fy)
-    return np.maximum(np.maximum(slope, height), third)
+        offset = (weights * np.cos(inner)).sum(axis=1) + 1.0 - states.s_c
+        misfits.append(np.abs(offset - closure.offset))
+    if closure.alpha is not None:
+        across = states.fx * np.cos(closure.alpha) + states.fy * np.sin(closure.alpha)
+        misfits.append(np.abs(across) / np.hypot(states.fx, states.fy))
+    if closure.contact is Contact.LINE or closure.offset is closure.alpha:
+        misfits.append(np.abs(phi[:, -1]))
+    if closure.contact is Contact.POINT:
+        misfits.append(np.abs(states.s_c - 1.0))
+    return np.maximum.reduce(misfits)
 
 
-def coefficient_decay(states: TipStates) -> FloatArray:
+def coefficient_decay(states: ContactStates) -> FloatArray:
     """Size of the last Legendre coefficients of φ relative to the largest.
 
     Parameters
     ----------
-    states : TipStates
+    states : ContactStates
 
     Returns
     -------
@@ -243,8 +317,8 @@ def coefficient_decay(states: TipStates) -> FloatArray:
     return coefficients[:, -2:].max(axis=1) / coefficients.max(axis=1)
 
 
-def integral_operator(theta: FloatArray, nodes: int) -> FloatArray:
-    """Matrix of ∫₀ˢ B⁻¹(u) ∫ᵤ¹ (·) dv du at the nodes.
+def integral_operator(theta: FloatArray, nodes: int, s_c: FloatArray | None = None) -> FloatArray:
+    """Matrix of ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (·) dv du at the nodes.
 
     Parameters
     ----------
@@ -252,106 +326,192 @@ def integral_operator(theta: FloatArray, nodes: int) -> FloatArray:
         Taper factors.
     nodes : int
         Number of Gauss nodes.
+    s_c : ndarray, shape (n,), optional
+        Arc length of the contact point, 1 by default.
 
     Returns
     -------
     ndarray, shape (n, nodes, nodes)
     """
     rule = gauss_rule(nodes)
-    compliance = compliance_density(rule.nodes, theta[:, None])
-    density = arc_density(rule.nodes, theta[:, None])
+    s_c = np.ones_like(theta) if s_c is None else s_c
+    compliance = compliance_density(rule.nodes, theta[:, None], s_c[:, None])
+    density = arc_density(rule.nodes, theta[:, None], s_c[:, None])
     return (rule.from_start * compliance[:, None, :]) @ (rule.to_end * density[:, None, :])
 
 
 def newton_system(
-    states: TipStates, eta: FloatArray, closure: Closure, operator: FloatArray
+    states: ContactStates, eta: FloatArray, closure: Closure, operator: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Misfit of the collocated equations E1–E3 and its Jacobian.
+    """Misfit of the collocated equations E1–E4 and its Jacobian.
 
-    The unknowns are φ at the nodes, fx and fy, in this order; the equations are E1 at the nodes,
-    E2 and E3.
+    The unknowns are φ at the nodes, fx, fy and s_c, in this order; the equations are E1 at the
+    nodes, E2, E3 and E4. In point contact s_c is 1 and stays it, so its column is left out.
 
     Parameters
     ----------
-    states : TipStates
+    states : ContactStates
     eta : ndarray, shape (n,)
     closure : Closure
     operator : ndarray, shape (n, nodes, nodes)
-        `integral_operator` of the states' taper.
+        `integral_operator` of the states.
 
     Returns
     -------
-    misfit : ndarray, shape (n, nodes + 2)
-    jacobian : ndarray, shape (n, nodes + 2, nodes + 2)
+    misfit : ndarray, shape (n, nodes + 3)
+    jacobian : ndarray, shape (n, nodes + 3, nodes + 3)
     """
     nodes = states.nodes
     rule = gauss_rule(nodes)
-    weights = rule.weights * arc_density(rule.nodes, states.theta[:, None])
+    density = states.arc_density(rule.nodes)
+    weights = rule.weights * density
     sin, cos = np.sin(states.phi), np.cos(states.phi)
     fx, fy = states.fx[:, None], states.fy[:, None]
+    load, load_slope = fx * sin - fy * cos, fx * cos + fy * sin
     bent_sin = np.matvec(operator, sin)
     bent_cos = np.matvec(operator, cos)
+    height, reach = (weights * sin).sum(axis=1), (weights * cos).sum(axis=1)
+    f_x, f_y, contact = nodes, nodes + 1, nodes + 2  # columns of fx, fy and s_c
+    e2, e3, e4 = nodes, nodes + 1, nodes + 2  # rows
+    misfit = np.empty((len(states), nodes + 3))
+    jacobian = np.zeros((len(states), nodes + 3, nodes + 3))
 
-    misfit = np.empty((len(states), nodes + 2))
     misfit[:, :nodes] = states.phi - np.pi / 2 + fx * bent_sin - fy * bent_cos
-    misfit[:, nodes] = (weights * sin).sum(axis=1) - eta
-
-    jacobian = np.zeros((len(states), nodes + 2, nodes + 2))
-    jacobian[:, :nodes, :nodes] = operator * (fx * cos + fy * sin)[:, None, :]
+    jacobian[:, :nodes, :nodes] = operator * load_slope[:, None, :]
     diagonal = np.arange(nodes)
     jacobian[:, diagonal, diagonal] += 1.0
-    jacobian[:, :nodes, nodes] = bent_sin
-    jacobian[:, :nodes, nodes + 1] = -bent_cos
-    jacobian[:, nodes, :nodes] = weights * cos
+    jacobian[:, :nodes, f_x] = bent_sin
+    jacobian[:, :nodes, f_y] = -bent_cos
+
+    misfit[:, e2] = height - eta
+    jacobian[:, e2, :nodes] = weights * cos
 
     if closure.offset is not None:
-        misfit[:, nodes + 1] = (weights * cos).sum(axis=1) - closure.offset
-        jacobian[:, nodes + 1, :nodes] = -weights * sin
-    else:
-        assert closure.alpha is not None
+        misfit[:, e3] = reach + 1.0 - states.s_c - closure.offset
+        jacobian[:, e3, :nodes] = -weights * sin
+    elif closure.alpha is not None:
         cos_alpha, sin_alpha = np.cos(closure.alpha), np.sin(closure.alpha)
-        misfit[:, nodes + 1] = states.fx * cos_alpha + states.fy * sin_alpha
-        jacobian[:, nodes + 1, nodes] = cos_alpha
-        jacobian[:, nodes + 1, nodes + 1] = sin_alpha
+        misfit[:, e3] = states.fx * cos_alpha + states.fy * sin_alpha
+        jacobian[:, e3, f_x] = cos_alpha
+        jacobian[:, e3, f_y] = sin_alpha
+
+    # The rows of φ(s_c) = 0: E4b, and in place of E3 where the contact changes its kind.
+    slope_rows = [e4] if closure.contact is Contact.LINE else []
+    slope_rows += [e3] if closure.offset is closure.alpha else []
+    if slope_rows:
+        compliance = states.compliance_density(rule.nodes)
+        functional = ((rule.weights * compliance) @ rule.to_end) * density
+        for row in slope_rows:
+            misfit[:, row] = np.pi / 2 - (functional * load).sum(axis=1)
+            jacobian[:, row, :nodes] = -functional * load_slope
+            jacobian[:, row, f_x] = -(functional * sin).sum(axis=1)
+            jacobian[:, row, f_y] = (functional * cos).sum(axis=1)
+    if closure.contact is Contact.POINT:
+        misfit[:, e4] = states.s_c - 1.0
+        jacobian[:, e4, contact] = 1.0
+        return misfit, jacobian
+
+    # How everything grows with the length of the free part.
+    arc_growth, compliance_growth = density_growth(
+        rule.nodes, states.theta[:, None], states.s_c[:, None]
+    )
+    moment = (density * load) @ rule.to_end.T
+    bend_growth = compliance * (
+        compliance_growth * moment + (arc_growth * density * load) @ rule.to_end.T
+    )
+    jacobian[:, :nodes, contact] = bend_growth @ rule.from_start.T
+    jacobian[:, e2, contact] = (arc_growth * weights * sin).sum(axis=1)
+    if closure.offset is not None:
+        jacobian[:, e3, contact] = (arc_growth * weights * cos).sum(axis=1) - 1.0
+    jacobian[:, e4, contact] = -(bend_growth @ rule.weights)
     return misfit, jacobian
 
 
+def stability(states: ContactStates, contact: Contact) -> FloatArray:
+    """How far each equilibrium is from losing stability with clamp and contact point held fixed.
+
+    An equilibrium is a minimum of the bending energy under its constraints if the second
+    variation ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every ψ with ψ(0) = 0 that
+    keeps the contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and ψ(s_c) = 0 where the rod lies
+    tangentially on the surface.
+
+    Parameters
+    ----------
+    states : ContactStates
+    contact : Contact
+        Kind of contact of all states.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Least second variation per bending energy of ψ: at most 1, positive where the equilibrium
+        is stable, zero where it stops being so.
+    """
+    rule = gauss_rule(states.nodes)
+    density, compliance = states.arc_density(rule.nodes), states.compliance_density(rule.nodes)
+    # ψ from u, the square root of its bending energy density: ∫ B·ψ'² ds = Σ u²
+    root = np.sqrt(rule.weights * compliance)
+    slope = rule.from_start * (compliance / root)[:, None, :]
+    load = rule.weights * density
+    load_slope = load * (
+        states.fx[:, None] * np.cos(states.phi) + states.fy[:, None] * np.sin(states.phi)
+    )
+    quadratic = np.swapaxes(slope, 1, 2) @ (load_slope[:, :, None] * slope)
+    constraints = [
+        np.vecmat(load * np.sin(states.phi), slope),
+        np.vecmat(load * np.cos(states.phi), slope),
+    ]
+    if contact is Contact.LINE:
+        constraints.append(root)
+    basis, _ = np.linalg.qr(np.stack(constraints, axis=-1), mode="complete")
+    free = basis[:, :, len(constraints) :]
+    projected = np.swapaxes(free, 1, 2) @ quadratic @ free
+    return 1.0 + np.linalg.eigvalsh(projected)[:, 0]
+
+
 def solve(
-    guess: TipStates, eta: FloatArray, closure: Closure, operator: FloatArray | None = None
-) -> tuple[TipStates, BoolArray]:
+    guess: ContactStates, eta: FloatArray, closure: Closure, operator: FloatArray | None = None
+) -> tuple[ContactStates, BoolArray]:
     """Newton iteration from a guess, for a batch of states at once.
 
     Parameters
     ----------
-    guess : TipStates
+    guess : ContactStates
         Starting states; not modified.
     eta : ndarray, shape (n,)
         Height of the contact point, in units of L.
     closure : Closure
         The offset or the inclination that each state must have.
     operator : ndarray, optional
-        `integral_operator(guess.theta, guess.nodes)`, where the caller has it already.
+        `integral_operator(guess.theta, guess.nodes)` for point contact, where the caller has it
+        already.
 
     Returns
     -------
-    states : TipStates
+    states : ContactStates
         Solutions; NaN where the iteration did not converge.
     converged : ndarray of bool, shape (n,)
     """
-    if operator is None:
-        operator = integral_operator(guess.theta, guess.nodes)
-    states = TipStates(guess.theta, guess.phi.copy(), guess.fx.copy(), guess.fy.copy())
+    point = closure.contact is Contact.POINT
+    # In point contact the rod, and with it the operator, stays the same throughout.
+    fixed = integral_operator(guess.theta, guess.nodes) if operator is None and point else operator
+    states = ContactStates(
+        guess.theta,
+        guess.phi.copy(),
+        guess.fx.copy(),
+        guess.fy.copy(),
+        np.ones_like(guess.s_c) if point else guess.s_c.copy(),
+    )
     converged = np.zeros(len(states), dtype=bool)
     active = np.arange(len(states))
     for _ in range(MAX_ITERATIONS):
         everything = len(active) == len(states)
         current = states if everything else states.take(active)
-        misfit, jacobian = newton_system(
-            current,
-            eta[active],
-            closure.take(active),
-            operator if everything else operator[active],
-        )
+        if fixed is None:
+            matrix = integral_operator(current.theta, current.nodes, current.s_c)
+        else:
+            matrix = fixed if everything else fixed[active]
+        misfit, jacobian = newton_system(current, eta[active], closure.take(active), matrix)
         usable = np.isfinite(misfit).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
         update = np.full_like(misfit, np.nan)
         try:
@@ -363,11 +523,12 @@ def solve(
         nodes = states.nodes
         states.put(
             active,
-            TipStates(
+            ContactStates(
                 current.theta,
                 current.phi - update[:, :nodes],
                 current.fx - update[:, nodes],
                 current.fy - update[:, nodes + 1],
+                current.s_c - update[:, nodes + 2],
             ),
         )
         scale = 1.0 + np.abs(current.fx) + np.abs(current.fy)
@@ -379,7 +540,8 @@ def solve(
         active = active[~done & np.isfinite(size)]
         if not len(active):
             break
-    states.phi[~converged], states.fx[~converged], states.fy[~converged] = np.nan, np.nan, np.nan
+    for values in (states.phi, states.fx, states.fy, states.s_c):
+        values[~converged] = np.nan
     return states, converged
 
 

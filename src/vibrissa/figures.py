@@ -20,6 +20,7 @@ from vibrissa.files import write_atomically
 
 WIDTH = 6.3
 RESOLUTION = 200
+LOCKED = "the tip locks, shown up to the lock"
 # Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MARKERS = ("s", "D", "^", "o", "v", "P")
@@ -130,6 +131,9 @@ def _taper(rows: pd.DataFrame) -> Figure:
             label=rf"$\mu_0 = {mu0:g}$",
         )
     axes.plot([], [], color="black", linewidth=0.8, label="exact onset of slip")
+    first = rows.iloc[0]
+    marks = rf"marks: last state of stiction, $\Delta x_0 = {first['dx0']:g}$"
+    axes.set_title(rf"$\eta = {first['eta']:g}$; {marks}", fontsize=10)
     axes.set_xlabel(r"taper factor $\theta = d_0/d_1$")
     axes.set_ylabel(r"footpoint displacement $x_{0,\mathrm{max}}$ / $L$")
     axes.set_ylim(bottom=0)
@@ -178,6 +182,8 @@ def _friction(rows: pd.DataFrame) -> Figure:
         va="bottom",
         color=SURFACE,
     )
+    first = rows.iloc[0]
+    axes.set_title(rf"$\theta = {first['theta']:g}$, $\eta = {first['eta']:g}$", fontsize=10)
     axes.set_xlabel(r"coefficient of static friction $\mu_0$")
     axes.set_ylabel(r"footpoint displacement $x_{0,\mathrm{max}}$ / $L$")
     axes.set_ylim(bottom=0)
@@ -213,29 +219,31 @@ def _scan(rows: pd.DataFrame) -> Figure:
     starts = rows[rows["x0"] == 0]
     figure, axes = _shape_axes(rows)
     _shapes(axes, rows, color=SHAPE, linewidth=0.2)
-    _shapes(axes, starts, color=START, linewidth=1.3)
-    axes.plot([], [], color=START, linewidth=1.3, label=r"$\alpha = 0$: a period begins")
+    _shapes(axes, starts, color=START, linewidth=0.9)
+    axes.plot([], [], color=START, linewidth=0.9, label=r"$\alpha = 0$: a period begins")
     axes.plot([], [], color=SHAPE, linewidth=0.8, label="sticking")
-    axes.plot(rows["footpoint"], 0 * rows["footpoint"], ".", color="black", markersize=1.5)
-    _below(axes)
+    _clamps(axes, rows, 1.5)
     cycles = int(rows["cycle"].max())
-    _title(axes, rows, f"{cycles} stick-slip cycle{'s' if cycles > 1 else ''}")
+    what = f"{cycles} stick-slip cycle{'s' if cycles > 1 else ''}"
+    _title(axes, rows, LOCKED if rows["status"].iloc[0] == "lock" else what)
     return figure
 
 
 def _period(rows: pd.DataFrame) -> Figure:
     """Shapes of the first period of sticking of a scan (paper Figure 3)."""
     rows = rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")]
+    locks = rows["status"].iloc[0] == "lock"
+    last = "last step before the lock" if locks else "last state of stiction"
     figure, axes = _shape_axes(rows)
     _shapes(axes, rows, color=SHAPE, linewidth=0.3)
     _shapes(axes, rows.iloc[[0]], color=START, linewidth=1.8)
     _shapes(axes, rows.iloc[[-1]], color=END, linewidth=1.8)
     axes.plot([], [], color=START, linewidth=1.8, label=r"first state, $\alpha = 0$")
-    axes.plot([], [], color=END, linewidth=1.8, label="last state of stiction")
-    axes.plot(rows["footpoint"], 0 * rows["footpoint"], ".", color="black", markersize=2.5)
-    _below(axes)
+    axes.plot([], [], color=END, linewidth=1.8, label=last)
+    _clamps(axes, rows, 2.5)
     travel = rows["footpoint"].iloc[-1]
-    _title(axes, rows, rf"one period of sticking, $x_{{0,\mathrm{{max}}}} = {travel:g}$")
+    what = rf"one period of sticking, $x_{{0,\mathrm{{max}}}} = {travel:g}$"
+    _title(axes, rows, LOCKED if locks else what)
     return figure
 
 
@@ -264,9 +272,13 @@ def _state(rows: pd.DataFrame) -> Figure:
             arrowprops={"arrowstyle": "-", "color": SURFACE},
         )
     axes.plot(0, 0, "s", color="black", markersize=7)
-    axes.set_ylim(top=row["shape_y"][top] + 0.14)
+    axes.set_ylim(top=max(row["shape_y"][top], row["eta"]) + 0.12)
     axes.set_xlim(min(row["shape_x"]) - 0.08, max(row["shape_x"]) + 0.45)
-    axes.set_title(rf"$\theta = {row['theta']:g}$, $f = {row['f']:.3f}$", fontsize=10)
+    axes.set_title(
+        rf"$\theta = {row['theta']:g}$, $\eta = {row['eta']:g}$: $f = {row['f']:.3f}$, "
+        rf"$\tan\alpha = {np.tan(row['alpha']):.3f}$",
+        fontsize=10,
+    )
     return figure
 
 
@@ -302,7 +314,12 @@ def _shapes(axes: Axes, rows: pd.DataFrame, **style: Any) -> None:
         axes.plot(x, y, solid_capstyle="round", **style)
 
 
-def _below(axes: Axes) -> None:
+def _clamps(axes: Axes, rows: pd.DataFrame, size: float) -> None:
+    """Mark the positions of the clamp, and put the legend below."""
+    step = rows["dx0"].iloc[0]
+    style: dict[str, Any] = {"linestyle": "none", "marker": ".", "color": "black"}
+    axes.plot(rows["footpoint"], 0 * rows["footpoint"], markersize=size, **style)
+    axes.plot([], [], markersize=5, label=rf"clamp, $\Delta x_0 = {step:g}$", **style)
     axes.figure.legend(loc="outside lower center", ncols=3, fontsize=9)
 
 

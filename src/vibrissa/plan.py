@@ -5,7 +5,7 @@ new ones (unless each block is a single curve), so the cut is remembered.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from vibrissa.files import write_atomically
@@ -16,7 +16,12 @@ class PlanError(RuntimeError):
     """A plan that cannot be read or written; the message says what to do."""
 
 
-def planned_blocks(path: Path, keys: Sequence[CurveKey], size: int) -> Blocks:
+def planned_blocks(
+    path: Path,
+    keys: Sequence[CurveKey],
+    size: int,
+    is_solved: Callable[[str], bool] = lambda name: True,
+) -> Blocks:
     """Blocks for the given curves, extending the plan in a file where it lacks some.
 
     Parameters
@@ -27,6 +32,9 @@ def planned_blocks(path: Path, keys: Sequence[CurveKey], size: int) -> Blocks:
         Curves that are needed.
     size : int
         Largest number of curves in a new block.
+    is_solved : callable, optional
+        Tells by its name whether a block has been solved. One that has not is kept only if the
+        study still needs it as it is: a mistaken grid leaves no traces.
 
     Returns
     -------
@@ -38,9 +46,15 @@ def planned_blocks(path: Path, keys: Sequence[CurveKey], size: int) -> Blocks:
     PlanError
         If the file is damaged or cannot be written.
     """
-    known = _read(path)
+    planned = _read(path)
+    wanted = set(keys)
+    known = {
+        name: members
+        for name, members in planned.items()
+        if is_solved(name) or (len(members) <= size and wanted.issuperset(members))
+    }
     blocks = partition(keys, size, known)
-    if blocks.keys() - known.keys():
+    if known | blocks != planned:
         _write(path, known | blocks)
     return blocks
 

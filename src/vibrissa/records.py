@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.curve import StickingCurve
+from vibrissa.curve import Piece, StickingCurve
 from vibrissa.grid import CurveKey, Point
-from vibrissa.status import Status
+from vibrissa.status import Contact, Status
 from vibrissa.tables import CURVES, SCANS, SHAPE, STATE, STATES, STICTION, WHOLE
 
 # Only their attributes are read: a job need not depend on how the others' results are computed.
@@ -59,14 +59,23 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
         "eta": [key[1] for key in keys],
         "dx0": [key[2] if len(key) > 2 else None for key in keys],
     }
-    for name in ("method", "status", "message", "x0", *_CURVE_VALUES):
+    for name in ("method", "status", "message"):
         columns[name] = [getattr(curve, name) for curve in curves]
     for name in _CURVE_SCALARS:
         columns[name] = np.array([getattr(curve, name) for curve in curves])
+    columns["piece_contact"] = [[piece.contact for piece in curve.pieces] for curve in curves]
+    columns["piece_states"] = [[len(piece.x0) for piece in curve.pieces] for curve in curves]
+    columns["x0"] = [[x for piece in curve.pieces for x in piece.x0] for curve in curves]
+    for position, name in enumerate(_PIECE_VALUES):
+        columns[name] = [
+            [value for piece in curve.pieces for value in piece.values[:, position]]
+            for curve in curves
+        ]
     return _table(CURVES, columns)
 
 
-_CURVE_VALUES = ("reaction_fx", "reaction_fy", "reaction_m", "phi1")
+# In the order of `Piece.values`.
+_PIECE_VALUES = ("reaction_fx", "reaction_fy", "reaction_m", "phi1", "s_c")
 _CURVE_SCALARS = ("x1_init", "residual", "x0_lock", "mu_lock", "x0_touch")
 
 
@@ -85,22 +94,26 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
     curves = {}
     for row in table.to_pylist():
         key = tuple(row[name] for name in ("theta", "eta", "dx0") if row[name] is not None)
-        values: dict[str, Any] = {name: np.array(row[name]) for name in ("x0", *_CURVE_VALUES)}
-        for name in _CURVE_SCALARS:
-            values[name] = np.nan if row[name] is None else row[name]
+        scalars = {name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS}
+        x0, values = np.array(row["x0"]), np.array([row[name] for name in _PIECE_VALUES]).T
+        stepped, pieces, first = row["method"] == "shooting", [], 0
+        for contact, count in zip(row["piece_contact"], row["piece_states"], strict=True):
+            part = slice(first, first := first + count)
+            pieces.append(Piece(Contact(contact), x0[part], values[part], stepped))
         curves[key] = StickingCurve(
             float(key[0]),
             float(key[1]),
             row["method"],
             Status(row["status"]),
             row["message"],
-            **values,
+            pieces=tuple(pieces),
+            **scalars,
         )
     return curves
 
 
 def stiction_table(
-    points: Mapping[Point, Sequence[str]], curve: StickingCurve, contact: str, stiction: Stiction
+    points: Mapping[Point, Sequence[str]], curve: StickingCurve, stiction: Stiction
 ) -> pa.Table:
     """Table of the grid points that were read off one curve.
 
@@ -109,8 +122,6 @@ def stiction_table(
     points : mapping
         Names of the grids that each point belongs to.
     curve : StickingCurve
-    contact : str
-        Contact model.
     stiction : Stiction
         In the order of the points.
 
@@ -127,7 +138,7 @@ def stiction_table(
             "grids": list(points.values()),
             **{name: _floats(points, name) for name in Point._fields},
             "status": stiction.status,
-            "contact": [contact] * n,
+            "contact": stiction.contact if solved else [None] * n,
             "x0_slip": stiction.x0_slip,
             "x0_max": stiction.x0_max,
             "n_steps": stiction.n_steps,

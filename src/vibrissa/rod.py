@@ -42,7 +42,13 @@ def rod_equations(
 
 
 def deformed_shape(
-    theta: float, f: float, alpha: float, x1: float, y1: float, s: FloatArray
+    theta: float,
+    f: float,
+    alpha: float,
+    x1: float,
+    y1: float,
+    s: FloatArray,
+    s_c: float = 1.0,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shape of the rod under a known contact force, with the clamp at the origin.
 
@@ -53,9 +59,11 @@ def deformed_shape(
     f, alpha : float
         Contact force magnitude (E·I0/L²) and inclination (rad).
     x1, y1 : float
-        Contact point relative to the clamp, in units of L.
+        Position of the tip relative to the clamp, in units of L.
     s : ndarray, shape (points,)
         Arc lengths from 0 to 1, increasing, in units of L.
+    s_c : float
+        Arc length of the contact point; what lies beyond it lies straight on the surface.
 
     Returns
     -------
@@ -67,14 +75,20 @@ def deformed_shape(
     The end of the shape meets (x1, y1) only if the force is the equilibrium one: their distance
     is an independent residual of whoever found the force.
     """
+    free = s < s_c
     result = solve_ivp(
-        rod_equations(theta, f, alpha, x1, y1),
-        (0.0, 1.0),
+        rod_equations(theta, f, alpha, x1 - (1.0 - s_c), y1),
+        (0.0, s_c),
         (0.0, 0.0, math.pi / 2),
         method="DOP853",
-        t_eval=s,
+        t_eval=np.append(s[free], s_c),
         rtol=SHAPE_TOLERANCE,
         atol=SHAPE_TOLERANCE,
     )
     x, y, phi = np.asarray(result.y)
-    return x, y, phi
+    lying = s[~free] - s_c
+    return (
+        np.append(x[:-1], x[-1] + lying * np.cos(phi[-1])),
+        np.append(y[:-1], y[-1] + lying * np.sin(phi[-1])),
+        np.append(phi[:-1], np.full_like(lying, phi[-1])),
+    )

@@ -15,21 +15,20 @@ from scipy.integrate import ode
 from scipy.optimize import minimize
 
 from vibrissa.arrays import FloatArray
-from vibrissa.buckling import buckling_load, buckling_mode
-from vibrissa.curve import StickingCurve, failed_curve, sticking_curve
+from vibrissa.buckling import CONTINUATION_START, CONTINUATION_STEPS, buckled_states
+from vibrissa.curve import Piece, StickingCurve, failed_curve, sticking_curve
+from vibrissa.equilibrium import contact_position
 from vibrissa.rod import rod_equations
-from vibrissa.spectral import gauss_rule
-from vibrissa.taper import arc_density
+from vibrissa.status import Contact
 
 METHOD = "shooting"
-# The walk takes no larger steps than this, in units of L: it divides a coarser Δx0 evenly.
-LARGEST_STEP = 0.004
+# A curve is interpolated between steps of at most this many x1_init; a coarser Δx0 is divided
+# evenly.
+LARGEST_STEP = 0.01
 # States behind the maximum of −tan α that the walk adds, to make its interpolation two-sided.
 STEPS_BEYOND_LOCK = 4
 # The walk ends here at the latest, in units of x1_init.
 WALK_LIMIT = 1.5
-# Heights through which a low contact point is approached from the buckled state.
-CONTINUATION_START, CONTINUATION_STEPS = 0.98, 12
 
 
 @dataclass(frozen=True)
@@ -188,15 +187,11 @@ def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) ->
     -------
     ShotState
     """
-    rule = gauss_rule(32)
-    load = float(buckling_load(np.array([theta]))[0])
-    mode = buckling_mode(rule.nodes, np.array([theta]))[0]
-    weights = rule.weights * arc_density(rule.nodes, theta)
     # A cold start far from the branch ends in the mirror image or a higher mode: come down from
     # near the buckling load, where the mode is known.
     top = max(eta, CONTINUATION_START)
-    amplitude = math.sqrt(2.0 * (1.0 - top) / float(weights @ mode**2))
-    guess = (load, float(weights @ np.sin(-amplitude * mode)))
+    buckled = buckled_states(np.array([theta], dtype=float), np.array([top]), 32)
+    guess = (-float(buckled.fy[0]), float(contact_position(buckled)[0][0]))
     heights = [top]
     if eta < top:
         heights = list(np.linspace(top, eta, CONTINUATION_STEPS))
@@ -216,6 +211,7 @@ def walk(
     dx0: float,
     mu0: float | None = None,
     tolerances: Tolerances = PRECISE,
+    start: ShotState | None = None,
 ) -> list[ShotState]:
     """Walk along a period of sticking in steps of Δx0, each search starting from the last state.
 
@@ -229,6 +225,8 @@ def walk(
         Stop at the first state that needs more friction than this, as the paper does. Without
         it, or where the tip locks, the walk goes on past the maximum of −tan α.
     tolerances : Tolerances
+    start : ShotState, optional
+        The α = 0 state, where the caller has it already.
 
     Returns
     -------
@@ -236,7 +234,7 @@ def walk(
         States at x0 = 0, Δx0, 2·Δx0, ...; it ends early if a search misses the contact point by
         more than the tolerance even after restarts, which the last state's `miss` tells.
     """
-    states = [initial_state(theta, eta, tolerances)]
+    states = [start or initial_state(theta, eta, tolerances)]
     x1_init = states[0].x1
     beyond = 0
     while states[-1].miss <= tolerances.miss and len(states) * dx0 < WALK_LIMIT * x1_init:
@@ -277,7 +275,8 @@ def solve_curve(
     theta, eta : float
         Taper factor and height of the contact point (L).
     dx0 : float
-        Footpoint displacement step (L); divided evenly where it is coarser than `LARGEST_STEP`.
+        Footpoint displacement step (L); divided evenly where it is coarser than
+        `LARGEST_STEP`·x1_init.
     tolerances : Tolerances
 
     Returns
@@ -285,8 +284,9 @@ def solve_curve(
     StickingCurve
         ``failed`` if a search missed the contact point or no locking was found.
     """
-    step = dx0 / math.ceil(dx0 / LARGEST_STEP)
-    states = walk(theta, eta, step, tolerances=tolerances)
+    start = initial_state(theta, eta, tolerances)
+    step = dx0 / math.ceil(dx0 / (LARGEST_STEP * start.x1))
+    states = walk(theta, eta, step, tolerances=tolerances, start=start)
     worst = max(state.miss for state in states)
     if not worst <= tolerances.miss:
         return failed_curve(
@@ -297,27 +297,36 @@ def solve_curve(
             f"{step * (len(states) - 1):.6g}; use a smaller dx0 or method: collocation",
         )
     f, alpha, m, phi1 = np.array([(s.f, s.alpha, s.m, s.phi1) for s in states]).T
-    values = np.stack([f * np.sin(alpha), -f * np.cos(alpha), m, phi1], axis=-1)
+    values = np.stack([f * np.sin(alpha), -f * np.cos(alpha), m, phi1, np.ones_like(f)], axis=-1)
+    x0 = step * np.arange(len(states), dtype=np.float64)
     return sticking_curve(
         theta,
         eta,
         METHOD,
         states[0].x1,
-        step * np.arange(len(states), dtype=np.float64),
-        values,
+        [Piece(Contact.POINT, x0, values, stepped=True)],
         worst,
     )
 
 
-def solve_keys(keys: Sequence[Sequence[float]]) -> list[StickingCurve]:
+def solve_keys(keys: Sequence[Sequence[float]], contact: str) -> list[StickingCurve]:
     """Solve the curves of a block, one after the other; see `solve_curve`.
 
     Parameters
     ----------
     keys : sequence of (theta, eta, dx0)
+    contact : str
+        ``point``: the paper's procedure knows no other.
 
     Returns
     -------
     list of StickingCurve
+
+    Raises
+    ------
+    ValueError
+        For another kind of contact.
     """
+    if contact != Contact.POINT:
+        raise ValueError(f"shooting solves contact: point alone, got {contact!r}")
     return [solve_curve(theta, eta, dx0) for theta, eta, dx0 in keys]

@@ -55,13 +55,34 @@ def gauss_rule(n: int) -> GaussRule:
     # leggauss loses three digits in the weights next to the ends; the Christoffel sum does not.
     w = 1.0 / (vandermonde[:, :n] ** 2 @ (degree + 0.5))
     to_coefficients = (degree + 0.5)[:, None] * (vandermonde[:, :n] * w[:, None]).T
-    # ∫₋₁ᵗ P_k = (P_{k+1}(t) − P_{k−1}(t)) / (2k + 1) for k ≥ 1, and t + 1 for k = 0
-    integrals = np.empty((n, n))
-    integrals[:, 0] = t + 1.0
-    integrals[:, 1:] = (vandermonde[:, 2:] - vandermonde[:, : n - 1]) / (2 * degree[1:] + 1)
-    from_start = 0.5 * integrals @ to_coefficients
+    nodes = 0.5 * (t + 1.0)
+    from_start = legendre_series(n, nodes)[1] @ to_coefficients
     weights = 0.5 * w
-    return GaussRule(0.5 * (t + 1.0), weights, from_start, weights - from_start, to_coefficients)
+    rule = (nodes, weights, from_start, weights - from_start, to_coefficients)
+    return GaussRule(*map(_frozen, rule))
+
+
+def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values at `tau` of the first `n` Legendre polynomials on [0, 1] and of their integrals.
+
+    Parameters
+    ----------
+    n : int
+        Number of polynomials, at least 2.
+    tau : ndarray
+        Points in [0, 1].
+
+    Returns
+    -------
+    values, integrals : ndarray, shape tau.shape + (n,)
+        The integrals start at 0.
+    """
+    vandermonde = legendre.legvander(2.0 * tau - 1.0, n)
+    degree = np.arange(1, n)
+    integrals = np.empty((*tau.shape, n))
+    integrals[..., 0] = tau
+    integrals[..., 1:] = (vandermonde[..., 2:] - vandermonde[..., : n - 1]) / (4 * degree + 2)
+    return np.asarray(vandermonde[..., :n], dtype=np.float64), integrals
 
 
 @lru_cache
@@ -79,7 +100,7 @@ def refinement_matrix(n: int, m: int) -> FloatArray:
         Rows in the order τ = 0, the `m` nodes, τ = 1.
     """
     tau = np.concatenate([[0.0], gauss_rule(m).nodes, [1.0]])
-    return legendre.legvander(2.0 * tau - 1.0, n - 1) @ gauss_rule(n).to_coefficients
+    return _frozen(legendre_series(n, tau)[0] @ gauss_rule(n).to_coefficients)
 
 
 @lru_cache
@@ -98,7 +119,7 @@ def chebyshev_nodes(k: int) -> FloatArray:
     -------
     ndarray, shape (k,)
     """
-    return 0.5 * (1.0 - np.cos(np.pi * np.arange(k) / (k - 1)))
+    return _frozen(0.5 * (1.0 - np.cos(np.pi * np.arange(k) / (k - 1))))
 
 
 @lru_cache
@@ -120,4 +141,10 @@ def chebyshev_transform(k: int) -> FloatArray:
     # Discrete orthogonality with halved ends: the inverse in closed form, free of rounding growth.
     half = np.ones(k)
     half[[0, -1]] = 0.5
-    return (2.0 / (k - 1)) * half[:, None] * polynomials * half
+    return _frozen((2.0 / (k - 1)) * half[:, None] * polynomials * half)
+
+
+def _frozen(array: FloatArray) -> FloatArray:
+    """Forbid changes to an array that everybody who asks for it shares."""
+    array.flags.writeable = False
+    return array

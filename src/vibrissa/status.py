@@ -22,3 +22,18 @@ class Status(StrEnum):
     SLIP = "slip"
     LOCK = "lock"
     FAILED = "failed"
+
+
+class Contact(StrEnum):
+    """How the rod touches the surface.
+
+    Attributes
+    ----------
+    POINT
+        With its tip alone.
+    LINE
+        Tangentially at an inner point, with the rest lying on the surface.
+    """
+
+    POINT = "point"
+    LINE = "line"

@@ -48,12 +48,19 @@ def last_step_within(x0: FloatArray, dx0: Decimal) -> IntArray:
     -------
     ndarray of int
 
+    Raises
+    ------
+    ValueError
+        If there are more steps than a double can count.
+
     Notes
     -----
     floor(x0/Δx0) in floating point is wrong where x0 is a multiple of Δx0: 0.3/0.1 falls just
     short of 3. Comparing the correctly rounded positions themselves is not.
     """
     x0 = np.asarray(x0, dtype=float)
+    if np.any(x0 > EXACT_INTEGER * float(dx0)):
+        raise ValueError(f"dx0 = {dx0} is too small a step for displacements up to {x0.max():g}")
     step = np.floor(x0 / float(dx0)).astype(np.int64)
     step += step_position(step + 1, dx0) <= x0
     step -= step_position(step, dx0) > x0

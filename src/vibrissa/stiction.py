@@ -12,11 +12,11 @@ import numpy as np
 
 from vibrissa.arrays import BoolArray, FloatArray
 from vibrissa.curve import StickingCurve, StickingState
-from vibrissa.status import Status
+from vibrissa.status import Contact, Status
 from vibrissa.steps import last_step_within, step_position
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stiction:
     """Periods of sticking on one curve, one for each pair of μ0 and Δx0.
 
@@ -33,6 +33,8 @@ class Stiction:
     penetrates : ndarray of bool, shape (n,)
         Whether φ1 < 0 somewhere up to the last sticking state (up to the lock where it locks), so
         that the point-contact shape passes through the surface.
+    contact : list of str
+        Kind of contact at the onset of slip (at the lock where it locks).
     init, last, slip : StickingState
         States at α = 0, at the last sticking step and at the exact onset; NaN where there is none.
     """
@@ -42,6 +44,7 @@ class Stiction:
     n_steps: FloatArray
     x0_max: FloatArray
     penetrates: BoolArray
+    contact: list[str]
     init: StickingState
     last: StickingState
     slip: StickingState
@@ -65,7 +68,8 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
     if curve.status is Status.FAILED:
         nothing = _states_where(curve, nan)
         no = np.zeros(n, dtype=bool)
-        return Stiction([Status.FAILED] * n, nan, nan, nan, no, nothing, nothing, nothing)
+        unknown = [""] * n
+        return Stiction([Status.FAILED] * n, nan, nan, nan, no, unknown, nothing, nothing, nothing)
 
     x0_slip = curve.onset(np.array([float(mu) for mu in mu0]))
     slips = np.isfinite(x0_slip)
@@ -74,6 +78,8 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
         rows = np.array([step == other for other in dx0]) & slips
         count = last_step_within(x0_slip[rows], step)
         n_steps[rows], x0_max[rows] = count, step_position(count, step)
+    # A rod that is free to lie down does not pass through the surface.
+    touches = all(piece.contact is Contact.POINT for piece in curve.pieces)
     sticks_until = np.where(slips, x0_max, curve.x0_lock)
     return Stiction(
         [Status.SLIP if slip else Status.LOCK for slip in slips],
@@ -81,7 +87,8 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
         n_steps,
         x0_max,
         # At 0 already, or strictly before the last sticking state; NaN compares as no.
-        (curve.x0_touch == 0.0) | (curve.x0_touch < sticks_until),
+        touches & ((curve.x0_touch == 0.0) | (curve.x0_touch < sticks_until)),
+        curve.contact(np.where(slips, x0_slip, curve.x0_lock)),
         _states_where(curve, np.zeros(n)),
         _states_where(curve, x0_max),
         _states_where(curve, x0_slip),

@@ -13,6 +13,8 @@ from vibrissa.grid import AXES, Grid, axis
 
 # Curves per job: a collocation curve takes milliseconds, a walk by shooting many seconds.
 DEFAULT_BLOCK_SIZE = {"collocation": 64, "shooting": 1}
+# Bound on the rows of a scan, each of which carries a shape.
+LONGEST_SCAN = 1_000_000
 # Characters of a value that a message shows.
 SHOWN = 60
 NUMBER_TEXT = (
@@ -120,6 +122,19 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
         },
         figures={name: dict(figure) for name, figure in config.get("figures", {}).items()},
     )
+    if study.contact == "line" and study.method == "shooting":
+        raise StudyError(
+            "method: 'shooting' is not allowed with contact: line; allowed: collocation"
+        )
+    for name, scan in study.scans.items():
+        # The clamp moves by less than the rod's length in a cycle.
+        rows = scan.cycles / min(scan.grid.dx0)
+        if rows > LONGEST_SCAN:
+            raise StudyError(
+                f"scans.{name}: {scan.cycles} cycles in steps of dx0 = "
+                f"{spell(min(scan.grid.dx0))} can take {rows:.1g} steps; allowed: cycles/dx0 up to "
+                f"{LONGEST_SCAN:.0e}"
+            )
     for name, state in study.states.items():
         if state.x1**2 + state.eta**2 >= 1:
             raise StudyError(
@@ -166,7 +181,11 @@ def refuse_repeated_keys(text: str) -> None:
 def _check_schema(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
     validator = jsonschema.Draft202012Validator(schema)
     # Nearest to the top of the file first: what is wrong there explains what follows.
-    errors = sorted(validator.iter_errors(config), key=lambda e: (len(e.absolute_path), e.message))
+    # There, an unknown key may be the misspelled one that is missing.
+    errors = sorted(
+        validator.iter_errors(config),
+        key=lambda e: (len(e.absolute_path), e.validator != "additionalProperties", e.message),
+    )
     if not errors:
         return
     error = errors[0]
@@ -181,8 +200,6 @@ def _check_schema(config: Mapping[str, Any], schema: Mapping[str, Any]) -> None:
     if error.validator == "required":
         missing = [key for key in error.validator_value if key not in error.instance]
         raise StudyError(f"{path}: missing {', '.join(map(repr, missing))}; {allowed}".rstrip("; "))
-    if tuple(error.absolute_path) == ("contact",) and error.instance == "line":
-        allowed = "point; contact along a line is not available in this version"
     hint = ""
     if isinstance(error.instance, str) and error.validator == "type":
         hint = NUMBER_TEXT if _reads_as_number(error.instance) else ""

@@ -17,7 +17,7 @@ from vibrissa.files import write_atomically
 from vibrissa.grid import Point
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
-SCHEMA_VERSION = "1"
+SCHEMA_VERSION = "2"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
@@ -80,11 +80,14 @@ CURVES = _schema(
         _column("x0_lock", NUMBER, LENGTH, "displacement at which -tan(alpha) is largest", True),
         _column("mu_lock", NUMBER, NONE, "largest value of -tan(alpha)", True),
         _column("x0_touch", NUMBER, LENGTH, "first displacement with phi1 = 0, if any", True),
-        _column("x0", NUMBERS, LENGTH, "footpoint displacements of the states"),
+        _column("piece_contact", pa.list_(TEXT), NONE, "kind of contact of each smooth piece"),
+        _column("piece_states", pa.list_(WHOLE), NONE, "number of states on each smooth piece"),
+        _column("x0", NUMBERS, LENGTH, "footpoint displacements of the states, piece by piece"),
         _column("reaction_fx", NUMBERS, FORCE, "f*sin(alpha) of the states"),
         _column("reaction_fy", NUMBERS, FORCE, "-f*cos(alpha) of the states"),
         _column("reaction_m", NUMBERS, MOMENT, "phi'(0) of the states"),
         _column("phi1", NUMBERS, ANGLE, "slope at the contact point of the states"),
+        _column("s_c", NUMBERS, LENGTH, "arc length of the contact point of the states"),
     ],
 )
 
@@ -94,7 +97,7 @@ STICTION = _schema(
         _column("grids", pa.list_(TEXT), NONE, "names of the grids that the point belongs to"),
         *AXES,
         _column("status", TEXT, NONE, "slip, lock (the tip never slips backward) or failed"),
-        _column("contact", TEXT, NONE, "point or line, at the onset of slip"),
+        _column("contact", TEXT, NONE, "point or line, at the onset of slip or the lock", True),
         _column("x0_slip", NUMBER, LENGTH, "exact onset of slip", True),
         _column("x0_max", NUMBER, LENGTH, "last state of stiction on the step grid", True),
         _column("n_steps", WHOLE, NONE, "steps to the last state of stiction", True),
@@ -151,7 +154,9 @@ STATES = _schema(
         _column("x1", NUMBER, LENGTH, "contact point, clamp at 0"),
         _column("status", TEXT, NONE, "solved or failed"),
         _column("message", TEXT, NONE, "what went wrong and what to try, or empty"),
-        *[c for c in _state_columns("", "", True) if c.name != "s_c"],
+        _column("contact", TEXT, NONE, "point or line"),
+        *_state_columns("", "", True),
+        _column("stability", NUMBER, NONE, "least second variation, positive where stable", True),
         _column("penetrates", FLAG, NONE, "whether phi1 < 0: the shape passes the surface", True),
         _column("residual", NUMBER, NONE, RESIDUAL.replace(" of the sticking curve", ""), True),
         *SHAPE,
@@ -224,19 +229,23 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
             "anew"
         )
     _check(table, str(path))
-    return table
+    # Units and descriptions are the schema's own, whatever the file says.
+    return pa.Table.from_arrays(table.columns, schema=schema.with_metadata(found))
 
 
 def commit() -> str:
     """Commit of the code that is running, with ``-dirty`` if it was edited; or ``unknown``."""
-    command = ["git", "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+
+    def git(*arguments: str) -> str:
+        command = ["git", "-C", str(Path(__file__).parent), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
     try:
-        answer = subprocess.run(
-            command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True
-        )
+        # Installed inside somebody else's repository, that repository's commit says nothing.
+        git("ls-files", "--error-unmatch", __file__)
+        return git("describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
-    return answer.stdout.strip()
 
 
 def _check(table: pa.Table, where: str) -> None:

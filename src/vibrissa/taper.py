@@ -58,8 +58,8 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     return diameter(s, theta) ** 4
 
 
-def arc_length(tau: ArrayLike, theta: ArrayLike) -> FloatArray:
-    """Arc length s(τ) = θ·τ / (1 + (θ − 1)·τ).
+def arc_length(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+    """Arc length s(τ) = θ·s_c·τ/h on the free part of the rod, h = θ − (θ − 1)·s_c·(1 − τ).
 
     Parameters
     ----------
@@ -67,49 +67,94 @@ def arc_length(tau: ArrayLike, theta: ArrayLike) -> FloatArray:
         Bending coordinate in [0, 1].
     theta : array_like
         Taper factor, broadcast against `tau`.
+    s_c : array_like
+        Arc length of the contact point, where the free part ends, in units of L.
 
     Returns
     -------
     ndarray
         Arc length from the clamp, in units of L.
     """
-    tau, theta = np.asarray(tau, dtype=float), np.asarray(theta, dtype=float)
-    return theta * tau / (1.0 + (theta - 1.0) * tau)
+    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
+    return theta * s_c * tau / _inverse_diameter(tau, theta, s_c)
 
 
-def arc_density(tau: ArrayLike, theta: ArrayLike) -> FloatArray:
-    """Arc length per bending coordinate, ds/dτ = θ / (1 + (θ − 1)·τ)² = θ·d².
+def bending_coordinate(s: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+    """Bending coordinate of an arc length on the free part of the rod, the inverse of `arc_length`.
 
     Parameters
     ----------
-    tau : array_like
+    s : array_like
+        Arc length from the clamp, up to s_c, in units of L.
+    theta, s_c : array_like
+        As in `arc_length`.
+
+    Returns
+    -------
+    ndarray
         Bending coordinate in [0, 1].
-    theta : array_like
-        Taper factor, broadcast against `tau`.
+    """
+    s, theta, s_c = (np.asarray(value, dtype=float) for value in (s, theta, s_c))
+    return s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s))
+
+
+def arc_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+    """Arc length per bending coordinate, ds/dτ = θ·s_c·g/h² ∝ d², g = θ − (θ − 1)·s_c.
+
+    Parameters
+    ----------
+    tau, theta, s_c : array_like
+        As in `arc_length`.
 
     Returns
     -------
     ndarray
         ds/dτ in units of L.
     """
-    tau, theta = np.asarray(tau, dtype=float), np.asarray(theta, dtype=float)
-    return theta / (1.0 + (theta - 1.0) * tau) ** 2
+    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
+    h, g = _inverse_diameter(tau, theta, s_c), _inverse_diameter(0.0, theta, s_c)
+    return theta * s_c * g / h**2
 
 
-def compliance_density(tau: ArrayLike, theta: ArrayLike) -> FloatArray:
-    """Bending compliance per bending coordinate, B⁻¹·ds/dτ = θ·(1 + (θ − 1)·τ)².
+def compliance_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+    """Bending compliance per bending coordinate, B⁻¹·ds/dτ = θ·s_c·h²/g³.
 
     Parameters
     ----------
-    tau : array_like
-        Bending coordinate in [0, 1].
-    theta : array_like
-        Taper factor, broadcast against `tau`.
+    tau, theta, s_c : array_like
+        As in `arc_length`.
 
     Returns
     -------
     ndarray
         Slope gained per moment and bending coordinate, in units of L/(E·I0).
     """
-    tau, theta = np.asarray(tau, dtype=float), np.asarray(theta, dtype=float)
-    return theta * (1.0 + (theta - 1.0) * tau) ** 2
+    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
+    h, g = _inverse_diameter(tau, theta, s_c), _inverse_diameter(0.0, theta, s_c)
+    return theta * s_c * h**2 / g**3
+
+
+def density_growth(
+    tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithmic derivatives of `arc_density` and `compliance_density` with respect to s_c.
+
+    Parameters
+    ----------
+    tau, theta, s_c : array_like
+        As in `arc_length`.
+
+    Returns
+    -------
+    arc, compliance : ndarray
+        In units of 1/L.
+    """
+    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
+    h_growth = -(theta - 1.0) * (1.0 - tau) / _inverse_diameter(tau, theta, s_c)
+    g_growth = -(theta - 1.0) / _inverse_diameter(0.0, theta, s_c)
+    return 1.0 / s_c + g_growth - 2.0 * h_growth, 1.0 / s_c + 2.0 * h_growth - 3.0 * g_growth
+
+
+def _inverse_diameter(tau: ArrayLike, theta: FloatArray, s_c: FloatArray) -> FloatArray:
+    """H = θ − (θ − 1)·s_c·(1 − τ): proportional to 1/d along the free part; g at τ = 0."""
+    return np.asarray(theta - (theta - 1.0) * s_c * (1.0 - np.asarray(tau)))

@@ -17,16 +17,29 @@ with open(workflow.source_path("../schemas/study.schema.yaml")) as schema:
         raise WorkflowError(f"the study file cannot be run: {error}") from None
 
 RESULTS = f"results/{STUDY.name}"
-# The study file in one spelling: goes into the tables' metadata.
-STUDY_FILE = yaml.safe_dump(dict(config), sort_keys=True)
+
+
+def study_file(*sections):
+    """Part of the study file that a table answers, for its metadata."""
+    keys = ("study", "contact", "method", *sections)
+    return yaml.safe_dump({key: config[key] for key in keys if key in config}, sort_keys=False)
+
 
 SCAN_GRIDS = {name: scan.grid for name, scan in STUDY.scans.items()}
+
+
+def is_solved(block):
+    """Whether a block's curves are there; jobs take the plan as it stands."""
+    curves = Path(RESULTS, "blocks", STUDY.solver, f"{block}.curves.parquet")
+    return curves.exists() or not workflow.is_main_process
+
 
 try:
     BLOCKS = planned_blocks(
         Path(RESULTS, "blocks", f"{STUDY.solver}.json"),
         grid.curve_keys([*STUDY.grids.values(), *SCAN_GRIDS.values()], STUDY.by_step),
         STUDY.block_size,
+        is_solved,
     )
 except PlanError as error:
     raise WorkflowError(str(error)) from None

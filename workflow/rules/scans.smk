@@ -34,7 +34,7 @@ rule scans:
         f"{RESULTS}/benchmarks/scans.tsv"
     threads: 1
     params:
-        study_file=STUDY_FILE,
+        study_file=study_file("scans"),
     message:
         "collecting the table of scans"
     script:
@@ -56,7 +56,8 @@ rule states:
             name: {"theta": float(state.theta), "eta": float(state.eta), "x1": float(state.x1)}
             for name, state in STUDY.states.items()
         },
-        study_file=STUDY_FILE,
+        contact=STUDY.contact,
+        study_file=study_file("states"),
     message:
         "solving single states"
     script:

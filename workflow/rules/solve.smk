@@ -13,6 +13,7 @@ rule curves:
     threads: 1
     params:
         method=STUDY.method,
+        contact=STUDY.contact,
         curves=lambda wildcards: [list(key) for key in BLOCKS[wildcards.block]],
     message:
         "solving the sticking curves of block {wildcards.block}"
@@ -32,7 +33,6 @@ rule points:
         f"{RESULTS}/benchmarks/points/{{block}}.tsv"
     threads: 1
     params:
-        contact=STUDY.contact,
         readings=lambda wildcards: READINGS[wildcards.block],
     message:
         "reading grid points off block {wildcards.block}"
@@ -53,7 +53,7 @@ rule stiction:
     threads: 1
     params:
         grids={name: grid.spelled(axes) for name, axes in STUDY.grids.items()},
-        study_file=STUDY_FILE,
+        study_file=study_file("grids"),
     message:
         "collecting the table of grid points"
     script:

@@ -11,5 +11,5 @@ with jobs.logged(snakemake.log[0]):
         points = grid.points_of_curve(key, grids)
         if points:
             stiction = read_curve(curve, [p.mu0 for p in points], [p.dx0 for p in points])
-            parts.append(records.stiction_table(points, curve, snakemake.params.contact, stiction))
+            parts.append(records.stiction_table(points, curve, stiction))
     tables.write(tables.joined(parts, tables.STICTION), snakemake.output[0])

@@ -1,0 +1,174 @@
+"""Contact along a line: against an independent shooting, exact laws and the point model."""
+
+from decimal import Decimal
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import reference
+from vibrissa import Status, solve_curve, solve_state, stick_slip
+from vibrissa.branch import begin
+from vibrissa.collocation import solve_curves
+from vibrissa.equilibrium import Closure, residual, solve
+from vibrissa.status import Contact
+
+LYING = [(3.0, 0.7), (5.0, 0.7), (2.0, 0.5), (1.0, 0.3), (8.0, 0.85), (15.0, 0.9)]
+TOUCHING = [(3.0, 0.85), (1.0, 0.55), (4.0, 0.85)]
+
+
+def line(theta, eta):
+    return solve_curve(theta, eta, contact="line")
+
+
+@pytest.mark.parametrize("pair", LYING + TOUCHING)
+def test_states_agree_with_an_independent_shooting(pair):
+    curve = line(*pair)
+    assert curve.status is Status.SOLVED and curve.residual <= 1e-12
+    start = max(curve.x0_touch, 0.0)
+    for part in (0.1, 0.6, 0.95):
+        x0 = start + part * (curve.x0_lock - start)
+        state = curve.state(x0)
+        assert curve.contact(x0) == ["line"]
+        guess = (state.s_c * 0.9999, -state.reaction_fy * 1.0001, state.reaction_fx * 1.0001)
+        s_c, p, q = reference.solve_line_offset(*pair, curve.x1_init - x0, guess)
+        assert state.s_c == pytest.approx(s_c, abs=1e-10)
+        assert state.reaction_fy == pytest.approx(-p, rel=1e-9)
+        assert state.reaction_fx == pytest.approx(q, rel=1e-9)
+        m = reference.shoot_from_line(pair[0], s_c, p, q)[3]
+        assert state.reaction_m == pytest.approx(m, rel=1e-8, abs=1e-9)
+
+
+def test_first_state_that_lies_along_the_surface():
+    curve = line(3.0, 0.7)
+    first = curve.state(0.0)
+    assert (float(first.f), float(first.s_c)) == pytest.approx((0.9866, 0.9479), abs=5e-5)
+    assert first.alpha == pytest.approx(0.0, abs=1e-13)
+
+
+@pytest.mark.parametrize("eta", [0.3, 0.4, 0.5, 0.55])
+def test_a_cylinder_locks_at_exactly_45_degrees(eta):
+    # B·φ'' = f·cos(φ - α) has the first integral φ'²/2 = f·(sin(φ - α) + sin α) when φ and m
+    # vanish together at s_c. At the clamp, φ = π/2, the curvature is real only if
+    # cos α + sin α >= 0: the friction angle cannot pass 45 degrees.
+    curve = line(1.0, eta)
+    assert curve.mu_lock == pytest.approx(1.0, abs=1e-12)
+    locked = curve.state(curve.x0_lock)
+    assert locked.alpha == pytest.approx(-np.pi / 4, abs=1e-9)
+    # There the clamp is free of moment.
+    assert locked.reaction_m == pytest.approx(0.0, abs=1e-4)
+
+
+def test_locking_friction_of_strong_taper():
+    assert line(5.0, 0.7).mu_lock == pytest.approx(0.456, abs=5e-4)
+    assert solve_curve(5.0, 0.7).mu_lock == pytest.approx(0.662, abs=5e-4)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(1.0, 3.0), st.floats(0.8, 0.95))
+def test_both_models_agree_as_long_as_the_tip_alone_touches(theta, eta):
+    point, lying = solve_curve(theta, eta), line(theta, eta)
+    end = point.x0_touch if np.isfinite(point.x0_touch) else point.x0_lock
+    x0 = np.linspace(0.0, min(end, lying.x0_lock), 9)
+    for a, b in zip(point.state(x0), lying.state(x0), strict=True):
+        assert a == pytest.approx(b, abs=1e-10)
+
+
+@pytest.mark.parametrize("pair", TOUCHING)
+def test_the_contact_changes_its_kind_without_a_jump(pair):
+    curve, point = line(*pair), solve_curve(*pair)
+    assert curve.x0_touch == pytest.approx(point.x0_touch, abs=1e-11)
+    assert [piece.contact for piece in curve.pieces][:2] == [Contact.POINT, Contact.LINE]
+    before, after = (piece.evaluate(np.array(curve.x0_touch)) for piece in curve.pieces[:2])
+    assert before == pytest.approx(after, abs=1e-10)
+    assert curve.contact([0.0, curve.x0_touch + 1e-9]) == ["point", "line"]
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(1.0, 20.0), st.floats(0.3, 0.999))
+def test_whole_range_is_solved_in_both_models(theta, eta):
+    for model in Contact:
+        (curve,) = solve_curves(np.array([theta]), np.array([eta]), model)
+        assert curve.status is Status.SOLVED, curve.message
+        assert curve.residual <= 1e-12
+        if model is Contact.LINE:
+            states = curve.state(np.linspace(0.0, curve.x0_lock, 50))
+            assert (states.phi1 >= -1e-9).all()
+            assert (states.s_c <= 1.0 + 1e-12).all() and (states.s_c > 0.0).all()
+
+
+@pytest.mark.parametrize("pair", [(3.0, 0.85), (3.0, 0.7), (1.0, 0.3)])
+def test_work_of_the_clamp_is_the_gain_of_bending_energy(pair):
+    curve = line(*pair)
+    end = 0.9 * curve.x0_lock
+
+    def energy(x0):
+        state = curve.state(x0)
+        s = np.linspace(0.0, float(state.s_c), 4001)
+        x1 = curve.x1_init - x0
+        where = solve_state(*pair, x1, contact="line")
+        _, _, phi = where.shape(s)
+        curvature = np.gradient(phi, s, edge_order=2)
+        stiffness = (1 - (1 - 1 / pair[0]) * s) ** 4
+        return np.trapezoid(0.5 * stiffness * curvature**2, s)
+
+    x0 = np.linspace(0.0, end, 2001)
+    work = np.trapezoid(-curve.state(x0).reaction_fx, x0)
+    assert energy(end) - energy(0.0) == pytest.approx(work, rel=1e-4)
+
+
+def test_sticking_equilibria_are_stable_up_to_the_lock():
+    for contact in Contact:
+        for theta, eta in [(1.0, 0.85), (3.0, 0.85), (3.0, 0.7), (8.0, 0.6), (1.0, 0.3)]:
+            curve = solve_curve(theta, eta, contact=contact)
+            for part in (0.0, 0.5, 1.0):
+                x1 = curve.x1_init - part * curve.x0_lock
+                assert solve_state(theta, eta, x1, contact).stability > 0
+
+
+def test_stability_is_lost_where_the_branch_turns_back():
+    # At a turning point the margin falls like a square root: its square is linear in x0 and says
+    # where the branch ends, which is where no equilibrium is found any more.
+    x1_init = solve_curve(1.0, 0.85).x1_init
+    u = np.array([1.900, 1.904])
+    margins = np.array([solve_state(1.0, 0.85, x1_init * (1 - v)).stability for v in u])
+    end = u[0] + margins[0] ** 2 * (u[1] - u[0]) / (margins[0] ** 2 - margins[1] ** 2)
+    assert end == pytest.approx(1.905, abs=1e-3)
+    beyond = solve_state(1.0, 0.85, x1_init * (1 - (end + 2e-3)))
+    assert beyond.status is Status.FAILED and "may end before" in beyond.message
+
+
+def test_changing_contact_is_a_state_of_both_kinds():
+    branch, _ = begin(np.array([3.0]), np.array([0.85]), 40, Contact.LINE)
+    eta = np.array([0.85])
+    states, found = solve(branch.steps[0], eta, Closure())
+    assert found[0]
+    assert residual(states, eta, Closure())[0] < 1e-12
+    assert states.s_c[0] == 1.0
+
+
+def test_scan_shows_the_rod_lying_on_the_surface():
+    curve = line(3.0, 0.7)
+    scan = stick_slip(curve, Decimal("0.3"), Decimal("0.005"), cycles=2)
+    assert scan.residual.max() < 1e-9
+    assert scan.y.max() <= 0.7 + 1e-9
+    lying = scan.s > scan.state.s_c[:, None] + 1e-9
+    assert lying.any(axis=1).all()
+    assert scan.y[lying] == pytest.approx(0.7, abs=1e-9)
+    assert scan.x[:, -1] == pytest.approx(scan.x1, abs=1e-9)
+
+
+def test_shape_of_a_single_state_lies_on_the_surface():
+    state = solve_state(1.0, 0.55, 0.6, contact="line")
+    x, y, phi = state.shape()
+    assert state.contact == "line" and state.s_c < 1.0
+    assert y.max() <= 0.55 + 1e-10
+    assert (x[-1], y[-1], phi[-1]) == pytest.approx((0.6, 0.55, 0.0), abs=1e-9)
+
+
+def test_unknown_contact_is_refused():
+    with pytest.raises(ValueError, match="contact must be one of point, line"):
+        solve_curve(1.0, 0.85, contact="plane")
+    with pytest.raises(ValueError, match="contact 'point' alone"):
+        solve_curve(1.0, 0.85, method="shooting", dx0=0.01, contact="line")
