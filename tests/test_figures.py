@@ -17,14 +17,15 @@ MU0 = ("0.2", "0.3", "0.4", "0.9")
 FAILED = failed_curve(2.0, 0.05, "collocation", "no luck")
 
 
-def grid(theta=THETA, mu0=MU0, dx0=("0.001", "0.005")):
-    return Grid(*(tuple(map(Decimal, values)) for values in (theta, mu0, ("0.85",), dx0)))
+def grid(theta=THETA, mu0=MU0, dx0=("0.001", "0.005"), eta=("0.85",)):
+    return Grid(*(tuple(map(Decimal, values)) for values in (theta, mu0, eta, dx0)))
 
 
 def points_table(grids, curves):
     parts = []
     for theta, curve in curves.items():
-        points = points_of_curve((theta, "0.85"), grids)
+        (eta,) = {eta for axes in grids.values() for eta in axes.eta}
+        points = points_of_curve((theta, str(eta)), grids)
         stiction = read_curve(curve, [p.mu0 for p in points], [p.dx0 for p in points])
         parts.append(records.stiction_table(points, curve, stiction))
     # Rows in no order that a figure could rely on
@@ -226,7 +227,7 @@ def test_files_are_whole_and_the_same_table_gives_the_same_bytes(name, tmp_path)
 
 
 def test_an_unknown_kind_is_refused():
-    message = "unknown kind of figure 'pie'; allowed: taper, friction, scan, period, state"
+    message = "unknown kind of figure 'pie'; allowed: taper, friction, locking, regimes, "
     with pytest.raises(ValueError, match=message):
         figures.draw("pie", TABLES["stiction"], {})
 
@@ -285,3 +286,40 @@ def test_points_without_an_onset_leave_gaps(kind, selection, tmp_path):
     figures.save(figure, [tmp_path / "figure.png"])
     marks = drawn(figure.axes[0])[1] if kind == "taper" else figure.axes[0].lines[1]
     assert not np.isfinite(marks.get_ydata().astype(float)).any()
+
+
+@pytest.fixture(scope="module")
+def plane():
+    """Points in every regime: point and line contact, slipping and locked."""
+    parts = []
+    for theta in ("1", "3", "5"):
+        for eta in ("0.7", "0.85"):
+            curve = solve_curve(float(theta), float(eta), contact="line")
+            axes = grid(theta=(theta,), mu0=("0.1", "0.4", "0.6"), eta=(eta,))
+            parts.append(points_table({"plane": axes}, {theta: curve}))
+    return tables.joined(parts, tables.STICTION)
+
+
+def test_locking_figure_shows_a_curve_for_each_height(plane):
+    (axes,) = figures.draw("locking", plane, {"grid": "plane"}).axes
+    shown = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
+    for eta in (0.7, 0.85):
+        known = {r["theta"]: r["mu_lock"] for r in plane.to_pylist() if r["eta"] == eta}
+        assert list(shown[rf"$\eta = {eta}$"]) == [known[theta] for theta in sorted(known)]
+
+
+def test_regime_map_colours_each_point_by_what_happens_there(plane):
+    panels = figures.draw("regimes", plane, {"grid": "plane"}).axes
+    seen = set()
+    for axes, eta in zip(panels, (0.7, 0.85), strict=True):
+        assert axes.get_title() == rf"$\eta = {eta}$"
+        (mesh,) = axes.collections
+        field = mesh.get_array().reshape(3, 3)
+        for row in plane.to_pylist():
+            if row["eta"] == eta:
+                place = [0.1, 0.4, 0.6].index(row["mu0"]), [1, 3, 5].index(row["theta"])
+                slips = {"point": 0, "line": 1}[row["contact"]]
+                expected = 2 if row["status"] == "lock" else slips
+                assert field[place] == expected
+                seen.add(expected)
+    assert seen == {0, 1, 2}

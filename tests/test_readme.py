@@ -38,6 +38,13 @@ def test_example_study_is_valid():
     assert len(list(study.grids["strong_taper"].points())) == 15 * 3 * 3
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.name)
+def test_further_studies_are_valid_and_named(path):
+    schema = yaml.safe_load((ROOT / "workflow/schemas/study.schema.yaml").read_text())
+    assert parse_study(yaml.safe_load(path.read_text()), schema).figures
+    assert f"STUDY=studies/{path.name}" in README
+
+
 def test_make_targets_exist():
     makefile = (ROOT / "Makefile").read_text()
     named = set(re.findall(r"(?:^|`)make ([a-z]+)", README, re.MULTILINE))

@@ -269,10 +269,8 @@ def _solve_on_nodes(
     operator = integral_operator(theta[index], nodes)
     step = MARCH_STEP * branch.x1_init
     # With the tip alone −tan α has one maximum; where the contact changes there can be several.
-    branch = follow(
-        *(branch, eta[index], step, round(MARCH_LIMIT / MARCH_STEP), model, operator),
-        stop_at_lock=model is Contact.POINT,
-    )
+    count, stop = round(MARCH_LIMIT / MARCH_STEP), model is Contact.POINT
+    branch = follow(branch, eta[index], step, count, model, operator, stop_at_lock=stop)
     end = _estimated_end(branch) * step
     switches = _switches(branch, eta[index], step, end)
     solved: list[list[tuple[Piece, float]]] = [[] for _ in index]

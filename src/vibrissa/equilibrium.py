@@ -469,6 +469,8 @@ def stability(states: ContactStates, contact: Contact) -> FloatArray:
     return 1.0 + np.linalg.eigvalsh(projected)[:, 0]
 
 
+# Where the iteration diverges numbers overflow; the result says so.
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def solve(
     guess: ContactStates, eta: FloatArray, closure: Closure, operator: FloatArray | None = None
 ) -> tuple[ContactStates, BoolArray]:

@@ -14,7 +14,9 @@ import pandas as pd
 import pyarrow as pa
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from vibrissa.files import write_atomically
 
@@ -42,7 +44,7 @@ def draw(kind: str, table: pa.Table, selection: Mapping[str, Any]) -> Figure:
     Parameters
     ----------
     kind : str
-        ``taper``, ``friction``, ``scan``, ``period`` or ``state``.
+        ``taper``, ``friction``, ``locking``, ``regimes``, ``scan``, ``period`` or ``state``.
     table : pyarrow.Table
         Table that the kind is drawn from (`vibrissa.tables`).
     selection : mapping
@@ -214,6 +216,58 @@ def _levels_inset(axes: Axes, slips: pd.DataFrame, series: Callable[[Axes, float
     axes.indicate_inset_zoom(inset, edgecolor="#999999")
 
 
+def _locking(rows: pd.DataFrame) -> Figure:
+    """μ_lock over θ for each η."""
+    figure, axes = _axes(4.2)
+    curves = rows.drop_duplicates(["theta", "eta"]).sort_values("theta")
+    for i, (eta, series) in enumerate(curves.groupby("eta")):
+        color = COLORS[i % len(COLORS)]
+        # Infinite where the tip lifts off instead: no point to draw.
+        finite = series["mu_lock"].where(np.isfinite(series["mu_lock"].astype(float)))
+        axes.plot(series["theta"], finite, color=color, linewidth=1.2, label=rf"$\eta = {eta:g}$")
+    axes.set_xlabel(r"taper factor $\theta = d_0/d_1$")
+    axes.set_ylabel(r"locking friction $\mu_\mathrm{lock}$")
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.03)
+    axes.legend()
+    return figure
+
+
+def _regimes(rows: pd.DataFrame) -> Figure:
+    """Map over θ and μ0, a panel for each η: slips in point or in line contact, or locks."""
+    heights = sorted(rows["eta"].unique())
+    figure = Figure(figsize=(WIDTH, 0.6 + 2.6 * len(heights) / 2), layout="constrained")
+    panels = figure.subplots(-(-len(heights) // 2), 2, sharex=True, sharey=True, squeeze=False)
+    regime = np.select(
+        [rows["status"] == "lock", rows["status"] == "failed", rows["contact"] == "line"],
+        [2, 3, 1],
+        default=0,
+    )
+    colors = ListedColormap(["#0072b2", "#009e73", "#e69f00", "#ffffff"])
+    for axes, eta in zip(panels.flat, heights, strict=False):
+        chosen = (rows["eta"] == eta).to_numpy()
+        # One step size stands for all: the regime does not depend on it.
+        table = rows[chosen].assign(regime=regime[chosen]).drop_duplicates(["theta", "mu0"])
+        field = table.pivot(index="mu0", columns="theta", values="regime")
+        axes.pcolormesh(
+            field.columns, field.index, field, cmap=colors, vmin=0, vmax=3, shading="nearest"
+        )
+        locks = table.drop_duplicates("theta").sort_values("theta")
+        axes.plot(locks["theta"], locks["mu_lock"], color="black", linewidth=1.0)
+        axes.set_ylim(field.index.min(), field.index.max())
+        axes.set_title(rf"$\eta = {eta:g}$", fontsize=10)
+    for axes in panels.flat[len(heights) :]:
+        axes.set_visible(False)
+    names = ["slips in point contact", "slips in line contact", "locks"]
+    patches = [Patch(color=colors(i), label=name) for i, name in enumerate(names)]
+    figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize=9)
+    for axes in panels[-1]:
+        axes.set_xlabel(r"taper factor $\theta = d_0/d_1$")
+    for axes in panels[:, 0]:
+        axes.set_ylabel(r"friction coefficient $\mu_0$")
+    return figure
+
+
 def _scan(rows: pd.DataFrame) -> Figure:
     """Shapes at every footpoint position of a scan (paper Figures 4 and 5)."""
     starts = rows[rows["x0"] == 0]
@@ -256,7 +310,7 @@ def _state(rows: pd.DataFrame) -> Figure:
     axes.annotate(
         rf"$(x_1, y_1) = ({row['x1']:g}, {row['eta']:g})$"
         "\n"
-        rf"$\varphi_1 = {row['phi1']:.3f}$ rad",
+        rf"$\varphi_1 = {row['phi1']:.3f}$ rad, $s_c = {row['s_c']:.3f}$",
         (row["x1"], row["eta"]),
         xytext=(10, -34),
         textcoords="offset points",
@@ -285,6 +339,8 @@ def _state(rows: pd.DataFrame) -> Figure:
 KINDS: dict[str, Callable[[pd.DataFrame], Figure]] = {
     "taper": _taper,
     "friction": _friction,
+    "locking": _locking,
+    "regimes": _regimes,
     "scan": _scan,
     "period": _period,
     "state": _state,

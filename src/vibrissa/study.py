@@ -13,6 +13,13 @@ from vibrissa.grid import AXES, Grid, axis
 
 # Curves per job: a collocation curve takes milliseconds, a walk by shooting many seconds.
 DEFAULT_BLOCK_SIZE = {"collocation": 64, "shooting": 1}
+# Axes of which a figure of a grid shows one value.
+FIXED_AXES: dict[str, tuple[str, ...]] = {
+    "taper": ("eta", "dx0"),
+    "friction": ("theta", "eta", "dx0"),
+    "locking": (),
+    "regimes": (),
+}
 # Bound on the rows of a scan, each of which carries a shape.
 LONGEST_SCAN = 1_000_000
 # Characters of a value that a message shows.
@@ -257,7 +264,7 @@ def _check_figure(path: str, figure: Mapping[str, Any], study: Study) -> None:
         fixed: tuple[str, ...] = AXES
     else:
         grid = _choose(f"{path}.grid", figure["grid"], study.grids, "a grid")
-        fixed = ("eta", "dx0") if kind == "taper" else ("theta", "eta", "dx0")
+        fixed = FIXED_AXES[kind]
     for name in fixed:
         values = getattr(grid, name)
         allowed = ", ".join(spell(value) for value in values[:10])

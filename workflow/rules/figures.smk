@@ -3,6 +3,8 @@
 FIGURE_TABLES = {
     "taper": "stiction",
     "friction": "stiction",
+    "locking": "stiction",
+    "regimes": "stiction",
     "scan": "scans",
     "period": "scans",
     "state": "states",
