@@ -1,17 +1,18 @@
 """Contact along a line: against an independent shooting, exact laws and the point model."""
 
+import pickle
 from decimal import Decimal
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import reference
 from vibrissa import Status, solve_curve, solve_state, stick_slip
-from vibrissa.branch import begin
+from vibrissa.branch import begin, follow, switch_states
 from vibrissa.collocation import solve_curves
-from vibrissa.equilibrium import Closure, residual, solve
+from vibrissa.equilibrium import Closure, integral_operator, residual, solve
 from vibrissa.status import Contact
 
 LYING = [(3.0, 0.7), (5.0, 0.7), (2.0, 0.5), (1.0, 0.3), (8.0, 0.85), (15.0, 0.9)]
@@ -87,6 +88,16 @@ def test_the_contact_changes_its_kind_without_a_jump(pair):
 
 @settings(max_examples=25, deadline=None)
 @given(st.floats(1.0, 20.0), st.floats(0.3, 0.999))
+# The contact changes just before the end of the curve
+@example(1.2, 0.7109375)
+@example(1.5, 0.753203125)
+@example(3.5, 0.8885546875)
+@example(8.0, 0.951689453125)
+# and just after its beginning
+@example(1.2, 0.5099609375)
+@example(2.0, 0.6584130859375)
+@example(3.5, 0.79525146484375)
+@example(8.0, 0.914794921875)
 def test_whole_range_is_solved_in_both_models(theta, eta):
     for model in Contact:
         (curve,) = solve_curves(np.array([theta]), np.array([eta]), model)
@@ -172,3 +183,54 @@ def test_unknown_contact_is_refused():
         solve_curve(1.0, 0.85, contact="plane")
     with pytest.raises(ValueError, match="contact 'point' alone"):
         solve_curve(1.0, 0.85, method="shooting", dx0=0.01, contact="line")
+
+
+@pytest.mark.parametrize("contact", ["point", "line"])
+def test_only_the_tip_alone_can_pass_through_the_surface(contact):
+    x1_init = solve_curve(3.0, 0.85, contact=contact).x1_init
+    states = [solve_state(3.0, 0.85, x1_init - x0, contact) for x0 in np.linspace(0.12, 0.2, 9)]
+    assert {state.penetrates for state in states} == {contact == "point"}
+    assert all((state.phi1 == 0.0) == (contact == "line") for state in states)
+
+
+def test_a_rod_that_lies_down_is_held_more_firmly():
+    # psi(s_c) = 0 is one constraint more than the same shape has in point contact: the margin of
+    # stability is higher, and jumps where the contact changes.
+    curve = line(3.0, 0.85)
+    x1 = curve.x1_init - curve.x0_touch
+    before = solve_state(3.0, 0.85, x1 + 1e-6, "line")
+    after = solve_state(3.0, 0.85, x1 - 1e-6, "line")
+    assert (before.contact, after.contact) == ("point", "line")
+    assert after.stability > before.stability + 0.01
+    # Interlacing: one constraint cannot lift the least margin above the next one.
+    assert after.stability < 1.0
+
+
+def test_a_rod_rolls_on_and_off():
+    # The contact changes back far beyond the lock.
+    eta = np.array([0.85])
+    branch, _ = begin(np.array([3.0]), eta, 48, Contact.LINE)
+    operator = integral_operator(np.array([3.0]), 48)
+    step = 0.05 * branch.x1_init
+    branch = follow(branch, eta, step, 34, Contact.LINE, operator, stop_at_lock=False)
+    kinds = "".join("L" if kind else "P" for kind in branch.line[:, 0])
+    assert kinds.strip("P").strip("L") == "" and kinds[0] == kinds[-1] == "P" and "L" in kinds
+    on, off = kinds.index("L"), kinds.rindex("L") + 1
+    for touching, lo, hi in ((branch.steps[on - 1], on - 1, on), (branch.steps[off], off - 1, off)):
+        _, offset = switch_states(touching, eta)
+        x0 = branch.x1_init - offset
+        assert lo * step <= x0 <= hi * step
+
+
+@pytest.mark.parametrize(("theta", "eta"), [(2.3877, 0.8215), (1.0784, 0.6471), (2.38771, 0.82151)])
+def test_a_lock_in_a_kink_lies_where_the_contact_changes(theta, eta):
+    curve = line(theta, eta)
+    assert curve.x0_lock == curve.x0_touch == curve.pieces[1].x0[0]
+    assert curve.contact(curve.x0_lock) == ["line"]
+    assert curve.x0_touch == pytest.approx(solve_curve(theta, eta).x0_touch, abs=1e-11)
+
+
+def test_a_solved_curve_can_be_sent_to_another_process():
+    curve = line(3.0, 0.85)
+    again = pickle.loads(pickle.dumps(curve))
+    assert np.array_equal(again.onset([0.1, 0.3]), curve.onset([0.1, 0.3]))

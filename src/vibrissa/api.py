@@ -27,7 +27,8 @@ class EquilibriumState:
     message : str
         Empty, or what went wrong and what to try.
     contact : str
-        ``point`` or ``line``: whether the tip alone touches or the rod lies along the surface.
+        ``point`` or ``line``: whether the tip alone touches or the rod lies along the surface;
+        empty for a failed state.
     theta, x1, eta : float
         Taper factor and position of the tip relative to the clamp (L).
     f, alpha : float
@@ -69,8 +70,8 @@ class EquilibriumState:
 
     @property
     def penetrates(self) -> bool:
-        """Whether the point-contact shape passes through the surface (φ1 < 0)."""
-        return self.phi1 < 0.0
+        """Whether the tip alone touches and the shape passes through the surface (φ1 < 0)."""
+        return self.contact == Contact.POINT and self.phi1 < 0.0
 
     def shape(self, s: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Deformed shape with the clamp at the origin.
@@ -192,7 +193,7 @@ def solve_state(
     solution, misfit, message = collocation.solve_offset(theta, eta, x1, Contact(contact))
     nan = float("nan")
     if solution is None:
-        return EquilibriumState(Status.FAILED, message, contact, theta, x1, eta, *(nan,) * 9)
+        return EquilibriumState(Status.FAILED, message, "", theta, x1, eta, *(nan,) * 9)
     fx, fy, s_c = float(solution.fx[0]), float(solution.fy[0]), float(solution.s_c[0])
     kind = Contact.POINT if s_c == 1.0 else Contact.LINE
     return EquilibriumState(
@@ -204,7 +205,7 @@ def solve_state(
         eta,
         float(np.hypot(fx, fy)),
         float(np.arctan2(fx, -fy)),
-        float(contact_slope(solution)[0]),
+        0.0 if kind is Contact.LINE else float(contact_slope(solution)[0]),
         s_c,
         float(stability(solution, kind)[0]),
         fx,

@@ -52,8 +52,8 @@ NO_LOCK = (
     "to 1"
 )
 NO_SWITCH = (
-    "the contact changes its kind more than once within a step of the march; this version cannot "
-    "resolve that"
+    "a change of the kind of contact could not be located, or there is more than one within a step "
+    "of the march; try a slightly different eta or theta"
 )
 NOT_FOLLOWED = (
     "the branch that begins at alpha = 0 could not be followed to this offset; it may end before"
@@ -268,7 +268,8 @@ def _solve_on_nodes(
     results = [failure(i, NO_INITIAL_STATE) for i in range(len(theta))]
     operator = integral_operator(theta[index], nodes)
     step = MARCH_STEP * branch.x1_init
-    # With the tip alone −tan α has one maximum; where the contact changes there can be several.
+    # With the tip alone −tan α rises to one maximum. Where the contact changes it has kinks, so the
+    # whole branch is searched for its largest value.
     count, stop = round(MARCH_LIMIT / MARCH_STEP), model is Contact.POINT
     branch = follow(branch, eta[index], step, count, model, operator, stop_at_lock=stop)
     end = _estimated_end(branch) * step
@@ -306,8 +307,8 @@ def _solve_on_nodes(
 def _estimated_end(branch: Branch) -> FloatArray:
     """Count steps to a little beyond the maximum of −tan α; NaN where there is none inside."""
     fx, fy = (np.stack([getattr(s, name) for s in branch.steps]) for name in ("fx", "fy"))
-    # Beyond where the surface would have to pull, −tan α has no meaning.
-    pulls = fy >= 0.0
+    # From where the surface would have to pull, −tan α has no meaning.
+    pulls = (fy >= 0.0) & (fx < 0.0)
     demand = np.where(pulls, -np.inf, fx / fy)
     last = np.isfinite(fy).sum(axis=0) - 1
     top = np.argmax(np.nan_to_num(demand, nan=-np.inf), axis=0)
@@ -364,8 +365,7 @@ def _pieces(
     for curve, inner in enumerate(switches):
         if inner is None or np.isnan(end[curve]):
             continue
-        # A sliver between the last switch and the end would only be trouble.
-        bounds = [0.0, *(x0 for x0 in inner if 0.0 < x0 < 0.999 * end[curve]), float(end[curve])]
+        bounds = [0.0, *(x0 for x0 in inner if 0.0 < x0 < end[curve]), float(end[curve])]
         line = bool(branch.line[0, curve])
         for first, last in pairwise(bounds):
             if line == (contact is Contact.LINE):
@@ -502,8 +502,11 @@ def _curve_decay(values: FloatArray) -> FloatArray:
     """Size of the last Chebyshev coefficients along the pieces relative to the largest."""
     transform = chebyshev_transform(len(values))
     coefficients = np.abs(np.einsum("ab,bcv->acv", transform, values))
-    # An angle or a length that is nearly constant or zero is judged by its absolute size.
-    scale = np.maximum(coefficients.max(axis=0), [0.0, 0.0, 0.0, 1.0, 1.0])
+    # On a short piece a column may be nearly zero: fx and m are judged by the size of the force,
+    # an angle or a length by its absolute size.
+    largest = coefficients.max(axis=0)
+    force = largest[:, [1]]
+    scale = np.maximum(largest, np.hstack([force, force, force, *np.ones((2, *force.shape))]))
     return (coefficients[-2:].max(axis=0) / scale).max(axis=-1)
 
 

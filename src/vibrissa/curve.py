@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -27,6 +27,8 @@ from vibrissa.status import Contact, Status
 
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SCAN_POINTS = 257
+# Displacements that are nearer to each other are one: where two pieces meet.
+KINK_TOLERANCE = 1e-12
 # Order of the spline through states on a step grid.
 SPLINE_DEGREE = 5
 
@@ -85,28 +87,25 @@ class Piece:
         object.__setattr__(self, "values", np.ascontiguousarray(self.values))
 
     @cached_property
-    def _interpolant(self) -> tuple[Callable[..., FloatArray], Callable[..., FloatArray]]:
-        """Values and their derivatives over x0, values in the last axis."""
+    def _series(self) -> tuple[Any, Any]:
+        """Spline or Chebyshev coefficients of the values over x0, and of their derivatives."""
         if self.stepped:
             degree = min(SPLINE_DEGREE, len(self.x0) - 1)
             spline = make_interp_spline(self.x0, self.values, k=degree)
             return spline, spline.derivative()
-        start, length = self.x0[0], self.x0[-1] - self.x0[0]
         coefficients = chebyshev_transform(len(self.x0)) @ self.values
-        slopes = chebyshev.chebder(coefficients, scl=2.0 / length)
+        length = self.x0[-1] - self.x0[0]
+        return coefficients, chebyshev.chebder(coefficients, scl=2.0 / length)
 
-        def series(coefficients: FloatArray) -> Callable[..., FloatArray]:
-            def evaluate(x0: FloatArray) -> FloatArray:
-                position = 2.0 * (x0 - start) / length - 1.0
-                return np.moveaxis(chebyshev.chebval(position, coefficients), 0, -1)
-
-            return evaluate
-
-        return series(coefficients), series(slopes)
+    def _evaluated(self, series: Any, x0: FloatArray) -> FloatArray:
+        if self.stepped:
+            return np.asarray(series(x0))
+        position = 2.0 * (x0 - self.x0[0]) / (self.x0[-1] - self.x0[0]) - 1.0
+        return np.moveaxis(chebyshev.chebval(position, series), 0, -1)
 
     def evaluate(self, x0: FloatArray) -> FloatArray:
         """Values at displacements on the piece, shape x0.shape + (5,)."""
-        values = np.asarray(self._interpolant[0](x0))
+        values = self._evaluated(self._series[0], x0)
         # What the kind of contact prescribes is known exactly.
         if self.contact is Contact.POINT:
             values[..., 4] = 1.0
@@ -116,7 +115,7 @@ class Piece:
 
     def slope(self, x0: FloatArray) -> FloatArray:
         """Differentiate the values with respect to x0, shape x0.shape + (5,)."""
-        return np.asarray(self._interpolant[1](x0))
+        return self._evaluated(self._series[1], x0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,8 +311,15 @@ def sticking_curve(
     StickingCurve
         ``failed`` if −tan α has no maximum inside the given displacements.
     """
+    tops = [_largest_demand(piece) for piece in pieces]
     # The first of equal ones: after lifting off nothing counts.
-    x0_lock, mu_lock = max((_largest_demand(piece) for piece in pieces), key=lambda top: top[1])
+    x0_lock, mu_lock = max(tops, key=lambda top: top[1])
+    # A maximum in a kink belongs to both pieces: put it where the second one begins.
+    kink = min(
+        (piece.x0[0] for piece in pieces[1:]), key=lambda x: abs(x - x0_lock), default=np.nan
+    )
+    if abs(kink - x0_lock) <= 1e-12:
+        x0_lock = float(kink)
     if not 0.0 < x0_lock < pieces[-1].x0[-1]:
         return failed_curve(theta, eta, method, "the curve has no locking maximum where sought")
     return StickingCurve(
@@ -334,7 +340,8 @@ def sticking_curve(
 def _largest_demand(piece: Piece) -> tuple[float, float]:
     """Where −tan α is largest on a piece, and its value there; infinity where the tip lifts off."""
     x = np.linspace(piece.x0[0], piece.x0[-1], SCAN_POINTS)
-    pulls = np.flatnonzero(piece.evaluate(x)[:, 1] >= 0.0)
+    fx, fy = piece.evaluate(x)[:, :2].T
+    pulls = np.flatnonzero((fy >= 0.0) & (fx < 0.0))
     if len(pulls):
         bracket = x[[max(pulls[0] - 1, 0)]], x[[pulls[0]]]
         return float(_bracketed_root(lambda x: piece.evaluate(x)[..., 1], *bracket)[0]), np.inf
@@ -358,11 +365,10 @@ def _largest_demand(piece: Piece) -> tuple[float, float]:
 
 def _first_touch(pieces: Sequence[Piece], end: float) -> float:
     """First displacement up to `end` at which φ1 = 0; NaN if there is none."""
+    lying = [piece.x0[0] for piece in pieces if piece.contact is Contact.LINE]
+    if lying:
+        return float(lying[0]) if lying[0] <= end else float("nan")
     for piece in pieces:
-        if piece.x0[0] >= end:
-            break
-        if piece.contact is Contact.LINE:
-            return float(piece.x0[0])
         x = np.linspace(piece.x0[0], min(end, piece.x0[-1]), SCAN_POINTS)
         below = np.flatnonzero(piece.evaluate(x)[:, 3] < 0.0)
         if len(below) and below[0] == 0:

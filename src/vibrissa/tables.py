@@ -17,7 +17,7 @@ from vibrissa.files import write_atomically
 from vibrissa.grid import Point
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
-SCHEMA_VERSION = "2"
+SCHEMA_VERSION = "1"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
@@ -154,7 +154,7 @@ STATES = _schema(
         _column("x1", NUMBER, LENGTH, "contact point, clamp at 0"),
         _column("status", TEXT, NONE, "solved or failed"),
         _column("message", TEXT, NONE, "what went wrong and what to try, or empty"),
-        _column("contact", TEXT, NONE, "point or line"),
+        _column("contact", TEXT, NONE, "point or line", True),
         *_state_columns("", "", True),
         _column("stability", NUMBER, NONE, "least second variation, positive where stable", True),
         _column("penetrates", FLAG, NONE, "whether phi1 < 0: the shape passes the surface", True),
