@@ -12,12 +12,12 @@ from scipy.special import ellipe, ellipk
 TOLERANCE = 1e-13
 
 
-def shoot_from_contact(theta, phi1, p, q):
-    """Integrate from the tip to the clamp under the force (q, -p); tip at the origin."""
+def shoot(theta, s_c, phi1, p, q):
+    """Integrate from the contact point s_c to the clamp under the force (q, -p)."""
 
-    def derivative(r, state):  # r = 1 - s
+    def derivative(r, state):  # r = s_c - s; the contact point is the origin
         _, _, phi, m = state
-        d = 1 / theta + (1 - 1 / theta) * r
+        d = 1 - (1 - 1 / theta) * (s_c - r)
         return [
             -np.cos(phi),
             -np.sin(phi),
@@ -26,10 +26,21 @@ def shoot_from_contact(theta, phi1, p, q):
         ]
 
     result = solve_ivp(
-        derivative, (0, 1), [0, 0, phi1, 0], method="DOP853", rtol=TOLERANCE, atol=TOLERANCE
+        derivative, (0, s_c), [0, 0, phi1, 0], method="DOP853", rtol=TOLERANCE, atol=TOLERANCE
     )
     x, y, phi, m = result.y[:, -1]
-    return -x, -y, phi, m  # offset and height of the tip above the clamp, clamp slope and moment
+    # Offset of the tip, which lies 1 - s_c further on, height, clamp slope and clamp moment
+    return -x + 1 - s_c, -y, phi, m
+
+
+def shoot_from_contact(theta, phi1, p, q):
+    """Point contact: the tip touches with slope phi1."""
+    return shoot(theta, 1.0, phi1, p, q)
+
+
+def shoot_from_line(theta, s_c, p, q):
+    """Line contact: the rod is tangential at s_c."""
+    return shoot(theta, s_c, 0.0, p, q)
 
 
 def solve_offset(theta, eta, offset, guess):
@@ -59,26 +70,6 @@ def onset(theta, mu0, eta, first_guess, slip_guess):
     x1_init = shoot_from_contact(theta, phi1, p, 0.0)[0]
     phi1, p = solve_inclination(theta, eta, -mu0, slip_guess)
     return x1_init - shoot_from_contact(theta, phi1, p, -mu0 * p)[0]
-
-
-def shoot_from_line(theta, s_c, p, q):
-    """Integrate from an inner contact point s_c, where the rod is tangential, to the clamp."""
-
-    def derivative(r, state):  # r = s_c - s
-        _, _, phi, m = state
-        d = 1 - (1 - 1 / theta) * (s_c - r)
-        return [
-            -np.cos(phi),
-            -np.sin(phi),
-            -m / d**4,
-            -(p * np.cos(phi) + q * np.sin(phi)),
-        ]
-
-    result = solve_ivp(
-        derivative, (0, s_c), [0, 0, 0, 0], method="DOP853", rtol=TOLERANCE, atol=TOLERANCE
-    )
-    x, y, phi, m = result.y[:, -1]
-    return -x + 1 - s_c, -y, phi, m  # the tip lies 1 - s_c further on
 
 
 def solve_line_offset(theta, eta, offset, guess):

@@ -17,6 +17,7 @@ from vibrissa.equilibrium import (
     ContactStates,
     contact_position,
     contact_slope,
+    extrapolated,
     solve,
 )
 from vibrissa.status import Contact
@@ -235,16 +236,6 @@ def switch_states(guess: ContactStates, eta: FloatArray) -> tuple[ContactStates,
     """
     states, _ = solve(guess, eta, Closure())
     return states, contact_position(states)[0]
-
-
-def extrapolated(last: list[ContactStates]) -> ContactStates:
-    """Polynomial extrapolation by one step from up to three equally spaced batches of states."""
-    weights = {1: (1.0,), 2: (-1.0, 2.0), 3: (1.0, -3.0, 3.0)}[len(last)]
-
-    def combined(name: str) -> FloatArray:
-        return np.sum([w * getattr(s, name) for w, s in zip(weights, last, strict=True)], axis=0)
-
-    return ContactStates(last[0].theta, *map(combined, ("phi", "fx", "fy", "s_c")))
 
 
 def _solve_kinds(

@@ -12,6 +12,7 @@ from vibrissa.equilibrium import (
     Closure,
     ContactStates,
     bending_moment,
+    extrapolated,
     solve,
 )
 from vibrissa.spectral import gauss_rule
@@ -103,12 +104,11 @@ def initial_states(
         heights = CONTINUATION_START + np.linspace(0.0, 1.0, CONTINUATION_STEPS)[:, None] * (
             eta[missing] - CONTINUATION_START
         )
-        current = buckled_states(theta[missing], heights[0], nodes)
-        previous = None
+        guess, steps = buckled_states(theta[missing], heights[0], nodes), []
         for height in heights:
-            solution, found = _vertical_states(current, height)
-            current = solution if previous is None else _extrapolate(previous, solution)
-            previous = solution
+            solution, found = _vertical_states(guess, height)
+            steps.append(solution)
+            guess = extrapolated(steps[-2:])
         states.put(missing, solution)
         converged[missing] = found
     return states, converged
@@ -144,14 +144,4 @@ def buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> ContactSta
     phi = np.pi / 2 + amplitude[:, None] * mode
     return ContactStates(
         theta, phi, np.zeros_like(theta), -buckling_load(theta), np.ones_like(theta)
-    )
-
-
-def _extrapolate(before: ContactStates, last: ContactStates) -> ContactStates:
-    return ContactStates(
-        last.theta,
-        2 * last.phi - before.phi,
-        2 * last.fx - before.fx,
-        2 * last.fy - before.fy,
-        last.s_c,
     )

@@ -469,6 +469,27 @@ def stability(states: ContactStates, contact: Contact) -> FloatArray:
     return 1.0 + np.linalg.eigvalsh(projected)[:, 0]
 
 
+def extrapolated(last: list[ContactStates]) -> ContactStates:
+    """Polynomial extrapolation by one step from up to three equally spaced batches of states.
+
+    Parameters
+    ----------
+    last : list of ContactStates
+        One to three batches, the latest one last.
+
+    Returns
+    -------
+    ContactStates
+        A guess of the next batch.
+    """
+    weights = {1: (1.0,), 2: (-1.0, 2.0), 3: (1.0, -3.0, 3.0)}[len(last)]
+
+    def combined(name: str) -> FloatArray:
+        return np.sum([w * getattr(s, name) for w, s in zip(weights, last, strict=True)], axis=0)
+
+    return ContactStates(last[0].theta, *map(combined, ("phi", "fx", "fy", "s_c")))
+
+
 # Where the iteration diverges numbers overflow; the result says so.
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def solve(
