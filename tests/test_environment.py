@@ -166,9 +166,7 @@ HASHED = r"^numpy==(\S+) \\\n(?:    --hash=\S+(?: \\)?\n)+"
         pytest.param(check_lock_form, "lock", HASHED, r"numpy==\1\n", id="entry without hash"),
         pytest.param(check_lock_form, "lock", r"^numpy==", "numpy>=", id="entry without pin"),
         pytest.param(check_lock_form, "lock", r"\A", "--no-binary :all:\n", id="option"),
-        pytest.param(
-            check_lock_form, "lock", r"\A", "# --index-url somewhere\n", id="index"
-        ),
+        pytest.param(check_lock_form, "lock", r"\A", "# --index-url somewhere\n", id="index"),
         pytest.param(check_lock_form, "lock", r"\Z", "x @ file:///x.whl\n", id="local file"),
         pytest.param(check_lock_form, "lock", rf"({HASHED})", r"\1\1", id="entry twice"),
         pytest.param(check_lock_form, "lock", r"sha256:[0-9a-f]{4}", "sha256:", id="short hash"),
