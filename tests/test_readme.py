@@ -53,6 +53,12 @@ def test_make_targets_exist():
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
+def test_results_folder_says_what_appears_there():
+    text = (ROOT / "results/README.md").read_text()
+    for name in ("stiction", "scans", "states", "figures/", "blocks/", "logs/"):
+        assert name in text
+
+
 def test_layout_names_every_module():
     (tree,) = [block for block in blocks("text") if "src/vibrissa" in block]
     modules = {path.stem for path in (ROOT / "src/vibrissa").glob("*.py")} - {"__init__"}

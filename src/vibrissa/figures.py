@@ -310,7 +310,8 @@ def _state(rows: pd.DataFrame) -> Figure:
     axes.annotate(
         rf"$(x_1, y_1) = ({row['x1']:g}, {row['eta']:g})$"
         "\n"
-        rf"$\varphi_1 = {row['phi1']:.3f}$ rad, $s_c = {row['s_c']:.3f}$",
+        rf"$\varphi_1 = {row['phi1']:.3f}$ rad"
+        + (rf", $s_c = {row['s_c']:.3f}$" if row["s_c"] < 1.0 else ""),
         (row["x1"], row["eta"]),
         xytext=(10, -34),
         textcoords="offset points",
