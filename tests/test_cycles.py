@@ -7,6 +7,7 @@ import pytest
 
 from vibrissa import Status, solve_curve, stick_slip
 from vibrissa.curve import failed_curve
+from vibrissa.status import End
 
 D = Decimal
 
@@ -67,12 +68,14 @@ def test_shapes_run_from_clamp_to_contact_point(scan):
     assert length == pytest.approx(1.0, abs=2e-4)  # 50 chords
 
 
-def test_locked_scan_is_one_period_up_to_the_lock(curve):
+def test_locked_scan_is_one_period_on_past_the_lock(curve):
     scan = stick_slip(curve, D("0.5"), D("0.01"), cycles=9)
     assert scan.status is Status.LOCK
     assert set(scan.phase) == {"stick"} and set(scan.cycle) == {1}
-    assert scan.footpoint[-1] == pytest.approx(0.14)
-    assert curve.x0_lock - 0.01 < scan.footpoint[-1] <= curve.x0_lock
+    (end,), ended = curve.motion_end(0.5)
+    assert end is End.SNAPS
+    assert curve.x0_lock < ended.x0[0] - 0.01 < scan.footpoint[-1] <= ended.x0[0]
+    assert scan.residual.max() < 1e-9
 
 
 def test_step_longer_than_the_period_slips_every_time(curve):

@@ -160,7 +160,7 @@ def test_one_hopeless_state_does_not_spoil_its_batch():
 
 
 def test_closure_prescribes_at_most_one_condition():
-    with pytest.raises(ValueError, match="offset or the inclination"):
+    with pytest.raises(ValueError, match="one of offset, inclination alpha and swing"):
         Closure(offset=np.zeros(1), alpha=np.zeros(1))
 
 

@@ -264,7 +264,7 @@ def test_a_figure_of_what_failed_says_so(kind, table, selection, tmp_path):
     figure = figures.draw(kind, TABLES[table], selection)
     (text,) = figure.axes[0].texts
     assert text.get_text().startswith("failed: ")
-    assert ("no luck" in text.get_text()) == (kind == "state")
+    assert ("no luck" in text.get_text()) == (kind in ("state", "friction"))
     figures.save(figure, [tmp_path / "figure.svg"])
     assert b"failed: " in (tmp_path / "figure.svg").read_bytes()
 

@@ -12,9 +12,9 @@ from vibrissa import __version__, records, solve_curve, solve_state, stick_slip,
 from vibrissa.api import EquilibriumState
 from vibrissa.curve import Piece, failed_curve, sticking_curve
 from vibrissa.grid import Grid, points_of_curve, study_points
-from vibrissa.status import Contact, Status
+from vibrissa.status import Contact, Parameter, Status
 from vibrissa.stiction import read_curve
-from vibrissa.tables import CURVES, SCANS, STATES, STICTION, TableError
+from vibrissa.tables import CURVES, SCANS, STATE, STATES, STICTION, TableError
 
 SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}
 UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1"}
@@ -23,10 +23,12 @@ AGAIN = "delete it and run again, it is made anew"
 
 def curve_by_shooting(curve, states):
     """A curve as the shooting method makes it, from states of another one."""
-    x0 = np.linspace(0.0, curve.x0_end, states)
+    x0 = np.linspace(0.0, 1.05 * curve.x0_lock, states)
     at = curve.state(x0)
-    columns = [at.reaction_fx, at.reaction_fy, at.reaction_m, at.phi1, at.s_c]
-    piece = Piece(Contact.POINT, x0, np.stack(columns, axis=-1), stepped=True)
+    nothing = np.full(states, np.nan)
+    columns = [x0, at.reaction_fx, at.reaction_fy, at.reaction_m, at.phi1, at.s_c, nothing]
+    values = np.stack(columns, axis=-1)
+    piece = Piece(Contact.POINT, Parameter.X0, 0.0, float(x0[-1]), values, stepped=True)
     return sticking_curve(curve.theta, curve.eta, "shooting", curve.x1_init, [piece], 1e-10)
 
 
@@ -90,11 +92,13 @@ def test_every_column_has_a_unit_and_a_description(kind):
 
 
 def test_columns_of_the_stiction_table():
-    states = ("f", "alpha", "phi1", "s_c", "reaction_fx", "reaction_fy", "reaction_m")
+    reactions = ("reaction_fx", "reaction_fy", "reaction_m")
+    states = ("f", "alpha", "phi1", "s_c", *reactions, "stability")
     assert STICTION.names == [
-        *("grids", "theta", "mu0", "eta", "dx0", "status", "contact"),
+        *("grids", "theta", "mu0", "eta", "dx0", "status", "message", "contact"),
         *("x0_slip", "x0_max", "n_steps", "mu_lock"),
         *(f"{name}{suffix}" for suffix in ("_init", "_last", "_slip") for name in states),
+        *("end", "x0_end", *(f"{name}_end" for name in states)),
         *("x1_init", "penetrates", "residual"),
     ]
 
@@ -124,7 +128,7 @@ def test_curves_come_back_bit_for_bit(method, path):
             assert (old.dtype, old.tobytes()) == (new.dtype, new.tobytes())
         if curve.status is Status.SOLVED:
             x0 = np.linspace(0, curve.x0_end, 7)
-            assert np.array_equal(curve.state(x0), restored[key].state(x0))
+            assert np.array_equal(curve.state(x0), restored[key].state(x0), equal_nan=True)
 
 
 def rows(kind, status):
@@ -132,6 +136,10 @@ def rows(kind, status):
     found = [row for row in TABLES[kind].to_pylist() if row["status"] == status]
     assert found
     return found, [{name for name, value in row.items() if value is None} for row in found]
+
+
+def states(suffix):
+    return [f"{name}{suffix}" for name, _, _ in STATE]
 
 
 def nullable(schema):
@@ -142,7 +150,8 @@ def nullable(schema):
     ("kind", "status", "nothing"),
     [
         ("curves", "failed", nullable(CURVES)),
-        ("stiction", "slip", set()),
+        ("stiction", "slip", {"end", "x0_end", *states("_end")}),
+        ("stiction", "lock", {"x0_slip", "x0_max", "n_steps", *states("_last"), *states("_slip")}),
         ("stiction", "failed", nullable(STICTION)),
         ("scans", "slip", set()),
         ("scans", "lock", set()),
@@ -298,7 +307,7 @@ def test_a_file_of_another_program_is_refused(path):
             table.columns, [*table.column_names[:-1], "x0_land"], metadata=table.schema.metadata
         ),
         lambda table: table.select(table.column_names[::-1]),
-        lambda table: table.set_column(6, "x1_init", pa.array([1] * len(table))),
+        lambda table: table.set_column(8, "x1_init", pa.array([1] * len(table))),
     ],
     ids=["missing", "more", "names", "order", "type"],
 )
@@ -322,11 +331,11 @@ def test_a_failed_write_leaves_the_old_table(path, monkeypatch):
     tables.write(TABLES["states"], path)
     before = path.read_bytes()
 
-    def full_disk(table, where, **options):
-        Path(where).write_bytes(b"half")
+    def full_disk(file, data):
+        file.file.write(b"half")
         raise OSError("No space left on device")
 
-    monkeypatch.setattr(tables.pq, "write_table", full_disk)
+    monkeypatch.setattr(tables._Digesting, "write", full_disk)
     with pytest.raises(OSError, match="No space left"):
         tables.write(TABLES["states"], path)
     assert path.read_bytes() == before

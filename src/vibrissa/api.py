@@ -10,7 +10,7 @@ from vibrissa.arrays import FloatArray
 from vibrissa.curve import StickingCurve, StickingState
 from vibrissa.decimals import exact
 from vibrissa.equilibrium import ContactStates, clamp_moment, contact_slope, shape, stability
-from vibrissa.status import Contact, Status
+from vibrissa.status import Contact, End, Status
 from vibrissa.stiction import read_curve
 
 METHODS = (collocation.METHOD, shooting.METHOD)
@@ -23,7 +23,7 @@ class EquilibriumState:
     Attributes
     ----------
     status : Status
-        ``solved`` or ``failed``.
+        ``solved``, ``out_of_reach`` or ``failed``.
     message : str
         Empty, or what went wrong and what to try.
     contact : str
@@ -92,7 +92,7 @@ class EquilibriumState:
             If the state was not solved.
         """
         if self._solution is None:
-            raise ValueError(f"a failed state has no shape: {self.message}")
+            raise ValueError(f"a state with status {self.status} has no shape: {self.message}")
         s = np.linspace(0.0, 1.0, 101) if s is None else s
         x, y, phi = (values[0] for values in shape(self._solution, s))
         return x, y, phi
@@ -105,7 +105,8 @@ class Onset:
     Attributes
     ----------
     status : Status
-        ``slip``, ``lock`` (μ0 > μ_lock: the tip never slips backward) or ``failed``.
+        ``slip``, ``lock`` (μ0 > μ_lock: the tip never slips backward), ``out_of_reach`` or
+        ``failed``.
     message : str
         What the status means here, and what to try.
     x0_slip : float
@@ -118,6 +119,10 @@ class Onset:
         Largest friction coefficient at which the tip slips.
     slip : StickingState
         State at the exact onset.
+    end : str
+        How sticking ends past the lock where the tip locks (`vibrissa.status.End`); else empty.
+    ended : StickingState
+        The state in which it does, with its displacement x0.
     residual : float
         Largest equilibrium residual of the curve.
     """
@@ -129,6 +134,8 @@ class Onset:
     x0_max: float
     mu_lock: float
     slip: StickingState
+    end: str
+    ended: StickingState
     residual: float
 
 
@@ -190,10 +197,10 @@ def solve_state(
         raise ValueError(
             f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
         )
-    solution, misfit, message = collocation.solve_offset(theta, eta, x1, Contact(contact))
+    solution, misfit, status, message = collocation.solve_offset(theta, eta, x1, Contact(contact))
     nan = float("nan")
     if solution is None:
-        return EquilibriumState(Status.FAILED, message, "", theta, x1, eta, *(nan,) * 9)
+        return EquilibriumState(status, message, "", theta, x1, eta, *(nan,) * 9)
     fx, fy, s_c = float(solution.fx[0]), float(solution.fy[0]), float(solution.s_c[0])
     kind = Contact.POINT if s_c == 1.0 else Contact.LINE
     return EquilibriumState(
@@ -223,7 +230,7 @@ def solve_curve(
     dx0: float | None = None,
     contact: str = Contact.POINT,
 ) -> StickingCurve:
-    """Solve the sticking curve of one rod at one height, from α = 0 to locking.
+    """Solve the sticking curve of one rod at one height, from α = 0 past the lock to its end.
 
     Parameters
     ----------
@@ -308,7 +315,8 @@ def solve_onset(
     elif status is Status.LOCK:
         message = (
             f"the tip locks: it slips only for mu0 up to mu_lock = {curve.mu_lock:.6g}; "
-            "choose a smaller mu0 or an eta closer to 1 or another theta"
+            "choose a smaller mu0 or an eta closer to 1 or another theta. Past the lock "
+            + _past_lock(End(stiction.end[0]), curve, float(stiction.ended.x0[0]))
         )
     else:
         message = curve.message
@@ -321,5 +329,17 @@ def solve_onset(
         float(stiction.x0_max[0]) if stepped else float("nan"),
         curve.mu_lock,
         StickingState(*(column[0] for column in stiction.slip)),
+        stiction.end[0],
+        StickingState(*(column[0] for column in stiction.ended)),
         curve.residual,
     )
+
+
+def _past_lock(end: End, curve: StickingCurve, x0: float) -> str:
+    """Say how the motion goes on past the lock."""
+    return {
+        End.SLIPS_FORWARD: f"it slips forward at x0 = {x0:.6g}",
+        End.SNAPS: f"the rod snaps through at x0 = {x0:.6g}",
+        End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0:.6g} on",
+        End.NOT_FOLLOWED: f"the motion was not followed: {curve.end_message}",
+    }[end]

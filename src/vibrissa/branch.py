@@ -1,52 +1,140 @@
-"""Following a branch of equilibria along x0, with the kind of contact that each state needs.
+"""Following a branch of equilibria, with the kind of contact that each state needs.
 
-The branch begins at α = 0. With ``contact: point`` the tip alone touches the surface throughout;
-with ``contact: line`` each state has the kind of contact that is possible: the tip touches where
-φ1 ≥ 0, and the rod lies along the surface where it would pass through it. Both conditions cannot
-hold at once, so a state that violates its own is solved again with the other.
+The branch begins at α = 0 and is followed in two legs. The first goes in steps of x0 until −tan α
+has passed its maximum. From there to the end neither x0 nor α counts the states: both turn back,
+the one shortly after the other. The second leg goes in steps of the *swing*, the polar angle of
+the point (x1 − x0 − x1_init/2, m/f0) that offset and clamp moment make, until x0 has turned back.
+
+With ``contact: point`` the tip alone touches the surface throughout; with ``contact: line`` each
+state has the kind of contact that is possible: the tip touches where φ1 ≥ 0, and the rod lies along
+the surface where it would pass through it. Both conditions cannot hold at once, so a state that
+violates its own is solved again with the other.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vibrissa.arrays import BoolArray, FloatArray, Index
+from vibrissa.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.buckling import initial_states
 from vibrissa.equilibrium import (
     Closure,
     ContactStates,
+    clamp_moment,
     contact_position,
     contact_slope,
     extrapolated,
+    integral_operator,
     solve,
 )
-from vibrissa.status import Contact
+from vibrissa.status import Contact, Parameter
 
-# Height at which lowering the surface begins, and number of steps.
+# Height at which lowering the surface begins, and numbers of steps to try.
 HIGHEST = 0.999
-LOWERING_STEPS = 40
+LOWERING_STEPS = (12, 40)
+# Step of the first leg and its limit, relative to x1_init: at 1 the clamp stands under the contact.
+STEP_OF_X0 = 0.05
+LIMIT_OF_X0 = 2.0
+# The first leg ends where −tan α has fallen below this part of its maximum.
+PAST_LOCK = 0.6
+# Centre of the swing relative to x1_init: the branch turns back in x0 well beyond it.
+CENTRE_OF_SWING = 0.5
+# Steps of the second leg (rad), to be tried one after the other, and where it ends at the latest.
+STEPS_OF_SWING = tuple(np.radians([8.0, 4.0, 1.0]))
+LIMIT_OF_SWING = np.pi
+# States through which a quadratic is laid between the steps.
+FEWEST_STATES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
-    """States along a batch of branches at equal steps of x0, NaN where a branch has ended.
+class Leg:
+    """States at equal steps of one parameter along a batch of branches, NaN where one has ended.
 
     Attributes
     ----------
+    parameter : Parameter
+        What the steps are steps of.
+    origin, step : ndarray, shape (n,)
+        Parameter of the first state and its increment (L or rad).
+    x1_init : ndarray, shape (n,)
+        Contact point in the α = 0 state, with the clamp at x = 0 (L).
+    force : ndarray, shape (n,)
+        Contact force in the α = 0 state (E·I0/L²).
     steps : list of ContactStates
-        One batch for each step, the first at α = 0.
+        One batch for each step.
     line : ndarray of bool, shape (steps, n)
         Whether a state is in line contact.
-    x1_init : ndarray, shape (n,)
-        Contact point in the first state, with the clamp at x = 0 (L).
     """
 
+    parameter: Parameter
+    origin: FloatArray
+    step: FloatArray
+    x1_init: FloatArray
+    force: FloatArray
     steps: list[ContactStates]
     line: BoolArray
-    x1_init: FloatArray
+
+    def take(self, index: Index) -> "Leg":
+        """Select branches."""
+        return Leg(
+            self.parameter,
+            self.origin[index],
+            self.step[index],
+            self.x1_init[index],
+            self.force[index],
+            [states.take(index) for states in self.steps],
+            self.line[:, index],
+        )
+
+    @property
+    def forces(self) -> tuple[FloatArray, FloatArray]:
+        """Contact forces fx and fy, each of shape (steps, n)."""
+        return np.stack([s.fx for s in self.steps]), np.stack([s.fy for s in self.steps])
+
+    @property
+    def last(self) -> IntArray:
+        """Index of the last state of each branch, -1 where there is none."""
+        return np.isfinite(self.forces[0]).sum(axis=0) - 1
+
+    def at(self, k: IntArray) -> tuple[ContactStates, BoolArray]:
+        """State `k[i]` of each branch i, and whether it is in line contact."""
+        states = self.steps[0].take(np.arange(len(k)))
+        states = replace(states, **{name: values.copy() for name, values in _columns(states)})
+        for number in np.unique(k):
+            chosen = np.flatnonzero(k == number)
+            states.put(chosen, self.steps[number].take(chosen))
+        return states, self.line[k, np.arange(len(k))]
 
 
-def begin(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) -> tuple[Branch, Index]:
+def _columns(states: ContactStates) -> list[tuple[str, FloatArray]]:
+    return [(name, getattr(states, name)) for name in ("phi", "fx", "fy", "s_c")]
+
+
+def closure_at(
+    parameter: Parameter,
+    contact: Contact,
+    value: FloatArray,
+    x1_init: FloatArray,
+    force: FloatArray,
+) -> Closure:
+    """Conditions that hold at given values of a leg's parameter."""
+    if parameter is Parameter.X0:
+        return Closure(contact, offset=x1_init - value)
+    return Closure(contact, swing=value, centre=CENTRE_OF_SWING * x1_init, force=force)
+
+
+def parameter_of(
+    parameter: Parameter, states: ContactStates, x1_init: FloatArray, force: FloatArray
+) -> FloatArray:
+    """Value of a leg's parameter in given states."""
+    offset, _ = contact_position(states)
+    if parameter is Parameter.X0:
+        return x1_init - offset
+    return np.arctan2(clamp_moment(states) / force, offset - CENTRE_OF_SWING * x1_init)
+
+
+def begin(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) -> tuple[Leg, Index]:
     """Solve the states in which branches begin.
 
     Parameters
@@ -60,8 +148,8 @@ def begin(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) -> tup
 
     Returns
     -------
-    branch : Branch
-        With one step, for those that were found.
+    leg : Leg
+        The first leg with its first state, for those branches of which it was found.
     index : ndarray of int
         Which of the arguments they are.
     """
@@ -69,118 +157,125 @@ def begin(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) -> tup
     line = np.zeros(len(theta), dtype=bool)
     if model is Contact.LINE:
         line = found & (contact_slope(states) < 0.0)
-        lying = np.flatnonzero(line)
-        if len(lying):
-            solution, found[lying] = _lowered(theta[lying], eta[lying], nodes)
-            states.put(lying, solution)
+        for steps in LOWERING_STEPS:
+            lying = np.flatnonzero(line & ~(found & (states.s_c < 1.0)))
+            if len(lying):
+                solution, found[lying] = _lowered(theta[lying], eta[lying], nodes, steps)
+                states.put(lying, solution)
     index = np.flatnonzero(found)
     states = states.take(index)
     x1_init, _ = contact_position(states)
-    return Branch([states], line[None, index], x1_init), index
+    origin, step = np.zeros(len(index)), STEP_OF_X0 * x1_init
+    return Leg(Parameter.X0, origin, step, x1_init, -states.fy, [states], line[None, index]), index
 
 
-def _lowered(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[ContactStates, BoolArray]:
+def _lowered(
+    theta: FloatArray, eta: FloatArray, nodes: int, count: int
+) -> tuple[ContactStates, BoolArray]:
     """Solve α = 0 states in line contact by lowering the surface from where the tip alone touches.
 
     Straight from the point-contact state, Newton's iteration finds only those that differ little.
     """
     # The deflection grows like the square root of 1 − η: equal steps of it.
-    root = np.linspace(np.sqrt(1.0 - HIGHEST), np.sqrt(1.0 - eta), LOWERING_STEPS)
+    root = np.linspace(np.sqrt(1.0 - HIGHEST), np.sqrt(1.0 - eta), count)
     steps = [initial_states(theta, 1.0 - root[0] ** 2, nodes)[0]]
     line = np.zeros(len(theta), dtype=bool)
+    vertical = Closure(alpha=np.zeros(len(theta)))
+    operator = integral_operator(theta, nodes)
     for width in root[1:]:
-        height = 1.0 - width**2
         guess = extrapolated(steps[-3:])
         # Where the kind just changed, the extrapolated s_c may have passed 1.
         guess = replace(guess, s_c=np.where(line, np.minimum(guess.s_c, 1.0), 1.0))
-        states, found = _solve_kinds(guess, height, line, alpha=np.zeros(len(line)))
-        other = np.flatnonzero(
-            found & np.where(line, states.s_c > 1.0, contact_slope(states) < 0.0)
-        )
-        if len(other):
-            line[other] = ~line[other]
-            again = replace(guess.take(other), s_c=np.ones(len(other)))
-            solution, found[other] = _solve_kinds(
-                again, height[other], line[other], alpha=np.zeros(len(other))
-            )
-            states.put(other, solution)
+        height = 1.0 - width**2
+        states, line, found = settle(guess, height, vertical, line, Contact.LINE, operator)
         steps.append(states)
-    return states, found & line & (states.s_c > 0.0) & (states.s_c < 1.0)
+    return states, found & line & (states.s_c < 1.0)
 
 
 def follow(
-    branch: Branch,
+    leg: Leg,
     eta: FloatArray,
-    step: FloatArray,
     count: int,
     model: Contact,
     operator: FloatArray,
-    stop_at_lock: bool,
-) -> Branch:
-    """Follow branches from where they begin in equal steps of x0.
+    goes_on: Callable[[Leg], BoolArray] | None = None,
+) -> Leg:
+    """Follow branches in equal steps of the leg's parameter.
 
     Parameters
     ----------
-    branch : Branch
-        As `begin` returns it.
+    leg : Leg
+        With at least its first states.
     eta : ndarray, shape (n,)
         Heights of the surface (L).
-    step : ndarray, shape (n,)
-        Displacement per step (L).
     count : int
         Largest number of steps.
     model : Contact
         POINT or LINE, as in `begin`.
     operator : ndarray, shape (n, nodes, nodes)
         `integral_operator` of the rods in point contact.
-    stop_at_lock : bool
-        Whether a branch ends with the first state that needs less friction than the one before.
+    goes_on : callable, optional
+        Asked after each step which branches are to be followed further.
 
     Returns
     -------
-    Branch
-        With up to `count` more steps.
+    Leg
+        With up to `count` steps.
     """
-    steps, line = list(branch.steps), list(branch.line)
-    active = np.arange(len(branch.x1_init))
-    while len(active) and len(steps) <= count:
-        guess = extrapolated([states.take(active) for states in steps[-3:]])
-        offset = branch.x1_init[active] - len(steps) * step[active]
+    active = np.arange(len(leg.x1_init))
+    while len(active) and len(leg.steps) <= count:
+        guess = extrapolated([states.take(active) for states in leg.steps[-3:]])
+        value = leg.origin[active] + len(leg.steps) * leg.step[active]
+        conditions = leg.x1_init[active], leg.force[active]
+        closure = closure_at(leg.parameter, Contact.POINT, value, *conditions)
         solution, kind, found = settle(
-            guess, eta[active], offset, line[-1][active], model, operator[active]
+            guess, eta[active], closure, leg.line[-1][active], model, operator[active]
         )
-        first = steps[0]
-        states = ContactStates(
-            first.theta,
-            *(np.full_like(a, np.nan) for a in (first.phi, first.fx, first.fy, first.s_c)),
-        )
+        first = leg.steps[0]
+        states = replace(first, **{name: np.full_like(a, np.nan) for name, a in _columns(first)})
         states.put(active, solution)
-        steps.append(states)
-        line.append(line[-1].copy())
-        line[-1][active] = kind
-        goes_on = found
-        if stop_at_lock:
-            demand, before = (s.fx[active] / s.fy[active] for s in (steps[-1], steps[-2]))
-            goes_on = found & ~(demand < before) & (steps[-1].fy[active] < 0.0)
-        active = active[goes_on]
-    return Branch(steps, np.stack(line), branch.x1_init)
+        line = leg.line[-1].copy()
+        line[active] = kind
+        leg = replace(leg, steps=[*leg.steps, states], line=np.vstack([leg.line, line]))
+        active = active[found & (goes_on is None or goes_on(leg)[active])]
+    return leg
+
+
+def past_lock(leg: Leg) -> BoolArray:
+    """Whether −tan α has fallen well below its maximum, or the surface would have to pull."""
+    fx, fy = leg.forces
+    with np.errstate(divide="ignore", invalid="ignore"):
+        demand = fx / fy
+    pulls = (fy[-1] >= 0.0) & (fx[-1] < 0.0)
+    fallen = demand[-1] < PAST_LOCK * np.nan_to_num(demand, nan=0.0).max(axis=0)
+    return (fallen | pulls) & (len(leg.steps) >= FEWEST_STATES)
+
+
+def turns_back(leg: Leg) -> BoolArray:
+    """Whether x0 decreased in the last step."""
+    if len(leg.steps) < FEWEST_STATES:
+        return np.zeros(len(leg.x1_init), dtype=bool)
+    before, after = (contact_position(states)[0] for states in leg.steps[-2:])
+    return after > before
 
 
 def settle(
     guess: ContactStates,
     eta: FloatArray,
-    offset: FloatArray,
+    closure: Closure,
     line: BoolArray,
     model: Contact,
     operator: FloatArray,
 ) -> tuple[ContactStates, BoolArray, BoolArray]:
-    """Solve states at given offsets with the kind of contact that is possible.
+    """Solve states with the kind of contact that is possible.
 
     Parameters
     ----------
     guess : ContactStates
-    eta, offset : ndarray, shape (n,)
-        Heights of the surface and offsets x1 − x0 (L).
+    eta : ndarray, shape (n,)
+        Heights of the surface (L).
+    closure : Closure
+        Their offsets or inclinations; its kind of contact does not matter.
     line : ndarray of bool, shape (n,)
         Kind of contact to try first.
     model : Contact
@@ -196,19 +291,16 @@ def settle(
         Kind of contact of each.
     found : ndarray of bool, shape (n,)
     """
-    states, found = _solve_kinds(guess, eta, line, offset=offset, operator=operator)
+    states, found = _solve_kinds(guess, eta, closure, line, operator)
     if model is Contact.LINE:
         impossible = found & np.where(line, states.s_c > 1.0, contact_slope(states) < 0.0)
         other = np.flatnonzero(impossible)
         if len(other):
             line = line.copy()
             line[other] = ~line[other]
+            start = replace(states.take(other), s_c=np.ones(len(other)))
             solution, again = _solve_kinds(
-                states.take(other),
-                eta[other],
-                line[other],
-                offset=offset[other],
-                operator=operator[other],
+                start, eta[other], closure.take(other), line[other], operator[other]
             )
             states.put(other, solution)
             slope = contact_slope(solution)
@@ -217,7 +309,82 @@ def settle(
     return states, line, found & (states.s_c > 0.0)
 
 
-def switch_states(guess: ContactStates, eta: FloatArray) -> tuple[ContactStates, FloatArray]:
+def _solve_kinds(
+    guess: ContactStates,
+    eta: FloatArray,
+    closure: Closure,
+    line: BoolArray,
+    operator: FloatArray,
+) -> tuple[ContactStates, BoolArray]:
+    """Solve a batch in which each state has its kind of contact."""
+    states = replace(guess, **{name: np.full_like(a, np.nan) for name, a in _columns(guess)})
+    found = np.zeros(len(guess), dtype=bool)
+    for contact, index in (
+        (Contact.POINT, np.flatnonzero(~line)),
+        (Contact.LINE, np.flatnonzero(line)),
+    ):
+        if len(index):
+            conditions = replace(closure.take(index), contact=contact)
+            matrix = operator[index] if contact is Contact.POINT else None
+            solution, found[index] = solve(guess.take(index), eta[index], conditions, matrix)
+            states.put(index, solution)
+    return states, found
+
+
+def first_leg(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) -> tuple[Leg, Index]:
+    """Follow branches from α = 0 until −tan α has passed its maximum or the tip lifts off.
+
+    Parameters
+    ----------
+    theta, eta, nodes, model
+        As in `begin`.
+
+    Returns
+    -------
+    leg : Leg
+    index : ndarray of int
+        Which of the arguments the branches are.
+    """
+    leg, index = begin(theta, eta, nodes, model)
+    operator = integral_operator(theta[index], nodes)
+    count = round(LIMIT_OF_X0 / STEP_OF_X0)
+    return follow(leg, eta[index], count, model, operator, lambda leg: ~past_lock(leg)), index
+
+
+def second_leg(first: Leg, eta: FloatArray, model: Contact, step: float) -> Leg:
+    """Follow branches on from the last state of the first leg until they turn back in x0.
+
+    Parameters
+    ----------
+    first : Leg
+    eta : ndarray, shape (n,)
+        Heights of the surface (L).
+    model : Contact
+        POINT or LINE, as in `begin`.
+    step : float
+        Step of the swing (rad).
+
+    Returns
+    -------
+    Leg
+    """
+    states, line = first.at(first.last)
+    origin = parameter_of(Parameter.SWING, states, first.x1_init, first.force)
+    leg = Leg(
+        Parameter.SWING,
+        origin,
+        np.full_like(origin, step),
+        first.x1_init,
+        first.force,
+        [states],
+        line[None],
+    )
+    operator = integral_operator(states.theta, states.nodes)
+    count = int(np.ceil((LIMIT_OF_SWING - origin.min(initial=0.0)) / step))
+    return follow(leg, eta, count, model, operator, lambda leg: ~turns_back(leg))
+
+
+def switch_states(guess: ContactStates, eta: FloatArray) -> ContactStates:
     """Solve the states in which the contact changes its kind: s_c = 1 and φ1 = 0.
 
     Parameters
@@ -229,35 +396,7 @@ def switch_states(guess: ContactStates, eta: FloatArray) -> tuple[ContactStates,
 
     Returns
     -------
-    states : ContactStates
+    ContactStates
         NaN where none was found.
-    offset : ndarray, shape (n,)
-        Their offsets x1 − x0 (L).
     """
-    states, _ = solve(guess, eta, Closure())
-    return states, contact_position(states)[0]
-
-
-def _solve_kinds(
-    guess: ContactStates,
-    eta: FloatArray,
-    line: BoolArray,
-    *,
-    offset: FloatArray | None = None,
-    alpha: FloatArray | None = None,
-    operator: FloatArray | None = None,
-) -> tuple[ContactStates, BoolArray]:
-    """Solve a batch in which each state has its kind of contact."""
-    columns = (guess.phi, guess.fx, guess.fy, guess.s_c)
-    states = ContactStates(guess.theta, *(np.full_like(a, np.nan) for a in columns))
-    found = np.zeros(len(guess), dtype=bool)
-    for contact, index in (
-        (Contact.POINT, np.flatnonzero(~line)),
-        (Contact.LINE, np.flatnonzero(line)),
-    ):
-        if len(index):
-            closure = Closure(contact, offset, alpha).take(index)
-            matrix = operator[index] if contact is Contact.POINT and operator is not None else None
-            solution, found[index] = solve(guess.take(index), eta[index], closure, matrix)
-            states.put(index, solution)
-    return states, found
+    return solve(guess, eta, Closure())[0]

@@ -1,46 +1,55 @@
-"""Sticking curves by spectral collocation: batches of (θ, η), refined until they are resolved.
+"""Sticking curves by spectral collocation: batches of (θ, η).
 
-A curve is solved in three stages, each for the whole batch at once: the α = 0 state; a coarse
-march along x0 until −tan α has passed its maximum, which says how long the curve is and where the
-contact changes its kind; the states at Chebyshev points of each piece between such changes, as a
-curve is smooth only there. The number of nodes along the rod and of states along a piece grows
-until the residual between the nodes and the decay of both series are below the tolerance.
+A curve is solved in stages, each for the whole batch at once: it is followed in coarse steps on few
+nodes (`vibrissa.branch`), first along x0 until −tan α has passed its maximum, then along the swing
+until it turns back; it is cut where the contact changes its kind, as it is smooth only between; and
+each piece is resolved (`vibrissa.pieces`).
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
-from typing import Any, Self
 
 import numpy as np
 
-from vibrissa.arrays import FloatArray, Index, IntArray
-from vibrissa.branch import Branch, begin, follow, switch_states
+from vibrissa.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.branch import (
+    STEP_OF_X0,
+    STEPS_OF_SWING,
+    Leg,
+    begin,
+    first_leg,
+    follow,
+    parameter_of,
+    second_leg,
+    switch_states,
+)
 from vibrissa.curve import Piece, StickingCurve, failed_curve, sticking_curve
 from vibrissa.equilibrium import (
     Closure,
     ContactStates,
-    clamp_moment,
     coefficient_decay,
-    contact_slope,
+    contact_position,
     integral_operator,
     residual,
     solve,
+    stability,
 )
-from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.status import Contact, Status
+from vibrissa.pieces import (
+    DECAY_TOLERANCE,
+    NODES_ALONG_ROD,
+    RESIDUAL_TOLERANCE,
+    Pieces,
+    Resolved,
+    guess_from,
+    resolve,
+)
+from vibrissa.reach import REASONS, violations
+from vibrissa.status import Contact, End, Parameter, Status
 
 METHOD = "collocation"
-RESIDUAL_TOLERANCE = 1e-12
-# Bound on the last coefficients of both series relative to the largest.
-DECAY_TOLERANCE = 1e-12
-NODES_ALONG_ROD = (32, 48, 72, 108, 162)
-STATES_ALONG_CURVE = (17, 33, 65, 129)
-# Step of the march and its limit, relative to x1_init: at 1 the clamp stands under the contact.
-MARCH_STEP = 0.05
-MARCH_LIMIT = 2.0
-# The curve reaches this much further than the estimated lock, so that the maximum lies inside.
-BEYOND_LOCK = 1.1
+# Nodes on which branches are followed; the pieces have their own.
+NODES_OF_LEGS = (24, 48, 108)
 # Curves that are solved together: bounds the memory and stays in the processor's cache.
 BATCH = 16
 
@@ -60,9 +69,9 @@ NOT_FOLLOWED = (
 )
 NOT_RESOLVED = (
     f"residual or series decay above {RESIDUAL_TOLERANCE:g} with {NODES_ALONG_ROD[-1]} nodes along "
-    f"the rod and {STATES_ALONG_CURVE[-1]} states along the curve; try an eta between 0.3 and "
-    "0.9999 and a theta up to 20"
+    f"the rod; try an eta between 0.3 and 0.9999 and a theta up to 20"
 )
+NO_END = "the curve could not be followed from the lock to where it turns back"
 
 
 def solve_curves(
@@ -109,7 +118,7 @@ def solve_keys(keys: Sequence[Sequence[float]], contact: str) -> list[StickingCu
 
 def solve_offset(
     theta: float, eta: float, offset: float, model: Contact = Contact.POINT
-) -> tuple[ContactStates | None, float, str]:
+) -> tuple[ContactStates | None, float, Status, str]:
     """Solve one state with a prescribed offset x1 − x0 on the branch that begins at α = 0.
 
     Parameters
@@ -124,398 +133,291 @@ def solve_offset(
     Returns
     -------
     state : ContactStates or None
-        A batch of one, or None if none was resolved.
+        A batch of one, or None if none was resolved within the model's reach.
     residual : float
         Its equilibrium residual.
+    status : Status
+        ``solved``, ``out_of_reach`` or ``failed``.
     message : str
         Empty, or what went wrong and what to try.
     """
     thetas, etas = np.array([theta], dtype=float), np.array([eta], dtype=float)
     message, misfit = NO_INITIAL_STATE, np.nan
-    for nodes in NODES_ALONG_ROD:
-        branch, index = begin(thetas, etas, nodes, model)
+    for nodes in NODES_ALONG_ROD[1:]:
+        leg, index = begin(thetas, etas, nodes, model)
         if not len(index):
             continue
         message = NOT_FOLLOWED
-        way = float(branch.x1_init[0]) - offset
-        # The branch is followed from α = 0 in steps no longer than the march's.
-        count = max(1, int(np.ceil(abs(way) / (MARCH_STEP * float(branch.x1_init[0])))))
-        operator = integral_operator(thetas, nodes)
-        branch = follow(branch, etas, np.array([way / count]), count, model, operator, False)
-        state = branch.steps[-1]
-        if len(branch.steps) <= count or np.isnan(state.fx[0]):
+        way = float(leg.x1_init[0]) - offset
+        # The branch is followed from α = 0 in steps no longer than those of the first leg.
+        count = max(1, int(np.ceil(abs(way) / (STEP_OF_X0 * float(leg.x1_init[0])))))
+        leg = replace(leg, step=np.array([way / count]))
+        leg = follow(leg, etas, count, model, integral_operator(thetas, nodes))
+        state = leg.steps[-1]
+        if leg.last[0] < count:
             continue
         message = NOT_RESOLVED
-        contact = Contact.LINE if branch.line[-1, 0] else Contact.POINT
+        contact = Contact.LINE if leg.line[-1, 0] else Contact.POINT
         misfit = float(residual(state, etas, Closure(contact, offset=np.array([offset])))[0])
         if misfit < RESIDUAL_TOLERANCE and coefficient_decay(state)[0] < DECAY_TOLERANCE:
-            return state, misfit, ""
-    return None, misfit, message
+            violated = violations(state, etas, contact)[0]
+            if violated.any():
+                return None, misfit, Status.OUT_OF_REACH, _reasons(violated)
+            return state, misfit, Status.SOLVED, ""
+    return None, misfit, Status.FAILED, message
+
+
+def _reasons(violated: BoolArray) -> str:
+    return "; ".join(reason for reason, is_so in zip(REASONS, violated, strict=True) if is_so)
 
 
 def _solve_batch(theta: FloatArray, eta: FloatArray, model: Contact) -> list[StickingCurve]:
-    """Solve one batch, with more nodes along the rod for those that need them."""
-    results = _solve_on_nodes(theta, eta, NODES_ALONG_ROD[0], model)
-    for nodes in NODES_ALONG_ROD[1:]:
-        pending = [i for i, curve in enumerate(results) if curve.status is Status.FAILED]
+    """Solve one batch, with more nodes along the legs for those that need them."""
+    results = _solve_on_nodes(theta, eta, NODES_OF_LEGS[0], model)
+    for nodes in NODES_OF_LEGS[1:]:
+        pending = [
+            i
+            for i, curve in enumerate(results)
+            if curve.status is Status.FAILED or curve.end is End.NOT_FOLLOWED
+        ]
         if not pending:
             break
         solved = _solve_on_nodes(theta[pending], eta[pending], nodes, model)
         for index, curve in zip(pending, solved, strict=True):
-            results[index] = curve
+            if curve.status is not Status.FAILED or results[index].status is Status.FAILED:
+                results[index] = curve
     return results
-
-
-@dataclass(frozen=True, eq=False)
-class _Pieces:
-    """Smooth pieces of a batch of curves, all with the same kind of contact.
-
-    Attributes
-    ----------
-    curve : ndarray of int, shape (n,)
-        Which curve of the batch a piece belongs to.
-    theta, eta, x1_init : ndarray, shape (n,)
-        Of that curve.
-    start, length : ndarray, shape (n,)
-        First displacement of the piece and how far it goes (L).
-    operator : ndarray, shape (n, nodes, nodes)
-        `integral_operator` of the curve's rod in point contact.
-    """
-
-    contact: Contact
-    curve: IntArray
-    theta: FloatArray
-    eta: FloatArray
-    x1_init: FloatArray
-    start: FloatArray
-    length: FloatArray
-    operator: FloatArray
-
-    def take(self, index: Index) -> Self:
-        """Select pieces."""
-        return type(self)(self.contact, *(getattr(self, f.name)[index] for f in fields(self)[1:]))
-
-    def displacement(self, position: FloatArray) -> FloatArray:
-        """Displacements at fractions of the pieces' length, shape (positions, n)."""
-        return self.start + position[:, None] * self.length
-
-
-@dataclass(frozen=True, eq=False)
-class _Path:
-    """States along a batch of pieces: the first axis counts states, the second pieces."""
-
-    theta: FloatArray
-    phi: FloatArray
-    fx: FloatArray
-    fy: FloatArray
-    s_c: FloatArray
-
-    @classmethod
-    def stacked(cls, states: list[ContactStates]) -> Self:
-        names = ("phi", "fx", "fy", "s_c")
-        return cls(states[0].theta, *(np.stack([getattr(s, n) for s in states]) for n in names))
-
-    def flat(self) -> ContactStates:
-        """All states of all pieces as one batch."""
-        count = len(self.fx)
-        return ContactStates(
-            np.tile(self.theta, count),
-            self.phi.reshape(-1, self.phi.shape[-1]),
-            self.fx.ravel(),
-            self.fy.ravel(),
-            self.s_c.ravel(),
-        )
-
-    @classmethod
-    def unflattened(cls, states: ContactStates, count: int) -> Self:
-        """Inverse of `flat` for `count` states along each piece."""
-        pieces = len(states) // count
-        return cls(
-            states.theta[:pieces],
-            states.phi.reshape(count, pieces, -1),
-            states.fx.reshape(count, pieces),
-            states.fy.reshape(count, pieces),
-            states.s_c.reshape(count, pieces),
-        )
-
-    def pieces(self, index: Index) -> Self:
-        """Select pieces."""
-        return type(self)(
-            self.theta[index],
-            *(values[:, index] for values in (self.phi, self.fx, self.fy, self.s_c)),
-        )
-
-    def combined(self, matrix: FloatArray) -> Self:
-        """Linear combinations of the states; `matrix` is (new, old) or (pieces, new, old)."""
-        if matrix.ndim == 2:
-            matrix = np.broadcast_to(matrix, (len(self.theta), *matrix.shape))
-        return type(self)(
-            self.theta,
-            np.einsum("cab,bcn->acn", matrix, self.phi, optimize=True),
-            *(np.einsum("cab,bc->ac", matrix, v) for v in (self.fx, self.fy, self.s_c)),
-        )
 
 
 def _solve_on_nodes(
     theta: FloatArray, eta: FloatArray, nodes: int, model: Contact
 ) -> list[StickingCurve]:
-    """Solve curves on a fixed number of nodes along the rod."""
-
-    def failure(i: int | np.integer[Any], message: str) -> StickingCurve:
-        return failed_curve(float(theta[i]), float(eta[i]), METHOD, message)
-
-    branch, index = begin(theta, eta, nodes, model)
-    results = [failure(i, NO_INITIAL_STATE) for i in range(len(theta))]
-    operator = integral_operator(theta[index], nodes)
-    step = MARCH_STEP * branch.x1_init
-    # With the tip alone −tan α rises to one maximum. Where the contact changes it has kinks, so the
-    # whole branch is searched for its largest value.
-    count, stop = round(MARCH_LIMIT / MARCH_STEP), model is Contact.POINT
-    branch = follow(branch, eta[index], step, count, model, operator, stop_at_lock=stop)
-    end = _estimated_end(branch) * step
-    switches = _switches(branch, eta[index], step, end)
-    solved: list[list[tuple[Piece, float]]] = [[] for _ in index]
-    expected = np.zeros(len(index), dtype=int)
-    for contact in (Contact.POINT, Contact.LINE):
-        pieces = _pieces(contact, branch, switches, end, theta[index], eta[index], operator)
-        expected += np.bincount(pieces.curve, minlength=len(index))
-        for curve, piece, misfit in _resolve(pieces, branch, step):
-            solved[curve].append((piece, misfit))
-
+    """Solve curves whose legs are followed on a fixed number of nodes along the rod."""
+    results = [
+        failed_curve(float(t), float(e), METHOD, NO_INITIAL_STATE)
+        for t, e in zip(theta, eta, strict=True)
+    ]
+    first, index = first_leg(theta, eta, nodes, model)
+    if not len(index):
+        return results
+    theta, eta = theta[index], eta[index]
+    # What the pieces are cut at has to be exact, unlike the legs: solve it on more nodes.
+    x1_init = _exact(
+        *(*first.at(np.zeros(len(index), dtype=np.int64)), eta),
+        lambda contact, i: Closure(contact, alpha=np.zeros(len(i))),
+        lambda states, i: contact_position(states)[0],
+    )
+    joint = first.last * first.step
+    swing = _exact(
+        *(*first.at(first.last), eta),
+        lambda contact, i: Closure(contact, offset=x1_init[i] - joint[i]),
+        lambda states, i: parameter_of(Parameter.SWING, states, x1_init[i], first.force[i]),
+    )
+    everything = np.arange(len(index))
+    cuts: dict[tuple[Parameter, int], _Cuts] = {}
+    solved: list[list[Resolved]] = [[] for _ in index]
+    for rows, leg in [(everything, first), *_second_legs(first, eta, model)]:
+        start, stop = np.zeros(len(index)), joint
+        if leg.parameter is Parameter.SWING:
+            start, stop = swing[rows], leg.origin + leg.last * leg.step
+        parts = _cuts(leg, eta[rows], x1_init[rows], start, stop)
+        cuts |= {(leg.parameter, row): cut for row, cut in zip(rows, parts, strict=True)}
+        for contact in Contact:
+            pieces = _pieces(contact, leg, parts, theta[rows], eta[rows], x1_init[rows])
+            for piece in resolve(pieces, guess_from(leg, pieces)) if len(pieces) else ():
+                solved[rows[piece.curve]].append(piece)
+    passed = _passed(first)
     for row, i in enumerate(index):
-        if np.isnan(end[row]):
-            results[i] = failure(i, NO_LOCK)
-        elif switches[row] is None:
-            results[i] = failure(i, NO_SWITCH)
-        elif len(solved[row]) < expected[row]:
-            results[i] = failure(i, NOT_RESOLVED)
-        elif not all(_possible(piece, model) for piece, _ in solved[row]):
-            results[i] = failure(i, NO_SWITCH)
-        else:
-            parts = sorted(solved[row], key=lambda part: part[0].x0[0])
-            results[i] = sticking_curve(
-                float(theta[i]),
-                float(eta[i]),
-                METHOD,
-                float(branch.x1_init[row]),
-                [piece for piece, _ in parts],
-                max(misfit for _, misfit in parts),
-            )
+        results[i] = _assembled(
+            failed_curve(float(theta[row]), float(eta[row]), METHOD, NO_LOCK),
+            float(x1_init[row]),
+            bool(passed[row]),
+            [cuts.get((parameter, row)) for parameter in Parameter],
+            solved[row],
+            model,
+        )
     return results
 
 
-def _estimated_end(branch: Branch) -> FloatArray:
-    """Count steps to a little beyond the maximum of −tan α; NaN where there is none inside."""
-    fx, fy = (np.stack([getattr(s, name) for s in branch.steps]) for name in ("fx", "fy"))
-    # From where the surface would have to pull, −tan α has no meaning.
-    pulls = (fy >= 0.0) & (fx < 0.0)
-    demand = np.where(pulls, -np.inf, fx / fy)
-    last = np.isfinite(fy).sum(axis=0) - 1
-    top = np.argmax(np.nan_to_num(demand, nan=-np.inf), axis=0)
-    inside = (top >= 1) & (top < last)
-    curves = np.arange(len(top))
-    before, at, after = (demand[np.clip(top + k, 0, len(demand) - 1), curves] for k in (-1, 0, 1))
+def _passed(first: Leg) -> BoolArray:
+    """Whether the first legs have found a maximum of −tan α or the tip lifting off."""
+    fx, fy = first.forces
+    last, rows = first.last, np.arange(len(first.x1_init))
     with np.errstate(invalid="ignore", divide="ignore"):
-        vertex = top + 0.5 * (before - after) / (before - 2.0 * at + after)
-    end = np.where(inside, np.minimum(BEYOND_LOCK * vertex + 0.1, last), np.nan)
-    # The tip lifts off between two steps: the curve ends with the later one.
-    return np.where(pulls.any(axis=0), np.argmax(pulls, axis=0), end)
+        demand = np.nan_to_num(fx / fy, nan=-np.inf)
+    pulls = (fy[last, rows] >= 0.0) & (fx[last, rows] < 0.0)
+    return pulls | (demand[last, rows] < np.maximum(demand.max(axis=0), 1e-300))
+
+
+def _second_legs(first: Leg, eta: FloatArray, model: Contact) -> Iterator[tuple[IntArray, Leg]]:
+    """Second legs, and of which curves they are, with the largest steps that lead to the end."""
+    rows = np.arange(len(eta))
+    for step in STEPS_OF_SWING:
+        leg = second_leg(first.take(rows), eta[rows], model, float(step))
+        turned = _turned(leg)
+        if turned.any():
+            yield rows[turned], leg.take(turned)
+        rows = rows[~turned]
+        if not len(rows):
+            return
+
+
+def _turned(leg: Leg) -> BoolArray:
+    """Whether the legs have passed the end of stability."""
+    last, rows = leg.last, np.arange(len(leg.x1_init))
+    offsets = np.stack([contact_position(states)[0] for states in leg.steps])
+    back = (last >= 2) & (offsets[last, rows] > offsets[np.maximum(last - 1, 0), rows])
+    states, line = leg.at(last)
+    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
+        lost = np.flatnonzero(kind & ~back & (last >= 2))
+        if len(lost):
+            back[lost] = stability(states.take(lost), contact) < 0.0
+    return back
+
+
+def _exact(
+    states: ContactStates,
+    line: BoolArray,
+    eta: FloatArray,
+    closure: Callable[[Contact, IntArray], Closure],
+    measure: Callable[[ContactStates, IntArray], FloatArray],
+) -> FloatArray:
+    """Measure states on as many nodes as they need; NaN where there never are enough."""
+    measured = np.full(len(states), np.nan)
+    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
+        rows = np.flatnonzero(kind)
+        guess = states.take(rows)
+        for nodes in NODES_ALONG_ROD:
+            if not len(rows):
+                break
+            conditions = closure(contact, rows)
+            solution, _ = solve(guess.on_nodes(nodes), eta[rows], conditions)
+            good = (residual(solution, eta[rows], conditions) < RESIDUAL_TOLERANCE) & (
+                coefficient_decay(solution) < DECAY_TOLERANCE
+            )
+            measured[rows[good]] = measure(solution.take(good), rows[good])
+            rows, guess = rows[~good], guess.take(~good)
+    return measured
+
+
+# First and last value of the parameter of each piece, and whether it is in line contact; None where
+# the pieces are not known.
+_Cuts = list[tuple[float, float, bool]] | None
+
+
+def _cuts(
+    leg: Leg, eta: FloatArray, x1_init: FloatArray, start: FloatArray, stop: FloatArray
+) -> list[_Cuts]:
+    """Cut legs where the contact changes its kind."""
+    inner: list[list[float] | None] = [[] for _ in eta]
+    last = leg.last
+    for k in range(len(leg.steps) - 1):
+        changing = np.flatnonzero((leg.line[k] != leg.line[k + 1]) & (k < last))
+        switches = _switches(leg, k, changing, eta, x1_init)
+        for curve, at in zip(changing.tolist(), switches, strict=True):
+            known = inner[curve]
+            # Legs are followed on fewer nodes than the switches are solved on.
+            place = (at - leg.origin[curve]) / leg.step[curve]
+            if known is not None:
+                inner[curve] = [*known, float(at)] if k - 0.1 <= place <= k + 1.1 else None
+    cuts: list[_Cuts] = []
+    for curve, values in enumerate(inner):
+        low, high = float(start[curve]), float(stop[curve])
+        if values is None or not np.isfinite([low, high]).all() or last[curve] < 2:
+            cuts.append(None)
+            continue
+        bounds = [low, *(min(max(value, low), high) for value in values), high]
+        first = bool(leg.line[0, curve])
+        parts = [(a, b, first ^ bool(i % 2)) for i, (a, b) in enumerate(pairwise(bounds))]
+        cuts.append([part for part in parts if part[0] < part[1]])
+    return cuts
 
 
 def _switches(
-    branch: Branch, eta: FloatArray, step: FloatArray, end: FloatArray
-) -> list[list[float] | None]:
-    """Displacements at which the contact changes its kind; None where one was not found."""
-    switches: list[list[float] | None] = [[] for _ in end]
-    for k in range(len(branch.steps) - 1):
-        changing = np.flatnonzero(
-            (branch.line[k] != branch.line[k + 1])
-            & np.isfinite(branch.steps[k + 1].fx)
-            & (k * step < end)
-        )
-        if not len(changing):
-            continue
-        # From the side on which the tip alone touches.
-        side = np.where(branch.line[k, changing], k + 1, k)
-        path = _Path.stacked([branch.steps[k], branch.steps[k + 1]]).pieces(changing)
-        matrix = np.zeros((len(changing), 1, 2))
-        np.put_along_axis(matrix, (side - k)[:, None, None], 1.0, axis=2)
-        _, offset = switch_states(path.combined(matrix).flat(), eta[changing])
-        displacement = branch.x1_init[changing] - offset
-        for curve, x0 in zip(changing, displacement, strict=True):
-            known = switches[curve]
-            slack = 1e-9 * step[curve]
-            inside = k * step[curve] - slack <= x0 <= (k + 1) * step[curve] + slack
-            if known is not None:
-                switches[curve] = [*known, float(x0)] if inside else None
-    return switches
+    leg: Leg, k: int, changing: IntArray, eta: FloatArray, x1_init: FloatArray
+) -> FloatArray:
+    """Parameter at which the contact of some branches changes between step k and the next."""
+    # From the side on which the tip alone touches.
+    side = np.where(leg.line[k], k + 1, k)
+    guess = switch_states(leg.at(side)[0].take(changing), eta[changing])
+
+    def parameter(states: ContactStates, i: IntArray) -> FloatArray:
+        rows = changing[i]
+        return parameter_of(leg.parameter, states, x1_init[rows], leg.force[rows])
+
+    point = np.zeros(len(changing), dtype=bool)
+    return _exact(guess, point, eta[changing], lambda contact, i: Closure(), parameter)
 
 
 def _pieces(
     contact: Contact,
-    branch: Branch,
-    switches: list[list[float] | None],
-    end: FloatArray,
+    leg: Leg,
+    cuts: list[_Cuts],
     theta: FloatArray,
     eta: FloatArray,
-    operator: FloatArray,
-) -> _Pieces:
-    """Cut the curves at their switches and take the pieces with one kind of contact."""
-    found: list[tuple[int, float, float]] = []
-    for curve, inner in enumerate(switches):
-        if inner is None or np.isnan(end[curve]):
-            continue
-        bounds = [0.0, *(x0 for x0 in inner if 0.0 < x0 < end[curve]), float(end[curve])]
-        line = bool(branch.line[0, curve])
-        for first, last in pairwise(bounds):
-            if line == (contact is Contact.LINE):
-                found.append((curve, first, last))
-            line = not line
+    x1_init: FloatArray,
+) -> Pieces:
+    """Pieces of a leg that have one kind of contact."""
+    found = [
+        (curve, start, stop)
+        for curve, parts in enumerate(cuts)
+        for start, stop, line in parts or ()
+        if line == (contact is Contact.LINE)
+    ]
     curves = np.array([piece[0] for piece in found], dtype=np.int64)
-    start, stop = np.array([piece[1:] for piece in found]).reshape(-1, 2).T
-    return _Pieces(
+    start, stop = np.array([piece[1:] for piece in found], dtype=float).reshape(-1, 2).T
+    return Pieces(
         contact,
+        leg.parameter,
         curves,
         theta[curves],
         eta[curves],
-        branch.x1_init[curves],
+        x1_init[curves],
+        leg.force[curves],
         start,
         stop - start,
-        operator[curves],
     )
 
 
-def _resolve(
-    pieces: _Pieces, branch: Branch, step: FloatArray
-) -> Iterator[tuple[int, Piece, float]]:
-    """Solve pieces with more and more states; yields those that are resolved, with residuals."""
-    path = None
-    for count in STATES_ALONG_CURVE:
-        if not len(pieces.curve):
-            return
-        if path is None:
-            position = chebyshev_nodes(count)
-            path = _solve_at(_guess(pieces, branch, step, position), pieces, position)
-        else:
-            path = _refined(path, pieces)
-        at_states, between = _path_residuals(path, pieces)
-        decays = coefficient_decay(path.flat()).reshape(count, -1).max(axis=0)
-        rod_resolved = (at_states < RESIDUAL_TOLERANCE) & (decays < DECAY_TOLERANCE)
-        values = _curve_values(path)
-        resolved = (
-            rod_resolved & (between < RESIDUAL_TOLERANCE) & (_curve_decay(values) < DECAY_TOLERANCE)
-        )
-        displacement = pieces.displacement(chebyshev_nodes(count))
-        for row in np.flatnonzero(resolved):
-            piece = Piece(pieces.contact, displacement[:, row], values[:, row])
-            yield int(pieces.curve[row]), piece, float(max(at_states[row], between[row]))
-        # More states along the piece help only where the rod itself is resolved.
-        remaining = rod_resolved & ~resolved
-        path, pieces = path.pieces(remaining), pieces.take(remaining)
+def _assembled(
+    failed: StickingCurve,
+    x1_init: float,
+    passed: bool,
+    cuts: list[_Cuts],
+    solved: list[Resolved],
+    model: Contact,
+) -> StickingCurve:
+    """Put the resolved pieces of one curve together and find where it ends."""
+    if not passed:
+        return failed
+    if cuts[0] is None:
+        return replace(failed, message=NO_SWITCH if np.isfinite(x1_init) else NOT_RESOLVED)
+    parts: list[list[Resolved]] = []
+    for parameter, bounds in zip(Parameter, cuts, strict=True):
+        pieces = sorted((p for p in solved if p.parameter is parameter), key=lambda p: p.start)
+        whole = sum(stop - start for start, stop, _ in bounds or ())
+        covered = sum(piece.stop - piece.start for piece in pieces)
+        parts.append(pieces if covered > whole * (1.0 - 1e-9) else [])
+    if not parts[0]:
+        return replace(failed, message=NOT_RESOLVED)
+    every = [Piece(p.contact, p.parameter, p.start, p.stop, p.values) for p in parts[0] + parts[1]]
+    if model is Contact.LINE and not all(map(_possible, every)):
+        return replace(failed, message=NO_SWITCH)
+    return sticking_curve(
+        failed.theta,
+        failed.eta,
+        METHOD,
+        x1_init,
+        every,
+        max(piece.residual for piece in parts[0] + parts[1]),
+        [(piece.reach, _reasons(piece.violated)) for piece in parts[0] + parts[1]],
+        NO_END,
+    )
 
 
-def _guess(pieces: _Pieces, branch: Branch, step: FloatArray, position: FloatArray) -> _Path:
-    """Guess states along pieces by quadratics through the three nearest steps of the march."""
-    march = _Path.stacked(branch.steps).pieces(pieces.curve)
-    place = pieces.displacement(position).T / step[pieces.curve, None]
-    last = np.isfinite(march.fx).sum(axis=0) - 1
-    first = np.clip(np.round(place).astype(int) - 1, 0, last[:, None] - 2)
-    t = place - first
-    weights = np.stack([0.5 * (t - 1) * (t - 2), -t * (t - 2), 0.5 * t * (t - 1)], axis=-1)
-    matrix = np.zeros((*place.shape, len(march.fx)))
-    np.put_along_axis(matrix, first[..., None] + np.arange(3), weights, axis=-1)
-    # NaN times a weight of zero would spoil the sums
-    columns = (march.phi, march.fx, march.fy, march.s_c)
-    return _Path(march.theta, *(np.nan_to_num(a) for a in columns)).combined(matrix)
-
-
-def _refined(coarse: _Path, pieces: _Pieces) -> _Path:
-    """Solve the states between those of a coarser path and keep the ones it has."""
-    count = 2 * len(coarse.fx) - 1
-    between = chebyshev_nodes(count)[1::2]
-    guess = coarse.combined(_chebyshev_interpolation(len(coarse.fx), between))
-    new = _solve_at(guess, pieces, between)
-
-    def interleaved(old: FloatArray, new: FloatArray) -> FloatArray:
-        both = np.empty((count, *old.shape[1:]))
-        both[::2], both[1::2] = old, new
-        return both
-
-    names = ("phi", "fx", "fy", "s_c")
-    columns = (interleaved(getattr(coarse, name), getattr(new, name)) for name in names)
-    return _Path(coarse.theta, *columns)
-
-
-def _closure(pieces: _Pieces, position: FloatArray) -> Closure:
-    """Offsets at fractions of the pieces' length, as one batch."""
-    offset = pieces.x1_init - pieces.displacement(position)
-    return Closure(pieces.contact, offset=offset.ravel())
-
-
-def _solve_at(guess: _Path, pieces: _Pieces, position: FloatArray) -> _Path:
-    """Solve states at fractions of the pieces' length."""
-    count = len(position)
-    operator = None
-    if pieces.contact is Contact.POINT:
-        operator = np.tile(pieces.operator, (count, 1, 1))
-    closure = _closure(pieces, position)
-    states, _ = solve(guess.flat(), np.tile(pieces.eta, count), closure, operator)
-    return _Path.unflattened(states, count)
-
-
-def _chebyshev_interpolation(count: int, position: FloatArray) -> FloatArray:
-    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `position`.
-
-    The barycentric formula: its rounding does not grow with the number of points. No position may
-    be one of them.
-    """
-    weights = (-1.0) ** np.arange(count)
-    weights[[0, -1]] *= 0.5
-    matrix = weights / (position[:, None] - chebyshev_nodes(count))
-    return matrix / matrix.sum(axis=1, keepdims=True)
-
-
-def _path_residuals(path: _Path, pieces: _Pieces) -> tuple[FloatArray, FloatArray]:
-    """Largest residual of each piece at its states, and interpolated half-way between them."""
-    count = len(path.fx)
-    middle = chebyshev_nodes(2 * count - 1)[1::2]
-    halfway = path.combined(_chebyshev_interpolation(count, middle))
-
-    def largest(path: _Path, position: FloatArray) -> FloatArray:
-        misfit = residual(
-            path.flat(), np.tile(pieces.eta, len(position)), _closure(pieces, position)
-        )
-        # NaN marks a state that was not found
-        return np.nan_to_num(misfit, nan=np.inf).reshape(len(position), -1).max(axis=0)
-
-    return largest(path, chebyshev_nodes(count)), largest(halfway, middle)
-
-
-def _curve_values(path: _Path) -> FloatArray:
-    """fx, fy, m, φ1 and s_c at the states, shape (states, pieces, 5)."""
-    states = path.flat()
-    values = [states.fx, states.fy, clamp_moment(states), contact_slope(states), states.s_c]
-    return np.stack(values, axis=-1).reshape(*path.fx.shape, 5)
-
-
-def _curve_decay(values: FloatArray) -> FloatArray:
-    """Size of the last Chebyshev coefficients along the pieces relative to the largest."""
-    transform = chebyshev_transform(len(values))
-    coefficients = np.abs(np.einsum("ab,bcv->acv", transform, values))
-    # On a short piece a column may be nearly zero: fx and m are judged by the size of the force,
-    # an angle or a length by its absolute size.
-    largest = coefficients.max(axis=0)
-    force = largest[:, [1]]
-    scale = np.maximum(largest, np.hstack([force, force, force, *np.ones((2, *force.shape))]))
-    return (coefficients[-2:].max(axis=0) / scale).max(axis=-1)
-
-
-def _possible(piece: Piece, model: Contact) -> bool:
+def _possible(piece: Piece) -> bool:
     """Whether a piece has nowhere the other kind of contact than it was cut out for."""
-    if model is Contact.POINT:
-        return True
-    x0 = np.linspace(piece.x0[0], piece.x0[-1], 257)
-    _, _, _, phi1, s_c = piece.evaluate(x0).T
+    _, _, _, _, phi1, s_c, _ = piece.at(np.linspace(piece.start, piece.stop, 257)).T
     slack = 1e-9
     if piece.contact is Contact.POINT:
         return bool(phi1.min() >= -slack)

@@ -10,7 +10,7 @@ contact changes its kind the curve has a kink: it consists of smooth pieces.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -22,8 +22,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import elementwise
 
 from vibrissa.arrays import FloatArray, IntArray
-from vibrissa.spectral import chebyshev_transform
-from vibrissa.status import Contact, Status
+from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.status import Contact, End, Parameter, Status
 
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SCAN_POINTS = 257
@@ -49,6 +49,9 @@ class StickingState(NamedTuple):
     reaction_fx, reaction_fy, reaction_m : ndarray
         Reading of a force-torque sensor under the clamp: f·sin α, −f·cos α (E·I0/L²) and
         φ'(0) (E·I0/L).
+    stability : ndarray
+        Least second variation of the energy per bending energy, clamp and contact point held:
+        positive where the equilibrium is stable; NaN where the method does not tell.
     """
 
     x0: FloatArray
@@ -59,6 +62,13 @@ class StickingState(NamedTuple):
     reaction_fx: FloatArray
     reaction_fy: FloatArray
     reaction_m: FloatArray
+    stability: FloatArray
+
+
+def _state_of(values: FloatArray, x0: FloatArray) -> StickingState:
+    """State from the values of a piece."""
+    _, fx, fy, m, phi1, s_c, margin = np.moveaxis(values, -1, 0)
+    return StickingState(x0, np.hypot(fx, fy), np.arctan2(fx, -fy), phi1, s_c, fx, fy, m, margin)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,16 +79,22 @@ class Piece:
     ----------
     contact : Contact
         Kind of contact of its states.
-    x0 : ndarray, shape (k,)
-        Footpoint displacements of the solved states (L), increasing.
-    values : ndarray, shape (k, 5)
-        fx, fy (E·I0/L²), m (E·I0/L), φ1 (rad) and s_c (L) of the states.
+    parameter : Parameter
+        What the states are counted by.
+    start, stop : float
+        First and last value of the parameter (L or rad).
+    values : ndarray, shape (k, 7)
+        x0 (L), fx, fy (E·I0/L²), m (E·I0/L), φ1 (rad), s_c (L) and the margin of stability of the
+        states; x0 increases.
     stepped : bool
-        Whether the states stand on a step grid; at Chebyshev points otherwise.
+        Whether the states stand on a step grid of x0; at Chebyshev points of the parameter
+        otherwise.
     """
 
     contact: Contact
-    x0: FloatArray
+    parameter: Parameter
+    start: float
+    stop: float
     values: FloatArray
     stepped: bool = False
 
@@ -86,41 +102,62 @@ class Piece:
         """Put the values in one order in memory: sums over them then round alike."""
         object.__setattr__(self, "values", np.ascontiguousarray(self.values))
 
+    @property
+    def x0(self) -> FloatArray:
+        """Footpoint displacements of the states (L)."""
+        return self.values[:, 0]
+
     @cached_property
     def _series(self) -> tuple[Any, Any]:
-        """Spline or Chebyshev coefficients of the values over x0, and of their derivatives."""
+        """Spline or Chebyshev coefficients of the values, and of their derivatives."""
         if self.stepped:
-            degree = min(SPLINE_DEGREE, len(self.x0) - 1)
-            spline = make_interp_spline(self.x0, self.values, k=degree)
+            degree = min(SPLINE_DEGREE, len(self.values) - 1)
+            # The margin of stability is not known on a step grid.
+            spline = make_interp_spline(self.x0, np.nan_to_num(self.values), k=degree)
             return spline, spline.derivative()
-        coefficients = chebyshev_transform(len(self.x0)) @ self.values
-        length = self.x0[-1] - self.x0[0]
-        return coefficients, chebyshev.chebder(coefficients, scl=2.0 / length)
+        coefficients = chebyshev_transform(len(self.values)) @ self.values
+        return coefficients, chebyshev.chebder(coefficients, scl=2.0 / (self.stop - self.start))
 
-    def _evaluated(self, series: Any, x0: FloatArray) -> FloatArray:
+    def _evaluated(self, series: Any, t: FloatArray) -> FloatArray:
         if self.stepped:
-            return np.asarray(series(x0))
-        position = 2.0 * (x0 - self.x0[0]) / (self.x0[-1] - self.x0[0]) - 1.0
+            return np.asarray(series(t))
+        position = 2.0 * (t - self.start) / (self.stop - self.start) - 1.0
         return np.moveaxis(chebyshev.chebval(position, series), 0, -1)
 
-    def evaluate(self, x0: FloatArray) -> FloatArray:
-        """Values at displacements on the piece, shape x0.shape + (5,)."""
-        values = self._evaluated(self._series[0], x0)
-        # What the kind of contact prescribes is known exactly.
+    def at(self, t: FloatArray) -> FloatArray:
+        """Values at values of the parameter on the piece, shape t.shape + (7,)."""
+        values = self._evaluated(self._series[0], t)
+        # What is prescribed is known exactly.
+        if self.parameter is Parameter.X0:
+            values[..., 0] = t
         if self.contact is Contact.POINT:
-            values[..., 4] = 1.0
+            values[..., 5] = 1.0
         else:
-            values[..., 3] = 0.0
+            values[..., 4] = 0.0
+        if self.stepped:
+            values[..., 6] = np.nan
         return values
 
-    def slope(self, x0: FloatArray) -> FloatArray:
-        """Differentiate the values with respect to x0, shape x0.shape + (5,)."""
-        return self._evaluated(self._series[1], x0)
+    def slope(self, t: FloatArray) -> FloatArray:
+        """Differentiate the values with respect to the parameter, shape t.shape + (7,)."""
+        return self._evaluated(self._series[1], t)
+
+    def evaluate(self, x0: FloatArray) -> FloatArray:
+        """Values at displacements on the piece, shape x0.shape + (7,)."""
+        if self.parameter is Parameter.X0:
+            return self.at(x0)
+        low, high = np.full_like(x0, self.start), np.full_like(x0, self.stop)
+        return self.at(_bracketed_root(lambda t, x0: self.at(t)[..., 0] - x0, low, high, x0))
+
+    def until(self, stop: float) -> "Piece":
+        """Cut the piece off at a value of its parameter."""
+        t = self.start + (stop - self.start) * chebyshev_nodes(len(self.values))
+        return replace(self, stop=stop, values=self.at(t))
 
 
 @dataclass(frozen=True, eq=False)
 class StickingCurve:
-    """One period of sticking of one rod at one height, up to locking.
+    """One period of sticking of one rod at one height, and on past the lock.
 
     Build one with `vibrissa.solve_curve`; `sticking_curve` builds one from solved states.
 
@@ -131,7 +168,7 @@ class StickingCurve:
     method : str
         ``collocation`` (states at Chebyshev points) or ``shooting`` (states on a step grid).
     status : Status
-        ``solved`` or ``failed``.
+        ``solved``, ``failed``, or ``out_of_reach`` if it ends before it could lock.
     message : str
         Empty, or what went wrong and what to try.
     x1_init : float
@@ -146,6 +183,11 @@ class StickingCurve:
     x0_touch : float
         First displacement at which φ1 = 0, where the rod comes to lie along the surface; NaN if
         this does not happen before locking, 0 if it lies on it from the start.
+    end : End
+        Why the curve ends: the rod ``snaps`` where the branch turns back in x0, the shape goes
+        ``out_of_reach``, the tip ``lifts_off`` instead of locking, or it was ``not_followed``.
+    end_message : str
+        More about it, where there is more to say.
     """
 
     theta: float
@@ -159,10 +201,12 @@ class StickingCurve:
     x0_lock: float
     mu_lock: float
     x0_touch: float
+    end: End
+    end_message: str
 
     @property
     def x0_end(self) -> float:
-        """Last displacement of the curve, slightly beyond locking (L)."""
+        """Last displacement of the curve (L)."""
         return float(self.pieces[-1].x0[-1])
 
     def _piece_of(self, x0: FloatArray) -> IntArray:
@@ -181,7 +225,7 @@ class StickingCurve:
         Parameters
         ----------
         x0 : array_like
-            Displacements between 0 and the curve's end (slightly beyond locking), in units of L.
+            Displacements between 0 and the curve's end, in units of L.
 
         Returns
         -------
@@ -193,21 +237,20 @@ class StickingCurve:
         ValueError
             If the curve was not solved or a displacement lies outside it.
         """
-        if self.status is Status.FAILED:
+        if self.status is not Status.SOLVED:
             raise ValueError(f"no states on a curve with status {self.status}: {self.message}")
         x0 = np.asarray(x0, dtype=float)
         if np.any(~(x0 >= 0.0)) or np.any(~(x0 <= self.x0_end)):
             raise ValueError(
                 f"x0 must lie on the curve, between 0 and {self.x0_end:.6g}; got {x0!r}"
             )
-        values = np.empty((*x0.shape, 5))
+        values = np.empty((*x0.shape, 7))
         place = self._piece_of(x0)
         for index, piece in enumerate(self.pieces):
             on_piece = place == index
             if np.any(on_piece):
                 values[on_piece] = piece.evaluate(x0[on_piece])
-        fx, fy, m, phi1, s_c = np.moveaxis(values, -1, 0)
-        return StickingState(x0, np.hypot(fx, fy), np.arctan2(fx, -fy), phi1, s_c, fx, fy, m)
+        return _state_of(values, x0)
 
     def friction_demand(self, x0: ArrayLike) -> FloatArray:
         """Friction coefficient −tan α that sticking needs at the given displacements.
@@ -259,7 +302,7 @@ class StickingCurve:
         mu0 = np.asarray(mu0, dtype=float)
         if np.any(~(mu0 > 0.0)):
             raise ValueError(f"mu0 must be positive, got {mu0!r}")
-        if self.status is Status.FAILED:
+        if self.status is not Status.SOLVED:
             raise ValueError(f"no onset on a curve with status {self.status}: {self.message}")
         x = self.samples(self.x0_lock)
         demand = self.friction_demand(x)
@@ -271,6 +314,56 @@ class StickingCurve:
         onset = np.full(mu0.shape, np.nan)
         onset[slips] = _bracketed_root(self._excess, x[after - 1], x[after], mu0[slips])
         return onset
+
+    def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
+        """How and where sticking ends that goes on past the lock.
+
+        Parameters
+        ----------
+        mu0 : array_like
+            Coefficients of static friction, larger than μ_lock.
+
+        Returns
+        -------
+        ends : list of End
+            ``slips_forward`` where tan α reaches +μ0 on the curve, the curve's own end otherwise.
+        states : StickingState
+            The states there; NaN where the curve was not followed.
+
+        Raises
+        ------
+        ValueError
+            If the curve was not solved or a coefficient is not larger than μ_lock.
+        """
+        if self.status is not Status.SOLVED:
+            raise ValueError(f"no end of a curve with status {self.status}: {self.message}")
+        mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
+        if np.any(~(mu0 > self.mu_lock)):
+            raise ValueError(f"past the lock mu0 is larger than {self.mu_lock:.6g}, got {mu0!r}")
+        values = np.full((len(mu0), 7), np.nan)
+        if self.end is not End.NOT_FOLLOWED:
+            values[:] = self.pieces[-1].values[-1]
+        ends = [self.end] * len(mu0)
+        open_ = np.ones(len(mu0), dtype=bool)
+        for piece in self.pieces:
+            t = np.linspace(piece.start, piece.stop, SCAN_POINTS)
+            x0, fx, fy = piece.at(t)[:, :3].T
+            # From the lock on: before it tan α is negative.
+            inclination = np.where(x0 >= self.x0_lock, np.arctan2(fx, -fy), -np.pi)
+            after = np.searchsorted(np.maximum.accumulate(inclination), np.arctan(mu0))
+            slips = open_ & (after < len(t))
+            if slips.any():
+                after = np.maximum(after[slips], 1)
+
+                def missing(t: FloatArray, mu0: FloatArray, piece: Piece = piece) -> FloatArray:
+                    values = piece.at(t)
+                    return values[..., 1] + mu0 * values[..., 2]
+
+                at = _bracketed_root(missing, t[after - 1], t[after], mu0[slips])
+                values[slips] = piece.at(at)
+                ends = [End.SLIPS_FORWARD if s else e for s, e in zip(slips, ends, strict=True)]
+                open_ &= ~slips
+        return ends, _state_of(values, values[:, 0])
 
 
 def _bracketed_root(
@@ -290,8 +383,10 @@ def sticking_curve(
     x1_init: float,
     pieces: Sequence[Piece],
     residual: float,
+    reach: Sequence[tuple[float, str]] = (),
+    no_end: str = "",
 ) -> StickingCurve:
-    """Build a curve from solved pieces and locate its lock and its first contact along a line.
+    """Build a curve from solved pieces: locate its lock, its first contact along a line, its end.
 
     Parameters
     ----------
@@ -302,25 +397,40 @@ def sticking_curve(
     x1_init : float
         Contact point in the α = 0 state (L).
     pieces : sequence of Piece
-        From displacement 0 to beyond the lock, each beginning where the one before ends.
+        From displacement 0 to beyond the lock, each beginning where the one before ends; then
+        those counted by the swing, to beyond where x0 turns back.
     residual : float
         Largest equilibrium residual.
+    reach : sequence of (float, str)
+        For each piece the value of its parameter at which its shape leaves the model's reach, NaN
+        if nowhere, and how.
+    no_end : str
+        What to say if the pieces do not lead to an end.
 
     Returns
     -------
     StickingCurve
-        ``failed`` if −tan α has no maximum inside the given displacements.
+        ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` if the
+        shape leaves the model's reach before.
     """
-    tops = [_largest_demand(piece) for piece in pieces]
+    pieces, end, message = _until_end(pieces, reach or [(np.nan, "")] * len(pieces))
+    ahead = [piece for piece in pieces if piece.parameter is Parameter.X0]
+    tops = [_largest_demand(piece) for piece in ahead]
     # The first of equal ones: after lifting off nothing counts.
-    x0_lock, mu_lock = max(tops, key=lambda top: top[1])
+    x0_lock, mu_lock = max(tops, key=lambda top: top[1], default=(np.nan, np.nan))
+    if np.isinf(mu_lock):
+        last = next(i for i, top in enumerate(tops) if np.isinf(top[1]))
+        pieces = [*ahead[:last], ahead[last].until(x0_lock)]
+        end, message = End.LIFTS_OFF, ""
     # A maximum in a kink belongs to both pieces: put it where the second one begins.
     kink = min(
         (piece.x0[0] for piece in pieces[1:]), key=lambda x: abs(x - x0_lock), default=np.nan
     )
-    if abs(kink - x0_lock) <= 1e-12:
+    if abs(kink - x0_lock) <= KINK_TOLERANCE:
         x0_lock = float(kink)
-    if not 0.0 < x0_lock < pieces[-1].x0[-1]:
+    if end is not End.LIFTS_OFF and not (pieces and 0.0 < x0_lock < pieces[-1].x0[-1]):
+        if end is End.OUT_OF_REACH:
+            return failed_curve(theta, eta, method, message, Status.OUT_OF_REACH)
         return failed_curve(theta, eta, method, "the curve has no locking maximum where sought")
     return StickingCurve(
         theta,
@@ -334,25 +444,58 @@ def sticking_curve(
         x0_lock,
         mu_lock,
         _first_touch(pieces, x0_lock),
+        end,
+        no_end if end is End.NOT_FOLLOWED else message,
     )
+
+
+def _until_end(
+    pieces: Sequence[Piece], reach: Sequence[tuple[float, str]]
+) -> tuple[list[Piece], End, str]:
+    """Cut pieces off where the branch turns back in x0 or the shape leaves the model's reach."""
+    kept: list[Piece] = []
+    for piece, (limit, how) in zip(pieces, reach, strict=True):
+        turn = _turning_point(piece) if piece.parameter is Parameter.SWING else np.nan
+        stop = np.nanmin([limit, turn, np.inf])
+        if np.isinf(stop):
+            kept.append(piece)
+            continue
+        if stop > piece.start:
+            kept.append(piece.until(float(stop)))
+        if stop == limit:
+            return kept, End.OUT_OF_REACH, how
+        return kept, End.SNAPS, ""
+    return kept, End.NOT_FOLLOWED, ""
+
+
+def _turning_point(piece: Piece) -> float:
+    """Where x0 stops increasing on a piece counted by the swing; NaN if nowhere."""
+    t = np.linspace(piece.start, piece.stop, SCAN_POINTS)
+    back = np.flatnonzero(piece.slope(t)[:, 0] <= 0.0)
+    if not len(back):
+        return float("nan")
+    if back[0] == 0:
+        return float(t[0])
+    bracket = t[[back[0] - 1]], t[[back[0]]]
+    return float(_bracketed_root(lambda t: piece.slope(t)[..., 0], *bracket)[0])
 
 
 def _largest_demand(piece: Piece) -> tuple[float, float]:
     """Where −tan α is largest on a piece, and its value there; infinity where the tip lifts off."""
     x = np.linspace(piece.x0[0], piece.x0[-1], SCAN_POINTS)
-    fx, fy = piece.evaluate(x)[:, :2].T
+    fx, fy = piece.at(x)[:, 1:3].T
     pulls = np.flatnonzero((fy >= 0.0) & (fx < 0.0))
     if len(pulls):
         bracket = x[[max(pulls[0] - 1, 0)]], x[[pulls[0]]]
-        return float(_bracketed_root(lambda x: piece.evaluate(x)[..., 1], *bracket)[0]), np.inf
+        return float(_bracketed_root(lambda x: piece.at(x)[..., 2], *bracket)[0]), np.inf
 
     def demand(x: FloatArray) -> FloatArray:
-        values = piece.evaluate(x)
-        return values[..., 0] / values[..., 1]
+        values = piece.at(x)
+        return values[..., 1] / values[..., 2]
 
     def demand_slope(x: FloatArray) -> FloatArray:
-        value, slope = piece.evaluate(x), piece.slope(x)
-        return slope[..., 0] * value[..., 1] - value[..., 0] * slope[..., 1]
+        value, slope = piece.at(x), piece.slope(x)
+        return slope[..., 1] * value[..., 2] - value[..., 1] * slope[..., 2]
 
     top = int(np.argmax(demand(x)))
     at = x[top]
@@ -369,18 +512,22 @@ def _first_touch(pieces: Sequence[Piece], end: float) -> float:
     if lying:
         return float(lying[0]) if lying[0] <= end else float("nan")
     for piece in pieces:
+        if piece.x0[0] > end:
+            break
         x = np.linspace(piece.x0[0], min(end, piece.x0[-1]), SCAN_POINTS)
-        below = np.flatnonzero(piece.evaluate(x)[:, 3] < 0.0)
+        below = np.flatnonzero(piece.at(x)[:, 4] < 0.0)
         if len(below) and below[0] == 0:
             return float(x[0])
         if len(below):
             bracket = x[[below[0] - 1]], x[[below[0]]]
-            return float(_bracketed_root(lambda x, p=piece: p.evaluate(x)[..., 3], *bracket)[0])
+            return float(_bracketed_root(lambda x, p=piece: p.at(x)[..., 4], *bracket)[0])
     return float("nan")
 
 
-def failed_curve(theta: float, eta: float, method: str, message: str) -> StickingCurve:
-    """Curve that could not be solved; it carries the reason and no states.
+def failed_curve(
+    theta: float, eta: float, method: str, message: str, status: Status = Status.FAILED
+) -> StickingCurve:
+    """Curve without states; it carries the reason.
 
     Parameters
     ----------
@@ -390,10 +537,13 @@ def failed_curve(theta: float, eta: float, method: str, message: str) -> Stickin
         Solver that was used.
     message : str
         What went wrong and what to try.
+    status : Status
+        ``failed`` or ``out_of_reach``.
 
     Returns
     -------
     StickingCurve
     """
     nan = float("nan")
-    return StickingCurve(theta, eta, method, Status.FAILED, message, nan, (), *(nan,) * 4)
+    nothing = (nan, (), nan, nan, nan, nan)
+    return StickingCurve(theta, eta, method, status, message, *nothing, End.NOT_FOLLOWED, message)

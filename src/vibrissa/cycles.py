@@ -33,8 +33,8 @@ class Scan:
     Attributes
     ----------
     status : Status
-        ``slip``, or ``lock``: then the scan is one period of sticking up to the lock; or
-        ``failed``, without states.
+        ``slip``, or ``lock``: then the scan is one period of sticking, past the lock to where it
+        ends (or to the lock, where it was not followed); without states as the curve.
     cycle : ndarray of int, shape (n,)
         Number of the stick-slip cycle, from 1; it ends with the slip.
     step : ndarray of int, shape (n,)
@@ -110,11 +110,14 @@ def stick_slip(
     if not dx0 > 0:
         raise ValueError(f"dx0 must be positive, got {dx0}")
     s = np.linspace(0.0, 1.0, shape_points)
-    if curve.status is Status.FAILED:
-        return _empty_scan(s)
-    onset = float(curve.onset(float(mu0)))
-    status = Status.SLIP if np.isfinite(onset) else Status.LOCK
-    last = int(last_step_within(np.array(onset if status is Status.SLIP else curve.x0_lock), dx0))
+    if curve.status is not Status.SOLVED:
+        return _empty_scan(s, curve.status)
+    until = float(curve.onset(float(mu0)))
+    status = Status.SLIP if np.isfinite(until) else Status.LOCK
+    if status is Status.LOCK:
+        end = float(curve.motion_end(float(mu0))[1].x0[0])
+        until = end if np.isfinite(end) else curve.x0_lock
+    last = int(last_step_within(np.array(until), dx0))
 
     # One period, k = 0 ... last; every later one is the same, translated.
     period = curve.state(step_position(np.arange(last + 1), dx0))
@@ -155,11 +158,11 @@ def stick_slip(
     )
 
 
-def _empty_scan(s: FloatArray) -> Scan:
+def _empty_scan(s: FloatArray, status: Status) -> Scan:
     none, whole = np.empty(0), np.empty(0, dtype=np.int64)
     shapes = np.empty((0, len(s)))
     return Scan(
-        Status.FAILED,
+        status,
         whole,
         whole,
         [],

@@ -12,18 +12,21 @@ closed by the height of the contact point above the clamp, by one more condition
 of contact,
 
     ∫ sin φ ds = η ,                                                                     (E2)
-    ∫ cos φ ds + 1 − s_c = offset     or     fx·cos α + fy·sin α = 0 ,            (E3a, E3b)
+    ∫ cos φ ds + 1 − s_c = offset ,  fx·cos α + fy·sin α = 0  or
+    (m(0)/force)·cos p = (∫ cos φ ds + 1 − s_c − centre)·sin p ,                    (E3a, E3b, E3c)
     s_c = 1     or     φ(s_c) = 0 .                                               (E4a, E4b)
 
 E3a prescribes where the tip sits relative to the clamp (sticking: the part that lies on the surface
 does not move, the rod rolls on or off), E3b the inclination α of the force (α = 0 is the state in
-which sticking begins). With neither, E4a and E4b hold at once: the state in which the contact
-changes from one kind to the other. φ is a polynomial in the bending coordinate τ (`vibrissa.taper`)
-of the free part through Gauss–Legendre nodes. All functions work on batches: the first axis counts
-states.
+which sticking begins), E3c the *swing* p, the polar angle of the point that offset and clamp moment
+make (it goes on increasing where offset and α turn back). With none, E4a and E4b hold at once: the
+state in which the contact changes from one kind to the other.
+
+φ is a polynomial in the bending coordinate τ (`vibrissa.taper`) of the free part through
+Gauss–Legendre nodes. All functions work on batches: the first axis counts states.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -85,6 +88,11 @@ class ContactStates:
         self.phi[index], self.fx[index], self.fy[index] = other.phi, other.fx, other.fy
         self.s_c[index] = other.s_c
 
+    def on_nodes(self, nodes: int) -> Self:
+        """Interpolate the slopes to another number of nodes."""
+        phi = self.phi @ refinement_matrix(self.nodes, nodes)[1:-1].T
+        return replace(self, phi=phi)
+
     def arc_density(self, tau: FloatArray) -> FloatArray:
         """Arc length per bending coordinate on the free part, shape (n, len(tau))."""
         return arc_density(tau, self.theta[:, None], self.s_c[:, None])
@@ -106,20 +114,47 @@ class Closure:
         Prescribed x1 − x0, in units of L: E3a.
     alpha : ndarray, shape (n,), or None
         Prescribed inclination of the contact force, in rad: E3b.
+    swing : ndarray, shape (n,), or None
+        Prescribed polar angle of (offset − centre, m/force), in rad: E3c.
+    centre, force : ndarray, shape (n,), or None
+        What it refers to (L and E·I0/L²).
 
     Notes
     -----
-    With neither offset nor inclination the contact is about to change its kind: E4a and E4b.
+    With none of them the contact is about to change its kind: E4a and E4b.
     """
 
     contact: Contact = Contact.POINT
     offset: FloatArray | None = None
     alpha: FloatArray | None = None
+    swing: FloatArray | None = None
+    centre: FloatArray | None = None
+    force: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a closure that prescribes both."""
-        if self.offset is not None and self.alpha is not None:
-            raise ValueError("prescribe the offset or the inclination alpha, not both")
+        """Refuse a closure that prescribes more than one."""
+        if sum(value is not None for value in (self.offset, self.alpha, self.swing)) > 1:
+            raise ValueError("prescribe one of offset, inclination alpha and swing")
+
+    @property
+    def switches(self) -> bool:
+        """Whether the contact is about to change its kind."""
+        return self.offset is None and self.alpha is None and self.swing is None
+
+    @property
+    def condition(self) -> FloatArray:
+        """Condition E3 as a·offset + b·m + c·fx + d·fy = e, the rows (a, b, c, d, e)."""
+        if self.offset is not None:
+            nothing = np.zeros_like(self.offset)
+            return np.stack([nothing + 1.0, nothing, nothing, nothing, self.offset])
+        if self.alpha is not None:
+            nothing = np.zeros_like(self.alpha)
+            return np.stack([nothing, nothing, np.cos(self.alpha), np.sin(self.alpha), nothing])
+        if self.swing is None or self.centre is None or self.force is None:
+            raise ValueError("there is no offset, inclination alpha or swing with its references")
+        nothing = np.zeros_like(self.swing)
+        across, along = -np.sin(self.swing), np.cos(self.swing) / self.force
+        return np.stack([across, along, nothing, nothing, across * self.centre])
 
     def take(self, index: Index) -> "Closure":
         """Select the conditions of some states."""
@@ -127,6 +162,9 @@ class Closure:
             self.contact,
             None if self.offset is None else self.offset[index],
             None if self.alpha is None else self.alpha[index],
+            None if self.swing is None else self.swing[index],
+            None if self.centre is None else self.centre[index],
+            None if self.force is None else self.force[index],
         )
 
 
@@ -270,7 +308,8 @@ def residual(states: ContactStates, eta: FloatArray, closure: Closure) -> FloatA
     Returns
     -------
     ndarray, shape (n,)
-        Largest of the misfits of E1 and E4b (rad), E2 and E3a (L) and E3b (relative to the force).
+        Largest of the misfits of E1 and E4b (rad), E2, E3a and E3c (L) and E3b (relative to the
+        force).
     """
     fine = 2 * states.nodes + 7
     rule = gauss_rule(fine)
@@ -288,13 +327,13 @@ def residual(states: ContactStates, eta: FloatArray, closure: Closure) -> FloatA
         np.abs(phi - expected).max(axis=1),
         np.abs((weights * np.sin(inner)).sum(axis=1) - eta),
     ]
-    if closure.offset is not None:
+    if not closure.switches:
+        of_offset, of_moment, of_fx, of_fy, value = closure.condition
         offset = (weights * np.cos(inner)).sum(axis=1) + 1.0 - states.s_c
-        misfits.append(np.abs(offset - closure.offset))
-    if closure.alpha is not None:
-        across = states.fx * np.cos(closure.alpha) + states.fy * np.sin(closure.alpha)
-        misfits.append(np.abs(across) / np.hypot(states.fx, states.fy))
-    if closure.contact is Contact.LINE or closure.offset is closure.alpha:
+        misfit = of_offset * offset - of_moment * (gradient @ rule.weights) - value
+        misfit += (of_fx * states.fx + of_fy * states.fy) / np.hypot(states.fx, states.fy)
+        misfits.append(np.abs(misfit))
+    if closure.contact is Contact.LINE or closure.switches:
         misfits.append(np.abs(phi[:, -1]))
     if closure.contact is Contact.POINT:
         misfits.append(np.abs(states.s_c - 1.0))
@@ -386,18 +425,19 @@ def newton_system(
     misfit[:, e2] = height - eta
     jacobian[:, e2, :nodes] = weights * cos
 
-    if closure.offset is not None:
-        misfit[:, e3] = reach + 1.0 - states.s_c - closure.offset
-        jacobian[:, e3, :nodes] = -weights * sin
-    elif closure.alpha is not None:
-        cos_alpha, sin_alpha = np.cos(closure.alpha), np.sin(closure.alpha)
-        misfit[:, e3] = states.fx * cos_alpha + states.fy * sin_alpha
-        jacobian[:, e3, f_x] = cos_alpha
-        jacobian[:, e3, f_y] = sin_alpha
+    if not closure.switches:
+        of_offset, of_moment, of_fx, of_fy, value = closure.condition
+        offset, moment = reach + 1.0 - states.s_c, -(weights * load).sum(axis=1)
+        misfit[:, e3] = of_offset * offset + of_moment * moment - value
+        misfit[:, e3] += of_fx * states.fx + of_fy * states.fy
+        jacobian[:, e3, :nodes] = -of_moment[:, None] * weights * load_slope
+        jacobian[:, e3, :nodes] -= of_offset[:, None] * weights * sin
+        jacobian[:, e3, f_x] = of_fx - of_moment * height
+        jacobian[:, e3, f_y] = of_fy + of_moment * reach
 
     # The rows of φ(s_c) = 0: E4b, and in place of E3 where the contact changes its kind.
     slope_rows = [e4] if closure.contact is Contact.LINE else []
-    slope_rows += [e3] if closure.offset is closure.alpha else []
+    slope_rows += [e3] if closure.switches else []
     if slope_rows:
         compliance = states.compliance_density(rule.nodes)
         functional = ((rule.weights * compliance) @ rule.to_end) * density
@@ -421,8 +461,10 @@ def newton_system(
     )
     jacobian[:, :nodes, contact] = bend_growth @ rule.from_start.T
     jacobian[:, e2, contact] = (arc_growth * weights * sin).sum(axis=1)
-    if closure.offset is not None:
-        jacobian[:, e3, contact] = (arc_growth * weights * cos).sum(axis=1) - 1.0
+    if not closure.switches:
+        longer = arc_growth * weights
+        jacobian[:, e3, contact] = of_offset * ((longer * cos).sum(axis=1) - 1.0)
+        jacobian[:, e3, contact] -= of_moment * (longer * load).sum(axis=1)
     jacobian[:, e4, contact] = -(bend_growth @ rule.weights)
     return misfit, jacobian
 
@@ -466,7 +508,10 @@ def stability(states: ContactStates, contact: Contact) -> FloatArray:
     basis, _ = np.linalg.qr(np.stack(constraints, axis=-1), mode="complete")
     free = basis[:, :, len(constraints) :]
     projected = np.swapaxes(free, 1, 2) @ quadratic @ free
-    return 1.0 + np.linalg.eigvalsh(projected)[:, 0]
+    found = np.isfinite(projected).all(axis=(1, 2))
+    margin = np.full(len(states), np.nan)
+    margin[found] = 1.0 + np.linalg.eigvalsh(projected[found])[:, 0]
+    return margin
 
 
 def extrapolated(last: list[ContactStates]) -> ContactStates:

@@ -10,7 +10,7 @@ import pyarrow as pa
 
 from vibrissa.curve import Piece, StickingCurve
 from vibrissa.grid import CurveKey, Point
-from vibrissa.status import Contact, Status
+from vibrissa.status import Contact, End, Parameter, Status
 from vibrissa.tables import CURVES, SCANS, SHAPE, STATE, STATES, STICTION, WHOLE
 
 # Only their attributes are read: a job need not depend on how the others' results are computed.
@@ -59,13 +59,14 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
         "eta": [key[1] for key in keys],
         "dx0": [key[2] if len(key) > 2 else None for key in keys],
     }
-    for name in ("method", "status", "message"):
+    for name in ("method", "status", "message", "end", "end_message"):
         columns[name] = [getattr(curve, name) for curve in curves]
     for name in _CURVE_SCALARS:
         columns[name] = np.array([getattr(curve, name) for curve in curves])
     columns["piece_contact"] = [[piece.contact for piece in curve.pieces] for curve in curves]
-    columns["piece_states"] = [[len(piece.x0) for piece in curve.pieces] for curve in curves]
-    columns["x0"] = [[x for piece in curve.pieces for x in piece.x0] for curve in curves]
+    columns["piece_states"] = [[len(piece.values) for piece in curve.pieces] for curve in curves]
+    for name in ("parameter", "start", "stop"):
+        columns[f"piece_{name}"] = [[getattr(p, name) for p in curve.pieces] for curve in curves]
     for position, name in enumerate(_PIECE_VALUES):
         columns[name] = [
             [value for piece in curve.pieces for value in piece.values[:, position]]
@@ -75,7 +76,7 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
 
 
 # In the order of `Piece.values`.
-_PIECE_VALUES = ("reaction_fx", "reaction_fy", "reaction_m", "phi1", "s_c")
+_PIECE_VALUES = ("x0", "reaction_fx", "reaction_fy", "reaction_m", "phi1", "s_c", "stability")
 _CURVE_SCALARS = ("x1_init", "residual", "x0_lock", "mu_lock", "x0_touch")
 
 
@@ -95,11 +96,16 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
     for row in table.to_pylist():
         key = tuple(row[name] for name in ("theta", "eta", "dx0") if row[name] is not None)
         scalars = {name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS}
-        x0, values = np.array(row["x0"]), np.array([row[name] for name in _PIECE_VALUES]).T
+        values = np.array([row[name] for name in _PIECE_VALUES], dtype=float).T
         stepped, pieces, first = row["method"] == "shooting", [], 0
-        for contact, count in zip(row["piece_contact"], row["piece_states"], strict=True):
-            part = slice(first, first := first + count)
-            pieces.append(Piece(Contact(contact), x0[part], values[part], stepped))
+        names = ("contact", "parameter", "start", "stop", "states")
+        for contact, parameter, start, stop, count in zip(
+            *(row[f"piece_{name}"] for name in names), strict=True
+        ):
+            part = values[first : first + count]
+            kinds = Contact(contact), Parameter(parameter)
+            pieces.append(Piece(*kinds, start, stop, part, stepped))
+            first += count
         curves[key] = StickingCurve(
             float(key[0]),
             float(key[1]),
@@ -108,6 +114,8 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
             row["message"],
             pieces=tuple(pieces),
             **scalars,
+            end=End(row["end"]),
+            end_message=row["end_message"],
         )
     return curves
 
@@ -138,6 +146,7 @@ def stiction_table(
             "grids": list(points.values()),
             **{name: _floats(points, name) for name in Point._fields},
             "status": stiction.status,
+            "message": [curve.message] * n,
             "contact": stiction.contact if solved else [None] * n,
             "x0_slip": stiction.x0_slip,
             "x0_max": stiction.x0_max,
@@ -146,6 +155,9 @@ def stiction_table(
             **_state_values(stiction.init, "_init"),
             **_state_values(stiction.last, "_last"),
             **_state_values(stiction.slip, "_slip"),
+            "end": [end or None for end in stiction.end],
+            "x0_end": stiction.ended.x0,
+            **_state_values(stiction.ended, "_end"),
             "x1_init": np.full(n, curve.x1_init),
             "penetrates": stiction.penetrates if solved else [None] * n,
             "residual": np.full(n, curve.residual),
@@ -172,7 +184,7 @@ def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
     pyarrow.Table
         With the schema `SCANS`; a failed scan has one row that says so.
     """
-    failed = scan.status is Status.FAILED
+    failed = scan.status not in (Status.SLIP, Status.LOCK)
     n = 1 if failed else len(scan.step)
     columns: dict[str, Any] = {
         "scan": [name] * n,

@@ -19,7 +19,7 @@ from vibrissa.buckling import CONTINUATION_START, CONTINUATION_STEPS, buckled_st
 from vibrissa.curve import Piece, StickingCurve, failed_curve, sticking_curve
 from vibrissa.equilibrium import contact_position
 from vibrissa.rod import rod_equations
-from vibrissa.status import Contact
+from vibrissa.status import Contact, Parameter
 
 METHOD = "shooting"
 # A curve is interpolated between steps of at most this many x1_init; a coarser Δx0 is divided
@@ -297,15 +297,17 @@ def solve_curve(
             f"{step * (len(states) - 1):.6g}; use a smaller dx0 or method: collocation",
         )
     f, alpha, m, phi1 = np.array([(s.f, s.alpha, s.m, s.phi1) for s in states]).T
-    values = np.stack([f * np.sin(alpha), -f * np.cos(alpha), m, phi1, np.ones_like(f)], axis=-1)
     x0 = step * np.arange(len(states), dtype=np.float64)
+    fx, fy, one = f * np.sin(alpha), -f * np.cos(alpha), np.ones_like(f)
+    values = np.stack([x0, fx, fy, m, phi1, one, np.nan * one], axis=-1)
     return sticking_curve(
         theta,
         eta,
         METHOD,
         states[0].x1,
-        [Piece(Contact.POINT, x0, values, stepped=True)],
+        [Piece(Contact.POINT, Parameter.X0, 0.0, float(x0[-1]), values, stepped=True)],
         worst,
+        no_end="shooting ends at the lock; use method: collocation to follow the motion past it",
     )
 
 

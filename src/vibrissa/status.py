@@ -1,4 +1,4 @@
-"""Outcomes of a computation: what a result's `status` can be."""
+"""Outcomes of a computation: what a result's `status` can be, and the kinds of things it names."""
 
 from enum import StrEnum
 
@@ -11,9 +11,11 @@ class Status(StrEnum):
     SOLVED
         A state or a curve was found to the promised accuracy.
     SLIP
-        The tip slips: the onset was found.
+        The tip slips backward: the onset was found.
     LOCK
         The tip never slips backward: μ0 exceeds the locking friction μ_lock(θ, η).
+    OUT_OF_REACH
+        The shape leaves what the model can describe (see `vibrissa.reach`); the message says how.
     FAILED
         No result of the promised accuracy; the message says which step failed and what to try.
     """
@@ -21,7 +23,32 @@ class Status(StrEnum):
     SOLVED = "solved"
     SLIP = "slip"
     LOCK = "lock"
+    OUT_OF_REACH = "out_of_reach"
     FAILED = "failed"
+
+
+class End(StrEnum):
+    """How sticking ends that goes on past the lock.
+
+    Attributes
+    ----------
+    SLIPS_FORWARD
+        tan α = +μ0: the tip slips in the direction in which the clamp moves.
+    SNAPS
+        The equilibrium loses its stability: the branch turns back in x0, the rod snaps through.
+    OUT_OF_REACH
+        The shape leaves what the model can describe (see `vibrissa.reach`).
+    LIFTS_OFF
+        The surface would have to pull. This comes before any lock: the tip slips for every μ0.
+    NOT_FOLLOWED
+        The curve was not followed, or not resolved, past the lock.
+    """
+
+    SLIPS_FORWARD = "slips_forward"
+    SNAPS = "snaps"
+    OUT_OF_REACH = "out_of_reach"
+    LIFTS_OFF = "lifts_off"
+    NOT_FOLLOWED = "not_followed"
 
 
 class Contact(StrEnum):
@@ -37,3 +64,19 @@ class Contact(StrEnum):
 
     POINT = "point"
     LINE = "line"
+
+
+class Parameter(StrEnum):
+    """What counts the states along a piece of a curve.
+
+    Attributes
+    ----------
+    X0
+        The footpoint displacement: increases all the way until the rod snaps through.
+    SWING
+        The polar angle of the point (x1 − x0 − x1_init/2, m/f0), with the force f0 at α = 0:
+        increases past the lock, and on where x0 turns back.
+    """
+
+    X0 = "x0"
+    SWING = "swing"

@@ -23,7 +23,7 @@ class Stiction:
     Attributes
     ----------
     status : list of Status
-        ``slip``, ``lock`` or ``failed`` (as the curve did).
+        ``slip``, ``lock``, or what the curve has instead of states.
     x0_slip : ndarray, shape (n,)
         Exact onset of slip (L); NaN where there is none.
     n_steps : ndarray of float, shape (n,)
@@ -37,6 +37,11 @@ class Stiction:
         Kind of contact at the onset of slip (at the lock where it locks).
     init, last, slip : StickingState
         States at α = 0, at the last sticking step and at the exact onset; NaN where there is none.
+    end : list of str
+        Where the tip locks, how sticking ends past the lock (`vibrissa.status.End`); empty
+        elsewhere.
+    ended : StickingState
+        The state in which it does; NaN elsewhere and where the curve was not followed.
     """
 
     status: list[Status]
@@ -48,6 +53,8 @@ class Stiction:
     init: StickingState
     last: StickingState
     slip: StickingState
+    end: list[str]
+    ended: StickingState
 
 
 def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decimal]) -> Stiction:
@@ -65,13 +72,15 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
     """
     n = len(mu0)
     nan = np.full(n, np.nan)
-    if curve.status is Status.FAILED:
-        nothing = _states_where(curve, nan)
+    if curve.status is not Status.SOLVED:
+        nothing = StickingState(*(nan for _ in StickingState._fields))
         no = np.zeros(n, dtype=bool)
         unknown = [""] * n
-        return Stiction([Status.FAILED] * n, nan, nan, nan, no, unknown, nothing, nothing, nothing)
+        none = (nothing, nothing, nothing, unknown, nothing)
+        return Stiction([curve.status for _ in mu0], nan, nan, nan, no, unknown, *none)
 
-    x0_slip = curve.onset(np.array([float(mu) for mu in mu0]))
+    friction = np.array([float(mu) for mu in mu0])
+    x0_slip = curve.onset(friction)
     slips = np.isfinite(x0_slip)
     n_steps, x0_max = nan.copy(), nan.copy()
     for step in set(dx0):
@@ -81,6 +90,14 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
     # A rod that is free to lie down does not pass through the surface.
     touches = all(piece.contact is Contact.POINT for piece in curve.pieces)
     sticks_until = np.where(slips, x0_max, curve.x0_lock)
+    end, ended = [""] * n, [nan.copy() for _ in StickingState._fields]
+    locks = np.flatnonzero(~slips)
+    if len(locks):
+        ends, states = curve.motion_end(friction[locks])
+        for row, how in zip(locks, ends, strict=True):
+            end[row] = how.value
+        for column, values in zip(ended, states, strict=True):
+            column[locks] = values
     return Stiction(
         [Status.SLIP if slip else Status.LOCK for slip in slips],
         x0_slip,
@@ -92,6 +109,8 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
         _states_where(curve, np.zeros(n)),
         _states_where(curve, x0_max),
         _states_where(curve, x0_slip),
+        end,
+        StickingState(*ended),
     )
 
 

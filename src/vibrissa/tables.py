@@ -4,10 +4,12 @@ Every table that is written or read passes through here. A file carries the name
 schema, the version and commit of the code and, where it belongs to one, the study file.
 """
 
+import hashlib
 import subprocess
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -17,7 +19,7 @@ from vibrissa.files import write_atomically
 from vibrissa.grid import Point
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
-SCHEMA_VERSION = "1"
+SCHEMA_VERSION = "2"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
@@ -52,6 +54,7 @@ STATE = (
     ("reaction_fx", FORCE, "clamp reaction along the surface, f*sin(alpha)"),
     ("reaction_fy", FORCE, "clamp reaction normal to the surface, -f*cos(alpha)"),
     ("reaction_m", MOMENT, "clamp reaction moment, phi'(0)"),
+    ("stability", NONE, "least second variation per bending energy, positive where stable"),
 )
 RESIDUAL = (
     "largest equilibrium misfit of the sticking curve: collocation, of the slope (rad) and the "
@@ -73,8 +76,10 @@ CURVES = _schema(
         _column("eta", TEXT, LENGTH, "distance between clamp and contact line, exact decimal"),
         _column("dx0", TEXT, LENGTH, "step of the walk, exact decimal; null: serves all", True),
         _column("method", TEXT, NONE, "collocation or shooting"),
-        _column("status", TEXT, NONE, "solved or failed"),
+        _column("status", TEXT, NONE, "solved, out_of_reach or failed"),
         _column("message", TEXT, NONE, "what went wrong and what to try, or empty"),
+        _column("end", TEXT, NONE, "snaps, out_of_reach, lifts_off or not_followed"),
+        _column("end_message", TEXT, NONE, "more about the end of the curve, or empty"),
         _column("x1_init", NUMBER, LENGTH, "contact point at alpha = 0, clamp at 0", True),
         _column("residual", NUMBER, NONE, RESIDUAL, True),
         _column("x0_lock", NUMBER, LENGTH, "displacement at which -tan(alpha) is largest", True),
@@ -82,12 +87,16 @@ CURVES = _schema(
         _column("x0_touch", NUMBER, LENGTH, "first displacement with phi1 = 0, if any", True),
         _column("piece_contact", pa.list_(TEXT), NONE, "kind of contact of each smooth piece"),
         _column("piece_states", pa.list_(WHOLE), NONE, "number of states on each smooth piece"),
+        _column("piece_parameter", pa.list_(TEXT), NONE, "x0 or swing: what counts the states"),
+        _column("piece_start", NUMBERS, NONE, "first value of the parameter (L or rad)"),
+        _column("piece_stop", NUMBERS, NONE, "last value of the parameter (L or rad)"),
         _column("x0", NUMBERS, LENGTH, "footpoint displacements of the states, piece by piece"),
         _column("reaction_fx", NUMBERS, FORCE, "f*sin(alpha) of the states"),
         _column("reaction_fy", NUMBERS, FORCE, "-f*cos(alpha) of the states"),
         _column("reaction_m", NUMBERS, MOMENT, "phi'(0) of the states"),
         _column("phi1", NUMBERS, ANGLE, "slope at the contact point of the states"),
         _column("s_c", NUMBERS, LENGTH, "arc length of the contact point of the states"),
+        _column("stability", NUMBERS, NONE, "least second variation of the states"),
     ],
 )
 
@@ -96,7 +105,13 @@ STICTION = _schema(
     [
         _column("grids", pa.list_(TEXT), NONE, "names of the grids that the point belongs to"),
         *AXES,
-        _column("status", TEXT, NONE, "slip, lock (the tip never slips backward) or failed"),
+        _column(
+            "status",
+            TEXT,
+            NONE,
+            "slip, lock (the tip never slips backward), out_of_reach or failed",
+        ),
+        _column("message", TEXT, NONE, "why there is no result, or empty"),
         _column("contact", TEXT, NONE, "point or line, at the onset of slip or the lock", True),
         _column("x0_slip", NUMBER, LENGTH, "exact onset of slip", True),
         _column("x0_max", NUMBER, LENGTH, "last state of stiction on the step grid", True),
@@ -105,6 +120,11 @@ STICTION = _schema(
         *_state_columns("_init", ", at alpha = 0", True),
         *_state_columns("_last", ", at the last state of stiction", True),
         *_state_columns("_slip", ", at the exact onset of slip", True),
+        _column("end", TEXT, NONE, "past the lock: slips_forward, snaps, out_of_reach", True),
+        _column(
+            "x0_end", NUMBER, LENGTH, "displacement at which sticking past the lock ends", True
+        ),
+        *_state_columns("_end", ", where sticking past the lock ends", True),
         _column("x1_init", NUMBER, LENGTH, "contact point at alpha = 0, clamp at 0", True),
         _column(
             "penetrates",
@@ -132,7 +152,12 @@ SCANS = _schema(
     [
         _column("scan", TEXT, NONE, "name of the set of scans"),
         *AXES,
-        _column("status", TEXT, NONE, "slip, lock (one period, up to the lock) or failed"),
+        _column(
+            "status",
+            TEXT,
+            NONE,
+            "slip, lock (one period, on past the lock), out_of_reach or failed",
+        ),
         _column("cycle", WHOLE, NONE, "stick-slip cycle, from 1; it ends with its slip", True),
         _column("step", WHOLE, NONE, "steps since the cycle began", True),
         _column("phase", TEXT, NONE, "slip where the tip has just slipped, stick otherwise", True),
@@ -152,11 +177,10 @@ STATES = _schema(
         _column("theta", NUMBER, NONE, "taper factor, base over tip diameter"),
         _column("eta", NUMBER, LENGTH, "distance between clamp and contact line"),
         _column("x1", NUMBER, LENGTH, "contact point, clamp at 0"),
-        _column("status", TEXT, NONE, "solved or failed"),
+        _column("status", TEXT, NONE, "solved, out_of_reach or failed"),
         _column("message", TEXT, NONE, "what went wrong and what to try, or empty"),
         _column("contact", TEXT, NONE, "point or line", True),
         *_state_columns("", "", True),
-        _column("stability", NUMBER, NONE, "least second variation, positive where stable", True),
         _column("penetrates", FLAG, NONE, "whether phi1 < 0: the shape passes the surface", True),
         _column("residual", NUMBER, NONE, RESIDUAL.replace(" of the sticking curve", ""), True),
         *SHAPE,
@@ -186,8 +210,46 @@ def write(table: pa.Table, path: str | Path, study_file: str = "") -> None:
     metadata |= {b"vibrissa.version": __version__.encode(), b"vibrissa.commit": commit().encode()}
     if study_file:
         metadata[b"vibrissa.study"] = study_file.encode()
-    with write_atomically(Path(path)) as temporary:
-        pq.write_table(table.replace_schema_metadata(metadata), temporary, write_page_checksum=True)
+    table = table.replace_schema_metadata(metadata)
+    with write_atomically(Path(path)) as temporary, temporary.open("wb") as file:
+        sink = _Digesting(file)
+        with pq.ParquetWriter(sink, table.schema, write_page_checksum=True) as writer:
+            writer.write_table(table)
+            # Checksums of pages leave out what stands before each page.
+            digest = {"vibrissa.bytes": str(sink.count), "vibrissa.digest": sink.hash.hexdigest()}
+            writer.add_key_value_metadata(digest)
+
+
+class _Digesting:
+    """A file that is written through a hash."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self.file, self.count, self.hash = file, 0, hashlib.sha256()
+        self.closed = False
+
+    def write(self, data: bytes) -> int:
+        self.count += len(data)
+        self.hash.update(data)
+        return self.file.write(data)
+
+    def tell(self) -> int:
+        return self.count
+
+    def flush(self) -> None:
+        self.file.flush()
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def _check_digest(path: str | Path) -> None:
+    """Refuse a file whose pages are not those that were written."""
+    metadata = pq.read_metadata(path).metadata or {}
+    digest = hashlib.sha256()
+    with Path(path).open("rb") as file:
+        digest.update(file.read(int(metadata.get(b"vibrissa.bytes", 0))))
+    if metadata.get(b"vibrissa.digest") not in (None, digest.hexdigest().encode()):
+        raise pa.ArrowInvalid("its contents are not those that were written")
 
 
 def read(path: str | Path, schema: pa.Schema) -> pa.Table:
@@ -210,9 +272,10 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
         With the file's name, what is wrong and what to do.
     """
     try:
-        # A flipped byte in a compressed page would otherwise surface as a wrong number.
+        # A flipped byte would otherwise surface as a wrong number.
+        _check_digest(path)
         table = pq.read_table(path, page_checksum_verification=True)
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
         raise TableError(
             f"{path} cannot be read ({error}); delete it and run again, it is made anew"
         ) from None
