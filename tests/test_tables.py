@@ -1,7 +1,6 @@
 import re
 from dataclasses import fields
 from decimal import Decimal
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa

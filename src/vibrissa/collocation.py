@@ -213,10 +213,9 @@ def _solve_on_nodes(
         lambda contact, i: Closure(contact, offset=x1_init[i] - joint[i]),
         lambda states, i: parameter_of(Parameter.SWING, states, x1_init[i], first.force[i]),
     )
-    everything = np.arange(len(index))
     cuts: dict[tuple[Parameter, int], _Cuts] = {}
     solved: list[list[Resolved]] = [[] for _ in index]
-    for rows, leg in [(everything, first), *_second_legs(first, eta, model)]:
+    for rows, leg in _legs(first, eta, model, solved):
         start, stop = np.zeros(len(index)), joint
         if leg.parameter is Parameter.SWING:
             start, stop = swing[rows], leg.origin + leg.last * leg.step
@@ -249,9 +248,19 @@ def _passed(first: Leg) -> BoolArray:
     return pulls | (demand[last, rows] < np.maximum(demand.max(axis=0), 1e-300))
 
 
-def _second_legs(first: Leg, eta: FloatArray, model: Contact) -> Iterator[tuple[IntArray, Leg]]:
-    """Second legs, and of which curves they are, with the largest steps that lead to the end."""
-    rows = np.arange(len(eta))
+def _legs(
+    first: Leg, eta: FloatArray, model: Contact, solved: Sequence[Sequence[Resolved]]
+) -> Iterator[tuple[IntArray, Leg]]:
+    """First legs, then second legs with the largest steps that lead to the end; and whose.
+
+    The second legs are followed once the first ones are `solved`, of those whose shapes are still
+    within the model's reach.
+    """
+    yield np.arange(len(eta)), first
+    ends = [any(np.isfinite(piece.reach) for piece in pieces) for pieces in solved]
+    rows = np.flatnonzero(~np.array(ends, dtype=bool))
+    if not len(rows):
+        return
     for step in STEPS_OF_SWING:
         leg = second_leg(first.take(rows), eta[rows], model, float(step))
         turned = _turned(leg)
