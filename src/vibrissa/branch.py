@@ -37,11 +37,11 @@ LOWERING_STEPS = (12, 40)
 STEP_OF_X0 = 0.05
 LIMIT_OF_X0 = 2.0
 # The first leg ends where −tan α has fallen below this part of its maximum.
-PAST_LOCK = 0.6
+PAST_LOCK = 0.3
 # Centre of the swing relative to x1_init: the branch turns back in x0 well beyond it.
 CENTRE_OF_SWING = 0.5
 # Steps of the second leg (rad), to be tried one after the other, and where it ends at the latest.
-STEPS_OF_SWING = tuple(np.radians([8.0, 4.0, 1.0]))
+STEPS_OF_SWING = tuple(np.radians([8.0, 4.0, 1.0, 0.25]))
 LIMIT_OF_SWING = np.pi
 # States through which a quadratic is laid between the steps.
 FEWEST_STATES = 3
@@ -199,6 +199,7 @@ def follow(
     model: Contact,
     operator: FloatArray,
     goes_on: Callable[[Leg], BoolArray] | None = None,
+    before: ContactStates | None = None,
 ) -> Leg:
     """Follow branches in equal steps of the leg's parameter.
 
@@ -216,6 +217,8 @@ def follow(
         `integral_operator` of the rods in point contact.
     goes_on : callable, optional
         Asked after each step which branches are to be followed further.
+    before : ContactStates, optional
+        States one step before the leg's first, or guesses of them.
 
     Returns
     -------
@@ -224,7 +227,8 @@ def follow(
     """
     active = np.arange(len(leg.x1_init))
     while len(active) and len(leg.steps) <= count:
-        guess = extrapolated([states.take(active) for states in leg.steps[-3:]])
+        known = leg.steps if before is None else [before, *leg.steps]
+        guess = extrapolated([states.take(active) for states in known[-3:]])
         value = leg.origin[active] + len(leg.steps) * leg.step[active]
         conditions = leg.x1_init[active], leg.force[active]
         closure = closure_at(leg.parameter, Contact.POINT, value, *conditions)
@@ -379,9 +383,24 @@ def second_leg(first: Leg, eta: FloatArray, model: Contact, step: float) -> Leg:
         [states],
         line[None],
     )
+    # Go back by a step along the way that the first leg came.
+    earlier, _ = first.at(first.last - 1)
+    came = origin - parameter_of(Parameter.SWING, earlier, first.x1_init, first.force)
+    before = _along(states, earlier, step / came)
     operator = integral_operator(states.theta, states.nodes)
     count = int(np.ceil((LIMIT_OF_SWING - origin.min(initial=0.0)) / step))
-    return follow(leg, eta, count, model, operator, lambda leg: ~turns_back(leg))
+    return follow(leg, eta, count, model, operator, lambda leg: ~turns_back(leg), before)
+
+
+def _along(start: ContactStates, stop: ContactStates, share: FloatArray) -> ContactStates:
+    """Part of the way from some states to others."""
+    return replace(
+        start,
+        phi=start.phi + share[:, None] * (stop.phi - start.phi),
+        fx=start.fx + share * (stop.fx - start.fx),
+        fy=start.fy + share * (stop.fy - start.fy),
+        s_c=start.s_c + share * (stop.s_c - start.s_c),
+    )
 
 
 def switch_states(guess: ContactStates, eta: FloatArray) -> ContactStates:

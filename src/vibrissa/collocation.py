@@ -215,16 +215,19 @@ def _solve_on_nodes(
     )
     cuts: dict[tuple[Parameter, int], _Cuts] = {}
     solved: list[list[Resolved]] = [[] for _ in index]
-    for rows, leg in _legs(first, eta, model, solved):
-        start, stop = np.zeros(len(index)), joint
-        if leg.parameter is Parameter.SWING:
-            start, stop = swing[rows], leg.origin + leg.last * leg.step
-        parts = _cuts(leg, eta[rows], x1_init[rows], start, stop)
-        cuts |= {(leg.parameter, row): cut for row, cut in zip(rows, parts, strict=True)}
+    parts = _cuts(first, eta, x1_init, np.zeros(len(index)), joint)
+    legs = [(np.arange(len(index)), first, parts)]
+    # The second legs are followed once the first ones are solved: not of what is out of reach.
+    while legs:
+        rows, leg, parts = legs.pop(0)
+        cuts |= {(leg.parameter, row): cut for row, cut in zip(rows.tolist(), parts, strict=True)}
         for contact in Contact:
             pieces = _pieces(contact, leg, parts, theta[rows], eta[rows], x1_init[rows])
             for piece in resolve(pieces, guess_from(leg, pieces)) if len(pieces) else ():
                 solved[rows[piece.curve]].append(piece)
+        if leg is first:
+            within = [not any(np.isfinite(piece.reach) for piece in pieces) for pieces in solved]
+            legs += _second_legs(first, np.flatnonzero(within), eta, x1_init, swing, model)
     passed = _passed(first)
     for row, i in enumerate(index):
         results[i] = _assembled(
@@ -248,27 +251,26 @@ def _passed(first: Leg) -> BoolArray:
     return pulls | (demand[last, rows] < np.maximum(demand.max(axis=0), 1e-300))
 
 
-def _legs(
-    first: Leg, eta: FloatArray, model: Contact, solved: Sequence[Sequence[Resolved]]
-) -> Iterator[tuple[IntArray, Leg]]:
-    """First legs, then second legs with the largest steps that lead to the end; and whose.
-
-    The second legs are followed once the first ones are `solved`, of those whose shapes are still
-    within the model's reach.
-    """
-    yield np.arange(len(eta)), first
-    ends = [any(np.isfinite(piece.reach) for piece in pieces) for pieces in solved]
-    rows = np.flatnonzero(~np.array(ends, dtype=bool))
-    if not len(rows):
-        return
+def _second_legs(
+    first: Leg,
+    rows: IntArray,
+    eta: FloatArray,
+    x1_init: FloatArray,
+    swing: FloatArray,
+    model: Contact,
+) -> Iterator[tuple[IntArray, Leg, list["_Cuts"]]]:
+    """Second legs of some curves, and their pieces, with the largest steps that lead to the end."""
     for step in STEPS_OF_SWING:
-        leg = second_leg(first.take(rows), eta[rows], model, float(step))
-        turned = _turned(leg)
-        if turned.any():
-            yield rows[turned], leg.take(turned)
-        rows = rows[~turned]
         if not len(rows):
             return
+        leg = second_leg(first.take(rows), eta[rows], model, float(step))
+        stop = leg.origin + leg.last * leg.step
+        parts = _cuts(leg, eta[rows], x1_init[rows], swing[rows], stop)
+        good = _turned(leg) & np.array([part is not None for part in parts])
+        if good.any():
+            chosen = [part for part, is_good in zip(parts, good, strict=True) if is_good]
+            yield rows[good], leg.take(good), chosen
+        rows = rows[~good]
 
 
 def _turned(leg: Leg) -> BoolArray:
@@ -410,9 +412,7 @@ def _assembled(
     if not parts[0]:
         return replace(failed, message=NOT_RESOLVED)
     every = [Piece(p.contact, p.parameter, p.start, p.stop, p.values) for p in parts[0] + parts[1]]
-    if model is Contact.LINE and not all(map(_possible, every)):
-        return replace(failed, message=NO_SWITCH)
-    return sticking_curve(
+    curve = sticking_curve(
         failed.theta,
         failed.eta,
         METHOD,
@@ -422,6 +422,9 @@ def _assembled(
         [(piece.reach, _reasons(piece.violated)) for piece in parts[0] + parts[1]],
         NO_END,
     )
+    if model is Contact.LINE and not all(map(_possible, curve.pieces)):
+        return replace(failed, message=NO_SWITCH)
+    return curve
 
 
 def _possible(piece: Piece) -> bool:
