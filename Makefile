@@ -8,8 +8,11 @@ STAMP := $(VENV)/.complete
 PIP_INSTALL := $(PY) -m pip install -qq --no-input --disable-pip-version-check
 # Tried in this order; name one yourself with `make PYTHON=/path/to/python3 ...`.
 PYTHON := python3 python3.13 python3.12 python3.11
-# Limit the cores used by a study with `make reproduce CORES=2`.
-CORES := all
+# Limit the cores used by a study with `make reproduce CORES=2`; the profiles say how many else.
+CORES :=
+# Where the jobs run: this machine, or with PROFILE=workflow/profiles/slurm a cluster.
+PROFILE := workflow/profiles/default
+RUN = $(PY) workflow/run.py --workflow-profile "$(PROFILE)" $(if $(CORES),--cores $(CORES))
 
 # Only what is in .venv counts, not what the user has elsewhere.
 unexport PYTHONPATH
@@ -20,14 +23,16 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce study setup test lint format lock clean
+.PHONY: help reproduce study setup test test-slurm lint format lock clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make reproduce             install everything into .venv, run the study, list the figures"
 	@echo "make study STUDY=my.yaml   the same for the study in my.yaml instead of config.yaml"
-	@echo "                           (both take CORES=n to use only n cores)"
+	@echo "                           (both take CORES=n to use only n cores, and"
+	@echo "                           PROFILE=workflow/profiles/slurm to run on a cluster)"
 	@echo "make test                  all tests"
+	@echo "make test-slurm            a study on a SLURM that is brought up for it (Debian, root)"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
 	@echo "make lock                  bring requirements.lock in line with pyproject.toml"
@@ -35,14 +40,14 @@ help:
 	@echo "make clean                 remove .venv and caches; results stay"
 
 reproduce: $(STAMP)
-	@$(PY) workflow/run.py --cores $(CORES)
+	@$(RUN)
 
 # Asked before the installation starts, not after it.
 ifeq ($(MAKECMDGOALS)$(STUDY),study)
 $(error Say which study: make study STUDY=path/to/my.yaml)
 endif
 study: $(STAMP)
-	@$(PY) workflow/run.py --cores $(CORES) --configfile "$(STUDY)"
+	@$(RUN) --configfile "$(STUDY)"
 
 setup: $(STAMP)
 
@@ -78,6 +83,10 @@ $(STAMP): requirements.lock pyproject.toml
 
 test: $(STAMP)
 	@$(ONE_THREAD) $(PY) -m pytest $(ARGS)
+
+# Apart from `test`, as it installs SLURM; it says so and succeeds where that is not possible.
+test-slurm: $(STAMP)
+	@$(ONE_THREAD) $(PY) -m pytest tests/slurm $(ARGS)
 
 lint: $(STAMP)
 	$(PY) -m ruff check

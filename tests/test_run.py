@@ -214,6 +214,76 @@ def test_a_job_that_wrote_nothing_to_its_log(folder, more, shown):
     assert log == "  log: empty.log"
 
 
+def test_a_job_that_succeeded_when_tried_again_did_not_fail(folder):
+    text = job_error("curves", "a.parquet", "a.log") + job_error("curves", "a.parquet", "a.log")
+    assert len(run.failed_jobs(text)) == 1
+    assert len(run.failed_jobs(text + "Finished jobid: 44 (Rule: curves)\n")) == 1
+    assert run.failed_jobs(text + "Finished jobid: 4 (Rule: curves)\n") == []
+
+
+def test_what_slurm_says_is_shown_below_the_jobs_own_log(folder):
+    Path("own.log").write_text("1.5 0.85 solved\n")
+    Path("7.log").write_text("what Snakemake says\n")
+    text = job_error("scan", "a.parquet", "own.log, 7.log").replace(
+        "doing it", "SLURM-job '7' failed, SLURM status is: 'TIMEOUT'. Detailed reason unavailable"
+    )
+    (shown,) = run.failed_jobs(text)
+    assert shown.splitlines() == [
+        "FAILED: rule scan, making a.parquet",
+        "    1.5 0.85 solved",
+        "    SLURM status is: 'TIMEOUT'",
+        "  log: own.log, 7.log",
+    ]
+
+
+GROUP_ERROR = """\
+[Sat Nov 21 09:12:56 2026]
+    message: Error in group block
+    log: 7.log (check log file(s) for error details)
+    jobs:
+        rule curves:
+            jobid: 2
+            output: a.curves
+            log: curves.log (check log file(s) for error details)
+        rule points:
+            jobid: 1
+            output: a.points
+            log: points.log (check log file(s) for error details)
+    [Sat Nov 21 09:12:56 2026]
+    Error in rule curves:
+        message: None
+        jobid: 2
+        output: a.curves
+"""
+
+
+def test_of_several_rules_in_a_cluster_job_the_one_that_failed_is_shown(folder):
+    Path("curves.log").write_text("1.5 0.85 solved\n")
+    Path("points.log").write_text("error: the reason\n")
+    Path("7.log").write_text(2 * job_error("points", "a.points", "points.log"))
+    assert [text.splitlines() for text in run.failed_jobs(2 * GROUP_ERROR)] == [
+        ["FAILED: rule points, making a.points", "    error: the reason", "  log: points.log"]
+    ]
+    assert run.failed_jobs(GROUP_ERROR + "Finished jobid: 2 (Rule: curves)\n") == []
+
+
+def test_a_cluster_job_that_was_killed_says_what_the_scheduler_wrote(folder):
+    Path("7.log").write_text("*** JOB 7 CANCELLED DUE TO TIME LIMIT ***\n")
+    (text,) = run.failed_jobs(GROUP_ERROR)
+    title, reason, log = text.splitlines()
+    assert title == "FAILED: group block, making a.curves, a.points"
+    assert reason == "    *** JOB 7 CANCELLED DUE TO TIME LIMIT ***"
+    assert log == "  log: 7.log, curves.log, points.log"
+
+
+def test_without_the_schedulers_log_the_last_rule_that_said_something_is_shown(folder):
+    text = GROUP_ERROR.replace("    log: 7.log (check log file(s) for error details)\n", "", 1)
+    Path("curves.log").write_text("1.5 0.85 solved\n")
+    Path("points.log").write_text("error: the reason\n")
+    (shown,) = run.failed_jobs(text)
+    assert shown.splitlines()[1:] == ["    error: the reason", "  log: points.log, curves.log"]
+
+
 def test_a_rule_without_log_and_output(folder):
     (text,) = run.failed_jobs("Error in rule all:\n    jobid: 0\nmore\n")
     assert text.splitlines()[0] == "FAILED: rule all, making (no output)"
@@ -255,6 +325,22 @@ def test_the_lock_of_a_killed_run_is_removed(folder, capsys):
 def test_a_run_that_came_to_its_end_leaves_no_lock(wrapped, snakemake):
     wrapped(snakemake)
     assert "was killed" not in wrapped(snakemake).stderr
+
+
+def test_another_profile_takes_the_place_of_the_default_one(wrapped):
+    Path("workflow/profiles/cluster").mkdir(parents=True)
+    result = wrapped("print(*sys.argv[1:])", "--workflow-profile", "workflow/profiles/cluster")
+    assert result.stdout.split() == ["--workflow-profile", "workflow/profiles/cluster"]
+
+
+def test_a_missing_profile_is_named(wrapped):
+    for name in ("default", "slurm"):
+        Path("workflow/profiles", name).mkdir(parents=True)
+    result = wrapped("say('started')", "--workflow-profile", "slurm")
+    assert result.returncode == 1
+    assert result.stderr == (
+        "No such profile: slurm; there are: workflow/profiles/default, workflow/profiles/slurm\n"
+    )
 
 
 @pytest.mark.parametrize("arguments", [["--configfile", "no.yaml"], ["--configfile=no.yaml"]])

@@ -1,6 +1,7 @@
 """Run the Snakemake workflow for a person (or CI log) to watch; used by the Makefile.
 
-Usage: python workflow/run.py [--configfile FILE] [any other Snakemake arguments]
+Usage: python workflow/run.py [--configfile FILE] [--workflow-profile FOLDER]
+                              [any other Snakemake arguments]
 
 Snakemake's `rich` logger draws the progress bars. This wrapper adds what neither that logger nor
 Snakemake's `onsuccess`/`onerror` can do (`onsuccess` is skipped when there is nothing to do, and
@@ -28,11 +29,16 @@ from typing import IO
 import yaml
 
 PROFILE = "workflow/profiles/default"
+PROFILES = [str(path) for path in sorted(Path("workflow/profiles").glob("*"))]
 SNAKEMAKE_LOGS = Path(".snakemake/log")
 FIGURE_SUFFIXES = {".pdf", ".svg", ".png"}
 PROGRESS = re.compile(r"^(\d+) of (\d+) steps \(([\d.]+)%\) done$")
 # Snakemake's report of a failed job in its own log file: a title and indented lines.
 JOB_ERROR = re.compile(r"^Error in rule (?P<rule>\S+):\n(?P<body>(?:    .*\n)+)", re.MULTILINE)
+# The same of a cluster job that was to run several, whether they failed or not.
+GROUP_ERROR = re.compile(
+    r"^    message: Error in group (?P<group>\S+)\n(?P<body>(?:    (?!\[).*\n)+)", re.MULTILINE
+)
 
 
 def say(text: str) -> None:
@@ -91,39 +97,74 @@ def print_progress(lines: IO[str]) -> list[str]:
     return list(other)
 
 
+def fields(body: str, name: str) -> list[str]:
+    """Return the values of a field in the indented lines of an error report."""
+    return re.findall(rf"^ *{name}: (.*?)(?: \(check log.*)?$", body, re.MULTILINE)
+
+
+def last_words(logs: list[str]) -> list[str]:
+    """Return the last lines of the first of some log files that has any."""
+    for path in map(Path, logs):
+        if path.is_file():
+            lines = path.read_text(errors="replace").splitlines()
+            if tail := [line for line in lines if line.strip()][-6:]:
+                return tail
+    return []
+
+
 def failed_jobs(snakemake_log: str) -> list[str]:
-    """Return a short text for each failed job: what failed, why, and where its log is."""
-    texts = []
-    for match in JOB_ERROR.finditer(snakemake_log):
-        fields = dict(re.findall(r"^    (\w+): (.*)$", match["body"], re.MULTILINE))
-        logs = fields.get("log", "").partition(" (check log")[0]
-        paths = [Path(name) for name in logs.split(", ") if name]
-        written = [p.read_text(errors="replace") for p in paths if p.is_file()]
-        tail = [line for line in "\n".join(written).splitlines() if line.strip()][-6:]
-        if not tail:  # e.g. killed for lack of memory, before it could say anything
+    """Return a short text for each job that failed for good: what, why, and where its log is."""
+    texts: dict[tuple[str, str], str] = {}  # of the last attempt at each
+    for match in sorted(
+        [*JOB_ERROR.finditer(snakemake_log), *GROUP_ERROR.finditer(snakemake_log)],
+        key=lambda match: match.start(),
+    ):
+        body = match["body"]
+        later = snakemake_log[match.end() :]
+        if any(f"Finished jobid: {jobid} " in later for jobid in fields(body, "jobid")):
+            continue  # a retry succeeded
+        output = ", ".join(fields(body, "output")) or "(no output)"
+        logs = [log for value in fields(body, "log") for log in value.split(", ")]
+        group = match.groupdict().get("group")
+        what = f"group {group}" if group else f"rule {match['rule']}"
+        if group and body.startswith("    log: "):
+            # The job's own Snakemake knows which rule it was, unless it was killed, too.
+            own = Path(logs[0]).read_text(errors="replace") if Path(logs[0]).is_file() else ""
+            if inner := failed_jobs(own):
+                texts[what, output] = "\n".join(inner)
+                continue
+        elif group:
+            logs.reverse()  # the rule that came last was the one that failed
+        tail = last_words(logs)
+        status = re.findall(r"SLURM status is: '\w+'", (fields(body, "message") or [""])[0])
+        if not tail and not status:  # e.g. killed for lack of memory, before it could say anything
             ends = re.findall(r"(?:died with|returned non-zero).*", snakemake_log)
             tail = [f"(nothing in its log; the command {ends[-1]})" if ends else "(empty log)"]
-        texts.append(
-            f"FAILED: rule {match['rule']}, making {fields.get('output', '(no output)')}\n"
-            + "".join(f"    {line}\n" for line in tail)
-            + f"  log: {logs or '(the rule has no log file)'}"
+        texts[what, output] = (
+            f"FAILED: {what}, making {output}\n"
+            + "".join(f"    {line}\n" for line in [*tail, *status])
+            + f"  log: {', '.join(logs) or '(the rule has no log file)'}"
         )
-    return texts
+    return list(texts.values())
 
 
 def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
     parser.add_argument("--config", nargs="+", default=[])
+    parser.add_argument("--workflow-profile")
     known, _ = parser.parse_known_args(argv)
     configfiles = known.configfile
     for name in configfiles:
         if not Path(name).is_file():
             sys.exit(f"No such study file: {name}")
+    if known.workflow_profile not in (None, "none") and not Path(known.workflow_profile).is_dir():
+        sys.exit(f"No such profile: {known.workflow_profile}; there are: {', '.join(PROFILES)}")
     overrides = dict(entry.split("=", 1) for entry in known.config if "=" in entry)
     study = overrides.get("study") or study_name(configfiles)
 
-    snakemake = [sys.executable, "-m", "snakemake", "--workflow-profile", PROFILE, *argv]
+    profile = [] if known.workflow_profile else ["--workflow-profile", PROFILE]
+    snakemake = [sys.executable, "-m", "snakemake", *profile, *argv]
     terminal = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
     lock = acquire_lock(snakemake)
     logs_before = set(SNAKEMAKE_LOGS.glob("*.log"))
