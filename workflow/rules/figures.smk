@@ -30,6 +30,7 @@ rule figure:
         f"{RESULTS}/logs/figure/{{figure}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/figure/{{figure}}.tsv"
+    localrule: True
     threads: 1
     params:
         figure=lambda wildcards: STUDY.figures[wildcards.figure],
@@ -49,6 +50,7 @@ rule captions:
         f"{RESULTS}/logs/captions.log",
     benchmark:
         f"{RESULTS}/benchmarks/captions.tsv"
+    localrule: True
     threads: 1
     params:
         captions={name: figure.get("caption", "") for name, figure in STUDY.figures.items()},

@@ -32,6 +32,7 @@ rule scans:
         f"{RESULTS}/logs/scans.log",
     benchmark:
         f"{RESULTS}/benchmarks/scans.tsv"
+    localrule: True
     threads: 1
     params:
         study_file=study_file("scans"),

@@ -50,6 +50,7 @@ rule stiction:
         f"{RESULTS}/logs/stiction.log",
     benchmark:
         f"{RESULTS}/benchmarks/stiction.tsv"
+    localrule: True
     threads: 1
     params:
         grids={name: grid.spelled(axes) for name, axes in STUDY.grids.items()},
