@@ -1,0 +1,216 @@
+"""The profiles for clusters, run on a real SLURM; by `make test-slurm` alone, as it installs one.
+
+Jobs and daemons are found by what they inherit from `up.sh`, so that `down.sh` ends all of them.
+"""
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+import yaml
+
+from vibrissa import grid, tables
+from vibrissa.study import parse_study
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+STUDY = yaml.safe_load((HERE / "study.yaml").read_text())
+# Two blocks, for what is about the jobs and not about the numbers.
+AXES = {"theta": [1.5, 2, 2.5], "mu0": [0.3, 5], "eta": [0.8, 0.85], "dx0": [0.001]}
+SMALL = {"study": "small", "block_size": 3, "grids": {"main": AXES}}
+# The plugin waits 40 s before it looks after its first jobs.
+SOON = ("--slurm-init-seconds-before-status-checks", "10")
+
+
+class Project:
+    """A copy of the project, in which a study is run."""
+
+    def __init__(self, root, study, cluster=""):
+        self.root = root
+        self.study = study
+        skip = shutil.ignore_patterns("__pycache__")
+        for name in ("src", "workflow"):
+            shutil.copytree(ROOT / name, root / name, ignore=skip)
+        for name in ("Snakefile", "config.yaml"):
+            shutil.copy(ROOT / name, root)
+        (root / "study.yaml").write_text(yaml.safe_dump(study))
+        self.environment = os.environ | {
+            "PYTHONPATH": str(root / "src"),
+            "XDG_CACHE_HOME": str(root / ".cache"),
+            "VIBRISSA_SLURM": str(cluster),
+        }
+
+    @contextlib.contextmanager
+    def running(self, profile, *arguments):
+        """Run the study while the caller does something; the run must come to a good end."""
+        command = [sys.executable, "workflow/run.py", "--configfile", "study.yaml"]
+        command += ["--workflow-profile", f"workflow/profiles/{profile}", *arguments]
+        process = subprocess.Popen(
+            command, cwd=self.root, env=self.environment, stderr=subprocess.PIPE, text=True
+        )
+        try:
+            yield
+            said = process.communicate(timeout=300)[1]
+        finally:
+            if process.poll() is None:
+                process.terminate()
+                process.communicate()
+        assert process.returncode == 0, f"{said}\n{self.log()}"
+        self.said = said
+
+    def run(self, profile, *arguments):
+        """Run the study; return what was on the screen."""
+        with self.running(profile, *arguments):
+            pass
+        return self.said
+
+    def log(self):
+        """What the last Snakemake run wrote."""
+        return max((self.root / ".snakemake/log").glob("*.log")).read_text()
+
+    def tables(self):
+        """Names and paths of the study's tables."""
+        folder = self.root / "results" / self.study["study"] / "tables"
+        return {path.stem: path for path in sorted(folder.glob("*.parquet"))}
+
+    def table(self, name):
+        return tables.read(self.tables()[name], getattr(tables, name.upper()))
+
+
+def slurm(command):
+    """Lines that one of SLURM's commands prints."""
+    return subprocess.run(
+        command.split(), capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+
+
+def wait_for(condition, what, seconds=60):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, f"no {what} within {seconds} s"
+        time.sleep(0.2)
+    return found
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    """Folder of a cluster of two nodes, n1 and n2."""
+    folder = Path(tempfile.mkdtemp(prefix="vibrissa-slurm-", dir="/tmp"))
+    try:
+        up = subprocess.run([HERE / "up.sh", folder], capture_output=True, text=True)
+        said = (up.stdout + up.stderr).strip()
+        if up.returncode == 77:
+            pytest.skip(said.splitlines()[-1])
+        assert up.returncode == 0, said
+        yield folder
+    finally:
+        down = subprocess.run([HERE / "down.sh", folder], capture_output=True, text=True)
+        shutil.rmtree(folder, ignore_errors=True)
+    assert down.returncode == 0, down.stderr
+
+
+def local(study, folder):
+    """The project after a run of a study on this machine."""
+    project = Project(folder / "project", study)
+    project.run("default")
+    return project
+
+
+@pytest.fixture(scope="module")
+def small(cluster, tmp_path_factory):
+    return local(SMALL, tmp_path_factory.mktemp("small"))
+
+
+def assert_same_tables(project, other):
+    """The files are the same byte for byte: values, nulls, order, schema and metadata."""
+    assert project.tables().keys() == other.tables().keys() != set()
+    for name, path in project.tables().items():
+        one, two = project.table(name), other.table(name)
+        differ = [column for column in one.column_names if not one[column].equals(two[column])]
+        assert path.read_bytes() == other.tables()[name].read_bytes(), (name, differ)
+
+
+def test_the_tables_are_the_same_as_without_a_cluster(cluster, tmp_path):
+    start = time.monotonic()
+    here = local(STUDY, tmp_path / "here")
+    seconds = [time.monotonic() - start]
+    project = Project(tmp_path / "there", STUDY, cluster)
+    said = project.run("slurm", *SOON)
+    seconds.append(time.monotonic() - start - seconds[0])
+
+    schema = yaml.safe_load((ROOT / "workflow/schemas/study.schema.yaml").read_text())
+    points = grid.study_points(parse_study(STUDY, schema).grids)
+    assert len(points) >= 20_000
+    tables.check_points(project.table("stiction"), points)
+    assert project.tables().keys() == {"stiction", "scans", "states"}
+    assert_same_tables(project, here)
+
+    lines = [line.split("|") for line in slurm("squeue --states=all -h -o %j|%T|%N")]
+    jobs = [(state, node) for name, state, node in lines if name.startswith("vibrissa_")]
+    assert {state for state, _ in jobs} == {"COMPLETED"}
+    assert {node for _, node in jobs} == {"n1", "n2"}
+    blocks = list(project.root.glob("results/*/blocks/*/*.curves.parquet"))
+    assert len(jobs) == len(blocks) + 2 == 6  # one for each block, the scans and the states
+    print(
+        f"\n{len(points)} points, bit for bit the same: {seconds[0]:.0f} s on this machine, "
+        f"{seconds[1]:.0f} s as {len(jobs)} jobs of SLURM"
+    )
+    assert "(100%) done" in said
+    assert "Nothing to do" in project.run("slurm", *SOON)
+
+
+def running_on(node):
+    return slurm(f"squeue -h --states=RUNNING --nodelist={node} -o %i")
+
+
+def lose(node, cluster):
+    """Kill the daemon of a node and all that runs on it, as if somebody had pulled its plug."""
+    os.kill(int((cluster / node / "slurmd.pid").read_text()), signal.SIGKILL)
+    sessions = set()
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):
+            environment = process.environ()
+            if environment.get("VIBRISSA_SLURM") == str(cluster):
+                if environment.get("SLURMD_NODENAME") == node:
+                    sessions.add(os.getsid(process.pid))
+    assert sessions
+    for process in psutil.process_iter():
+        # SLURM's own part of a job has overwritten its environment, but shares the session.
+        with contextlib.suppress(psutil.Error, ProcessLookupError):
+            if os.getsid(process.pid) in sessions:
+                process.kill()
+    # SLURM by itself notices after half a minute.
+    slurm(f"scontrol update nodename={node} state=down reason=lost")
+
+
+def test_a_node_lost_in_the_middle_of_a_job_changes_nothing(cluster, small, tmp_path):
+    project = Project(tmp_path / "project", SMALL, cluster)
+    with project.running("slurm", *SOON):
+        wait_for(lambda: running_on("n1"), "job on n1")
+        time.sleep(2)
+        lost = running_on("n1")
+        lose("n1", cluster)
+    # SLURM itself started the jobs again, and Snakemake did not have to.
+    assert lost
+    for job in lost:
+        assert " Restarts=1 " in slurm(f"scontrol show job -o {job}")[0]
+    assert "Trying to restart" not in project.log()
+    assert_same_tables(project, small)
+
+
+def test_another_scheduler_and_a_job_cancelled_by_hand(cluster, small, tmp_path):
+    """SLURM, as any scheduler. Snakemake by itself would wait for the job for ever."""
+    project = Project(tmp_path / "project", SMALL, cluster)
+    with project.running("cluster-generic", "--seconds-between-status-checks", "3"):
+        cancelled, *_ = wait_for(lambda: running_on("n1,n2"), "job")
+        slurm(f"scancel {cancelled}")
+    assert project.log().count("Trying to restart") == 1
+    assert_same_tables(project, small)
