@@ -104,17 +104,18 @@ def wait_for(condition, what, seconds=60):
 def cluster():
     """Folder of a cluster of two nodes, n1 and n2."""
     folder = Path(tempfile.mkdtemp(prefix="vibrissa-slurm-", dir="/tmp"))
+    up = subprocess.run([HERE / "up.sh", folder], capture_output=True, text=True)
+    said = (up.stdout + up.stderr).strip()
+    if up.returncode == 77:
+        folder.rmdir()
+        pytest.skip(said.splitlines()[-1])
+    assert up.returncode == 0, said
     try:
-        up = subprocess.run([HERE / "up.sh", folder], capture_output=True, text=True)
-        said = (up.stdout + up.stderr).strip()
-        if up.returncode == 77:
-            pytest.skip(said.splitlines()[-1])
-        assert up.returncode == 0, said
         yield folder
     finally:
         down = subprocess.run([HERE / "down.sh", folder], capture_output=True, text=True)
-        shutil.rmtree(folder, ignore_errors=True)
-    assert down.returncode == 0, down.stderr
+        assert down.returncode == 0, down.stderr
+    shutil.rmtree(folder)
 
 
 def local(study, folder):

@@ -40,8 +40,10 @@ if [ -e $conf ] || [ -L $conf ]; then
     [ -L $conf ] && [[ $(readlink $conf) == */vibrissa-slurm.conf ]] ||
         unable "$conf is there: this machine belongs to a SLURM already"
     old=$(dirname "$(readlink $conf)")
-    [ -z "$(grep -lzxF "VIBRISSA_SLURM=$old" /proc/[0-9]*/environ 2>/dev/null)" ] ||
-        unable "another test cluster is up; if nobody uses it: $down $old"
+    if [ -n "$(grep -lzxF "VIBRISSA_SLURM=$old" /proc/[0-9]*/environ 2>/dev/null)" ]; then
+        echo "another test cluster is up; if nobody uses it: $down $old" >&2
+        exit 1
+    fi
     rm $conf
 fi
 
