@@ -49,7 +49,7 @@ fi
 
 mkdir -p "$folder"/{state,log,n1,n2}
 chmod 755 "$folder"
-packages=(munge slurm-client slurmctld slurmd)
+packages=(munge procps slurm-client slurmctld slurmd)
 [ -z "${WITH_DBD:-}" ] || packages+=(mariadb-server slurmdbd)
 if ! dpkg-query -W -f '${Status}\n' "${packages[@]}" 2>/dev/null |
     awk '/^install ok installed$/ { n++ } END { exit n != '${#packages[@]}' }'; then
