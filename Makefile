@@ -23,16 +23,18 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce study setup test test-slurm lint format lock clean
+.PHONY: help reproduce beyond survey study setup test test-slurm lint format lock clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make reproduce             install everything into .venv, run the study, list the figures"
+	@echo "make beyond                the study of what lies beyond the paper, studies/beyond.yaml"
 	@echo "make study STUDY=my.yaml   the same for the study in my.yaml instead of config.yaml"
-	@echo "                           (both take CORES=n to use only n cores, and"
+	@echo "                           (all three take CORES=n to use only n cores, and"
 	@echo "                           PROFILE=workflow/profiles/slurm to run on a cluster)"
 	@echo "make test                  all tests"
 	@echo "make test-slurm            a study on a SLURM that is brought up for it (Debian, root)"
+	@echo "make survey                100,000 random points in both contact models, counted by outcome"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
 	@echo "make lock                  bring requirements.lock in line with pyproject.toml"
@@ -41,6 +43,9 @@ help:
 
 reproduce: $(STAMP)
 	@$(RUN)
+
+beyond: $(STAMP)
+	@$(RUN) --configfile studies/beyond.yaml
 
 # Asked before the installation starts, not after it.
 ifeq ($(MAKECMDGOALS)$(STUDY),study)
@@ -87,6 +92,9 @@ test: $(STAMP)
 # Apart from `test`, as it installs SLURM; it says so and succeeds where that is not possible.
 test-slurm: $(STAMP)
 	@$(ONE_THREAD) $(PY) -m pytest tests/slurm $(ARGS)
+
+survey: $(STAMP)
+	@$(ONE_THREAD) $(PY) benchmarks/survey.py $(ARGS)
 
 lint: $(STAMP)
 	$(PY) -m ruff check

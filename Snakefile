@@ -25,5 +25,6 @@ rule all:
         f"{RESULTS}/tables/stiction.parquet",
         f"{RESULTS}/tables/scans.parquet" if STUDY.scans else [],
         f"{RESULTS}/tables/states.parquet" if STUDY.states else [],
+        f"{RESULTS}/tables/comparisons.parquet" if STUDY.comparisons else [],
         expand(f"{RESULTS}/figures/{{figure}}.{{ending}}", figure=STUDY.figures, ending=ENDINGS),
         f"{RESULTS}/figures/captions.md" if STUDY.figures else [],

@@ -74,9 +74,15 @@ def test_onset_that_locks_names_the_limit():
 
 
 def test_onset_that_cannot_be_solved_is_failed():
-    onset = solve_onset(theta=20, mu0=0.3, eta=0.05)
+    onset = solve_onset(theta=1000, mu0=0.3, eta=0.05)
     assert onset.status is Status.FAILED
-    assert "try an eta" in onset.message
+    assert "try a larger eta" in onset.message
+
+
+def test_onset_out_of_reach_says_why():
+    onset = solve_onset(theta=3.1, mu0=0.3, eta=0.15)
+    assert onset.status is Status.OUT_OF_REACH
+    assert "crosses itself" in onset.message and np.isnan(onset.x0_slip)
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_step_longer_than_the_period_slips_every_time(curve):
 def test_failed_curve_gives_an_empty_failed_scan():
     scan = stick_slip(failed_curve(1.0, 0.5, "collocation", "why"), D("0.3"), D("0.01"), 2)
     assert scan.status is Status.FAILED
-    assert len(scan.step) == 0 and scan.x.shape == (0, 51)
+    assert len(scan.step) == 0 and scan.x.shape == (0, 101)
 
 
 @pytest.mark.parametrize(("argument", "value"), [("cycles", 0), ("shape_points", 1)])

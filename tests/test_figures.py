@@ -7,6 +7,7 @@ from matplotlib.colors import to_hex
 
 from vibrissa import figures, records, solve_curve, solve_state, stick_slip, tables
 from vibrissa.api import EquilibriumState
+from vibrissa.comparison import compare
 from vibrissa.curve import failed_curve
 from vibrissa.grid import Grid, points_of_curve
 from vibrissa.status import Status
@@ -189,7 +190,7 @@ def test_state_figure_shows_shape_contact_and_clamp(name, state):
     assert is_line(shape, row["shape_x"], row["shape_y"])
     assert is_line(contact, [row["x1"]], [row["eta"]])
     assert is_line(clamp, [0], [0])
-    told = [text for text in axes.texts if "passes through the surface" in text.get_text()]
+    told = [text for text in axes.texts if "passes through" in text.get_text()]
     assert len(told) == row["penetrates"] == (state == "inside")
 
 
@@ -319,7 +320,60 @@ def test_regime_map_colours_each_point_by_what_happens_there(plane):
             if row["eta"] == eta:
                 place = [0.1, 0.4, 0.6].index(row["mu0"]), [1, 3, 5].index(row["theta"])
                 slips = {"point": 0, "line": 1}[row["contact"]]
-                expected = 2 if row["status"] == "lock" else slips
+                locks = {"slips_forward": 2, "snaps": 3}.get(row["end"])
+                expected = locks if row["status"] == "lock" else slips
                 assert field[place] == expected
                 seen.add(expected)
-    assert seen == {0, 1, 2}
+    assert seen == {0, 1, 3}
+
+
+def locking_points():
+    """Onsets near two locks: a smooth maximum and a kink."""
+    mu0 = tuple(f"{0.4 + 0.0005 * i:.4f}" for i in range(160))
+    curves = {t: solve_curve(float(t), 0.85, contact="line") for t in ("2", "2.8")}
+    return points_table({"lock": grid(tuple(curves), mu0, ("0.001",))}, curves)
+
+
+def test_the_law_near_the_lock_is_a_square_root_except_in_a_kink():
+    figure = figures.draw("law", locking_points(), {"grid": "lock"})
+    labels = [text.get_text() for text in figure.axes[1].get_legend().get_texts()]
+    exponents = [float(label.rsplit(" ", 1)[1]) for label in labels]
+    assert exponents == pytest.approx([0.5, 1.0], abs=0.06)
+    # The law meets the lock: black lines end in the large marks.
+    lines = [line for line in figure.axes[0].lines if line.get_color() == "black"][:-1]
+    assert len(lines) == 2 and all(len(line.get_xdata()) > 10 for line in lines)
+
+
+def test_models_figure_marks_what_penetrates():
+    table = records.comparison_table("models", compare([1, 4, 8], [0.2], [0.85]))
+    figure = figures.draw("models", table, {"comparison": "models"})
+    line, marks = figure.axes[0].lines
+    assert np.isfinite(line.get_ydata()).all()
+    assert np.isfinite(marks.get_ydata()).tolist() == [False, False, True]
+    assert marks.get_ydata()[2] > 30
+
+
+def test_signals_of_a_locking_tip_show_its_stability_fall():
+    figure = figures.draw("signals", TABLES["scans"], {"scan": "runs", "theta": 2, "mu0": 0.9})
+    inclination, *_ = figure.axes[0].lines
+    assert abs(inclination.get_ydata()).max() < 0.9
+    (margin,) = figure.axes[2].lines
+    assert margin.get_ydata()[0] > margin.get_ydata()[-1] > 0
+
+
+def test_several_states_stand_in_one_figure():
+    lying = solve_state(1, 0.55, 0.15, "line")
+    table = records.states_table({"paper": solve_state(1, 0.55, 0.15), "lying": lying})
+    figure = figures.draw("state", table, {"state": ["paper", "lying"]})
+    text = " ".join(text.get_text() for text in figure.axes[0].texts)
+    assert "point contact" in text and "line contact" in text and "passes through" in text
+
+
+def test_regimes_tell_how_a_lock_goes_on():
+    curve = {"1.5": solve_curve(1.5, 0.5, contact="line")}
+    mu0 = tuple(f"{0.1 * i:.1f}" for i in range(1, 13))
+    table = points_table({"plane": grid(("1.5",), mu0, ("0.001",), ("0.5",))}, curve)
+    figure = figures.draw("regimes", table, {"grid": "plane"})
+    shown = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "locks, then slips forward" in shown and "locks, then snaps through" in shown
+    assert "no result" not in shown

@@ -72,7 +72,7 @@ def test_the_study_is_what_is_written():
     assert [spell(v) for v in main.theta] == ["1", "2.5"]
     assert study.scans["runs"].cycles == 9
     assert [spell(v) for v in study.scans["runs"].grid.dx0] == ["0.002", "0.004"]
-    assert study.states["single"] == StatePoint(*map(Decimal, ("1.5", "0.55", "0.15")))
+    assert study.states["single"] == StatePoint(*map(Decimal, ("1.5", "0.55", "0.15")), "point")
     assert study.figures["taper"] == {"kind": "taper", "grid": "main", "caption": "Some words."}
 
 
@@ -189,7 +189,7 @@ REFUSED = {
     "1e-3": ("[0.001]", "[1e-3]", "grids.main.dx0[0]", "'1e-3'", "write a number without quotes"),
     "quoted": ("eta: 0.55", "eta: '0.5'", "states.single.eta", "'0.5'", "without quotes"),
     "no grids": (STUDY[STUDY.index("grids:") :], "grids: {}", "grids", "{}", "named grids"),
-    "kind": ("kind: state,", "kind: stait,", "figures.state.kind", "'stait'", "period or state"),
+    "kind": ("kind: state,", "kind: stait,", "figures.state.kind", "'stait'", "state or models"),
     "unknown state": ("state: single", "state: x", "figures.state.state", "'x'", "allowed: single"),
     "unknown grid": ("grid: main, cap", "grid: x, cap", "figures.taper.grid", "'x'", "main"),
     "unknown scan": (
@@ -362,3 +362,27 @@ def test_a_key_that_stands_twice_is_refused_with_its_lines(text, key, lines):
 )
 def test_keys_that_stand_once_are_not_refused(text):
     assert refuse_repeated_keys(text) is None
+
+
+def test_a_state_may_have_a_contact_of_its_own_and_a_comparison_three_axes():
+    states = "states: {a: {theta: 1, eta: 0.5, x1: 0.2, contact: line}}\n"
+    comparisons = "comparisons: {c: {theta: [1, 2], mu0: [0.3], eta: [0.85]}}\n"
+    study = parse(SMALLEST + states + comparisons)
+    assert study.states["a"].contact == "line" and study.contact == "point"
+    assert study.comparisons["c"].theta == (Decimal(1), Decimal(2))
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        ("comparisons: {c: {theta: [1], mu0: [0.3]}}", "comparisons.c: missing 'eta'"),
+        ("comparisons: {c: {theta: [0], mu0: [0.3], eta: [0.8]}}", "comparisons.c.theta[0]: 0"),
+        ("figures: {f: {kind: models, comparison: d}}", "'d' is not the name of a comparison"),
+        ("figures: {f: {kind: state, state: [d]}}", "'d' is not the name of a state"),
+        ("figures: {f: {kind: state, state: []}}", "figures.f.state: [] is not allowed"),
+        ("figures: {f: {kind: law, grid: h}}", "'h' is not the name of a grid"),
+        ("states: {a: {theta: 1, eta: 0.5, x1: 0.2, contact: plane}}", "states.a.contact: 'plane'"),
+    ],
+)
+def test_mistakes_in_comparisons_and_states_are_named(more, named):
+    assert named in refusal(SMALLEST + more + "\n")

@@ -9,13 +9,15 @@ import pytest
 
 from vibrissa import __version__, records, solve_curve, solve_state, stick_slip, tables
 from vibrissa.api import EquilibriumState
+from vibrissa.comparison import compare
 from vibrissa.curve import Piece, failed_curve, sticking_curve
 from vibrissa.grid import Grid, points_of_curve, study_points
 from vibrissa.status import Contact, Parameter, Status
 from vibrissa.stiction import read_curve
-from vibrissa.tables import CURVES, SCANS, STATE, STATES, STICTION, TableError
+from vibrissa.tables import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION, TableError
 
 SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}
+SCHEMAS |= {"comparisons": COMPARISONS}
 UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1"}
 AGAIN = "delete it and run again, it is made anew"
 
@@ -75,6 +77,7 @@ TABLES = {
         SCANS,
     ),
     "states": records.states_table({"a": solve_state(1, 0.55, 0.15), "b": failed_state()}),
+    "comparisons": records.comparison_table("both", compare([1, 8], [0.2, 9], [0.85])),
 }
 
 
@@ -95,7 +98,7 @@ def test_columns_of_the_stiction_table():
     states = ("f", "alpha", "phi1", "s_c", *reactions, "stability")
     assert STICTION.names == [
         *("grids", "theta", "mu0", "eta", "dx0", "status", "message", "contact"),
-        *("x0_slip", "x0_max", "n_steps", "mu_lock"),
+        *("x0_slip", "x0_max", "n_steps", "mu_lock", "x0_lock"),
         *(f"{name}{suffix}" for suffix in ("_init", "_last", "_slip") for name in states),
         *("end", "x0_end", *(f"{name}_end" for name in states)),
         *("x1_init", "penetrates", "residual"),

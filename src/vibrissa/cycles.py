@@ -75,7 +75,7 @@ def stick_slip(
     mu0: Decimal | float,
     dx0: Decimal | float,
     cycles: int,
-    shape_points: int = 51,
+    shape_points: int = 101,
 ) -> Scan:
     """Move the clamp in steps of Δx0 through a number of stick-slip cycles.
 

@@ -18,11 +18,15 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from vibrissa.arrays import FloatArray
 from vibrissa.files import write_atomically
 
 WIDTH = 6.3
 RESOLUTION = 200
-LOCKED = "the tip locks, shown up to the lock"
+# Points next to the lock to which its law is fitted, and how far it is drawn, relative to mu_lock.
+FITTED_POINTS = 16
+NEAR_LOCK = 0.1
+LOCKED = "the tip locks, shown as far as it sticks"
 # Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MARKERS = ("s", "D", "^", "o", "v", "P")
@@ -44,11 +48,12 @@ def draw(kind: str, table: pa.Table, selection: Mapping[str, Any]) -> Figure:
     Parameters
     ----------
     kind : str
-        ``taper``, ``friction``, ``locking``, ``regimes``, ``scan``, ``period`` or ``state``.
+        One of `KINDS`.
     table : pyarrow.Table
         Table that the kind is drawn from (`vibrissa.tables`).
     selection : mapping
-        Which rows: ``grid``, ``scan`` or ``state``, and values of the axes that are fixed.
+        Which rows: ``grid``, ``scan``, ``state`` or ``comparison``, and values of the axes that are
+        fixed.
 
     Returns
     -------
@@ -65,7 +70,9 @@ def draw(kind: str, table: pa.Table, selection: Mapping[str, Any]) -> Figure:
     if rows.empty:
         raise ValueError(f"no rows to draw for {kind} figure with {dict(selection)}")
     with matplotlib.rc_context(STYLE):
-        return _failure(rows) if (rows["status"] == "failed").all() else KINDS[kind](rows)
+        if "status" in rows and rows["status"].isin(["failed", "out_of_reach"]).all():
+            return _failure(rows)
+        return KINDS[kind](rows)
 
 
 def save(figure: Figure, paths: Sequence[str | Path]) -> None:
@@ -98,6 +105,8 @@ def _select(table: pa.Table, selection: Mapping[str, Any]) -> pd.DataFrame:
     for name, value in selection.items():
         if name == "grid":
             rows = rows[[value in grids for grids in rows["grids"]]]
+        elif isinstance(value, list):
+            rows = rows[rows[name].isin(value)]
         else:
             rows = rows[rows[name] == value]
     return rows
@@ -113,7 +122,8 @@ def _failure(rows: pd.DataFrame) -> Figure:
     figure, axes = _axes(2.0)
     axes.set_axis_off()
     reason = rows["message"].iloc[0] if "message" in rows else "the tables and logs say why"
-    axes.text(0.5, 0.5, f"failed: {reason}", ha="center", va="center", wrap=True)
+    status = rows["status"].iloc[0].replace("_", " ")
+    axes.text(0.5, 0.5, f"{status}: {reason}", ha="center", va="center", wrap=True)
     return figure
 
 
@@ -229,7 +239,7 @@ def _locking(rows: pd.DataFrame) -> Figure:
     axes.set_ylabel(r"locking friction $\mu_\mathrm{lock}$")
     axes.set_ylim(bottom=0)
     axes.margins(x=0.03)
-    axes.legend()
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 
@@ -238,19 +248,30 @@ def _regimes(rows: pd.DataFrame) -> Figure:
     heights = sorted(rows["eta"].unique())
     figure = Figure(figsize=(WIDTH, 0.6 + 2.6 * len(heights) / 2), layout="constrained")
     panels = figure.subplots(-(-len(heights) // 2), 2, sharex=True, sharey=True, squeeze=False)
-    regime = np.select(
-        [rows["status"] == "lock", rows["status"] == "failed", rows["contact"] == "line"],
-        [2, 3, 1],
-        default=0,
+    names = {
+        "slips in point contact": (rows["status"] == "slip") & (rows["contact"] == "point"),
+        "slips in line contact": (rows["status"] == "slip") & (rows["contact"] == "line"),
+        "locks, then slips forward": rows["end"] == "slips_forward",
+        "locks, then snaps through": rows["end"] == "snaps",
+        "locks, then out of reach": rows["end"] == "out_of_reach",
+        "locks, not followed further": rows["end"] == "not_followed",
+        "no result": ~rows["status"].isin(["slip", "lock"]),
+    }
+    colors = ListedColormap(
+        ["#0072b2", "#009e73", "#d55e00", "#e69f00", "#cc79a7", "#f0e442", "#ffffff"]
     )
-    colors = ListedColormap(["#0072b2", "#009e73", "#e69f00", "#ffffff"])
+    regime = np.select(list(names.values()), list(range(len(names))))
     for axes, eta in zip(panels.flat, heights, strict=False):
         chosen = (rows["eta"] == eta).to_numpy()
         # One step size stands for all: the regime does not depend on it.
         table = rows[chosen].assign(regime=regime[chosen]).drop_duplicates(["theta", "mu0"])
         field = table.pivot(index="mu0", columns="theta", values="regime")
         axes.pcolormesh(
-            field.columns, field.index, field, cmap=colors, vmin=0, vmax=3, shading="nearest"
+            *(field.columns, field.index, field),
+            cmap=colors,
+            vmin=0,
+            vmax=len(names) - 1,
+            shading="nearest",
         )
         locks = table.drop_duplicates("theta").sort_values("theta")
         axes.plot(locks["theta"], locks["mu_lock"], color="black", linewidth=1.0)
@@ -258,9 +279,9 @@ def _regimes(rows: pd.DataFrame) -> Figure:
         axes.set_title(rf"$\eta = {eta:g}$", fontsize=10)
     for axes in panels.flat[len(heights) :]:
         axes.set_visible(False)
-    names = ["slips in point contact", "slips in line contact", "locks"]
-    patches = [Patch(color=colors(i), label=name) for i, name in enumerate(names)]
-    figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize=9)
+    shown = [(i, name) for i, name in enumerate(names) if (regime == i).any()]
+    patches = [Patch(facecolor=colors(i), edgecolor=SURFACE, label=name) for i, name in shown]
+    figure.legend(handles=patches, loc="outside lower center", ncols=2, fontsize=9)
     for axes in panels[-1]:
         axes.set_xlabel(r"taper factor $\theta = d_0/d_1$")
     for axes in panels[:, 0]:
@@ -287,7 +308,7 @@ def _period(rows: pd.DataFrame) -> Figure:
     """Shapes of the first period of sticking of a scan (paper Figure 3)."""
     rows = rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")]
     locks = rows["status"].iloc[0] == "lock"
-    last = "last step before the lock" if locks else "last state of stiction"
+    last = "last step of sticking" if locks else "last state of stiction"
     figure, axes = _shape_axes(rows)
     _shapes(axes, rows, color=SHAPE, linewidth=0.3)
     _shapes(axes, rows.iloc[[0]], color=START, linewidth=1.8)
@@ -302,38 +323,170 @@ def _period(rows: pd.DataFrame) -> Figure:
 
 
 def _state(rows: pd.DataFrame) -> Figure:
-    """Shape of a single equilibrium (paper Figure 8)."""
-    row = rows.iloc[0]
+    """Shapes of single equilibria (paper Figure 8)."""
+    rows = rows[rows["status"] == "solved"]
     figure, axes = _shape_axes(rows)
-    _shapes(axes, rows, color=START, linewidth=1.8)
-    axes.plot(row["x1"], row["eta"], "o", color=END, markersize=5, zorder=3)
-    axes.annotate(
-        rf"$(x_1, y_1) = ({row['x1']:g}, {row['eta']:g})$"
+    for i, (_, row) in enumerate(rows.iterrows()):
+        color = (START, END, COLORS[2], COLORS[3])[i % 4]
+        _one_state(axes, row, color, below=i)
+    top = max(max(y) for y in rows["shape_y"])
+    axes.plot(0, 0, "s", color="black", markersize=7)
+    axes.set_ylim(top=max(top, rows["eta"].iloc[0]) + 0.12)
+    left, right = min(map(min, rows["shape_x"])), max(map(max, rows["shape_x"]))
+    axes.set_xlim(left - 0.08, right + 0.62)
+    row = rows.iloc[0]
+    where = rf"$(x_1, y_1) = ({row['x1']:g}, {row['eta']:g})$"
+    axes.set_title(rf"$\theta = {row['theta']:g}$, {where}", fontsize=10)
+    return figure
+
+
+def _one_state(axes: Axes, row: pd.Series, color: str, below: int) -> None:
+    """Draw a shape with its force, slope and contact, and where it passes through the surface."""
+    axes.plot(row["shape_x"], row["shape_y"], color=color, linewidth=1.8, solid_capstyle="round")
+    # What lies beyond the contact point lies straight.
+    axes.plot(row["x1"] - (1.0 - row["s_c"]), row["eta"], "o", color=color, markersize=5, zorder=3)
+    axes.text(
+        0.98,
+        0.60 - 0.26 * below,
+        f"{row['contact']} contact\n"
+        rf"$f = {row['f']:.3f}$, $\tan\alpha = {np.tan(row['alpha']):.3f}$"
         "\n"
-        rf"$\varphi_1 = {row['phi1']:.3f}$ rad"
-        + (rf", $s_c = {row['s_c']:.3f}$" if row["s_c"] < 1.0 else ""),
-        (row["x1"], row["eta"]),
-        xytext=(10, -34),
-        textcoords="offset points",
-        color=END,
+        rf"$\varphi_1 = {row['phi1']:.3f}$ rad, $s_c = {row['s_c']:.3f}$",
+        transform=axes.transAxes,
+        ha="right",
+        va="top",
+        color=color,
+        fontsize=9,
     )
     top = int(np.argmax(row["shape_y"]))
     if row["penetrates"]:
         axes.annotate(
-            f"the rod passes through the surface\n(up to y = {row['shape_y'][top]:.4f})",
+            f"passes through the surface\n(up to y = {row['shape_y'][top]:.4f})",
             (row["shape_x"][top], row["shape_y"][top]),
             xytext=(14, 14),
             textcoords="offset points",
+            color=color,
             arrowprops={"arrowstyle": "-", "color": SURFACE},
         )
-    axes.plot(0, 0, "s", color="black", markersize=7)
-    axes.set_ylim(top=max(row["shape_y"][top], row["eta"]) + 0.12)
-    axes.set_xlim(min(row["shape_x"]) - 0.08, max(row["shape_x"]) + 0.45)
-    axes.set_title(
-        rf"$\theta = {row['theta']:g}$, $\eta = {row['eta']:g}$: $f = {row['f']:.3f}$, "
-        rf"$\tan\alpha = {np.tan(row['alpha']):.3f}$",
-        fontsize=10,
-    )
+
+
+def _law(rows: pd.DataFrame) -> Figure:
+    """x0_slip over μ0 up to the lock for each θ, and the power law near it."""
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
+    axes, near = figure.subplots(1, 2)
+    slips = rows[rows["status"] == "slip"].sort_values("mu0")
+    for i, (theta, series) in enumerate(slips.groupby("theta")):
+        color = COLORS[i % len(COLORS)]
+        gap, distance = series["mu_lock"] - series["mu0"], series["x0_lock"] - series["x0_slip"]
+        exponent, law = _power_law(gap.to_numpy(float), distance.to_numpy(float))
+        label = rf"$\theta = {theta:g}$"
+        axes.plot(series["mu0"], series["x0_slip"], ".", markersize=2, color=color, label=label)
+        axes.plot(series["mu_lock"].iloc[0], series["x0_lock"].iloc[0], "o", color=color)
+        close = gap < NEAR_LOCK * series["mu_lock"]
+        axes.plot(
+            series["mu0"][close],
+            (series["x0_lock"] - law(gap.to_numpy(float)))[close],
+            color="black",
+            linewidth=0.8,
+        )
+        near.loglog(gap, distance, ".", markersize=3, color=color)
+        line = np.geomspace(gap.min(), NEAR_LOCK * series["mu_lock"].iloc[0], 50)
+        near.loglog(
+            line,
+            law(line),
+            color=color,
+            linewidth=0.8,
+            label=rf"$\theta = {theta:g}$: exponent {exponent:.3f}",
+        )
+    axes.plot([], [], color="black", linewidth=0.8, label="law fitted near the lock")
+    axes.set_xlabel(r"coefficient of static friction $\mu_0$")
+    axes.set_ylabel(r"onset of slip $x_{0,\mathrm{slip}}$ / $L$")
+    axes.set_title(rf"$\eta = {rows['eta'].iloc[0]:g}$", fontsize=10)
+    axes.legend(fontsize=8)
+    near.set_xlabel(r"$\mu_\mathrm{lock} - \mu_0$")
+    near.set_ylabel(r"$x_{0,\mathrm{lock}} - x_{0,\mathrm{slip}}$")
+    near.set_title("distance from the lock", fontsize=10)
+    near.legend(fontsize=8, loc="upper left")
+    return figure
+
+
+def _power_law(
+    gap: FloatArray, distance: FloatArray
+) -> tuple[float, Callable[[FloatArray], FloatArray]]:
+    """Exponent p of distance ∝ gap^p·(1 + a·√gap + ...), and this law, fitted near the lock.
+
+    The second factor is the next term of the expansion; without it the exponent would depend on
+    how far from the lock the points lie.
+    """
+    nearest = np.argsort(gap)[:FITTED_POINTS]
+    known = nearest[(gap[nearest] > 0.0) & (distance[nearest] > 0.0)]
+
+    def terms(gap: FloatArray) -> FloatArray:
+        return np.stack([np.ones_like(gap), np.log(gap), np.log1p(np.sqrt(gap))], axis=-1)
+
+    fitted, *_ = np.linalg.lstsq(terms(gap[known]), np.log(distance[known]), rcond=None)
+    return float(fitted[1]), lambda gap: np.exp(terms(gap) @ fitted)
+
+
+def _models(rows: pd.DataFrame) -> Figure:
+    """Error of the point model's onset, and its locking friction, over θ."""
+    figure = Figure(figsize=(WIDTH, 3.8), layout="constrained")
+    axes, locks = figure.subplots(1, 2)
+    rows = rows.sort_values("theta")
+    for i, (mu0, series) in enumerate(rows.groupby("mu0")):
+        error = series["x0_slip_point"] / series["x0_slip_line"] - 1.0
+        wrong = error.where(series["penetrates"])
+        color = COLORS[i % len(COLORS)]
+        axes.plot(series["theta"], 100.0 * error, color=color, linewidth=0.7)
+        axes.plot(
+            *(series["theta"], 100.0 * wrong),
+            *("o",),
+            markersize=2.5,
+            color=color,
+            label=rf"$\mu_0 = {mu0:g}$",
+        )
+    axes.set_ylabel(r"error of $x_{0,\mathrm{slip}}$ in point contact / %")
+    axes.set_title(rf"$\eta = {rows['eta'].iloc[0]:g}$; marks: penetrates", fontsize=10)
+    axes.legend(fontsize=8)
+    curves = rows.drop_duplicates("theta")
+    for model, color in (("point", COLORS[0]), ("line", COLORS[1])):
+        lock = curves[f"mu_lock_{model}"].astype(float)
+        lock = lock.where(np.isfinite(lock))
+        locks.plot(curves["theta"], lock, color=color, label=f"{model} contact")
+    locks.set_ylabel(r"locking friction $\mu_\mathrm{lock}$")
+    locks.set_ylim(bottom=0)
+    locks.legend(fontsize=8)
+    for panel in (axes, locks):
+        panel.set_xlabel(r"taper factor $\theta = d_0/d_1$")
+    return figure
+
+
+def _signals(rows: pd.DataFrame) -> Figure:
+    """Inclination, clamp reactions and stability over the clamp's way."""
+    figure = Figure(figsize=(WIDTH, 6.0), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True)
+    rows = rows.sort_values("footpoint")
+    x = rows["footpoint"]
+    friction = rows["mu0"].iloc[0]
+    panels[0].plot(x, np.tan(rows["alpha"]), color=COLORS[0])
+    for bound in (-friction, friction):
+        panels[0].axhline(bound, color=SURFACE, linewidth=0.8, linestyle="--")
+    panels[0].set_ylabel(r"$\tan\alpha$, bounds $\pm\mu_0$")
+    for name, label, color in (
+        ("reaction_fx", "$F_x$", COLORS[0]),
+        ("reaction_fy", "$F_y$", COLORS[1]),
+        ("reaction_m", "$M$", COLORS[2]),
+    ):
+        panels[1].plot(x, rows[name], color=color, label=label)
+    panels[1].set_ylabel("clamp reactions")
+    panels[1].legend(fontsize=9, ncols=3)
+    panels[2].plot(x, rows["stability"].astype(float), color=COLORS[3])
+    panels[2].set_ylabel("margin of stability")
+    panels[2].set_ylim(bottom=min(0.0, rows["stability"].astype(float).min()))
+    panels[2].set_xlabel("footpoint position / $L$")
+    cycles = int(rows["cycle"].max())
+    what = f"{cycles} stick-slip cycle{'s' if cycles > 1 else ''}"
+    _title(panels[0], rows, LOCKED if rows["status"].iloc[0] == "lock" else what)
     return figure
 
 
@@ -342,9 +495,12 @@ KINDS: dict[str, Callable[[pd.DataFrame], Figure]] = {
     "friction": _friction,
     "locking": _locking,
     "regimes": _regimes,
+    "law": _law,
     "scan": _scan,
     "period": _period,
+    "signals": _signals,
     "state": _state,
+    "models": _models,
 }
 
 

@@ -202,7 +202,12 @@ def block_readings(
 
 def spelled(grid: Grid) -> dict[str, list[str]]:
     """Plain form of a grid, for the parameters of a job."""
-    return {name: [spell(value) for value in getattr(grid, name)] for name in AXES}
+    return {name: spelled_axis(getattr(grid, name)) for name in AXES}
+
+
+def spelled_axis(values: Iterable[Decimal]) -> list[str]:
+    """Plain form of an axis."""
+    return [spell(value) for value in values]
 
 
 def from_spelled(axes: Mapping[str, Sequence[str]]) -> Grid:

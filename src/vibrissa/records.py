@@ -11,12 +11,13 @@ import pyarrow as pa
 from vibrissa.curve import Piece, StickingCurve
 from vibrissa.grid import CurveKey, Point
 from vibrissa.status import Contact, End, Parameter, Status
-from vibrissa.tables import CURVES, SCANS, SHAPE, STATE, STATES, STICTION, WHOLE
+from vibrissa.tables import COMPARISONS, CURVES, SCANS, SHAPE, STATE, STATES, STICTION, WHOLE
 
 # Only their attributes are read: a job need not depend on how the others' results are computed.
 if TYPE_CHECKING:
     from vibrissa.api import EquilibriumState
     from vibrissa.arrays import FloatArray
+    from vibrissa.comparison import Comparison
     from vibrissa.curve import StickingState
     from vibrissa.cycles import Scan
     from vibrissa.stiction import Stiction
@@ -152,6 +153,7 @@ def stiction_table(
             "x0_max": stiction.x0_max,
             "n_steps": stiction.n_steps,
             "mu_lock": np.full(n, curve.mu_lock),
+            "x0_lock": np.full(n, curve.x0_lock),
             **_state_values(stiction.init, "_init"),
             **_state_values(stiction.last, "_last"),
             **_state_values(stiction.slip, "_slip"),
@@ -209,6 +211,28 @@ def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
         columns |= values | {f"shape_{axis}": list(shape) for axis, shape in shapes.items()}
         columns["shape_s"] = [scan.s] * n
     return _table(SCANS, columns)
+
+
+def comparison_table(name: str, comparison: Comparison) -> pa.Table:
+    """Table of points in both contact models.
+
+    Parameters
+    ----------
+    name : str
+        Name of the comparison.
+    comparison : Comparison
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `COMPARISONS`.
+    """
+    columns: dict[str, Any] = {"comparison": [name] * len(comparison.theta)}
+    columns |= {key: getattr(comparison, key) for key in ("theta", "mu0", "eta", "penetrates")}
+    for model in ("point", "line"):
+        result = getattr(comparison, model)
+        columns |= {f"{key}_{model}": values for key, values in vars(result).items()}
+    return _table(COMPARISONS, columns)
 
 
 def states_table(states: Mapping[str, EquilibriumState]) -> pa.Table:

@@ -19,6 +19,7 @@ FIXED_AXES: dict[str, tuple[str, ...]] = {
     "friction": ("theta", "eta", "dx0"),
     "locking": (),
     "regimes": (),
+    "law": ("eta", "dx0"),
 }
 # Bound on the rows of a scan, each of which carries a shape.
 LONGEST_SCAN = 1_000_000
@@ -49,6 +50,16 @@ class StatePoint:
     theta: Decimal
     eta: Decimal
     x1: Decimal
+    contact: str
+
+
+@dataclass(frozen=True)
+class ComparisonGrid:
+    """Points that are solved in both contact models: the product of three axes."""
+
+    theta: tuple[Decimal, ...]
+    mu0: tuple[Decimal, ...]
+    eta: tuple[Decimal, ...]
 
 
 @dataclass(frozen=True)
@@ -63,7 +74,7 @@ class Study:
         Contact model and solver.
     block_size : int
         Curves that one job solves.
-    grids, scans, states, figures : dict
+    grids, scans, states, comparisons, figures : dict
         By name.
     """
 
@@ -74,6 +85,7 @@ class Study:
     grids: dict[str, Grid]
     scans: dict[str, ScanSet]
     states: dict[str, StatePoint]
+    comparisons: dict[str, ComparisonGrid]
     figures: dict[str, dict[str, Any]]
 
     @property
@@ -113,9 +125,10 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
         except ValueError:
             raise StudyError(f"{path}: {value!r} is not allowed; a finite number is") from None
     method = config.get("method", "collocation")
+    contact = config.get("contact", "point")
     study = Study(
         name=config["study"],
-        contact=config.get("contact", "point"),
+        contact=contact,
         method=method,
         block_size=int(config.get("block_size", DEFAULT_BLOCK_SIZE[method])),
         grids={name: _grid(f"grids.{name}", axes) for name, axes in config["grids"].items()},
@@ -124,8 +137,17 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
             for name, scan in config.get("scans", {}).items()
         },
         states={
-            name: StatePoint(*(exact(state[key]) for key in ("theta", "eta", "x1")))
+            name: StatePoint(
+                exact(state["theta"]),
+                exact(state["eta"]),
+                exact(state["x1"]),
+                state.get("contact", contact),
+            )
             for name, state in config.get("states", {}).items()
+        },
+        comparisons={
+            name: ComparisonGrid(**_axes(f"comparisons.{name}", axes, AXES[:3]))
+            for name, axes in config.get("comparisons", {}).items()
         },
         figures={name: dict(figure) for name, figure in config.get("figures", {}).items()},
     )
@@ -244,24 +266,38 @@ def _numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
 
 
 def _grid(path: str, axes: Mapping[str, Any]) -> Grid:
-    values = []
-    for name in AXES:
+    return Grid(**_axes(path, axes, AXES))
+
+
+def _axes(
+    path: str, axes: Mapping[str, Any], names: tuple[str, ...]
+) -> dict[str, tuple[Decimal, ...]]:
+    values = {}
+    for name in names:
         try:
-            values.append(axis(axes[name]))
+            values[name] = axis(axes[name])
         except ValueError as error:
             raise StudyError(f"{path}.{name}: {dict(axes[name])} is not allowed; {error}") from None
-    return Grid(*values)
+    return values
 
 
 def _check_figure(path: str, figure: Mapping[str, Any], study: Study) -> None:
     """Refuse a figure of something that does not exist, or of several series as one."""
     kind = figure["kind"]
     if kind == "state":
-        _choose(f"{path}.state", figure["state"], study.states, "a state")
+        names = [figure["state"]] if isinstance(figure["state"], str) else figure["state"]
+        for name in names:
+            _choose(f"{path}.state", name, study.states, "a state")
         return
-    if kind in ("scan", "period"):
+    grid: Grid | ComparisonGrid
+    if kind == "models":
+        grid = _choose(
+            f"{path}.comparison", figure["comparison"], study.comparisons, "a comparison"
+        )
+        fixed: tuple[str, ...] = ("eta",)
+    elif kind in ("scan", "period", "signals"):
         grid = _choose(f"{path}.scan", figure["scan"], study.scans, "a scan").grid
-        fixed: tuple[str, ...] = AXES
+        fixed = AXES
     else:
         grid = _choose(f"{path}.grid", figure["grid"], study.grids, "a grid")
         fixed = FIXED_AXES[kind]

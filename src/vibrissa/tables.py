@@ -117,6 +117,7 @@ STICTION = _schema(
         _column("x0_max", NUMBER, LENGTH, "last state of stiction on the step grid", True),
         _column("n_steps", WHOLE, NONE, "steps to the last state of stiction", True),
         _column("mu_lock", NUMBER, NONE, "largest friction at which the tip slips", True),
+        _column("x0_lock", NUMBER, LENGTH, "onset of slip at that friction", True),
         *_state_columns("_init", ", at alpha = 0", True),
         *_state_columns("_last", ", at the last state of stiction", True),
         *_state_columns("_slip", ", at the exact onset of slip", True),
@@ -134,6 +135,32 @@ STICTION = _schema(
             True,
         ),
         _column("residual", NUMBER, NONE, RESIDUAL, True),
+    ],
+)
+
+
+def _model_columns(suffix: str) -> list[pa.Field]:
+    """Column of a comparison for one contact model."""
+    return [
+        _column(f"status{suffix}", TEXT, NONE, "slip, lock, out_of_reach or failed"),
+        _column(f"x0_slip{suffix}", NUMBER, LENGTH, "exact onset of slip", True),
+        _column(f"f_slip{suffix}", NUMBER, FORCE, "contact force at the onset", True),
+        _column(f"reaction_m_slip{suffix}", NUMBER, MOMENT, "clamp moment at the onset", True),
+        _column(f"mu_lock{suffix}", NUMBER, NONE, "largest friction at which the tip slips", True),
+        _column(f"residual{suffix}", NUMBER, NONE, RESIDUAL, True),
+    ]
+
+
+COMPARISONS = _schema(
+    "comparisons",
+    [
+        _column("comparison", TEXT, NONE, "name of the comparison"),
+        *AXES[:3],
+        _column(
+            "penetrates", FLAG, NONE, "point contact with phi1 < 0 up to the onset or to the lock"
+        ),
+        *_model_columns("_point"),
+        *_model_columns("_line"),
     ],
 )
 

@@ -5,9 +5,12 @@ FIGURE_TABLES = {
     "friction": "stiction",
     "locking": "stiction",
     "regimes": "stiction",
+    "law": "stiction",
     "scan": "scans",
     "period": "scans",
+    "signals": "scans",
     "state": "states",
+    "models": "comparisons",
 }
 
 

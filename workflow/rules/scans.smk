@@ -1,4 +1,5 @@
-# Shapes and clamp reactions step by step: scans.parquet and states.parquet.
+# Shapes and clamp reactions step by step, and both contact models side by side:
+# scans.parquet, states.parquet, comparisons.parquet.
 
 
 rule scan:
@@ -54,12 +55,38 @@ rule states:
     threads: 1
     params:
         states={
-            name: {"theta": float(state.theta), "eta": float(state.eta), "x1": float(state.x1)}
+            name: {
+                "theta": float(state.theta),
+                "eta": float(state.eta),
+                "x1": float(state.x1),
+                "contact": state.contact,
+            }
             for name, state in STUDY.states.items()
         },
-        contact=STUDY.contact,
         study_file=study_file("states"),
     message:
         "solving single states"
     script:
         "../scripts/states.py"
+
+
+rule comparisons:
+    input:
+        code=sources("comparison", "records", "jobs"),
+    output:
+        f"{RESULTS}/tables/comparisons.parquet",
+    log:
+        f"{RESULTS}/logs/comparisons.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/comparisons.tsv"
+    threads: 1
+    params:
+        comparisons={
+            name: {axis: grid.spelled_axis(values) for axis, values in vars(comparison).items()}
+            for name, comparison in STUDY.comparisons.items()
+        },
+        study_file=study_file("comparisons"),
+    message:
+        "solving points in both contact models"
+    script:
+        "../scripts/comparisons.py"
