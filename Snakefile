@@ -17,6 +17,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/solve.smk"
 include: "workflow/rules/scans.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/claims.smk"
 
 
 rule all:
@@ -26,5 +27,6 @@ rule all:
         f"{RESULTS}/tables/scans.parquet" if STUDY.scans else [],
         f"{RESULTS}/tables/states.parquet" if STUDY.states else [],
         f"{RESULTS}/tables/comparisons.parquet" if STUDY.comparisons else [],
+        f"{RESULTS}/tables/claims.parquet" if STUDY.claims else [],
         expand(f"{RESULTS}/figures/{{figure}}.{{ending}}", figure=STUDY.figures, ending=ENDINGS),
         f"{RESULTS}/figures/captions.md" if STUDY.figures else [],

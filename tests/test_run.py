@@ -147,6 +147,15 @@ def test_the_end_of_a_good_run_lists_the_figures(wrapped):
     ]
 
 
+def test_the_verdicts_on_the_papers_statements_are_the_last_line(wrapped):
+    folder = Path("results/here")
+    folder.mkdir(parents=True)
+    (folder / "claims.md").write_text("# Title\n\n2 statements: 1 holds, 1 ambiguous. Units are\n")
+    assert last_lines(wrapped("")) == [
+        "2 statements: 1 holds, 1 ambiguous (results/here/claims.md)"
+    ]
+
+
 def test_a_study_without_figures(wrapped):
     assert last_lines(wrapped("")) == ["No figures in results/here/figures."]
 

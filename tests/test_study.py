@@ -1,4 +1,5 @@
 import math
+import re
 from decimal import Decimal
 from pathlib import Path
 
@@ -386,3 +387,32 @@ def test_a_state_may_have_a_contact_of_its_own_and_a_comparison_three_axes():
 )
 def test_mistakes_in_comparisons_and_states_are_named(more, named):
     assert named in refusal(SMALLEST + more + "\n")
+
+
+PAPER = (ROOT / "config.yaml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("contact: point", "contact: line", "claims: contact: 'line' is not allowed with it"),
+        ("taper: taper,", "taper: other,", "claims.taper: 'other' is not the name of a grid"),
+        ("scan: nine_cycles, state", "scan: taper, state", "claims.scan: 'taper' is not the name"),
+        ("taper: taper,", "taper: friction,", "claims.taper: 'friction' has theta = 2; .* 1, 2, 3"),
+        ("theta: 1, eta: 0.55", "theta: 1, eta: 0.5", "claims.state: .* eta = 0.5; .* 0.55"),
+        (
+            "eta: [0.85]\n    dx0: [0.001]\n    cycles",
+            "eta: [0.8]\n    dx0: [0.001]\n    cycles",
+            "claims.scan: .* eta = 0.8; .* only 0.85",
+        ),
+        (", state: penetrating}", "}", "claims: missing 'state'"),
+    ],
+)
+def test_the_papers_statements_need_the_papers_points(old, new, message):
+    assert PAPER.count(old) == 1
+    assert re.match(message, refusal(PAPER.replace(old, new)))
+
+
+def test_other_studies_leave_the_papers_statements_alone():
+    assert parse(STUDY).claims == {}
+    assert parse(PAPER).claims.keys() == {"taper", "friction", "scan", "state"}

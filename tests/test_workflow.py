@@ -219,6 +219,7 @@ def test_without_a_study_file_it_is_the_papers_study(fresh):
     jobs = fresh.jobs(study=None)
     paper = yaml.safe_load((ROOT / "config.yaml").read_text())
     assert jobs["figure"] == len(paper["figures"])
+    assert jobs["claims"] == 1
     assert [path.name for path in (fresh.root / "results").iterdir()] == [paper["study"]]
 
 

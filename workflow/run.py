@@ -7,7 +7,8 @@ Snakemake's `rich` logger draws the progress bars. This wrapper adds what neithe
 Snakemake's `onsuccess`/`onerror` can do (`onsuccess` is skipped when there is nothing to do, and
 Snakemake writes further lines after `onerror`):
 
-* the failed job's message and log path, or the figures, are the *last* thing on the screen;
+* the failed job's message and log path, or the figures and what became of the paper's statements,
+  are the *last* thing on the screen;
 * without a terminal (where `rich` stays silent) a progress line is printed every few percent;
 * a run that was killed outright does not leave the working directory locked.
 """
@@ -148,6 +149,11 @@ def failed_jobs(snakemake_log: str) -> list[str]:
     return list(texts.values())
 
 
+def verdicts(ledger: str) -> str:
+    """Return the counts of verdicts, which are the first sentence under the ledger's title."""
+    return ledger.splitlines()[2].partition(". ")[0]
+
+
 def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
@@ -217,6 +223,9 @@ def main(argv: list[str]) -> int:
     say(f"Figures in {folder}:" if endings else f"No figures in {folder}.")
     for name, suffixes in endings.items():
         say(f"  {folder / name} {' '.join(suffixes)}")
+    claims = folder.parent / "claims.md"
+    if claims.is_file():
+        say(f"{verdicts(claims.read_text(encoding='utf-8'))} ({claims})")
     return 0
 
 

@@ -21,6 +21,15 @@ FIXED_AXES: dict[str, tuple[str, ...]] = {
     "regimes": (),
     "law": ("eta", "dx0"),
 }
+# Values that the paper's statements are about: more may be there, less may not.
+CLAIMED: dict[str, dict[str, tuple[str, ...]]] = {
+    "taper": {"theta": ("1", "2", "3"), "mu0": ("0.2", "0.3", "0.4")},
+    "friction": {"theta": ("2",)},
+    "scan": {"theta": ("1", "2", "3"), "mu0": ("0.3", "0.4")},
+    "state": {"theta": ("1",), "eta": ("0.55",), "x1": ("0.15",)},
+}
+# Of these there is one value only, the same for all.
+CLAIMED_ONCE: dict[str, tuple[str, ...]] = {"eta": ("0.85",), "dx0": ("0.001",)}
 # Bound on the rows of a scan, each of which carries a shape.
 LONGEST_SCAN = 1_000_000
 # Characters of a value that a message shows.
@@ -76,6 +85,9 @@ class Study:
         Curves that one job solves.
     grids, scans, states, comparisons, figures : dict
         By name.
+    claims : dict
+        Names of the grids, the scan and the state by which the paper's statements are judged;
+        empty where they are not.
     """
 
     name: str
@@ -87,6 +99,7 @@ class Study:
     states: dict[str, StatePoint]
     comparisons: dict[str, ComparisonGrid]
     figures: dict[str, dict[str, Any]]
+    claims: dict[str, str]
 
     @property
     def solver(self) -> str:
@@ -150,6 +163,7 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
             for name, axes in config.get("comparisons", {}).items()
         },
         figures={name: dict(figure) for name, figure in config.get("figures", {}).items()},
+        claims=dict(config.get("claims", {})),
     )
     if study.contact == "line" and study.method == "shooting":
         raise StudyError(
@@ -172,6 +186,8 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
             )
     for name, figure in study.figures.items():
         _check_figure(f"figures.{name}", figure, study)
+    if study.claims:
+        _check_claims(study)
     return study
 
 
@@ -310,6 +326,29 @@ def _check_figure(path: str, figure: Mapping[str, Any], study: Study) -> None:
             )
         if name not in figure and len(values) > 1:
             raise StudyError(f"{path}: missing {name!r}; the data has several: {allowed}")
+
+
+def _check_claims(study: Study) -> None:
+    """Refuse to judge the paper's statements by data that are not about what they are about."""
+    if study.contact != "point":
+        raise StudyError(f"claims: contact: {study.contact!r} is not allowed with it; point is")
+    chosen: dict[str, Any] = {
+        key: _choose(f"claims.{key}", study.claims[key], study.grids, "a grid")
+        for key in ("taper", "friction")
+    }
+    chosen["scan"] = _choose("claims.scan", study.claims["scan"], study.scans, "a scan").grid
+    state = _choose("claims.state", study.claims["state"], study.states, "a state")
+    for key, needed in CLAIMED.items():
+        once = {} if key == "state" else CLAIMED_ONCE
+        for name, wanted in (needed | once).items():
+            values = (getattr(state, name),) if key == "state" else getattr(chosen[key], name)
+            missing = {exact(value) for value in wanted}.difference(values)
+            if missing or (name in once and len(values) > 1):
+                raise StudyError(
+                    f"claims.{key}: {study.claims[key]!r} has {name} = "
+                    f"{', '.join(spell(value) for value in values[:10])}; the paper's statements "
+                    f"are about {'only ' * (name in once)}{', '.join(wanted)}"
+                )
 
 
 def _choose(path: str, name: str, named: Mapping[str, Any], what: str) -> Any:

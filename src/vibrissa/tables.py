@@ -215,6 +215,22 @@ STATES = _schema(
 )
 
 
+CLAIMS = _schema(
+    "claims",
+    [
+        _column("claim", TEXT, NONE, "short name of the statement"),
+        _column("section", TEXT, NONE, "section of the paper that makes it"),
+        _column("statement", TEXT, NONE, "what it says, in other words"),
+        _column("computed", TEXT, NONE, "what was computed to decide it"),
+        _column("figure_name", pa.list_(TEXT), NONE, "what each computed figure is"),
+        _column("figure_value", NUMBERS, NONE, "computed figures, each in its unit"),
+        _column("figure_unit", pa.list_(TEXT), NONE, "unit of each figure"),
+        _column("verdict", TEXT, NONE, "holds, holds with a condition, ambiguous or contradicted"),
+        _column("reason", TEXT, NONE, "the condition or the reason"),
+    ],
+)
+
+
 def write(table: pa.Table, path: str | Path, study_file: str = "") -> None:
     """Write a table whole or not at all, with its provenance.
 

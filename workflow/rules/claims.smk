@@ -1,0 +1,24 @@
+# What the computation says to the paper's statements, judged by the tables.
+
+
+rule claims:
+    input:
+        stiction=f"{RESULTS}/tables/stiction.parquet",
+        scans=f"{RESULTS}/tables/scans.parquet",
+        states=f"{RESULTS}/tables/states.parquet",
+        code=sources("claims", "evidence", "ledger", "tables", "files", "jobs"),
+    output:
+        table=f"{RESULTS}/tables/claims.parquet",
+        text=f"{RESULTS}/claims.md",
+    log:
+        f"{RESULTS}/logs/claims.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/claims.tsv"
+    threads: 1
+    params:
+        names=STUDY.claims,
+        study_file=study_file("claims"),
+    message:
+        "judging the paper's statements"
+    script:
+        "../scripts/claims.py"
