@@ -23,7 +23,8 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce beyond survey study setup test test-slurm lint format lock clean
+.PHONY: help reproduce beyond survey study check bless setup test test-slurm mutations lint format
+.PHONY: lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -32,9 +33,13 @@ help:
 	@echo "make study STUDY=my.yaml   the same for the study in my.yaml instead of config.yaml"
 	@echo "                           (all three take CORES=n to use only n cores, and"
 	@echo "                           PROFILE=workflow/profiles/slurm to run on a cluster)"
+	@echo "make check                 compare the results with the reference tables"
+	@echo "make bless                 make the reference tables anew; review them with git diff"
+	@echo "                           (both take STUDY=my.yaml and REFERENCE=folder)"
 	@echo "make test                  all tests"
 	@echo "make test-slurm            a study on a SLURM that is brought up for it (Debian, root)"
 	@echo "make survey                100,000 random points in both contact models, counted by outcome"
+	@echo "make mutations             whether make check notices broken physics; takes minutes"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
 	@echo "make lock                  bring requirements.lock in line with pyproject.toml"
@@ -53,6 +58,15 @@ $(error Say which study: make study STUDY=path/to/my.yaml)
 endif
 study: $(STAMP)
 	@$(RUN) --configfile "$(STUDY)"
+
+CHECK := workflow/check.py $(if $(STUDY),--configfile "$(STUDY)") \
+    $(if $(REFERENCE),--reference "$(REFERENCE)")
+
+check: $(STAMP)
+	@$(PY) $(CHECK)
+
+bless: $(STAMP)
+	@$(PY) $(CHECK) --bless
 
 setup: $(STAMP)
 
@@ -95,6 +109,9 @@ test-slurm: $(STAMP)
 
 survey: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/survey.py $(ARGS)
+
+mutations: $(STAMP)
+	@$(ONE_THREAD) $(PY) tests/mutations.py
 
 lint: $(STAMP)
 	$(PY) -m ruff check

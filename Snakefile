@@ -18,6 +18,7 @@ include: "workflow/rules/solve.smk"
 include: "workflow/rules/scans.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/claims.smk"
+include: "workflow/rules/check.smk"
 
 
 rule all:

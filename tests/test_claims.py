@@ -1,65 +1,29 @@
 """What is said to the paper's statements, and that it would be something else if they were."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 from scipy.integrate import quad
 
-from vibrissa import records, solve_curve, solve_state, stick_slip, tables
+from vibrissa import solve_curve, tables
 from vibrissa.bending import Bending, solve_and_measure
 from vibrissa.claims import CLAIMS
 from vibrissa.evidence import gather
-from vibrissa.grid import points_of_curve
 from vibrissa.judging import by_bending
 from vibrissa.ledger import Verdict, claims_table, markdown, verdict_counts
 from vibrissa.rod import rod_equations
 from vibrissa.shooting import PAPER, shoot
-from vibrissa.stiction import read_curve
-from vibrissa.study import parse_study
 from vibrissa.taper import diameter
 from vibrissa.units import Rod
 
-ROOT = Path(__file__).parents[1]
-CONFIG = yaml.safe_load((ROOT / "config.yaml").read_text())
-STUDY = parse_study(
-    CONFIG, yaml.safe_load((ROOT / "workflow/schemas/study.schema.yaml").read_text())
-)
 HOLDS, CONDITION, AMBIGUOUS, CONTRADICTED = Verdict
 
 
 @pytest.fixture(scope="session")
-def study_tables():
-    """Tables of the paper's study, by its code but without its workflow."""
-    tapers = {theta for axes in STUDY.grids.values() for theta in axes.theta}
-    curves = {theta: solve_curve(float(theta), 0.85) for theta in tapers}
-    points = []
-    for theta, curve in curves.items():
-        names = points_of_curve((format(theta, "f"), "0.85"), STUDY.grids)
-        read = read_curve(curve, [p.mu0 for p in names], [p.dx0 for p in names])
-        points.append(records.stiction_table(names, curve, read))
-    scans = [
-        records.scan_table(name, p, stick_slip(curves[p.theta], p.mu0, p.dx0, scan.cycles))
-        for name, scan in STUDY.scans.items()
-        for p in scan.grid.points()
-    ]
-    states = {
-        name: solve_state(*(float(value) for value in (state.theta, state.eta, state.x1)))
-        for name, state in STUDY.states.items()
-    }
-    return (
-        tables.joined(points, tables.STICTION),
-        tables.joined(scans, tables.SCANS),
-        records.states_table(states),
-    )
-
-
-@pytest.fixture(scope="session")
-def evidence(study_tables):
-    return gather(*study_tables, STUDY.claims)
+def evidence(paper, study_tables):
+    return gather(*study_tables.values(), paper.claims)
 
 
 def changed(table, **columns):
@@ -441,10 +405,10 @@ def test_verdicts_are_counted(evidence):
         (2, "failed", "state penetrating"),
     ],
 )
-def test_nothing_is_judged_by_what_failed(study_tables, table, status, where):
-    doctored = list(study_tables)
+def test_nothing_is_judged_by_what_failed(paper, study_tables, table, status, where):
+    doctored = list(study_tables.values())
     rows = doctored[table].to_pylist()
     rows[0]["status"] = status
     doctored[table] = doctored[table].from_pylist(rows, schema=doctored[table].schema)
     with pytest.raises(tables.TableError, match=f"{where} has rows with status {status}"):
-        gather(*doctored, STUDY.claims)
+        gather(*doctored, paper.claims)

@@ -93,8 +93,8 @@ def rules():
     found = {}
     for path in sorted((ROOT / "workflow/rules").glob("*.smk")):
         for name, body in re.findall(r"^rule (\w+):\n((?:\s*\n| .*\n)+)", path.read_text(), re.M):
-            script = re.search(r'script:\s+"\.\./scripts/(\w+\.py)"', body)
-            found[name] = (script[1], body)
+            if script := re.search(r'script:\s+"\.\./scripts/(\w+\.py)"', body):
+                found[name] = (script[1], body)
     return found
 
 

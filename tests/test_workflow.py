@@ -405,3 +405,20 @@ def test_a_rod_may_lie_down_along_the_surface(fresh):
     states = tables.read(fresh.root / "results/tiny/tables/states.parquet", tables.STATES)
     (state,) = states.to_pylist()
     assert state["contact"] == "line" and not state["penetrates"] and state["stability"] > 0
+
+
+def test_check_is_a_target(done):
+    def check():
+        result = done.call(SNAKEMAKE, "check")
+        return result.returncode, result.stdout + result.stderr
+
+    status, text = check()
+    assert status and "tests/regression/tiny has no reference tables" in text
+    done.call([sys.executable, "workflow/check.py", "--bless"])
+    status, text = check()
+    assert not status and "Nothing moved: results/tiny has" in text
+    done.edit("tests/regression/tiny/states.csv", "inside,solved,", "inside,failed,")
+    status, text = check()
+    assert status and "states.status: 1 of 1 rows moved; at state inside (failed -> solved)" in text
+    log = done.path("results/tiny/logs/check.log").read_text()
+    assert log.splitlines()[-1] == "1 differences between results/tiny and tests/regression/tiny"

@@ -64,7 +64,7 @@ def step_size_analysed(evidence: Evidence) -> Finding:
 @claim(
     "longer with μ0",
     "V",
-    "In one period a larger μ0 leads to a longer displacement and a stronger deformation.",
+    "Within a period more friction means a longer way of the clamp and a more deformed rod.",
     "x0 and bending at the last state of stiction over the μ0 of Figure 7",
 )
 def longer_with_friction(evidence: Evidence) -> Finding:
@@ -93,7 +93,7 @@ def longer_with_friction(evidence: Evidence) -> Finding:
 @claim(
     "μ0 from the moment",
     "V",
-    "Forces and moments at the clamp in the last state before slip can be used to find μ0.",
+    "What the clamp feels just before the slip, forces and moments, tells μ0.",
     "whether −tan α is a one-to-one function of the clamp moment up to the lock, at θ = 1, 2 and 3",
 )
 def friction_from_moment(
@@ -122,7 +122,7 @@ def friction_from_moment(
 @claim(
     "longer periods with θ and μ0",
     "V",
-    "Larger θ and μ0 make the periods of sticking and of sliding longer.",
+    "With more taper and friction the tip sticks and slides farther.",
     "x0,max and slides of the scans over θ and over μ0",
 )
 def longer_periods(evidence: Evidence) -> Finding:
@@ -143,7 +143,7 @@ def longer_periods(evidence: Evidence) -> Finding:
 @claim(
     "longer way",
     "V",
-    "With larger θ and μ0 the same number of events takes a longer way.",
+    "With more taper and friction the same number of events takes a longer way.",
     "way of the clamp in the scans over θ and over μ0",
 )
 def longer_way(evidence: Evidence) -> Finding:
@@ -161,7 +161,7 @@ def longer_way(evidence: Evidence) -> Finding:
 @claim(
     "more steps",
     "V",
-    "With larger θ and μ0 the total number of the clamp's steps rises.",
+    "With more taper and friction the clamp takes more steps in all.",
     "steps in the scans over θ and over μ0",
 )
 def more_steps(evidence: Evidence) -> Finding:
@@ -180,7 +180,7 @@ def more_steps(evidence: Evidence) -> Finding:
 @claim(
     "more events with μ0",
     "V",
-    "In short, depending on θ, a larger μ0 leads to more stick-slip events.",
+    "Summing up: at a given θ more friction brings about more events.",
     "events on the way of the longest scan, for each θ and μ0 of Figure 6",
 )
 def more_events(evidence: Evidence) -> Finding:

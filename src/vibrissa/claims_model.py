@@ -30,7 +30,7 @@ from vibrissa.rod import rod_equations
 from vibrissa.taper import diameter
 from vibrissa.units import Rod
 
-# Its force, in units of E·I0/L² and in N.
+# The force on the example rod, in units of E·I0/L² and in N.
 EXAMPLE_F, EXAMPLE_FORCE = 10.86, 7000.0
 # Tensile strength of music wire, ASTM A228, the strongest of the wrought carbon steels, in Pa:
 # https://www.makeitfrom.com/material-properties/ASTM-A228-SWP-A-K08500-Music-Wire
@@ -112,7 +112,7 @@ def force_unit(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
     "III",
     "A steel rod of d0 = 5 mm and L = 100 mm is an example of the beam.",
     "largest strain max|φ'|·d/(2L) in the states of Figures 3 to 5, against tensile strength over "
-    "E of music wire (ASTM A228)",
+    "E of the strongest carbon steel wire (music wire, ASTM A228, by makeitfrom.com)",
 )
 def example_rod(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
     slenderness = rod.base_diameter / rod.length
@@ -129,14 +129,17 @@ def example_rod(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
         "smallest strain of a first state": (100 * first.min(), "%"),
         "largest strain of all states": (100 * strain.max(), "%"),
         "strain of the cylinder under f = 10.86": (100 * bent * slenderness, "%"),
-        "strain that the strongest steel wire bears": (100 * limit, "%"),
+        "tensile strength of the wire": (STEEL_STRENGTH / 1e6, "MPa"),
+        "strain that it bears": (100 * limit, "%"),
         "largest base diameter that stays below": (
             1e3 * rod.base_diameter * limit / strain.max(),
             "mm",
         ),
     }
     if first.min() > limit:
-        return Finding(CONTRADICTED, "no steel bears even the first states", figures)
+        return Finding(
+            CONTRADICTED, "the strongest carbon steel does not bear even the first states", figures
+        )
     if strain.max() > limit:
         return Finding(CONDITION, "only states of small strain can be borne", figures)
     return Finding(HOLDS, "all states can be borne", figures)
@@ -258,9 +261,9 @@ def two_unknowns(
     figures = {
         "smaller singular value": (both[-1], "1"),
         "larger singular value": (both[0], "1"),
-        "conditions in (3)": (6, "1"),
-        "order of (2)": (3, "1"),
         "unknowns that the tip's position determines": (rank, "1"),
+        "conditions with a given φ1": (len(derivative), "1"),
+        "independent ones of them": (np.linalg.matrix_rank(derivative), "1"),
     }
     if rank == 2:
         reason = (

@@ -143,7 +143,7 @@ def friction_from_forces(evidence: Evidence) -> Finding:
     "longer with θ",
     "IV",
     "For each μ0 a stronger taper makes one period of sticking longer.",
-    "x0 at the exact onset over the θ of Figure 6, and on to θ = 20",
+    "x0 at the exact onset over the θ of Figure 6, and on to θ = 20, the tip alone in contact",
 )
 def longer_with_taper(
     evidence: Evidence, sweep: Callable[[float], tuple[StickingCurve, ...]] = wide_sweep
@@ -350,7 +350,8 @@ def longer_scan(evidence: Evidence) -> Finding:
     "linear in θ",
     "IV",
     "x0,max seems to grow linearly with θ for each μ0 (Figure 6).",
-    "straight lines through the points of Figure 6, their R² and misfit; the same on to θ = 20",
+    "straight lines through the points of Figure 6, their R² and misfit; the same on to θ = 20, "
+    "the tip alone in contact",
 )
 def linear_in_taper(
     evidence: Evidence, sweep: Callable[[float], tuple[StickingCurve, ...]] = wide_sweep
@@ -467,7 +468,7 @@ def cause_of_levels(evidence: Evidence) -> Finding:
 @claim(
     "no exact trend",
     "IV",
-    "From this result no exact trend of x0,max over μ0 can be found.",
+    "These points do not tell how exactly x0,max depends on μ0.",
     "error of the stepped values against the exact onset, and misfit of a line to them",
 )
 def no_exact_trend(evidence: Evidence) -> Finding:
@@ -494,7 +495,7 @@ def no_exact_trend(evidence: Evidence) -> Finding:
 @claim(
     "non-linear in μ0",
     "IV",
-    "The trend of x0,max over μ0 seems to be non-linear.",
+    "x0,max does not seem to depend linearly on μ0.",
     "slope of the exact onset at both ends of Figure 7; power of x0_lock − x0 in μ_lock − μ0 close "
     "to the lock, by solving θ = 2",
 )

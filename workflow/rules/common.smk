@@ -1,4 +1,6 @@
 # What all rules share: the checked study, its folder, and the blocks its curves are solved in.
+import sys
+
 import yaml
 
 from vibrissa import grid
