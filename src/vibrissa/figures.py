@@ -23,6 +23,8 @@ from vibrissa.files import write_atomically
 
 WIDTH = 6.3
 RESOLUTION = 200
+# Room beside the shapes of single states, for what is known of them (L).
+ROOM_FOR_NUMBERS = 0.6
 # Points next to the lock to which its law is fitted, and how far it is drawn, relative to mu_lock.
 FITTED_POINTS = 16
 NEAR_LOCK = 0.1
@@ -325,7 +327,7 @@ def _period(rows: pd.DataFrame) -> Figure:
 def _state(rows: pd.DataFrame) -> Figure:
     """Shapes of single equilibria (paper Figure 8)."""
     rows = rows[rows["status"] == "solved"]
-    figure, axes = _shape_axes(rows)
+    figure, axes = _shape_axes(rows, beside=ROOM_FOR_NUMBERS)
     for i, (_, row) in enumerate(rows.iterrows()):
         color = (START, END, COLORS[2], COLORS[3])[i % 4]
         _one_state(axes, row, color, below=i)
@@ -333,7 +335,7 @@ def _state(rows: pd.DataFrame) -> Figure:
     axes.plot(0, 0, "s", color="black", markersize=7)
     axes.set_ylim(top=max(top, rows["eta"].iloc[0]) + 0.12)
     left, right = min(map(min, rows["shape_x"])), max(map(max, rows["shape_x"]))
-    axes.set_xlim(left - 0.08, right + 0.62)
+    axes.set_xlim(left - 0.08, right + 0.04 + ROOM_FOR_NUMBERS)
     row = rows.iloc[0]
     where = rf"$(x_1, y_1) = ({row['x1']:g}, {row['eta']:g})$"
     axes.set_title(rf"$\theta = {row['theta']:g}$, {where}", fontsize=10)
@@ -504,11 +506,14 @@ KINDS: dict[str, Callable[[pd.DataFrame], Figure]] = {
 }
 
 
-def _shape_axes(rows: pd.DataFrame) -> tuple[Figure, Axes]:
-    """Axes of equal scale with the surface, on a page of the shapes' proportions."""
+def _shape_axes(rows: pd.DataFrame, beside: float = 0.0) -> tuple[Figure, Axes]:
+    """Axes of equal scale with the surface, on a page of the shapes' proportions.
+
+    `beside` is how much of the surface is to be seen beyond them (L).
+    """
     x = np.concatenate(list(rows["shape_x"]))
     y = np.concatenate(list(rows["shape_y"]))
-    width = x.max() - x.min() + 0.1
+    width = x.max() - x.min() + 0.1 + beside
     height = max(y.max(), rows["eta"].iloc[0]) + 0.1
     figure, axes = _axes(min(6.0, max(3.2, 5.6 * height / width)) + 0.9)
     axes.set_aspect("equal")
