@@ -53,8 +53,8 @@ MUTATIONS = [
     Mutation(
         "equilibrium",
         "sign of the load's part in the second variation",
-        "return 1.0 + np.linalg.eigvalsh(projected)[:, 0]",
-        "return 1.0 - np.linalg.eigvalsh(projected)[:, 0]",
+        "margin[found] = 1.0 + np.linalg.eigvalsh",
+        "margin[found] = 1.0 - np.linalg.eigvalsh",
     ),
     Mutation(
         "equilibrium",
@@ -155,8 +155,8 @@ MUTATIONS = [
     Mutation(
         "collocation",
         "single state solved 1e-6 off its place",
-        "way = float(branch.x1_init[0]) - offset",
-        "way = float(branch.x1_init[0]) - offset - 1e-6",
+        "way = float(leg.x1_init[0]) - offset",
+        "way = float(leg.x1_init[0]) - offset - 1e-6",
     ),
     Mutation(
         "spectral",

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
-from scipy.optimize import elementwise
+from scipy.optimize import brentq, elementwise
 
 from vibrissa.arrays import FloatArray, IntArray
 from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
@@ -370,10 +370,28 @@ def _bracketed_root(
     function: Callable[..., FloatArray], low: FloatArray, high: FloatArray, *args: FloatArray
 ) -> FloatArray:
     """Elementwise root of `function` in [low, high], to rounding error."""
+    if low.size == 1:
+        return _single_root(function, low, high, *args)
     result = elementwise.find_root(function, (low, high), args=args)
     # An end of the bracket that is a root up to rounding may show no change of sign.
     at_low = np.abs(function(low, *args)) <= np.abs(function(high, *args))
     return np.where(result.success, result.x, np.where(at_low, low, high))
+
+
+def _single_root(
+    function: Callable[..., FloatArray], low: FloatArray, high: FloatArray, *args: FloatArray
+) -> FloatArray:
+    """Root of a function of one element: the elementwise search has more to set up than that."""
+
+    def value(x: float) -> float:
+        return float(function(np.full_like(low, x), *args).item())
+
+    a, b = low.item(), high.item()
+    at_a, at_b = value(a), value(b)
+    # An end of the bracket that is a root up to rounding may show no change of sign.
+    if at_a * at_b >= 0.0:
+        return np.full_like(low, a if abs(at_a) <= abs(at_b) else b)
+    return np.full_like(low, brentq(value, a, b, xtol=1e-16, rtol=4.0 * np.finfo(float).eps))
 
 
 def sticking_curve(

@@ -146,16 +146,16 @@ class Path:
         both = zip(self._columns, other._columns, strict=True)
         return type(self)(self.theta, *(np.where(np.isfinite(b), b, a) for a, b in both))
 
-    def overwritten(self, other: Self, stride: int) -> Self:
-        """Put the states of another path in the place of every so manyth."""
+    def overwritten(self, other: Self, index: BoolArray | slice) -> Self:
+        """Put the states of another path in the place of some."""
         columns = [values.copy() for values in self._columns]
         for values, new in zip(columns, other._columns, strict=True):
-            values[::stride] = new
+            values[index] = new
         return type(self)(self.theta, *columns)
 
-    def every(self, stride: int) -> Self:
-        """Select every so manyth state."""
-        return type(self)(self.theta, *(values[::stride] for values in self._columns))
+    def states(self, index: BoolArray | slice) -> Self:
+        """Select states of all pieces."""
+        return type(self)(self.theta, *(values[index] for values in self._columns))
 
     def on_nodes(self, nodes: int) -> Self:
         """Interpolate the slopes to another number of nodes along the rod."""
@@ -237,26 +237,32 @@ def resolve(pieces: Pieces, guess: Path) -> Iterator[Resolved]:
     """
     # A few states tell how many nodes along the rod all of them need.
     pending = np.arange(len(pieces))
-    probe = guess.every(PROBE_STRIDE)
+    every = slice(None, None, PROBE_STRIDE)
+    probe = guess.states(every)
     position = chebyshev_nodes(len(probe.fx))
     for nodes in NODES_ALONG_ROD:
         few = _solve_at(probe.take(pending).on_nodes(nodes), pieces.take(pending), position)
         good = _rod_decay(few) < DECAY_TOLERANCE
         if good.any():
             rows = pending[good]
-            start = guess.take(rows).on_nodes(nodes).overwritten(few.take(good), PROBE_STRIDE)
-            yield from _resolve(pieces.take(rows), start)
+            start = guess.take(rows).on_nodes(nodes).overwritten(few.take(good), every)
+            yield from _resolve(pieces.take(rows), start, PROBE_STRIDE)
         pending = pending[~good]
         if not len(pending):
             return
 
 
-def _resolve(pieces: Pieces, guess: Path, halvings: int = HALVINGS) -> Iterator[Resolved]:
-    """Solve pieces on the nodes of the guess, or on more, and at more and more states."""
+def _resolve(
+    pieces: Pieces, guess: Path, known: int = 0, halvings: int = HALVINGS
+) -> Iterator[Resolved]:
+    """Solve pieces on the nodes of the guess, or on more, and at more and more states.
+
+    Every `known`th state of the guess is solved already, none if it is 0.
+    """
     if not len(pieces):
         return
     count, nodes = guess.phi.shape[0], guess.phi.shape[2]
-    path = _solve_at(guess, pieces, chebyshev_nodes(count))
+    path = _solve_at(guess, pieces, chebyshev_nodes(count), known)
     between = _largest_residual(path.combined(_halfway(count)), pieces, _midpoints(count))
     values = _values(path, pieces)
     rod = np.less(_rod_decay(path), DECAY_TOLERANCE)
@@ -274,20 +280,20 @@ def _resolve(pieces: Pieces, guess: Path, halvings: int = HALVINGS) -> Iterator[
     finer = [n for n in NODES_ALONG_ROD if n > nodes]
     if finer and len(coarse):
         better = guess.take(coarse).updated(path.take(coarse)).on_nodes(finer[0])
-        yield from _resolve(pieces.take(coarse), better, halvings)
+        yield from _resolve(pieces.take(coarse), better, 0, halvings)
     if not len(few):
         return
     path, pieces = path.take(few), pieces.take(few)
     if count < STATES_ALONG_PIECE[-1]:
         more = path.combined(interpolation(count, chebyshev_nodes(2 * count - 1)))
-        yield from _resolve(pieces, more, halvings)
+        yield from _resolve(pieces, more, 2, halvings)
     elif halvings:
         half = replace(pieces, length=pieces.length / 2.0)
         position = chebyshev_nodes(STATES_ALONG_PIECE[0])
         for share in (0.0, 0.5):
             part = replace(half, start=pieces.start + share * pieces.length)
             inside = path.combined(interpolation(count, share + 0.5 * position))
-            yield from _resolve(part, inside, halvings - 1)
+            yield from _resolve(part, inside, 0, halvings - 1)
 
 
 def interpolation(count: int, position: FloatArray) -> FloatArray:
@@ -306,15 +312,19 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
     return matrix / matrix.sum(axis=1, keepdims=True)
 
 
-def _solve_at(guess: Path, pieces: Pieces, position: FloatArray) -> Path:
-    """Solve states at fractions of the pieces' length."""
-    count, nodes = guess.phi.shape[0], guess.phi.shape[2]
+def _solve_at(guess: Path, pieces: Pieces, position: FloatArray, known: int = 0) -> Path:
+    """Solve states at fractions of the pieces' length, but every `known`th."""
+    new = np.ones(len(position), dtype=bool)
+    if known:
+        new[::known] = False
+    nodes = guess.phi.shape[2]
     operator = None
     if pieces.contact is Contact.POINT:
-        operator = np.tile(integral_operator(pieces.theta, nodes), (count, 1, 1))
-    eta = np.tile(pieces.eta, count)
-    states, _ = solve(guess.flat(), eta, pieces.closure(position), operator)
-    return Path.unflattened(states, count)
+        operator = np.tile(integral_operator(pieces.theta, nodes), (int(new.sum()), 1, 1))
+    eta = np.tile(pieces.eta, int(new.sum()))
+    unsolved = guess.states(new)
+    states, _ = solve(unsolved.flat(), eta, pieces.closure(position[new]), operator)
+    return guess.overwritten(Path.unflattened(states, int(new.sum())), new)
 
 
 def _midpoints(count: int) -> FloatArray:
@@ -370,7 +380,7 @@ def _finished(
         return
     path, pieces, values = path.take(rows), pieces.take(rows), values[:, rows]
     count = len(path.fx)
-    few = path.every((count - 1) // (STABILITY_STATES - 1))
+    few = path.states(slice(None, None, (count - 1) // (STABILITY_STATES - 1)))
     few = few.on_nodes(min(few.phi.shape[2], STABILITY_NODES))
     margin = stability(few.flat(), pieces.contact).reshape(STABILITY_STATES, -1)
     margin = interpolation(STABILITY_STATES, chebyshev_nodes(count)) @ margin
