@@ -42,6 +42,7 @@ from vibrissa.pieces import (
     Pieces,
     Resolved,
     guess_from,
+    residual_tolerance,
     resolve,
 )
 from vibrissa.reach import REASONS, violations
@@ -159,7 +160,7 @@ def solve_offset(
         message = NOT_RESOLVED
         contact = Contact.LINE if leg.line[-1, 0] else Contact.POINT
         misfit = float(residual(state, etas, Closure(contact, offset=np.array([offset])))[0])
-        if misfit < RESIDUAL_TOLERANCE and coefficient_decay(state)[0] < DECAY_TOLERANCE:
+        if misfit < residual_tolerance(nodes) and coefficient_decay(state)[0] < DECAY_TOLERANCE:
             violated = violations(state, etas, contact)[0]
             if violated.any():
                 return None, misfit, Status.OUT_OF_REACH, _reasons(violated)
@@ -217,7 +218,8 @@ def _solve_on_nodes(
     solved: list[list[Resolved]] = [[] for _ in index]
     parts = _cuts(first, eta, x1_init, np.zeros(len(index)), joint)
     legs = [(np.arange(len(index)), first, parts)]
-    # The second legs are followed once the first ones are solved: not of what is out of reach.
+    # The second legs are followed once the first ones are solved: not of what is out of reach, nor
+    # where the tip lifts off.
     while legs:
         rows, leg, parts = legs.pop(0)
         cuts |= {(leg.parameter, row): cut for row, cut in zip(rows.tolist(), parts, strict=True)}
@@ -227,7 +229,8 @@ def _solve_on_nodes(
                 solved[rows[piece.curve]].append(piece)
         if leg is first:
             within = [not any(np.isfinite(piece.reach) for piece in pieces) for pieces in solved]
-            legs += _second_legs(first, np.flatnonzero(within), eta, x1_init, swing, model)
+            rows = np.flatnonzero(within & (first.at(first.last)[0].fy < 0.0))
+            legs += _second_legs(first, rows, eta, x1_init, swing, model)
     passed = _passed(first)
     for row, i in enumerate(index):
         results[i] = _assembled(
@@ -303,7 +306,7 @@ def _exact(
                 break
             conditions = closure(contact, rows)
             solution, _ = solve(guess.on_nodes(nodes), eta[rows], conditions)
-            good = (residual(solution, eta[rows], conditions) < RESIDUAL_TOLERANCE) & (
+            good = (residual(solution, eta[rows], conditions) < residual_tolerance(nodes)) & (
                 coefficient_decay(solution) < DECAY_TOLERANCE
             )
             measured[rows[good]] = measure(solution.take(good), rows[good])

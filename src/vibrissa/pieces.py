@@ -204,6 +204,11 @@ class Resolved(NamedTuple):
     violated: BoolArray
 
 
+def residual_tolerance(nodes: int) -> float:
+    """Largest residual of a state that counts as solved on a number of nodes."""
+    return RESIDUAL_TOLERANCE if nodes <= MANY_NODES else ROUNDED_TOLERANCE
+
+
 def guess_from(leg: Leg, pieces: Pieces) -> Path:
     """Guess states at Chebyshev points by quadratics through the three nearest steps of a leg."""
     position = chebyshev_nodes(STATES_ALONG_PIECE[0])
@@ -266,7 +271,7 @@ def _resolve(
     between = _largest_residual(path.combined(_halfway(count)), pieces, _midpoints(count))
     values = _values(path, pieces)
     rod = np.less(_rod_decay(path), DECAY_TOLERANCE)
-    tolerance = RESIDUAL_TOLERANCE if nodes <= MANY_NODES else ROUNDED_TOLERANCE
+    tolerance = residual_tolerance(nodes)
     resolved = rod & (between < tolerance) & (_curve_decay(values) < DECAY_TOLERANCE)
     yield from _finished(path, pieces, values, between, np.flatnonzero(resolved))
 
