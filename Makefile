@@ -23,7 +23,7 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce beyond survey study check bless setup test test-slurm mutations lint format
+.PHONY: help reproduce beyond survey bench study check bless setup test test-slurm mutations lint format
 .PHONY: lock clean
 .DEFAULT_GOAL := help
 
@@ -39,6 +39,7 @@ help:
 	@echo "make test                  all tests"
 	@echo "make test-slurm            a study on a SLURM that is brought up for it (Debian, root)"
 	@echo "make survey                100,000 random points in both contact models, counted by outcome"
+	@echo "make bench                 states per second of four methods, side by side"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
@@ -106,6 +107,11 @@ test: $(STAMP)
 # Apart from `test`, as it installs SLURM; it says so and succeeds where that is not possible.
 test-slurm: $(STAMP)
 	@$(ONE_THREAD) $(PY) -m pytest tests/slurm $(ARGS)
+
+bench: $(STAMP)
+	@$(ONE_THREAD) $(PY) -m pytest benchmarks/bench_states.py -q \
+	    --benchmark-json=.benchmarks.json --benchmark-disable-gc >/dev/null
+	@$(PY) benchmarks/table.py .benchmarks.json
 
 survey: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/survey.py $(ARGS)

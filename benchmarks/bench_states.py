@@ -1,0 +1,128 @@
+"""How fast equilibrium states are found, by four methods on the same curve, and how well.
+
+Run by `make bench`, which prints the table; see benchmarks/table.py. Each benchmark notes how many
+states it finds in a round and how far their forces are from converged ones.
+"""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+from vibrissa import shooting, solve_state
+from vibrissa.collocation import solve_curves
+
+THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
+# Steps of one period of sticking; the slow methods take every so manyth.
+STEPS = 52
+STRIDE = 4
+RANDOM_CURVES = 32
+
+
+@pytest.fixture(scope="module")
+def curve():
+    return solve_curves(np.array([THETA]), np.array([ETA]))[0]
+
+
+@pytest.fixture(scope="module")
+def converged(curve):
+    """Forces at the steps, each solved by itself on its own number of nodes."""
+    x1 = [curve.x1_init - DX0 * k for k in range(STEPS + 1)]
+    return np.array([solve_state(THETA, ETA, offset).f for offset in x1])
+
+
+def note(benchmark, states, force, expected):
+    benchmark.extra_info["states"] = states
+    benchmark.extra_info["error"] = float(np.abs(np.array(force) / expected - 1.0).max())
+
+
+def test_collocation_random_curves(benchmark):
+    random = np.random.default_rng(1)
+    theta, eta = random.uniform(1, 4, RANDOM_CURVES), random.uniform(0.7, 0.95, RANDOM_CURVES)
+    curves = benchmark.pedantic(solve_curves, (theta, eta), rounds=5, warmup_rounds=1)
+    force, expected = [], []
+    for c in curves:
+        x0 = 0.6 * c.x0_lock
+        force.append(float(c.state(x0).f))
+        expected.append(solve_state(c.theta, c.eta, c.x1_init - x0).f)
+    note(benchmark, sum(len(p.values) for c in curves for p in c.pieces), force, expected)
+
+
+def test_collocation_one_curve(benchmark, converged):
+    def run():
+        return solve_curves(np.array([THETA]), np.array([ETA]))[0]
+
+    found = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
+    states = sum(len(piece.values) for piece in found.pieces)
+    note(benchmark, states, found.state(DX0 * np.arange(STEPS + 1)).f, converged)
+
+
+def test_solve_bvp(benchmark, curve, converged):
+    """SciPy's collocation (tol 1e-8) along the period, each state from the one before."""
+    s = np.linspace(0.0, 1.0, 21)
+
+    def derivative(s, y, p):
+        d = 1.0 - (1.0 - 1.0 / THETA) * s
+        return np.stack(
+            [np.cos(y[2]), np.sin(y[2]), y[3] / d**4, p[0] * np.sin(y[2]) - p[1] * np.cos(y[2])]
+        )
+
+    def run():
+        force, first = [], solve_state(THETA, ETA, curve.x1_init)
+        x, y, phi = first.shape(s)
+        moment = np.gradient(phi, s) * (1.0 - (1.0 - 1.0 / THETA) * s) ** 4
+        mesh, guess, load = s, np.stack([x, y, phi, moment]), [first.reaction_fx, first.reaction_fy]
+        for k in range(0, STEPS + 1, STRIDE):
+            offset = curve.x1_init - DX0 * k
+
+            def ends(a, b, p, offset=offset):
+                return np.array([a[0], a[1], a[2] - np.pi / 2, b[0] - offset, b[1] - ETA, b[3]])
+
+            found = solve_bvp(derivative, ends, mesh, guess, p=load, tol=1e-8, max_nodes=20000)
+            mesh, guess, load = found.x, found.y, found.p
+            force.append(np.hypot(*found.p) if found.success else np.nan)
+        return force
+
+    force = benchmark.pedantic(run, rounds=3, warmup_rounds=0)
+    note(benchmark, len(force), force, converged[::STRIDE])
+
+
+def test_paper(benchmark, converged):
+    """The paper's own method at MATLAB's default tolerances, one period of sticking."""
+
+    def run():
+        return shooting.walk(THETA, ETA, DX0, MU0, tolerances=shooting.PAPER)
+
+    states = benchmark.pedantic(run, rounds=1, warmup_rounds=0)[: STEPS + 1]
+    note(benchmark, len(states), [state.f for state in states], converged[: len(states)])
+
+
+OCTAVE = """
+theta = 2; eta = 0.85; dx0 = 0.001; steps = 52;
+function [miss, state] = shot(f, alpha, x1, y1, x0, theta)
+  rhs = @(s, z) [cos(z(3)); sin(z(3)); f * (cos(alpha) * (z(1) - x1) + sin(alpha) * (z(2) - y1)) ...
+      / (1 - (1 - 1 / theta) * s)^4];
+  [~, z] = ode45(rhs, [0 1], [x0; 0; pi / 2]);
+  state = z(end, :); miss = hypot(state(1) - x1, state(2) - y1);
+end
+p = fminsearch(@(p) shot(p(1), 0, p(2), eta, 0, theta), [1.16 0.42]);
+x1 = p(2); q = [p(1) 0]; printf("%.12g\\n", q(1));
+for k = 1:steps
+  q = fminsearch(@(q) shot(q(1), q(2), x1, eta, k * dx0, theta), q);
+  printf("%.12g\\n", q(1));
+end
+"""
+
+
+@pytest.mark.skipif(not shutil.which("octave-cli"), reason="octave-cli is not installed")
+def test_octave(benchmark, converged):
+    """The same in GNU Octave."""
+
+    def run():
+        command = ["octave-cli", "--quiet", "--eval", OCTAVE]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    force = [float(line) for line in benchmark.pedantic(run, rounds=1).split()]
+    note(benchmark, len(force), force, converged[: len(force)])

@@ -1,0 +1,46 @@
+"""Print the benchmarks of a pytest-benchmark file as one table.
+
+Usage: python benchmarks/table.py FILE.json
+"""
+
+import json
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+NAMES = {
+    "test_collocation_random_curves": "collocation, 32 curves at once",
+    "test_collocation_one_curve": "collocation, one curve",
+    "test_solve_bvp": "scipy solve_bvp, tol 1e-8",
+    "test_paper": "the paper's method (Python)",
+    "test_octave": "the paper's method (GNU Octave)",
+}
+
+
+def main(path: str) -> None:
+    """Print states per second, their spread, the ratio to the first row and the accuracy."""
+    found = {b["name"]: b for b in json.loads(Path(path).read_text())["benchmarks"]}
+    table = Table("method", "states/s and core", "quartiles", "rounds", "first is", "error of f")
+    fastest = None
+    for name, title in NAMES.items():
+        if name not in found:
+            table.add_row(title, "skipped", "", "", "", "")
+            continue
+        stats, info = found[name]["stats"], found[name]["extra_info"]
+        rates = [info["states"] / stats[key] for key in ("median", "q3", "q1")]
+        fastest = fastest or rates[0]
+        table.add_row(
+            title,
+            f"{rates[0]:,.4g}",
+            f"{rates[1]:,.4g} to {rates[2]:,.4g}",
+            str(stats["rounds"]),
+            f"{fastest / rates[0]:,.3g} x faster",
+            f"{info['error']:.1e}",
+        )
+    Console(width=110).print(table)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
