@@ -239,3 +239,23 @@ def test_a_solved_curve_can_be_sent_to_another_process():
     curve = line(3.0, 0.85)
     again = pickle.loads(pickle.dumps(curve))
     assert np.array_equal(again.onset([0.1, 0.3]), curve.onset([0.1, 0.3]))
+
+
+@pytest.mark.parametrize("contact", ["point", "line"])
+@pytest.mark.parametrize("pair", [(8.0, 0.5), (8.0, 0.97), (14.0, 0.7), (20.0, 0.85)])
+def test_onset_and_force_of_strong_taper_agree_with_an_independent_shooting(pair, contact):
+    curve = solve_curve(*pair, contact=contact)
+    mu0 = 0.9 * curve.mu_lock
+    x0 = float(curve.onset(mu0))
+    state = curve.state(x0)
+    near = -state.reaction_fy * (1 + 1e-7), state.reaction_fx * (1 + 1e-7)
+    offset = curve.x1_init - x0
+    if curve.contact(x0) == ["point"]:
+        _, p, q = reference.solve_offset(*pair, offset, (state.phi1 + 1e-7, *near))
+    else:
+        _, p, q = reference.solve_line_offset(*pair, offset, (state.s_c * (1 - 1e-7), *near))
+    assert np.hypot(p, q) == pytest.approx(float(state.f), rel=1e-10)
+    # What is missing to the friction angle, as a displacement.
+    h = 1e-6
+    slope = (curve.friction_demand(x0 + h) - curve.friction_demand(x0 - h)) / (2 * h)
+    assert (-q / p - mu0) / slope == pytest.approx(0.0, abs=1e-10)

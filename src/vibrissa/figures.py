@@ -135,16 +135,19 @@ def _taper(rows: pd.DataFrame) -> Figure:
     for i, (mu0, series) in enumerate(rows.sort_values("theta").groupby("mu0")):
         color = COLORS[i % len(COLORS)]
         axes.plot(series["theta"], series["x0_slip"], color=color, linewidth=0.8)
+        style: dict[str, Any] = {"linestyle": "none", "marker": MARKERS[i % len(MARKERS)]}
+        label = rf"$\mu_0 = {mu0:g}$"
+        passes = series["penetrates"].fillna(False).astype(bool)
+        inside, through = series[~passes], series[passes]
         axes.plot(
-            series["theta"],
-            series["x0_max"],
-            linestyle="none",
-            marker=MARKERS[i % len(MARKERS)],
-            markersize=5,
-            color=color,
-            label=rf"$\mu_0 = {mu0:g}$",
+            inside["theta"], inside["x0_max"], markersize=5, color=color, label=label, **style
         )
+        style |= {"markersize": 5, "markerfacecolor": "white"}
+        axes.plot(through["theta"], through["x0_max"], color=color, **style)
     axes.plot([], [], color="black", linewidth=0.8, label="exact onset of slip")
+    if rows["penetrates"].fillna(False).any():
+        label = "hollow: the rod passes through the surface"
+        axes.plot([], [], "o", color="black", markerfacecolor="white", label=label)
     first = rows.iloc[0]
     marks = rf"marks: last state of stiction, $\Delta x_0 = {first['dx0']:g}$"
     axes.set_title(rf"$\eta = {first['eta']:g}$; {marks}", fontsize=10)
