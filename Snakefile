@@ -18,6 +18,7 @@ include: "workflow/rules/solve.smk"
 include: "workflow/rules/scans.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/claims.smk"
+include: "workflow/rules/report.smk"
 include: "workflow/rules/check.smk"
 
 
@@ -31,3 +32,4 @@ rule all:
         f"{RESULTS}/tables/claims.parquet" if STUDY.claims else [],
         expand(f"{RESULTS}/figures/{{figure}}.{{ending}}", figure=STUDY.figures, ending=ENDINGS),
         f"{RESULTS}/figures/captions.md" if STUDY.figures else [],
+        f"{RESULTS}/report.html",

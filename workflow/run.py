@@ -7,8 +7,8 @@ Snakemake's `rich` logger draws the progress bars. This wrapper adds what neithe
 Snakemake's `onsuccess`/`onerror` can do (`onsuccess` is skipped when there is nothing to do, and
 Snakemake writes further lines after `onerror`):
 
-* the failed job's message and log path, or the figures and what became of the paper's statements,
-  are the *last* thing on the screen;
+* the failed job's message and log path, or the figures, what became of the paper's statements and
+  where the report is, are the *last* thing on the screen;
 * without a terminal (where `rich` stays silent) a progress line is printed every few percent;
 * a run that was killed outright does not leave the working directory locked.
 """
@@ -226,6 +226,9 @@ def main(argv: list[str]) -> int:
     claims = folder.parent / "claims.md"
     if claims.is_file():
         say(f"{verdicts(claims.read_text(encoding='utf-8'))} ({claims})")
+    report = folder.parent / "report.html"
+    if report.is_file():
+        say(f"All on one page: {report}")
     return 0
 
 

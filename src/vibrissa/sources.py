@@ -20,7 +20,8 @@ def sources(*modules: str) -> list[str]:
     Returns
     -------
     list of str
-        Paths, relative to the working directory where they lie below it.
+        Paths, relative to the working directory where they lie below it, with the files of a web
+        page that belong to a module: they have its name.
 
     Raises
     ------
@@ -34,7 +35,12 @@ def sources(*modules: str) -> list[str]:
         if module not in found:
             found.add(module)
             pending += _imports(PACKAGE / f"{module}.py")
-    paths = sorted(PACKAGE / f"{module}.py" for module in found)
+    paths = sorted(
+        path
+        for module in found
+        for path in PACKAGE.glob(f"{module}.*")
+        if path.suffix in (".py", ".html", ".css", ".js")
+    )
     here = Path.cwd()
     return [str(path.relative_to(here) if path.is_relative_to(here) else path) for path in paths]
 

@@ -1,0 +1,432 @@
+"""What a study found, as one web page that needs nothing else: made of tables and texts alone.
+
+The page is `report.html`, a template, with `report.css` and `report.js` put into it.
+"""
+
+import base64
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import pandas as pd
+import pyarrow as pa
+from markupsafe import Markup
+
+from vibrissa import animation, ledger, tables
+
+# An SVG of more bytes shows so many lines that the PNG looks the same and is smaller.
+LARGEST_SVG = 300_000
+# Rows that a table of the page shows, and messages about rows without a result.
+MOST_ROWS = 40
+FEW_ROWS = 27
+NO_RESULT = ("failed", "out_of_reach")
+
+SYMBOLS = {
+    "theta": "θ",
+    "mu0": "μ0",
+    "eta": "η",
+    "dx0": "Δx0",
+    "x0_slip": "exact onset",
+    "x0_max": "x0,max",
+    "n_steps": "steps",
+    "mu_lock": "μ_lock",
+    "f_slip": "force at onset",
+    "reaction_m_slip": "moment at onset",
+    "x1": "x1",
+    "f": "force",
+    "alpha": "α",
+    "phi1": "φ1",
+    "s_c": "s_c",
+    "reaction_fx": "Fx",
+    "reaction_fy": "Fy",
+    "reaction_m": "M",
+    "x0_slip_point": "onset, point",
+    "x0_slip_line": "onset, line",
+    "mu_lock_point": "μ_lock, point",
+    "mu_lock_line": "μ_lock, line",
+    "status_point": "point contact",
+    "status_line": "line contact",
+}
+STICTION = (
+    *("theta", "mu0", "eta", "dx0", "status", "contact", "x0_max", "x0_slip"),
+    *("mu_lock", "f_slip", "reaction_m_slip", "residual"),
+)
+STATES = (
+    *("state", "theta", "eta", "x1", "status", "contact", "f", "alpha", "phi1"),
+    *("reaction_fx", "reaction_fy", "reaction_m", "penetrates", "residual"),
+)
+COMPARISONS = (
+    *("theta", "mu0", "eta", "status_point", "status_line", "x0_slip_point", "x0_slip_line"),
+    *("mu_lock_point", "mu_lock_line", "penetrates"),
+)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure with its caption.
+
+    Attributes
+    ----------
+    name, caption : str
+    svg, png : bytes
+        The same drawing in both formats, of which the page takes one.
+    """
+
+    name: str
+    caption: str
+    svg: bytes
+    png: bytes
+
+    @property
+    def source(self) -> str:
+        """The drawing as a data URI."""
+        kind, data = ("svg+xml", self.svg) if len(self.svg) <= LARGEST_SVG else ("png", self.png)
+        return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+
+
+@dataclass(frozen=True)
+class Run:
+    """What was run, and on what: the part of the page that does not follow from the tables.
+
+    Attributes
+    ----------
+    study_files : mapping of str
+        Text of each study file by its name.
+    environment : mapping of str
+        Versions of the software and what is to be said of the machine, by name.
+    benchmarks : mapping
+        Texts of Snakemake's benchmark files of each rule.
+    """
+
+    study_files: Mapping[str, str]
+    environment: Mapping[str, str]
+    benchmarks: Mapping[str, Sequence[str]]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a table, to be read: titles with their unit and description, and texts."""
+
+    title: str
+    note: str
+    header: Sequence[tuple[str, str, str]]
+    cells: Sequence[Sequence[str]]
+
+
+def page(study: str, found: Mapping[str, pa.Table], pictures: Iterable[Picture], run: Run) -> str:
+    """Write the page.
+
+    Parameters
+    ----------
+    study : str
+        The study's name.
+    found : mapping of pyarrow.Table
+        The study's tables by name: ``stiction`` and, where there are any, ``scans``, ``states``,
+        ``comparisons`` and ``claims``.
+    pictures : iterable of Picture
+    run : Run
+
+    Returns
+    -------
+    str
+        HTML that refers to nothing outside itself.
+    """
+    here = Path(__file__)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(here.parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
+    claims = found.get("claims")
+    scans = found.get("scans")
+    return environment.get_template("report.html").render(
+        study=study,
+        style=Markup(here.with_suffix(".css").read_text(encoding="utf-8")),
+        program=Markup(here.with_suffix(".js").read_text(encoding="utf-8")),
+        summary=_summary(found),
+        runs=[] if scans is None else _labelled(animation.runs(scans)),
+        pictures=list(pictures),
+        verdicts=_verdicts(claims),
+        claims=[] if claims is None else [_claim(row) for row in claims.to_pylist()],
+        tables=[rows for name, table in found.items() for rows in _sections(name, table)],
+        troubles=[line for name, table in found.items() for line in _troubles(name, table)],
+        provenance=[_provenance(name, table) for name, table in found.items()],
+        jobs=job_rows(run.benchmarks),
+        run=run,
+    )
+
+
+def number(value: Any) -> str:
+    """Spell a value of a table: five digits, a true minus sign, and a dash for nothing."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "–"
+    if isinstance(value, str):
+        return value.replace("_", " ")
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    text = f"{value:.5g}"
+    if exponent := re.fullmatch(r"(.*)e([+-])0*(\d+)", text):
+        raised = str(exponent[3]).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        text = f"{exponent[1]}·10{'⁻' if exponent[2] == '-' else ''}{raised}"
+    return text.replace("-", "−").replace("inf", "∞")
+
+
+def unit_text(unit: str) -> str:
+    """Spell a unit of a table's column; nothing for a plain number."""
+    return "" if unit == tables.NONE else unit.replace("*", "·").replace("^2", "²")
+
+
+def job_rows(benchmarks: Mapping[str, Sequence[str]]) -> list[tuple[str, int, float, float, float]]:
+    """Sum up Snakemake's benchmark files by rule.
+
+    Parameters
+    ----------
+    benchmarks : mapping
+        Texts of the files of each rule.
+
+    Returns
+    -------
+    list of tuple
+        Rule, number of jobs, seconds of all of them, seconds of the longest and largest memory
+        (MB), without rules that have no files; then the same of all rules.
+    """
+    rows = []
+    for rule, texts in benchmarks.items():
+        jobs = [
+            dict(zip(*(line.split("\t") for line in text.splitlines()[:2]), strict=True))
+            for text in texts
+        ]
+        if jobs:
+            seconds = [float(job["s"]) for job in jobs]
+            # Snakemake writes NA for a job that was over before it could look.
+            memory = [float(job["max_rss"]) for job in jobs if job["max_rss"] not in ("NA", "-")]
+            rows.append((rule, len(jobs), sum(seconds), max(seconds), max(memory, default=0.0)))
+    total = list(zip(*rows, strict=True))
+    if rows:
+        _, jobs, sums, longest, largest = total
+        rows.append(("all", sum(jobs), sum(sums), max(longest), max(largest)))
+    return rows
+
+
+def _labelled(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    for run in runs:
+        axes = ", ".join(f"{SYMBOLS[name]} = {run[name]:g}" for name in animation.AXES)
+        run["label"] = f"{run['scan']}: {axes}{' (locks)' * (run['status'] == 'lock')}"
+    return runs
+
+
+def _summary(found: Mapping[str, pa.Table]) -> list[tuple[str, str]]:
+    """What is in the tables, in a few words each."""
+    lines = []
+    for name, what in (("stiction", "Grid points"), ("scans", "Scans"), ("states", "States")):
+        if name in found:
+            table = found[name]
+            statuses = table.column("status").to_pylist()
+            if name == "scans":
+                keys = zip(*(table.column(key).to_pylist() for key in _RUN), strict=True)
+                statuses = list(dict(zip(keys, statuses, strict=True)).values())
+            lines.append((what, f"{len(statuses)}: {_counts(statuses)}"))
+    if "scans" in found:
+        lines.append(("Steps of the clamp", number(len(found["scans"]))))
+    if "comparisons" in found:
+        lines.append(("Points in both kinds of contact", number(len(found["comparisons"]))))
+    residuals = [
+        value
+        for name in ("stiction", "states")
+        if name in found
+        for value in found[name].column("residual").to_pylist()
+        if value is not None
+    ]
+    if residuals:
+        lines.append(("Largest residual", number(max(residuals))))
+    return lines
+
+
+_RUN = ("scan", *animation.AXES)
+
+
+def _counts(values: Iterable[str]) -> str:
+    counts = sorted(Counter(values).items())
+    return ", ".join(f"{count} {number(value)}" for value, count in counts) or "none"
+
+
+def _verdicts(claims: pa.Table | None) -> list[tuple[str, int]]:
+    found = [] if claims is None else claims.column("verdict").to_pylist()
+    return [(verdict, found.count(verdict)) for verdict in ledger.Verdict if verdict in found]
+
+
+def _claim(row: Mapping[str, Any]) -> dict[str, Any]:
+    figures = zip(row["figure_name"], row["figure_value"], row["figure_unit"], strict=True)
+    shown = [(name, f"{number(value)} {unit_text(unit)}".strip()) for name, value, unit in figures]
+    return {**row, "figures": shown}
+
+
+def _sections(name: str, table: pa.Table) -> list[Rows]:
+    """Key rows of one of the study's tables."""
+    return _SECTIONS[name](table) if name in _SECTIONS and len(table) else []
+
+
+def _rows(table: pa.Table, rows: pd.DataFrame, names: Sequence[str], title: str, note: str) -> Rows:
+    fields = [table.schema.field(name) for name in names]
+    header = [
+        (
+            SYMBOLS.get(field.name, field.name),
+            unit_text(field.metadata[b"unit"].decode()),
+            field.metadata[b"description"].decode(),
+        )
+        for field in fields
+    ]
+    shown = rows[list(names)].head(MOST_ROWS).astype(object)
+    cells = [[number(value) for value in row] for row in shown.itertuples(index=False)]
+    if len(rows) > MOST_ROWS:
+        note = f"{note} The first {MOST_ROWS} of {len(rows)}.".strip()
+    return Rows(title, note, header, cells)
+
+
+def key_rows(rows: pd.DataFrame, axes: Sequence[str]) -> pd.DataFrame:
+    """Rows at the first, middle and last value of each axis.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Rows on a grid.
+    axes : sequence of str
+        Columns that span the grid.
+
+    Returns
+    -------
+    DataFrame
+        Without the middle values where they would make too many.
+    """
+    values = {name: sorted(rows[name].unique()) for name in axes}
+    chosen = {name: {v[0], v[len(v) // 2], v[-1]} for name, v in values.items()}
+    if math.prod(map(len, chosen.values())) > FEW_ROWS:
+        chosen = {name: {v[0], v[-1]} for name, v in values.items()}
+    wanted = set(product(*chosen.values()))
+    keep = [key in wanted for key in rows[list(axes)].itertuples(index=False, name=None)]
+    return rows[keep].sort_values(list(axes))
+
+
+def _stiction(table: pa.Table) -> list[Rows]:
+    rows = table.to_pandas()
+    names = sorted({name for grids in rows["grids"] for name in grids})
+    sections = []
+    for name in names:
+        of_grid = rows[[name in grids for grids in rows["grids"]]]
+        keys = key_rows(of_grid, animation.AXES)
+        note = f"{len(of_grid)} points: {_counts(of_grid['status'])}."
+        if len(keys) < len(of_grid):
+            note += " Shown are the corners and the middle of the grid."
+        sections.append(_rows(table, keys, STICTION, f"Grid {name}", note))
+    return sections
+
+
+def _scans(table: pa.Table) -> list[Rows]:
+    """Say of each scan how long it is and between what values the clamp's readings go."""
+    rows = table.to_pandas()
+    groups = [(key, group) for key, group in rows.groupby(list(_RUN), sort=False)]
+    description = {field.name: field.metadata[b"description"].decode() for field in table.schema}
+    force, moment = unit_text(tables.FORCE), unit_text(tables.MOMENT)
+    header = [
+        ("scan", "", description["scan"]),
+        *((SYMBOLS[name], "", description[name]) for name in animation.AXES),
+        ("status", "", description["status"]),
+        ("cycles", "", "stick-slip cycles"),
+        ("states", "", "rows of the table"),
+        ("sticks for", unit_text(tables.LENGTH), "largest clamp displacement in a cycle"),
+        ("Fx", force, f"{description['reaction_fx']}, least and greatest"),
+        ("Fy", force, f"{description['reaction_fy']}, least and greatest"),
+        ("M", moment, f"{description['reaction_m']}, least and greatest"),
+    ]
+    cells = []
+    for key, group in groups[:MOST_ROWS]:
+        solved = group[group["footpoint"].notna()]
+        cycles = None if solved.empty else int(solved["cycle"].max())
+        spans = [solved[name] for name in animation.READINGS]
+        cells.append(
+            [
+                *(number(value) for value in key),
+                number(group["status"].iloc[0]),
+                number(cycles),
+                number(len(solved)),
+                number(None if solved.empty else float(solved["x0"].max())),
+                *(
+                    "–" if span.empty else f"{number(span.min())} … {number(span.max())}"
+                    for span in spans
+                ),
+            ]
+        )
+    more = f"The first {MOST_ROWS} of {len(groups)} scans." if len(groups) > MOST_ROWS else ""
+    return [Rows("Scans", more, header, cells)]
+
+
+def _states(table: pa.Table) -> list[Rows]:
+    return [_rows(table, table.to_pandas(), STATES, "Single states", "")]
+
+
+def _comparisons(table: pa.Table) -> list[Rows]:
+    rows = table.to_pandas()
+    sections = []
+    for name, points in rows.groupby("comparison", sort=False):
+        keys = key_rows(points, ("theta", "mu0", "eta"))
+        note = f"{len(points)} points; the rod would pass through the surface in "
+        note += f"{int(points['penetrates'].sum())} of them."
+        sections.append(_rows(table, keys, COMPARISONS, f"Comparison {name}", note))
+    return sections
+
+
+_SECTIONS: dict[str, Callable[[pa.Table], list[Rows]]] = {
+    "stiction": _stiction,
+    "scans": _scans,
+    "states": _states,
+    "comparisons": _comparisons,
+}
+
+
+def _troubles(name: str, table: pa.Table) -> list[str]:
+    """What there is no result for, by the reason."""
+    lines: Counter[str] = Counter()
+    for column in ("status", "status_point", "status_line"):
+        if column in table.column_names:
+            statuses = table.column(column).to_pylist()
+            messages = (
+                table.column("message").to_pylist()
+                if "message" in table.column_names
+                else [""] * len(table)
+            )
+            lines.update(
+                f"{number(status)}{': ' * bool(message)}{message}"
+                for status, message in zip(statuses, messages, strict=True)
+                if status in NO_RESULT
+            )
+    shown = [
+        f"{name}: {count} row{'s' * (count > 1)} {reason}"
+        for reason, count in lines.most_common(MOST_ROWS)
+    ]
+    if len(lines) > MOST_ROWS:
+        shown.append(f"{name}: and {len(lines) - MOST_ROWS} more reasons; see its table")
+    return shown
+
+
+def _provenance(name: str, table: pa.Table) -> dict[str, Any]:
+    """Which code made a table, by what the file says."""
+    metadata = {
+        key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()
+    }
+    commits = {metadata.get("vibrissa.commit", "unknown")}
+    commits.update(metadata.get("vibrissa.part_commits", "").split())
+    return {
+        "name": name,
+        "rows": len(table),
+        "version": metadata.get("vibrissa.version", "unknown"),
+        "commits": sorted(commits),
+    }
