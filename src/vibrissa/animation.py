@@ -31,8 +31,8 @@ def runs(scans: pa.Table) -> list[dict[str, Any]]:
         ``scan``, ``status`` and ``steps``, the arc lengths `s` (L) of its shapes, `shapes`, lists
         of x and y in turn relative to the clamp in units of `PRECISION`, and for each frame its
         shape's number (``shape``), the positions of ``clamp`` and ``contact`` (L), ``cycle``,
-        whether the tip has just slipped (``slip``) and the clamp's readings ``fx``, ``fy`` (E·I0/L²)
-        and ``m`` (E·I0/L).
+        whether the tip has just slipped (``slip``) and the clamp's readings ``fx`` and ``fy``
+        (E·I0/L²) and ``m`` (E·I0/L).
     """
     table = scans.to_pandas()
     table = table[table["footpoint"].notna()]

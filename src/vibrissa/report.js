@@ -39,11 +39,13 @@
     // y goes down in a drawing: the surface is above.
     stage.replaceChildren();
     stage.setAttribute("viewBox", `${left} ${-eta - 70} ${right - left} ${eta + 150}`);
-    add(stage, "path", { class: "rail", d: `M${left} 40H${right}` });
+    // Lines go on to the edges of a window that is wider than what moves.
+    const [from, to] = [left - 3000, right + 3000];
+    add(stage, "path", { class: "rail", d: `M${from} 40H${to}` });
     let hatch = "";
-    for (let x = left - 20; x < right; x += 24) hatch += `M${x} ${-eta}l26 -26`;
+    for (let x = from; x < to; x += 24) hatch += `M${x} ${-eta}l26 -26`;
     add(stage, "path", { class: "hatch", d: hatch });
-    add(stage, "path", { class: "surface", d: `M${left} ${-eta}H${right}` });
+    add(stage, "path", { class: "surface", d: `M${from} ${-eta}H${to}` });
     return {
       rod: add(stage, "path", { class: "rod" }),
       clamp: add(stage, "path", { class: "clamp" }),
@@ -56,7 +58,7 @@
     const figure = at(`signal-${name}`);
     const values = run[name].map((value) => (value === null ? NaN : value));
     const known = values.filter((value) => !Number.isNaN(value));
-    const [low, high] = [Math.min(0, ...known), Math.max(0, ...known)];
+    const [low, high] = [Math.min(...known), Math.max(...known)];
     const far = run.clamp[run.clamp.length - 1] || 1;
     const across = (i) => (100 * run.clamp[i]) / far;
     const down = (value) => (100 * (high - value)) / (high - low || 1);
@@ -70,12 +72,12 @@
         pen = "L";
       }
     });
-    add(svg, "path", { class: "zero", d: `M0 ${down(0)}H1000` });
+    if (low < 0 && high > 0) add(svg, "path", { class: "zero", d: `M0 ${down(0)}H1000` });
     add(svg, "path", { class: "curve", d: path });
     const mark = add(svg, "path", { class: "mark" });
     const [top, bottom] = figure.querySelectorAll(".ends span");
-    top.textContent = spell(high, high === 0 ? 0 : digits(high - low));
-    bottom.textContent = spell(low, low === 0 ? 0 : digits(high - low));
+    top.textContent = spell(high, digits(high - low));
+    bottom.textContent = spell(low, digits(high - low));
     const [dot, output] = [figure.querySelector(".dot"), figure.querySelector("output")];
     const padding = parseFloat(getComputedStyle(figure.querySelector(".plot")).paddingTop);
     return (i) => {

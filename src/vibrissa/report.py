@@ -165,15 +165,15 @@ def page(study: str, found: Mapping[str, pa.Table], pictures: Iterable[Picture],
     )
 
 
-def number(value: Any) -> str:
-    """Spell a value of a table: five digits, a true minus sign, and a dash for nothing."""
+def spell(value: Any, digits: int = 5) -> str:
+    """Spell a value of a table: some digits, a true minus sign, and a dash for nothing."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return "–"
     if isinstance(value, str):
-        return value.replace("_", " ")
+        return value.replace("_", " ") if value in NO_RESULT else value
     if isinstance(value, bool):
         return "yes" if value else "no"
-    text = f"{value:.5g}"
+    text = f"{value:.{digits}g}"
     if exponent := re.fullmatch(r"(.*)e([+-])0*(\d+)", text):
         raised = str(exponent[3]).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
         text = f"{exponent[1]}·10{'⁻' if exponent[2] == '-' else ''}{raised}"
@@ -199,7 +199,7 @@ def job_rows(benchmarks: Mapping[str, Sequence[str]]) -> list[tuple[str, int, fl
         Rule, number of jobs, seconds of all of them, seconds of the longest and largest memory
         (MB), without rules that have no files; then the same of all rules.
     """
-    rows = []
+    rows: list[tuple[str, int, float, float, float]] = []
     for rule, texts in benchmarks.items():
         jobs = [
             dict(zip(*(line.split("\t") for line in text.splitlines()[:2]), strict=True))
@@ -210,10 +210,9 @@ def job_rows(benchmarks: Mapping[str, Sequence[str]]) -> list[tuple[str, int, fl
             # Snakemake writes NA for a job that was over before it could look.
             memory = [float(job["max_rss"]) for job in jobs if job["max_rss"] not in ("NA", "-")]
             rows.append((rule, len(jobs), sum(seconds), max(seconds), max(memory, default=0.0)))
-    total = list(zip(*rows, strict=True))
     if rows:
-        _, jobs, sums, longest, largest = total
-        rows.append(("all", sum(jobs), sum(sums), max(longest), max(largest)))
+        _, counts, sums, longest, largest = zip(*rows, strict=True)
+        rows.append(("all", sum(counts), sum(sums), max(longest), max(largest)))
     return rows
 
 
@@ -225,7 +224,7 @@ def _labelled(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _summary(found: Mapping[str, pa.Table]) -> list[tuple[str, str]]:
-    """What is in the tables, in a few words each."""
+    """Say in a few words what is in the tables."""
     lines = []
     for name, what in (("stiction", "Grid points"), ("scans", "Scans"), ("states", "States")):
         if name in found:
@@ -234,11 +233,11 @@ def _summary(found: Mapping[str, pa.Table]) -> list[tuple[str, str]]:
             if name == "scans":
                 keys = zip(*(table.column(key).to_pylist() for key in _RUN), strict=True)
                 statuses = list(dict(zip(keys, statuses, strict=True)).values())
-            lines.append((what, f"{len(statuses)}: {_counts(statuses)}"))
+            lines.append((what, _counts(statuses)))
     if "scans" in found:
-        lines.append(("Steps of the clamp", number(len(found["scans"]))))
+        lines.append(("Steps of the clamp", spell(len(found["scans"]), 9)))
     if "comparisons" in found:
-        lines.append(("Points in both kinds of contact", number(len(found["comparisons"]))))
+        lines.append(("Points in both kinds of contact", spell(len(found["comparisons"]), 9)))
     residuals = [
         value
         for name in ("stiction", "states")
@@ -247,16 +246,19 @@ def _summary(found: Mapping[str, pa.Table]) -> list[tuple[str, str]]:
         if value is not None
     ]
     if residuals:
-        lines.append(("Largest residual", number(max(residuals))))
+        lines.append(("Largest residual", spell(max(residuals), 2)))
     return lines
 
 
 _RUN = ("scan", *animation.AXES)
 
 
-def _counts(values: Iterable[str]) -> str:
-    counts = sorted(Counter(values).items())
-    return ", ".join(f"{count} {number(value)}" for value, count in counts) or "none"
+def _counts(statuses: Sequence[str]) -> str:
+    """Say how many there are, and how many of them have which status."""
+    counts = sorted(Counter(statuses).items())
+    if len(counts) < 2:
+        return f"{len(statuses)}" + "".join(f", {'all ' * (n > 1)}{spell(s)}" for s, n in counts)
+    return f"{len(statuses)}: " + ", ".join(f"{n} {spell(s)}" for s, n in counts)
 
 
 def _verdicts(claims: pa.Table | None) -> list[tuple[str, int]]:
@@ -266,13 +268,39 @@ def _verdicts(claims: pa.Table | None) -> list[tuple[str, int]]:
 
 def _claim(row: Mapping[str, Any]) -> dict[str, Any]:
     figures = zip(row["figure_name"], row["figure_value"], row["figure_unit"], strict=True)
-    shown = [(name, f"{number(value)} {unit_text(unit)}".strip()) for name, value, unit in figures]
+    shown = [(name, f"{spell(value)} {unit_text(unit)}".strip()) for name, value, unit in figures]
     return {**row, "figures": shown}
 
 
 def _sections(name: str, table: pa.Table) -> list[Rows]:
     """Key rows of one of the study's tables."""
     return _SECTIONS[name](table) if name in _SECTIONS and len(table) else []
+
+
+def _compact(
+    title: str,
+    note: str,
+    header: Sequence[tuple[str, str, str]],
+    cells: Sequence[Sequence[str]],
+    total: int,
+) -> Rows:
+    """Rows as the page shows them: what is the same in all of them is said once, in the note."""
+    alike = [len(cells) > 1 and len({row[i] for row in cells}) == 1 for i in range(len(header))]
+    same = [
+        f"{name} = {cells[0][i]}"
+        for i, (name, _, _) in enumerate(header)
+        if alike[i] and cells[0][i] != "–"
+    ]
+    if total > len(cells):
+        note += f" Shown are the first {len(cells)} of {total} rows."
+    if same:
+        note += f" All rows: {', '.join(same)}."
+    return Rows(
+        title,
+        note.strip(),
+        [column for column, drop in zip(header, alike, strict=True) if not drop],
+        [[text for text, drop in zip(row, alike, strict=True) if not drop] for row in cells],
+    )
 
 
 def _rows(table: pa.Table, rows: pd.DataFrame, names: Sequence[str], title: str, note: str) -> Rows:
@@ -286,10 +314,14 @@ def _rows(table: pa.Table, rows: pd.DataFrame, names: Sequence[str], title: str,
         for field in fields
     ]
     shown = rows[list(names)].head(MOST_ROWS).astype(object)
-    cells = [[number(value) for value in row] for row in shown.itertuples(index=False)]
-    if len(rows) > MOST_ROWS:
-        note = f"{note} The first {MOST_ROWS} of {len(rows)}.".strip()
-    return Rows(title, note, header, cells)
+    cells = [
+        [
+            spell(value, 2 if name == "residual" else 5)
+            for name, value in zip(names, row, strict=True)
+        ]
+        for row in shown.itertuples(index=False)
+    ]
+    return _compact(title, note, header, cells, len(rows))
 
 
 def key_rows(rows: pd.DataFrame, axes: Sequence[str]) -> pd.DataFrame:
@@ -323,9 +355,9 @@ def _stiction(table: pa.Table) -> list[Rows]:
     for name in names:
         of_grid = rows[[name in grids for grids in rows["grids"]]]
         keys = key_rows(of_grid, animation.AXES)
-        note = f"{len(of_grid)} points: {_counts(of_grid['status'])}."
+        note = f"Points: {_counts(list(of_grid['status']))}."
         if len(keys) < len(of_grid):
-            note += " Shown are the corners and the middle of the grid."
+            note += " Here are the corners and the middle of the grid."
         sections.append(_rows(table, keys, STICTION, f"Grid {name}", note))
     return sections
 
@@ -350,23 +382,25 @@ def _scans(table: pa.Table) -> list[Rows]:
     cells = []
     for key, group in groups[:MOST_ROWS]:
         solved = group[group["footpoint"].notna()]
-        cycles = None if solved.empty else int(solved["cycle"].max())
-        spans = [solved[name] for name in animation.READINGS]
         cells.append(
             [
-                *(number(value) for value in key),
-                number(group["status"].iloc[0]),
-                number(cycles),
-                number(len(solved)),
-                number(None if solved.empty else float(solved["x0"].max())),
-                *(
-                    "–" if span.empty else f"{number(span.min())} … {number(span.max())}"
-                    for span in spans
-                ),
+                *(spell(value) for value in (*key, group["status"].iloc[0])),
+                spell(solved["cycle"].max(), 9),
+                spell(len(solved), 9),
+                spell(solved["x0"].max()),
+                *(_span(solved[name]) for name in animation.READINGS),
             ]
         )
-    more = f"The first {MOST_ROWS} of {len(groups)} scans." if len(groups) > MOST_ROWS else ""
-    return [Rows("Scans", more, header, cells)]
+    return [_compact("Scans", "", header, cells, len(groups))]
+
+
+def _span(values: pd.Series) -> str:
+    """Least and greatest value; what is only rounding against the greatest size is nought."""
+    if values.empty:
+        return "–"
+    ends = values.min(), values.max()
+    size = max(map(abs, ends))
+    return " … ".join(spell(end if abs(end) > 1e-9 * size else 0.0, 4) for end in ends)
 
 
 def _states(table: pa.Table) -> list[Rows]:
@@ -393,7 +427,7 @@ _SECTIONS: dict[str, Callable[[pa.Table], list[Rows]]] = {
 
 
 def _troubles(name: str, table: pa.Table) -> list[str]:
-    """What there is no result for, by the reason."""
+    """Say what there is no result for, by the reason."""
     lines: Counter[str] = Counter()
     for column in ("status", "status_point", "status_line"):
         if column in table.column_names:
@@ -404,7 +438,7 @@ def _troubles(name: str, table: pa.Table) -> list[str]:
                 else [""] * len(table)
             )
             lines.update(
-                f"{number(status)}{': ' * bool(message)}{message}"
+                f"{spell(status)}{': ' * bool(message)}{message}"
                 for status, message in zip(statuses, messages, strict=True)
                 if status in NO_RESULT
             )
@@ -428,5 +462,8 @@ def _provenance(name: str, table: pa.Table) -> dict[str, Any]:
         "name": name,
         "rows": len(table),
         "version": metadata.get("vibrissa.version", "unknown"),
-        "commits": sorted(commits),
+        "commits": [
+            (commit, re.sub("^([0-9a-f]{12})[0-9a-f]+", r"\1", commit))
+            for commit in sorted(commits)
+        ],
     }

@@ -27,6 +27,18 @@ def study_file(*sections):
     return yaml.safe_dump({key: config[key] for key in keys if key in config}, sort_keys=False)
 
 
+def study_texts():
+    """Study files as they were written, and what the command line changed in them."""
+    texts, merged = {}, {}
+    for path in map(Path, workflow.configfiles):
+        texts[path.name] = path.read_text(encoding="utf-8")
+        merged |= yaml.safe_load(texts[path.name])
+    changed = {key: value for key, value in config.items() if merged.get(key) != value}
+    if changed:
+        texts["changes on the command line"] = yaml.safe_dump(changed, sort_keys=False)
+    return texts
+
+
 SCAN_GRIDS = {name: scan.grid for name, scan in STUDY.scans.items()}
 
 

@@ -30,7 +30,7 @@ with jobs.logged(snakemake.log[0]):
             "vibrissa": f"{__version__}, commit {tables.commit()}",
             "Python": platform.python_version(),
             **{name: metadata.version(name) for name in LIBRARIES},
-            "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
+            "system": f"{platform.system()}, {platform.machine()}",
             "cores": str(os.cpu_count()),
             "made": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
         },
