@@ -92,7 +92,7 @@ def chromium(profile):
     shell = f'exec "$@" 3<&{commands[0]} 4>&{answers[1]}'
     process = subprocess.Popen(
         [
-            *("sh", "-c", shell, "sh", CHROMIUM, "--headless", "--remote-debugging-pipe"),
+            *("bash", "-c", shell, "bash", CHROMIUM, "--headless", "--remote-debugging-pipe"),
             *("--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"),
             *("--disable-background-networking", f"--user-data-dir={profile}"),
         ],

@@ -156,6 +156,17 @@ def test_the_verdicts_on_the_papers_statements_are_the_last_line(wrapped):
     ]
 
 
+def test_where_the_report_is_is_the_last_line(wrapped):
+    folder = Path("results/here")
+    folder.mkdir(parents=True)
+    (folder / "claims.md").write_text("# Title\n\n2 statements: 2 holds. Units are\n")
+    (folder / "report.html").touch()
+    assert last_lines(wrapped(""), 2) == [
+        "2 statements: 2 holds (results/here/claims.md)",
+        "All on one page: results/here/report.html",
+    ]
+
+
 def test_a_study_without_figures(wrapped):
     assert last_lines(wrapped("")) == ["No figures in results/here/figures."]
 

@@ -47,6 +47,14 @@ def test_imports_are_followed_through_modules_functions_and_circles(package):
     assert names(sources("alone", "d")) == {"a", "alone", "b", "c", "d"}
 
 
+def test_a_page_of_a_module_belongs_to_it(package, tmp_path):
+    package(a="", ab="")
+    for name in ("a.html", "a.js", "a.css", "a.py~", "b.js"):
+        (tmp_path / "pkg" / name).touch()
+    found = {Path(path).name for path in sources("a")}
+    assert found == {"a.py", "a.html", "a.js", "a.css"}
+
+
 def test_imports_for_type_checkers_are_not_followed(package):
     package(
         a="from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from pkg.b import B",

@@ -1,6 +1,7 @@
 """The workflow end to end: real Snakemake runs in temporary copies of the project."""
 
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -201,6 +202,41 @@ def test_the_captions_are_written(finished):
     assert text.count("**") == 10
 
 
+def test_the_report_has_what_was_found_and_what_was_run(finished):
+    text = finished.path("results/tiny/report.html").read_text()
+    assert text.count("<img ") == 5 and "Two cycles." in text
+    assert "block_size: 1" in text and "tiny.yaml" in text
+    assert str(finished.root) not in text and platform.node() not in text
+    (curves,) = re.findall(r"<td>curves</td><td>(\d+)</td>", text)
+    assert int(curves) == 2
+
+
+@pytest.mark.parametrize("name", ["report.js", "report.css", "report.html"])
+def test_editing_the_page_redraws_the_page_alone(done, name):
+    path = done.root / "src/vibrissa" / name
+    path.write_text(path.read_text() + "\n")
+    assert done.jobs() == REPORT
+
+
+def test_a_comment_in_the_study_file_redraws_the_page_that_shows_it(done):
+    done.write("tiny.yaml", f"# A comment\n{TINY}")
+    assert done.jobs() == REPORT
+    done.snakemake("--quiet", "all")
+    assert "# A comment" in done.path("results/tiny/report.html").read_text()
+    assert done.jobs() == {}
+
+
+def test_the_page_says_what_the_command_line_changed(fresh):
+    text = "study: one\ngrids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}\n"
+    fresh.write("one.yaml", text)
+    arguments = ("--quiet", "all", "--config", "contact=line")
+    fresh.snakemake(*arguments, study="one.yaml")
+    page = fresh.path("results/one/report.html").read_text()
+    assert "changes on the command line" in page and "contact: line" in page
+    for nothing in ("<img ", "<canvas", "<script", 'id="claims"'):
+        assert nothing not in page
+
+
 def test_the_logs_say_what_was_computed(finished):
     log = finished.path("results/tiny/logs/stiction.log").read_text()
     assert log == "2 lock, 2 slip\n"
@@ -249,17 +285,20 @@ def test_a_longer_friction_axis_solves_nothing(done):
 
 ALL_FIGURES = {"figure": 5}
 COLLECTED = {"stiction": 1, "scans": 1}
-EVERYTHING = {"curves": 2, "points": 2, "scan": 1, "states": 1} | COLLECTED | ALL_FIGURES
+REPORT = {"report": 1}
+SOLVED = {"curves": 2, "points": 2, "scan": 1, "states": 1}
+EVERYTHING = SOLVED | COLLECTED | ALL_FIGURES | REPORT
 
 
 @pytest.mark.parametrize(
     ("module", "jobs"),
     [
         ("equilibrium", EVERYTHING),
-        ("stiction", {"points": 2, "stiction": 1, "states": 1, "figure": 3}),
-        ("cycles", {"scan": 1, "scans": 1, "figure": 2}),
-        ("figures", ALL_FIGURES),
-        ("shooting", {"states": 1, "figure": 1}),
+        ("stiction", {"points": 2, "stiction": 1, "states": 1, "figure": 3} | REPORT),
+        ("cycles", {"scan": 1, "scans": 1, "figure": 2} | REPORT),
+        ("figures", ALL_FIGURES | REPORT),
+        ("shooting", {"states": 1, "figure": 1} | REPORT),
+        ("animation", REPORT),
         ("study", {}),
     ],
 )
@@ -391,7 +430,7 @@ def test_a_damaged_plan_stops_with_its_remedy(done):
 
 def test_editing_a_caption_touches_captions_and_plots_alone(done):
     done.edit("tiny.yaml", "Two cycles.", "Two cycles of stick and slip.")
-    assert set(done.jobs()) <= {"figure", "captions", "all"}
+    assert set(done.jobs()) <= {"figure", "captions", "report", "all"}
 
 
 def test_a_rod_may_lie_down_along_the_surface(fresh):

@@ -5,10 +5,14 @@ The page is `report.html`, a template, with `report.css` and `report.js` put int
 
 import base64
 import math
+import os
+import platform
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -18,13 +22,14 @@ import pandas as pd
 import pyarrow as pa
 from markupsafe import Markup
 
-from vibrissa import animation, ledger, tables
+from vibrissa import __version__, animation, ledger, tables
 
 # An SVG of more bytes shows so many lines that the PNG looks the same and is smaller.
 LARGEST_SVG = 300_000
 # Rows that a table of the page shows, and messages about rows without a result.
 MOST_ROWS = 40
 FEW_ROWS = 27
+LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "jinja2", "snakemake")
 NO_RESULT = ("failed", "out_of_reach")
 
 SYMBOLS = {
@@ -165,6 +170,24 @@ def page(study: str, found: Mapping[str, pa.Table], pictures: Iterable[Picture],
     )
 
 
+def environment() -> dict[str, str]:
+    """Versions of the software and what is to be said of the machine, by name.
+
+    Returns
+    -------
+    dict of str
+        Neither the machine's name nor any path: the page is for others.
+    """
+    return {
+        "vibrissa": f"{__version__}, commit {tables.commit()}",
+        "Python": platform.python_version(),
+        **{name: metadata.version(name) for name in LIBRARIES},
+        "system": f"{platform.system()}, {platform.machine()}",
+        "cores": str(os.cpu_count()),
+        "made": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
+    }
+
+
 def spell(value: Any, digits: int = 5) -> str:
     """Spell a value of a table: some digits, a true minus sign, and a dash for nothing."""
     if value is None or (isinstance(value, float) and math.isnan(value)):
@@ -294,7 +317,7 @@ def _compact(
     if total > len(cells):
         note += f" Shown are the first {len(cells)} of {total} rows."
     if same:
-        note += f" All rows: {', '.join(same)}."
+        note += f" In all rows: {', '.join(same)}."
     return Rows(
         title,
         note.strip(),
@@ -453,15 +476,13 @@ def _troubles(name: str, table: pa.Table) -> list[str]:
 
 def _provenance(name: str, table: pa.Table) -> dict[str, Any]:
     """Which code made a table, by what the file says."""
-    metadata = {
-        key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()
-    }
-    commits = {metadata.get("vibrissa.commit", "unknown")}
-    commits.update(metadata.get("vibrissa.part_commits", "").split())
+    said = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+    commits = {said.get("vibrissa.commit", "unknown")}
+    commits.update(said.get("vibrissa.part_commits", "").split())
     return {
         "name": name,
         "rows": len(table),
-        "version": metadata.get("vibrissa.version", "unknown"),
+        "version": said.get("vibrissa.version", "unknown"),
         "commits": [
             (commit, re.sub("^([0-9a-f]{12})[0-9a-f]+", r"\1", commit))
             for commit in sorted(commits)

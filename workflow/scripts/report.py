@@ -1,15 +1,9 @@
 """Put what the study found on one web page."""
 
-import os
-import platform
-from datetime import UTC, datetime
-from importlib import metadata
 from pathlib import Path
 
-from vibrissa import __version__, jobs, report, tables
+from vibrissa import jobs, report, tables
 from vibrissa.files import write_atomically
-
-LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "jinja2", "snakemake")
 
 with jobs.logged(snakemake.log[0]):
     names = ("stiction", "scans", "states", "comparisons", "claims")
@@ -26,14 +20,7 @@ with jobs.logged(snakemake.log[0]):
     ]
     run = report.Run(
         study_files=snakemake.params.study_files,
-        environment={
-            "vibrissa": f"{__version__}, commit {tables.commit()}",
-            "Python": platform.python_version(),
-            **{name: metadata.version(name) for name in LIBRARIES},
-            "system": f"{platform.system()}, {platform.machine()}",
-            "cores": str(os.cpu_count()),
-            "made": f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC",
-        },
+        environment=report.environment(),
         benchmarks={
             rule: [Path(path).read_text() for path in paths if Path(path).is_file()]
             for rule, paths in snakemake.params.benchmarks.items()
