@@ -13,7 +13,7 @@ from browser import CHROMIUM, chromium
 from vibrissa import __version__, animation, ledger, report, tables
 from vibrissa.evidence import gather
 
-EVIL = "</script><script>alert(1)</script><b>&\"'"
+EVIL = "</script><script>throw 1</script><b>&\"'"
 RUN = report.Run({"my.yaml": "study: mine"}, {"Python": "3"}, {})
 SVG = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
 
