@@ -48,6 +48,12 @@ def test_a_plan_that_has_all_curves_is_not_written_again(path, wanted):
     assert (path.stat().st_mtime_ns, path.stat().st_ino) == (before.st_mtime_ns, before.st_ino)
 
 
+def test_a_plan_can_be_made_without_being_written(path):
+    blocks = planned_blocks(path, keys("1", "2"), 1, remember=False)
+    assert not path.parent.exists()
+    assert planned_blocks(path, keys("1", "2"), 1) == blocks
+
+
 @pytest.mark.parametrize(
     "content",
     [

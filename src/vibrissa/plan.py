@@ -21,6 +21,7 @@ def planned_blocks(
     keys: Sequence[CurveKey],
     size: int,
     is_solved: Callable[[str], bool] = lambda name: True,
+    remember: bool = True,
 ) -> Blocks:
     """Blocks for the given curves, extending the plan in a file where it lacks some.
 
@@ -35,6 +36,8 @@ def planned_blocks(
     is_solved : callable, optional
         Tells by its name whether a block has been solved. One that has not is kept only if the
         study still needs it as it is: a mistaken grid leaves no traces.
+    remember : bool, optional
+        Whether to write the extended plan; not if nothing is to be done by it.
 
     Returns
     -------
@@ -54,7 +57,7 @@ def planned_blocks(
         if is_solved(name) or (len(members) <= size and wanted.issuperset(members))
     }
     blocks = partition(keys, size, known)
-    if known | blocks != planned:
+    if remember and known | blocks != planned:
         _write(path, known | blocks)
     return blocks
 

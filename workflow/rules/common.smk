@@ -54,6 +54,7 @@ try:
         grid.curve_keys([*STUDY.grids.values(), *SCAN_GRIDS.values()], STUDY.by_step),
         STUDY.block_size,
         is_solved,
+        remember=not workflow.output_settings.dryrun,
     )
 except PlanError as error:
     raise WorkflowError(str(error)) from None
