@@ -235,7 +235,7 @@ def test_the_commit_is_known_or_said_to_be_unknown(monkeypatch, tmp_path):
 
 
 def test_a_missing_file_is_refused(path):
-    with pytest.raises(TableError, match=f"{path} cannot be read .*{AGAIN}"):
+    with pytest.raises(TableError, match=f"{path} cannot be read .*; see why, and run again"):
         tables.read(path, CURVES)
 
 

@@ -1,9 +1,10 @@
 """Files that are either there whole or not there."""
 
+import fcntl
 import os
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -25,9 +26,12 @@ def write_atomically(path: Path) -> Iterator[Path]:
     handle, name = tempfile.mkstemp(
         dir=path.parent, prefix=f".{path.stem}-", suffix=f".tmp{path.suffix}"
     )
-    os.close(handle)
     temporary = Path(name)
     try:
+        # Tells a file that is being written from one whose writer was killed; see
+        # `vibrissa.repair`. Some network file systems have no locks.
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield temporary
         _sync(temporary)
         # mkstemp makes files private; give the result the rights that the user's files have.
@@ -39,6 +43,8 @@ def write_atomically(path: Path) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+    finally:
+        os.close(handle)
 
 
 def _sync(path: Path) -> None:

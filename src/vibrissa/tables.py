@@ -7,7 +7,8 @@ schema, the version and commit of the code and, where it belongs to one, the stu
 import hashlib
 import subprocess
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -241,7 +242,8 @@ def write(table: pa.Table, path: str | Path, study_file: str = "") -> None:
     path : str or Path
         Parquet file.
     study_file : str, optional
-        Text of the study file that the table answers.
+        Text of the study file that the table answers. A table without one is a part of a study
+        and belongs where it is written.
 
     Raises
     ------
@@ -253,6 +255,8 @@ def write(table: pa.Table, path: str | Path, study_file: str = "") -> None:
     metadata |= {b"vibrissa.version": __version__.encode(), b"vibrissa.commit": commit().encode()}
     if study_file:
         metadata[b"vibrissa.study"] = study_file.encode()
+    else:
+        metadata[b"vibrissa.file"] = _place(path)
     table = table.replace_schema_metadata(metadata)
     with write_atomically(Path(path)) as temporary, temporary.open("wb") as file:
         sink = _Digesting(file)
@@ -285,14 +289,50 @@ class _Digesting:
         self.closed = True
 
 
-def _check_digest(path: str | Path) -> None:
-    """Refuse a file whose pages are not those that were written."""
-    metadata = pq.read_metadata(path).metadata or {}
-    digest = hashlib.sha256()
-    with Path(path).open("rb") as file:
-        digest.update(file.read(int(metadata.get(b"vibrissa.bytes", 0))))
-    if metadata.get(b"vibrissa.digest") not in (None, digest.hexdigest().encode()):
-        raise pa.ArrowInvalid("its contents are not those that were written")
+def _place(path: str | Path) -> bytes:
+    """Study, folders and name of a file in it."""
+    return "/".join(Path(path).parts[-4:]).encode()
+
+
+def check_file(path: str | Path) -> None:
+    """Refuse a file whose pages are not those that were written, or were written elsewhere.
+
+    Parameters
+    ----------
+    path : str or Path
+        Parquet file.
+
+    Raises
+    ------
+    TableError
+        With the file's name, what is wrong and what to do.
+    """
+    with _refusing(path):
+        metadata = pq.read_metadata(path).metadata or {}
+        digest = hashlib.sha256()
+        with Path(path).open("rb") as file:
+            digest.update(file.read(int(metadata.get(b"vibrissa.bytes", 0))))
+        if metadata.get(b"vibrissa.digest") not in (None, digest.hexdigest().encode()):
+            raise pa.ArrowInvalid("its contents are not those that were written")
+    if (place := metadata.get(b"vibrissa.file")) not in (None, _place(path)):
+        raise TableError(
+            f"{path} is a copy of {place.decode(errors='replace')}; delete it and run again, it is "
+            "made anew"
+        )
+
+
+@contextmanager
+def _refusing(path: str | Path) -> Iterator[None]:
+    """Say which file cannot be read, and what to do."""
+    try:
+        yield
+    except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
+        # Only an error of the system has a number: the file may be as it should be.
+        if getattr(error, "errno", None):
+            raise TableError(f"{path} cannot be read ({error}); see why, and run again") from None
+        raise TableError(
+            f"{path} cannot be read ({error}); delete it and run again, it is made anew"
+        ) from None
 
 
 def read(path: str | Path, schema: pa.Schema) -> pa.Table:
@@ -314,14 +354,10 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
     TableError
         With the file's name, what is wrong and what to do.
     """
-    try:
-        # A flipped byte would otherwise surface as a wrong number.
-        _check_digest(path)
+    # A flipped byte would otherwise surface as a wrong number.
+    check_file(path)
+    with _refusing(path):
         table = pq.read_table(path, page_checksum_verification=True)
-    except (OSError, ValueError, OverflowError, pa.ArrowException) as error:
-        raise TableError(
-            f"{path} cannot be read ({error}); delete it and run again, it is made anew"
-        ) from None
     found = table.schema.metadata or {}
     for key, value in schema.metadata.items():
         if (other := found.get(key, b"none")) != value:
