@@ -111,7 +111,10 @@ def test_where_a_message_comes_from_in_the_code_is_not_shown(wrapped):
 def test_a_killed_snakemake_is_reported(wrapped):
     result = wrapped("import os\nos.kill(os.getpid(), 9)")
     assert result.returncode == 137
-    assert last_lines(result) == ["Snakemake was ended by signal 9 (SIGKILL)."]
+    assert last_lines(result) == [
+        "Snakemake was ended by signal 9 (SIGKILL); the same command continues."
+    ]
+    assert "The last run was killed" in wrapped("").stderr
 
 
 def test_an_interrupted_run_says_how_to_go_on(command):
@@ -137,7 +140,7 @@ def test_the_end_of_a_good_run_lists_the_figures(wrapped):
     figures = Path("results/here/figures")
     figures.mkdir(parents=True)
     for name in ("b.pdf", "a.svg", "a.pdf", "captions.md"):
-        (figures / name).touch()
+        (figures / name).write_text(name)
     result = wrapped("say('Building DAG')")
     assert result.returncode == 0
     assert last_lines(result, 3) == [
@@ -325,19 +328,19 @@ def test_only_the_last_other_lines_are_kept(capsys):
     assert capsys.readouterr().err == ""
 
 
-UNLOCK = [sys.executable, "-c", "import sys; open('unlocked', 'w').write(sys.argv[1])"]
-
-
 def test_two_runs_at_the_same_time_are_refused(folder):
-    with run.acquire_lock(UNLOCK), pytest.raises(SystemExit, match=r"Another run .* is active"):
-        run.acquire_lock(UNLOCK)
-    assert not Path("unlocked").exists()
+    Path(".snakemake/locks").mkdir(parents=True)
+    with run.acquire_lock(), pytest.raises(SystemExit, match=r"Another run .* is active"):
+        run.acquire_lock()
+    assert Path(".snakemake/locks").exists()
 
 
 def test_the_lock_of_a_killed_run_is_removed(folder, capsys):
-    run.acquire_lock(UNLOCK).close()
-    run.acquire_lock(UNLOCK).close()
-    assert Path("unlocked").read_text() == "--unlock"
+    Path(".snakemake/locks").mkdir(parents=True)
+    run.acquire_lock().close()
+    assert Path(".snakemake/locks").exists()
+    run.acquire_lock().close()
+    assert not Path(".snakemake/locks").exists()
     assert "The last run was killed" in capsys.readouterr().err
 
 
@@ -345,6 +348,52 @@ def test_the_lock_of_a_killed_run_is_removed(folder, capsys):
 def test_a_run_that_came_to_its_end_leaves_no_lock(wrapped, snakemake):
     wrapped(snakemake)
     assert "was killed" not in wrapped(snakemake).stderr
+
+
+@pytest.mark.parametrize("study", ["..", "/", "a/b", "", "a b", "7.5"])
+def test_only_the_folder_of_a_study_is_mended(wrapped, folder, study):
+    """A mistaken name must not have anything removed elsewhere."""
+    name = folder if study == "/" else study
+    (folder / "results/a/b").mkdir(parents=True)
+    Path("config.yaml").write_text(f"study: '{name}'\n")
+    home = Path("results", str(name))
+    for path in (home / "figures", home / "tables"):
+        path.mkdir(parents=True, exist_ok=True)
+        (path / "mine.svg").touch()
+        (path / ".mine-1.tmp.svg").touch()
+        (path / "mine.parquet").touch()
+    before = sorted(folder.rglob("*mine*"))
+    result = wrapped("say('refused')\nsys.exit(1)")
+    assert sorted(folder.rglob("*mine*")) == before
+    assert "damaged" not in result.stderr
+
+
+def test_a_damaged_file_that_cannot_be_removed_is_named(folder, monkeypatch, capsys):
+    def refuse(path):
+        raise OSError(30, "Read-only file system")
+
+    Path("a.parquet").touch()
+    monkeypatch.setattr(Path, "unlink", refuse)
+    assert not run.remove_damaged([Path("a.parquet")], set())
+    assert capsys.readouterr().err == (
+        "a.parquet is damaged, and cannot be removed (Read-only file system).\n"
+    )
+
+
+@pytest.mark.parametrize("argument", ["-n", "--dry-run"])
+def test_a_dry_run_removes_nothing(wrapped, argument):
+    path = Path("results/here/figures/a.svg")
+    path.parent.mkdir(parents=True)
+    path.touch()
+    wrapped("", argument)
+    assert path.exists()
+    assert "results/here/figures/a.svg is damaged" in wrapped("").stderr
+    assert not path.exists()
+
+
+def test_a_lock_that_is_not_this_commands_is_explained(wrapped):
+    result = wrapped("say('LockException:\\nError: Directory cannot be locked.')\nsys.exit(1)")
+    assert "rm -r .snakemake/locks" in last_lines(result)[0]
 
 
 def test_another_profile_takes_the_place_of_the_default_one(wrapped):

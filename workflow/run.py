@@ -10,7 +10,8 @@ Snakemake writes further lines after `onerror`):
 * the failed job's message and log path, or the figures, what became of the paper's statements and
   where the report is, are the *last* thing on the screen;
 * without a terminal (where `rich` stays silent) a progress line is printed every few percent;
-* a run that was killed outright does not leave the working directory locked.
+* a run that was killed outright does not leave the working directory locked;
+* files that were damaged are removed and made anew, so that the same command heals a study.
 """
 
 from __future__ import annotations
@@ -20,18 +21,25 @@ import fcntl
 import os
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
 from collections import deque
+from collections.abc import Iterable
 from pathlib import Path
 from typing import IO
 
 import yaml
 
+from vibrissa import repair
+
 PROFILE = "workflow/profiles/default"
 PROFILES = [str(path) for path in sorted(Path("workflow/profiles").glob("*"))]
 SNAKEMAKE_LOGS = Path(".snakemake/log")
+SNAKEMAKE_LOCKS = Path(".snakemake/locks")
+# As in workflow/schemas/study.schema.yaml.
+STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 FIGURE_SUFFIXES = {".pdf", ".svg", ".png"}
 PROGRESS = re.compile(r"^(\d+) of (\d+) steps \(([\d.]+)%\) done$")
 # Snakemake's report of a failed job in its own log file: a title and indented lines.
@@ -60,7 +68,7 @@ def study_name(configfiles: list[str]) -> str:
     return str(study)
 
 
-def acquire_lock(snakemake: list[str]) -> IO[str]:
+def acquire_lock() -> IO[str]:
     """Take the working directory for this run and clear the lock of a run that was killed.
 
     The kernel drops a `flock` when its holder dies, so text in a file that nobody holds means
@@ -77,9 +85,11 @@ def acquire_lock(snakemake: list[str]) -> IO[str]:
     handle.seek(0)
     if handle.read():
         say("The last run was killed; its finished results are kept and it is continued.")
-        subprocess.run([*snakemake, "--unlock"], capture_output=True, check=False)
-    handle.write("running\n")
-    handle.flush()
+        shutil.rmtree(SNAKEMAKE_LOCKS, ignore_errors=True)
+    else:
+        handle.write("running\n")
+        handle.flush()
+        os.fsync(handle.fileno())
     return handle
 
 
@@ -154,28 +164,27 @@ def verdicts(ledger: str) -> str:
     return ledger.splitlines()[2].partition(". ")[0]
 
 
-def main(argv: list[str]) -> int:
-    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
-    parser.add_argument("--config", nargs="+", default=[])
-    parser.add_argument("--workflow-profile")
-    known, _ = parser.parse_known_args(argv)
-    configfiles = known.configfile
-    for name in configfiles:
-        if not Path(name).is_file():
-            sys.exit(f"No such study file: {name}")
-    if known.workflow_profile not in (None, "none") and not Path(known.workflow_profile).is_dir():
-        sys.exit(f"No such profile: {known.workflow_profile}; there are: {', '.join(PROFILES)}")
-    overrides = dict(entry.split("=", 1) for entry in known.config if "=" in entry)
-    study = overrides.get("study") or study_name(configfiles)
+def remove_damaged(paths: Iterable[Path], removed: set[Path]) -> bool:
+    """Remove damaged files, so that they are made anew; tell whether there were any."""
+    before = len(removed)
+    for path in paths:
+        # What is damaged again was not made well: somebody has to look at it.
+        if path.is_file() and path not in removed:
+            try:
+                path.unlink()
+            except OSError as error:
+                say(f"{path} is damaged, and cannot be removed ({error.strerror}).")
+                continue
+            removed.add(path)
+            # Snakemake does without a block as long as what was made of it is there.
+            say(f"{path} is damaged or does not belong there: removed, made anew where needed.")
+    return len(removed) > before
 
-    profile = [] if known.workflow_profile else ["--workflow-profile", PROFILE]
-    snakemake = [sys.executable, "-m", "snakemake", *profile, *argv]
+
+def run_snakemake(snakemake: list[str], lock: IO[str]) -> tuple[int, bool, list[str], str]:
+    """Run Snakemake; return its status, whether Ctrl-C ended it, what it said, and its log."""
     terminal = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
-    lock = acquire_lock(snakemake)
     logs_before = set(SNAKEMAKE_LOGS.glob("*.log"))
-    say(f"Study '{study}': {shlex.join(['snakemake', *snakemake[3:]])}")
-
     child = subprocess.Popen(
         [*snakemake, "--logger", "rich"] if terminal else snakemake,
         stdin=subprocess.DEVNULL,
@@ -191,31 +200,94 @@ def main(argv: list[str]) -> int:
     signal.signal(signal.SIGTERM, lambda number, frame: child.send_signal(number))
     other = print_progress(child.stderr) if child.stderr else []
     status = child.wait()
-    lock.truncate(0)
-
     new_logs = sorted(set(SNAKEMAKE_LOGS.glob("*.log")) - logs_before)
     log = new_logs[-1].read_text(errors="replace") if new_logs else ""
+    return status, bool(interrupted), other, log
+
+
+def main(argv: list[str]) -> int:
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
+    parser.add_argument("--config", nargs="+", default=[])
+    parser.add_argument("--workflow-profile")
+    known, _ = parser.parse_known_args(argv)
+    configfiles = known.configfile
+    for name in configfiles:
+        if not Path(name).is_file():
+            sys.exit(f"No such study file: {name}")
+    if known.workflow_profile not in (None, "none") and not Path(known.workflow_profile).is_dir():
+        sys.exit(f"No such profile: {known.workflow_profile}; there are: {', '.join(PROFILES)}")
+    overrides = dict(entry.split("=", 1) for entry in known.config if "=" in entry)
+    study = overrides.get("study") or study_name(configfiles)
+
+    folder = Path("results", study)
+    # Any other name is refused by the workflow, and is no folder to look into.
+    named_well = re.fullmatch(STUDY_NAME, study) is not None
+    if named_well and (problem := repair.misplaced(folder)):
+        sys.exit(problem)
+    profile = [] if known.workflow_profile else ["--workflow-profile", PROFILE]
+    snakemake = [sys.executable, "-m", "snakemake", *profile, *argv]
+    try:
+        lock = acquire_lock()
+    except OSError as error:
+        obstacles = repair.obstacles(folder, str(error))
+        sys.exit("\n".join([f"The run cannot start: {error}", *obstacles]))
+    removed: set[Path] = set()
+    mending = named_well and not {"-n", "--dry-run", "--dryrun"} & set(argv)
+    if mending:
+        repair.remove_leftovers(folder)
+        remove_damaged(repair.cut_short(folder), removed)
+    say(f"Study '{study}': {shlex.join(['snakemake', *snakemake[3:]])}")
+
+    again: list[str] = []
+    while True:
+        status, interrupted, other, log = run_snakemake([*snakemake, *again], lock)
+        jobs = failed_jobs(log) if status > 0 else []
+        # Where one table is damaged, others may be; all are looked at, now that it is worth while.
+        named = [Path(name) for name in repair.NAMED.findall("\n".join(jobs))]
+        named = [path for path in named if mending and path.is_relative_to(folder)]
+        suspects = sorted(folder.glob("*/**/[!.]*.parquet")) if named else []
+        if interrupted or not remove_damaged([*named, *repair.damaged(suspects)], removed):
+            break
+        say("Running again.")
+        # A job that failed has no output any more, without which Snakemake may do by itself.
+        outputs = re.findall("^FAILED: .*, making (.*)$", "\n".join(jobs), re.MULTILINE)
+        again = ["--forcerun", *", ".join(outputs).split(", ")]
+    # A killed Snakemake has left its own lock, which the next run is to remove.
+    if status >= 0:
+        lock.truncate(0)
 
     if interrupted:
         say("\nInterrupted. Finished results are kept: the same command continues from here.")
         return 130
     if status != 0:
-        jobs = failed_jobs(log)
+        obstacles = repair.obstacles(folder, "\n".join([*jobs, *other]))
         if jobs:
             say("")
             for text in jobs[3:]:
                 say(text.splitlines()[0])
             say("\n".join(jobs[:3]))
+        elif obstacles and "Traceback" in "".join(other):
+            pass  # a full disk stops Snakemake anywhere; the reader need not know where
         elif other:  # without a terminal nothing of Snakemake's own message was shown yet
             # Where in the workflow's code a message was raised does not help its reader.
             say("\n".join(line for line in other if not line.startswith('  File "')))
         if status < 0:
-            say(f"Snakemake was ended by signal {-status} ({signal.Signals(-status).name}).")
+            name = signal.Signals(-status).name
+            say(f"Snakemake was ended by signal {-status} ({name}); the same command continues.")
+        for obstacle in obstacles:
+            say(obstacle)
+        if "Directory cannot be locked" in log + "".join(other):
+            say(
+                "A Snakemake that was not started by this command is at work in this folder, or "
+                f"was killed in it. If none is, 'rm -r {SNAKEMAKE_LOCKS}' and run the same command "
+                "again."
+            )
         return status if status > 0 else 128 - status
 
     if "Nothing to be done" in log:
         say("Nothing to do: all results are up to date.")
-    folder = Path("results", study, "figures")
+    folder = folder / "figures"
     endings: dict[str, list[str]] = {}
     for path in sorted(folder.glob("[!.]*")):
         if path.suffix in FIGURE_SUFFIXES:
