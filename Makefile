@@ -23,8 +23,8 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce beyond survey bench study check bless setup test test-slurm mutations lint format
-.PHONY: lock clean
+.PHONY: help reproduce beyond survey bench study check bless setup test test-slurm test-faults
+.PHONY: mutations lint format lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -38,6 +38,7 @@ help:
 	@echo "                           (both take STUDY=my.yaml and REFERENCE=folder)"
 	@echo "make test                  all tests"
 	@echo "make test-slurm            a study on a SLURM that is brought up for it (Debian, root)"
+	@echo "make test-faults           kill runs, fill disks, damage files: see docs/faults.md"
 	@echo "make survey                100,000 random points in both contact models, counted by outcome"
 	@echo "make bench                 states per second of four methods, side by side"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
@@ -118,6 +119,10 @@ survey: $(STAMP)
 
 mutations: $(STAMP)
 	@$(ONE_THREAD) $(PY) tests/mutations.py
+
+# Apart from `test`, as it takes minutes; writes what came out into docs/faults.md.
+test-faults: $(STAMP)
+	@FAULTS_TABLE=docs/faults.md $(ONE_THREAD) $(PY) -m pytest tests/faults $(ARGS)
 
 lint: $(STAMP)
 	$(PY) -m ruff check
