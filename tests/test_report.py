@@ -73,6 +73,7 @@ def test_the_page_holds_what_the_tables_say(whole):
     text = Elements(report.page("paper", whole, [picture()], RUN)).text
     for said in ("221: 9 lock, 212 slip", "6, all slip", "2049", "A caption.", "study: mine"):
         assert said in text
+    assert "not every step" not in text and "the first" not in text.partition("Tables")[0]
     assert "−0.00012346 1/L" in text
     (row,) = (r for r in whole["states"].to_pylist() if r["state"] == "penetrating")
     assert report.spell(row["f"]) in text
@@ -151,6 +152,9 @@ def test_long_scans_are_thinned_out_and_keep_their_slips(study_tables, monkeypat
     assert all(len(run["shape"]) <= 10 for run in animation.runs(study_tables["scans"]))
     monkeypatch.setattr(animation, "MOST_SCANS", 2)
     assert len(animation.runs(study_tables["scans"])) == 2
+    found = {name: study_tables[name] for name in ("stiction", "scans")}
+    text = Elements(report.page("long", found, [], RUN)).text
+    assert "not every step is shown" in text and "the first 2 of 6 scans" in text
 
 
 def test_a_figure_of_very_many_lines_is_shown_as_pixels():

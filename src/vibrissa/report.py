@@ -152,13 +152,14 @@ def page(study: str, found: Mapping[str, pa.Table], pictures: Iterable[Picture],
     )
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     claims = found.get("claims")
-    scans = found.get("scans")
+    runs = animation.runs(found["scans"]) if "scans" in found else []
     return environment.get_template("report.html").render(
         study=study,
         style=Markup(here.with_suffix(".css").read_text(encoding="utf-8")),
         program=Markup(here.with_suffix(".js").read_text(encoding="utf-8")),
         summary=_summary(found),
-        runs=[] if scans is None else _labelled(animation.runs(scans)),
+        runs=_labelled(runs),
+        motion=_motion(runs, found.get("scans")),
         pictures=list(pictures),
         verdicts=_verdicts(claims),
         claims=[] if claims is None else [_claim(row) for row in claims.to_pylist()],
@@ -244,6 +245,21 @@ def _labelled(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
         axes = ", ".join(f"{SYMBOLS[name]} = {run[name]:g}" for name in animation.AXES)
         run["label"] = f"{run['scan']}: {axes}{' (locks)' * (run['status'] == 'lock')}"
     return runs
+
+
+def _motion(runs: Sequence[Mapping[str, Any]], scans: pa.Table | None) -> list[str]:
+    """Say what a viewer of the animation would not see."""
+    lines = []
+    if any(run["status"] == "lock" for run in runs):
+        lines.append("A tip that locks never slips back: its scan is shown as far as it sticks.")
+    if any(len(run["shape"]) < run["steps"] for run in runs):
+        lines.append("Long scans are thinned out: not every step is shown.")
+    if scans is not None:
+        rows = scans.to_pandas()
+        total = len(rows[rows["footpoint"].notna()].drop_duplicates(list(_RUN)))
+        if len(runs) < total:
+            lines.append(f"These are the first {len(runs)} of {total} scans.")
+    return lines
 
 
 def _summary(found: Mapping[str, pa.Table]) -> list[tuple[str, str]]:
