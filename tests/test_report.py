@@ -200,8 +200,10 @@ def test_the_environment_names_the_software_and_neither_machine_nor_folder():
     assert found["vibrissa"].startswith(__version__)
     assert found["numpy"] == np.__version__
     assert int(found["cores"]) >= 1
-    text = " ".join(found.values())
-    assert platform.node() not in text and "/" not in text
+    assert found["system"] == f"{platform.system()}, {platform.machine()}"
+    named = {"vibrissa", "Python", "system", "cores", "made", *report.LIBRARIES}
+    assert found.keys() == named
+    assert "/" not in "".join(found.values())
 
 
 needs_chromium = pytest.mark.skipif(
