@@ -320,7 +320,7 @@ def test_regime_map_colours_each_point_by_what_happens_there(plane):
             if row["eta"] == eta:
                 place = [0.1, 0.4, 0.6].index(row["mu0"]), [1, 3, 5].index(row["theta"])
                 slips = {"point": 0, "line": 1}[row["contact"]]
-                locks = {"slips_forward": 2, "snaps": 3}.get(row["end"])
+                locks = {"slips_back": 2, "snaps": 3}.get(row["end"])
                 expected = locks if row["status"] == "lock" else slips
                 assert field[place] == expected
                 seen.add(expected)
@@ -375,5 +375,5 @@ def test_regimes_tell_how_a_lock_goes_on():
     table = points_table({"plane": grid(("1.5",), mu0, ("0.001",), ("0.5",))}, curve)
     figure = figures.draw("regimes", table, {"grid": "plane"})
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "locks, then slips forward" in shown and "locks, then snaps through" in shown
+    assert "locks, then slips back" in shown and "locks, then snaps through" in shown
     assert "no result" not in shown

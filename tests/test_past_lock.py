@@ -17,14 +17,16 @@ PAIRS = [(1.0, 0.85), (2.0, 0.85), (4.0, 0.7), (1.5, 0.5)]
     ("pair", "kind"),
     [((1.5, 0.5), "point"), ((2.0, 0.45), "point"), ((12.0, 0.4), "line"), ((5.0, 0.33), "line")],
 )
-def test_slipping_forward_agrees_with_an_independent_shooting(pair, kind):
+def test_slipping_back_agrees_with_an_independent_shooting(pair, kind):
     curve = solve_curve(*pair, contact="line")
     mu0 = 0.5 * (curve.mu_lock + np.tan(float(curve.state(curve.x0_end).alpha)))
     (end,), state = curve.motion_end(mu0)
-    assert end is End.SLIPS_FORWARD
+    assert end is End.SLIPS_BACK
     (x0,), (phi1,), (s_c,) = state.x0, state.phi1, state.s_c
     p, q = -state.reaction_fy[0], state.reaction_fx[0]
     assert q == pytest.approx(mu0 * p, rel=1e-12)
+    # The surface holds the tip back from sliding to -x here, and from sliding to +x at the onset.
+    assert q > 0 > curve.state(curve.onset(0.5 * curve.mu_lock)).reaction_fx
     assert curve.contact(x0) == [kind]
     near = p * 1.00001, q * 1.00001
     if kind == "point":
@@ -35,18 +37,18 @@ def test_slipping_forward_agrees_with_an_independent_shooting(pair, kind):
         assert (s_c, p, q) == pytest.approx(expected, rel=1e-8)
 
 
-def test_a_tip_slips_forward_where_friction_allows_and_the_rod_snaps_where_it_does_not():
+def test_a_tip_slips_back_where_friction_allows_and_the_rod_snaps_where_it_does_not():
     curve = solve_curve(1.5, 0.5, contact="line")
     top = np.tan(float(curve.state(curve.x0_end).alpha))
     assert curve.mu_lock < top
     ends, states = curve.motion_end([0.999 * top, 1.001 * top, 3.0])
-    assert ends == [End.SLIPS_FORWARD, End.SNAPS, End.SNAPS]
+    assert ends == [End.SLIPS_BACK, End.SNAPS, End.SNAPS]
     assert states.x0[0] < states.x0[1] == states.x0[2] == curve.x0_end
 
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1.0, 6.0), st.floats(0.5, 0.98))
-def test_the_tip_alone_never_slips_forward_after_a_lock(theta, eta):
+def test_the_tip_alone_never_slips_back_after_a_lock(theta, eta):
     # Where the branch turns back, tan(alpha) is still less than mu_lock.
     curve = solve_curve(theta, eta)
     assert curve.motion_end(np.nextafter(curve.mu_lock, 9))[0] == [curve.end]
@@ -93,7 +95,7 @@ def test_stability_is_lost_exactly_where_the_branch_turns_back(theta, eta, conta
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1.0, 12.0), st.floats(0.4, 0.98), st.sampled_from(list(Contact)))
 def test_past_the_lock_friction_demand_only_falls(theta, eta, contact):
-    # There is no second maximum at which a tip that is stuck might slip backward after all.
+    # There is no second maximum at which a tip that is stuck might slip forward after all.
     curve = solve_curve(theta, eta, contact=contact)
     x0 = np.linspace(curve.x0_lock, curve.x0_end, 400)
     alpha = curve.state(x0).alpha

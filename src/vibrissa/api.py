@@ -105,7 +105,7 @@ class Onset:
     Attributes
     ----------
     status : Status
-        ``slip``, ``lock`` (μ0 > μ_lock: the tip never slips backward), ``out_of_reach`` or
+        ``slip``, ``lock`` (μ0 > μ_lock: the tip never slips forward), ``out_of_reach`` or
         ``failed``.
     message : str
         What the status means here, and what to try.
@@ -338,7 +338,7 @@ def solve_onset(
 def _past_lock(end: End, curve: StickingCurve, x0: float) -> str:
     """Say how the motion goes on past the lock."""
     return {
-        End.SLIPS_FORWARD: f"it slips forward at x0 = {x0:.6g}",
+        End.SLIPS_BACK: f"it slips back at x0 = {x0:.6g}",
         End.SNAPS: f"the rod snaps through at x0 = {x0:.6g}",
         End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0:.6g} on",
         End.NOT_FOLLOWED: f"the motion was not followed: {curve.end_message}",

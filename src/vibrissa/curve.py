@@ -3,7 +3,7 @@
 While the tip sticks, x1 and η are fixed and only the footpoint displacement x0 changes, so the
 equilibria form one curve, parametrised by x0. Friction enters afterwards: μ0 decides where on the
 curve sticking ends (the onset, −tan α = μ0) and a step Δx0 only samples it. The largest value of
-−tan α on the curve is the locking friction μ_lock: above it the tip never slips backward. Where the
+−tan α on the curve is the locking friction μ_lock: above it the tip never slips forward. Where the
 surface would have to pull before −tan α has a maximum, the tip lifts off: then −tan α grows without
 limit and there is no locking. Where the
 contact changes its kind the curve has a kink: it consists of smooth pieces.
@@ -326,7 +326,7 @@ class StickingCurve:
         Returns
         -------
         ends : list of End
-            ``slips_forward`` where tan α reaches +μ0 on the curve, the curve's own end otherwise.
+            ``slips_back`` where tan α reaches +μ0 on the curve, the curve's own end otherwise.
         states : StickingState
             The states there; NaN where the curve was not followed.
 
@@ -361,7 +361,7 @@ class StickingCurve:
 
                 at = _bracketed_root(missing, t[after - 1], t[after], mu0[slips])
                 values[slips] = piece.at(at)
-                ends = [End.SLIPS_FORWARD if s else e for s, e in zip(slips, ends, strict=True)]
+                ends = [End.SLIPS_BACK if s else e for s, e in zip(slips, ends, strict=True)]
                 open_ &= ~slips
         return ends, _state_of(values, values[:, 0])
 

@@ -256,7 +256,7 @@ def _regimes(rows: pd.DataFrame) -> Figure:
     names = {
         "slips in point contact": (rows["status"] == "slip") & (rows["contact"] == "point"),
         "slips in line contact": (rows["status"] == "slip") & (rows["contact"] == "line"),
-        "locks, then slips forward": rows["end"] == "slips_forward",
+        "locks, then slips back": rows["end"] == "slips_back",
         "locks, then snaps through": rows["end"] == "snaps",
         "locks, then out of reach": rows["end"] == "out_of_reach",
         "locks, not followed further": rows["end"] == "not_followed",

@@ -11,9 +11,9 @@ class Status(StrEnum):
     SOLVED
         A state or a curve was found to the promised accuracy.
     SLIP
-        The tip slips backward: the onset was found.
+        The tip slips forward, ahead of the clamp: the onset was found.
     LOCK
-        The tip never slips backward: μ0 exceeds the locking friction μ_lock(θ, η).
+        The tip never slips forward: μ0 exceeds the locking friction μ_lock(θ, η).
     OUT_OF_REACH
         The shape leaves what the model can describe (see `vibrissa.reach`); the message says how.
     FAILED
@@ -32,8 +32,8 @@ class End(StrEnum):
 
     Attributes
     ----------
-    SLIPS_FORWARD
-        tan α = +μ0: the tip slips in the direction in which the clamp moves.
+    SLIPS_BACK
+        tan α = +μ0: the tip slips against the direction in which the clamp moves.
     SNAPS
         The equilibrium loses its stability: the branch turns back in x0, the rod snaps through.
     OUT_OF_REACH
@@ -44,7 +44,7 @@ class End(StrEnum):
         The curve was not followed, or not resolved, past the lock.
     """
 
-    SLIPS_FORWARD = "slips_forward"
+    SLIPS_BACK = "slips_back"
     SNAPS = "snaps"
     OUT_OF_REACH = "out_of_reach"
     LIFTS_OFF = "lifts_off"

@@ -110,7 +110,7 @@ STICTION = _schema(
             "status",
             TEXT,
             NONE,
-            "slip, lock (the tip never slips backward), out_of_reach or failed",
+            "slip, lock (the tip never slips forward), out_of_reach or failed",
         ),
         _column("message", TEXT, NONE, "why there is no result, or empty"),
         _column("contact", TEXT, NONE, "point or line, at the onset of slip or the lock", True),
@@ -122,7 +122,7 @@ STICTION = _schema(
         *_state_columns("_init", ", at alpha = 0", True),
         *_state_columns("_last", ", at the last state of stiction", True),
         *_state_columns("_slip", ", at the exact onset of slip", True),
-        _column("end", TEXT, NONE, "past the lock: slips_forward, snaps, out_of_reach", True),
+        _column("end", TEXT, NONE, "past the lock: slips_back, snaps, out_of_reach", True),
         _column(
             "x0_end", NUMBER, LENGTH, "displacement at which sticking past the lock ends", True
         ),
