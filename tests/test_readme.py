@@ -61,5 +61,5 @@ def test_results_folder_says_what_appears_there():
 
 def test_layout_names_every_module():
     (tree,) = [block for block in blocks("text") if "src/vibrissa" in block]
-    modules = {path.stem for path in (ROOT / "src/vibrissa").glob("*.py")} - {"__init__"}
+    modules = {path.stem for path in (ROOT / "src/vibrissa").rglob("*.py")} - {"__init__"}
     assert modules - set(re.findall(r"\w+", tree)) == set()
