@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibrissa.arrays import FloatArray
 
@@ -78,12 +79,12 @@ def patches(starts: Sequence[float], mu0: Sequence[float]) -> Friction:
     return Friction("patched", lambda x: values[np.searchsorted(edges[1:], x, side="right")])
 
 
-def profile(x: Sequence[float], mu0: Sequence[float]) -> Friction:
+def profile(x: ArrayLike, mu0: ArrayLike) -> Friction:
     """Surface measured at points, linear in between and unknown outside.
 
     Parameters
     ----------
-    x : sequence of float
+    x : array_like
         Positions (L), increasing.
     mu0 : sequence of float
         Friction there.

@@ -1,0 +1,341 @@
+"""The command line ``vibrissa``."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.figure import Figure
+
+from vibrissa.api import solve_onset
+from vibrissa.files import write_atomically
+from vibrissa.rod import deformed_shape
+from vibrissa.sensor import friction, series, transducer
+from vibrissa.sensor.quantities import Kind, Units, in_si
+from vibrissa.sensor.response import largest_strain, respond
+from vibrissa.sensor.scanning import SlipLaw, path, scan
+from vibrissa.sensor.series import Column
+from vibrissa.status import Contact, Status
+from vibrissa.units import Rod
+
+PICTURES = (".pdf", ".svg", ".png")
+# Work that takes longer shows how far it is.
+PATIENCE = 2.0
+
+app = typer.Typer(
+    name="vibrissa",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="From a surface to the signals of a whisker-like sensor, and back to friction.\n\n"
+    "Quantities have a unit, as in `--step '20 um'`, or are nondimensional without one: lengths "
+    "in units of the rod's length L. With `--modulus`, `--diameter` and `--length` results are "
+    "in SI units, otherwise nondimensional.",
+)
+
+Theta = Annotated[float, typer.Option(help="Taper: base over tip diameter, at least 1.")]
+Eta = Annotated[str, typer.Option(help="Height of the surface above the clamp: 0.85, or '85 mm'.")]
+Modulus = Annotated[str | None, typer.Option(help="Young's modulus of the rod: '210 GPa'.")]
+Diameter = Annotated[str | None, typer.Option(help="Diameter of the rod at the clamp: '1 mm'.")]
+Length = Annotated[str | None, typer.Option(help="Length of the rod: '100 mm'.")]
+Touch = Annotated[Contact, typer.Option("--contact", help="How the rod may touch the surface.")]
+Picture = Annotated[Path | None, typer.Option(help="Draw it: a .pdf, .svg or .png file.")]
+Out = Annotated[Path, typer.Option("--output", "-o", help="Table to write: .csv or .parquet.")]
+
+
+def _units(modulus: str | None, diameter: str | None, length: str | None) -> Units:
+    given = {"modulus": modulus, "diameter": diameter, "length": length}
+    missing = [name for name, text in given.items() if text is None]
+    if len(missing) == len(given):
+        return Units()
+    if missing:
+        raise ValueError(f"a rod needs modulus, diameter and length: {', '.join(missing)} missing")
+    return Units(
+        Rod(
+            float(in_si(modulus or "", Kind.STRESS, "modulus")),
+            float(in_si(diameter or "", Kind.LENGTH, "diameter")),
+            float(in_si(length or "", Kind.LENGTH, "length")),
+        )
+    )
+
+
+@contextmanager
+def _plain_messages() -> Iterator[None]:
+    """End with one line instead of a traceback where the user can do something about it."""
+    try:
+        yield
+    except (ValueError, OSError) as error:
+        typer.echo(f"vibrissa: {error}", err=True)
+        raise typer.Exit(2) from None
+
+
+def _progress(length: int, label: str) -> Callable[[int], None]:
+    """Show a progress bar once the work has taken longer than `PATIENCE`."""
+    start, bar, before = (
+        time.monotonic(),
+        typer.progressbar(length=length, label=label, file=sys.stderr),
+        0,
+    )
+
+    def tell(done: int) -> None:
+        nonlocal before
+        if time.monotonic() - start > PATIENCE:
+            bar.update(done - before)
+            before = done
+            if done >= length:
+                bar.render_finish()
+
+    return tell
+
+
+def _save(figure: Figure, picture: Path) -> None:
+    with write_atomically(picture) as temporary:
+        figure.savefig(temporary)
+
+
+def _check_picture(picture: Path | None) -> None:
+    if picture is None:
+        return
+    if picture.suffix.lower() not in PICTURES:
+        raise ValueError(f"{picture}: the ending must be one of {', '.join(PICTURES)}")
+    if not picture.parent.is_dir():
+        raise ValueError(f"{picture}: there is no folder {picture.parent}")
+
+
+@app.callback()
+def main() -> None:
+    """Keep the commands commands, however many there are."""
+
+
+@app.command(epilog="Example: `vibrissa solve --theta 2 --eta 0.85 --mu0 0.4 --step 0.001`")
+def solve(
+    theta: Theta,
+    eta: Eta,
+    mu0: Annotated[str, typer.Option(help="Coefficient of static friction.")],
+    step: Annotated[str | None, typer.Option(help="Step of the stage: '20 um'.")] = None,
+    contact: Touch = Contact.POINT,
+    modulus: Modulus = None,
+    diameter: Diameter = None,
+    length: Length = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Also write it: .csv or .parquet.")
+    ] = None,
+    picture: Picture = None,
+) -> None:
+    """One rod on one surface: how far it sticks, what the clamp feels, how much it is strained.
+
+    A tip that locks is an answer, too: its status says so. If nothing can be computed the exit
+    code is 1, after a mistake in the input 2.
+    """
+    with _plain_messages():
+        _check_picture(picture)
+        if output is not None:
+            series.check_ending(output)
+        units = _units(modulus, diameter, length)
+        height = float(units.read(eta, Kind.LENGTH, "eta"))
+        dx0 = None if step is None else units.read(step, Kind.LENGTH, "step")
+        friction0 = units.read(mu0, Kind.NUMBER, "mu0")
+        onset = solve_onset(theta, friction0, height, dx0, contact=contact)
+        rows: dict[str, tuple[Any, Kind | None, str]] = {
+            "status": (onset.status.value, None, "slip, lock, out_of_reach or failed"),
+            "message": (onset.message, None, "what the status means here"),
+            "mu_lock": (onset.mu_lock, Kind.NUMBER, "largest friction at which the tip slips"),
+        }
+        if onset.status is Status.SLIP:
+            rows |= _slip_rows(theta, height, contact, onset, units)
+        for name, (value, kind, _) in rows.items():
+            shown = value if kind is None else f"{value:.8g} {units.name(kind)}".removesuffix(" 1")
+            typer.echo(f"{name:<12} {shown}")
+        if output is not None:
+            columns = {
+                name: Column([value], "" if kind is None else units.name(kind), what)
+                for name, (value, kind, what) in rows.items()
+            }
+            series.write(output, columns)
+        if picture is not None:
+            if onset.status is not Status.SLIP:
+                raise ValueError(f"no picture of a rod with status {onset.status}")
+            _save(_shapes(theta, height, contact, onset.x0_slip, units), picture)
+    if onset.status in (Status.FAILED, Status.OUT_OF_REACH):
+        raise typer.Exit(1)
+
+
+def _slip_rows(
+    theta: float, eta: float, contact: Contact, onset: Any, units: Units
+) -> dict[str, tuple[Any, Kind | None, str]]:
+    curve = respond(theta, eta, contact, pull=False).curve
+    slip = onset.slip
+    length, force, moment = (units.unit(kind) for kind in (Kind.LENGTH, Kind.FORCE, Kind.MOMENT))
+    strain = largest_strain(theta, eta, curve.x1_init - onset.x0_slip, slip)
+    rows: dict[str, tuple[Any, Kind | None, str]] = {
+        "x0_slip": (onset.x0_slip * length, Kind.LENGTH, "exact onset of slip"),
+        "force_x": (float(slip.reaction_fx) * force, Kind.FORCE, "clamp force at the onset"),
+        "force_y": (float(slip.reaction_fy) * force, Kind.FORCE, "clamp force at the onset"),
+        "moment_z": (float(slip.reaction_m) * moment, Kind.MOMENT, "clamp moment at the onset"),
+    }
+    if onset.n_steps is not None:
+        rows["x0_max"] = (onset.x0_max * length, Kind.LENGTH, "last sticking step of the stage")
+    if units.rod is None:
+        rows["strain"] = (strain, None, "largest strain at the onset, in units of d0/L")
+    else:
+        slender = units.rod.base_diameter / units.rod.length
+        rows["strain"] = (strain * slender, Kind.NUMBER, "largest strain at the onset")
+    return rows
+
+
+def _shapes(theta: float, eta: float, contact: Contact, x0_slip: float, units: Units) -> Figure:
+    curve = respond(theta, eta, contact, pull=False).curve
+    figure = Figure(figsize=(5.0, 4.0), layout="constrained")
+    axes = figure.add_subplot()
+    unit, s = units.unit(Kind.LENGTH), np.linspace(0.0, 1.0, 101)
+    for x0, label in ((0.0, "α = 0"), (x0_slip, "onset of slip")):
+        state = curve.state(x0)
+        x, y, _ = deformed_shape(
+            theta, float(state.f), float(state.alpha), curve.x1_init - x0, eta, s, float(state.s_c)
+        )
+        axes.plot((x + x0) * unit, y * unit, label=label)
+    axes.axhline(eta * unit, color="0.5", linewidth=0.8)
+    name = units.name(Kind.LENGTH)
+    axes.set(aspect="equal", xlabel=f"x / {name}", ylabel=f"y / {name}")
+    axes.legend()
+    return figure
+
+
+@app.command(
+    name="scan",
+    epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`",
+)
+def scan_(
+    theta: Theta,
+    eta: Eta,
+    step: Annotated[str, typer.Option(help="Step of the stage: '20 um'.")],
+    to: Annotated[
+        list[str],
+        typer.Option(help="Where the stage stops; repeated, where it turns: --to 1 --to 0."),
+    ],
+    output: Out,
+    mu0: Annotated[str | None, typer.Option(help="Surface of the same friction.")] = None,
+    patches: Annotated[
+        str | None, typer.Option(help="Surface of patches: '0 mm: 0.3, 50 mm: 0.4'.")
+    ] = None,
+    profile: Annotated[
+        Path | None, typer.Option(help="Measured surface: a table with columns x and mu0.")
+    ] = None,
+    texture: Annotated[
+        str | None, typer.Option(help="Random surface: 'mean, deviation, correlation length'.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the texture and of the noise.")] = 0,
+    law: Annotated[SlipLaw, typer.Option(help="Where a slip ends; see docs/sensor.md.")] = (
+        SlipLaw.FREE
+    ),
+    kinetic_ratio: Annotated[
+        float, typer.Option(help="Kinetic over static friction, for the other two laws.")
+    ] = 0.8,
+    transducer_name: Annotated[
+        str | None,
+        typer.Option("--transducer", help=f"Measured by: {', '.join(transducer.PRESETS)}."),
+    ] = None,
+    contact: Touch = Contact.POINT,
+    modulus: Modulus = None,
+    diameter: Diameter = None,
+    length: Length = None,
+    picture: Picture = None,
+) -> None:
+    """Move the clamp over a surface and write what it feels, step by step.
+
+    The columns `footpoint`, `force_x`, `force_y` and `moment_z` are what a sensor records, the
+    others what it does not know: the tip's position, x0, friction there, period and phase.
+    """
+    with _plain_messages():
+        series.check_ending(output)
+        _check_picture(picture)
+        units = _units(modulus, diameter, length)
+        height = float(units.read(eta, Kind.LENGTH, "eta"))
+        sensor = None if transducer_name is None else transducer.preset(transducer_name)
+        if sensor is not None and units.rod is None:
+            raise ValueError("a transducer needs the rod: give modulus, diameter and length")
+        surface = _surface(units, mu0, patches, profile, texture, seed)
+        positions = path(
+            units.read(step, Kind.LENGTH, "step"),
+            [units.read(turn, Kind.LENGTH, "to") for turn in to],
+        )
+        backward = bool(np.any(np.diff(positions) < 0.0)) or law is SlipLaw.ENERGY
+        response = respond(theta, height, contact, pull=backward)
+        tell = _progress(len(positions), "scanning")
+        result = scan(response, surface, positions, law, kinetic_ratio, tell)
+        scale = [units.unit(kind) for kind in (Kind.FORCE, Kind.FORCE, Kind.MOMENT)]
+        reactions = np.stack([result.fx, result.fy, result.m], axis=1) * scale
+        if sensor is not None:
+            reactions = sensor.measured(reactions, np.random.default_rng([seed, 1]))
+        unit, name = units.unit(Kind.LENGTH), units.name(Kind.LENGTH)
+        force, moment = units.name(Kind.FORCE), units.name(Kind.MOMENT)
+        columns = {
+            "footpoint": Column(result.footpoint * unit, name, "position of the clamp"),
+            "force_x": Column(reactions[:, 0], force, "clamp force along the surface"),
+            "force_y": Column(reactions[:, 1], force, "clamp force normal to the surface"),
+            "moment_z": Column(reactions[:, 2], moment, "clamp moment"),
+            "contact": Column(result.contact * unit, name, "position of the tip"),
+            "x0": Column(result.x0 * unit, name, "clamp displacement from the alpha = 0 state"),
+            "mu0": Column(result.mu0, "1", "static friction under the tip"),
+            "period": Column(result.period, "1", "number of the period of sticking"),
+            "phase": Column([p.value for p in result.phase], "", "stick, lock or slip"),
+        }
+        series.write(output, columns)
+        if picture is not None:
+            _save(_signals(columns), picture)
+    typer.echo(
+        f"{output}: {len(result.footpoint)} steps, {result.period[-1]} periods, {result.outcome}"
+    )
+    if result.message:
+        typer.echo(result.message)
+
+
+def _surface(
+    units: Units,
+    mu0: str | None,
+    patches: str | None,
+    profile: Path | None,
+    texture: str | None,
+    seed: int,
+) -> friction.Friction:
+    if sum(kind is not None for kind in (mu0, patches, profile, texture)) != 1:
+        raise ValueError("give the surface by one of --mu0, --patches, --profile and --texture")
+    if mu0 is not None:
+        return friction.constant(float(units.read(mu0, Kind.NUMBER, "mu0")))
+    if patches is not None:
+        pairs = [part.partition(":") for part in patches.split(",")]
+        return friction.patches(
+            [float(units.read(start, Kind.LENGTH, "start of a patch")) for start, _, _ in pairs],
+            [float(units.read(value, Kind.NUMBER, "mu0 of a patch")) for _, _, value in pairs],
+        )
+    if profile is not None:
+        table = series.read(profile, ["x", "mu0"])
+        for column, values in table.columns.items():
+            if np.isnan(values).any():
+                row = int(np.flatnonzero(np.isnan(values))[0])
+                raise ValueError(f"{table.place(row)}: {column} is missing")
+        factor = units.column_factor(table.units.get("x", "L"), Kind.LENGTH, f"{profile}: x")
+        return friction.profile(table.columns["x"] * factor, table.columns["mu0"])
+    parts = (texture or "").split(",")
+    if len(parts) != 3:
+        raise ValueError(f"texture needs 'mean, deviation, correlation length', got {texture!r}")
+    return friction.random(
+        seed,
+        float(units.read(parts[0], Kind.NUMBER, "mean of the texture")),
+        float(units.read(parts[1], Kind.NUMBER, "deviation of the texture")),
+        float(units.read(parts[2], Kind.LENGTH, "correlation length of the texture")),
+    )
+
+
+def _signals(columns: dict[str, Column]) -> Figure:
+    figure = Figure(figsize=(7.0, 5.5), layout="constrained")
+    panels = figure.subplots(3, 1, sharex=True)
+    clamp = columns["footpoint"]
+    for axes, name in zip(panels, transducer.CHANNELS, strict=True):
+        axes.plot(clamp.values, columns[name].values, linewidth=0.8)
+        axes.set_ylabel(f"{name} / ({columns[name].unit})")
+    panels[-1].set_xlabel(f"position of the clamp / {clamp.unit}")
+    return figure

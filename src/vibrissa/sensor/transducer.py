@@ -1,0 +1,127 @@
+"""What a force-torque transducer makes of the clamp reactions, in SI units.
+
+The transducer sits under the clamp with its axis along the unbent rod. The model's force_x is its
+Fx, force_y its Fz (along the axis) and moment_z its moment about the axis normal to the plane.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibrissa.arrays import BoolArray, FloatArray
+
+CHANNELS = ("force_x", "force_y", "moment_z")
+
+
+@dataclass(frozen=True)
+class Transducer:
+    """A transducer; triples are for force_x (N), force_y (N) and moment_z (N·m).
+
+    Attributes
+    ----------
+    name, source : str
+        What it is and where its figures stand.
+    limit : tuple of float
+        Largest magnitude that it measures.
+    resolution : tuple of float
+        Step of its reading; 0 for none.
+    noise : tuple of float
+        Standard deviation of the normal noise of one reading.
+    drift : tuple of float
+        Standard deviation of the change of its zero from one reading to the next.
+    crosstalk : float
+        Part of each other channel's reading, relative to full scale, that a channel shows too.
+    """
+
+    name: str
+    source: str
+    limit: tuple[float, float, float]
+    resolution: tuple[float, float, float]
+    noise: tuple[float, float, float]
+    drift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    crosstalk: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what no transducer has."""
+        for name in ("limit", "resolution", "noise", "drift"):
+            values = getattr(self, name)
+            if not (np.all(np.asarray(values) >= 0.0) and np.all(np.isfinite(values))):
+                raise ValueError(f"{name} of a transducer must not be negative, got {values!r}")
+        if not (min(self.limit) > 0.0 and abs(self.crosstalk) < 1.0):
+            raise ValueError("a transducer has a limit above 0 and a crosstalk below 1")
+
+    def measured(self, reactions: FloatArray, generator: np.random.Generator) -> FloatArray:
+        """Read a series of clamp reactions.
+
+        Parameters
+        ----------
+        reactions : ndarray, shape (n, 3)
+            In SI units.
+        generator : numpy.random.Generator
+            For the noise.
+
+        Returns
+        -------
+        ndarray, shape (n, 3)
+            Clipped to the limits and rounded to the resolution.
+        """
+        limit, step = np.array(self.limit), np.array(self.resolution)
+        relative = reactions / limit
+        others = relative.sum(axis=1, keepdims=True) - relative
+        reading = reactions + self.crosstalk * others * limit
+        walk = generator.standard_normal(reactions.shape) * self.drift
+        reading += np.cumsum(walk, axis=0) + generator.standard_normal(reactions.shape) * self.noise
+        reading = np.clip(reading, -limit, limit)
+        counts = np.round(reading / np.where(step > 0.0, step, 1.0))
+        return np.where(step > 0.0, counts * step, reading)
+
+    def saturated(self, readings: FloatArray) -> BoolArray:
+        """Whether each reading is at a limit, to within its resolution."""
+        return np.asarray(np.abs(readings) >= np.array(self.limit) - self.resolution)
+
+    @property
+    def deviation(self) -> tuple[float, float, float]:
+        """Standard deviation of a reading: noise, and rounding, uniform within a step."""
+        x, y, z = np.sqrt(np.square(self.noise) + np.square(self.resolution) / 12.0).tolist()
+        return x, y, z
+
+    def with_noise(self, steps: float) -> "Transducer":
+        """Return the same with a noise of a number of steps of its resolution."""
+        x, y, z = (steps * step for step in self.resolution)
+        return replace(self, noise=(x, y, z))
+
+
+def _nano17(
+    name: str, fxy: float, fz: float, torque: float, per_n: int, per_nmm: int
+) -> Transducer:
+    resolution = (1.0 / per_n, 1.0 / per_n, 1e-3 / per_nmm)
+    return Transducer(
+        f"ATI Nano17 {name}",
+        "ATI Industrial Automation, F/T Transducer manual 9620-05-Transducer Section, Nano17",
+        (fxy, fz, torque * 1e-3),
+        resolution,
+        # The datasheet has no noise. Taken as one step of the resolution, which is what a
+        # manufacturer calls resolvable.
+        resolution,
+    )
+
+
+# Ranges and resolutions of the datasheet: ±Fx and Fy, ±Fz (N), ±T (N·mm), steps per N and N·mm.
+PRESETS = {
+    "nano17-si-12-0.12": _nano17("SI-12-0.12", 12.0, 17.0, 120.0, 320, 64),
+    "nano17-si-25-0.25": _nano17("SI-25-0.25", 25.0, 35.0, 250.0, 160, 32),
+    "nano17-si-50-0.5": _nano17("SI-50-0.5", 50.0, 70.0, 500.0, 80, 16),
+}
+
+
+def preset(name: str) -> Transducer:
+    """Look up a preset by its name.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    if name.lower() not in PRESETS:
+        raise ValueError(f"transducer must be one of {', '.join(PRESETS)}, got {name!r}")
+    return PRESETS[name.lower()]
