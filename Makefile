@@ -25,6 +25,8 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: help reproduce beyond survey bench study check bless setup test test-slurm test-faults
 .PHONY: mutations lint format lock clean
+.PHONY: help reproduce beyond survey roundtrip study check bless setup test test-slurm mutations
+.PHONY: lint format lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -41,6 +43,7 @@ help:
 	@echo "make test-faults           kill runs, fill disks, damage files: see docs/faults.md"
 	@echo "make survey                100,000 random points in both contact models, counted by outcome"
 	@echo "make bench                 states per second of four methods, side by side"
+	@echo "make roundtrip             friction of 1,000 random surfaces from the signals of a transducer"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
@@ -116,6 +119,9 @@ bench: $(STAMP)
 
 survey: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/survey.py $(ARGS)
+
+roundtrip: $(STAMP)
+	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py $(ARGS)
 
 mutations: $(STAMP)
 	@$(ONE_THREAD) $(PY) tests/mutations.py

@@ -15,6 +15,7 @@ from vibrissa.api import solve_onset
 from vibrissa.files import write_atomically
 from vibrissa.rod import deformed_shape
 from vibrissa.sensor import friction, series, transducer
+from vibrissa.sensor.identification import Found, Method, Periods, identify, read_recording
 from vibrissa.sensor.quantities import Kind, Units, in_si
 from vibrissa.sensor.response import largest_strain, respond
 from vibrissa.sensor.scanning import SlipLaw, path, scan
@@ -338,4 +339,104 @@ def _signals(columns: dict[str, Column]) -> Figure:
         axes.plot(clamp.values, columns[name].values, linewidth=0.8)
         axes.set_ylabel(f"{name} / ({columns[name].unit})")
     panels[-1].set_xlabel(f"position of the clamp / {clamp.unit}")
+    return figure
+
+
+@app.command(
+    name="identify",
+    epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
+    "0.0002' -o friction.csv`",
+)
+def identify_(
+    recording: Annotated[
+        Path,
+        typer.Argument(
+            help="Time series, .csv or .parquet: columns footpoint, force_x, force_y, moment_z as "
+            "far as the method needs them, each with its unit: 'footpoint [mm],force_x [N]'."
+        ),
+    ],
+    theta: Theta,
+    eta: Eta,
+    output: Out,
+    method: Annotated[Method, typer.Option(help="What friction is read from.")] = Method.FORCES,
+    transducer_name: Annotated[
+        str | None,
+        typer.Option("--transducer", help=f"Measured by: {', '.join(transducer.PRESETS)}."),
+    ] = None,
+    noise: Annotated[
+        str | None,
+        typer.Option(
+            help="Standard deviation of force_x, force_y and moment_z: '3 mN, 3 mN, 10 uN*m'; "
+            "estimated from the recording if neither it nor the transducer is given."
+        ),
+    ] = None,
+    step: Annotated[
+        str | None, typer.Option(help="Step of the stage, if samples were lost: '20 um'.")
+    ] = None,
+    contact: Touch = Contact.POINT,
+    modulus: Modulus = None,
+    diameter: Diameter = None,
+    length: Length = None,
+    picture: Picture = None,
+) -> None:
+    """From a measured time series to periods of sticking and the friction of each.
+
+    Writes one row for each period: where its tip was, mu0 with its standard deviation and 95 %
+    interval, and the rows' lines in the recording. Rows that miss a value, are saturated or are
+    spikes are left out and named.
+    """
+    with _plain_messages():
+        series.check_ending(output)
+        _check_picture(picture)
+        units = _units(modulus, diameter, length)
+        height = float(units.read(eta, Kind.LENGTH, "eta"))
+        sensor = None if transducer_name is None else transducer.preset(transducer_name)
+        if sensor is not None and units.rod is None:
+            raise ValueError("a transducer needs the rod: give modulus, diameter and length")
+        if sensor is not None and noise is not None:
+            raise ValueError("give the noise or the transducer, not both")
+        series_ = read_recording(recording, units, method, sensor)
+        backward = bool(np.any(np.diff(series_.footpoint) < 0.0))
+        kinds = (Kind.FORCE, Kind.FORCE, Kind.MOMENT)
+        deviation = None
+        if sensor is not None:
+            deviation = np.array(sensor.deviation) / [units.unit(kind) for kind in kinds]
+        elif noise is not None:
+            parts = noise.split(",")
+            if len(parts) != 3:
+                raise ValueError(f"noise needs three values, got {noise!r}")
+            deviation = np.array(
+                [float(units.read(p, k, "noise")) for p, k in zip(parts, kinds, strict=True)]
+            )
+        stage = None if step is None else float(units.read(step, Kind.LENGTH, "step"))
+        response = respond(theta, height, contact, pull=backward)
+        periods = identify(response, series_, deviation, method, stage)
+        unit, name = units.unit(Kind.LENGTH), units.name(Kind.LENGTH)
+        columns = {
+            "status": Column([s.value for s in periods.status], "", "slip, open or beyond"),
+            "contact": Column(periods.contact * unit, name, "position of the tip"),
+            "mu0": Column(periods.mu0, "1", "static friction there"),
+            "deviation": Column(periods.deviation, "1", "its standard deviation"),
+            "low": Column(periods.low, "1", "lower end of its central 95 %"),
+            "high": Column(periods.high, "1", "upper end of its central 95 %"),
+            "first_line": Column(series_.line[periods.first], "1", "line of the first sample"),
+            "last_line": Column(series_.line[periods.last], "1", "line of the last sample"),
+        }
+        series.write(output, columns)
+        if picture is not None:
+            _save(_friction_map(periods, unit, name), picture)
+    for note in periods.notes:
+        typer.echo(note, err=True)
+    typer.echo(
+        f"{output}: {len(periods.status)} periods, "
+        f"friction of {periods.status.count(Found.SLIP)} of them"
+    )
+
+
+def _friction_map(periods: Periods, unit: float, name: str) -> Figure:
+    figure = Figure(figsize=(7.0, 3.5), layout="constrained")
+    axes = figure.add_subplot()
+    bars = np.stack([periods.mu0 - periods.low, periods.high - periods.mu0])
+    axes.errorbar(periods.contact * unit, periods.mu0, np.maximum(bars, 0.0), fmt=".", markersize=4)
+    axes.set(xlabel=f"position of the tip / {name}", ylabel="static friction μ0, 95 %")
     return figure

@@ -1,0 +1,102 @@
+"""A random surface, a scan of it, a real transducer, and back to friction: bias and coverage.
+
+A steel whisker of 100 mm and 1 mm at the base (θ = 2, η = 0.85) moves 150 mm in steps of 50 µm over
+a random texture (μ0 0.30 ± 0.04, correlated over 2 mm) and is read by an ATI Nano17 SI-12-0.12.
+"""
+
+import argparse
+import multiprocessing
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vibrissa.files import write_atomically
+from vibrissa.sensor import friction
+from vibrissa.sensor.identification import Found, Method, Recording, identify
+from vibrissa.sensor.response import Response, respond
+from vibrissa.sensor.scanning import SlipLaw, path, scan
+from vibrissa.sensor.transducer import preset
+from vibrissa.units import Rod
+
+ROD = Rod(youngs_modulus=2.1e11, base_diameter=1e-3, length=0.1)
+SENSOR = preset("nano17-si-12-0.12")
+SCALE = np.array([ROD.force_unit, ROD.force_unit, ROD.moment_unit])
+POSITIONS = path("0.0005", ["1.5"])
+# The energy law's slips do not end at α = 0: what the spacing makes of them is shown on purpose.
+LAWS = (SlipLaw.FREE, SlipLaw.ENERGY)
+
+_response: Response | None = None
+
+
+def one(seed):
+    """Errors and whether the intervals cover, by law and method; periods there were and found."""
+    global _response
+    if _response is None:
+        _response = respond(2.0, 0.85)
+    results = {}
+    surface = friction.random(seed, 0.3, 0.04, 0.02)
+    for law in LAWS:
+        truth = scan(_response, surface, POSITIONS, law, 0.8)
+        if truth.message:
+            return seed, {}, truth.message
+        reactions = np.stack([truth.fx, truth.fy, truth.m], axis=1) * SCALE
+        readings = SENSOR.measured(reactions, np.random.default_rng([seed, 1])) / SCALE
+        recording = Recording(truth.footpoint, readings, np.arange(len(readings)))
+        for method in Method:
+            found = identify(_response, recording, np.array(SENSOR.deviation) / SCALE, method)
+            ok = np.array([status is Found.SLIP for status in found.status])
+            mu0 = truth.mu0[found.last][ok]
+            covers = (found.low[ok] <= mu0) & (mu0 <= found.high[ok])
+            counts = int(truth.period[-1]), len(found.status)
+            results[law, method] = (found.mu0[ok] - mu0, covers, found.deviation[ok], counts)
+    return seed, results, ""
+
+
+def main():
+    """Print the table, draw the figure."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=1000)
+    parser.add_argument("--workers", type=int, default=None)
+    parser.add_argument("--figure", type=Path, help="where to draw the errors (.png, .svg, .pdf)")
+    arguments = parser.parse_args()
+
+    gathered, locked = defaultdict(list), 0
+    with multiprocessing.Pool(arguments.workers) as pool:
+        for _, results, message in pool.imap_unordered(one, range(arguments.seeds), chunksize=5):
+            locked += bool(message)
+            for key, value in results.items():
+                gathered[key].append(value)
+    print(f"{arguments.seeds} surfaces; on {locked} the tip locked, and they do not count\n")
+    print("| slips | method | periods, found | bias | error, rms | deviation stated | coverage |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    errors = {}
+    for (law, method), parts in gathered.items():
+        error, covers, stated = (np.concatenate([part[i] for part in parts]) for i in range(3))
+        there, found = np.sum([part[3] for part in parts], axis=0)
+        errors[law, method] = error
+        print(
+            f"| {law} | {method} | {there}, {found} | {error.mean():+.1e} "
+            f"| {np.sqrt(np.mean(error**2)):.1e} | {stated.mean():.1e} | {covers.mean():.2%} |"
+        )
+    if arguments.figure is not None:
+        draw(errors, arguments.figure)
+
+
+def draw(errors, path):
+    """Draw a histogram of the errors for each law and method."""
+    figure = Figure(figsize=(7.5, 2.8), layout="constrained")
+    panels = figure.subplots(1, len(LAWS) * len(Method) - 1)
+    shown = [key for key in errors if key != (SlipLaw.ENERGY, Method.SPACING)]
+    for axes, key in zip(panels, shown, strict=True):
+        axes.hist(errors[key], bins=np.linspace(-0.007, 0.007, 71), color="0.35")
+        axes.axvline(0.0, color="C3", linewidth=0.8)
+        axes.set_title(f"{key[1]}\nslips: {key[0]}", fontsize=9)
+        axes.set(yticks=[], xlabel="error of μ0")
+    with write_atomically(path) as temporary:
+        figure.savefig(temporary, dpi=130)
+
+
+if __name__ == "__main__":
+    main()
