@@ -86,14 +86,14 @@ def main():
 
 def draw(errors, path):
     """Draw a histogram of the errors for each law and method."""
-    figure = Figure(figsize=(7.5, 2.8), layout="constrained")
+    figure = Figure(figsize=(9.0, 2.8), layout="constrained")
     panels = figure.subplots(1, len(LAWS) * len(Method) - 1)
     shown = [key for key in errors if key != (SlipLaw.ENERGY, Method.SPACING)]
     for axes, key in zip(panels, shown, strict=True):
         axes.hist(errors[key], bins=np.linspace(-0.007, 0.007, 71), color="0.35")
         axes.axvline(0.0, color="C3", linewidth=0.8)
         axes.set_title(f"{key[1]}\nslips: {key[0]}", fontsize=9)
-        axes.set(yticks=[], xlabel="error of μ0")
+        axes.set(yticks=[], xticks=[-0.005, 0.0, 0.005], xlabel="error of μ0")
     with write_atomically(path) as temporary:
         figure.savefig(temporary, dpi=130)
 

@@ -119,6 +119,31 @@ def test_lost_samples_widen_the_interval_and_nothing_else(response, method):
     assert np.nanmean(periods.deviation) > np.nanmean(whole.deviation)
 
 
+@pytest.mark.parametrize("method", list(Method))
+def test_several_samples_at_each_step_are_one_step(response, method):
+    truth, _ = recorded(response)
+    dwell = np.repeat(np.arange(len(truth.footpoint)), 3)
+    reactions = np.stack([truth.fx, truth.fy, truth.m], axis=1)[dwell] * SCALE
+    readings = SENSOR.measured(reactions, np.random.default_rng(8)) / SCALE
+    recording = Recording(truth.footpoint[dwell], readings, dwell)
+    periods = identify(response, recording, DEVIATION, method)
+    assert len(periods.status) == truth.period[-1]
+    friction0, ok = truth.mu0[dwell[periods.last]], known(periods)
+    assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
+
+
+@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
+def test_a_slower_recording_has_longer_steps(response, method):
+    truth, recording = recorded(response)
+    slow = Recording(
+        *(values[::4] for values in (recording.footpoint, recording.readings)), recording.line[::4]
+    )
+    periods = identify(response, slow, DEVIATION, method)
+    friction0, ok = truth.mu0[::4][periods.last], known(periods)
+    assert ok.sum() > 40
+    assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
+
+
 @pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
 def test_lone_spikes_are_left_out_and_named(response, method):
     truth, recording = recorded(response)

@@ -17,7 +17,7 @@ from vibrissa.rod import deformed_shape
 from vibrissa.sensor import friction, series, transducer
 from vibrissa.sensor.identification import Found, Method, Periods, identify, read_recording
 from vibrissa.sensor.quantities import Kind, Units, in_si
-from vibrissa.sensor.response import largest_strain, respond
+from vibrissa.sensor.response import NoResponse, Response, largest_strain, respond
 from vibrissa.sensor.scanning import SlipLaw, path, scan
 from vibrissa.sensor.series import Column
 from vibrissa.status import Contact, Status
@@ -337,7 +337,7 @@ def _signals(columns: dict[str, Column]) -> Figure:
     clamp = columns["footpoint"]
     for axes, name in zip(panels, transducer.CHANNELS, strict=True):
         axes.plot(clamp.values, columns[name].values, linewidth=0.8)
-        axes.set_ylabel(f"{name} / ({columns[name].unit})")
+        axes.set_ylabel(f"{name} / {columns[name].unit}")
     panels[-1].set_xlabel(f"position of the clamp / {clamp.unit}")
     return figure
 
@@ -409,7 +409,7 @@ def identify_(
                 [float(units.read(p, k, "noise")) for p, k in zip(parts, kinds, strict=True)]
             )
         stage = None if step is None else float(units.read(step, Kind.LENGTH, "step"))
-        response = respond(theta, height, contact, pull=backward)
+        response = _with_pulling(theta, height, contact, needed=backward)
         periods = identify(response, series_, deviation, method, stage)
         unit, name = units.unit(Kind.LENGTH), units.name(Kind.LENGTH)
         columns = {
@@ -431,6 +431,16 @@ def identify_(
         f"{output}: {len(periods.status)} periods, "
         f"friction of {periods.status.count(Found.SLIP)} of them"
     )
+
+
+def _with_pulling(theta: float, eta: float, contact: Contact, needed: bool) -> Response:
+    """Response with pulling where there is one: a long slip may end there, too."""
+    try:
+        return respond(theta, eta, contact)
+    except NoResponse:
+        if needed:
+            raise
+        return respond(theta, eta, contact, pull=False)
 
 
 def _friction_map(periods: Periods, unit: float, name: str) -> Figure:
