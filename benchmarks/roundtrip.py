@@ -16,7 +16,7 @@ from vibrissa.files import write_atomically
 from vibrissa.sensor import friction
 from vibrissa.sensor.identification import Found, Method, Recording, identify
 from vibrissa.sensor.response import Response, respond
-from vibrissa.sensor.scanning import SlipLaw, path, scan
+from vibrissa.sensor.scanning import Outcome, SlipLaw, path, scan
 from vibrissa.sensor.transducer import preset
 from vibrissa.units import Rod
 
@@ -39,8 +39,6 @@ def one(seed):
     surface = friction.random(seed, 0.3, 0.04, 0.02)
     for law in LAWS:
         truth = scan(_response, surface, POSITIONS, law, 0.8)
-        if truth.message:
-            return seed, {}, truth.message
         reactions = np.stack([truth.fx, truth.fy, truth.m], axis=1) * SCALE
         readings = SENSOR.measured(reactions, np.random.default_rng([seed, 1])) / SCALE
         recording = Recording(truth.footpoint, readings, np.arange(len(readings)))
@@ -50,8 +48,14 @@ def one(seed):
             mu0 = truth.mu0[found.last][ok]
             covers = (found.low[ok] <= mu0) & (mu0 <= found.high[ok])
             counts = int(truth.period[-1]), len(found.status)
-            results[law, method] = (found.mu0[ok] - mu0, covers, found.deviation[ok], counts)
-    return seed, results, ""
+            ended = truth.outcome is not Outcome.COMPLETE
+            results[law, method] = (
+                found.mu0[ok] - mu0,
+                covers,
+                found.deviation[ok],
+                (*counts, ended),
+            )
+    return results
 
 
 def main():
@@ -62,22 +66,20 @@ def main():
     parser.add_argument("--figure", type=Path, help="where to draw the errors (.png, .svg, .pdf)")
     arguments = parser.parse_args()
 
-    gathered, locked = defaultdict(list), 0
+    gathered = defaultdict(list)
     with multiprocessing.Pool(arguments.workers) as pool:
-        for _, results, message in pool.imap_unordered(one, range(arguments.seeds), chunksize=5):
-            locked += bool(message)
+        for results in pool.imap_unordered(one, range(arguments.seeds), chunksize=5):
             for key, value in results.items():
                 gathered[key].append(value)
-    print(f"{arguments.seeds} surfaces; on {locked} the tip locked, and they do not count\n")
-    print("| slips | method | periods, found | bias | error, rms | deviation stated | coverage |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
+    print("| slips | method | ended | periods, found | bias | rms error | stated | coverage |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     errors = {}
     for (law, method), parts in gathered.items():
         error, covers, stated = (np.concatenate([part[i] for part in parts]) for i in range(3))
-        there, found = np.sum([part[3] for part in parts], axis=0)
+        there, found, ended = np.sum([part[3] for part in parts], axis=0)
         errors[law, method] = error
         print(
-            f"| {law} | {method} | {there}, {found} | {error.mean():+.1e} "
+            f"| {law} | {method} | {ended} | {there}, {found} | {error.mean():+.1e} "
             f"| {np.sqrt(np.mean(error**2)):.1e} | {stated.mean():.1e} | {covers.mean():.2%} |"
         )
     if arguments.figure is not None:

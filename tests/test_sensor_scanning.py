@@ -109,6 +109,19 @@ def test_turned_back_in_time_a_locked_tip_is_free_again(response):
     assert result.contact[-1] < 0.6
 
 
+def test_slip_from_high_to_no_friction_lifts_the_tip_off(response):
+    # Let go near the lock, onto ice: more energy than the branch can take up to where fy = 0.
+    surface = friction.patches([0.0, 0.4174], [0.47, 0.01])
+    result = scan(response, surface, path("0.001", ["0.3"]), "energy", 0.5)
+    assert result.outcome is Outcome.LOST and "lifts off" in result.message
+    start = result.x0[-1] + 0.001
+    spare = response.energy(start) - response.energy(response.x0_pull)
+    friction_work = (
+        0.5 * 0.01 * (response.normal_path(start) - response.normal_path(response.x0_pull))
+    )
+    assert spare > friction_work > 0.0
+
+
 def test_step_longer_than_a_period_slips_every_time(response):
     result = scan(response, friction.constant(0.1), path("0.01", ["0.05"]))
     assert slips(result).tolist() == [False, *[True] * 5]

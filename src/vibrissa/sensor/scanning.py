@@ -79,10 +79,14 @@ class Outcome(StrEnum):
     LOCK
         The tip locked and was pushed to where no state of sticking follows: the rod snaps
         through, leaves the reach of the model or slips back.
+    LOST
+        A slip left the states known here: shooting past α = 0, a pushed tip lifted off the
+        surface, or a pulled one went on to where pushing ends.
     """
 
     COMPLETE = "complete"
     LOCK = "lock"
+    LOST = "lost"
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,6 +222,14 @@ def scan(
             )
             break
         rest = _rest(response, friction, law, kinetic_ratio, positions[end], beyond)
+        if np.isnan(rest):
+            outcome, n = Outcome.LOST, end
+            message = (
+                f"the slip from x = {at:.6g}, with the clamp at {positions[end]:.6g} (in units of "
+                "L), has so much energy that "
+                + ("the rod is pushed through" if low else "the tip lifts off the surface")
+            )
+            break
         slipped[end] = True
         begin, number = end, number + 1
 
@@ -264,12 +276,14 @@ def _rest(
     clamp: float,
     x0: float,
 ) -> float:
-    """Displacement at which the tip comes to rest that slips from x0 with the clamp at rest."""
+    """Displacement at which a tip that slips from x0 comes to rest; NaN if it does not."""
     if law is SlipLaw.FREE:
         return 0.0
     x0 = float(np.clip(x0, response.x0_pull, response.x0_end))
     for _ in range(REVERSALS):
         x0 = _slide(response, friction, law, ratio, clamp, x0)
+        if np.isnan(x0):
+            return x0
         holds = float(friction(clamp + response.curve.x1_init - x0))
         if abs(float(response.demand(x0))) <= holds * (1.0 + FULL):
             return x0
@@ -284,7 +298,7 @@ def _slide(
     clamp: float,
     x0: float,
 ) -> float:
-    """Where one slide in one direction ends, from knot to knot of the response and in between."""
+    """Where one slide in one direction ends, from knot to knot and in between; NaN if nowhere."""
     knots = response.reactions.x
     # A pushed tip slides to lower x0, a pulled one to higher.
     pushed = x0 > 0.0
@@ -311,10 +325,7 @@ def _slide(
     left = excess(x)
     stops = np.flatnonzero(left[1:] <= 0.0)
     if not len(stops):
-        raise ValueError(
-            f"the slip with the clamp at {clamp:.6g} (in units of L) leaves the branch: "
-            "choose a larger kinetic_ratio"
-        )
+        return np.nan
     after = int(stops[0]) + 1
     if left[after - 1] <= 0.0:
         return float(x[after])
