@@ -7,6 +7,8 @@ a random texture (μ0 0.30 ± 0.04, correlated over 2 mm) and is read by an ATI 
 import argparse
 import multiprocessing
 from collections import defaultdict
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,20 +32,26 @@ LAWS = (SlipLaw.FREE, SlipLaw.ENERGY)
 _response: Response | None = None
 
 
-def one(seed):
+def one(seed, drift, crosstalk):
     """Errors and whether the intervals cover, by law and method; periods there were and found."""
     global _response
     if _response is None:
         _response = respond(2.0, 0.85)
     results = {}
+    flawed = replace(
+        SENSOR, drift=tuple(drift * step for step in SENSOR.resolution), crosstalk=crosstalk
+    )
     surface = friction.random(seed, 0.3, 0.04, 0.02)
     for law in LAWS:
         truth = scan(_response, surface, POSITIONS, law, 0.8)
         reactions = np.stack([truth.fx, truth.fy, truth.m], axis=1) * SCALE
-        readings = SENSOR.measured(reactions, np.random.default_rng([seed, 1])) / SCALE
+        readings = flawed.measured(reactions, np.random.default_rng([seed, 1])) / SCALE
         recording = Recording(truth.footpoint, readings, np.arange(len(readings)))
         for method in Method:
-            found = identify(_response, recording, np.array(SENSOR.deviation) / SCALE, method)
+            try:
+                found = identify(_response, recording, np.array(SENSOR.deviation) / SCALE, method)
+            except ValueError:
+                continue  # refused: no state of this rod
             ok = np.array([status is Found.SLIP for status in found.status])
             mu0 = truth.mu0[found.last][ok]
             covers = (found.low[ok] <= mu0) & (mu0 <= found.high[ok])
@@ -64,14 +72,21 @@ def main():
     parser.add_argument("--seeds", type=int, default=1000)
     parser.add_argument("--workers", type=int, default=None)
     parser.add_argument("--figure", type=Path, help="where to draw the errors (.png, .svg, .pdf)")
+    parser.add_argument(
+        "--drift", type=float, default=0.0, help="of the zero, in steps of resolution per √sample"
+    )
+    parser.add_argument("--crosstalk", type=float, default=0.0, help="part of full scale")
     arguments = parser.parse_args()
 
     gathered = defaultdict(list)
     with multiprocessing.Pool(arguments.workers) as pool:
-        for results in pool.imap_unordered(one, range(arguments.seeds), chunksize=5):
+        scanned = partial(one, drift=arguments.drift, crosstalk=arguments.crosstalk)
+        for results in pool.imap_unordered(scanned, range(arguments.seeds), chunksize=5):
             for key, value in results.items():
                 gathered[key].append(value)
-    print("| slips | method | ended | periods, found | bias | rms error | stated | coverage |")
+    print(
+        "| slips | method | scans, ended | periods, found | bias | rms error | stated | coverage |"
+    )
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     errors = {}
     for (law, method), parts in gathered.items():
@@ -79,7 +94,7 @@ def main():
         there, found, ended = np.sum([part[3] for part in parts], axis=0)
         errors[law, method] = error
         print(
-            f"| {law} | {method} | {ended} | {there}, {found} | {error.mean():+.1e} "
+            f"| {law} | {method} | {len(parts)}, {ended} | {there}, {found} | {error.mean():+.1e} "
             f"| {np.sqrt(np.mean(error**2)):.1e} | {stated.mean():.1e} | {covers.mean():.2%} |"
         )
     if arguments.figure is not None:
