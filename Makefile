@@ -23,10 +23,8 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce beyond survey bench study check bless setup test test-slurm test-faults
-.PHONY: mutations lint format lock clean
-.PHONY: help reproduce beyond survey roundtrip study check bless setup test test-slurm mutations
-.PHONY: lint format lock clean
+.PHONY: help reproduce beyond survey bench roundtrip study check bless setup test test-slurm
+.PHONY: test-faults mutations lint format lock clean
 .DEFAULT_GOAL := help
 
 help:

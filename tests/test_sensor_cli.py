@@ -129,13 +129,13 @@ def test_any_text_is_a_quantity_or_refused_as_a_value_error(text):
 
 def test_transducer_rounds_clips_and_adds_noise_of_the_size_it_says():
     sensor = preset("nano17-si-12-0.12")
-    assert sensor.limit == (12.0, 17.0, 0.12)
+    assert sensor.limit == (12.0, 12.0, 0.12)
     assert sensor.resolution == pytest.approx((1 / 320, 1 / 320, 1e-3 / 64))
     true = np.tile([1.0, -2.0, 0.05], (20000, 1))
     read = sensor.measured(true, np.random.default_rng(1))
     assert (read - true).std(axis=0) == pytest.approx(sensor.deviation, rel=0.03)
     assert (read - true).mean(axis=0) == pytest.approx([0, 0, 0], abs=1e-4)
-    assert sensor.measured(true * 100, np.random.default_rng(1))[0].tolist() == [12.0, -17.0, 0.12]
+    assert sensor.measured(true * 100, np.random.default_rng(1))[0].tolist() == [12.0, -12.0, 0.12]
     assert sensor.saturated(np.array([[12.0, -3.0, 0.1]])).tolist() == [[True, False, False]]
     assert len(PRESETS) == 3
     with pytest.raises(ValueError, match="nano17"):

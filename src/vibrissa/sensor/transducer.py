@@ -91,26 +91,17 @@ class Transducer:
         return replace(self, noise=(x, y, z))
 
 
-def _nano17(
-    name: str, fxy: float, fz: float, torque: float, per_n: int, per_nmm: int
-) -> Transducer:
-    resolution = (1.0 / per_n, 1.0 / per_n, 1e-3 / per_nmm)
-    return Transducer(
-        f"ATI Nano17 {name}",
-        "ATI Industrial Automation, F/T Transducer manual 9620-05-Transducer Section, Nano17",
-        (fxy, fz, torque * 1e-3),
-        resolution,
-        # The datasheet has no noise. Taken as one step of the resolution, which is what a
-        # manufacturer calls resolvable.
-        resolution,
-    )
-
-
-# Ranges and resolutions of the datasheet: ±Fx and Fy, ±Fz (N), ±T (N·mm), steps per N and N·mm.
+_NANO17 = (1.0 / 320.0, 1.0 / 320.0, 1e-3 / 64.0)
+# The range is what the name says, 12 N and 0.12 N·m, along every axis. The datasheet has no noise:
+# one step of the resolution is taken, which is what a manufacturer calls resolvable.
 PRESETS = {
-    "nano17-si-12-0.12": _nano17("SI-12-0.12", 12.0, 17.0, 120.0, 320, 64),
-    "nano17-si-25-0.25": _nano17("SI-25-0.25", 25.0, 35.0, 250.0, 160, 32),
-    "nano17-si-50-0.5": _nano17("SI-50-0.5", 50.0, 70.0, 500.0, 80, 16),
+    "nano17-si-12-0.12": Transducer(
+        "ATI Nano17 SI-12-0.12",
+        "ATI Industrial Automation, Nano17, calibration SI-12-0.12",
+        (12.0, 12.0, 0.12),
+        _NANO17,
+        _NANO17,
+    )
 }
 
 
