@@ -47,6 +47,15 @@ Picture = Annotated[Path | None, typer.Option(help="Draw it: a .pdf, .svg or .pn
 Out = Annotated[Path, typer.Option("--output", "-o", help="Table to write: .csv or .parquet.")]
 
 
+def _transducer(name: str | None, units: Units) -> transducer.Transducer | None:
+    """Preset of a name; it reads forces in N, so that the rod has to be known."""
+    if name is None:
+        return None
+    if units.rod is None:
+        raise ValueError("a transducer needs the rod: give modulus, diameter and length")
+    return transducer.preset(name)
+
+
 def _units(modulus: str | None, diameter: str | None, length: str | None) -> Units:
     given = {"modulus": modulus, "diameter": diameter, "length": length}
     missing = [name for name, text in given.items() if text is None]
@@ -255,9 +264,7 @@ def scan_(
         _check_picture(picture)
         units = _units(modulus, diameter, length)
         height = float(units.read(eta, Kind.LENGTH, "eta"))
-        sensor = None if transducer_name is None else transducer.preset(transducer_name)
-        if sensor is not None and units.rod is None:
-            raise ValueError("a transducer needs the rod: give modulus, diameter and length")
+        sensor = _transducer(transducer_name, units)
         surface = _surface(units, mu0, patches, profile, texture, seed)
         positions = path(
             units.read(step, Kind.LENGTH, "step"),
@@ -390,9 +397,7 @@ def identify_(
         _check_picture(picture)
         units = _units(modulus, diameter, length)
         height = float(units.read(eta, Kind.LENGTH, "eta"))
-        sensor = None if transducer_name is None else transducer.preset(transducer_name)
-        if sensor is not None and units.rod is None:
-            raise ValueError("a transducer needs the rod: give modulus, diameter and length")
+        sensor = _transducer(transducer_name, units)
         if sensor is not None and noise is not None:
             raise ValueError("give the noise or the transducer, not both")
         series_ = read_recording(recording, units, method, sensor)
