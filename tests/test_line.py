@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import reference
 from vibrissa import Status, solve_curve, solve_state, stick_slip
-from vibrissa.branch import begin, follow, switch_states
+from vibrissa.branch import Pace, begin, follow, switch_states
 from vibrissa.collocation import solve_curves
-from vibrissa.equilibrium import Closure, contact_position, integral_operator, residual, solve
+from vibrissa.equilibrium import Closure, contact_position, residual, solve
 from vibrissa.status import Contact
 
 LYING = [(3.0, 0.7), (5.0, 0.7), (2.0, 0.5), (1.0, 0.3), (8.0, 0.85), (15.0, 0.9)]
@@ -158,9 +158,9 @@ def test_stability_is_lost_where_the_branch_turns_back():
 
 
 def test_changing_contact_is_a_state_of_both_kinds():
-    branch, _ = begin(np.array([3.0]), np.array([0.85]), 40, Contact.LINE)
+    branch, _ = begin(np.array([3.0]), np.array([0.85]), Pace(40, 0.05, 0.15), Contact.LINE)
     eta = np.array([0.85])
-    states, found = solve(branch.steps[0], eta, Closure())
+    states, found, _ = solve(branch.steps[0], eta, Closure())
     assert found[0]
     assert residual(states, eta, Closure())[0] < 1e-12
     assert states.s_c[0] == 1.0
@@ -216,9 +216,8 @@ def test_a_rod_that_lies_down_is_held_more_firmly():
 def test_a_rod_rolls_on_and_off():
     # The contact changes back far beyond the lock.
     eta = np.array([0.85])
-    branch, _ = begin(np.array([3.0]), eta, 48, Contact.LINE)
-    operator = integral_operator(np.array([3.0]), 48)
-    branch = follow(branch, eta, 34, Contact.LINE, operator)
+    branch, _ = begin(np.array([3.0]), eta, Pace(48, 0.05, 0.15), Contact.LINE)
+    branch = follow(branch, eta, 34, Contact.LINE)
     kinds = "".join("L" if kind else "P" for kind in branch.line[:, 0])
     assert kinds.strip("P").strip("L") == "" and kinds[0] == kinds[-1] == "P" and "L" in kinds
     on, off = kinds.index("L"), kinds.rindex("L") + 1

@@ -2,8 +2,8 @@
 
 The branch begins at α = 0 and is followed in two legs. The first goes in steps of x0 until −tan α
 has passed its maximum. From there to the end neither x0 nor α counts the states: both turn back,
-the one shortly after the other. The second leg goes in steps of the *swing*, the polar angle of
-the point (x1 − x0 − x1_init/2, m/f0) that offset and clamp moment make, until x0 has turned back.
+the one shortly after the other. The second leg goes in steps of the *advance*, which takes the
+growth of the force into account (equation E3c), until x0 has turned back.
 
 With ``contact: point`` the tip alone touches the surface throughout; with ``contact: line`` each
 state has the kind of contact that is possible: the tip touches where φ1 ≥ 0, and the rod lies along
@@ -13,6 +13,7 @@ violates its own is solved again with the other.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,11 +22,10 @@ from vibrissa.buckling import initial_states
 from vibrissa.equilibrium import (
     Closure,
     ContactStates,
-    clamp_moment,
+    advance,
     contact_position,
     contact_slope,
     extrapolated,
-    integral_operator,
     solve,
 )
 from vibrissa.status import Contact, Parameter
@@ -33,16 +33,14 @@ from vibrissa.status import Contact, Parameter
 # Height at which lowering the surface begins, and numbers of steps to try.
 HIGHEST = 0.999
 LOWERING_STEPS = (12, 40)
-# Step of the first leg and its limit, relative to x1_init: at 1 the clamp stands under the contact.
-STEP_OF_X0 = 0.05
+# Limit of the first leg relative to x1_init: at 1 the clamp stands under the contact.
 LIMIT_OF_X0 = 2.0
 # The first leg ends where −tan α has fallen below this part of its maximum.
-PAST_LOCK = 0.3
-# Centre of the swing relative to x1_init: the branch turns back in x0 well beyond it.
-CENTRE_OF_SWING = 0.5
-# Steps of the second leg (rad), to be tried one after the other, and where it ends at the latest.
-STEPS_OF_SWING = tuple(np.radians([8.0, 4.0, 1.0, 0.25]))
-LIMIT_OF_SWING = np.pi
+PAST_LOCK = 0.6
+# Where the second leg ends at the latest.
+LIMIT_OF_ADVANCE = 50.0
+# Accuracy of the states of a leg: they show the way and are guesses for what is solved exactly.
+TOLERANCE_OF_LEGS = 1e-6
 # States through which a quadratic is laid between the steps.
 FEWEST_STATES = 3
 
@@ -56,7 +54,7 @@ class Leg:
     parameter : Parameter
         What the steps are steps of.
     origin, step : ndarray, shape (n,)
-        Parameter of the first state and its increment (L or rad).
+        Parameter of the first state and its increment (x0 in L).
     x1_init : ndarray, shape (n,)
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     force : ndarray, shape (n,)
@@ -121,28 +119,44 @@ def closure_at(
     """Conditions that hold at given values of a leg's parameter."""
     if parameter is Parameter.X0:
         return Closure(contact, offset=x1_init - value)
-    return Closure(contact, swing=value, centre=CENTRE_OF_SWING * x1_init, force=force)
+    return Closure(contact, advance=value, x1_init=x1_init, force=force)
 
 
 def parameter_of(
     parameter: Parameter, states: ContactStates, x1_init: FloatArray, force: FloatArray
 ) -> FloatArray:
     """Value of a leg's parameter in given states."""
-    offset, _ = contact_position(states)
     if parameter is Parameter.X0:
-        return x1_init - offset
-    return np.arctan2(clamp_moment(states) / force, offset - CENTRE_OF_SWING * x1_init)
+        return x1_init - contact_position(states)[0]
+    return advance(states, x1_init, force)
 
 
-def begin(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) -> tuple[Leg, Index]:
+class Pace(NamedTuple):
+    """How closely branches are followed.
+
+    Attributes
+    ----------
+    nodes : int
+        Number of collocation nodes.
+    x0 : float
+        Step of the first leg, relative to x1_init.
+    advance : float
+        Step of the second leg.
+    """
+
+    nodes: int
+    x0: float
+    advance: float
+
+
+def begin(theta: FloatArray, eta: FloatArray, pace: Pace, model: Contact) -> tuple[Leg, Index]:
     """Solve the states in which branches begin.
 
     Parameters
     ----------
     theta, eta : ndarray, shape (n,)
         Taper factors and heights of the surface (L).
-    nodes : int
-        Number of collocation nodes.
+    pace : Pace
     model : Contact
         POINT for contact with the tip alone, LINE for the kind that is possible.
 
@@ -153,19 +167,19 @@ def begin(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) -> tup
     index : ndarray of int
         Which of the arguments they are.
     """
-    states, found = initial_states(theta, eta, nodes)
+    states, found = initial_states(theta, eta, pace.nodes)
     line = np.zeros(len(theta), dtype=bool)
     if model is Contact.LINE:
         line = found & (contact_slope(states) < 0.0)
         for steps in LOWERING_STEPS:
             lying = np.flatnonzero(line & ~(found & (states.s_c < 1.0)))
             if len(lying):
-                solution, found[lying] = _lowered(theta[lying], eta[lying], nodes, steps)
+                solution, found[lying] = _lowered(theta[lying], eta[lying], pace.nodes, steps)
                 states.put(lying, solution)
     index = np.flatnonzero(found)
     states = states.take(index)
     x1_init, _ = contact_position(states)
-    origin, step = np.zeros(len(index)), STEP_OF_X0 * x1_init
+    origin, step = np.zeros(len(index)), pace.x0 * x1_init
     return Leg(Parameter.X0, origin, step, x1_init, -states.fy, [states], line[None, index]), index
 
 
@@ -181,13 +195,12 @@ def _lowered(
     steps = [initial_states(theta, 1.0 - root[0] ** 2, nodes)[0]]
     line = np.zeros(len(theta), dtype=bool)
     vertical = Closure(alpha=np.zeros(len(theta)))
-    operator = integral_operator(theta, nodes)
     for width in root[1:]:
         guess = extrapolated(steps[-3:])
         # Where the kind just changed, the extrapolated s_c may have passed 1.
         guess = replace(guess, s_c=np.where(line, np.minimum(guess.s_c, 1.0), 1.0))
         height = 1.0 - width**2
-        states, line, found = settle(guess, height, vertical, line, Contact.LINE, operator)
+        states, line, found = settle(guess, height, vertical, line, Contact.LINE)
         steps.append(states)
     return states, found & line & (states.s_c < 1.0)
 
@@ -197,7 +210,6 @@ def follow(
     eta: FloatArray,
     count: int,
     model: Contact,
-    operator: FloatArray,
     goes_on: Callable[[Leg], BoolArray] | None = None,
     before: ContactStates | None = None,
 ) -> Leg:
@@ -213,8 +225,6 @@ def follow(
         Largest number of steps.
     model : Contact
         POINT or LINE, as in `begin`.
-    operator : ndarray, shape (n, nodes, nodes)
-        `integral_operator` of the rods in point contact.
     goes_on : callable, optional
         Asked after each step which branches are to be followed further.
     before : ContactStates, optional
@@ -232,9 +242,7 @@ def follow(
         value = leg.origin[active] + len(leg.steps) * leg.step[active]
         conditions = leg.x1_init[active], leg.force[active]
         closure = closure_at(leg.parameter, Contact.POINT, value, *conditions)
-        solution, kind, found = settle(
-            guess, eta[active], closure, leg.line[-1][active], model, operator[active]
-        )
+        solution, kind, found = settle(guess, eta[active], closure, leg.line[-1][active], model)
         first = leg.steps[0]
         states = replace(first, **{name: np.full_like(a, np.nan) for name, a in _columns(first)})
         states.put(active, solution)
@@ -269,7 +277,6 @@ def settle(
     closure: Closure,
     line: BoolArray,
     model: Contact,
-    operator: FloatArray,
 ) -> tuple[ContactStates, BoolArray, BoolArray]:
     """Solve states with the kind of contact that is possible.
 
@@ -284,8 +291,6 @@ def settle(
         Kind of contact to try first.
     model : Contact
         POINT or LINE, as in `begin`.
-    operator : ndarray, shape (n, nodes, nodes)
-        `integral_operator` of the rods in point contact.
 
     Returns
     -------
@@ -295,7 +300,7 @@ def settle(
         Kind of contact of each.
     found : ndarray of bool, shape (n,)
     """
-    states, found = _solve_kinds(guess, eta, closure, line, operator)
+    states, found = _solve_kinds(guess, eta, closure, line)
     if model is Contact.LINE:
         impossible = found & np.where(line, states.s_c > 1.0, contact_slope(states) < 0.0)
         other = np.flatnonzero(impossible)
@@ -303,9 +308,7 @@ def settle(
             line = line.copy()
             line[other] = ~line[other]
             start = replace(states.take(other), s_c=np.ones(len(other)))
-            solution, again = _solve_kinds(
-                start, eta[other], closure.take(other), line[other], operator[other]
-            )
+            solution, again = _solve_kinds(start, eta[other], closure.take(other), line[other])
             states.put(other, solution)
             slope = contact_slope(solution)
             found[other] = again & np.where(line[other], solution.s_c <= 1.0, slope >= 0.0)
@@ -318,7 +321,6 @@ def _solve_kinds(
     eta: FloatArray,
     closure: Closure,
     line: BoolArray,
-    operator: FloatArray,
 ) -> tuple[ContactStates, BoolArray]:
     """Solve a batch in which each state has its kind of contact."""
     states = replace(guess, **{name: np.full_like(a, np.nan) for name, a in _columns(guess)})
@@ -329,18 +331,19 @@ def _solve_kinds(
     ):
         if len(index):
             conditions = replace(closure.take(index), contact=contact)
-            matrix = operator[index] if contact is Contact.POINT else None
-            solution, found[index] = solve(guess.take(index), eta[index], conditions, matrix)
+            solution, found[index], _ = solve(
+                guess.take(index), eta[index], conditions, tolerance=TOLERANCE_OF_LEGS
+            )
             states.put(index, solution)
     return states, found
 
 
-def first_leg(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) -> tuple[Leg, Index]:
+def first_leg(theta: FloatArray, eta: FloatArray, pace: Pace, model: Contact) -> tuple[Leg, Index]:
     """Follow branches from α = 0 until −tan α has passed its maximum or the tip lifts off.
 
     Parameters
     ----------
-    theta, eta, nodes, model
+    theta, eta, pace, model
         As in `begin`.
 
     Returns
@@ -349,13 +352,12 @@ def first_leg(theta: FloatArray, eta: FloatArray, nodes: int, model: Contact) ->
     index : ndarray of int
         Which of the arguments the branches are.
     """
-    leg, index = begin(theta, eta, nodes, model)
-    operator = integral_operator(theta[index], nodes)
-    count = round(LIMIT_OF_X0 / STEP_OF_X0)
-    return follow(leg, eta[index], count, model, operator, lambda leg: ~past_lock(leg)), index
+    leg, index = begin(theta, eta, pace, model)
+    count = round(LIMIT_OF_X0 / pace.x0)
+    return follow(leg, eta[index], count, model, lambda leg: ~past_lock(leg)), index
 
 
-def second_leg(first: Leg, eta: FloatArray, model: Contact, step: float) -> Leg:
+def second_leg(first: Leg, eta: FloatArray, model: Contact, pace: Pace) -> Leg:
     """Follow branches on from the last state of the first leg until they turn back in x0.
 
     Parameters
@@ -365,19 +367,18 @@ def second_leg(first: Leg, eta: FloatArray, model: Contact, step: float) -> Leg:
         Heights of the surface (L).
     model : Contact
         POINT or LINE, as in `begin`.
-    step : float
-        Step of the swing (rad).
+    pace : Pace
 
     Returns
     -------
     Leg
     """
     states, line = first.at(first.last)
-    origin = parameter_of(Parameter.SWING, states, first.x1_init, first.force)
+    origin = parameter_of(Parameter.ADVANCE, states, first.x1_init, first.force)
     leg = Leg(
-        Parameter.SWING,
+        Parameter.ADVANCE,
         origin,
-        np.full_like(origin, step),
+        np.full_like(origin, pace.advance),
         first.x1_init,
         first.force,
         [states],
@@ -385,11 +386,10 @@ def second_leg(first: Leg, eta: FloatArray, model: Contact, step: float) -> Leg:
     )
     # Go back by a step along the way that the first leg came.
     earlier, _ = first.at(first.last - 1)
-    came = origin - parameter_of(Parameter.SWING, earlier, first.x1_init, first.force)
-    before = _along(states, earlier, step / came)
-    operator = integral_operator(states.theta, states.nodes)
-    count = int(np.ceil((LIMIT_OF_SWING - origin.min(initial=0.0)) / step))
-    return follow(leg, eta, count, model, operator, lambda leg: ~turns_back(leg), before)
+    came = origin - parameter_of(Parameter.ADVANCE, earlier, first.x1_init, first.force)
+    before = _along(states, earlier, pace.advance / came)
+    count = int(np.ceil((LIMIT_OF_ADVANCE - origin.min(initial=0.0)) / pace.advance))
+    return follow(leg, eta, count, model, lambda leg: ~turns_back(leg), before)
 
 
 def _along(start: ContactStates, stop: ContactStates, share: FloatArray) -> ContactStates:

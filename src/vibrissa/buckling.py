@@ -116,7 +116,7 @@ def initial_states(
 
 def _vertical_states(guess: ContactStates, eta: FloatArray) -> tuple[ContactStates, BoolArray]:
     """Solve at α = 0 and keep only first-mode states bent towards +x."""
-    states, converged = solve(guess, eta, Closure(alpha=np.zeros(len(guess))))
+    states, converged, _ = solve(guess, eta, Closure(alpha=np.zeros(len(guess))))
     # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image
     first_mode = (bending_moment(states) < 0).all(axis=1) & (states.fy < 0)
     return states, converged & first_mode

@@ -1,12 +1,12 @@
 """Sticking curves by spectral collocation: batches of (θ, η).
 
 A curve is solved in stages, each for the whole batch at once: it is followed in coarse steps on few
-nodes (`vibrissa.branch`), first along x0 until −tan α has passed its maximum, then along the swing
-until it turns back; it is cut where the contact changes its kind, as it is smooth only between; and
-each piece is resolved (`vibrissa.pieces`).
+nodes (`vibrissa.branch`), first along x0 until −tan α has passed its maximum, then along the
+advance until x0 turns back; it is cut where the contact changes its kind, as it is smooth only
+between; and each piece is resolved (`vibrissa.pieces`).
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,9 +14,8 @@ import numpy as np
 
 from vibrissa.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.branch import (
-    STEP_OF_X0,
-    STEPS_OF_SWING,
     Leg,
+    Pace,
     begin,
     first_leg,
     follow,
@@ -30,7 +29,6 @@ from vibrissa.equilibrium import (
     ContactStates,
     coefficient_decay,
     contact_position,
-    integral_operator,
     residual,
     solve,
     stability,
@@ -49,10 +47,11 @@ from vibrissa.reach import REASONS, violations
 from vibrissa.status import Contact, End, Parameter, Status
 
 METHOD = "collocation"
-# Nodes on which branches are followed; the pieces have their own.
-NODES_OF_LEGS = (24, 48, 108)
+# How branches are followed: more closely where the pace before leads nowhere, or past a change of
+# the contact. The pieces have nodes and states of their own.
+PACES = (Pace(24, 0.05, 0.15), Pace(48, 0.02, 0.03), Pace(108, 0.01, 0.005))
 # Curves that are solved together: bounds the memory and stays in the processor's cache.
-BATCH = 16
+BATCH = 128
 
 NO_INITIAL_STATE = (
     "no first-mode state with alpha = 0 found; try a larger eta or a theta closer to 1"
@@ -144,27 +143,29 @@ def solve_offset(
     """
     thetas, etas = np.array([theta], dtype=float), np.array([eta], dtype=float)
     message, misfit = NO_INITIAL_STATE, np.nan
-    for nodes in NODES_ALONG_ROD[1:]:
-        leg, index = begin(thetas, etas, nodes, model)
+    for pace in PACES:
+        leg, index = begin(thetas, etas, pace, model)
         if not len(index):
             continue
         message = NOT_FOLLOWED
         way = float(leg.x1_init[0]) - offset
         # The branch is followed from α = 0 in steps no longer than those of the first leg.
-        count = max(1, int(np.ceil(abs(way) / (STEP_OF_X0 * float(leg.x1_init[0])))))
+        count = max(1, int(np.ceil(abs(way) / (pace.x0 * float(leg.x1_init[0])))))
         leg = replace(leg, step=np.array([way / count]))
-        leg = follow(leg, etas, count, model, integral_operator(thetas, nodes))
-        state = leg.steps[-1]
+        leg = follow(leg, etas, count, model)
         if leg.last[0] < count:
             continue
         message = NOT_RESOLVED
         contact = Contact.LINE if leg.line[-1, 0] else Contact.POINT
-        misfit = float(residual(state, etas, Closure(contact, offset=np.array([offset])))[0])
-        if misfit < residual_tolerance(nodes) and coefficient_decay(state)[0] < DECAY_TOLERANCE:
-            violated = violations(state, etas, contact)[0]
-            if violated.any():
-                return None, misfit, Status.OUT_OF_REACH, _reasons(violated)
-            return state, misfit, Status.SOLVED, ""
+        closure = Closure(contact, offset=np.array([offset]))
+        for nodes in NODES_ALONG_ROD:
+            state, _, _ = solve(leg.steps[-1].on_nodes(nodes), etas, closure)
+            misfit = float(residual(state, etas, closure)[0])
+            if misfit < residual_tolerance(nodes) and coefficient_decay(state)[0] < DECAY_TOLERANCE:
+                violated = violations(state, etas, contact)[0]
+                if violated.any():
+                    return None, misfit, Status.OUT_OF_REACH, _reasons(violated)
+                return state, misfit, Status.SOLVED, ""
     return None, misfit, Status.FAILED, message
 
 
@@ -173,9 +174,9 @@ def _reasons(violated: BoolArray) -> str:
 
 
 def _solve_batch(theta: FloatArray, eta: FloatArray, model: Contact) -> list[StickingCurve]:
-    """Solve one batch, with more nodes along the legs for those that need them."""
-    results = _solve_on_nodes(theta, eta, NODES_OF_LEGS[0], model)
-    for nodes in NODES_OF_LEGS[1:]:
+    """Solve one batch, and follow those more closely that need it."""
+    results = _solve_at_pace(theta, eta, PACES[0], model)
+    for pace in PACES[1:]:
         pending = [
             i
             for i, curve in enumerate(results)
@@ -183,22 +184,22 @@ def _solve_batch(theta: FloatArray, eta: FloatArray, model: Contact) -> list[Sti
         ]
         if not pending:
             break
-        solved = _solve_on_nodes(theta[pending], eta[pending], nodes, model)
+        solved = _solve_at_pace(theta[pending], eta[pending], pace, model)
         for index, curve in zip(pending, solved, strict=True):
             if curve.status is not Status.FAILED or results[index].status is Status.FAILED:
                 results[index] = curve
     return results
 
 
-def _solve_on_nodes(
-    theta: FloatArray, eta: FloatArray, nodes: int, model: Contact
+def _solve_at_pace(
+    theta: FloatArray, eta: FloatArray, pace: Pace, model: Contact
 ) -> list[StickingCurve]:
-    """Solve curves whose legs are followed on a fixed number of nodes along the rod."""
+    """Solve curves whose legs are followed at a certain pace."""
     results = [
         failed_curve(float(t), float(e), METHOD, NO_INITIAL_STATE)
         for t, e in zip(theta, eta, strict=True)
     ]
-    first, index = first_leg(theta, eta, nodes, model)
+    first, index = first_leg(theta, eta, pace, model)
     if not len(index):
         return results
     theta, eta = theta[index], eta[index]
@@ -209,10 +210,10 @@ def _solve_on_nodes(
         lambda states, i: contact_position(states)[0],
     )
     joint = first.last * first.step
-    swing = _exact(
+    advance = _exact(
         *(*first.at(first.last), eta),
         lambda contact, i: Closure(contact, offset=x1_init[i] - joint[i]),
-        lambda states, i: parameter_of(Parameter.SWING, states, x1_init[i], first.force[i]),
+        lambda states, i: parameter_of(Parameter.ADVANCE, states, x1_init[i], first.force[i]),
     )
     cuts: dict[tuple[Parameter, int], _Cuts] = {}
     solved: list[list[Resolved]] = [[] for _ in index]
@@ -230,7 +231,12 @@ def _solve_on_nodes(
         if leg is first:
             within = [not any(np.isfinite(piece.reach) for piece in pieces) for pieces in solved]
             rows = np.flatnonzero(within & (first.at(first.last)[0].fy < 0.0))
-            legs += _second_legs(first, rows, eta, x1_init, swing, model)
+            if len(rows):
+                leg = second_leg(first.take(rows), eta[rows], model, pace)
+                stop = leg.origin + leg.last * leg.step
+                parts = _cuts(leg, eta[rows], x1_init[rows], advance[rows], stop)
+                good = np.flatnonzero(_turned(leg) & [part is not None for part in parts])
+                legs.append((rows[good], leg.take(good), [parts[row] for row in good]))
     passed = _passed(first)
     for row, i in enumerate(index):
         results[i] = _assembled(
@@ -252,28 +258,6 @@ def _passed(first: Leg) -> BoolArray:
         demand = np.nan_to_num(fx / fy, nan=-np.inf)
     pulls = (fy[last, rows] >= 0.0) & (fx[last, rows] < 0.0)
     return pulls | (demand[last, rows] < np.maximum(demand.max(axis=0), 1e-300))
-
-
-def _second_legs(
-    first: Leg,
-    rows: IntArray,
-    eta: FloatArray,
-    x1_init: FloatArray,
-    swing: FloatArray,
-    model: Contact,
-) -> Iterator[tuple[IntArray, Leg, list["_Cuts"]]]:
-    """Second legs of some curves, and their pieces, with the largest steps that lead to the end."""
-    for step in STEPS_OF_SWING:
-        if not len(rows):
-            return
-        leg = second_leg(first.take(rows), eta[rows], model, float(step))
-        stop = leg.origin + leg.last * leg.step
-        parts = _cuts(leg, eta[rows], x1_init[rows], swing[rows], stop)
-        good = _turned(leg) & np.array([part is not None for part in parts])
-        if good.any():
-            chosen = [part for part, is_good in zip(parts, good, strict=True) if is_good]
-            yield rows[good], leg.take(good), chosen
-        rows = rows[~good]
 
 
 def _turned(leg: Leg) -> BoolArray:
@@ -305,7 +289,7 @@ def _exact(
             if not len(rows):
                 break
             conditions = closure(contact, rows)
-            solution, _ = solve(guess.on_nodes(nodes), eta[rows], conditions)
+            solution, _, _ = solve(guess.on_nodes(nodes), eta[rows], conditions)
             good = (residual(solution, eta[rows], conditions) < residual_tolerance(nodes)) & (
                 coefficient_decay(solution) < DECAY_TOLERANCE
             )
@@ -432,7 +416,7 @@ def _assembled(
 
 def _possible(piece: Piece) -> bool:
     """Whether a piece has nowhere the other kind of contact than it was cut out for."""
-    _, _, _, _, phi1, s_c, _ = piece.at(np.linspace(piece.start, piece.stop, 257)).T
+    _, _, _, _, phi1, s_c, _ = piece.scan[1].T
     slack = 1e-9
     if piece.contact is Contact.POINT:
         return bool(phi1.min() >= -slack)

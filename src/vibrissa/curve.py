@@ -12,23 +12,33 @@ contact changes its kind the curve has a kink: it consists of smooth pieces.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import brentq, elementwise
 
 from vibrissa.arrays import FloatArray, IntArray
-from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.spectral import (
+    chebyshev_derivative,
+    chebyshev_nodes,
+    chebyshev_series,
+    chebyshev_transform,
+    even_interpolation,
+)
 from vibrissa.status import Contact, End, Parameter, Status
 
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SCAN_POINTS = 257
 # Displacements that are nearer to each other are one: where two pieces meet.
 KINK_TOLERANCE = 1e-12
+# Steps of Newton's iteration for a root in a bracket, and the step, relative to the bracket, whose
+# square is below rounding.
+NEWTON_STEPS = 6
+NEWTON_TOLERANCE = 1e-9
+# Options of a search that ends at rounding error.
+EXACTLY = {"xtol": 1e-16, "rtol": 4.0 * np.finfo(float).eps}
 # Order of the spline through states on a step grid.
 SPLINE_DEGREE = 5
 
@@ -82,7 +92,7 @@ class Piece:
     parameter : Parameter
         What the states are counted by.
     start, stop : float
-        First and last value of the parameter (L or rad).
+        First and last value of the parameter (x0 in L).
     values : ndarray, shape (k, 7)
         x0 (L), fx, fy (E·I0/L²), m (E·I0/L), φ1 (rad), s_c (L) and the margin of stability of the
         states; x0 increases.
@@ -116,13 +126,14 @@ class Piece:
             spline = make_interp_spline(self.x0, np.nan_to_num(self.values), k=degree)
             return spline, spline.derivative()
         coefficients = chebyshev_transform(len(self.values)) @ self.values
-        return coefficients, chebyshev.chebder(coefficients, scl=2.0 / (self.stop - self.start))
+        derivative = chebyshev_derivative(len(coefficients)) @ coefficients
+        return coefficients, 2.0 / (self.stop - self.start) * derivative
 
     def _evaluated(self, series: Any, t: FloatArray) -> FloatArray:
         if self.stepped:
             return np.asarray(series(t))
         position = 2.0 * (t - self.start) / (self.stop - self.start) - 1.0
-        return np.moveaxis(chebyshev.chebval(position, series), 0, -1)
+        return chebyshev_series(series, position)
 
     def at(self, t: FloatArray) -> FloatArray:
         """Values at values of the parameter on the piece, shape t.shape + (7,)."""
@@ -146,8 +157,21 @@ class Piece:
         """Values at displacements on the piece, shape x0.shape + (7,)."""
         if self.parameter is Parameter.X0:
             return self.at(x0)
-        low, high = np.full_like(x0, self.start), np.full_like(x0, self.stop)
-        return self.at(_bracketed_root(lambda t, x0: self.at(t)[..., 0] - x0, low, high, x0))
+        t, values = self.scan
+        after = np.clip(np.searchsorted(values[:, 0], x0), 1, len(t) - 1)
+
+        def excess(t: FloatArray, x0: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return self.at(t)[..., 0] - x0, self.slope(t)[..., 0]
+
+        return self.at(_bracketed_root(excess, t[after - 1], t[after], x0))
+
+    @cached_property
+    def scan(self) -> tuple[FloatArray, FloatArray]:
+        """Equally spaced values of the parameter, and the values there, to bracket crossings."""
+        t = np.linspace(self.start, self.stop, SCAN_POINTS)
+        if self.stepped:
+            return t, self.at(t)
+        return t, even_interpolation(len(self.values), SCAN_POINTS) @ self.values
 
     def until(self, stop: float) -> "Piece":
         """Cut the piece off at a value of its parameter."""
@@ -269,18 +293,6 @@ class StickingCurve:
         with np.errstate(divide="ignore"):
             return np.asarray(state.reaction_fx / state.reaction_fy)
 
-    def _excess(self, x0: FloatArray, mu0: FloatArray) -> FloatArray:
-        """μ0·fy − fx: has the sign of −tan α − μ0 as long as the surface pushes."""
-        state = self.state(x0)
-        return mu0 * state.reaction_fy - state.reaction_fx
-
-    def samples(self, end: float) -> FloatArray:
-        """Displacements from 0 to `end`, `SCAN_POINTS` on each piece, its ends included."""
-        bounds = [0.0, *(x for piece in self.pieces[1:] if (x := piece.x0[0]) < end), end]
-        return np.unique(
-            np.concatenate([np.linspace(a, b, SCAN_POINTS) for a, b in pairwise(bounds)])
-        )
-
     def onset(self, mu0: ArrayLike) -> FloatArray:
         """Exact onset of slip: the first displacement at which −tan α = μ0.
 
@@ -304,15 +316,34 @@ class StickingCurve:
             raise ValueError(f"mu0 must be positive, got {mu0!r}")
         if self.status is not Status.SOLVED:
             raise ValueError(f"no onset on a curve with status {self.status}: {self.message}")
-        x = self.samples(self.x0_lock)
-        demand = self.friction_demand(x)
-        demand[-1] = self.mu_lock
-        slips = mu0 <= self.mu_lock
-        # First sample that needs at least μ0: the running maximum makes the search monotone.
-        after = np.searchsorted(np.maximum.accumulate(demand), mu0[slips])
-        after = np.clip(after, 1, len(x) - 1)
         onset = np.full(mu0.shape, np.nan)
-        onset[slips] = _bracketed_root(self._excess, x[after - 1], x[after], mu0[slips])
+        open_ = mu0 <= self.mu_lock
+        for piece in self.pieces:
+            if piece.x0[0] > self.x0_lock or not open_.any():
+                break
+            t, values = piece.scan
+            # The first sample that needs at least μ0: −tan α may fall again beyond.
+            with np.errstate(divide="ignore", invalid="ignore"):
+                demand = values[:, 1] / values[:, 2]
+            up_to = int(np.searchsorted(values[:, 0], self.x0_lock))
+            if up_to < len(t):
+                t = np.append(t[:up_to], piece.start + self.x0_lock - piece.x0[0])
+                demand = np.append(demand[:up_to], self.mu_lock)
+            after = np.searchsorted(np.maximum.accumulate(demand), mu0)
+            slips = open_ & (after < len(t))
+            if slips.any():
+
+                def excess(
+                    t: FloatArray, mu0: FloatArray, piece: Piece = piece
+                ) -> tuple[FloatArray, FloatArray]:
+                    value, slope = piece.at(t), piece.slope(t)
+                    # Has the sign of −tan α − μ0 as long as the surface pushes.
+                    missing = mu0 * value[..., 2] - value[..., 1]
+                    return missing, mu0 * slope[..., 2] - slope[..., 1]
+
+                before = np.maximum(after[slips], 1)
+                onset[slips] = _bracketed_root(excess, t[before - 1], t[before], mu0[slips])
+                open_ &= ~slips
         return onset
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
@@ -346,8 +377,8 @@ class StickingCurve:
         ends = [self.end] * len(mu0)
         open_ = np.ones(len(mu0), dtype=bool)
         for piece in self.pieces:
-            t = np.linspace(piece.start, piece.stop, SCAN_POINTS)
-            x0, fx, fy = piece.at(t)[:, :3].T
+            t, known = piece.scan
+            x0, fx, fy = known[:, :3].T
             # From the lock on: before it tan α is negative.
             inclination = np.where(x0 >= self.x0_lock, np.arctan2(fx, -fy), -np.pi)
             after = np.searchsorted(np.maximum.accumulate(inclination), np.arctan(mu0))
@@ -355,9 +386,14 @@ class StickingCurve:
             if slips.any():
                 after = np.maximum(after[slips], 1)
 
-                def missing(t: FloatArray, mu0: FloatArray, piece: Piece = piece) -> FloatArray:
-                    values = piece.at(t)
-                    return values[..., 1] + mu0 * values[..., 2]
+                def missing(
+                    t: FloatArray, mu0: FloatArray, piece: Piece = piece
+                ) -> tuple[FloatArray, FloatArray]:
+                    value, slope = piece.at(t), piece.slope(t)
+                    return (
+                        value[..., 1] + mu0 * value[..., 2],
+                        slope[..., 1] + mu0 * slope[..., 2],
+                    )
 
                 at = _bracketed_root(missing, t[after - 1], t[after], mu0[slips])
                 values[slips] = piece.at(at)
@@ -367,31 +403,41 @@ class StickingCurve:
 
 
 def _bracketed_root(
+    function: Callable[..., tuple[FloatArray, FloatArray]],
+    low: FloatArray,
+    high: FloatArray,
+    *args: FloatArray,
+) -> FloatArray:
+    """Elementwise root in [low, high], to rounding error.
+
+    `function` returns values and slopes. Newton's iteration finds most roots; those that are not
+    simple, or only up to rounding within the bracket, are searched for without slopes.
+    """
+    root = 0.5 * (low + high)
+    width = high - low
+    converged = np.zeros(root.shape, dtype=bool)
+    for _ in range(NEWTON_STEPS):
+        value, slope = function(root, *args)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = value / slope
+        converged = np.abs(step) < NEWTON_TOLERANCE * width
+        root = np.where(np.isfinite(step), np.clip(root - step, low, high), root)
+        if converged.all():
+            return root
+    lost = ~converged
+    rest = low[lost], high[lost], *(arg[lost] for arg in args)
+    root[lost] = _searched_root(lambda *a: function(*a)[0], *rest)
+    return root
+
+
+def _searched_root(
     function: Callable[..., FloatArray], low: FloatArray, high: FloatArray, *args: FloatArray
 ) -> FloatArray:
-    """Elementwise root of `function` in [low, high], to rounding error."""
-    if low.size == 1:
-        return _single_root(function, low, high, *args)
+    """Elementwise root in [low, high] by Chandrupatla's method."""
     result = elementwise.find_root(function, (low, high), args=args)
     # An end of the bracket that is a root up to rounding may show no change of sign.
     at_low = np.abs(function(low, *args)) <= np.abs(function(high, *args))
     return np.where(result.success, result.x, np.where(at_low, low, high))
-
-
-def _single_root(
-    function: Callable[..., FloatArray], low: FloatArray, high: FloatArray, *args: FloatArray
-) -> FloatArray:
-    """Root of a function of one element: the elementwise search has more to set up than that."""
-
-    def value(x: float) -> float:
-        return float(function(np.full_like(low, x), *args).item())
-
-    a, b = low.item(), high.item()
-    at_a, at_b = value(a), value(b)
-    # An end of the bracket that is a root up to rounding may show no change of sign.
-    if at_a * at_b >= 0.0:
-        return np.full_like(low, a if abs(at_a) <= abs(at_b) else b)
-    return np.full_like(low, brentq(value, a, b, xtol=1e-16, rtol=4.0 * np.finfo(float).eps))
 
 
 def sticking_curve(
@@ -416,7 +462,7 @@ def sticking_curve(
         Contact point in the α = 0 state (L).
     pieces : sequence of Piece
         From displacement 0 to beyond the lock, each beginning where the one before ends; then
-        those counted by the swing, to beyond where x0 turns back.
+        those counted by the advance, to beyond where x0 turns back.
     residual : float
         Largest equilibrium residual.
     reach : sequence of (float, str)
@@ -473,7 +519,7 @@ def _until_end(
     """Cut pieces off where the branch turns back in x0 or the shape leaves the model's reach."""
     kept: list[Piece] = []
     for piece, (limit, how) in zip(pieces, reach, strict=True):
-        turn = _turning_point(piece) if piece.parameter is Parameter.SWING else np.nan
+        turn = _turning_point(piece) if piece.parameter is Parameter.ADVANCE else np.nan
         stop = np.nanmin([limit, turn, np.inf])
         if np.isinf(stop):
             kept.append(piece)
@@ -487,41 +533,58 @@ def _until_end(
 
 
 def _turning_point(piece: Piece) -> float:
-    """Where x0 stops increasing on a piece counted by the swing; NaN if nowhere."""
-    t = np.linspace(piece.start, piece.stop, SCAN_POINTS)
-    back = np.flatnonzero(piece.slope(t)[:, 0] <= 0.0)
-    if not len(back):
+    """Where x0 stops increasing on a piece counted by the advance; NaN if nowhere."""
+    t, values = piece.scan
+    back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
+    if len(back):
+        low, high = t[max(back[0] - 1, 0)], t[back[0] + 1]
+    elif _x0_slope(piece, piece.stop) < 0.0:
+        low, high = t[-2], t[-1]
+    else:
         return float("nan")
-    if back[0] == 0:
-        return float(t[0])
-    bracket = t[[back[0] - 1]], t[[back[0]]]
-    return float(_bracketed_root(lambda t: piece.slope(t)[..., 0], *bracket)[0])
+    if _x0_slope(piece, low) <= 0.0:
+        return float(low)
+    return float(brentq(lambda t: _x0_slope(piece, t), low, high, **EXACTLY))
+
+
+def _x0_slope(piece: Piece, t: float) -> float:
+    return float(piece.slope(np.array(t))[0])
 
 
 def _largest_demand(piece: Piece) -> tuple[float, float]:
     """Where −tan α is largest on a piece, and its value there; infinity where the tip lifts off."""
-    x = np.linspace(piece.x0[0], piece.x0[-1], SCAN_POINTS)
-    fx, fy = piece.at(x)[:, 1:3].T
+    x, values = piece.scan
+    fx, fy = values[:, 1:3].T
     pulls = np.flatnonzero((fy >= 0.0) & (fx < 0.0))
     if len(pulls):
-        bracket = x[[max(pulls[0] - 1, 0)]], x[[pulls[0]]]
-        return float(_bracketed_root(lambda x: piece.at(x)[..., 2], *bracket)[0]), np.inf
+        low, high = x[max(pulls[0] - 1, 0)], x[pulls[0]]
+        return _crossing(piece, 2, float(low), float(high)), np.inf
 
-    def demand(x: FloatArray) -> FloatArray:
-        values = piece.at(x)
-        return values[..., 1] / values[..., 2]
+    def demand_slope(x: float) -> float:
+        value, slope = piece.at(np.array(x)), piece.slope(np.array(x))
+        return float(slope[1] * value[2] - value[1] * slope[2])
 
-    def demand_slope(x: FloatArray) -> FloatArray:
-        value, slope = piece.at(x), piece.slope(x)
-        return slope[..., 1] * value[..., 2] - value[..., 1] * slope[..., 2]
-
-    top = int(np.argmax(demand(x)))
-    at = x[top]
+    top = int(np.argmax(fx / fy))
+    at = float(x[top])
     # At an end it may still be inside by less than a sample.
-    low, high = x[[max(top - 1, 0)]], x[[min(top + 1, SCAN_POINTS - 1)]]
-    if demand_slope(low)[0] * demand_slope(high)[0] < 0.0:
-        at = _bracketed_root(demand_slope, low, high)[0]
-    return float(at), float(demand(np.array(at)))
+    low, high = float(x[max(top - 1, 0)]), float(x[min(top + 1, SCAN_POINTS - 1)])
+    if demand_slope(low) * demand_slope(high) < 0.0:
+        at = brentq(demand_slope, low, high, **EXACTLY)
+    _, fx, fy, *_ = piece.at(np.array(at))
+    return at, float(fx / fy)
+
+
+def _crossing(piece: Piece, column: int, low: float, high: float) -> float:
+    """Where a value changes its sign between two values of the parameter."""
+
+    def value(t: float) -> float:
+        return float(piece.at(np.array(t))[column])
+
+    at_low, at_high = value(low), value(high)
+    # An end that is a root up to rounding may show no change of sign.
+    if at_low * at_high >= 0.0:
+        return low if abs(at_low) <= abs(at_high) else high
+    return float(brentq(value, low, high, **EXACTLY))
 
 
 def _first_touch(pieces: Sequence[Piece], end: float) -> float:
@@ -532,13 +595,13 @@ def _first_touch(pieces: Sequence[Piece], end: float) -> float:
     for piece in pieces:
         if piece.x0[0] > end:
             break
-        x = np.linspace(piece.x0[0], min(end, piece.x0[-1]), SCAN_POINTS)
-        below = np.flatnonzero(piece.at(x)[:, 4] < 0.0)
-        if len(below) and below[0] == 0:
-            return float(x[0])
+        t, values = piece.scan
+        below = np.flatnonzero(values[:, 4] < 0.0)
         if len(below):
-            bracket = x[[below[0] - 1]], x[[below[0]]]
-            return float(_bracketed_root(lambda x, p=piece: p.at(x)[..., 4], *bracket)[0])
+            first = int(below[0])
+            at = t[0] if first == 0 else _crossing(piece, 4, float(t[first - 1]), float(t[first]))
+            x0 = float(piece.at(np.array(at))[0])
+            return x0 if x0 <= end else float("nan")
     return float("nan")
 
 

@@ -12,15 +12,16 @@ closed by the height of the contact point above the clamp, by one more condition
 of contact,
 
     ∫ sin φ ds = η ,                                                                     (E2)
-    ∫ cos φ ds + 1 − s_c = offset ,  fx·cos α + fy·sin α = 0  or
-    (m(0)/force)·cos p = (∫ cos φ ds + 1 − s_c − centre)·sin p ,                    (E3a, E3b, E3c)
+    offset = ∫ cos φ ds + 1 − s_c ,  fx·cos α + fy·sin α = 0  or
+    (x1_init − offset)/x1_init + (3·fx − fy)/(10·force) = advance ,                (E3a, E3b, E3c)
     s_c = 1     or     φ(s_c) = 0 .                                               (E4a, E4b)
 
 E3a prescribes where the tip sits relative to the clamp (sticking: the part that lies on the surface
 does not move, the rod rolls on or off), E3b the inclination α of the force (α = 0 is the state in
-which sticking begins), E3c the *swing* p, the polar angle of the point that offset and clamp moment
-make (it goes on increasing where offset and α turn back). With none, E4a and E4b hold at once: the
-state in which the contact changes from one kind to the other.
+which sticking begins), E3c the *advance*, the displacement of the clamp and the growth of the force
+taken together, each relative to the α = 0 state (it goes on increasing where offset and α turn
+back). With none, E4a and E4b hold at once: the state in which the contact changes from one kind to
+the other.
 
 φ is a polynomial in the bending coordinate τ (`vibrissa.taper`) of the free part through
 Gauss–Legendre nodes. All functions work on batches: the first axis counts states.
@@ -31,19 +32,28 @@ from typing import Self
 
 import numpy as np
 
-from vibrissa.arrays import BoolArray, FloatArray, Index
+from vibrissa.arrays import BoolArray, FloatArray, Index, SingleArray
 from vibrissa.spectral import gauss_rule, legendre_series, refinement_matrix
 from vibrissa.status import Contact
 from vibrissa.taper import (
     arc_density,
     bending_coordinate,
     compliance_density,
+    densities,
     density_growth,
 )
 
+# What a force grown by its first value adds to the advance: so weighted it increases along every
+# curve, in both kinds of contact.
+WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, -0.1
 MAX_ITERATIONS = 25
-# Newton converges quadratically: an update this small leaves an error of its square.
-UPDATE_TOLERANCE = 1e-8
+# Part of the nodes on which corrections are found, and the fewest that make sense.
+COARSE_NODES = 0.4
+FEWEST_COARSE_NODES = 12
+# Where a correction is not this much smaller than the one before, the inverse is computed anew.
+GOOD_CONTRACTION = 0.05
+# Corrections below this may be rounding, on many nodes.
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +107,10 @@ class ContactStates:
         """Arc length per bending coordinate on the free part, shape (n, len(tau))."""
         return arc_density(tau, self.theta[:, None], self.s_c[:, None])
 
+    def densities(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Both of them at once."""
+        return densities(tau, self.theta[:, None], self.s_c[:, None])
+
     def compliance_density(self, tau: FloatArray) -> FloatArray:
         """Bending compliance per bending coordinate on the free part, shape (n, len(tau))."""
         return compliance_density(tau, self.theta[:, None], self.s_c[:, None])
@@ -114,10 +128,10 @@ class Closure:
         Prescribed x1 − x0, in units of L: E3a.
     alpha : ndarray, shape (n,), or None
         Prescribed inclination of the contact force, in rad: E3b.
-    swing : ndarray, shape (n,), or None
-        Prescribed polar angle of (offset − centre, m/force), in rad: E3c.
-    centre, force : ndarray, shape (n,), or None
-        What it refers to (L and E·I0/L²).
+    advance : ndarray, shape (n,), or None
+        Prescribed advance along the curve: E3c.
+    x1_init, force : ndarray, shape (n,), or None
+        Offset (L) and contact force (E·I0/L²) of the α = 0 state that it refers to.
 
     Notes
     -----
@@ -127,34 +141,35 @@ class Closure:
     contact: Contact = Contact.POINT
     offset: FloatArray | None = None
     alpha: FloatArray | None = None
-    swing: FloatArray | None = None
-    centre: FloatArray | None = None
+    advance: FloatArray | None = None
+    x1_init: FloatArray | None = None
     force: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a closure that prescribes more than one."""
-        if sum(value is not None for value in (self.offset, self.alpha, self.swing)) > 1:
-            raise ValueError("prescribe one of offset, inclination alpha and swing")
+        """Refuse a closure that prescribes more than one, or the advance without its reference."""
+        if sum(value is not None for value in (self.offset, self.alpha, self.advance)) > 1:
+            raise ValueError("prescribe one of offset, inclination alpha and advance")
+        if self.advance is not None and (self.x1_init is None or self.force is None):
+            raise ValueError("the advance needs x1_init and force of the state it refers to")
 
     @property
     def switches(self) -> bool:
         """Whether the contact is about to change its kind."""
-        return self.offset is None and self.alpha is None and self.swing is None
+        return self.offset is None and self.alpha is None and self.advance is None
 
     @property
     def condition(self) -> FloatArray:
-        """Condition E3 as a·offset + b·m + c·fx + d·fy = e, the rows (a, b, c, d, e)."""
+        """Condition E3 as a·offset + b·fx + c·fy = d, the rows (a, b, c, d)."""
         if self.offset is not None:
             nothing = np.zeros_like(self.offset)
-            return np.stack([nothing + 1.0, nothing, nothing, nothing, self.offset])
+            return np.stack([nothing + 1.0, nothing, nothing, self.offset])
         if self.alpha is not None:
             nothing = np.zeros_like(self.alpha)
-            return np.stack([nothing, nothing, np.cos(self.alpha), np.sin(self.alpha), nothing])
-        if self.swing is None or self.centre is None or self.force is None:
-            raise ValueError("there is no offset, inclination alpha or swing with its references")
-        nothing = np.zeros_like(self.swing)
-        across, along = -np.sin(self.swing), np.cos(self.swing) / self.force
-        return np.stack([across, along, nothing, nothing, across * self.centre])
+            return np.stack([nothing, np.cos(self.alpha), np.sin(self.alpha), nothing])
+        if self.advance is None or self.x1_init is None or self.force is None:
+            raise ValueError("there is no offset, inclination alpha or advance with its reference")
+        of_fx, of_fy = WEIGHT_OF_FX / self.force, WEIGHT_OF_FY / self.force
+        return np.stack([-1.0 / self.x1_init, of_fx, of_fy, self.advance - 1.0])
 
     def take(self, index: Index) -> "Closure":
         """Select the conditions of some states."""
@@ -162,10 +177,29 @@ class Closure:
             self.contact,
             None if self.offset is None else self.offset[index],
             None if self.alpha is None else self.alpha[index],
-            None if self.swing is None else self.swing[index],
-            None if self.centre is None else self.centre[index],
+            None if self.advance is None else self.advance[index],
+            None if self.x1_init is None else self.x1_init[index],
             None if self.force is None else self.force[index],
         )
+
+
+def advance(states: ContactStates, x1_init: FloatArray, force: FloatArray) -> FloatArray:
+    """Advance along a curve, the left side of E3c.
+
+    Parameters
+    ----------
+    states : ContactStates
+    x1_init, force : ndarray, shape (n,)
+        Offset (L) and contact force (E·I0/L²) of the α = 0 states.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        0.1 in the α = 0 state itself.
+    """
+    offset, _ = contact_position(states)
+    growth = WEIGHT_OF_FX * states.fx + WEIGHT_OF_FY * states.fy
+    return 1.0 - offset / x1_init + growth / force
 
 
 def load_density(phi: FloatArray, fx: FloatArray, fy: FloatArray) -> FloatArray:
@@ -198,13 +232,11 @@ def bending_moment(states: ContactStates) -> FloatArray:
     ndarray, shape (n, nodes)
         Moment, in units of E·I0/L.
     """
-    rule = gauss_rule(states.nodes)
-    density = states.arc_density(rule.nodes)
-    return -(density * load_density(states.phi, states.fx, states.fy)) @ rule.to_end.T
+    return -(_bending(states)[2] @ gauss_rule(states.nodes).to_end.T)
 
 
-def clamp_moment(states: ContactStates) -> FloatArray:
-    """Clamp reaction moment φ'(0) = m(0).
+def readings(states: ContactStates) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Offset of the tip, clamp moment and slope at the contact point.
 
     Parameters
     ----------
@@ -212,34 +244,43 @@ def clamp_moment(states: ContactStates) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (n,)
-        Moment, in units of E·I0/L.
-    """
-    rule = gauss_rule(states.nodes)
-    density = states.arc_density(rule.nodes)
-    return -(density * load_density(states.phi, states.fx, states.fy)) @ rule.weights
-
-
-def contact_slope(states: ContactStates) -> FloatArray:
-    """Slope φ1 at the contact point by equation E1 at s = s_c.
-
-    Parameters
-    ----------
-    states : ContactStates
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Slope, in rad.
+    offset : ndarray, shape (n,)
+        ∫cos φ ds + 1 − s_c, in units of L.
+    moment : ndarray, shape (n,)
+        Clamp reaction moment φ'(0) = m(0), in units of E·I0/L.
+    phi1 : ndarray, shape (n,)
+        Slope φ1 by equation E1 at s = s_c, in rad.
 
     Notes
     -----
-    The integral is more accurate than the polynomial's own value at τ = 1: Gauss collocation
+    The integral for φ1 is more accurate than the polynomial's own value at τ = 1: Gauss collocation
     superconverges at the ends.
     """
     rule = gauss_rule(states.nodes)
-    compliance = states.compliance_density(rule.nodes)
-    return np.pi / 2 + (compliance * bending_moment(states)) @ rule.weights
+    _, cos, gradient, bend = _bending(states)
+    offset = cos @ rule.weights + 1.0 - states.s_c
+    moment = -(gradient @ rule.weights)
+    phi1 = np.pi / 2 + bend @ rule.weights
+    return offset, moment, phi1
+
+
+def _bending(states: ContactStates) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Integrands at the nodes, per τ: of height and reach, of −m and of the slope φ."""
+    rule = gauss_rule(states.nodes)
+    density, compliance = states.densities(rule.nodes)
+    sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
+    gradient = states.fx[:, None] * sin - states.fy[:, None] * cos
+    return sin, cos, gradient, -compliance * (gradient @ rule.to_end.T)
+
+
+def clamp_moment(states: ContactStates) -> FloatArray:
+    """Clamp reaction moment m(0) of `readings`, in units of E·I0/L."""
+    return readings(states)[1]
+
+
+def contact_slope(states: ContactStates) -> FloatArray:
+    """Slope φ1 at the contact point of `readings`, in rad."""
+    return readings(states)[2]
 
 
 def contact_position(states: ContactStates) -> tuple[FloatArray, FloatArray]:
@@ -308,13 +349,13 @@ def residual(states: ContactStates, eta: FloatArray, closure: Closure) -> FloatA
     Returns
     -------
     ndarray, shape (n,)
-        Largest of the misfits of E1 and E4b (rad), E2, E3a and E3c (L) and E3b (relative to the
-        force).
+        Largest of the misfits of E1 and E4b (rad), E2 and E3a (L), E3b (relative to the force)
+        and E3c.
     """
     fine = 2 * states.nodes + 7
     rule = gauss_rule(fine)
     phi = states.phi @ refinement_matrix(states.nodes, fine).T
-    density, compliance = states.arc_density(rule.nodes), states.compliance_density(rule.nodes)
+    density, compliance = states.densities(rule.nodes)
     weights = rule.weights * density
     inner = phi[:, 1:-1]
     gradient = density * load_density(inner, states.fx, states.fy)
@@ -328,11 +369,12 @@ def residual(states: ContactStates, eta: FloatArray, closure: Closure) -> FloatA
         np.abs((weights * np.sin(inner)).sum(axis=1) - eta),
     ]
     if not closure.switches:
-        of_offset, of_moment, of_fx, of_fy, value = closure.condition
+        of_offset, of_fx, of_fy, value = closure.condition
         offset = (weights * np.cos(inner)).sum(axis=1) + 1.0 - states.s_c
-        misfit = of_offset * offset - of_moment * (gradient @ rule.weights) - value
-        misfit += (of_fx * states.fx + of_fy * states.fy) / np.hypot(states.fx, states.fy)
-        misfits.append(np.abs(misfit))
+        condition = of_offset * offset + of_fx * states.fx + of_fy * states.fy - value
+        if closure.alpha is not None:
+            condition /= np.hypot(states.fx, states.fy)
+        misfits.append(np.abs(condition))
     if closure.contact is Contact.LINE or closure.switches:
         misfits.append(np.abs(phi[:, -1]))
     if closure.contact is Contact.POINT:
@@ -356,117 +398,106 @@ def coefficient_decay(states: ContactStates) -> FloatArray:
     return coefficients[:, -2:].max(axis=1) / coefficients.max(axis=1)
 
 
-def integral_operator(theta: FloatArray, nodes: int, s_c: FloatArray | None = None) -> FloatArray:
-    """Matrix of ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (·) dv du at the nodes.
+def misfit(states: ContactStates, eta: FloatArray, closure: Closure) -> FloatArray:
+    """Misfit of the collocated equations E1–E4.
 
-    Parameters
-    ----------
-    theta : ndarray, shape (n,)
-        Taper factors.
-    nodes : int
-        Number of Gauss nodes.
-    s_c : ndarray, shape (n,), optional
-        Arc length of the contact point, 1 by default.
-
-    Returns
-    -------
-    ndarray, shape (n, nodes, nodes)
-    """
-    rule = gauss_rule(nodes)
-    s_c = np.ones_like(theta) if s_c is None else s_c
-    compliance = compliance_density(rule.nodes, theta[:, None], s_c[:, None])
-    density = arc_density(rule.nodes, theta[:, None], s_c[:, None])
-    return (rule.from_start * compliance[:, None, :]) @ (rule.to_end * density[:, None, :])
-
-
-def newton_system(
-    states: ContactStates, eta: FloatArray, closure: Closure, operator: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Misfit of the collocated equations E1–E4 and its Jacobian.
-
-    The unknowns are φ at the nodes, fx, fy and s_c, in this order; the equations are E1 at the
-    nodes, E2, E3 and E4. In point contact s_c is 1 and stays it, so its column is left out.
+    The equations are E1 at the nodes, E2, E3 and E4, in this order.
 
     Parameters
     ----------
     states : ContactStates
     eta : ndarray, shape (n,)
+        Height of the contact point, in units of L.
     closure : Closure
-    operator : ndarray, shape (n, nodes, nodes)
-        `integral_operator` of the states.
 
     Returns
     -------
-    misfit : ndarray, shape (n, nodes + 3)
-    jacobian : ndarray, shape (n, nodes + 3, nodes + 3)
+    ndarray, shape (n, nodes + 3)
     """
     nodes = states.nodes
     rule = gauss_rule(nodes)
-    density = states.arc_density(rule.nodes)
-    weights = rule.weights * density
-    sin, cos = np.sin(states.phi), np.cos(states.phi)
+    sin, cos, _, bend = _bending(states)
+    values = np.empty((len(states), nodes + 3))
+    values[:, :nodes] = states.phi - (np.pi / 2 + bend @ rule.from_start.T)
+    values[:, nodes] = sin @ rule.weights - eta
+    phi1 = np.pi / 2 + bend @ rule.weights
+    if closure.switches:
+        values[:, nodes + 1] = phi1
+    else:
+        of_offset, of_fx, of_fy, value = closure.condition
+        offset = cos @ rule.weights + 1.0 - states.s_c
+        values[:, nodes + 1] = of_offset * offset + of_fx * states.fx + of_fy * states.fy - value
+    point = closure.contact is Contact.POINT
+    values[:, nodes + 2] = states.s_c - 1.0 if point else phi1
+    return values
+
+
+def jacobian(states: ContactStates, closure: Closure) -> SingleArray:
+    """Differentiate `misfit` by the unknowns, in single precision.
+
+    The unknowns are φ at the nodes, fx, fy and s_c, in this order. In point contact s_c is 1 and
+    stays it, so its column is left out.
+
+    Parameters
+    ----------
+    states : ContactStates
+    closure : Closure
+
+    Returns
+    -------
+    ndarray of float32, shape (n, nodes + 3, nodes + 3)
+    """
+    nodes = states.nodes
+    rule = gauss_rule(nodes)
+    density, compliance = states.densities(rule.nodes)
+    sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
     fx, fy = states.fx[:, None], states.fy[:, None]
     load, load_slope = fx * sin - fy * cos, fx * cos + fy * sin
-    bent_sin = np.matvec(operator, sin)
-    bent_cos = np.matvec(operator, cos)
-    height, reach = (weights * sin).sum(axis=1), (weights * cos).sum(axis=1)
     f_x, f_y, contact = nodes, nodes + 1, nodes + 2  # columns of fx, fy and s_c
     e2, e3, e4 = nodes, nodes + 1, nodes + 2  # rows
-    misfit = np.empty((len(states), nodes + 3))
-    jacobian = np.zeros((len(states), nodes + 3, nodes + 3))
+    matrix = np.zeros((len(states), nodes + 3, nodes + 3), dtype=np.float32)
 
-    misfit[:, :nodes] = states.phi - np.pi / 2 + fx * bent_sin - fy * bent_cos
-    jacobian[:, :nodes, :nodes] = operator * load_slope[:, None, :]
+    from_start, to_end = rule.from_start.astype(np.float32), rule.to_end.astype(np.float32)
+    twice = (from_start * compliance.astype(np.float32)[:, None, :]).reshape(-1, nodes) @ to_end
+    slopes = twice.reshape(-1, nodes, nodes) * load_slope.astype(np.float32)[:, None, :]
+    matrix[:, :nodes, :nodes] = slopes
     diagonal = np.arange(nodes)
-    jacobian[:, diagonal, diagonal] += 1.0
-    jacobian[:, :nodes, f_x] = bent_sin
-    jacobian[:, :nodes, f_y] = -bent_cos
+    matrix[:, diagonal, diagonal] += 1.0
+    bend_of_fx, bend_of_fy = compliance * (sin @ rule.to_end.T), compliance * (cos @ rule.to_end.T)
+    matrix[:, :nodes, f_x] = bend_of_fx @ rule.from_start.T
+    matrix[:, :nodes, f_y] = -bend_of_fy @ rule.from_start.T
 
-    misfit[:, e2] = height - eta
-    jacobian[:, e2, :nodes] = weights * cos
+    matrix[:, e2, :nodes] = rule.weights * cos
 
     if not closure.switches:
-        of_offset, of_moment, of_fx, of_fy, value = closure.condition
-        offset, moment = reach + 1.0 - states.s_c, -(weights * load).sum(axis=1)
-        misfit[:, e3] = of_offset * offset + of_moment * moment - value
-        misfit[:, e3] += of_fx * states.fx + of_fy * states.fy
-        jacobian[:, e3, :nodes] = -of_moment[:, None] * weights * load_slope
-        jacobian[:, e3, :nodes] -= of_offset[:, None] * weights * sin
-        jacobian[:, e3, f_x] = of_fx - of_moment * height
-        jacobian[:, e3, f_y] = of_fy + of_moment * reach
+        of_offset, of_fx, of_fy, _ = closure.condition
+        matrix[:, e3, :nodes] = -of_offset[:, None] * rule.weights * sin
+        matrix[:, e3, f_x], matrix[:, e3, f_y] = of_fx, of_fy
 
     # The rows of φ(s_c) = 0: E4b, and in place of E3 where the contact changes its kind.
     slope_rows = [e4] if closure.contact is Contact.LINE else []
     slope_rows += [e3] if closure.switches else []
-    if slope_rows:
-        compliance = states.compliance_density(rule.nodes)
-        functional = ((rule.weights * compliance) @ rule.to_end) * density
-        for row in slope_rows:
-            misfit[:, row] = np.pi / 2 - (functional * load).sum(axis=1)
-            jacobian[:, row, :nodes] = -functional * load_slope
-            jacobian[:, row, f_x] = -(functional * sin).sum(axis=1)
-            jacobian[:, row, f_y] = (functional * cos).sum(axis=1)
+    for row in slope_rows:
+        matrix[:, row, :nodes] = -((rule.weights * compliance) @ rule.to_end) * load_slope
+        matrix[:, row, f_x] = -(bend_of_fx @ rule.weights)
+        matrix[:, row, f_y] = bend_of_fy @ rule.weights
     if closure.contact is Contact.POINT:
-        misfit[:, e4] = states.s_c - 1.0
-        jacobian[:, e4, contact] = 1.0
-        return misfit, jacobian
+        matrix[:, e4, contact] = 1.0
+        return matrix
 
     # How everything grows with the length of the free part.
     arc_growth, compliance_growth = density_growth(
         rule.nodes, states.theta[:, None], states.s_c[:, None]
     )
-    moment = (density * load) @ rule.to_end.T
     bend_growth = compliance * (
-        compliance_growth * moment + (arc_growth * density * load) @ rule.to_end.T
+        compliance_growth * (load @ rule.to_end.T) + (arc_growth * load) @ rule.to_end.T
     )
-    jacobian[:, :nodes, contact] = bend_growth @ rule.from_start.T
-    jacobian[:, e2, contact] = (arc_growth * weights * sin).sum(axis=1)
+    matrix[:, :nodes, contact] = bend_growth @ rule.from_start.T
+    matrix[:, e2, contact] = (arc_growth * sin) @ rule.weights
     if not closure.switches:
-        longer = arc_growth * weights
-        jacobian[:, e3, contact] = of_offset * ((longer * cos).sum(axis=1) - 1.0)
-        jacobian[:, e3, contact] -= of_moment * (longer * load).sum(axis=1)
-    jacobian[:, e4, contact] = -(bend_growth @ rule.weights)
-    return misfit, jacobian
+        matrix[:, e3, contact] = of_offset * ((arc_growth * cos) @ rule.weights - 1.0)
+    matrix[:, e4, contact] = -(bend_growth @ rule.weights)
+    return matrix
 
 
 def stability(states: ContactStates, contact: Contact) -> FloatArray:
@@ -490,7 +521,7 @@ def stability(states: ContactStates, contact: Contact) -> FloatArray:
         is stable, zero where it stops being so.
     """
     rule = gauss_rule(states.nodes)
-    density, compliance = states.arc_density(rule.nodes), states.compliance_density(rule.nodes)
+    density, compliance = states.densities(rule.nodes)
     # ψ from u, the square root of its bending energy density: ∫ B·ψ'² ds = Σ u²
     root = np.sqrt(rule.weights * compliance)
     slope = rule.from_start * (compliance / root)[:, None, :]
@@ -535,12 +566,98 @@ def extrapolated(last: list[ContactStates]) -> ContactStates:
     return ContactStates(last[0].theta, *map(combined, ("phi", "fx", "fy", "s_c")))
 
 
+def coarse_inverse(states: ContactStates, closure: Closure) -> SingleArray:
+    """Inverse of the Jacobian on few nodes, which corrects states on all of them.
+
+    Parameters
+    ----------
+    states : ContactStates
+    closure : Closure
+
+    Returns
+    -------
+    ndarray of float32, shape (n, k + 3, k + 3)
+        In single precision: a correction need not be more accurate. NaN where there is none.
+    """
+    matrices = jacobian(states.on_nodes(coarse_nodes(states.nodes)), closure)
+    try:
+        return np.asarray(np.linalg.inv(matrices))
+    except np.linalg.LinAlgError:  # one exactly singular matrix spoils the whole stack
+        return np.stack([_inverse_or_nan(matrix) for matrix in matrices])
+
+
+def _inverse_or_nan(matrix: SingleArray) -> SingleArray:
+    try:
+        return np.asarray(np.linalg.inv(matrix))
+    except np.linalg.LinAlgError:
+        return np.full_like(matrix, np.nan)
+
+
+def coarse_nodes(nodes: int) -> int:
+    """Few nodes: those on which corrections of states on `nodes` nodes are found."""
+    return min(nodes, max(FEWEST_COARSE_NODES, round(COARSE_NODES * nodes)))
+
+
+def corrected(
+    states: ContactStates, eta: FloatArray, closure: Closure, inverse: SingleArray
+) -> tuple[ContactStates, FloatArray]:
+    """Correct states once, on two grids.
+
+    The misfit is that on all nodes, but the correction comes from few: what it has beyond the
+    misfit itself is twice integrated by equation E1, hence smooth (K. E. Atkinson, The Numerical
+    Solution of Integral Equations of the Second Kind, 1997, §6.2).
+
+    Parameters
+    ----------
+    states : ContactStates
+    eta : ndarray, shape (n,)
+        Height of the contact point, in units of L.
+    closure : Closure
+    inverse : ndarray, shape (n, k + 3, k + 3)
+        `coarse_inverse` of the states or of similar ones.
+
+    Returns
+    -------
+    states : ContactStates
+    size : ndarray, shape (n,)
+        Largest change, of the slope (rad), of a force relative to it or of s_c (L).
+    """
+    nodes, few = states.nodes, inverse.shape[1] - 3
+    values = misfit(states, eta, closure)
+    restriction, prolongation = _transfer(nodes, few), _transfer(few, nodes)
+    right = np.concatenate([values[:, :nodes] @ restriction.T, values[:, nodes:]], axis=1)
+    # Scaled, as small numbers would lose digits in single precision.
+    scale = np.abs(right).max(axis=1, keepdims=True) + np.finfo(float).tiny
+    update = np.matvec(inverse, (right / scale).astype(np.float32)) * scale
+    change = values[:, :nodes] + (update[:, :few] - right[:, :few]) @ prolongation.T
+    of_fx, of_fy, of_s_c = update[:, few:].T
+    force = 1.0 + np.abs(states.fx) + np.abs(states.fy)
+    size = np.maximum(np.abs(change).max(axis=1), np.abs(update[:, few:]).max(axis=1) / force)
+    better = ContactStates(
+        states.theta,
+        states.phi - change,
+        states.fx - of_fx,
+        states.fy - of_fy,
+        states.s_c - of_s_c,
+    )
+    return better, size
+
+
+def _transfer(nodes: int, other: int) -> FloatArray:
+    """Interpolation from some nodes to others."""
+    return np.eye(nodes) if nodes == other else refinement_matrix(nodes, other)[1:-1]
+
+
 # Where the iteration diverges numbers overflow; the result says so.
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def solve(
-    guess: ContactStates, eta: FloatArray, closure: Closure, operator: FloatArray | None = None
-) -> tuple[ContactStates, BoolArray]:
-    """Newton iteration from a guess, for a batch of states at once.
+    guess: ContactStates,
+    eta: FloatArray,
+    closure: Closure,
+    inverse: SingleArray | None = None,
+    tolerance: float = 1e-12,
+) -> tuple[ContactStates, BoolArray, SingleArray]:
+    """Solve a batch of states at once, starting from a guess.
 
     Parameters
     ----------
@@ -549,72 +666,50 @@ def solve(
     eta : ndarray, shape (n,)
         Height of the contact point, in units of L.
     closure : Closure
-        The offset or the inclination that each state must have.
-    operator : ndarray, optional
-        `integral_operator(guess.theta, guess.nodes)` for point contact, where the caller has it
-        already.
+        The conditions that each state must satisfy.
+    inverse : ndarray, shape (n, k + 3, k + 3), optional
+        `coarse_inverse` near each state, where the caller has it already.
+    tolerance : float
+        Change at which the iteration ends; the error is then about a hundredth of it.
 
     Returns
     -------
     states : ContactStates
         Solutions; NaN where the iteration did not converge.
     converged : ndarray of bool, shape (n,)
+    inverse : ndarray, shape (n, k + 3, k + 3)
+        `coarse_inverse` near each of them.
     """
-    point = closure.contact is Contact.POINT
-    # In point contact the rod, and with it the operator, stays the same throughout.
-    fixed = integral_operator(guess.theta, guess.nodes) if operator is None and point else operator
     states = ContactStates(
         guess.theta,
         guess.phi.copy(),
         guess.fx.copy(),
         guess.fy.copy(),
-        np.ones_like(guess.s_c) if point else guess.s_c.copy(),
+        np.ones_like(guess.s_c) if closure.contact is Contact.POINT else guess.s_c.copy(),
     )
+    inverse = coarse_inverse(states, closure) if inverse is None else inverse.copy()
     converged = np.zeros(len(states), dtype=bool)
     active = np.arange(len(states))
+    previous = np.ones(len(states))
     for _ in range(MAX_ITERATIONS):
         everything = len(active) == len(states)
-        current = states if everything else states.take(active)
-        if fixed is None:
-            matrix = integral_operator(current.theta, current.nodes, current.s_c)
-        else:
-            matrix = fixed if everything else fixed[active]
-        misfit, jacobian = newton_system(current, eta[active], closure.take(active), matrix)
-        usable = np.isfinite(misfit).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
-        update = np.full_like(misfit, np.nan)
-        try:
-            update[usable] = np.linalg.solve(jacobian[usable], misfit[usable, :, None])[..., 0]
-        except np.linalg.LinAlgError:  # one exactly singular matrix spoils the whole stack
-            update[usable] = [
-                _solve_or_nan(a, b) for a, b in zip(jacobian[usable], misfit[usable], strict=True)
-            ]
-        nodes = states.nodes
-        states.put(
-            active,
-            ContactStates(
-                current.theta,
-                current.phi - update[:, :nodes],
-                current.fx - update[:, nodes],
-                current.fy - update[:, nodes + 1],
-                current.s_c - update[:, nodes + 2],
-            ),
-        )
-        scale = 1.0 + np.abs(current.fx) + np.abs(current.fy)
-        size = np.maximum(
-            np.abs(update[:, :nodes]).max(axis=1), np.abs(update[:, nodes:]).max(axis=1) / scale
-        )
-        done = size < UPDATE_TOLERANCE
+        current, conditions, matrices = states, closure, inverse
+        if not everything:
+            current, conditions = states.take(active), closure.take(active)
+            matrices = inverse[active]
+        better, size = corrected(current, eta[active], conditions, matrices)
+        states.put(active, better)
+        shrunk = size / previous[active]
+        # Near rounding nothing shrinks any more.
+        done = (size < tolerance) | ((size < ROUNDING) & (shrunk > 0.5))
+        previous[active] = size
         converged[active[done]] = True
+        slow = active[~done & ~(shrunk < GOOD_CONTRACTION) & np.isfinite(size)]
         active = active[~done & np.isfinite(size)]
         if not len(active):
             break
+        if len(slow):
+            inverse[slow] = coarse_inverse(states.take(slow), closure.take(slow))
     for values in (states.phi, states.fx, states.fy, states.s_c):
         values[~converged] = np.nan
-    return states, converged
-
-
-def _solve_or_nan(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    try:
-        return np.asarray(np.linalg.solve(matrix, right))
-    except np.linalg.LinAlgError:
-        return np.full_like(right, np.nan)
+    return states, converged, inverse

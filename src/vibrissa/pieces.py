@@ -1,6 +1,6 @@
 """Resolving smooth pieces of curves: states at Chebyshev points, refined until they are resolved.
 
-A piece has one kind of contact and is counted by one parameter, x0 or the swing. The number of
+A piece has one kind of contact and is counted by one parameter, x0 or the advance. The number of
 nodes along the rod and of states along the piece grow independently, until the decay of both series
 and the residual half-way between the states are below the tolerance; a piece that needs many states
 is halved.
@@ -12,22 +12,25 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from vibrissa.arrays import BoolArray, FloatArray, Index, IntArray
+from vibrissa.arrays import BoolArray, FloatArray, Index, IntArray, SingleArray
 from vibrissa.branch import Leg, closure_at
 from vibrissa.equilibrium import (
     Closure,
     ContactStates,
-    clamp_moment,
+    coarse_nodes,
     coefficient_decay,
-    contact_position,
-    contact_slope,
-    integral_operator,
+    readings,
     residual,
     solve,
     stability,
 )
 from vibrissa.reach import violations
-from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.spectral import (
+    chebyshev_nodes,
+    chebyshev_transform,
+    halfway_interpolation,
+    interpolation,
+)
 from vibrissa.status import Contact, Parameter
 
 RESIDUAL_TOLERANCE = 1e-12
@@ -36,16 +39,17 @@ MANY_NODES, ROUNDED_TOLERANCE = 100, 1e-11
 # Bound on the last coefficients of both series relative to the largest.
 DECAY_TOLERANCE = 1e-12
 NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
-STATES_ALONG_PIECE = (17, 33)
-# Every so manyth state of a piece is solved first.
+# The first number of states tells how many are needed.
+STATES_ALONG_PIECE = (17, 25, 33, 41, 49)
+# Every so manyth of them is solved first, to tell how many nodes are needed.
 PROBE_STRIDE = 8
 # Accuracy with which the end of the model's reach is located, relative to a piece.
 REACH_TOLERANCE = 1e-11
 # How often a piece is halved.
 HALVINGS = 6
-# The margin of stability costs more than the state and is smooth: fewer states tell it.
-STABILITY_STATES = 17
-STABILITY_NODES = 72
+# The margin of stability is smooth and costs more than a state, and a shape that has left the
+# model's reach stays outside for long: fewer states tell both.
+STATES_LOOKED_AT = 17
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +65,7 @@ class Pieces:
     theta, eta, x1_init, force : ndarray, shape (n,)
         Of that curve; see `vibrissa.branch.Leg`.
     start, length : ndarray, shape (n,)
-        First value of the parameter and how far the piece goes (L or rad).
+        First value of the parameter and how far the piece goes (x0 in L).
     """
 
     contact: Contact
@@ -182,7 +186,7 @@ class Resolved(NamedTuple):
     contact : Contact
     parameter : Parameter
     start, stop : float
-        Range of the parameter (L or rad).
+        Range of the parameter (x0 in L).
     values : ndarray, shape (k, 7)
         x0, fx, fy, m, φ1, s_c and the margin of stability at Chebyshev points of the range.
     residual : float
@@ -246,100 +250,100 @@ def resolve(pieces: Pieces, guess: Path) -> Iterator[Resolved]:
     probe = guess.states(every)
     position = chebyshev_nodes(len(probe.fx))
     for nodes in NODES_ALONG_ROD:
-        few = _solve_at(probe.take(pending).on_nodes(nodes), pieces.take(pending), position)
+        few, _ = _solve_at(probe.take(pending).on_nodes(nodes), pieces.take(pending), position)
         good = _rod_decay(few) < DECAY_TOLERANCE
         if good.any():
             rows = pending[good]
             start = guess.take(rows).on_nodes(nodes).overwritten(few.take(good), every)
-            yield from _resolve(pieces.take(rows), start, PROBE_STRIDE)
+            yield from _resolve(pieces.take(rows), start)
         pending = pending[~good]
         if not len(pending):
             return
 
 
 def _resolve(
-    pieces: Pieces, guess: Path, known: int = 0, halvings: int = HALVINGS
+    pieces: Pieces,
+    guess: Path,
+    inverse: SingleArray | None = None,
+    halvings: int = HALVINGS,
 ) -> Iterator[Resolved]:
-    """Solve pieces on the nodes of the guess, or on more, and at more and more states.
+    """Solve pieces with the nodes and states of the guess, or with more of the ones that lack.
 
-    Every `known`th state of the guess is solved already, none if it is 0.
+    `inverse` corrects the states, of shape (states, pieces, k, k).
     """
-    if not len(pieces):
-        return
     count, nodes = guess.phi.shape[0], guess.phi.shape[2]
-    path = _solve_at(guess, pieces, chebyshev_nodes(count), known)
-    between = _largest_residual(path.combined(_halfway(count)), pieces, _midpoints(count))
+    path, inverse = _solve_at(guess, pieces, chebyshev_nodes(count), inverse)
     values = _values(path, pieces)
-    rod = np.less(_rod_decay(path), DECAY_TOLERANCE)
-    tolerance = residual_tolerance(nodes)
-    resolved = rod & (between < tolerance) & (_curve_decay(values) < DECAY_TOLERANCE)
-    yield from _finished(path, pieces, values, between, np.flatnonzero(resolved))
+    rod, decay = _rod_decay(path) < DECAY_TOLERANCE, _curve_decay(values)
+    misfit = np.full(len(pieces), np.inf)
+    smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
+    between = path.take(smooth).combined(halfway_interpolation(count))
+    misfit[smooth] = _largest_residual(between, pieces.take(smooth), _midpoints(count))
+    resolved = misfit < residual_tolerance(nodes)
+    yield from _finished(path, pieces, values, misfit, np.flatnonzero(resolved))
 
     # More states help only where the rod itself is resolved.
-    unresolved = np.flatnonzero(~resolved)
+    fine, doubtful = rod & ~resolved, smooth[~resolved[smooth]]
     at_states = _largest_residual(
-        path.take(unresolved), pieces.take(unresolved), chebyshev_nodes(count)
+        path.take(doubtful), pieces.take(doubtful), chebyshev_nodes(count)
     )
-    fine = rod[unresolved] & (at_states < 0.5 * tolerance)
-    coarse, few = unresolved[~fine], unresolved[fine]
+    fine[doubtful] = at_states < 0.5 * residual_tolerance(nodes)
+    coarse = np.flatnonzero(~fine & ~resolved)
     finer = [n for n in NODES_ALONG_ROD if n > nodes]
     if finer and len(coarse):
         better = guess.take(coarse).updated(path.take(coarse)).on_nodes(finer[0])
-        yield from _resolve(pieces.take(coarse), better, 0, halvings)
-    if not len(few):
-        return
-    path, pieces = path.take(few), pieces.take(few)
-    if count < STATES_ALONG_PIECE[-1]:
-        more = path.combined(interpolation(count, chebyshev_nodes(2 * count - 1)))
-        yield from _resolve(pieces, more, 2, halvings)
-    elif halvings:
-        half = replace(pieces, length=pieces.length / 2.0)
-        position = chebyshev_nodes(STATES_ALONG_PIECE[0])
-        for share in (0.0, 0.5):
-            part = replace(half, start=pieces.start + share * pieces.length)
-            inside = path.combined(interpolation(count, share + 0.5 * position))
-            yield from _resolve(part, inside, 0, halvings - 1)
+        yield from _resolve(pieces.take(coarse), better, None, halvings)
+    wanted = _states_needed(decay, count)
+    for more in np.unique(wanted[fine]):
+        rows = np.flatnonzero(fine & (wanted == more))
+        some, parts = path.take(rows), pieces.take(rows)
+        if more <= STATES_ALONG_PIECE[-1]:
+            matrix = interpolation(count, chebyshev_nodes(more))
+            yield from _resolve(
+                parts, some.combined(matrix), _combined(matrix, inverse[:, rows]), halvings
+            )
+        elif halvings:
+            half = replace(parts, length=parts.length / 2.0)
+            for share in (0.0, 0.5):
+                part = replace(half, start=parts.start + share * parts.length)
+                position = share + 0.5 * chebyshev_nodes(STATES_ALONG_PIECE[0])
+                matrix = interpolation(count, position)
+                yield from _resolve(
+                    part, some.combined(matrix), _combined(matrix, inverse[:, rows]), halvings - 1
+                )
 
 
-def interpolation(count: int, position: FloatArray) -> FloatArray:
-    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `position`.
+def _states_needed(decay: FloatArray, count: int) -> IntArray:
+    """As many states as let the series decay far enough; more than allowed if to be halved.
 
-    The barycentric formula: its rounding does not grow with the number of points.
+    The coefficients fall like a geometric series.
     """
-    weights = (-1.0) ** np.arange(count)
-    weights[[0, -1]] *= 0.5
-    distance = position[:, None] - chebyshev_nodes(count)
-    hit = np.abs(distance) < 1e-15
     with np.errstate(divide="ignore"):
-        matrix = np.where(
-            hit.any(axis=1, keepdims=True), hit, weights / np.where(hit, 1.0, distance)
-        )
-    return matrix / matrix.sum(axis=1, keepdims=True)
+        needed = 1 + (count - 1) * np.log(0.1 * DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
+    ladder = np.array([n for n in STATES_ALONG_PIECE if n > count] + [2 * STATES_ALONG_PIECE[-1]])
+    return ladder[np.minimum(np.searchsorted(ladder, needed), len(ladder) - 1)]
 
 
-def _solve_at(guess: Path, pieces: Pieces, position: FloatArray, known: int = 0) -> Path:
-    """Solve states at fractions of the pieces' length, but every `known`th."""
-    new = np.ones(len(position), dtype=bool)
-    if known:
-        new[::known] = False
-    nodes = guess.phi.shape[2]
-    operator = None
-    if pieces.contact is Contact.POINT:
-        operator = np.tile(integral_operator(pieces.theta, nodes), (int(new.sum()), 1, 1))
-    eta = np.tile(pieces.eta, int(new.sum()))
-    unsolved = guess.states(new)
-    states, _ = solve(unsolved.flat(), eta, pieces.closure(position[new]), operator)
-    return guess.overwritten(Path.unflattened(states, int(new.sum())), new)
+def _combined(matrix: FloatArray, inverse: SingleArray) -> SingleArray:
+    """Linear combinations of matrices given at the states."""
+    flat = inverse.reshape(len(inverse), -1)
+    return (matrix.astype(np.float32) @ flat).reshape(-1, *inverse.shape[1:])
+
+
+def _solve_at(
+    guess: Path, pieces: Pieces, position: FloatArray, inverse: SingleArray | None = None
+) -> tuple[Path, SingleArray]:
+    """Solve states at fractions of the pieces' length; see `vibrissa.equilibrium.solve`."""
+    count = len(position)
+    known = None if inverse is None else inverse.reshape(-1, *inverse.shape[2:])
+    eta = np.tile(pieces.eta, count)
+    states, _, used = solve(guess.flat(), eta, pieces.closure(position), known)
+    return Path.unflattened(states, count), used.reshape(count, len(pieces), *used.shape[1:])
 
 
 def _midpoints(count: int) -> FloatArray:
     """Points half-way between `count` Chebyshev points."""
     return chebyshev_nodes(2 * count - 1)[1::2]
-
-
-def _halfway(count: int) -> FloatArray:
-    """Matrix from values at `count` Chebyshev points to values half-way between them."""
-    return interpolation(count, _midpoints(count))
 
 
 def _rod_decay(path: Path) -> FloatArray:
@@ -359,8 +363,9 @@ def _largest_residual(path: Path, pieces: Pieces, position: FloatArray) -> Float
 def _values(path: Path, pieces: Pieces) -> FloatArray:
     """x0, fx, fy, m, φ1 and s_c at the states, shape (states, pieces, 6)."""
     states = path.flat()
-    x0 = np.tile(pieces.x1_init, len(path.fx)) - contact_position(states)[0]
-    values = [x0, states.fx, states.fy, clamp_moment(states), contact_slope(states), states.s_c]
+    offset, moment, phi1 = readings(states)
+    x0 = np.tile(pieces.x1_init, len(path.fx)) - offset
+    values = [x0, states.fx, states.fy, moment, phi1, states.s_c]
     return np.stack(values, axis=-1).reshape(*path.fx.shape, 6)
 
 
@@ -385,15 +390,15 @@ def _finished(
         return
     path, pieces, values = path.take(rows), pieces.take(rows), values[:, rows]
     count = len(path.fx)
-    few = path.states(slice(None, None, (count - 1) // (STABILITY_STATES - 1)))
-    few = few.on_nodes(min(few.phi.shape[2], STABILITY_NODES))
-    margin = stability(few.flat(), pieces.contact).reshape(STABILITY_STATES, -1)
-    margin = interpolation(STABILITY_STATES, chebyshev_nodes(count)) @ margin
+    few = path.combined(interpolation(count, chebyshev_nodes(STATES_LOOKED_AT)))
+    margin = stability(few.on_nodes(coarse_nodes(path.phi.shape[2])).flat(), pieces.contact)
+    to_states = interpolation(STATES_LOOKED_AT, chebyshev_nodes(count))
+    margin = to_states @ margin.reshape(STATES_LOOKED_AT, -1)
     values = np.concatenate([values, margin[..., None]], axis=-1)
     if pieces.parameter is Parameter.X0:
         values[..., 0] = pieces.value(chebyshev_nodes(count))
-    seen = violations(path.flat(), np.tile(pieces.eta, count), pieces.contact)
-    leaves = seen.any(axis=1).reshape(count, -1)
+    seen = violations(few.flat(), np.tile(pieces.eta, STATES_LOOKED_AT), pieces.contact)
+    leaves = seen.any(axis=1).reshape(STATES_LOOKED_AT, -1)
     for row in range(len(pieces)):
         start, length = float(pieces.start[row]), float(pieces.length[row])
         reach, violated = np.nan, np.zeros(seen.shape[1], dtype=bool)
@@ -419,12 +424,12 @@ def _reach_limit(
     path: Path, eta: float, contact: Contact, leaves: BoolArray
 ) -> tuple[float, BoolArray]:
     """First fraction of a piece at which its shape leaves the model's reach, by bisection."""
-    position = chebyshev_nodes(len(leaves))
+    position = chebyshev_nodes(STATES_LOOKED_AT)
     first = int(np.argmax(leaves))
     low, high = position[max(first - 1, 0)], position[first]
 
     def look(at: float) -> BoolArray:
-        states = path.combined(interpolation(len(leaves), np.array([at]))).flat()
+        states = path.combined(interpolation(len(path.fx), np.array([at]))).flat()
         return violations(states, np.array([eta]), contact)[0]
 
     while high - low > REACH_TOLERANCE:

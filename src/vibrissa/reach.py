@@ -22,6 +22,8 @@ from vibrissa.status import Contact
 
 # A shape touches itself or the surface where it comes nearer than this (L).
 TOLERANCE = 1e-9
+# Pairs of segments that are looked at together: bounds the memory.
+PAIRS_AT_ONCE = 100_000
 # Fewest nodes on which a shape is looked at closely.
 CLOSE_LOOK = 96
 
@@ -85,20 +87,21 @@ def _look(states: ContactStates, eta: FloatArray, contact: Contact, margin: floa
 
 def _crosses_itself(x: FloatArray, y: FloatArray) -> BoolArray:
     """Whether polylines cross themselves, shape (n,)."""
+    points = np.stack([x, y], axis=-1)
     crosses = np.zeros(len(x), dtype=bool)
-    for row in range(len(x)):
-        start = np.stack([x[row, :-1], y[row, :-1]])
-        way = np.stack([np.diff(x[row]), np.diff(y[row])])
-        between = start[:, None, :] - start[:, :, None]
-        determinant = _cross(way[:, :, None], way[:, None, :])
+    segments = x.shape[1] - 1
+    # Neighbours share a point.
+    first, second = np.triu_indices(segments, 2)
+    for rows in np.array_split(np.arange(len(x)), len(x) * len(first) // PAIRS_AT_ONCE + 1):
+        start, way = points[rows, :-1], np.diff(points[rows], axis=1)
+        between = start[:, second] - start[:, first]
+        one, other = way[:, first], way[:, second]
+        determinant = _cross(one, other)
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = _cross(between, way[:, None, :]) / determinant
-            u = _cross(between, way[:, :, None]) / determinant
-        meets = (t >= 0.0) & (t <= 1.0) & (u >= 0.0) & (u <= 1.0)
-        # Neighbours share a point.
-        crosses[row] = np.triu(meets, 2).any()
+            t, u = _cross(between, other) / determinant, _cross(between, one) / determinant
+        crosses[rows] = ((t >= 0.0) & (t <= 1.0) & (u >= 0.0) & (u <= 1.0)).any(axis=1)
     return crosses
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(a[0] * b[1] - a[1] * b[0])
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import chebyshev, legendre
 
 from vibrissa.arrays import FloatArray
 
@@ -142,6 +142,106 @@ def chebyshev_transform(k: int) -> FloatArray:
     half = np.ones(k)
     half[[0, -1]] = 0.5
     return _frozen((2.0 / (k - 1)) * half[:, None] * polynomials * half)
+
+
+@lru_cache
+def chebyshev_derivative(k: int) -> FloatArray:
+    """Matrix from Chebyshev coefficients on [-1, 1] to those of the derivative.
+
+    Parameters
+    ----------
+    k : int
+        Number of coefficients, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (k - 1, k)
+    """
+    return _frozen(np.asarray(chebyshev.chebder(np.eye(k)), dtype=np.float64))
+
+
+def interpolation(count: int, position: FloatArray) -> FloatArray:
+    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `position`.
+
+    The barycentric formula: its rounding does not grow with the number of points.
+
+    Parameters
+    ----------
+    count : int
+        Number of Chebyshev points, at least 2.
+    position : ndarray, shape (m,)
+        Points in [0, 1].
+
+    Returns
+    -------
+    ndarray, shape (m, count)
+    """
+    weights = (-1.0) ** np.arange(count)
+    weights[[0, -1]] *= 0.5
+    distance = position[:, None] - chebyshev_nodes(count)
+    hit = np.abs(distance) < 1e-15
+    with np.errstate(divide="ignore"):
+        matrix = np.where(
+            hit.any(axis=1, keepdims=True), hit, weights / np.where(hit, 1.0, distance)
+        )
+    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
+
+
+@lru_cache
+def even_interpolation(count: int, points: int) -> FloatArray:
+    """Matrix from values at `count` Chebyshev points to values at equally spaced points.
+
+    Parameters
+    ----------
+    count, points : int
+        Numbers of points, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (points, count)
+    """
+    return _frozen(interpolation(count, np.linspace(0.0, 1.0, points)))
+
+
+@lru_cache
+def halfway_interpolation(count: int) -> FloatArray:
+    """Matrix from values at `count` Chebyshev points to values half-way between them in angle.
+
+    Parameters
+    ----------
+    count : int
+        Number of Chebyshev points, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (count - 1, count)
+    """
+    return _frozen(interpolation(count, chebyshev_nodes(2 * count - 1)[1::2]))
+
+
+def chebyshev_series(coefficients: FloatArray, position: FloatArray) -> FloatArray:
+    """Values of Chebyshev series on [-1, 1] by T_k(x) = cos(k·arccos x).
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (k, v)
+        Of `v` series.
+    position : ndarray
+        Points in [-1, 1].
+
+    Returns
+    -------
+    ndarray, shape position.shape + (v,)
+
+    Notes
+    -----
+    Ten times as fast for a single point as the recurrence of `numpy.polynomial.chebyshev.chebval`,
+    and the value at a point does not depend on which others are asked for.
+    """
+    angle = np.arccos(np.clip(position, -1.0, 1.0))
+    return np.einsum(
+        "...k,kv->...v", np.cos(angle[..., None] * np.arange(len(coefficients))), coefficients
+    )
 
 
 def _frozen(array: FloatArray) -> FloatArray:

@@ -73,10 +73,10 @@ class Parameter(StrEnum):
     ----------
     X0
         The footpoint displacement: increases all the way until the rod snaps through.
-    SWING
-        The polar angle of the point (x1 − x0 − x1_init/2, m/f0), with the force f0 at α = 0:
-        increases past the lock, and on where x0 turns back.
+    ADVANCE
+        x0/x1_init + (3·fx − fy)/(10·f0), with the force f0 at α = 0: increases past the lock, and
+        on where x0 turns back.
     """
 
     X0 = "x0"
-    SWING = "swing"
+    ADVANCE = "advance"

@@ -111,9 +111,7 @@ def arc_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> Float
     ndarray
         ds/dτ in units of L.
     """
-    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
-    h, g = _inverse_diameter(tau, theta, s_c), _inverse_diameter(0.0, theta, s_c)
-    return theta * s_c * g / h**2
+    return densities(tau, theta, s_c)[0]
 
 
 def compliance_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
@@ -129,9 +127,32 @@ def compliance_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -
     ndarray
         Slope gained per moment and bending coordinate, in units of L/(E·I0).
     """
+    return densities(tau, theta, s_c)[1]
+
+
+def densities(
+    tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0
+) -> tuple[FloatArray, FloatArray]:
+    """Both `arc_density` and `compliance_density`.
+
+    Parameters
+    ----------
+    tau, theta, s_c : array_like
+        As in `arc_length`.
+
+    Returns
+    -------
+    arc : ndarray
+        ds/dτ in units of L.
+    compliance : ndarray
+        B⁻¹·ds/dτ in units of L/(E·I0).
+    """
     tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
     h, g = _inverse_diameter(tau, theta, s_c), _inverse_diameter(0.0, theta, s_c)
-    return theta * s_c * h**2 / g**3
+    square, free = h**2, theta * s_c
+    arc = free * g / square
+    compliance = free / g**3 * square
+    return arc, compliance
 
 
 def density_growth(

@@ -23,7 +23,7 @@ from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.status import Contact, Status
 
 # Knots on each smooth piece of the curve; the spline between them is good to about 1e-9.
-KNOTS = 513
+KNOTS = 641
 # States solved on each smooth piece where the clamp pulls, and the error allowed between them.
 PULL_NODES = 25
 PULL_TOLERANCE = 1e-7
