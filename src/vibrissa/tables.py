@@ -20,7 +20,7 @@ from vibrissa.files import write_atomically
 from vibrissa.grid import Point
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
-SCHEMA_VERSION = "2"
+SCHEMA_VERSION = "3"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
