@@ -51,7 +51,7 @@ MAX_ITERATIONS = 25
 COARSE_NODES = 0.4
 FEWEST_COARSE_NODES = 12
 # Where a correction is not this much smaller than the one before, the inverse is computed anew.
-GOOD_CONTRACTION = 0.05
+GOOD_CONTRACTION = 0.1
 # Corrections below this may be rounding, on many nodes.
 ROUNDING = 1e-9
 
