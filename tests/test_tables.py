@@ -11,7 +11,7 @@ from vibrissa import __version__, records, solve_curve, solve_state, stick_slip,
 from vibrissa.api import EquilibriumState
 from vibrissa.comparison import compare
 from vibrissa.curve import Piece, failed_curve, sticking_curve
-from vibrissa.grid import Grid, points_of_curve, study_points
+from vibrissa.grid import Grid, points_of_curve
 from vibrissa.status import Contact, Parameter, Status
 from vibrissa.stiction import read_curve
 from vibrissa.tables import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION, TableError
@@ -344,80 +344,8 @@ def test_a_failed_write_leaves_the_old_table(path, monkeypatch):
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_collected_tables_stand_one_below_the_other(tmp_path):
-    paths = [tmp_path / f"{i}.parquet" for i in range(2)]
-    for path in paths:
-        tables.write(TABLES["scans"], path, study_file="its own")
-    table = tables.collect(paths, SCANS)
-    assert table.to_pylist() == 2 * TABLES["scans"].to_pylist()
-    assert table.schema.metadata.items() >= SCANS.metadata.items()
-    assert b"vibrissa.study" not in table.schema.metadata
-    assert table.schema.metadata[b"vibrissa.part_commits"] == tables.commit().encode()
-
-
-def test_a_damaged_part_is_named(tmp_path):
-    paths = [tmp_path / f"{i}.parquet" for i in range(3)]
-    for path in paths:
-        tables.write(TABLES["scans"], path)
-    paths[1].write_bytes(paths[1].read_bytes()[:-9])
-    with pytest.raises(TableError, match=f"{paths[1]} cannot be read .*{AGAIN}"):
-        tables.collect(paths, SCANS)
-
-
-@pytest.mark.parametrize("kind", SCHEMAS)
-def test_nothing_collected_is_an_empty_table(kind, path):
-    tables.write(tables.collect([], SCHEMAS[kind]), path)
-    table = tables.read(path, SCHEMAS[kind])
-    assert len(table) == 0
-
-
 def test_statuses_are_counted():
-    assert tables.status_counts(TABLES["stiction"]) == "2 failed, 1 lock, 3 slip"
-
-
-ALL_POINTS = study_points({**GRIDS, "other": grid(theta=("3",))})
-
-
-@pytest.fixture
-def complete():
-    return tables.joined(
-        [
-            stiction_table(COLLOCATION, ("2", "0.85"), GRIDS),
-            stiction_table(FAILED, ("3", "0.85"), {"other": grid(theta=("3",))}),
-        ],
-        STICTION,
-    )
-
-
-def test_a_complete_table_passes_in_any_order(complete):
-    tables.check_points(complete, ALL_POINTS)
-    tables.check_points(complete.take(list(range(len(complete)))[::-1]), ALL_POINTS)
-
-
-def renamed(table):
-    names = table.column("grids").to_pylist()
-    names[1] = ["main"]
-    return table.set_column(0, STICTION.field(0), pa.array(names, STICTION.field(0).type))
-
-
-@pytest.mark.parametrize(
-    ("change", "count", "problem", "example"),
-    [
-        (lambda t: t.slice(1), 1, "missing", "(2, 0.2, 0.85, 0.001)"),
-        (lambda t: t.slice(0, 4), 2, "missing", "(3, 0.2, 0.85, 0.001), (3, 0.4, 0.85, 0.001)"),
-        (lambda t: t.slice(0, 0), 6, "missing", "(2, 0.2, 0.85, 0.001)"),
-        (lambda t: pa.concat_tables([t, t.slice(3, 1)]), 1, "doubled", "(2, 5, 0.85, 0.001)"),
-        (renamed, 1, "of other grids", "(2, 0.3, 0.85, 0.001)"),
-    ],
-)
-def test_a_wrong_set_of_points_is_refused_with_examples(complete, change, count, problem, example):
-    message = rf"{count} grid points are {problem}, such as \(theta, mu0, eta, dx0\) = "
-    with pytest.raises(TableError, match=message) as error:
-        tables.check_points(change(complete), ALL_POINTS)
-    assert example in str(error.value)
-    assert "delete the study's blocks folder and run again" in str(error.value)
-
-
-def test_points_that_do_not_belong_are_refused(complete):
-    with pytest.raises(TableError, match=r"2 grid points are not in the study, .* \(3, 0.2, "):
-        tables.check_points(complete, study_points(GRIDS))
+    table = TABLES["stiction"]
+    assert tables.status_counts([table]) == "2 failed, 1 lock, 3 slip"
+    assert tables.status_counts([table.slice(0, 2), table.slice(2)]) == "2 failed, 1 lock, 3 slip"
+    assert tables.status_counts([]) == ""

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from vibrissa import figures, grid, tables
+from vibrissa import figures, tables
+from vibrissa.collecting import checked_points
 from vibrissa.study import parse_study
 
 pytestmark = pytest.mark.slow
@@ -145,7 +146,7 @@ def parsed(text):
 
 def test_the_tables_hold_the_study(finished):
     table = finished.stiction()
-    tables.check_points(table, grid.study_points(parsed(TINY).grids))
+    list(checked_points([table], parsed(TINY).grids))
     rows = table.to_pylist()
     assert [(r["theta"], r["mu0"], r["status"]) for r in rows] == [
         (theta, mu0, status)
@@ -392,8 +393,8 @@ def test_a_damaged_block_is_named_last_and_running_again_repairs_the_study(done,
     result = done.call(RUN, STICTION)
     assert result.returncode == 0, result.stderr
     assert result.stderr.count(f"{name} is damaged or does not belong there: removed") == 1
-    points = grid.study_points(parsed((done.root / "tiny.yaml").read_text()).grids)
-    tables.check_points(done.stiction(), points)
+    grids = parsed((done.root / "tiny.yaml").read_text()).grids
+    list(checked_points([done.stiction()], grids))
     tables.check_file(path)
 
 

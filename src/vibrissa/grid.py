@@ -6,7 +6,7 @@ job and named by a hash of its contents. Everything here is light enough for a S
 """
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -22,6 +22,8 @@ LONGEST_AXIS = 1_000_000
 # A curve key: the values spelled as plain decimals, in the order theta, eta and perhaps dx0.
 CurveKey = tuple[str, ...]
 Blocks = dict[str, tuple[CurveKey, ...]]
+# Of μ0 and Δx0.
+Pair = tuple[Decimal, Decimal]
 
 
 class Point(NamedTuple):
@@ -237,23 +239,41 @@ def points_of_curve(key: CurveKey, grids: Mapping[str, Grid]) -> dict[Point, lis
     return dict(sorted(points.items()))
 
 
-def study_points(grids: Mapping[str, Grid]) -> dict[Point, list[str]]:
-    """All points of a study, each once, with the names of the grids it belongs to.
+def study_points(
+    grids: Mapping[str, Grid],
+) -> Iterator[tuple[Decimal, Decimal, Mapping[Pair, list[str]]]]:
+    """All points of a study, each once, in the order of its table: by η, θ, μ0, Δx0.
 
     Parameters
     ----------
     grids : mapping of Grid
         Grids by name.
 
-    Returns
-    -------
-    dict
+    Yields
+    ------
+    theta, eta : Decimal
+    pairs : mapping
+        Pairs of μ0 and Δx0 in their order, with the names of the grids that the points belong to;
+        one and the same mapping wherever the same grids meet.
     """
-    points: dict[Point, list[str]] = {}
+    thetas = {name: set(grid.theta) for name, grid in sorted(grids.items())}
+    pairs: dict[tuple[str, ...], Mapping[Pair, list[str]]] = {}
+    for eta in sorted({eta for grid in grids.values() for eta in grid.eta}):
+        here = [name for name in thetas if eta in grids[name].eta]
+        for theta in sorted(set().union(*(thetas[name] for name in here))):
+            names = tuple(name for name in here if theta in thetas[name])
+            if names not in pairs:
+                pairs[names] = _pairs({name: grids[name] for name in names})
+            yield theta, eta, pairs[names]
+
+
+def _pairs(grids: Mapping[str, Grid]) -> dict[Pair, list[str]]:
+    """Pairs of μ0 and Δx0 of some grids, in their order, with the names of these."""
+    pairs: dict[Pair, list[str]] = {}
     for name, grid in sorted(grids.items()):
-        for point in grid.points():
-            points.setdefault(point, []).append(name)
-    return points
+        for pair in product(grid.mu0, grid.dx0):
+            pairs.setdefault(pair, []).append(name)
+    return dict(sorted(pairs.items()))
 
 
 def _order(key: CurveKey) -> tuple[Decimal, ...]:

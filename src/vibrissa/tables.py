@@ -5,24 +5,30 @@ schema, the version and commit of the code and, where it belongs to one, the stu
 """
 
 import hashlib
+import math
 import subprocess
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import reduce
+from operator import and_, or_
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
+import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from vibrissa import __version__
 from vibrissa.files import write_atomically
-from vibrissa.grid import Point
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
 SCHEMA_VERSION = "3"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
+# Tables up to this long are one row group: some 7 MB in memory.
+LEAST_ROW_GROUP = 2**14
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
 NUMBERS = pa.list_(NUMBER)
 
@@ -233,38 +239,77 @@ CLAIMS = _schema(
 
 
 def write(table: pa.Table, path: str | Path, study_file: str = "") -> None:
-    """Write a table whole or not at all, with its provenance.
+    """Write a table whole or not at all, with its provenance; see `write_parts`."""
+    write_parts([table], table.schema, path, study_file)
+
+
+def write_parts(
+    parts: Iterable[pa.Table],
+    schema: pa.Schema,
+    path: str | Path,
+    study_file: str = "",
+    rows: int = 0,
+) -> None:
+    """Write the parts of a table, one below the other, whole or not at all, with its provenance.
+
+    No more is held than a row group and a part.
 
     Parameters
     ----------
-    table : pyarrow.Table
-        A table with one of this module's schemas.
+    parts : iterable of pyarrow.Table
+    schema : pyarrow.Schema
+        One of this module's schemas, perhaps with more metadata.
     path : str or Path
         Parquet file.
     study_file : str, optional
         Text of the study file that the table answers. A table without one is a part of a study
         and belongs where it is written.
+    rows : int, optional
+        How many rows there are in all, as far as known: long tables get larger row groups.
 
     Raises
     ------
     TableError
         If the table is not what its schema says.
     """
-    _check(table, str(path))
-    metadata = dict(table.schema.metadata)
+    metadata = dict(schema.metadata)
     metadata |= {b"vibrissa.version": __version__.encode(), b"vibrissa.commit": commit().encode()}
     if study_file:
         metadata[b"vibrissa.study"] = study_file.encode()
     else:
         metadata[b"vibrissa.file"] = _place(path)
-    table = table.replace_schema_metadata(metadata)
+    schema = schema.with_metadata(metadata)
     with write_atomically(Path(path)) as temporary, temporary.open("wb") as file:
         sink = _Digesting(file)
-        with pq.ParquetWriter(sink, table.schema, write_page_checksum=True) as writer:
-            writer.write_table(table)
+        with pq.ParquetWriter(sink, schema, write_page_checksum=True) as writer:
+            for group in _regrouped(parts, row_group_size(rows)):
+                _check(group, str(path))
+                writer.write_table(group)
             # Checksums of pages leave out what stands before each page.
             digest = {"vibrissa.bytes": str(sink.count), "vibrissa.digest": sink.hash.hexdigest()}
             writer.add_key_value_metadata(digest)
+
+
+def row_group_size(rows: int) -> int:
+    """Rows that are written, and found by a query, together.
+
+    A query for a few rows reads the end of the file, about 8 kB for each row group, and one row
+    group, about 100 B for each row. Their sum is least where they are equal.
+    """
+    return max(LEAST_ROW_GROUP, math.isqrt(80 * rows))
+
+
+def _regrouped(parts: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
+    """Put the same rows into tables of one size, each in one piece; the last may be shorter."""
+    held: list[pa.Table] = []
+    for part in parts:
+        held.append(part)
+        while sum(map(len, held)) >= size:
+            table = pa.concat_tables(held)
+            yield table.slice(0, size).combine_chunks()
+            held = [table.slice(size)]
+    if sum(map(len, held)):
+        yield pa.concat_tables(held).combine_chunks()
 
 
 class _Digesting:
@@ -309,9 +354,11 @@ def check_file(path: str | Path) -> None:
     """
     with _refusing(path):
         metadata = pq.read_metadata(path).metadata or {}
-        digest = hashlib.sha256()
+        digest, left = hashlib.sha256(), int(metadata.get(b"vibrissa.bytes", 0))
         with Path(path).open("rb") as file:
-            digest.update(file.read(int(metadata.get(b"vibrissa.bytes", 0))))
+            while left > 0 and (data := file.read(min(left, 2**20))):
+                digest.update(data)
+                left -= len(data)
         if metadata.get(b"vibrissa.digest") not in (None, digest.hexdigest().encode()):
             raise pa.ArrowInvalid("its contents are not those that were written")
     if (place := metadata.get(b"vibrissa.file")) not in (None, _place(path)):
@@ -330,8 +377,10 @@ def _refusing(path: str | Path) -> Iterator[None]:
         # Only an error of the system has a number: the file may be as it should be.
         if getattr(error, "errno", None):
             raise TableError(f"{path} cannot be read ({error}); see why, and run again") from None
+        # On one line, as `vibrissa.repair` looks for it.
+        reason = " ".join(str(error).split())
         raise TableError(
-            f"{path} cannot be read ({error}); delete it and run again, it is made anew"
+            f"{path} cannot be read ({reason}); delete it and run again, it is made anew"
         ) from None
 
 
@@ -354,25 +403,154 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
     TableError
         With the file's name, what is wrong and what to do.
     """
-    # A flipped byte would otherwise surface as a wrong number.
-    check_file(path)
-    with _refusing(path):
-        table = pq.read_table(path, page_checksum_verification=True)
-    found = table.schema.metadata or {}
-    for key, value in schema.metadata.items():
-        if (other := found.get(key, b"none")) != value:
+    return Stored(path, schema).read()
+
+
+class Stored:
+    """A table in a file, of which as much is read as is asked for.
+
+    Parameters
+    ----------
+    path : str or Path
+        Parquet file.
+    schema : pyarrow.Schema
+        The schema that it must have.
+    checked : bool, optional
+        Whether the file's pages were compared with what was written before.
+
+    Attributes
+    ----------
+    schema : pyarrow.Schema
+        With the metadata of the file.
+
+    Raises
+    ------
+    TableError
+        If it is damaged or of another kind, with the file's name, what is wrong and what to do;
+        the methods do so, too.
+    """
+
+    def __init__(self, path: str | Path, schema: pa.Schema, checked: bool = False) -> None:
+        # A flipped byte would otherwise surface as a wrong number.
+        if not checked:
+            check_file(path)
+        self._path = path
+        with _refusing(path):
+            self._file = pq.ParquetFile(path, page_checksum_verification=True)
+            found = self._file.schema_arrow
+        metadata = found.metadata or {}
+        for key, value in schema.metadata.items():
+            if (other := metadata.get(key, b"none")) != value:
+                raise TableError(
+                    f"{path} has {key.decode()} = {other.decode(errors='replace')} where "
+                    f"{value.decode()} is needed; delete it and run again, it is made anew"
+                )
+        if not found.equals(schema):
             raise TableError(
-                f"{path} has {key.decode()} = {other.decode(errors='replace')} where "
-                f"{value.decode()} is needed; delete it and run again, it is made anew"
+                f"{path} has other columns than its schema says; delete it and run again, it is "
+                "made anew"
             )
-    if not table.schema.equals(schema):
-        raise TableError(
-            f"{path} has other columns than its schema says; delete it and run again, it is made "
-            "anew"
+        # Units and descriptions are the schema's own, whatever the file says.
+        self.schema = schema.with_metadata(metadata)
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return int(self._file.metadata.num_rows)
+
+    @property
+    def groups(self) -> int:
+        """Number of row groups."""
+        return int(self._file.num_row_groups)
+
+    def group(self, index: int, columns: Sequence[str] | None = None) -> pa.Table:
+        """Rows of one row group, in all or some columns."""
+        names = self.schema.names if columns is None else list(columns)
+        with _refusing(self._path):
+            table = self._file.read_row_group(index, names)
+        fields = [self.schema.field(name) for name in names]
+        schema = pa.schema(fields, self.schema.metadata)
+        table = pa.Table.from_arrays([table.column(name) for name in names], schema=schema)
+        _check(table, str(self._path))
+        return table
+
+    def parts(
+        self, columns: Sequence[str] | None = None, where: Mapping[str, Any] | None = None
+    ) -> Iterator[pa.Table]:
+        """Rows by row group, with what can be told apart by statistics left unread.
+
+        Parameters
+        ----------
+        columns : sequence of str, optional
+            Columns that are wanted, instead of all.
+        where : mapping, optional
+            Value, or list of values, that a column must have; under the name ``grid`` the name of
+            one of a point's grids.
+
+        Yields
+        ------
+        pyarrow.Table
+        """
+        wanted = dict(where or {})
+        needed = {"grids" if name == "grid" else name for name in wanted}
+        names = None if columns is None else list(dict.fromkeys([*columns, *sorted(needed)]))
+        for index in self._groups_where(wanted):
+            table = chosen(self.group(index, names), wanted)
+            if len(table):
+                yield table if columns is None else table.select(list(columns))
+
+    def _groups_where(self, where: Mapping[str, Any]) -> Iterable[int]:
+        conditions = [_condition(name, value) for name, value in where.items() if name != "grid"]
+        if not conditions:
+            return range(self.groups)
+        # Only who looks for something waits for it.
+        from pyarrow import dataset
+
+        with _refusing(self._path):
+            (fragment,) = dataset.dataset(self._path).get_fragments()
+            found = fragment.subset(reduce(and_, conditions), schema=self.schema)
+        return [group.id for group in found.row_groups]
+
+    def read(
+        self, columns: Sequence[str] | None = None, where: Mapping[str, Any] | None = None
+    ) -> pa.Table:
+        """Rows as one table; see `parts`."""
+        names = self.schema.names if columns is None else columns
+        schema = pa.schema([self.schema.field(name) for name in names], self.schema.metadata)
+        return pa.concat_tables([schema.empty_table(), *self.parts(columns, where)])
+
+
+def chosen(table: pa.Table, where: Mapping[str, Any]) -> pa.Table:
+    """Rows of a table that have given values.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+    where : mapping
+        As in `Stored.parts`.
+
+    Returns
+    -------
+    pyarrow.Table
+    """
+    for name, value in where.items():
+        table = table.filter(
+            in_grid(table.column("grids"), value) if name == "grid" else _condition(name, value)
         )
-    _check(table, str(path))
-    # Units and descriptions are the schema's own, whatever the file says.
-    return pa.Table.from_arrays(table.columns, schema=schema.with_metadata(found))
+    return table
+
+
+def in_grid(grids: pa.ChunkedArray, name: str) -> pa.Array:
+    """Which rows belong to a grid, by the column of the names of their grids."""
+    lists = grids.combine_chunks()
+    rows = pc.list_parent_indices(lists).filter(pc.equal(pc.list_flatten(lists), name))
+    belongs = np.zeros(len(lists), dtype=bool)
+    belongs[rows.to_numpy()] = True
+    return pa.array(belongs)
+
+
+def _condition(name: str, value: Any) -> pc.Expression:
+    values = value if isinstance(value, list) else [value]
+    return reduce(or_, [pc.field(name) == one for one in values])
 
 
 def commit() -> str:
@@ -396,76 +574,16 @@ def _check(table: pa.Table, where: str) -> None:
             raise TableError(f"{where}: column {field.name} must not be empty anywhere")
 
 
-def collect(paths: Sequence[str | Path], schema: pa.Schema) -> pa.Table:
-    """Read tables of one schema and put them one below the other.
-
-    The commits of the code that made the parts go into the metadata, as parts are kept when the
-    code changes elsewhere.
-
-    Parameters
-    ----------
-    paths : sequence of path
-    schema : pyarrow.Schema
-
-    Returns
-    -------
-    pyarrow.Table
-
-    Raises
-    ------
-    TableError
-        If one of the files is not what it should be.
-    """
-    parts = [read(path, schema) for path in paths]
-    commits = sorted({part.schema.metadata.get(b"vibrissa.commit", b"unknown") for part in parts})
-    table = joined(parts, schema)
-    return table.replace_schema_metadata(
-        {**table.schema.metadata, b"vibrissa.part_commits": b" ".join(commits)}
-    )
-
-
 def joined(parts: Sequence[pa.Table], schema: pa.Schema) -> pa.Table:
     """Tables of one schema, one below the other, without the provenance of the parts."""
     bare = [part.replace_schema_metadata(schema.metadata) for part in parts]
     return pa.concat_tables(bare) if bare else schema.empty_table()
 
 
-def status_counts(table: pa.Table) -> str:
-    """How many rows have which status, as text."""
-    counts = Counter(table.column("status").to_pylist())
+def status_counts(parts: Iterable[pa.Table]) -> str:
+    """How many rows of a table in parts have which status, as text."""
+    counts: Counter[str] = Counter()
+    for part in parts:
+        for count in pc.value_counts(part.column("status")).to_pylist():
+            counts[count["values"]] += count["counts"]
     return ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
-
-
-def check_points(table: pa.Table, points: Mapping[Point, Sequence[str]]) -> None:
-    """Refuse a table in which a grid point is missing, stands twice or does not belong.
-
-    Parameters
-    ----------
-    table : pyarrow.Table
-        With the schema `STICTION`.
-    points : mapping
-        All points of the study with the names of the grids they belong to.
-
-    Raises
-    ------
-    TableError
-        With examples of the points.
-    """
-    names = Point._fields
-    rows = list(zip(*(table.column(name).to_pylist() for name in names), strict=True))
-    wanted = {tuple(float(value) for value in point): list(g) for point, g in points.items()}
-    found = dict(zip(rows, table.column("grids").to_pylist(), strict=True))
-    doubled = [row for row, count in Counter(rows).items() if count > 1]
-    problems = {
-        "missing": [row for row in wanted if row not in found],
-        "doubled": doubled,
-        "not in the study": [row for row in found if row not in wanted],
-        "of other grids": [row for row in found if row in wanted and found[row] != wanted[row]],
-    }
-    for problem, examples in problems.items():
-        if examples:
-            shown = ", ".join(f"({', '.join(f'{v:g}' for v in row)})" for row in examples[:3])
-            raise TableError(
-                f"stiction: {len(examples)} grid points are {problem}, such as (theta, mu0, eta, "
-                f"dx0) = {shown}; delete the study's blocks folder and run again"
-            )

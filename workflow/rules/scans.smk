@@ -26,7 +26,7 @@ rule scan:
 rule scans:
     input:
         scans=expand(rules.scan.output, scan=STUDY.scans),
-        code=sources("tables", "jobs"),
+        code=sources("collecting", "jobs"),
     output:
         f"{RESULTS}/tables/scans.parquet",
     log:

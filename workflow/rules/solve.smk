@@ -43,7 +43,7 @@ rule points:
 rule stiction:
     input:
         points=expand(rules.points.output, block=READINGS),
-        code=sources("grid", "tables", "jobs"),
+        code=sources("collecting", "jobs"),
     output:
         f"{RESULTS}/tables/stiction.parquet",
     log:

@@ -1,7 +1,9 @@
 """Collect the scans."""
 
-from vibrissa import jobs, tables
+from vibrissa import collecting, jobs, tables
 
 with jobs.logged(snakemake.log[0]):
-    table = tables.collect(snakemake.input.scans, tables.SCANS)
-    tables.write(table, snakemake.output[0], snakemake.params.study_file)
+    found = collecting.collect(snakemake.input.scans, tables.SCANS)
+    tables.write_parts(
+        found.parts, found.schema, snakemake.output[0], snakemake.params.study_file, found.rows
+    )
