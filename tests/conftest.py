@@ -5,7 +5,7 @@ import yaml
 from hypothesis import settings
 
 from vibrissa import records, solve_curve, solve_state, stick_slip, tables
-from vibrissa.grid import points_of_curve
+from vibrissa.grid import readings
 from vibrissa.stiction import read_curve
 from vibrissa.study import parse_study
 
@@ -32,11 +32,11 @@ def study_tables(paper):
     """Tables of the paper's study, by its code but without its workflow."""
     tapers = {theta for axes in paper.grids.values() for theta in axes.theta}
     curves = {theta: solve_curve(float(theta), 0.85) for theta in tapers}
-    points = []
-    for theta, curve in curves.items():
-        names = points_of_curve((format(theta, "f"), "0.85"), paper.grids)
-        read = read_curve(curve, [p.mu0 for p in names], [p.dx0 for p in names])
-        points.append(records.stiction_table(names, curve, read))
+    keys = {(format(theta, "f"), "0.85"): curve for theta, curve in curves.items()}
+    points = (
+        (pairs, keys[key], read_curve(keys[key], pairs.mu0, pairs.dx0))
+        for key, pairs in readings(keys, paper.grids)
+    )
     scans = [
         records.scan_table(name, p, stick_slip(curves[p.theta], p.mu0, p.dx0, scan.cycles))
         for name, scan in paper.scans.items()
@@ -47,7 +47,7 @@ def study_tables(paper):
         for name, state in paper.states.items()
     }
     return {
-        "stiction": tables.joined(points, tables.STICTION),
+        "stiction": tables.joined(list(records.stiction_tables(points)), tables.STICTION),
         "scans": tables.joined(scans, tables.SCANS),
         "states": records.states_table(states),
     }

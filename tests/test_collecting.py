@@ -51,7 +51,7 @@ def all_points(grids=GRIDS):
     return [
         ((theta, mu0, eta, dx0), names)
         for theta, eta, pairs in study_points(grids)
-        for (mu0, dx0), names in pairs.items()
+        for mu0, dx0, names in zip(pairs.mu0, pairs.dx0, pairs.grids, strict=True)
     ]
 
 

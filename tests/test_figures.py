@@ -9,7 +9,7 @@ from vibrissa import figures, records, solve_curve, solve_state, stick_slip, tab
 from vibrissa.api import EquilibriumState
 from vibrissa.comparison import compare
 from vibrissa.curve import failed_curve
-from vibrissa.grid import Grid, points_of_curve
+from vibrissa.grid import Grid, readings
 from vibrissa.status import Status
 from vibrissa.stiction import read_curve
 
@@ -26,9 +26,9 @@ def points_table(grids, curves):
     parts = []
     for theta, curve in curves.items():
         (eta,) = {eta for axes in grids.values() for eta in axes.eta}
-        points = points_of_curve((theta, str(eta)), grids)
-        stiction = read_curve(curve, [p.mu0 for p in points], [p.dx0 for p in points])
-        parts.append(records.stiction_table(points, curve, stiction))
+        ((_, pairs),) = readings([(theta, str(eta))], grids)
+        stiction = read_curve(curve, pairs.mu0, pairs.dx0)
+        parts += records.stiction_tables([(pairs, curve, stiction)])
     # Rows in no order that a figure could rely on
     table = tables.joined(parts, tables.STICTION)
     return table.take(np.random.default_rng(1).permutation(len(table)))

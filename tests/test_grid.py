@@ -192,7 +192,18 @@ def study_points(named):
     return {
         grid.Point(theta, mu0, eta, dx0): names
         for theta, eta, pairs in grid.study_points(named)
-        for (mu0, dx0), names in pairs.items()
+        for mu0, dx0, names in zip(pairs.mu0, pairs.dx0, pairs.grids, strict=True)
+    }
+
+
+def points_of_curves(keys, named):
+    """Points that are read off curves with the names of their grids."""
+    return {
+        key: {
+            grid.Point(Decimal(key[0]), mu0, Decimal(key[1]), dx0): names
+            for mu0, dx0, names in zip(pairs.mu0, pairs.dx0, pairs.grids, strict=True)
+        }
+        for key, pairs in grid.readings(keys, named)
     }
 
 
@@ -205,16 +216,14 @@ def test_points_of_all_blocks_are_the_points_of_the_study(named, by_step, size):
             name: grid.from_spelled(axes)
             for name, axes in grid.block_readings(block, named).items()
         }
-        for key in block:
-            points = grid.points_of_curve(key, part)
-            assert points == grid.points_of_curve(key, named)
+        assert points_of_curves(block, part) == points_of_curves(block, named)
+        for key, points in points_of_curves(block, part).items():
             assert list(points) == sorted(points)
             assert all(grid.curve_key(point, by_step) == key for point in points)
             assert not points.keys() & read.keys()
             read |= points
-    assert list(grid.study_points(named)) == sorted(
-        grid.study_points(named), key=lambda c: c[1::-1]
-    )
+    in_order = [(p.eta, p.theta, p.mu0, p.dx0) for p in study_points(named)]
+    assert in_order == sorted(in_order)
     assert read == study_points(named)
 
 

@@ -11,7 +11,7 @@ from vibrissa import __version__, records, solve_curve, solve_state, stick_slip,
 from vibrissa.api import EquilibriumState
 from vibrissa.comparison import compare
 from vibrissa.curve import Piece, failed_curve, sticking_curve
-from vibrissa.grid import Grid, points_of_curve
+from vibrissa.grid import Grid, readings
 from vibrissa.status import Contact, Parameter, Status
 from vibrissa.stiction import read_curve
 from vibrissa.tables import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION, TableError
@@ -47,9 +47,10 @@ def grid(theta=("2",), mu0=("0.2", "0.4"), eta=("0.85",), dx0=("0.001",)):
 
 
 def stiction_table(curve, key, grids):
-    points = points_of_curve(key, grids)
-    stiction = read_curve(curve, [p.mu0 for p in points], [p.dx0 for p in points])
-    return records.stiction_table(points, curve, stiction)
+    ((_, pairs),) = readings([key], grids)
+    stiction = read_curve(curve, pairs.mu0, pairs.dx0)
+    (table,) = records.stiction_tables([(pairs, curve, stiction)])
+    return table
 
 
 def scan_table(curve, mu0, cycles=2):
@@ -131,6 +132,19 @@ def test_curves_come_back_bit_for_bit(method, path):
         if curve.status is Status.SOLVED:
             x0 = np.linspace(0, curve.x0_end, 7)
             assert np.array_equal(curve.state(x0), restored[key].state(x0), equal_nan=True)
+
+
+def test_points_of_several_curves_come_in_tables_of_a_row_group(monkeypatch):
+    monkeypatch.setattr(records, "LEAST_ROW_GROUP", 5)
+    curves = [("2", COLLOCATION), ("3", FAILED), ("2", COLLOCATION)]
+    read = []
+    for theta, curve in curves:
+        ((_, pairs),) = readings([(theta, "0.85")], {"g": grid((theta,), ("0.1", "0.2", "9"))})
+        read.append((pairs, curve, read_curve(curve, pairs.mu0, pairs.dx0)))
+    several = list(records.stiction_tables(iter(read)))
+    assert [len(table) for table in several] == [6, 3]
+    alone = [table for one in read for table in records.stiction_tables([one])]
+    assert pa.concat_tables(several).equals(pa.concat_tables(alone))
 
 
 def rows(kind, status):

@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 
 from vibrissa.arrays import BoolArray, FloatArray
-from vibrissa.grid import Grid, Pair, study_points
+from vibrissa.grid import Grid, Pairs, study_points
 from vibrissa.tables import STICTION, Stored, TableError
 
 # Order of the table of grid points.
@@ -227,7 +227,7 @@ class _PointCheck:
             self._next = next(self._expected, None)
             if rows.select(_PAIR.names).equals(self._expected_columns(pairs)):
                 return
-            wanted = {_floats(pair): names for pair, names in pairs.items()}
+            wanted = dict(zip(_floats(pairs), pairs.grids, strict=True))
         columns = [rows.column(name).to_pylist() for name in _PAIR.names]
         found = [((mu0, dx0), names) for mu0, dx0, names in zip(*columns, strict=True)]
         counts = Counter(pair for pair, _ in found)
@@ -241,7 +241,7 @@ class _PointCheck:
         """Note that the points of the next curve are missing."""
         if self._next is not None:
             eta, theta, pairs = self._next
-            self._note("missing", eta, theta, [_floats(pair) for pair in pairs])
+            self._note("missing", eta, theta, _floats(pairs))
             self._next = next(self._expected, None)
 
     def _note(self, problem: str, eta: float, theta: float, pairs: Sequence[Key]) -> None:
@@ -249,12 +249,12 @@ class _PointCheck:
         examples = self._examples.setdefault(problem, [])
         examples += [(theta, mu0, eta, dx0) for mu0, dx0 in pairs[: EXAMPLES - len(examples)]]
 
-    def _expected_columns(self, pairs: Mapping[Pair, list[str]]) -> pa.Table:
+    def _expected_columns(self, pairs: Pairs) -> pa.Table:
         if id(pairs) not in self._columns:
-            mu0, dx0 = zip(*map(_floats, pairs), strict=True)
-            self._columns[id(pairs)] = pa.table([mu0, dx0, list(pairs.values())], schema=_PAIR)
+            values = [list(map(float, pairs.mu0)), list(map(float, pairs.dx0)), pairs.grids]
+            self._columns[id(pairs)] = pa.table(values, schema=_PAIR)
         return self._columns[id(pairs)]
 
 
-def _floats(pair: Pair) -> Key:
-    return float(pair[0]), float(pair[1])
+def _floats(pairs: Pairs) -> list[Key]:
+    return [(float(mu0), float(dx0)) for mu0, dx0 in zip(pairs.mu0, pairs.dx0, strict=True)]

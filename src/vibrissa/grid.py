@@ -22,8 +22,6 @@ LONGEST_AXIS = 1_000_000
 # A curve key: the values spelled as plain decimals, in the order theta, eta and perhaps dx0.
 CurveKey = tuple[str, ...]
 Blocks = dict[str, tuple[CurveKey, ...]]
-# Of μ0 and Δx0.
-Pair = tuple[Decimal, Decimal]
 
 
 class Point(NamedTuple):
@@ -59,12 +57,25 @@ class Grid:
         axes = (self.theta, self.eta, self.dx0) if by_step else (self.theta, self.eta)
         return (_spelled_key(values) for values in product(*axes))
 
-    def readings(self, key: CurveKey) -> Iterable[tuple[Decimal, Decimal]]:
-        """Pairs of μ0 and Δx0 that the grid reads off a curve; none if it does not use it."""
-        theta, eta, *step = (Decimal(value) for value in key)
-        if theta not in self.theta or eta not in self.eta:
-            return ()
-        return product(self.mu0, [dx0 for dx0 in self.dx0 if not step or dx0 == step[0]])
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Pairs of μ0 and Δx0 that go with a curve, ordered by μ0, then Δx0.
+
+    Attributes
+    ----------
+    mu0, dx0 : tuple of Decimal, length n
+    grids : list of list of str, length n
+        Names of the grids that have the pair.
+    """
+
+    mu0: tuple[Decimal, ...]
+    dx0: tuple[Decimal, ...]
+    grids: list[list[str]]
+
+    def __len__(self) -> int:
+        """Return the number of pairs."""
+        return len(self.mu0)
 
 
 def axis(values: Sequence[float] | Mapping[str, float]) -> tuple[Decimal, ...]:
@@ -217,31 +228,41 @@ def from_spelled(axes: Mapping[str, Sequence[str]]) -> Grid:
     return Grid(*(tuple(Decimal(value) for value in axes[name]) for name in AXES))
 
 
-def points_of_curve(key: CurveKey, grids: Mapping[str, Grid]) -> dict[Point, list[str]]:
-    """Points that are read off one curve, each once, with the names of the grids it belongs to.
+def readings(
+    keys: Iterable[CurveKey], grids: Mapping[str, Grid]
+) -> Iterator[tuple[CurveKey, Pairs]]:
+    """Pairs of μ0 and Δx0 that are read off curves.
 
     Parameters
     ----------
-    key : CurveKey
+    keys : iterable of CurveKey
     grids : mapping of Grid
         Grids by name.
 
-    Returns
-    -------
-    dict
-        Ordered by μ0, then Δx0.
+    Yields
+    ------
+    key : CurveKey
+        Of a curve that some grid uses.
+    pairs : Pairs
+        One and the same wherever the same grids meet.
     """
-    theta, eta = Decimal(key[0]), Decimal(key[1])
-    points: dict[Point, list[str]] = {}
-    for name, grid in sorted(grids.items()):
-        for mu0, dx0 in grid.readings(key):
-            points.setdefault(Point(theta, mu0, eta, dx0), []).append(name)
-    return dict(sorted(points.items()))
+    values = {name: (set(grid.theta), set(grid.eta), set(grid.dx0)) for name, grid in grids.items()}
+    known: dict[tuple[tuple[str, ...], tuple[Decimal, ...]], Pairs] = {}
+    for key in keys:
+        theta, eta, *step = (Decimal(value) for value in key)
+        names = tuple(
+            name
+            for name, (thetas, etas, steps) in values.items()
+            if theta in thetas and eta in etas and steps.issuperset(step)
+        )
+        if names:
+            found = names, tuple(step)
+            if found not in known:
+                known[found] = _pairs({name: grids[name] for name in names}, step)
+            yield key, known[found]
 
 
-def study_points(
-    grids: Mapping[str, Grid],
-) -> Iterator[tuple[Decimal, Decimal, Mapping[Pair, list[str]]]]:
+def study_points(grids: Mapping[str, Grid]) -> Iterator[tuple[Decimal, Decimal, Pairs]]:
     """All points of a study, each once, in the order of its table: by η, θ, μ0, Δx0.
 
     Parameters
@@ -252,28 +273,28 @@ def study_points(
     Yields
     ------
     theta, eta : Decimal
-    pairs : mapping
-        Pairs of μ0 and Δx0 in their order, with the names of the grids that the points belong to;
-        one and the same mapping wherever the same grids meet.
+    pairs : Pairs
+        One and the same wherever the same grids meet.
     """
-    thetas = {name: set(grid.theta) for name, grid in sorted(grids.items())}
-    pairs: dict[tuple[str, ...], Mapping[Pair, list[str]]] = {}
+    thetas = {name: set(grid.theta) for name, grid in grids.items()}
+    known: dict[tuple[str, ...], Pairs] = {}
     for eta in sorted({eta for grid in grids.values() for eta in grid.eta}):
-        here = [name for name in thetas if eta in grids[name].eta]
+        here = [name for name, grid in grids.items() if eta in grid.eta]
         for theta in sorted(set().union(*(thetas[name] for name in here))):
             names = tuple(name for name in here if theta in thetas[name])
-            if names not in pairs:
-                pairs[names] = _pairs({name: grids[name] for name in names})
-            yield theta, eta, pairs[names]
+            if names not in known:
+                known[names] = _pairs({name: grids[name] for name in names})
+            yield theta, eta, known[names]
 
 
-def _pairs(grids: Mapping[str, Grid]) -> dict[Pair, list[str]]:
-    """Pairs of μ0 and Δx0 of some grids, in their order, with the names of these."""
-    pairs: dict[Pair, list[str]] = {}
+def _pairs(grids: Mapping[str, Grid], step: Sequence[Decimal] = ()) -> Pairs:
+    """Pairs of some grids, all or those of one Δx0."""
+    names: dict[tuple[Decimal, Decimal], list[str]] = {}
     for name, grid in sorted(grids.items()):
-        for pair in product(grid.mu0, grid.dx0):
-            pairs.setdefault(pair, []).append(name)
-    return dict(sorted(pairs.items()))
+        for pair in product(grid.mu0, step or grid.dx0):
+            names.setdefault(pair, []).append(name)
+    mu0, dx0 = zip(*sorted(names), strict=True)
+    return Pairs(mu0, dx0, [names[pair] for pair in sorted(names)])
 
 
 def _order(key: CurveKey) -> tuple[Decimal, ...]:

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 
 from vibrissa.curve import Piece, StickingCurve
-from vibrissa.grid import CurveKey, Point
+from vibrissa.grid import CurveKey, Pairs, Point
 from vibrissa.status import Contact, End, Parameter, Status
-from vibrissa.tables import COMPARISONS, CURVES, SCANS, SHAPE, STATE, STATES, STICTION, WHOLE
+from vibrissa.tables import (
+    COMPARISONS,
+    CURVES,
+    LEAST_ROW_GROUP,
+    SCANS,
+    SHAPE,
+    STATE,
+    STATES,
+    STICTION,
+    WHOLE,
+)
 
 # Only their attributes are read: a job need not depend on how the others' results are computed.
 if TYPE_CHECKING:
     from vibrissa.api import EquilibriumState
-    from vibrissa.arrays import FloatArray
     from vibrissa.comparison import Comparison
     from vibrissa.curve import StickingState
     from vibrissa.cycles import Scan
@@ -94,10 +104,15 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
     dict
     """
     curves = {}
-    for row in table.to_pylist():
+    # Arrays from arrays: to make each number an object would take most of the time.
+    columns = [table.column(name).combine_chunks() for name in _PIECE_VALUES]
+    numbers = np.array([column.flatten().to_numpy(zero_copy_only=False) for column in columns])
+    stops = np.cumsum(columns[0].value_lengths().to_numpy())
+    rows = table.drop_columns(list(_PIECE_VALUES)).to_pylist()
+    for row, values in zip(rows, np.split(numbers, stops[:-1], axis=1), strict=True):
         key = tuple(row[name] for name in ("theta", "eta", "dx0") if row[name] is not None)
         scalars = {name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS}
-        values = np.array([row[name] for name in _PIECE_VALUES], dtype=float).T
+        values = values.copy().T
         stepped, pieces, first = row["method"] == "shooting", [], 0
         names = ("contact", "parameter", "start", "stop", "states")
         for contact, parameter, start, stop, count in zip(
@@ -121,54 +136,67 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
     return curves
 
 
-def stiction_table(
-    points: Mapping[Point, Sequence[str]], curve: StickingCurve, stiction: Stiction
-) -> pa.Table:
-    """Table of the grid points that were read off one curve.
+def stiction_tables(
+    readings: Iterable[tuple[Pairs, StickingCurve, Stiction]],
+) -> Iterator[pa.Table]:
+    """Tables of the grid points that were read off some curves, one row group each.
 
     Parameters
     ----------
-    points : mapping
-        Names of the grids that each point belongs to.
-    curve : StickingCurve
-    stiction : Stiction
-        In the order of the points.
+    readings : iterable of (Pairs, StickingCurve, Stiction)
+        Of each curve which pairs of μ0 and Δx0 were read off it, and what was read, in this order.
 
-    Returns
-    -------
+    Yields
+    ------
     pyarrow.Table
-        With the schema `STICTION`.
+        With the schema `STICTION`; the points of one curve are not torn apart.
     """
-    n = len(points)
+    columns: dict[str, list[Any]] = {field.name: [] for field in STICTION}
+    rows = 0
+    for pairs, curve, stiction in readings:
+        for name, values in _stiction_columns(pairs, curve, stiction).items():
+            columns[name].append(values)
+        rows += len(pairs)
+        if rows >= LEAST_ROW_GROUP:
+            yield _table(STICTION, {name: _joined(parts) for name, parts in columns.items()})
+            columns, rows = {name: [] for name in columns}, 0
+    if rows:
+        yield _table(STICTION, {name: _joined(parts) for name, parts in columns.items()})
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    if isinstance(parts[0], np.ndarray):
+        return np.concatenate(parts)
+    return list(chain.from_iterable(parts))
+
+
+def _stiction_columns(pairs: Pairs, curve: StickingCurve, stiction: Stiction) -> dict[str, Any]:
+    n = len(pairs)
     solved = curve.status is Status.SOLVED
-    return _table(
-        STICTION,
-        {
-            "grids": list(points.values()),
-            **{name: _floats(points, name) for name in Point._fields},
-            "status": stiction.status,
-            "message": [curve.message] * n,
-            "contact": stiction.contact if solved else [None] * n,
-            "x0_slip": stiction.x0_slip,
-            "x0_max": stiction.x0_max,
-            "n_steps": stiction.n_steps,
-            "mu_lock": np.full(n, curve.mu_lock),
-            "x0_lock": np.full(n, curve.x0_lock),
-            **_state_values(stiction.init, "_init"),
-            **_state_values(stiction.last, "_last"),
-            **_state_values(stiction.slip, "_slip"),
-            "end": [end or None for end in stiction.end],
-            "x0_end": stiction.ended.x0,
-            **_state_values(stiction.ended, "_end"),
-            "x1_init": np.full(n, curve.x1_init),
-            "penetrates": stiction.penetrates if solved else [None] * n,
-            "residual": np.full(n, curve.residual),
-        },
-    )
-
-
-def _floats(points: Mapping[Point, Any], name: str) -> FloatArray:
-    return np.array([float(getattr(point, name)) for point in points])
+    return {
+        "grids": pairs.grids,
+        "theta": np.full(n, curve.theta),
+        "mu0": np.array(pairs.mu0, dtype=float),
+        "eta": np.full(n, curve.eta),
+        "dx0": np.array(pairs.dx0, dtype=float),
+        "status": stiction.status,
+        "message": [curve.message] * n,
+        "contact": stiction.contact if solved else [None] * n,
+        "x0_slip": stiction.x0_slip,
+        "x0_max": stiction.x0_max,
+        "n_steps": stiction.n_steps,
+        "mu_lock": np.full(n, curve.mu_lock),
+        "x0_lock": np.full(n, curve.x0_lock),
+        **_state_values(stiction.init, "_init"),
+        **_state_values(stiction.last, "_last"),
+        **_state_values(stiction.slip, "_slip"),
+        "end": [end or None for end in stiction.end],
+        "x0_end": stiction.ended.x0,
+        **_state_values(stiction.ended, "_end"),
+        "x1_init": np.full(n, curve.x1_init),
+        "penetrates": list(stiction.penetrates) if solved else [None] * n,
+        "residual": np.full(n, curve.residual),
+    }
 
 
 def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:

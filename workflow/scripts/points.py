@@ -6,10 +6,8 @@ from vibrissa.stiction import read_curve
 with jobs.logged(snakemake.log[0]):
     grids = {name: grid.from_spelled(axes) for name, axes in snakemake.params.readings.items()}
     curves = records.curves_from_table(tables.read(snakemake.input.curves[0], tables.CURVES))
-    parts = []
-    for key, curve in curves.items():
-        points = grid.points_of_curve(key, grids)
-        if points:
-            stiction = read_curve(curve, [p.mu0 for p in points], [p.dx0 for p in points])
-            parts.append(records.stiction_table(points, curve, stiction))
-    tables.write(tables.joined(parts, tables.STICTION), snakemake.output[0])
+    readings = (
+        (pairs, curves[key], read_curve(curves[key], pairs.mu0, pairs.dx0))
+        for key, pairs in grid.readings(curves, grids)
+    )
+    tables.write_parts(records.stiction_tables(readings), tables.STICTION, snakemake.output[0])
