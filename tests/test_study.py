@@ -8,8 +8,15 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vibrissa.grid import spell
-from vibrissa.study import StatePoint, Study, StudyError, parse_study, refuse_repeated_keys
+from vibrissa.grid import Grid, spell
+from vibrissa.study import (
+    StatePoint,
+    Study,
+    StudyError,
+    default_block_size,
+    parse_study,
+    refuse_repeated_keys,
+)
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = yaml.safe_load((ROOT / "workflow/schemas/study.schema.yaml").read_text())
@@ -416,3 +423,15 @@ def test_the_papers_statements_need_the_papers_points(old, new, message):
 def test_other_studies_leave_the_papers_statements_alone():
     assert parse(STUDY).claims == {}
     assert parse(PAPER).claims.keys() == {"taper", "friction", "scan", "state"}
+
+
+@pytest.mark.parametrize(
+    ("thetas", "etas", "size"),
+    [(1, 1, 64), (6, 7, 64), (10, 10, 100), (100, 100, 1000), (1000, 100, 3162)],
+)
+def test_larger_studies_have_more_jobs_and_longer_ones(thetas, etas, size):
+    values = tuple(Decimal(i) for i in range(1, 1001))
+    large = Grid(values[:thetas], values, values[:etas], values)
+    assert default_block_size("collocation", [large]) == size
+    assert default_block_size("shooting", [large]) == 1
+    assert default_block_size("collocation", [large] * 4) >= size

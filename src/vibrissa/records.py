@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 def _array(values: Any, kind: pa.DataType) -> pa.Array:
     """Arrow array of a column; NaN stands for nothing."""
+    if isinstance(values, pa.Array):
+        return values
     if isinstance(values, np.ndarray):
         if kind == WHOLE and values.dtype.kind == "f":
             return pa.array(np.nan_to_num(values).astype(np.int64), kind, mask=np.isnan(values))
@@ -78,11 +80,13 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
     columns["piece_states"] = [[len(piece.values) for piece in curve.pieces] for curve in curves]
     for name in ("parameter", "start", "stop"):
         columns[f"piece_{name}"] = [[getattr(p, name) for p in curve.pieces] for curve in curves]
+    # Arrays from arrays: to make each number an object would take time and memory.
+    pieces = [piece.values for curve in curves for piece in curve.pieces]
+    numbers = np.concatenate([np.empty((0, len(_PIECE_VALUES))), *pieces])
+    counts = [sum(states) for states in columns["piece_states"]]
+    offsets = pa.array(np.cumsum([0, *counts]), pa.int32())
     for position, name in enumerate(_PIECE_VALUES):
-        columns[name] = [
-            [value for piece in curve.pieces for value in piece.values[:, position]]
-            for curve in curves
-        ]
+        columns[name] = pa.ListArray.from_arrays(offsets, numbers[:, position].copy())
     return _table(CURVES, columns)
 
 
@@ -104,7 +108,6 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
     dict
     """
     curves = {}
-    # Arrays from arrays: to make each number an object would take most of the time.
     columns = [table.column(name).combine_chunks() for name in _PIECE_VALUES]
     numbers = np.array([column.flatten().to_numpy(zero_copy_only=False) for column in columns])
     stops = np.cumsum(columns[0].value_lengths().to_numpy())

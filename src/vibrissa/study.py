@@ -1,6 +1,7 @@
 """The study file: what may stand in it, and one clear message where something else does."""
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
@@ -11,8 +12,9 @@ import yaml
 from vibrissa.decimals import exact, spell
 from vibrissa.grid import AXES, Grid, axis
 
-# Curves per job: a collocation curve takes milliseconds, a walk by shooting many seconds.
-DEFAULT_BLOCK_SIZE = {"collocation": 64, "shooting": 1}
+# Curves per job, by default at least so many: a collocation curve takes milliseconds, a walk by
+# shooting many seconds.
+LEAST_BLOCK_SIZE = {"collocation": 64, "shooting": 1}
 # Axes of which a figure of a grid shows one value.
 FIXED_AXES: dict[str, tuple[str, ...]] = {
     "taper": ("eta", "dx0"),
@@ -82,7 +84,7 @@ class Study:
     contact, method : str
         Contact model and solver.
     block_size : int
-        Curves that one job solves.
+        Curves that one job solves, at most.
     grids, scans, states, comparisons, figures : dict
         By name.
     claims : dict
@@ -139,16 +141,19 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
             raise StudyError(f"{path}: {value!r} is not allowed; a finite number is") from None
     method = config.get("method", "collocation")
     contact = config.get("contact", "point")
+    grids = {name: _grid(f"grids.{name}", axes) for name, axes in config["grids"].items()}
+    scans = {
+        name: ScanSet(_grid(f"scans.{name}", scan), int(scan["cycles"]))
+        for name, scan in config.get("scans", {}).items()
+    }
+    drawn = [*grids.values(), *(scan.grid for scan in scans.values())]
     study = Study(
         name=config["study"],
         contact=contact,
         method=method,
-        block_size=int(config.get("block_size", DEFAULT_BLOCK_SIZE[method])),
-        grids={name: _grid(f"grids.{name}", axes) for name, axes in config["grids"].items()},
-        scans={
-            name: ScanSet(_grid(f"scans.{name}", scan), int(scan["cycles"]))
-            for name, scan in config.get("scans", {}).items()
-        },
+        block_size=int(config.get("block_size", default_block_size(method, drawn))),
+        grids=grids,
+        scans=scans,
         states={
             name: StatePoint(
                 exact(state["theta"]),
@@ -189,6 +194,28 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
     if study.claims:
         _check_claims(study)
     return study
+
+
+def default_block_size(method: str, grids: Iterable[Grid]) -> int:
+    """Curves per job where the study file does not say it.
+
+    Ten times the square root of the number of curves: a larger study has more jobs and longer ones,
+    10 for 10^4 curves and 317 for 10^7.
+
+    Parameters
+    ----------
+    method : str
+    grids : iterable of Grid
+        All that curves are solved for.
+
+    Returns
+    -------
+    int
+    """
+    if method == "shooting":
+        return LEAST_BLOCK_SIZE[method]
+    curves = sum(len(grid.theta) * len(grid.eta) for grid in grids)
+    return max(LEAST_BLOCK_SIZE[method], math.isqrt(100 * curves))
 
 
 def refuse_repeated_keys(text: str) -> None:
