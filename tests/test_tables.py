@@ -360,6 +360,10 @@ def test_a_failed_write_leaves_the_old_table(path, monkeypatch):
 
 def test_statuses_are_counted():
     table = TABLES["stiction"]
-    assert tables.status_counts([table]) == "2 failed, 1 lock, 3 slip"
-    assert tables.status_counts([table.slice(0, 2), table.slice(2)]) == "2 failed, 1 lock, 3 slip"
-    assert tables.status_counts([]) == ""
+    assert tables.status_counts([table]) == {"failed": 2, "lock": 1, "slip": 3}
+    assert tables.status_counts([table.slice(0, 2), table.slice(2)]) == {
+        "failed": 2,
+        "lock": 1,
+        "slip": 3,
+    }
+    assert tables.status_counts([]) == {}

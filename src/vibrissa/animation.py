@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
+from vibrissa import tables
+
 # What a page can carry: frames of all scans together, scans, and points of a shape.
 MOST_FRAMES = 6000
 MOST_SCANS = 60
@@ -16,12 +18,12 @@ READINGS = ("reaction_fx", "reaction_fy", "reaction_m")
 AXES = ("theta", "mu0", "eta", "dx0")
 
 
-def runs(scans: pa.Table) -> list[dict[str, Any]]:
+def runs(scans: pa.Table | tables.Stored) -> list[dict[str, Any]]:
     """Frames of each scan that has any.
 
     Parameters
     ----------
-    scans : pyarrow.Table
+    scans : pyarrow.Table or Stored
         With the schema `SCANS`.
 
     Returns
@@ -34,7 +36,7 @@ def runs(scans: pa.Table) -> list[dict[str, Any]]:
         whether the tip has just slipped (``slip``) and the clamp's readings ``fx`` and ``fy``
         (E·I0/L²) and ``m`` (E·I0/L).
     """
-    table = scans.to_pandas()
+    table = tables.frame(scans, scans.schema.names)
     table = table[table["footpoint"].notna()]
     groups = list(table.groupby(["scan", *AXES], sort=False))[:MOST_SCANS]
     return [_run(rows, MOST_FRAMES // len(groups)) for _, rows in groups]

@@ -15,11 +15,12 @@ from datetime import UTC, datetime
 from importlib import metadata
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import jinja2
 import pandas as pd
 import pyarrow as pa
+import pyarrow.compute as pc
 from markupsafe import Markup
 
 from vibrissa import __version__, animation, ledger, tables
@@ -31,6 +32,8 @@ MOST_ROWS = 40
 FEW_ROWS = 27
 LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "jinja2", "snakemake")
 NO_RESULT = ("failed", "out_of_reach")
+# A table, in memory or in a file.
+Readable: TypeAlias = pa.Table | tables.Stored
 
 SYMBOLS = {
     "theta": "θ",
@@ -124,16 +127,16 @@ class Rows:
     cells: Sequence[Sequence[str]]
 
 
-def page(study: str, found: Mapping[str, pa.Table], pictures: Iterable[Picture], run: Run) -> str:
+def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture], run: Run) -> str:
     """Write the page.
 
     Parameters
     ----------
     study : str
         The study's name.
-    found : mapping of pyarrow.Table
+    found : mapping of pyarrow.Table or Stored
         The study's tables by name: ``stiction`` and, where there are any, ``scans``, ``states``,
-        ``comparisons`` and ``claims``.
+        ``comparisons`` and ``claims``. Of one in a file as much is held as the page shows.
     pictures : iterable of Picture
     run : Run
 
@@ -151,7 +154,7 @@ def page(study: str, found: Mapping[str, pa.Table], pictures: Iterable[Picture],
         lstrip_blocks=True,
     )
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
-    claims = found.get("claims")
+    claims = _rows_of(found["claims"]) if "claims" in found else []
     runs = animation.runs(found["scans"]) if "scans" in found else []
     return environment.get_template("report.html").render(
         study=study,
@@ -162,7 +165,7 @@ def page(study: str, found: Mapping[str, pa.Table], pictures: Iterable[Picture],
         motion=_motion(runs, found.get("scans")),
         pictures=list(pictures),
         verdicts=_verdicts(claims),
-        claims=[] if claims is None else [_claim(row) for row in claims.to_pylist()],
+        claims=[_claim(row) for row in claims],
         tables=[rows for name, table in found.items() for rows in _sections(name, table)],
         troubles=[line for name, table in found.items() for line in _troubles(name, table)],
         provenance=[_provenance(name, table) for name, table in found.items()],
@@ -247,7 +250,7 @@ def _labelled(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return runs
 
 
-def _motion(runs: Sequence[Mapping[str, Any]], scans: pa.Table | None) -> list[str]:
+def _motion(runs: Sequence[Mapping[str, Any]], scans: Readable | None) -> list[str]:
     """Say what a viewer of the animation would not see."""
     lines = []
     if any(run["status"] == "lock" for run in runs):
@@ -255,34 +258,47 @@ def _motion(runs: Sequence[Mapping[str, Any]], scans: pa.Table | None) -> list[s
     if any(len(run["shape"]) < run["steps"] for run in runs):
         lines.append("Long scans are thinned out: not every step is shown.")
     if scans is not None:
-        rows = scans.to_pandas()
-        total = len(rows[rows["footpoint"].notna()].drop_duplicates(list(_RUN)))
+        total = len(_scan_statuses(scans, solved=True))
         if len(runs) < total:
             lines.append(f"These are the first {len(runs)} of {total} scans.")
     return lines
 
 
-def _summary(found: Mapping[str, pa.Table]) -> list[tuple[str, str]]:
+def _rows_of(table: Readable) -> list[dict[str, Any]]:
+    return [row for part in tables.parts_of(table, table.schema.names) for row in part.to_pylist()]
+
+
+def _scan_statuses(scans: Readable, solved: bool = False) -> dict[tuple[Any, ...], str]:
+    """Statuses of the scans by their name and axes, of all or of those that have steps."""
+    statuses: dict[tuple[Any, ...], str] = {}
+    for part in tables.parts_of(scans, [*_RUN, "status", "footpoint"]):
+        rows = part.filter(pc.field("footpoint").is_valid()) if solved else part
+        columns = [rows.column(name).to_pylist() for name in (*_RUN, "status")]
+        statuses |= {tuple(key): status for *key, status in zip(*columns, strict=True)}
+    return statuses
+
+
+def _summary(found: Mapping[str, Readable]) -> list[tuple[str, str]]:
     """Say in a few words what is in the tables."""
     lines = []
     for name, what in (("stiction", "Grid points"), ("scans", "Scans"), ("states", "States")):
         if name in found:
-            table = found[name]
-            statuses = table.column("status").to_pylist()
-            if name == "scans":
-                keys = zip(*(table.column(key).to_pylist() for key in _RUN), strict=True)
-                statuses = list(dict(zip(keys, statuses, strict=True)).values())
-            lines.append((what, _counts(statuses)))
+            counts = (
+                Counter(_scan_statuses(found[name]).values())
+                if name == "scans"
+                else tables.status_counts(tables.parts_of(found[name], ["status"]))
+            )
+            lines.append((what, _counts(counts)))
     if "scans" in found:
         lines.append(("Steps of the clamp", spell(len(found["scans"]), 9)))
     if "comparisons" in found:
         lines.append(("Points in both kinds of contact", spell(len(found["comparisons"]), 9)))
     residuals = [
-        value
+        largest
         for name in ("stiction", "states")
         if name in found
-        for value in found[name].column("residual").to_pylist()
-        if value is not None
+        for part in tables.parts_of(found[name], ["residual"])
+        if (largest := pc.max(part.column("residual")).as_py()) is not None
     ]
     if residuals:
         lines.append(("Largest residual", spell(max(residuals), 2)))
@@ -292,16 +308,16 @@ def _summary(found: Mapping[str, pa.Table]) -> list[tuple[str, str]]:
 _RUN = ("scan", *animation.AXES)
 
 
-def _counts(statuses: Sequence[str]) -> str:
+def _counts(statuses: Mapping[str, int]) -> str:
     """Say how many there are, and how many of them have which status."""
-    counts = sorted(Counter(statuses).items())
+    counts, total = sorted(statuses.items()), sum(statuses.values())
     if len(counts) < 2:
-        return f"{len(statuses)}" + "".join(f", {'all ' * (n > 1)}{spell(s)}" for s, n in counts)
-    return f"{len(statuses)}: " + ", ".join(f"{n} {spell(s)}" for s, n in counts)
+        return f"{total}" + "".join(f", {'all ' * (n > 1)}{spell(s)}" for s, n in counts)
+    return f"{total}: " + ", ".join(f"{n} {spell(s)}" for s, n in counts)
 
 
-def _verdicts(claims: pa.Table | None) -> list[tuple[str, int]]:
-    found = [] if claims is None else claims.column("verdict").to_pylist()
+def _verdicts(claims: Sequence[Mapping[str, Any]]) -> list[tuple[str, int]]:
+    found = [row["verdict"] for row in claims]
     return [(verdict, found.count(verdict)) for verdict in ledger.Verdict if verdict in found]
 
 
@@ -311,7 +327,7 @@ def _claim(row: Mapping[str, Any]) -> dict[str, Any]:
     return {**row, "figures": shown}
 
 
-def _sections(name: str, table: pa.Table) -> list[Rows]:
+def _sections(name: str, table: Readable) -> list[Rows]:
     """Key rows of one of the study's tables."""
     return _SECTIONS[name](table) if name in _SECTIONS and len(table) else []
 
@@ -342,7 +358,7 @@ def _compact(
     )
 
 
-def _rows(table: pa.Table, rows: pd.DataFrame, names: Sequence[str], title: str, note: str) -> Rows:
+def _rows(table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str) -> Rows:
     fields = [table.schema.field(name) for name in names]
     header = [
         (
@@ -378,32 +394,44 @@ def key_rows(rows: pd.DataFrame, axes: Sequence[str]) -> pd.DataFrame:
     DataFrame
         Without the middle values where they would make too many.
     """
-    values = {name: sorted(rows[name].unique()) for name in axes}
-    chosen = {name: {v[0], v[len(v) // 2], v[-1]} for name, v in values.items()}
-    if math.prod(map(len, chosen.values())) > FEW_ROWS:
-        chosen = {name: {v[0], v[-1]} for name, v in values.items()}
-    wanted = set(product(*chosen.values()))
+    wanted = set(product(*_key_values({name: set(rows[name]) for name in axes}).values()))
     keep = [key in wanted for key in rows[list(axes)].itertuples(index=False, name=None)]
     return rows[keep].sort_values(list(axes))
 
 
-def _stiction(table: pa.Table) -> list[Rows]:
-    rows = table.to_pandas()
-    names = sorted({name for grids in rows["grids"] for name in grids})
+def _key_values(values: Mapping[str, set[float]]) -> dict[str, list[float]]:
+    """First, middle and last value of each axis, without the middle ones if they are too many."""
+    ordered = {name: sorted(axis) for name, axis in values.items()}
+    chosen = {name: sorted({v[0], v[len(v) // 2], v[-1]}) for name, v in ordered.items()}
+    if math.prod(map(len, chosen.values())) > FEW_ROWS:
+        chosen = {name: sorted({v[0], v[-1]}) for name, v in ordered.items()}
+    return chosen
+
+
+def _stiction(table: Readable) -> list[Rows]:
+    counts: dict[str, Counter[str]] = {}
+    values: dict[str, dict[str, set[float]]] = {}
+    for part in tables.parts_of(table, ["grids", *animation.AXES, "status"]):
+        for name in pc.unique(pc.list_flatten(part.column("grids"))).to_pylist():
+            of_grid = tables.chosen(part, {"grid": name})
+            counts.setdefault(name, Counter()).update(tables.status_counts([of_grid]))
+            axes = values.setdefault(name, {axis: set() for axis in animation.AXES})
+            for axis, seen in axes.items():
+                seen.update(pc.unique(of_grid.column(axis)).to_pylist())
     sections = []
-    for name in names:
-        of_grid = rows[[name in grids for grids in rows["grids"]]]
-        keys = key_rows(of_grid, animation.AXES)
-        note = f"Points: {_counts(list(of_grid['status']))}."
-        if len(keys) < len(of_grid):
+    for name in sorted(counts):
+        keys = tables.frame(table, STICTION, {"grid": name, **_key_values(values[name])})
+        keys = keys.sort_values(list(animation.AXES))
+        note = f"Points: {_counts(counts[name])}."
+        if len(keys) < counts[name].total():
             note += " Here are the corners and the middle of the grid."
         sections.append(_rows(table, keys, STICTION, f"Grid {name}", note))
     return sections
 
 
-def _scans(table: pa.Table) -> list[Rows]:
+def _scans(table: Readable) -> list[Rows]:
     """Say of each scan how long it is and between what values the clamp's readings go."""
-    rows = table.to_pandas()
+    rows = tables.frame(table, [*_RUN, "status", "footpoint", "cycle", "x0", *animation.READINGS])
     groups = [(key, group) for key, group in rows.groupby(list(_RUN), sort=False)]
     description = {field.name: field.metadata[b"description"].decode() for field in table.schema}
     force, moment = unit_text(tables.FORCE), unit_text(tables.MOMENT)
@@ -442,12 +470,12 @@ def _span(values: pd.Series) -> str:
     return " … ".join(spell(end if abs(end) > 1e-9 * size else 0.0, 4) for end in ends)
 
 
-def _states(table: pa.Table) -> list[Rows]:
-    return [_rows(table, table.to_pandas(), STATES, "Single states", "")]
+def _states(table: Readable) -> list[Rows]:
+    return [_rows(table, tables.frame(table, STATES), STATES, "Single states", "")]
 
 
-def _comparisons(table: pa.Table) -> list[Rows]:
-    rows = table.to_pandas()
+def _comparisons(table: Readable) -> list[Rows]:
+    rows = tables.frame(table, table.schema.names)
     sections = []
     for name, points in rows.groupby("comparison", sort=False):
         keys = key_rows(points, ("theta", "mu0", "eta"))
@@ -457,7 +485,7 @@ def _comparisons(table: pa.Table) -> list[Rows]:
     return sections
 
 
-_SECTIONS: dict[str, Callable[[pa.Table], list[Rows]]] = {
+_SECTIONS: dict[str, Callable[[Readable], list[Rows]]] = {
     "stiction": _stiction,
     "scans": _scans,
     "states": _states,
@@ -465,22 +493,15 @@ _SECTIONS: dict[str, Callable[[pa.Table], list[Rows]]] = {
 }
 
 
-def _troubles(name: str, table: pa.Table) -> list[str]:
+def _troubles(name: str, table: Readable) -> list[str]:
     """Say what there is no result for, by the reason."""
     lines: Counter[str] = Counter()
-    for column in ("status", "status_point", "status_line"):
-        if column in table.column_names:
-            statuses = table.column(column).to_pylist()
-            messages = (
-                table.column("message").to_pylist()
-                if "message" in table.column_names
-                else [""] * len(table)
-            )
-            lines.update(
-                f"{spell(status)}{': ' * bool(message)}{message}"
-                for status, message in zip(statuses, messages, strict=True)
-                if status in NO_RESULT
-            )
+    columns = {"status", "status_point", "status_line"}.intersection(table.schema.names)
+    for column in sorted(columns):
+        told = ["message"] if "message" in table.schema.names else []
+        for part in tables.parts_of(table, [column, *told], {column: list(NO_RESULT)}):
+            for status, *message in zip(*map(pa.ChunkedArray.to_pylist, part.columns), strict=True):
+                lines[": ".join(filter(None, [spell(status), *message]))] += 1
     shown = [
         f"{name}: {count} row{'s' * (count > 1)} {reason}"
         for reason, count in lines.most_common(MOST_ROWS)
@@ -490,7 +511,7 @@ def _troubles(name: str, table: pa.Table) -> list[str]:
     return shown
 
 
-def _provenance(name: str, table: pa.Table) -> dict[str, Any]:
+def _provenance(name: str, table: Readable) -> dict[str, Any]:
     """Which code made a table, by what the file says."""
     said = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
     commits = {said.get("vibrissa.commit", "unknown")}

@@ -4,6 +4,8 @@ Every table that is written or read passes through here. A file carries the name
 schema, the version and commit of the code and, where it belongs to one, the study file.
 """
 
+from __future__ import annotations
+
 import hashlib
 import math
 import subprocess
@@ -13,7 +15,7 @@ from contextlib import contextmanager
 from functools import reduce
 from operator import and_, or_
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
@@ -22,6 +24,9 @@ import pyarrow.parquet as pq
 
 from vibrissa import __version__
 from vibrissa.files import write_atomically
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
 SCHEMA_VERSION = "3"
@@ -529,6 +534,25 @@ class Stored:
         return pa.concat_tables([schema.empty_table(), *self.parts(columns, where)])
 
 
+def parts_of(
+    table: pa.Table | Stored, columns: Sequence[str], where: Mapping[str, Any] | None = None
+) -> Iterator[pa.Table]:
+    """Rows of a table in memory or in a file; see `Stored.parts`."""
+    if isinstance(table, Stored):
+        yield from table.parts(columns, where)
+    else:
+        yield chosen(table, where or {}).select(list(columns))
+
+
+def frame(
+    table: pa.Table | Stored, columns: Sequence[str], where: Mapping[str, Any] | None = None
+) -> pd.DataFrame:
+    """Rows of a table in memory or in a file, as pandas has them; see `Stored.parts`."""
+    schema = pa.schema([table.schema.field(name) for name in columns])
+    parts = [part.cast(schema) for part in parts_of(table, columns, where)]
+    return pa.concat_tables([schema.empty_table(), *parts]).to_pandas()
+
+
 def chosen(table: pa.Table, where: Mapping[str, Any]) -> pa.Table:
     """Rows of a table that have given values.
 
@@ -590,10 +614,10 @@ def joined(parts: Sequence[pa.Table], schema: pa.Schema) -> pa.Table:
     return pa.concat_tables(bare) if bare else schema.empty_table()
 
 
-def status_counts(parts: Iterable[pa.Table]) -> str:
-    """How many rows of a table in parts have which status, as text."""
+def status_counts(parts: Iterable[pa.Table]) -> Counter[str]:
+    """How many rows of a table in parts have which status."""
     counts: Counter[str] = Counter()
     for part in parts:
         for count in pc.value_counts(part.column("status")).to_pylist():
             counts[count["values"]] += count["counts"]
-    return ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
+    return counts

@@ -8,7 +8,7 @@ from vibrissa.files import write_atomically
 with jobs.logged(snakemake.log[0]):
     names = ("stiction", "scans", "states", "comparisons", "claims")
     found = {
-        name: tables.read(snakemake.input[name], getattr(tables, name.upper()))
+        name: tables.Stored(snakemake.input[name], getattr(tables, name.upper()))
         for name in names
         if snakemake.input[name]
     }

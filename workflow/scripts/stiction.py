@@ -13,4 +13,5 @@ with jobs.logged(snakemake.log[0]):
         found.rows,
     )
     written = tables.Stored(snakemake.output[0], tables.STICTION, checked=True)
-    print(tables.status_counts(written.parts(["status"])))
+    counts = tables.status_counts(written.parts(["status"]))
+    print(", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
