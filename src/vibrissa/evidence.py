@@ -10,7 +10,7 @@ import pyarrow as pa
 
 from vibrissa.bending import Bending, measure, solve_and_measure
 from vibrissa.status import Status
-from vibrissa.tables import TableError
+from vibrissa.tables import Stored, TableError, frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +72,16 @@ class Evidence:
 
 
 def gather(
-    stiction: pa.Table, scans: pa.Table, states: pa.Table, names: Mapping[str, str]
+    stiction: pa.Table | Stored,
+    scans: pa.Table | Stored,
+    states: pa.Table | Stored,
+    names: Mapping[str, str],
 ) -> Evidence:
     """Pick the evidence out of a study's tables.
 
     Parameters
     ----------
-    stiction, scans, states : pyarrow.Table
+    stiction, scans, states : pyarrow.Table or Stored
     names : mapping
         Which grids, scan and state are Figures 6, 7, 3 to 5, and 8: ``taper``, ``friction``,
         ``scan`` and ``state``.
@@ -92,18 +95,16 @@ def gather(
     TableError
         If something of it failed, or locks where the paper has a period of sticking.
     """
-    points, steps = stiction.to_pandas(), scans.to_pandas()
-    single = states.to_pandas()
 
     def grid(name: str) -> pd.DataFrame:
-        rows = points[[name in of for of in points["grids"]]]
+        rows = frame(stiction, stiction.schema.names, {"grid": name})
         return rows.sort_values(["mu0", "theta"], ignore_index=True)
 
     evidence = Evidence(
         grid(names["taper"]),
         grid(names["friction"]),
-        steps[steps["scan"] == names["scan"]].reset_index(drop=True),
-        single[single["state"] == names["state"]].iloc[0].to_dict(),
+        frame(scans, scans.schema.names, {"scan": names["scan"]}),
+        frame(states, states.schema.names, {"state": names["state"]}).iloc[0].to_dict(),
     )
     found = {
         f"state {names['state']}": {evidence.state["status"]} - {Status.SOLVED},

@@ -18,6 +18,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from vibrissa import tables
 from vibrissa.arrays import FloatArray
 from vibrissa.files import write_atomically
 
@@ -34,6 +35,16 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MARKERS = ("s", "D", "^", "o", "v", "P")
 SURFACE, SHAPE, START, END = "#555555", "#6d9dc5", "#0072b2", "#d55e00"
 
+# What is needed of a table that may be very long.
+_POINT = ("theta", "mu0", "eta", "dx0", "status", "message")
+COLUMNS = {
+    "taper": (*_POINT, "x0_slip", "x0_max", "penetrates"),
+    "friction": (*_POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"),
+    "locking": ("theta", "eta", "status", "message", "mu_lock"),
+    "regimes": (*_POINT, "contact", "end", "mu_lock"),
+    "law": (*_POINT, "x0_slip", "mu_lock", "x0_lock"),
+}
+
 STYLE: Any = {
     "font.size": 10,
     "axes.spines.top": False,
@@ -44,15 +55,16 @@ STYLE: Any = {
 }
 
 
-def draw(kind: str, table: pa.Table, selection: Mapping[str, Any]) -> Figure:
+def draw(kind: str, table: pa.Table | tables.Stored, selection: Mapping[str, Any]) -> Figure:
     """Draw a figure.
 
     Parameters
     ----------
     kind : str
         One of `KINDS`.
-    table : pyarrow.Table
-        Table that the kind is drawn from (`vibrissa.tables`).
+    table : pyarrow.Table or Stored
+        Table that the kind is drawn from (`vibrissa.tables`); of one in a file no more is read than
+        is shown.
     selection : mapping
         Which rows: ``grid``, ``scan``, ``state`` or ``comparison``, and values of the axes that are
         fixed.
@@ -68,7 +80,7 @@ def draw(kind: str, table: pa.Table, selection: Mapping[str, Any]) -> Figure:
     """
     if kind not in KINDS:
         raise ValueError(f"unknown kind of figure {kind!r}; allowed: {', '.join(KINDS)}")
-    rows = _select(table, selection)
+    rows = tables.frame(table, COLUMNS.get(kind, table.schema.names), selection)
     if rows.empty:
         raise ValueError(f"no rows to draw for {kind} figure with {dict(selection)}")
     with matplotlib.rc_context(STYLE):
@@ -100,18 +112,6 @@ def save(figure: Figure, paths: Sequence[str | Path]) -> None:
                     dpi=RESOLUTION,
                     metadata=dateless.get(path.suffix),
                 )
-
-
-def _select(table: pa.Table, selection: Mapping[str, Any]) -> pd.DataFrame:
-    rows = table.to_pandas()
-    for name, value in selection.items():
-        if name == "grid":
-            rows = rows[[value in grids for grids in rows["grids"]]]
-        elif isinstance(value, list):
-            rows = rows[rows[name].isin(value)]
-        else:
-            rows = rows[rows[name] == value]
-    return rows
 
 
 def _axes(height: float) -> tuple[Figure, Axes]:

@@ -8,7 +8,7 @@ from vibrissa.files import write_atomically
 with jobs.logged(snakemake.log[0]):
     found = evidence.gather(
         *(
-            tables.read(snakemake.input[name], getattr(tables, name.upper()))
+            tables.Stored(snakemake.input[name], getattr(tables, name.upper()))
             for name in ("stiction", "scans", "states")
         ),
         snakemake.params.names,

@@ -8,10 +8,12 @@ with jobs.logged(snakemake.log[0]):
     curves = {}
     for path in snakemake.input.curves:
         curves |= records.curves_from_table(tables.read(path, tables.CURVES))
-    parts = []
-    for point in points:
-        curve = curves[grid.curve_key(point, snakemake.params.by_step)]
-        scan = stick_slip(curve, point.mu0, point.dx0, snakemake.params.cycles)
-        print(*point, scan.status, curve.message)
-        parts.append(records.scan_table(snakemake.wildcards.scan, point, scan))
-    tables.write(tables.joined(parts, tables.SCANS), snakemake.output[0])
+
+    def parts():
+        for point in points:
+            curve = curves[grid.curve_key(point, snakemake.params.by_step)]
+            scan = stick_slip(curve, point.mu0, point.dx0, snakemake.params.cycles)
+            print(*point, scan.status, curve.message)
+            yield records.scan_table(snakemake.wildcards.scan, point, scan)
+
+    tables.write_parts(parts(), tables.SCANS, snakemake.output[0])
