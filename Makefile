@@ -23,7 +23,7 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce beyond survey bench roundtrip study check bless setup test test-slurm
+.PHONY: help reproduce beyond survey bench growth roundtrip study check bless setup test test-slurm
 .PHONY: test-faults mutations lint format lock clean
 .DEFAULT_GOAL := help
 
@@ -41,6 +41,8 @@ help:
 	@echo "make test-faults           kill runs, fill disks, damage files: see docs/faults.md"
 	@echo "make survey                100,000 random points in both contact models, counted by outcome"
 	@echo "make bench                 states per second of four methods, side by side"
+	@echo "make growth                time and memory of studies of 10^4 to 10^6 points, into docs/speed.md"
+	@echo "                           (ARGS='--points 1e7' for ten million)"
 	@echo "make roundtrip             friction of 1,000 random surfaces from the signals of a transducer"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
@@ -117,6 +119,10 @@ bench: $(STAMP)
 
 survey: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/survey.py $(ARGS)
+
+# Not with one thread by ONE_THREAD: it is the workflow's jobs that are measured, as they are.
+growth: $(STAMP)
+	@$(PY) benchmarks/growth.py $(ARGS)
 
 roundtrip: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py $(ARGS)

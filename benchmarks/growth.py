@@ -1,13 +1,14 @@
-"""Run studies of growing size through the whole workflow: time, memory and table size.
+"""Run studies of growing size through the whole workflow: time, memory and size of the tables.
 
-Usage: python benchmarks/growth.py [--sizes 20 46 100]
+Usage: python benchmarks/growth.py [--points 1e4 1e5 1e6 1e7] [--cores 2] [--only-show]
 
-A size n is a grid of n tapers (1 to 4), n heights (0.7 to 0.95) and n friction coefficients (up to
-0.45): n³ points on n² curves, from an empty results folder to stiction.parquet.
+A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
+0.45), run from an empty results folder. What came out goes into docs/speed.md, beside what other
+sizes took before, and into docs/growth.png. The largest needs 4 GB of disk in TMPDIR.
 """
 
 import argparse
-import resource
+import os
 import subprocess
 import sys
 import tempfile
@@ -15,10 +16,22 @@ import time
 from pathlib import Path
 
 import pandas as pd
+import pyarrow.parquet as pq
 import yaml
+from matplotlib.figure import Figure
+
+from vibrissa import tables
+from vibrissa.files import write_atomically
 
 ROOT = Path(__file__).resolve().parent.parent
-LARGEST_BLOCK = 500
+PAGE, PICTURE = ROOT / "docs/speed.md", ROOT / "docs/growth.png"
+BEGIN, END = "<!-- made by make growth -->\n", "<!-- end of growth -->"
+# Tapers and heights by the number of points.
+SIZES = {10**4: (10, 10), 10**5: (40, 25), 10**6: (100, 100), 10**7: (400, 250)}
+FRICTIONS = 100
+RULES = {"curves": "solving / s", "points": "reading / s", "stiction": "collecting / s"}
+MEMORY = "largest process / MB"
+GIB = 1024**3 / 1e6
 
 
 def axis(low: float, high: float, n: int) -> list[float]:
@@ -26,61 +39,152 @@ def axis(low: float, high: float, n: int) -> list[float]:
     return [round(low + (high - low) * i / (n - 1), 6) for i in range(n)]
 
 
-def run(n: int, cores: int) -> dict[str, object]:
-    """Run a study of n³ points and say what it took."""
-    study = {
-        "study": "growth",
-        "block_size": min(LARGEST_BLOCK, max(16, n * n // (4 * cores))),
-        "grids": {
-            "g": {
-                "theta": axis(1.0, 4.0, n),
-                "mu0": axis(0.01, 0.45, n),
-                "eta": axis(0.7, 0.95, n),
-                "dx0": [0.001],
-            }
-        },
+def run(points: int, cores: int) -> dict[str, float]:
+    """Run a study of so many points and say what it took."""
+    thetas, etas = SIZES[points]
+    axes = {
+        "theta": axis(1.0, 4.0, thetas),
+        "mu0": axis(0.01, 0.45, FRICTIONS),
+        "eta": axis(0.7, 0.95, etas),
+        "dx0": [0.001],
     }
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
         for name in ("Snakefile", "config.yaml", "workflow", "src"):
             (root / name).symlink_to(ROOT / name)
-        (root / "growth.yaml").write_text(yaml.safe_dump(study))
+        (root / "growth.yaml").write_text(yaml.safe_dump({"study": "growth", "grids": {"g": axes}}))
         command = [sys.executable, "workflow/run.py", "--cores", str(cores)]
-        start = time.perf_counter()
-        subprocess.run(
-            [*command, "--configfile", "growth.yaml"], cwd=root, check=True, capture_output=True
+        environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+        started, start = time.time(), time.perf_counter()
+        process = subprocess.Popen(
+            [*command, "--configfile", "growth.yaml"],
+            cwd=root,
+            env=environment,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
         )
+        # Of the process and all that it waited for
+        _, status, usage = os.wait4(process.pid, 0)
         seconds = time.perf_counter() - start
         results = root / "results/growth"
-        jobs = {
-            rule: pd.concat([pd.read_csv(p, sep="\t") for p in paths])
-            for rule in ("curves", "points", "stiction")
-            if (paths := sorted(results.glob(f"benchmarks/{rule}/*.tsv")))
-            or (paths := sorted(results.glob(f"benchmarks/{rule}.tsv")))
+        if status:
+            sys.exit(f"the study of {points} points failed; see {results}")
+        table = results / "tables/stiction.parquet"
+        jobs = {rule: benchmarks(results, rule) for rule in RULES}
+        return {
+            "points": points,
+            "curves": thetas * etas,
+            "jobs": sum(map(len, jobs.values())),
+            "to stiction.parquet / s": round(table.stat().st_mtime - started, 1),
+            "with the report / s": round(seconds, 1),
+            "processor time / s": round(usage.ru_utime + usage.ru_stime, 1),
+            **{column: round(float(jobs[rule]["s"].sum()), 1) for rule, column in RULES.items()},
+            MEMORY: round(usage.ru_maxrss * 1024 / 1e6),
+            "blocks / MB": megabytes(*results.glob("blocks/*/*.parquet")),
+            "table / MB": megabytes(table),
+            "read for one (θ, η) / MB": round(query(table, axes["theta"][3], axes["eta"][5]), 2),
         }
-        size = (results / "tables/stiction.parquet").stat().st_size
+
+
+def benchmarks(results: Path, rule: str) -> pd.DataFrame:
+    """Snakemake's benchmark files of a rule."""
+    paths = [*results.glob(f"benchmarks/{rule}/*.tsv"), *results.glob(f"benchmarks/{rule}.tsv")]
+    return pd.concat([pd.read_csv(path, sep="\t") for path in paths])
+
+
+def megabytes(*paths: Path) -> float:
+    """Size of some files (MB)."""
+    return round(sum(path.stat().st_size for path in paths) / 1e6, 1)
+
+
+def query(path: Path, theta: float, eta: float) -> float:
+    """Size of what is read for all of one rod and height by the file's statistics (MB)."""
+    stored, metadata = tables.Stored(path, tables.STICTION), pq.read_metadata(path)
+    groups = [metadata.row_group(i) for i in stored.groups_where({"theta": theta, "eta": eta})]
+    sizes = [
+        group.column(i).total_compressed_size
+        for group in groups
+        for i in range(metadata.num_columns)
+    ]
+    return float(metadata.serialized_size + sum(sizes)) / 1e6
+
+
+def parsed(page: str) -> dict[int, dict[str, str]]:
+    """Rows of the page's table by the number of points."""
+    lines = page.partition(BEGIN)[2].partition(END)[0].splitlines()
+    cells = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in lines
+        if line.startswith("|")
+    ]
+    if not cells:
+        return {}
     return {
-        "points": n**3,
-        "curves": n**2,
-        "jobs": sum(map(len, jobs.values())),
-        "wall / s": round(seconds, 1),
-        **{f"{rule} / s": round(float(table["s"].sum()), 1) for rule, table in jobs.items()},
-        "memory of the largest process / MB": round(
-            resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-        ),
-        "table / MB": round(size / 1e6, 1),
+        int(row[0].replace(",", "")): dict(zip(cells[0], row, strict=True)) for row in cells[2:]
     }
 
 
-if __name__ == "__main__":
+def put_into(page: str, rows: dict[int, dict[str, str]]) -> str:
+    """Put rows into the page's table."""
+    names = list(next(iter(rows.values())))
+    lines = [f"| {' | '.join(names)} |", "| ---: " * len(names) + "|"]
+    lines += [f"| {' | '.join(rows[points].values())} |" for points in sorted(rows)]
+    before, after = page.partition(BEGIN)[0], page.partition(END)[2]
+    text = "\n".join(lines)
+    return (
+        f"{before}{BEGIN}\n{text}\n\n![time and memory over points]({PICTURE.name})\n\n{END}{after}"
+    )
+
+
+def draw(rows: dict[int, dict[str, str]], path: Path) -> None:
+    """Draw time and memory over the number of points."""
+    shown = pd.DataFrame([rows[points] for points in sorted(rows)])
+    shown = shown.map(lambda text: float(text.replace(",", ""))).set_index("points")
+    figure = Figure(figsize=(8.0, 3.4), layout="constrained")
+    times, memory = figure.subplots(1, 2)
+    for name, style in (
+        ("to stiction.parquet / s", "ko-"),
+        ("processor time / s", "k--"),
+        *(
+            (column, style)
+            for column, style in zip(RULES.values(), ("s-", "D-", "^-"), strict=True)
+        ),
+    ):
+        times.loglog(shown.index, shown[name], style, markersize=4, linewidth=1, label=name[:-4])
+    times.set(xlabel="points", ylabel="time / s")
+    times.legend(fontsize=8)
+    memory.loglog(shown.index, shown[MEMORY], "ko-", markersize=4, linewidth=1, label="process")
+    memory.loglog(shown.index, shown["table / MB"], "s-", markersize=4, linewidth=1, label="table")
+    memory.axhline(GIB, color="0.5", linewidth=0.8, linestyle="--")
+    memory.text(shown.index[0], GIB, "1 GiB", va="bottom", color="0.5", fontsize=8)
+    memory.set(xlabel="points", ylabel="MB")
+    memory.legend(fontsize=8, title="largest", title_fontsize=8, loc="center right")
+    with write_atomically(path) as temporary:
+        figure.savefig(temporary, dpi=130, metadata={"Software": None})
+
+
+def main() -> None:
+    """Measure, and write what came out after each size."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sizes", type=int, nargs="+", default=[20, 46, 100])
+    parser.add_argument("--points", type=float, nargs="+", default=[1e4, 1e5, 1e6])
     parser.add_argument("--cores", type=int, default=2)
+    parser.add_argument("--only-show", action="store_true", help="leave docs as they are")
     given = parser.parse_args()
-    header = None
-    for size in given.sizes:
-        row = run(size, given.cores)
-        if header is None:
-            header = list(row)
-            print("| " + " | ".join(header) + " |\n" + "| --- " * len(header) + "|")
-        print("| " + " | ".join(str(row[name]) for name in header) + " |", flush=True)
+    if unknown := [points for points in given.points if points not in SIZES]:
+        parser.error(
+            f"--points: {unknown[0]:g} is not there; allowed: {', '.join(map(str, SIZES))}"
+        )
+    for points in map(int, given.points):
+        found = {name: f"{value:,}" for name, value in run(points, given.cores).items()}
+        print("; ".join(f"{name}: {value}" for name, value in found.items()), flush=True)
+        if not given.only_show:
+            page = PAGE.read_text(encoding="utf-8")
+            rows = {n: row for n, row in parsed(page).items() if row.keys() == found.keys()}
+            rows |= {points: found}
+            with write_atomically(PAGE) as temporary:
+                temporary.write_text(put_into(page, rows), encoding="utf-8")
+            draw(rows, PICTURE)
+
+
+if __name__ == "__main__":
+    main()

@@ -223,7 +223,7 @@ def test_a_query_for_one_rod_and_height_reads_one_row_group_or_two(long_table):
     stored = tables.Stored(long_table, STICTION)
     assert stored.groups == 4 and len(stored) == 60_000
     for theta, eta in ((0.1, 0.1), (2.3, 1.1), (4.0, 3.0)):
-        assert len(list(stored._groups_where({"theta": theta, "eta": eta}))) <= 2
+        assert len(list(stored.groups_where({"theta": theta, "eta": eta}))) <= 2
         found = stored.read(where={"theta": theta, "eta": eta})
         assert found["mu0"].to_pylist() == [(i + 1) / 10 for i in range(50)]
 

@@ -508,12 +508,13 @@ class Stored:
         wanted = dict(where or {})
         needed = {"grids" if name == "grid" else name for name in wanted}
         names = None if columns is None else list(dict.fromkeys([*columns, *sorted(needed)]))
-        for index in self._groups_where(wanted):
+        for index in self.groups_where(wanted):
             table = chosen(self.group(index, names), wanted)
             if len(table):
                 yield table if columns is None else table.select(list(columns))
 
-    def _groups_where(self, where: Mapping[str, Any]) -> Iterable[int]:
+    def groups_where(self, where: Mapping[str, Any]) -> Iterable[int]:
+        """Row groups that can hold what is asked for, by their statistics; see `parts`."""
         conditions = [_condition(name, value) for name, value in where.items() if name != "grid"]
         if not conditions:
             return range(self.groups)
