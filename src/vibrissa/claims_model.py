@@ -215,7 +215,7 @@ def sense_of_alpha(
     for row in rows.itertuples():
         x, y, phi = row.shape_x[25], row.shape_y[25], row.shape_phi[25]
         s, position = row.shape_s[25], (x, y, phi)
-        bent = equations(row.theta, row.f, row.alpha, row.x1, row.eta)(s, position)[2]
+        bent = equations(row.theta, row.f, row.alpha, row.x1, row.eta)(s, np.array(position))[2]
         for sense in misfit:
             fx, fy = row.f * math.sin(sense * row.alpha), -row.f * math.cos(row.alpha)
             moment = (row.x1 - x) * fy - (row.eta - y) * fx
