@@ -29,7 +29,12 @@ BEGIN, END = "<!-- made by make growth -->\n", "<!-- end of growth -->"
 # Tapers and heights by the number of points.
 SIZES = {10**4: (10, 10), 10**5: (40, 25), 10**6: (100, 100), 10**7: (400, 250)}
 FRICTIONS = 100
-RULES = {"curves": "solving / s", "points": "reading / s", "stiction": "collecting / s"}
+# Processor time of a rule's jobs: the machine may have other work to do.
+RULES = {
+    "curves": "solving / core-s",
+    "points": "reading / core-s",
+    "stiction": "collecting / core-s",
+}
 MEMORY = "largest process / MB"
 GIB = 1024**3 / 1e6
 
@@ -77,8 +82,11 @@ def run(points: int, cores: int) -> dict[str, float]:
             "jobs": sum(map(len, jobs.values())),
             "to stiction.parquet / s": round(table.stat().st_mtime - started, 1),
             "with the report / s": round(seconds, 1),
-            "processor time / s": round(usage.ru_utime + usage.ru_stime, 1),
-            **{column: round(float(jobs[rule]["s"].sum()), 1) for rule, column in RULES.items()},
+            "all / core-s": round(usage.ru_utime + usage.ru_stime, 1),
+            **{
+                column: round(float(jobs[rule]["cpu_time"].sum()), 1)
+                for rule, column in RULES.items()
+            },
             MEMORY: round(usage.ru_maxrss * 1024 / 1e6),
             "blocks / MB": megabytes(*results.glob("blocks/*/*.parquet")),
             "table / MB": megabytes(table),
@@ -144,21 +152,23 @@ def draw(rows: dict[int, dict[str, str]], path: Path) -> None:
     times, memory = figure.subplots(1, 2)
     for name, style in (
         ("to stiction.parquet / s", "ko-"),
-        ("processor time / s", "k--"),
+        ("all / core-s", "k--"),
         *(
             (column, style)
             for column, style in zip(RULES.values(), ("s-", "D-", "^-"), strict=True)
         ),
     ):
-        times.loglog(shown.index, shown[name], style, markersize=4, linewidth=1, label=name[:-4])
-    times.set(xlabel="points", ylabel="time / s")
+        times.loglog(shown.index, shown[name], style, markersize=4, linewidth=1, label=name)
+    times.set(xlabel="points", ylabel="time")
     times.legend(fontsize=8)
-    memory.loglog(shown.index, shown[MEMORY], "ko-", markersize=4, linewidth=1, label="process")
-    memory.loglog(shown.index, shown["table / MB"], "s-", markersize=4, linewidth=1, label="table")
+    memory.loglog(shown.index, shown[MEMORY], "ko-", markersize=4, linewidth=1, label=MEMORY)
+    memory.loglog(
+        shown.index, shown["table / MB"], "s-", markersize=4, linewidth=1, label="table / MB"
+    )
     memory.axhline(GIB, color="0.5", linewidth=0.8, linestyle="--")
     memory.text(shown.index[0], GIB, "1 GiB", va="bottom", color="0.5", fontsize=8)
     memory.set(xlabel="points", ylabel="MB")
-    memory.legend(fontsize=8, title="largest", title_fontsize=8, loc="center right")
+    memory.legend(fontsize=8, loc="center right")
     with write_atomically(path) as temporary:
         figure.savefig(temporary, dpi=130, metadata={"Software": None})
 
