@@ -1,40 +1,30 @@
-"""From signals back to friction: periods of sticking, and μ0 of each with its uncertainty.
-
-Each sample of the clamp reactions lies on the rod's response, which gives its x0. Clamp position
-minus x0 is constant while the tip sticks and jumps where it slips. A period's last sticking state
-is at most one step before the onset: μ0 is that state's |tan α| or more, up to what one more step
-would have needed. The onset is taken as uniform within the step; with the normal noise this makes a
-distribution of μ0, of which mean, deviation and the central 95 % are returned.
-"""
+"""From signals back to friction: periods of sticking, and μ0 of each with its uncertainty."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import KDTree
 from scipy.stats import norm
 
-from vibrissa.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.arrays import FloatArray, IntArray
 from vibrissa.sensor import series
 from vibrissa.sensor.quantities import Kind, Units
-from vibrissa.sensor.response import Response
+from vibrissa.sensor.response import Branch
+from vibrissa.sensor.sticking import fitted, jumps, located, lone_spikes
 from vibrissa.sensor.transducer import CHANNELS, Transducer
+from vibrissa.sensor.uncertainty import (
+    frictions,
+    missed_beginnings,
+    onsets,
+    ratio_deviation,
+    summary,
+)
 
-# A jump of this many standard deviations is a slip: by chance one of 10^9 samples shows it.
-JUMP = 6.0
 # Squared misfit, in standard deviations, from which on a sample is not a state of the rod.
 MISFIT = 36.0
 # More than this part of the samples off the rod's response: it is another rod, or has an offset.
 MOST_OFF = 0.2
-# Points of the response among which the nearest to a sample is sought, before Newton's step.
-TABLE = 4001
-NEWTON_STEPS = 4
-# Equally likely values of noise, onset and beginning, evenly spread, that make a distribution:
-# multiples of the powers of the inverse of the root of x⁴ = x + 1 (Roberts's sequence).
-VALUES = 1024
-EVENLY = 1.2207440846057596 ** -np.arange(1.0, 4.0)
-COVERAGE = 0.95
 
 
 class Method(StrEnum):
@@ -210,7 +200,7 @@ def noise_of(readings: FloatArray) -> FloatArray:
 
 
 def identify(
-    response: Response,
+    branch: Branch,
     recording: Recording,
     deviation: FloatArray | None = None,
     method: Method | str = Method.FORCES,
@@ -220,8 +210,8 @@ def identify(
 
     Parameters
     ----------
-    response : Response
-        Of the rod that was used; with pulling if the clamp went backward.
+    branch : Branch
+        Response of the rod that was used; with pulling if the clamp went backward.
     recording : Recording
         In the order in which it was made.
     deviation : ndarray, shape (3,), optional
@@ -251,7 +241,7 @@ def identify(
         raise ValueError("the noise of the readings cannot be estimated from them: give it")
 
     notes = recording.notes
-    x0, spread, misfit = _located(response, readings[:, used], noise, used)
+    x0, spread, misfit = located(branch, readings[:, used], noise, used)
     off = misfit > MISFIT
     if off.mean() > MOST_OFF:
         raise ValueError(
@@ -260,161 +250,49 @@ def identify(
         )
     notes += _note(line[off], "the reading is no state of this rod")
     rows = np.flatnonzero(~off)
-    lone = _lone(clamp[rows] - x0[rows], spread[rows])
+    lone = lone_spikes(clamp[rows] - x0[rows], spread[rows])
     notes += _note(line[rows[lone]], "a lone spike")
     rows = rows[~lone]
     if len(rows) < 3:
         raise ValueError(f"too little to identify friction from: {len(rows)} usable rows")
 
     at = clamp[rows] - x0[rows]
-    begins = np.append(0, np.flatnonzero(_jumps(at, spread[rows], 1)) + 1)
+    begins = np.append(0, np.flatnonzero(jumps(at, spread[rows])) + 1)
     ends = np.append(begins[1:], len(rows)) - 1
-    place, place_spread = _fitted(
-        response, clamp[rows], readings[rows][:, used], noise, used, at, begins
+    first, last = rows[begins], rows[ends]
+    place, place_spread = fitted(
+        branch, clamp[rows], readings[rows][:, used], noise, used, at, begins
     )
-    after = np.minimum(ends + 1, len(rows) - 1)
-    gap = clamp[rows[after]] - clamp[rows[ends]]
+    gap = clamp[rows[np.minimum(ends + 1, len(rows) - 1)]] - clamp[last]
     opened = np.zeros(len(begins), dtype=bool)
     opened[-1] = True
 
-    last = rows[ends]
-    base = np.zeros(len(begins))
-    early, size = np.zeros(len(begins)), 1.0
+    none = np.zeros(len(begins))
+    base, ratio_spread = none, none
     if method is Method.FORCES:
         # Ratio and its deviation at the last sticking sample; the model says how it goes on.
         fx, fy = readings[last, 0], readings[last, 1]
-        x_last, x_spread = x0[last], np.zeros(len(begins))
-        base = fx / fy - response.demand(x_last)
-        ratio_spread = np.hypot(noise[0] / fy, fx * noise[1] / fy**2)
+        onset = onsets(x0[last], none, gap)
+        base = fx / fy - branch.demand(x0[last])
+        ratio_spread = ratio_deviation(fx, fy, noise[0], noise[1])
+    elif method is Method.MOMENT:
+        onset = onsets(clamp[last] - place, place_spread, gap)
     else:
-        ratio_spread = np.zeros(len(begins))
-        x_last, x_spread = clamp[last] - place, place_spread
-    if method is Method.SPACING:
-        x_last, x_spread = clamp[last] - clamp[rows[begins]], np.zeros(len(begins))
         moved = np.abs(np.diff(clamp))
         size = float(np.median(moved[moved > 0.0])) if step is None else step
         if not size > 0.0:
             raise ValueError(f"step must be positive, got {size!r}")
-        # A slip in a gap of the recording may have ended at any step of it.
-        early = np.append(0.0, gap[:-1])
-        place = clamp[rows[begins]]
+        early = missed_beginnings(np.append(0.0, gap[:-1]), size)
+        onset = onsets(clamp[last] - clamp[first], none, gap) + early
+        place = clamp[first]
         opened[0] = True
-    mean, sd, low, high = _distribution(
-        response, x_last, x_spread, gap, early, size, base, ratio_spread
-    )
-    beyond = np.isnan(mean) & ~opened
-    for values in (mean, sd, low, high):
+    sign = np.where(gap == 0.0, np.sign(clamp[last] - place), np.sign(gap))
+    found = summary(frictions(branch, onset, sign, base, ratio_spread))
+    beyond = np.isnan(found.mean) & ~opened
+    for values in found:
         values[opened] = np.nan
     status = [
         Found.OPEN if o else Found.BEYOND if b else Found.SLIP
         for o, b in zip(opened, beyond, strict=True)
     ]
-    contact = response.curve.x1_init + place
-    return Periods(status, rows[begins], last, contact, mean, sd, low, high, notes)
-
-
-def _located(
-    response: Response, readings: FloatArray, noise: FloatArray, used: list[int]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Nearest state of the rod to each sample: x0, its standard deviation, squared misfit."""
-    table = np.linspace(response.x0_pull, response.curve.x0_lock, TABLE)
-    values = response(table)[:, used]
-    if used == [2]:
-        # One channel tells states apart only as long as it grows.
-        back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
-        stop = int(back[0]) + 1 if len(back) else TABLE
-        table, values = table[:stop], values[:stop]
-    _, nearest = KDTree(values / noise).query(readings / noise)
-    x0 = table[nearest]
-    inside = (table[0], table[-1])
-    for _ in range(2):
-        slope = response.slope(x0)[:, used] / noise
-        miss = (readings - response(x0)[:, used]) / noise
-        weight = (slope**2).sum(axis=1)
-        x0 = np.clip(x0 + (slope * miss).sum(axis=1) / weight, *inside)
-    miss = (readings - response(x0)[:, used]) / noise
-    return x0, 1.0 / np.sqrt(weight), (miss**2).sum(axis=1)
-
-
-def _jumps(at: FloatArray, spread: FloatArray, apart: int) -> BoolArray:
-    """Whether the contact differs between samples that are so many rows apart."""
-    allowed = JUMP * np.hypot(spread[apart:], spread[:-apart])
-    return np.asarray(np.abs(at[apart:] - at[:-apart]) > allowed)
-
-
-def _lone(at: FloatArray, spread: FloatArray) -> BoolArray:
-    """Whether a sample jumps away and the next one back to where it was."""
-    lone = np.zeros(len(at), dtype=bool)
-    if len(at) > 2:
-        one = _jumps(at, spread, 1)
-        lone[1:-1] = one[:-1] & one[1:] & ~_jumps(at, spread, 2)
-    return lone
-
-
-def _fitted(
-    response: Response,
-    clamp: FloatArray,
-    readings: FloatArray,
-    noise: FloatArray,
-    used: list[int],
-    at: FloatArray,
-    begins: IntArray,
-) -> tuple[FloatArray, FloatArray]:
-    """One contact for all samples of each period, by least squares, and its deviation."""
-    counts = np.diff(np.append(begins, len(clamp)))
-    place = np.add.reduceat(at, begins) / counts
-    for _ in range(NEWTON_STEPS):
-        x0 = np.clip(clamp - np.repeat(place, counts), response.x0_pull, response.x0_end)
-        slope = response.slope(x0)[:, used] / noise
-        miss = (readings - response(x0)[:, used]) / noise
-        weight = np.add.reduceat((slope**2).sum(axis=1), begins)
-        place = place - np.add.reduceat((slope * miss).sum(axis=1), begins) / weight
-    return place, 1.0 / np.sqrt(weight)
-
-
-def _distribution(
-    response: Response,
-    x_last: FloatArray,
-    x_spread: FloatArray,
-    gap: FloatArray,
-    early: FloatArray,
-    step: float,
-    base: FloatArray,
-    ratio_spread: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Mean, deviation and central 95 % of μ0, of the noise and the onset within the step."""
-    u, z, v = ((np.arange(1, VALUES + 1)[:, None] * EVENLY) % 1.0).T
-    z = norm.ppf(z)
-    x_last, x_spread, gap, early, base, ratio_spread = (
-        values[:, None] for values in (x_last, x_spread, gap, early, base, ratio_spread)
-    )
-    steps = np.maximum(1.0, np.round(np.abs(early) / step))
-    x = x_last + x_spread * z + gap * u + np.sign(early) * np.floor(v * steps) * step
-    sign = np.where(gap == 0.0, np.sign(x_last), np.sign(gap))
-    # It did slip: onsets past the lock, or where the surface would have to hold, are none.
-    possible = (x > response.x0_pull) & (x <= response.curve.x0_lock)
-    inside = np.clip(x, response.x0_pull, response.curve.x0_lock)
-    mu0 = sign * (response.demand(inside) + base + ratio_spread * z)
-    possible &= mu0 > 0.0
-    mu0 = np.where(possible, mu0, np.inf)
-    mu0.sort(axis=1)
-    count = np.isfinite(mu0).sum(axis=1)
-    safe = np.maximum(count, 1)
-    finite = np.where(np.isfinite(mu0), mu0, 0.0)
-    mean = finite.sum(axis=1) / safe
-    sd = np.sqrt(np.maximum(0.0, (finite**2).sum(axis=1) / safe - mean**2))
-
-    def quantile(part: float) -> FloatArray:
-        rank = np.clip(part * safe - 0.5, 0.0, safe - 1.0)
-        below = np.floor(rank).astype(np.int64)
-        above = np.minimum(below + 1, safe - 1)
-        row = np.arange(len(mu0))
-        weight = rank - below
-        return np.asarray(mu0[row, below] * (1.0 - weight) + mu0[row, above] * weight)
-
-    tail = 0.5 * (1.0 - COVERAGE)
-    with np.errstate(invalid="ignore"):
-        results = [mean, sd, quantile(tail), quantile(1.0 - tail)]
-    for values in results:
-        values[count == 0] = np.nan
-    return results[0], results[1], results[2], results[3]
+    return Periods(status, first, last, branch.x1_init + place, *found, notes)

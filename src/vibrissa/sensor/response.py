@@ -34,21 +34,22 @@ class NoResponse(ValueError):
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
-    """Clamp reactions over the footpoint displacement x0, on the whole stable branch.
-
-    Build one with `respond`.
+class Branch:
+    """Clamp reactions over the footpoint displacement x0: all that a recording tells of the rod.
 
     Attributes
     ----------
-    curve : StickingCurve
-        Where the clamp pushes.
     reactions : PPoly
-        fx, fy (E·I0/L²) and m (E·I0/L) over x0.
+        fx, fy (E·I0/L²) and m (E·I0/L) over x0, from where pulling ends to where pushing ends.
+    x0_lock : float
+        Displacement at which the tip locks (L).
+    x1_init : float
+        Contact point in the α = 0 state, from the clamp (L).
     """
 
-    curve: StickingCurve
     reactions: PPoly
+    x0_lock: float
+    x1_init: float
 
     @property
     def x0_pull(self) -> float:
@@ -72,6 +73,21 @@ class Response:
         """Friction coefficient −tan α that sticking needs; negative where the clamp pulls."""
         fx, fy, _ = np.moveaxis(self(x0), -1, 0)
         return np.asarray(fx / fy)
+
+
+@dataclass(frozen=True, eq=False)
+class Response(Branch):
+    """Branch of one rod at one height, with the curve that it was tabulated from.
+
+    Build one with `respond`.
+
+    Attributes
+    ----------
+    curve : StickingCurve
+        Where the clamp pushes.
+    """
+
+    curve: StickingCurve
 
     @cached_property
     def _work(self) -> PPoly:
@@ -173,7 +189,7 @@ def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool =
         np.concatenate([part.x[:-1] for part in parts] + [parts[-1].x[-1:]]),
         extrapolate=False,
     )
-    return Response(curve, joined)
+    return Response(joined, curve.x0_lock, curve.x1_init, curve)
 
 
 def _pulled(curve: StickingCurve, contact: str) -> list[CubicSpline]:

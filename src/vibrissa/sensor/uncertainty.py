@@ -1,0 +1,182 @@
+"""How well friction can be read: each source of uncertainty in one function.
+
+A period's last sticking state is at most one step before the onset: μ0 is that state's |tan α| or
+more, up to what one more step would have needed. The onset is taken as uniform within the step;
+with the normal noise of the readings this makes a distribution of μ0, represented by equally likely
+values, of which mean, deviation and the central 95 % are returned.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import norm
+
+from vibrissa.arrays import FloatArray
+from vibrissa.sensor.response import Branch
+
+# Equally likely values of onset, noise, beginning and common error, evenly spread, that make a
+# distribution: multiples of the powers of the inverse of the root of x⁵ = x + 1 (Roberts).
+VALUES = 1024
+EVENLY = 1.1673039782614187 ** -np.arange(1.0, 5.0)
+COVERAGE = 0.95
+
+_U, _Z, _V, _W = ((np.arange(1, VALUES + 1)[:, None] * EVENLY) % 1.0).T
+ONSET, NOISE, BEGINNING, COMMON = _U, norm.ppf(_Z), _V, norm.ppf(_W)
+
+
+class Summary(NamedTuple):
+    """Mean, standard deviation and central 95 % of a distribution; NaN where there is none."""
+
+    mean: FloatArray
+    deviation: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def ratio_deviation(
+    fx: ArrayLike, fy: ArrayLike, noise_x: ArrayLike, noise_y: ArrayLike
+) -> FloatArray:
+    """Propagate the noise of one sample to its ratio fx/fy: its standard deviation.
+
+    Parameters
+    ----------
+    fx, fy : array_like
+        Forces (E·I0/L²).
+    noise_x, noise_y : array_like
+        Their standard deviations (E·I0/L²).
+
+    Returns
+    -------
+    ndarray
+    """
+    fx, fy = np.asarray(fx), np.asarray(fy)
+    return np.asarray(np.hypot(noise_x / fy, fx * noise_y / fy**2))
+
+
+def information(slope: FloatArray, noise: FloatArray) -> FloatArray:
+    """Tell how much samples say of the contact's position: its inverse variance, which adds up.
+
+    Parameters
+    ----------
+    slope : ndarray, shape (..., k)
+        Derivatives of the k channels with respect to x0.
+    noise : ndarray, shape (k,)
+        Standard deviations of one reading.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        In units of L⁻².
+    """
+    return np.asarray(((slope / noise) ** 2).sum(axis=-1))
+
+
+def contact_deviation(information: FloatArray) -> FloatArray:
+    """Convert what is known of a contact (L⁻²) to the standard deviation of its position (L)."""
+    return np.asarray(1.0 / np.sqrt(information))
+
+
+def onsets(x_last: FloatArray, deviation: FloatArray, gap: FloatArray) -> FloatArray:
+    """Equally likely onsets of slip.
+
+    Parameters
+    ----------
+    x_last, deviation : ndarray, shape (n,)
+        Last sticking states (L) and the standard deviation of their error.
+    gap : ndarray, shape (n,)
+        Way of the clamp from there to the first sample after the slip; the onset is uniform in it.
+
+    Returns
+    -------
+    ndarray, shape (n, VALUES)
+    """
+    return x_last[:, None] + deviation[:, None] * NOISE + gap[:, None] * ONSET
+
+
+def missed_beginnings(early: FloatArray, step: float) -> FloatArray:
+    """Travel that a lossy recording does not show: a slip may have ended at any step of a gap.
+
+    Parameters
+    ----------
+    early : ndarray, shape (n,)
+        Way of the clamp from the last sample before the slip to the first after it (L).
+    step : float
+        Step of the stage (L).
+
+    Returns
+    -------
+    ndarray, shape (n, VALUES)
+        Equally likely (L).
+    """
+    steps = np.maximum(1.0, np.round(np.abs(early) / step))[:, None]
+    return np.sign(early)[:, None] * np.floor(BEGINNING * steps) * step
+
+
+def frictions(
+    branch: Branch,
+    onset: FloatArray,
+    sign: FloatArray,
+    base: FloatArray | float = 0.0,
+    deviation: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Equally likely values of μ0.
+
+    Parameters
+    ----------
+    branch : Branch
+    onset : ndarray, shape (n, VALUES)
+        Onsets of slip (L).
+    sign : ndarray, shape (n,)
+        1 where the clamp moved forward, −1 where backward.
+    base, deviation : ndarray, shape (n,), or float
+        What is added to the ratio that the rod needs at the onset, and the standard deviation of
+        its error.
+
+    Returns
+    -------
+    ndarray, shape (n, VALUES)
+        Infinite where there is none: the tip did slip, which excludes onsets past the lock, or
+        where the surface would have to hold it.
+    """
+    possible = (onset > branch.x0_pull) & (onset <= branch.x0_lock)
+    needed = branch.demand(np.clip(onset, branch.x0_pull, branch.x0_lock))
+    base, deviation = (np.broadcast_to(v, sign.shape)[:, None] for v in (base, deviation))
+    mu0 = sign[:, None] * (needed + base + deviation * NOISE)
+    return np.where(possible & (mu0 > 0.0), mu0, np.inf)
+
+
+def summary(draws: FloatArray) -> Summary:
+    """Summarise equally likely values.
+
+    Parameters
+    ----------
+    draws : ndarray, shape (n, VALUES)
+        Infinite values do not count.
+
+    Returns
+    -------
+    Summary
+        Arrays of shape (n,).
+    """
+    draws = np.sort(draws, axis=1)
+    count = np.isfinite(draws).sum(axis=1)
+    safe = np.maximum(count, 1)
+    finite = np.where(np.isfinite(draws), draws, 0.0)
+    mean = finite.sum(axis=1) / safe
+    deviation = np.sqrt(np.maximum(0.0, (finite**2).sum(axis=1) / safe - mean**2))
+
+    def quantile(part: float) -> FloatArray:
+        rank = np.clip(part * safe - 0.5, 0.0, safe - 1.0)
+        below = np.floor(rank).astype(np.int64)
+        above = np.minimum(below + 1, safe - 1)
+        row = np.arange(len(draws))
+        weight = rank - below
+        return np.asarray(draws[row, below] * (1.0 - weight) + draws[row, above] * weight)
+
+    tail = 0.5 * (1.0 - COVERAGE)
+    with np.errstate(invalid="ignore"):
+        result = Summary(mean, deviation, quantile(tail), quantile(1.0 - tail))
+    for values in result:
+        values[count == 0] = np.nan
+    return result
