@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from vibrissa.sensor import friction
 from vibrissa.sensor.cli import app
 from vibrissa.sensor.identification import (
+    READS,
     Found,
     Method,
     Recording,
@@ -161,6 +162,51 @@ def test_lone_spikes_are_left_out_and_named(response, method):
     assert len(periods.status) == truth.period[-1]
     (note,) = periods.notes
     assert all(str(i + 2) in note for i in at)
+
+
+def measured_over(response, surface, turns, law="free", method=Method.FORCES):
+    """Truth and periods of a scan, readings at the transducer's limit left out."""
+    truth = scan(response, surface, path("0.0005", turns), law, 0.8)
+    reactions = np.stack([truth.fx, truth.fy, truth.m], axis=1) * SCALE
+    readings = SENSOR.measured(reactions, np.random.default_rng(3))
+    rows = np.flatnonzero(~SENSOR.saturated(readings)[:, READS[method]].any(axis=1))
+    recording = Recording(truth.footpoint[rows], readings[rows] / SCALE, rows)
+    periods = identify(response, recording, DEVIATION, method)
+    return truth, periods, rows[periods.last]
+
+
+@pytest.mark.parametrize("method", list(Method))
+# To where the rod snaps through, or to the end of the path somewhat past the lock.
+@pytest.mark.parametrize("stop", ["1.5", "0.6"])
+def test_a_tip_that_locks_gives_a_bound_and_no_number(response, method, stop):
+    surface = friction.patches([0.0, 0.75], [0.3, 0.8])
+    truth, periods, _ = measured_over(response, surface, (stop,), method=method)
+    assert truth.phase[-1] is Phase.LOCK
+    assert len(periods.status) == truth.period[-1]
+    assert periods.status[-1] is Found.LOCK and Found.LOCK not in periods.status[:-1]
+    assert periods.low[-1] == pytest.approx(response.curve.mu_lock)
+    assert np.isnan([periods.mu0[-1], periods.deviation[-1], periods.high[-1]]).all()
+
+
+@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
+@pytest.mark.parametrize("turn", ["0.55", "0.9"])
+def test_pulled_back_from_past_the_lock_a_tip_slips_and_tells_its_friction(response, method, turn):
+    # Until it is let go its moment turns back at x0 = 0.56 at the latest: 0.9 is past that.
+    surface = friction.patches([0.0, 0.75], [0.3, 0.8])
+    truth, periods, last = measured_over(response, surface, (turn, "0.1"), method=method)
+    assert len(periods.status) == truth.period[-1]
+    assert Found.LOCK not in periods.status
+    ok = known(periods)
+    assert (truth.mu0[last][ok] == 0.8).any()
+    error = (periods.mu0 - truth.mu0[last])[ok]
+    assert np.abs(error / periods.deviation[ok]).max() < 4.5
+
+
+def test_a_scan_that_ends_while_the_tip_sticks_gives_a_bound(response):
+    truth, periods, _ = measured_over(response, friction.constant(0.4), ("0.44",))
+    assert periods.status[-1] is Found.OPEN
+    needed = response.demand(truth.x0[-1])
+    assert needed - 0.01 < periods.low[-1] < needed
 
 
 def test_another_rod_is_refused(response):

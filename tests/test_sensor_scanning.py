@@ -109,6 +109,16 @@ def test_turned_back_in_time_a_locked_tip_is_free_again(response):
     assert result.contact[-1] < 0.6
 
 
+def test_tip_that_stops_at_the_edge_of_a_rougher_patch_sticks_on_it(response):
+    surface = friction.patches([0.0, 0.6], [0.3, 0.6])
+    result = scan(response, surface, path("0.0005", ["0.4"]), "kinetic", 0.8)
+    at_edge = np.abs(result.contact - 0.6) < 1e-9
+    # Its demand is below what would stop it beyond the edge, above what would stop it before.
+    first = np.flatnonzero(at_edge)[0]
+    assert 0.8 * 0.3 <= response.demand(result.x0[first]) <= 0.8 * 0.6
+    assert result.phase[-1] is Phase.LOCK and result.mu0[-1] == 0.6
+
+
 def test_slip_from_high_to_no_friction_lifts_the_tip_off(response):
     # Let go near the lock, onto ice: more energy than the branch can take up to where fy = 0.
     surface = friction.patches([0.0, 0.4174], [0.47, 0.01])

@@ -418,7 +418,7 @@ def identify_(
         periods = identify(response, series_, deviation, method, stage)
         unit, name = units.unit(Kind.LENGTH), units.name(Kind.LENGTH)
         columns = {
-            "status": Column([s.value for s in periods.status], "", "slip, open or beyond"),
+            "status": Column([s.value for s in periods.status], "", "slip, open, lock or beyond"),
             "contact": Column(periods.contact * unit, name, "position of the tip"),
             "mu0": Column(periods.mu0, "1", "static friction there"),
             "deviation": Column(periods.deviation, "1", "its standard deviation"),

@@ -11,18 +11,24 @@ from vibrissa.arrays import FloatArray, IntArray
 from vibrissa.sensor import series
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.response import Branch
-from vibrissa.sensor.sticking import fitted, jumps, located, lone_spikes
+from vibrissa.sensor.sticking import (
+    MISFIT,
+    fitted,
+    jumps,
+    located,
+    lone_spikes,
+    same_contact,
+)
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.sensor.uncertainty import (
     frictions,
+    least_friction,
     missed_beginnings,
     onsets,
     ratio_deviation,
     summary,
 )
 
-# Squared misfit, in standard deviations, from which on a sample is not a state of the rod.
-MISFIT = 36.0
 # More than this part of the samples off the rod's response: it is another rod, or has an offset.
 MOST_OFF = 0.2
 
@@ -54,13 +60,16 @@ class Found(StrEnum):
     SLIP
         It ended with a slip: μ0 is known.
     OPEN
-        Its end, or for the spacing its beginning, was not recorded: no μ0.
+        Its end, or for the spacing its beginning, was not recorded: μ0 is at least `low`.
+    LOCK
+        The tip stuck past the lock: μ0 is above `low`, which is μ_lock; how far is not known.
     BEYOND
         Its last sticking state lies outside the states in which this rod slips: no μ0.
     """
 
     SLIP = "slip"
     OPEN = "open"
+    LOCK = "lock"
     BEYOND = "beyond"
 
 
@@ -102,7 +111,8 @@ class Periods:
     contact : ndarray
         Position of the tip (L).
     mu0, deviation, low, high : ndarray
-        Static friction there, its standard deviation and the central 95 %.
+        Static friction there, its standard deviation and the central 95 %. Where only a bound is
+        known all but `low` are NaN.
     notes : tuple of str
         What was left out, and why.
     """
@@ -258,11 +268,12 @@ def identify(
 
     at = clamp[rows] - x0[rows]
     begins = np.append(0, np.flatnonzero(jumps(at, spread[rows])) + 1)
+    samples = (branch, clamp[rows], readings[rows][:, used], noise, used)
+    contact, contact_spread = fitted(*samples, at, begins)
+    own = same_contact(*samples, begins, contact, contact_spread) == np.arange(len(begins))
+    begins, contact, contact_spread = begins[own], contact[own], contact_spread[own]
     ends = np.append(begins[1:], len(rows)) - 1
     first, last = rows[begins], rows[ends]
-    place, place_spread = fitted(
-        branch, clamp[rows], readings[rows][:, used], noise, used, at, begins
-    )
     gap = clamp[rows[np.minimum(ends + 1, len(rows) - 1)]] - clamp[last]
     opened = np.zeros(len(begins), dtype=bool)
     opened[-1] = True
@@ -276,7 +287,7 @@ def identify(
         base = fx / fy - branch.demand(x0[last])
         ratio_spread = ratio_deviation(fx, fy, noise[0], noise[1])
     elif method is Method.MOMENT:
-        onset = onsets(clamp[last] - place, place_spread, gap)
+        onset = onsets(clamp[last] - contact, contact_spread, gap)
     else:
         moved = np.abs(np.diff(clamp))
         size = float(np.median(moved[moved > 0.0])) if step is None else step
@@ -284,15 +295,24 @@ def identify(
             raise ValueError(f"step must be positive, got {size!r}")
         early = missed_beginnings(np.append(0.0, gap[:-1]), size)
         onset = onsets(clamp[last] - clamp[first], none, gap) + early
-        place = clamp[first]
         opened[0] = True
-    sign = np.where(gap == 0.0, np.sign(clamp[last] - place), np.sign(gap))
+    sign = np.where(gap == 0.0, np.sign(clamp[last] - contact), np.sign(gap))
     found = summary(frictions(branch, onset, sign, base, ratio_spread))
-    beyond = np.isnan(found.mean) & ~opened
+    least = least_friction(
+        branch,
+        np.minimum.reduceat(clamp[rows], begins) - contact,
+        np.maximum.reduceat(clamp[rows], begins) - contact,
+        contact_spread,
+    )
+    # Pulled back from there a tip slips after all, but not pushed on.
+    locked = (least >= branch.mu_lock) & (opened | (sign > 0.0))
+    opened &= ~locked
+    beyond = np.isnan(found.mean) & ~opened & ~locked
     for values in found:
-        values[opened] = np.nan
+        values[opened | locked] = np.nan
+    found.low[opened | locked] = least[opened | locked]
     status = [
-        Found.OPEN if o else Found.BEYOND if b else Found.SLIP
-        for o, b in zip(opened, beyond, strict=True)
+        Found.OPEN if o else Found.LOCK if k else Found.BEYOND if b else Found.SLIP
+        for o, k, b in zip(opened, locked, beyond, strict=True)
     ]
-    return Periods(status, first, last, branch.x1_init + place, *found, notes)
+    return Periods(status, first, last, branch.x1_init + contact, *found, notes)

@@ -27,6 +27,8 @@ KNOTS = 641
 # States solved on each smooth piece where the clamp pulls, and the error allowed between them.
 PULL_NODES = 25
 PULL_TOLERANCE = 1e-7
+# A normal force below this is none (E·I0/L²).
+TINY = 1e-9
 
 
 class NoResponse(ValueError):
@@ -60,6 +62,12 @@ class Branch:
     def x0_end(self) -> float:
         """Where pushing ends (L)."""
         return float(self.reactions.x[-1])
+
+    @property
+    def mu_lock(self) -> float:
+        """Largest friction at which a pushed tip slips; infinite where it lifts off instead."""
+        fx, fy, _ = self.reactions(self.x0_lock)
+        return float(fx / fy) if fy < -TINY else float("inf")
 
     def __call__(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements on the branch, shape x0.shape + (3,)."""

@@ -22,6 +22,8 @@ from vibrissa.steps import step_position
 
 # Displacements that differ by less are the same: a step that ends on the onset sticks.
 ROUNDING = 1e-12
+# To what a root is located (L).
+ROOT = 1e-14
 # Relative rounding of a demand that uses friction up.
 FULL = 1e-9
 # Steps looked at together for the end of a period.
@@ -333,4 +335,6 @@ def _slide(
     def at(stop: float) -> float:
         return float(excess(np.append(x[:after], stop))[-1])
 
-    return float(brentq(at, x[after - 1], x[after], xtol=1e-14))
+    stop = float(brentq(at, x[after - 1], x[after], xtol=ROOT))
+    # On the side where it stops: at the edge of a patch that is the rougher one.
+    return stop + np.sign(x[after] - x0) * 2.0 * ROOT if at(stop) > 0.0 else stop

@@ -13,6 +13,8 @@ from vibrissa.sensor.uncertainty import contact_deviation, information
 
 # A jump of this many standard deviations is a slip: by chance one of 10^9 samples shows it.
 JUMP = 6.0
+# Squared misfit, in standard deviations, from which on a sample is not a state of the rod.
+MISFIT = 36.0
 # Points of the branch among which the nearest to a sample is sought, before Newton's step.
 TABLE = 4001
 NEWTON_STEPS = 4
@@ -38,23 +40,33 @@ def located(
     x0, deviation, misfit : ndarray, shape (n,)
         Displacement and its standard deviation (L), squared misfit in standard deviations.
     """
-    table = np.linspace(branch.x0_pull, branch.x0_lock, TABLE)
+    table = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
     values = branch(table)[:, used]
     if used == [2]:
         # One channel tells states apart only as long as it grows.
         back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
         stop = int(back[0]) + 1 if len(back) else TABLE
         table, values = table[:stop], values[:stop]
-    _, nearest = KDTree(values / noise).query(readings / noise)
-    x0 = table[nearest]
-    inside = (table[0], table[-1])
-    for _ in range(2):
-        slope = branch.slope(x0)[:, used]
-        miss = (readings - branch(x0)[:, used]) / noise
-        known = information(slope, noise)
-        x0 = np.clip(x0 + (slope / noise * miss).sum(axis=1) / known, *inside)
-    miss = (readings - branch(x0)[:, used]) / noise
-    return x0, contact_deviation(known), (miss**2).sum(axis=1)
+
+    def nearest(rows: BoolArray, states: int) -> None:
+        """Start at the nearest of the first states of the table; two steps of Gauss and Newton."""
+        read = readings[rows] / noise
+        x = table[KDTree(values[:states] / noise).query(read)[1]]
+        for _ in range(2):
+            slope = branch.slope(x)[:, used]
+            known[rows] = information(slope, noise)
+            miss = read - branch(x)[:, used] / noise
+            x = np.clip(x + (slope / noise * miss).sum(axis=1) / known[rows], table[0], table[-1])
+        x0[rows] = x
+        misfit[rows] = ((read - branch(x)[:, used] / noise) ** 2).sum(axis=1)
+
+    x0, known, misfit = np.empty((3, len(readings)))
+    nearest(np.ones(len(readings), dtype=bool), int(np.searchsorted(table, branch.x0_lock)) + 1)
+    # Past the lock the branch may come near to states before it: only what is none of those.
+    past = misfit > MISFIT
+    if past.any():
+        nearest(past, len(table))
+    return x0, contact_deviation(known), misfit
 
 
 def jumps(at: FloatArray, deviation: FloatArray, apart: int = 1) -> BoolArray:
@@ -109,3 +121,42 @@ def fitted(
         known = np.add.reduceat(information(slope, noise), begins)
         place = place - np.add.reduceat((slope / noise * miss).sum(axis=1), begins) / known
     return place, contact_deviation(known)
+
+
+def same_contact(
+    branch: Branch,
+    clamp: FloatArray,
+    readings: FloatArray,
+    noise: FloatArray,
+    used: list[int],
+    begins: IntArray,
+    place: FloatArray,
+    deviation: FloatArray,
+) -> IntArray:
+    """Tell which periods go on with the contact of one before, which has passed its lock.
+
+    Past the lock one channel may turn back and show a slip where there is none.
+
+    Parameters
+    ----------
+    branch, clamp, readings, noise, used, begins
+        As for `fitted`.
+    place, deviation : ndarray, shape (p,)
+        What it returns.
+
+    Returns
+    -------
+    ndarray of int, shape (p,)
+        Number of the period whose contact each has, its own as a rule.
+    """
+    owner = np.arange(len(begins))
+    for i in range(1, len(begins)):
+        own, row = owner[i - 1], begins[i]
+        if clamp[row - 1] - place[own] > branch.x0_lock:
+            x0 = clamp[row] - place[own]
+            if branch.x0_pull < x0 < branch.x0_end:
+                blur = np.hypot(noise, branch.slope(x0)[used] * deviation[own])
+                miss = (readings[row] - branch(x0)[used]) / blur
+                if (miss**2).sum() < MISFIT:
+                    owner[i] = own
+    return owner

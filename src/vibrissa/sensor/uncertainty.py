@@ -146,6 +146,32 @@ def frictions(
     return np.where(possible & (mu0 > 0.0), mu0, np.inf)
 
 
+def least_friction(
+    branch: Branch, x_low: FloatArray, x_high: FloatArray, deviation: FloatArray
+) -> FloatArray:
+    """Bound μ0 from below by what sticking has needed so far.
+
+    Parameters
+    ----------
+    branch : Branch
+    x_low, x_high : ndarray, shape (n,)
+        Least and largest displacement at which the tip stuck (L).
+    deviation : ndarray, shape (n,)
+        Standard deviation of their common error (L).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Lower end of the central 95 %; μ_lock, up to rounding, from the lock on.
+    """
+    margin = norm.ppf(0.5 * (1.0 + COVERAGE)) * deviation
+    pushed = branch.demand(np.clip(x_high - margin, 0.0, branch.x0_lock))
+    # Where pulling ends, any friction would be needed.
+    pulled = -branch.demand(np.clip(x_low + margin, 0.999 * branch.x0_pull, 0.0))
+    pushed = np.where(x_high - margin >= branch.x0_lock, branch.mu_lock, pushed)
+    return np.asarray(np.maximum(0.0, np.maximum(pushed, pulled)))
+
+
 def summary(draws: FloatArray) -> Summary:
     """Summarise equally likely values.
 
