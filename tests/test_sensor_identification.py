@@ -53,7 +53,7 @@ def known(periods):
 @pytest.mark.parametrize("turns", [("1.2",), ("0.6", "0.1")])
 def test_every_slip_is_found_and_its_friction(response, method, turns):
     truth, recording = recorded(response, turns=turns)
-    periods = identify(response, recording, DEVIATION, method)
+    periods = identify(response, recording, DEVIATION, method, law="free")
     assert periods.notes == ()
     assert len(periods.status) == truth.period[-1]
     assert (np.diff(truth.period)[periods.last[:-1]] == 1).all()
@@ -78,7 +78,7 @@ def test_intervals_cover_what_they_say(response, method, law):
     inside = []
     for seed in range(100, 125):
         truth, recording = recorded(response, seed, law=law)
-        periods = identify(response, recording, DEVIATION, method)
+        periods = identify(response, recording, DEVIATION, method, law="free")
         friction0, ok = truth.mu0[periods.last], known(periods)
         inside += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
     # 93 to 97 % is what is promised.
@@ -114,13 +114,13 @@ def test_lost_samples_widen_the_interval_and_nothing_else(response, method):
     keep = np.random.default_rng(5).random(len(recording.line)) > 0.3
     keep[:2] = keep[-1] = True
     lossy = Recording(recording.footpoint[keep], recording.readings[keep], recording.line[keep])
-    periods = identify(response, lossy, DEVIATION, method, step=0.0005)
+    periods = identify(response, lossy, DEVIATION, method, step=0.0005, law="free")
     ok = known(periods)
     rows = np.flatnonzero(keep)[periods.last]
     friction0 = truth.mu0[rows]
     inside = ((periods.low <= friction0) & (friction0 <= periods.high))[ok]
     assert len(inside) > 40 and inside.mean() > 0.85
-    whole = identify(response, recording, DEVIATION, method)
+    whole = identify(response, recording, DEVIATION, method, law="free")
     assert np.nanmean(periods.deviation) > np.nanmean(whole.deviation)
 
 
@@ -131,7 +131,7 @@ def test_several_samples_at_each_step_are_one_step(response, method):
     reactions = np.stack([truth.fx, truth.fy, truth.m], axis=1)[dwell] * SCALE
     readings = SENSOR.measured(reactions, np.random.default_rng(8)) / SCALE
     recording = Recording(truth.footpoint[dwell], readings, dwell)
-    periods = identify(response, recording, DEVIATION, method)
+    periods = identify(response, recording, DEVIATION, method, law="free")
     assert len(periods.status) == truth.period[-1]
     friction0, ok = truth.mu0[dwell[periods.last]], known(periods)
     assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
@@ -171,7 +171,7 @@ def measured_over(response, surface, turns, law="free", method=Method.FORCES):
     readings = SENSOR.measured(reactions, np.random.default_rng(3))
     rows = np.flatnonzero(~SENSOR.saturated(readings)[:, READS[method]].any(axis=1))
     recording = Recording(truth.footpoint[rows], readings[rows] / SCALE, rows)
-    periods = identify(response, recording, DEVIATION, method)
+    periods = identify(response, recording, DEVIATION, method, law="free")
     return truth, periods, rows[periods.last]
 
 
@@ -235,7 +235,7 @@ def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path, method):
     out, found, picture = (tmp_path / name for name in ("s.csv", "f.parquet", "m.png"))
     way = ["--step", "50 um", "--to", "100 mm", "--patches", "0 mm: 0.25, 90 mm: 0.35"]
     assert run("scan", *WHISKER, *SI, *NANO, *way, "-o", out).exit_code == 0
-    asked = ["--method", method.value, "-o", found, "--picture", picture]
+    asked = ["--method", method.value, "--law", "free", "-o", found, "--picture", picture]
     result = run("identify", out, *WHISKER, *SI, *NANO, *asked)
     assert result.exit_code == 0, result.output
     rows = [row for row in pq.read_table(found).to_pylist() if row["status"] == "slip"]
@@ -298,7 +298,7 @@ def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factor
     file.write_text(HEADER.partition(",")[2] + "".join(",".join(row) + "\n" for row in rows))
     try:
         recording = read_recording(file, Units(ROD), method, SENSOR)
-        periods = identify(FUZZED, recording, DEVIATION, method)
+        periods = identify(FUZZED, recording, DEVIATION, method, law="free")
     except ValueError as error:
         assert str(error)
     else:

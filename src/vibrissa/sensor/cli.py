@@ -4,8 +4,9 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import combinations
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 import typer
@@ -15,9 +16,18 @@ from vibrissa.api import solve_onset
 from vibrissa.files import write_atomically
 from vibrissa.rod import deformed_shape
 from vibrissa.sensor import friction, series, transducer
-from vibrissa.sensor.identification import Found, Method, Periods, identify, read_recording
+from vibrissa.sensor.calibration import NAMES, Setup, Unknown, calibrate
+from vibrissa.sensor.heights import NODES, respond_between
+from vibrissa.sensor.identification import (
+    Found,
+    Method,
+    Periods,
+    identify,
+    noise_for,
+    read_recording,
+)
 from vibrissa.sensor.quantities import Kind, Units, in_si
-from vibrissa.sensor.response import NoResponse, Response, largest_strain, respond
+from vibrissa.sensor.response import Branch, NoResponse, largest_strain, respond
 from vibrissa.sensor.scanning import SlipLaw, path, scan
 from vibrissa.sensor.series import Column
 from vibrissa.status import Contact, Status
@@ -380,6 +390,20 @@ def identify_(
     step: Annotated[
         str | None, typer.Option(help="Step of the stage, if samples were lost: '20 um'.")
     ] = None,
+    law: Annotated[
+        SlipLaw | None,
+        typer.Option(help="Where slips end, for the spacing; without it only bounds are found."),
+    ] = None,
+    kinetic_ratio: Annotated[
+        float | None, typer.Option(help="Kinetic over static friction, for the spacing.")
+    ] = None,
+    estimate: Annotated[
+        list[Unknown] | None,
+        typer.Option(
+            help="What is not known and estimated, too; repeated for both. eta: the height, near "
+            "the one given. offset: what each channel reads without load."
+        ),
+    ] = None,
     contact: Touch = Contact.POINT,
     modulus: Modulus = None,
     diameter: Diameter = None,
@@ -390,7 +414,8 @@ def identify_(
 
     Writes one row for each period: where its tip was, mu0 with its standard deviation and 95 %
     interval, and the rows' lines in the recording. Rows that miss a value, are saturated or are
-    spikes are left out and named.
+    spikes are left out and named. If the recording does not tell what is to be estimated the exit
+    code is 1, after a mistake in the input 2.
     """
     with _plain_messages():
         series.check_ending(output)
@@ -414,16 +439,40 @@ def identify_(
                 [float(units.read(p, k, "noise")) for p, k in zip(parts, kinds, strict=True)]
             )
         stage = None if step is None else float(units.read(step, Kind.LENGTH, "step"))
-        response = _with_pulling(theta, height, contact, needed=backward)
-        periods = identify(response, series_, deviation, method, stage)
+        rod: Branch | Setup
+        if estimate:
+            heights = _pulled_if_possible(
+                lambda pull: respond_between(
+                    theta, height, contact, pull, _progress(NODES + 1, "solving the rod")
+                ),
+                needed=backward,
+            )
+            rod = calibrate(
+                heights,
+                height,
+                series_.footpoint,
+                series_.readings,
+                noise_for(series_, deviation),
+                estimate,
+            )
+            if rod.message:
+                typer.echo(f"{recording}: {rod.message}", err=True)
+                raise typer.Exit(1)
+        else:
+            rod = _pulled_if_possible(
+                lambda pull: respond(theta, height, contact, pull), needed=backward
+            )
+        tell = _progress(len(series_.footpoint), "identifying")
+        periods = identify(rod, series_, deviation, method, stage, law, kinetic_ratio, tell)
         unit, name = units.unit(Kind.LENGTH), units.name(Kind.LENGTH)
         columns = {
-            "status": Column([s.value for s in periods.status], "", "slip, open, lock or beyond"),
+            "status": Column([s.value for s in periods.status], "", ", ".join(Found)),
             "contact": Column(periods.contact * unit, name, "position of the tip"),
             "mu0": Column(periods.mu0, "1", "static friction there"),
             "deviation": Column(periods.deviation, "1", "its standard deviation"),
             "low": Column(periods.low, "1", "lower end of its central 95 %"),
             "high": Column(periods.high, "1", "upper end of its central 95 %"),
+            "common": Column(periods.common, "1", "part of it that all periods share"),
             "first_line": Column(series_.line[periods.first], "1", "line of the first sample"),
             "last_line": Column(series_.line[periods.last], "1", "line of the last sample"),
         }
@@ -432,20 +481,41 @@ def identify_(
             _save(_friction_map(periods, unit, name), picture)
     for note in periods.notes:
         typer.echo(note, err=True)
+    if isinstance(rod, Setup):
+        for text in _estimated(rod, units):
+            typer.echo(text)
     typer.echo(
         f"{output}: {len(periods.status)} periods, "
         f"friction of {periods.status.count(Found.SLIP)} of them"
     )
 
 
-def _with_pulling(theta: float, eta: float, contact: Contact, needed: bool) -> Response:
-    """Response with pulling where there is one: a long slip may end there, too."""
+T = TypeVar("T")
+
+
+def _pulled_if_possible(solved: Callable[[bool], T], needed: bool) -> T:
+    """Solve with pulling where there is one: a long slip may end there, too."""
     try:
-        return respond(theta, eta, contact)
+        return solved(True)
     except NoResponse:
         if needed:
             raise
-        return respond(theta, eta, contact, pull=False)
+        return solved(False)
+
+
+def _estimated(setup: Setup, units: Units) -> Iterator[str]:
+    """Say what was estimated, how well, and how much of that hangs together."""
+    kinds = (Kind.LENGTH, Kind.FORCE, Kind.FORCE, Kind.MOMENT)
+    values = (setup.eta, *setup.offset)
+    names = []
+    for label, kind, value, deviation in zip(NAMES, kinds, values, setup.deviation, strict=True):
+        if deviation > 0.0:
+            what = label if label == "eta" else f"offset of {label}"
+            unit, name = units.unit(kind), units.name(kind)
+            yield f"{what} = {value * unit:.6g} ± {deviation * unit:.2g} {name} (one deviation)"
+            names.append(NAMES.index(label))
+    for i, j in combinations(names, 2):
+        yield f"correlation of {NAMES[i]} and {NAMES[j]}: {setup.correlation[i, j]:+.2f}"
 
 
 def _friction_map(periods: Periods, unit: float, name: str) -> Figure:

@@ -1,5 +1,6 @@
 """From signals back to friction: periods of sticking, and μ0 of each with its uncertainty."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -9,8 +10,11 @@ from scipy.stats import norm
 
 from vibrissa.arrays import FloatArray, IntArray
 from vibrissa.sensor import series
+from vibrissa.sensor.calibration import Setup, known_setup
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.response import Branch
+from vibrissa.sensor.scanning import SlipLaw
+from vibrissa.sensor.spacing import spacing
 from vibrissa.sensor.sticking import (
     MISFIT,
     fitted,
@@ -21,16 +25,18 @@ from vibrissa.sensor.sticking import (
 )
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.sensor.uncertainty import (
-    frictions,
+    LastStates,
+    Summary,
+    common_deviation,
+    friction_of,
     least_friction,
-    missed_beginnings,
-    onsets,
     ratio_deviation,
-    summary,
 )
 
 # More than this part of the samples off the rod's response: it is another rod, or has an offset.
 MOST_OFF = 0.2
+# Standard deviations on either side of the mean that hold 95 % of a normal distribution.
+TWO_SIDED = float(norm.ppf(0.975))
 
 
 class Method(StrEnum):
@@ -44,7 +50,7 @@ class Method(StrEnum):
     MOMENT
         The moment alone: all samples of a period, through the rod's model.
     SPACING
-        The clamp's travel from slip to slip, if slips end at α = 0 (law ``free``).
+        The clamp's travel from slip to slip, which depends on where slips end (the slip law).
     """
 
     FORCES = "forces"
@@ -63,6 +69,8 @@ class Found(StrEnum):
         Its end, or for the spacing its beginning, was not recorded: μ0 is at least `low`.
     LOCK
         The tip stuck past the lock: μ0 is above `low`, which is μ_lock; how far is not known.
+    UNSURE
+        By the spacing, which needs a slip law: `low` and `high` hold for every law.
     BEYOND
         Its last sticking state lies outside the states in which this rod slips: no μ0.
     """
@@ -70,6 +78,7 @@ class Found(StrEnum):
     SLIP = "slip"
     OPEN = "open"
     LOCK = "lock"
+    UNSURE = "unsure"
     BEYOND = "beyond"
 
 
@@ -112,7 +121,10 @@ class Periods:
         Position of the tip (L).
     mu0, deviation, low, high : ndarray
         Static friction there, its standard deviation and the central 95 %. Where only a bound is
-        known all but `low` are NaN.
+        known the others are NaN.
+    common : ndarray
+        Part of the deviation that all periods share, from the setup's uncertainty; the rest is
+        their own.
     notes : tuple of str
         What was left out, and why.
     """
@@ -125,6 +137,7 @@ class Periods:
     deviation: FloatArray
     low: FloatArray
     high: FloatArray
+    common: FloatArray
     notes: tuple[str, ...]
 
 
@@ -209,19 +222,28 @@ def noise_of(readings: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.nanmean(usual**2, axis=0) / 6.0))
 
 
+def noise_for(recording: Recording, deviation: FloatArray | None = None) -> FloatArray:
+    """Noise of the readings: what is given, or else estimated from the recording, shape (3,)."""
+    return noise_of(recording.readings) if deviation is None else np.asarray(deviation)
+
+
 def identify(
-    branch: Branch,
+    rod: Branch | Setup,
     recording: Recording,
     deviation: FloatArray | None = None,
     method: Method | str = Method.FORCES,
     step: float | None = None,
+    law: SlipLaw | str | None = None,
+    kinetic_ratio: float | None = None,
+    progress: Callable[[int], None] = lambda done: None,
 ) -> Periods:
     """Find the periods of sticking in a recording, and the friction of each.
 
     Parameters
     ----------
-    branch : Branch
-        Response of the rod that was used; with pulling if the clamp went backward.
+    rod : Branch or Setup
+        Response of the rod that was used, with pulling if the clamp went backward; or what
+        `calibration.calibrate` found, if height or offsets were not known.
     recording : Recording
         In the order in which it was made.
     deviation : ndarray, shape (3,), optional
@@ -231,6 +253,12 @@ def identify(
     step : float, optional
         Step of the stage (L), which the spacing needs where samples were lost; by default the
         median distance of successive clamp positions.
+    law : SlipLaw, optional
+        Where slips end, for the spacing; without it bounds are found that hold for all.
+    kinetic_ratio : float, optional
+        μk/μ0, for the spacing with a law other than ``free``.
+    progress : callable
+        Told how many samples are done.
 
     Returns
     -------
@@ -239,19 +267,24 @@ def identify(
     Raises
     ------
     ValueError
-        If the recording is too short, has no measurable noise, or does not fit the rod.
+        If the recording is too short, has no measurable noise, or does not fit the rod; if the
+        setup is not known.
     """
     method = Method(method)
-    clamp, readings, line = recording.footpoint, recording.readings, recording.line
-    used = [i for i in READS[method] if not np.isnan(readings[:, i]).any()]
+    setup = rod if isinstance(rod, Setup) else known_setup(rod)
+    if setup.message:
+        raise ValueError(setup.message)
+    clamp, line = recording.footpoint, recording.line
+    used = [i for i in READS[method] if not np.isnan(recording.readings[:, i]).any()]
     if len(clamp) < 3 or not used:
         raise ValueError(f"too little to identify friction from: {len(clamp)} usable rows")
-    noise = (noise_of(readings) if deviation is None else np.asarray(deviation))[used]
+    noise = noise_for(recording, deviation)[used]
     if not (np.isfinite(noise).all() and (noise > 0.0).all()):
         raise ValueError("the noise of the readings cannot be estimated from them: give it")
 
-    notes = recording.notes
-    x0, spread, misfit = located(branch, readings[:, used], noise, used)
+    branch, notes = setup.branch, recording.notes
+    readings = recording.readings - setup.offset
+    x0, spread, misfit = located(branch, readings[:, used], noise, used, progress)
     off = misfit > MISFIT
     if off.mean() > MOST_OFF:
         raise ValueError(
@@ -269,50 +302,125 @@ def identify(
     at = clamp[rows] - x0[rows]
     begins = np.append(0, np.flatnonzero(jumps(at, spread[rows])) + 1)
     samples = (branch, clamp[rows], readings[rows][:, used], noise, used)
-    contact, contact_spread = fitted(*samples, at, begins)
-    own = same_contact(*samples, begins, contact, contact_spread) == np.arange(len(begins))
-    begins, contact, contact_spread = begins[own], contact[own], contact_spread[own]
+    place, place_deviation = fitted(*samples, at, begins)
+    own = same_contact(*samples, begins, place, place_deviation) == np.arange(len(begins))
+    begins, place = begins[own], place[own]
     ends = np.append(begins[1:], len(rows)) - 1
-    first, last = rows[begins], rows[ends]
-    gap = clamp[rows[np.minimum(ends + 1, len(rows) - 1)]] - clamp[last]
+    recorded = _Recorded(method, clamp, recording.readings, noise, used, rows, begins, ends, place)
+    size = _stage_step(clamp, step) if method is Method.SPACING else 1.0
+    law = None if law is None else SlipLaw(law)
+
+    def friction(branch: Branch, last: LastStates, common: FloatArray | None = None) -> Summary:
+        shared = np.zeros(len(place)) if common is None else common
+        if method is not Method.SPACING:
+            return friction_of(branch, last, shared)
+        relation = spacing(branch, law, kinetic_ratio)
+        return friction_of(
+            branch,
+            last,
+            shared,
+            size,
+            lambda travel, part: relation.onset(travel, _before(last)[part], last.sign[part]),
+        )
+
+    place, least, last_states = recorded.seen(branch, setup.offset)
+    mean = friction(branch, last_states).mean
+    displaced = [(b, *recorded.seen(b, offset)[1:]) for b, offset in setup.displaced]
+    common = common_deviation(mean, [friction(b, last).mean for b, _, last in displaced])
+    found = friction(branch, last_states, common) if displaced else friction(branch, last_states)
+    least -= TWO_SIDED * common_deviation(least, [moved for _, moved, _ in displaced])
+
     opened = np.zeros(len(begins), dtype=bool)
     opened[-1] = True
-
-    none = np.zeros(len(begins))
-    base, ratio_spread = none, none
-    if method is Method.FORCES:
-        # Ratio and its deviation at the last sticking sample; the model says how it goes on.
-        fx, fy = readings[last, 0], readings[last, 1]
-        onset = onsets(x0[last], none, gap)
-        base = fx / fy - branch.demand(x0[last])
-        ratio_spread = ratio_deviation(fx, fy, noise[0], noise[1])
-    elif method is Method.MOMENT:
-        onset = onsets(clamp[last] - contact, contact_spread, gap)
-    else:
-        moved = np.abs(np.diff(clamp))
-        size = float(np.median(moved[moved > 0.0])) if step is None else step
-        if not size > 0.0:
-            raise ValueError(f"step must be positive, got {size!r}")
-        early = missed_beginnings(np.append(0.0, gap[:-1]), size)
-        onset = onsets(clamp[last] - clamp[first], none, gap) + early
-        opened[0] = True
-    sign = np.where(gap == 0.0, np.sign(clamp[last] - contact), np.sign(gap))
-    found = summary(frictions(branch, onset, sign, base, ratio_spread))
-    least = least_friction(
-        branch,
-        np.minimum.reduceat(clamp[rows], begins) - contact,
-        np.maximum.reduceat(clamp[rows], begins) - contact,
-        contact_spread,
-    )
+    opened[0] |= method is Method.SPACING
     # Pulled back from there a tip slips after all, but not pushed on.
-    locked = (least >= branch.mu_lock) & (opened | (sign > 0.0))
-    opened &= ~locked
+    locked = (least >= branch.mu_lock) & (opened | (last_states.sign > 0.0))
+    least -= TWO_SIDED * common_deviation(least, [moved for _, moved, _ in displaced])
     beyond = np.isnan(found.mean) & ~opened & ~locked
+    unsure = np.zeros(len(begins), dtype=bool)
+    if method is Method.SPACING:
+        relation = spacing(branch, law, kinetic_ratio)
+        unsure = relation.gives_bounds(_before(last_states), last_states.sign)
+        unsure &= ~(opened | locked | beyond)
     for values in found:
         values[opened | locked] = np.nan
     found.low[opened | locked] = least[opened | locked]
-    status = [
-        Found.OPEN if o else Found.LOCK if k else Found.BEYOND if b else Found.SLIP
-        for o, k, b in zip(opened, locked, beyond, strict=True)
-    ]
-    return Periods(status, first, last, branch.x1_init + contact, *found, notes)
+    for values in (found.mean, found.deviation, found.high):
+        values[unsure] = np.nan
+    # As it slipped, pushed, it did not lock.
+    found.high[unsure & (last_states.sign > 0.0)] = branch.mu_lock
+    status = np.select(
+        [opened & ~locked, locked, beyond, unsure],
+        [Found.OPEN, Found.LOCK, Found.BEYOND, Found.UNSURE],
+        Found.SLIP,
+    )
+    return Periods(
+        [Found(value) for value in status],
+        rows[begins],
+        rows[ends],
+        branch.x1_init + place,
+        *found,
+        common,
+        notes,
+    )
+
+
+def _before(last: LastStates) -> FloatArray:
+    """Directions of the clamp at the slips before; unknown, 0, for the first period."""
+    return np.append(0.0, last.sign[:-1])
+
+
+def _stage_step(clamp: FloatArray, step: float | None) -> float:
+    """Step of the stage: what is given, or the usual distance of successive positions."""
+    moved = np.abs(np.diff(clamp))
+    size = float(np.median(moved[moved > 0.0])) if step is None else step
+    if not size > 0.0:
+        raise ValueError(f"step must be positive, got {size!r}")
+    return size
+
+
+@dataclass(frozen=True, eq=False)
+class _Recorded:
+    """A recording cut into periods of sticking, to be read with one setup or another."""
+
+    method: Method
+    clamp: FloatArray
+    readings: FloatArray
+    noise: FloatArray
+    used: list[int]
+    rows: IntArray
+    begins: IntArray
+    ends: IntArray
+    place: FloatArray
+
+    def seen(self, branch: Branch, offset: FloatArray) -> tuple[FloatArray, FloatArray, LastStates]:
+        """Place of each contact, least friction there, and the last sticking state."""
+        rows, begins, ends = self.rows, self.begins, self.ends
+        clamp, readings = self.clamp[rows], self.readings[rows] - offset
+        start = np.repeat(self.place, ends - begins + 1)
+        place, deviation = fitted(
+            branch, clamp, readings[:, self.used], self.noise, self.used, start, begins
+        )
+        least = least_friction(
+            branch,
+            np.minimum.reduceat(clamp, begins) - place,
+            np.maximum.reduceat(clamp, begins) - place,
+            deviation,
+        )
+        none = np.zeros(len(begins))
+        gap = clamp[np.minimum(ends + 1, len(rows) - 1)] - clamp[ends]
+        sign = np.where(gap == 0.0, np.sign(clamp[ends] - place), np.sign(gap))
+        last = LastStates(clamp[ends] - place, deviation, gap, none, sign, none, none)
+        if self.method is Method.FORCES:
+            # Ratio and its deviation at the last sticking sample; the model says how it goes on.
+            (fx, fy), (noise_x, noise_y) = readings[ends, :2].T, self.noise
+            last = last._replace(
+                deviation=none,
+                base=fx / fy - branch.demand(np.clip(last.travel, branch.x0_pull, branch.x0_end)),
+                ratio_deviation=ratio_deviation(fx, fy, noise_x, noise_y),
+            )
+        if self.method is Method.SPACING:
+            # A slip in a gap of the recording may have ended at any step of it.
+            early = np.append(0.0, gap[:-1])
+            last = last._replace(travel=clamp[ends] - clamp[begins], deviation=none, early=early)
+        return place, least, last

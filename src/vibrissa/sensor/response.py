@@ -47,11 +47,14 @@ class Branch:
         Displacement at which the tip locks (L).
     x1_init : float
         Contact point in the α = 0 state, from the clamp (L).
+    bounds : ndarray
+        Ends of the smooth stretches: where pulling ends, kinks, α = 0, the lock, the end (L).
     """
 
     reactions: PPoly
     x0_lock: float
     x1_init: float
+    bounds: FloatArray
 
     @property
     def x0_pull(self) -> float:
@@ -197,7 +200,10 @@ def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool =
         np.concatenate([part.x[:-1] for part in parts] + [parts[-1].x[-1:]]),
         extrapolate=False,
     )
-    return Response(joined, curve.x0_lock, curve.x1_init, curve)
+    kinks = [b.x0[0] for a, b in pairwise(curve.pieces) if a.contact is not b.contact]
+    ends = [part.x[0] for part in parts[: -len(curve.pieces)]]
+    bounds = np.unique([*ends, 0.0, *kinks, curve.x0_lock, joined.x[-1]])
+    return Response(joined, curve.x0_lock, curve.x1_init, bounds, curve)
 
 
 def _pulled(curve: StickingCurve, contact: str) -> list[CubicSpline]:

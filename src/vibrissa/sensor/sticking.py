@@ -4,6 +4,9 @@ Each sample of the clamp reactions lies on the branch, which gives its x0. Clamp
 is constant while the tip sticks and jumps where it slips.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from scipy.spatial import KDTree
 
@@ -18,10 +21,16 @@ MISFIT = 36.0
 # Points of the branch among which the nearest to a sample is sought, before Newton's step.
 TABLE = 4001
 NEWTON_STEPS = 4
+# Samples located together, before it is told how many are done.
+BLOCK = 20000
 
 
 def located(
-    branch: Branch, readings: FloatArray, noise: FloatArray, used: list[int]
+    branch: Branch,
+    readings: FloatArray,
+    noise: FloatArray,
+    used: list[int],
+    progress: Callable[[int], None] = lambda done: None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Find the state of the rod that is nearest to each sample.
 
@@ -34,6 +43,8 @@ def located(
         Standard deviation of one reading.
     used : list of int
         Numbers of the channels: 0 for fx, 1 for fy, 2 for m.
+    progress : callable
+        Told how many samples are done.
 
     Returns
     -------
@@ -48,10 +59,10 @@ def located(
         stop = int(back[0]) + 1 if len(back) else TABLE
         table, values = table[:stop], values[:stop]
 
-    def nearest(rows: BoolArray, states: int) -> None:
-        """Start at the nearest of the first states of the table; two steps of Gauss and Newton."""
+    def nearest(rows: IntArray, tree: Any) -> None:
+        """Start at the nearest state of the table; two steps of Gauss and Newton."""
         read = readings[rows] / noise
-        x = table[KDTree(values[:states] / noise).query(read)[1]]
+        x = table[tree.query(read)[1]]
         for _ in range(2):
             slope = branch.slope(x)[:, used]
             known[rows] = information(slope, noise)
@@ -61,11 +72,16 @@ def located(
         misfit[rows] = ((read - branch(x)[:, used] / noise) ** 2).sum(axis=1)
 
     x0, known, misfit = np.empty((3, len(readings)))
-    nearest(np.ones(len(readings), dtype=bool), int(np.searchsorted(table, branch.x0_lock)) + 1)
-    # Past the lock the branch may come near to states before it: only what is none of those.
-    past = misfit > MISFIT
-    if past.any():
-        nearest(past, len(table))
+    before = KDTree(values[: int(np.searchsorted(table, branch.x0_lock)) + 1] / noise)
+    whole = KDTree(values / noise)
+    for start in range(0, len(readings), BLOCK):
+        rows = np.arange(start, min(start + BLOCK, len(readings)))
+        nearest(rows, before)
+        # Past the lock the branch may come near to states before it: only what is none of those.
+        past = rows[misfit[rows] > MISFIT]
+        if len(past):
+            nearest(past, whole)
+        progress(int(rows[-1]) + 1)
     return x0, contact_deviation(known), misfit
 
 

@@ -6,6 +6,7 @@ with the normal noise of the readings this makes a distribution of μ0, represen
 values, of which mean, deviation and the central 95 % are returned.
 """
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,38 @@ COVERAGE = 0.95
 
 _U, _Z, _V, _W = ((np.arange(1, VALUES + 1)[:, None] * EVENLY) % 1.0).T
 ONSET, NOISE, BEGINNING, COMMON = _U, norm.ppf(_Z), _V, norm.ppf(_W)
+
+
+# Periods looked at together: what that takes of memory stays small.
+BLOCK = 512
+
+
+class LastStates(NamedTuple):
+    """Last sticking states of n periods, each field an array of shape (n,).
+
+    Attributes
+    ----------
+    travel, deviation : ndarray
+        Displacement x0 there, or for the spacing the clamp's travel since the slip before, and the
+        standard deviation of its error (L).
+    gap : ndarray
+        Way of the clamp from there to the first sample after the slip (L).
+    early : ndarray
+        The same at the slip before (L): for the spacing, otherwise 0.
+    sign : ndarray
+        1 where the clamp moved forward, −1 where backward.
+    base, ratio_deviation : ndarray
+        What is added to the ratio of forces that the rod needs at the onset, and the standard
+        deviation of its error.
+    """
+
+    travel: FloatArray
+    deviation: FloatArray
+    gap: FloatArray
+    early: FloatArray
+    sign: FloatArray
+    base: FloatArray
+    ratio_deviation: FloatArray
 
 
 class Summary(NamedTuple):
@@ -117,8 +150,9 @@ def frictions(
     branch: Branch,
     onset: FloatArray,
     sign: FloatArray,
-    base: FloatArray | float = 0.0,
-    deviation: FloatArray | float = 0.0,
+    base: FloatArray,
+    deviation: FloatArray,
+    common: FloatArray,
 ) -> FloatArray:
     """Equally likely values of μ0.
 
@@ -129,9 +163,11 @@ def frictions(
         Onsets of slip (L).
     sign : ndarray, shape (n,)
         1 where the clamp moved forward, −1 where backward.
-    base, deviation : ndarray, shape (n,), or float
+    base, deviation : ndarray, shape (n,)
         What is added to the ratio that the rod needs at the onset, and the standard deviation of
         its error.
+    common : ndarray, shape (n,)
+        Standard deviation of the error of μ0 that all periods share.
 
     Returns
     -------
@@ -141,9 +177,68 @@ def frictions(
     """
     possible = (onset > branch.x0_pull) & (onset <= branch.x0_lock)
     needed = branch.demand(np.clip(onset, branch.x0_pull, branch.x0_lock))
-    base, deviation = (np.broadcast_to(v, sign.shape)[:, None] for v in (base, deviation))
-    mu0 = sign[:, None] * (needed + base + deviation * NOISE)
+    mu0 = sign[:, None] * (needed + base[:, None] + deviation[:, None] * NOISE)
+    mu0 += common[:, None] * COMMON
     return np.where(possible & (mu0 > 0.0), mu0, np.inf)
+
+
+def friction_of(
+    branch: Branch,
+    last: LastStates,
+    common: FloatArray,
+    step: float = 1.0,
+    onset_of: Callable[[FloatArray, slice], FloatArray] = lambda travel, periods: travel,
+) -> Summary:
+    """Propagate every source of uncertainty to μ0.
+
+    Parameters
+    ----------
+    branch : Branch
+    last : LastStates
+        Of n periods.
+    common : ndarray, shape (n,)
+        Standard deviation of the error of μ0 that all periods share.
+    step : float
+        Step of the stage (L), where a beginning was missed.
+    onset_of : callable
+        Maps travels of a slice of the periods to displacements at the onset, for the spacing.
+
+    Returns
+    -------
+    Summary
+        Arrays of shape (n,).
+    """
+    parts = []
+    for start in range(0, len(last.sign), BLOCK):
+        here = slice(start, start + BLOCK)
+        part = LastStates(*(values[here] for values in last))
+        travel = onsets(part.travel, part.deviation, part.gap)
+        travel += missed_beginnings(part.early, step)
+        onset = onset_of(travel, here)
+        parts.append(
+            summary(
+                frictions(branch, onset, part.sign, part.base, part.ratio_deviation, common[here])
+            )
+        )
+    return Summary(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def common_deviation(mean: FloatArray, displaced: Sequence[FloatArray]) -> FloatArray:
+    """Add up what all periods share: its standard deviation.
+
+    Parameters
+    ----------
+    mean : ndarray, shape (n,)
+        Of each period.
+    displaced : sequence of ndarray
+        The same with the rod's setup one standard deviation away, along each principal axis.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    squares = sum(((np.asarray(moved) - mean) ** 2 for moved in displaced), np.zeros(len(mean)))
+    return np.sqrt(np.nan_to_num(squares))
 
 
 def least_friction(
