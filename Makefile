@@ -43,7 +43,7 @@ help:
 	@echo "make bench                 states per second of four methods, side by side"
 	@echo "make growth                time and memory of studies of 10^4 to 10^6 points, into docs/speed.md"
 	@echo "                           (ARGS='--points 1e7' for ten million)"
-	@echo "make roundtrip             friction of 1,000 random surfaces from the signals of a transducer"
+	@echo "make roundtrip             friction of 200 random surfaces from their signals, written into docs"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
@@ -125,7 +125,8 @@ growth: $(STAMP)
 	@$(PY) benchmarks/growth.py $(ARGS)
 
 roundtrip: $(STAMP)
-	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py $(ARGS)
+	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py \
+	    $(or $(ARGS),--docs docs/sensor.md --figure docs/roundtrip.png)
 
 mutations: $(STAMP)
 	@$(ONE_THREAD) $(PY) tests/mutations.py

@@ -2,13 +2,15 @@
 
 A steel whisker of 100 mm and 1 mm at the base (θ = 2, η = 0.85) moves 150 mm in steps of 50 µm over
 a random texture (μ0 0.30 ± 0.04, correlated over 2 mm) and is read by an ATI Nano17 SI-12-0.12.
+Where height and offsets are estimated, the transducer's zero is off by tenths of a newton and the
+height is looked for near another one.
 """
 
 import argparse
 import multiprocessing
 from collections import defaultdict
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +18,10 @@ from matplotlib.figure import Figure
 
 from vibrissa.files import write_atomically
 from vibrissa.sensor import friction
+from vibrissa.sensor.calibration import Unknown, calibrate
+from vibrissa.sensor.heights import respond_between
 from vibrissa.sensor.identification import Found, Method, Recording, identify
-from vibrissa.sensor.response import Response, respond
+from vibrissa.sensor.response import respond
 from vibrissa.sensor.scanning import Outcome, SlipLaw, path, scan
 from vibrissa.sensor.transducer import preset
 from vibrissa.units import Rod
@@ -25,52 +29,129 @@ from vibrissa.units import Rod
 ROD = Rod(youngs_modulus=2.1e11, base_diameter=1e-3, length=0.1)
 SENSOR = preset("nano17-si-12-0.12")
 SCALE = np.array([ROD.force_unit, ROD.force_unit, ROD.moment_unit])
+DEVIATION = np.array(SENSOR.deviation) / SCALE
+THETA, ETA, GUESS = 2.0, 0.85, 0.87
 POSITIONS = path("0.0005", ["1.5"])
-# The energy law's slips do not end at α = 0: what the spacing makes of them is shown on purpose.
-LAWS = (SlipLaw.FREE, SlipLaw.ENERGY)
+RATIO = 0.8
+# Standard deviations of the transducer's zero (N, N, N·m), where it is estimated.
+ZERO = np.array([0.3, 0.3, 0.01])
+# What is identified, and how: method, what is estimated, whether the slip law is given.
+ALL = [Unknown.ETA, Unknown.OFFSET]
+CASES = {
+    "forces": (Method.FORCES, [], True),
+    "moment": (Method.MOMENT, [], True),
+    "spacing": (Method.SPACING, [], True),
+    "spacing, law not given": (Method.SPACING, [], False),
+    "forces, η and offsets estimated": (Method.FORCES, ALL, True),
+    "moment, η and offsets estimated": (Method.MOMENT, ALL, True),
+}
+SHOWN = [
+    (SlipLaw.FREE, "forces"),
+    (SlipLaw.FREE, "moment"),
+    (SlipLaw.FREE, "spacing"),
+    (SlipLaw.KINETIC, "spacing"),
+    (SlipLaw.ENERGY, "spacing"),
+    (SlipLaw.FREE, "moment, η and offsets estimated"),
+]
+BEGIN, END = "<!-- table of make roundtrip -->", "<!-- end of the table -->"
 
-_response: Response | None = None
+
+@cache
+def rod():
+    """Response of the rod, solved once in each process."""
+    return respond(THETA, ETA)
+
+
+@cache
+def heights():
+    """Response of the rod near a height that it does not have."""
+    return respond_between(THETA, GUESS)
 
 
 def one(seed, drift, crosstalk):
-    """Errors and whether the intervals cover, by law and method; periods there were and found."""
-    global _response
-    if _response is None:
-        _response = respond(2.0, 0.85)
-    results = {}
+    """Scan one surface and identify it: what was found, by law and case."""
     flawed = replace(
         SENSOR, drift=tuple(drift * step for step in SENSOR.resolution), crosstalk=crosstalk
     )
     surface = friction.random(seed, 0.3, 0.04, 0.02)
-    for law in LAWS:
-        truth = scan(_response, surface, POSITIONS, law, 0.8)
+    zero = np.random.default_rng([seed, 2]).normal(0.0, ZERO)
+    results = {}
+    for law in SlipLaw:
+        truth = scan(rod(), surface, POSITIONS, law, RATIO)
         reactions = np.stack([truth.fx, truth.fy, truth.m], axis=1) * SCALE
-        readings = flawed.measured(reactions, np.random.default_rng([seed, 1])) / SCALE
-        recording = Recording(truth.footpoint, readings, np.arange(len(readings)))
-        for method in Method:
+        lines = np.arange(len(reactions))
+
+        def recorded(zero, reactions=reactions, truth=truth, lines=lines):
+            readings = flawed.measured(reactions + zero, np.random.default_rng([seed, 1]))
+            return Recording(truth.footpoint, readings / SCALE, lines)
+
+        ready, raw = recorded(0.0), recorded(zero)
+        try:
+            setup = calibrate(heights(), GUESS, raw.footpoint, raw.readings, DEVIATION, ALL)
+        except ValueError:
+            setup = None
+        for name, (method, unknown, told) in CASES.items():
             try:
-                found = identify(_response, recording, np.array(SENSOR.deviation) / SCALE, method)
-            except ValueError:
+                found = identify(
+                    setup if unknown else rod(),
+                    raw if unknown else ready,
+                    DEVIATION,
+                    method,
+                    law=law if told else None,
+                    kinetic_ratio=RATIO,
+                )
+            except (ValueError, AttributeError):
                 continue  # refused: no state of this rod
-            ok = np.array([status is Found.SLIP for status in found.status])
-            mu0 = truth.mu0[found.last][ok]
-            covers = (found.low[ok] <= mu0) & (mu0 <= found.high[ok])
-            counts = int(truth.period[-1]), len(found.status)
-            ended = truth.outcome is not Outcome.COMPLETE
-            results[law, method] = (
-                found.mu0[ok] - mu0,
-                covers,
-                found.deviation[ok],
-                (*counts, ended),
-            )
+            results[law, name] = outcome(truth, found)
     return results
 
 
+def outcome(truth, found):
+    """Errors, whether the intervals cover, deviations, their common part, and counts."""
+    known = np.array([status in (Found.SLIP, Found.UNSURE) for status in found.status])
+    mu0 = truth.mu0[found.last][known]
+    covers = (found.low[known] <= mu0) & (mu0 <= found.high[known])
+    ended = truth.outcome is not Outcome.COMPLETE
+    counts = int(truth.period[-1]), len(found.status), ended
+    return (
+        found.mu0[known] - mu0,
+        covers,
+        found.deviation[known],
+        found.common[known],
+        found.high[known] - found.low[known],
+        counts,
+    )
+
+
+def table(gathered):
+    """Rows of the table, in Markdown."""
+    yield "| slips | method | ended early | periods, found | bias | rms error | stated | coverage |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
+    for law in SlipLaw:
+        for name in CASES:
+            parts = gathered[law, name]
+            error, covers, stated, common, width = (
+                np.concatenate([part[i] for part in parts]) for i in range(5)
+            )
+            there, found, ended = np.sum([part[5] for part in parts], axis=0)
+            size = f"{stated.mean():.1e}"
+            if common.any():
+                size += f" ({common.mean():.0e} common)"
+            if np.isnan(error).all():
+                figures = f"– | – | interval {width.mean():.2f} wide"
+            else:
+                figures = f"{error.mean():+.0e} | {np.sqrt(np.mean(error**2)):.1e} | {size}"
+            yield (
+                f"| {law} | {name} | {ended} | {there}, {found} | {figures} | {covers.mean():.1%} |"
+            )
+
+
 def main():
-    """Print the table, draw the figure."""
+    """Print or write the table, draw the figure."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=1000)
+    parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--workers", type=int, default=None)
+    parser.add_argument("--docs", type=Path, help="page into which the table is written")
     parser.add_argument("--figure", type=Path, help="where to draw the errors (.png, .svg, .pdf)")
     parser.add_argument(
         "--drift", type=float, default=0.0, help="of the zero, in steps of resolution per √sample"
@@ -84,32 +165,28 @@ def main():
         for results in pool.imap_unordered(scanned, range(arguments.seeds), chunksize=5):
             for key, value in results.items():
                 gathered[key].append(value)
-    print(
-        "| slips | method | scans, ended | periods, found | bias | rms error | stated | coverage |"
-    )
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
-    errors = {}
-    for (law, method), parts in gathered.items():
-        error, covers, stated = (np.concatenate([part[i] for part in parts]) for i in range(3))
-        there, found, ended = np.sum([part[3] for part in parts], axis=0)
-        errors[law, method] = error
-        print(
-            f"| {law} | {method} | {len(parts)}, {ended} | {there}, {found} | {error.mean():+.1e} "
-            f"| {np.sqrt(np.mean(error**2)):.1e} | {stated.mean():.1e} | {covers.mean():.2%} |"
-        )
+    rows = "\n".join(table(gathered))
+    print(rows)
+    if arguments.docs is not None:
+        before, _, rest = arguments.docs.read_text(encoding="utf-8").partition(BEGIN)
+        after = rest.partition(END)[2]
+        text = f"{before}{BEGIN}\n{rows}\n{END}{after}"
+        with write_atomically(arguments.docs) as temporary:
+            temporary.write_text(text, encoding="utf-8")
     if arguments.figure is not None:
+        errors = {
+            key: np.concatenate([part[0] for part in parts]) for key, parts in gathered.items()
+        }
         draw(errors, arguments.figure)
 
 
 def draw(errors, path):
-    """Draw a histogram of the errors for each law and method."""
-    figure = Figure(figsize=(9.0, 2.8), layout="constrained")
-    panels = figure.subplots(1, len(LAWS) * len(Method) - 1)
-    shown = [key for key in errors if key != (SlipLaw.ENERGY, Method.SPACING)]
-    for axes, key in zip(panels, shown, strict=True):
-        axes.hist(errors[key], bins=np.linspace(-0.007, 0.007, 71), color="0.35")
+    """Draw a histogram of the errors for some laws and methods."""
+    figure = Figure(figsize=(11.0, 2.8), layout="constrained")
+    for axes, (law, name) in zip(figure.subplots(1, len(SHOWN)), SHOWN, strict=True):
+        axes.hist(errors[law, name], bins=np.linspace(-0.007, 0.007, 71), color="0.35")
         axes.axvline(0.0, color="C3", linewidth=0.8)
-        axes.set_title(f"{key[1]}\nslips: {key[0]}", fontsize=9)
+        axes.set_title(f"{name.replace(', ', chr(10), 1)}\nslips: {law}", fontsize=9)
         axes.set(yticks=[], xticks=[-0.005, 0.0, 0.005], xlabel="error of μ0")
     with write_atomically(path) as temporary:
         figure.savefig(temporary, dpi=130)

@@ -23,6 +23,7 @@ from vibrissa.sensor.sticking import (
     lone_spikes,
     same_contact,
 )
+from vibrissa.sensor.texture import FEWEST, read_travels
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 from vibrissa.sensor.uncertainty import (
     LastStates,
@@ -30,6 +31,7 @@ from vibrissa.sensor.uncertainty import (
     common_deviation,
     friction_of,
     least_friction,
+    normal_summary,
     ratio_deviation,
 )
 
@@ -310,18 +312,34 @@ def identify(
     size = _stage_step(clamp, step) if method is Method.SPACING else 1.0
     law = None if law is None else SlipLaw(law)
 
+    # Where periods are not read together the spacing may give no more than bounds.
+    runs: list[slice] = []
+    bounds = np.ones(len(begins), dtype=bool)
+    if method is Method.SPACING and law is SlipLaw.ENERGY:
+        runs = _runs(recorded.seen(branch, setup.offset)[2], size)
+
     def friction(branch: Branch, last: LastStates, common: FloatArray | None = None) -> Summary:
         shared = np.zeros(len(place)) if common is None else common
         if method is not Method.SPACING:
             return friction_of(branch, last, shared)
         relation = spacing(branch, law, kinetic_ratio)
-        return friction_of(
+        found = friction_of(
             branch,
             last,
             shared,
             size,
             lambda travel, part: relation.onset(travel, _before(last)[part], last.sign[part]),
         )
+        for run in runs:
+            mean, own = read_travels(
+                branch, kinetic_ratio or 0.0, last.travel[run], last.gap[run], place[run]
+            )
+            normal = normal_summary(branch, mean, np.hypot(own, shared[run]))
+            told = np.arange(run.start, run.stop)[1:][~np.isnan(mean[1:])]
+            for values, new in zip(found, normal, strict=True):
+                values[told] = new[told - run.start]
+            bounds[told] = False
+        return found
 
     place, least, last_states = recorded.seen(branch, setup.offset)
     mean = friction(branch, last_states).mean
@@ -342,6 +360,7 @@ def identify(
         relation = spacing(branch, law, kinetic_ratio)
         unsure = relation.gives_bounds(_before(last_states), last_states.sign)
         unsure &= ~(opened | locked | beyond)
+        unsure &= bounds
     for values in found:
         values[opened | locked] = np.nan
     found.low[opened | locked] = least[opened | locked]
@@ -368,6 +387,14 @@ def identify(
 def _before(last: LastStates) -> FloatArray:
     """Directions of the clamp at the slips before; unknown, 0, for the first period."""
     return np.append(0.0, last.sign[:-1])
+
+
+def _runs(last: LastStates, step: float) -> list[slice]:
+    """Periods in a row that end by slips forward in single steps, enough to be read together."""
+    plain = (last.sign > 0.0) & (last.gap > 0.5 * step) & (last.gap < 1.5 * step)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], plain, [False]]).astype(np.int8)))
+    pairs = edges.reshape(-1, 2).tolist()
+    return [slice(start, stop) for start, stop in pairs if stop - start >= FEWEST]
 
 
 def _stage_step(clamp: FloatArray, step: float | None) -> float:

@@ -85,21 +85,6 @@ class Branch:
         fx, fy, _ = np.moveaxis(self(x0), -1, 0)
         return np.asarray(fx / fy)
 
-
-@dataclass(frozen=True, eq=False)
-class Response(Branch):
-    """Branch of one rod at one height, with the curve that it was tabulated from.
-
-    Build one with `respond`.
-
-    Attributes
-    ----------
-    curve : StickingCurve
-        Where the clamp pushes.
-    """
-
-    curve: StickingCurve
-
     @cached_property
     def _work(self) -> PPoly:
         return self.reactions.antiderivative()
@@ -116,6 +101,21 @@ class Response(Branch):
     def normal_path(self, x0: ArrayLike) -> FloatArray:
         """Integral of the normal force |fy| over x0 (E·I0/L)."""
         return np.asarray(-self._work(x0)[..., 1])
+
+
+@dataclass(frozen=True, eq=False)
+class Response(Branch):
+    """Branch of one rod at one height, with the curve that it was tabulated from.
+
+    Build one with `respond`.
+
+    Attributes
+    ----------
+    curve : StickingCurve
+        Where the clamp pushes.
+    """
+
+    curve: StickingCurve
 
     @cached_property
     def _ascent(self) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ ends of a period, so that T gives it as soon as the slip law says what r is:
 - ``free``: r = 0;
 - ``kinetic``: the friction that the rod needs at r is κ·μ0, on the side from which the tip came;
   where the clamp pulls, a travel may come from two frictions;
-- ``energy``: what friction there was on the way of the slip counts, too, which is not known;
+- ``energy``: what friction there was on the way of the slip counts, too: see `texture`;
 - no law: at r the tip sticks, so that the rod needs no more than μ0 there, on either side. The
   largest T for a friction μ0 is that from the far side; the least is 0.
 """
@@ -93,7 +93,7 @@ def spacing(branch: Branch, law: SlipLaw | None, kinetic_ratio: float | None = N
         With ``free`` and ``kinetic`` the travel gives the onset; without a law, or with ``energy``,
         the least onset that it can come from.
     kinetic_ratio : float, optional
-        μk/μ0 for ``kinetic``, above 0 and below 1: at 1 there is no slip.
+        μk/μ0 for ``kinetic`` and ``energy``, above 0 and below 1: at 1 there is no slip.
 
     Returns
     -------
@@ -104,9 +104,10 @@ def spacing(branch: Branch, law: SlipLaw | None, kinetic_ratio: float | None = N
     ValueError
         If the ratio is out of range.
     """
-    if law is SlipLaw.KINETIC and not (kinetic_ratio is not None and 0.0 < kinetic_ratio < 1.0):
+    needs_ratio = law in (SlipLaw.KINETIC, SlipLaw.ENERGY)
+    if needs_ratio and not (kinetic_ratio is not None and 0.0 < kinetic_ratio < 1.0):
         raise ValueError(
-            f"the spacing of kinetic slips needs a kinetic_ratio above 0 and below 1, got "
+            f"the spacing of {law} slips needs a kinetic_ratio above 0 and below 1, got "
             f"{kinetic_ratio!r}"
         )
     ends = {1: branch.x0_lock, -1: -ALMOST * branch.x0_pull}

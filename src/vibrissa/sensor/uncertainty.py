@@ -267,6 +267,13 @@ def least_friction(
     return np.asarray(np.maximum(0.0, np.maximum(pushed, pulled)))
 
 
+def normal_summary(branch: Branch, mean: FloatArray, deviation: FloatArray) -> Summary:
+    """Summarise normal distributions of μ0, whose intervals end where this rod can slip."""
+    margin = norm.ppf(0.5 * (1.0 + COVERAGE)) * deviation
+    low, high = np.maximum(mean - margin, 0.0), np.minimum(mean + margin, branch.mu_lock)
+    return Summary(mean, deviation, low, high)
+
+
 def summary(draws: FloatArray) -> Summary:
     """Summarise equally likely values.
 
