@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import norm
 
-from vibrissa.arrays import FloatArray, IntArray
+from vibrissa.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.sensor import series
 from vibrissa.sensor.calibration import Setup, known_setup
 from vibrissa.sensor.quantities import Kind, Units
@@ -276,7 +276,7 @@ def identify(
     setup = rod if isinstance(rod, Setup) else known_setup(rod)
     if setup.message:
         raise ValueError(setup.message)
-    clamp, line = recording.footpoint, recording.line
+    clamp = recording.footpoint
     used = [i for i in READS[method] if not np.isnan(recording.readings[:, i]).any()]
     if len(clamp) < 3 or not used:
         raise ValueError(f"too little to identify friction from: {len(clamp)} usable rows")
@@ -284,83 +284,31 @@ def identify(
     if not (np.isfinite(noise).all() and (noise > 0.0).all()):
         raise ValueError("the noise of the readings cannot be estimated from them: give it")
 
-    branch, notes = setup.branch, recording.notes
-    readings = recording.readings - setup.offset
-    x0, spread, misfit = located(branch, readings[:, used], noise, used, progress)
-    off = misfit > MISFIT
-    if off.mean() > MOST_OFF:
-        raise ValueError(
-            f"{off.sum()} of {len(off)} samples are no state of this rod, first in line "
-            f"{line[off][0]}: check rod, height, units, zero and noise"
-        )
-    notes += _note(line[off], "the reading is no state of this rod")
-    rows = np.flatnonzero(~off)
-    lone = lone_spikes(clamp[rows] - x0[rows], spread[rows])
-    notes += _note(line[rows[lone]], "a lone spike")
-    rows = rows[~lone]
-    if len(rows) < 3:
-        raise ValueError(f"too little to identify friction from: {len(rows)} usable rows")
-
-    at = clamp[rows] - x0[rows]
-    begins = np.append(0, np.flatnonzero(jumps(at, spread[rows])) + 1)
-    samples = (branch, clamp[rows], readings[rows][:, used], noise, used)
-    place, place_deviation = fitted(*samples, at, begins)
-    own = same_contact(*samples, begins, place, place_deviation) == np.arange(len(begins))
-    begins, place = begins[own], place[own]
+    rows, begins, place, notes = _cut(setup, recording, noise, used, progress)
     ends = np.append(begins[1:], len(rows)) - 1
     recorded = _Recorded(method, clamp, recording.readings, noise, used, rows, begins, ends, place)
-    size = _stage_step(clamp, step) if method is Method.SPACING else 1.0
     law = None if law is None else SlipLaw(law)
+    size = _stage_step(clamp, step) if method is Method.SPACING else 1.0
+    spaced = (law, kinetic_ratio, size) if method is Method.SPACING else None
 
-    # Where periods are not read together the spacing may give no more than bounds.
-    runs: list[slice] = []
-    bounds = np.ones(len(begins), dtype=bool)
-    if method is Method.SPACING and law is SlipLaw.ENERGY:
-        runs = _runs(recorded.seen(branch, setup.offset)[2], size)
-
-    def friction(branch: Branch, last: LastStates, common: FloatArray | None = None) -> Summary:
-        shared = np.zeros(len(place)) if common is None else common
-        if method is not Method.SPACING:
-            return friction_of(branch, last, shared)
-        relation = spacing(branch, law, kinetic_ratio)
-        found = friction_of(
-            branch,
-            last,
-            shared,
-            size,
-            lambda travel, part: relation.onset(travel, _before(last)[part], last.sign[part]),
-        )
-        for run in runs:
-            mean, own = read_travels(
-                branch, kinetic_ratio or 0.0, last.travel[run], last.gap[run], place[run]
-            )
-            normal = normal_summary(branch, mean, np.hypot(own, shared[run]))
-            told = np.arange(run.start, run.stop)[1:][~np.isnan(mean[1:])]
-            for values, new in zip(found, normal, strict=True):
-                values[told] = new[told - run.start]
-            bounds[told] = False
-        return found
-
+    branch = setup.branch
     place, least, last_states = recorded.seen(branch, setup.offset)
-    mean = friction(branch, last_states).mean
-    displaced = [(b, *recorded.seen(b, offset)[1:]) for b, offset in setup.displaced]
-    common = common_deviation(mean, [friction(b, last).mean for b, _, last in displaced])
-    found = friction(branch, last_states, common) if displaced else friction(branch, last_states)
-    least -= TWO_SIDED * common_deviation(least, [moved for _, moved, _ in displaced])
+    none = np.zeros(len(begins))
+    found, unsure = _friction(branch, last_states, place, none, spaced)
+    displaced = [(moved, *recorded.seen(moved, offset)) for moved, offset in setup.displaced]
+    means = [_friction(b, last, at, none, spaced)[0].mean for b, at, _, last in displaced]
+    common = common_deviation(found.mean, means)
+    if displaced:
+        found, unsure = _friction(branch, last_states, place, common, spaced)
 
     opened = np.zeros(len(begins), dtype=bool)
     opened[-1] = True
     opened[0] |= method is Method.SPACING
     # Pulled back from there a tip slips after all, but not pushed on.
     locked = (least >= branch.mu_lock) & (opened | (last_states.sign > 0.0))
-    least -= TWO_SIDED * common_deviation(least, [moved for _, moved, _ in displaced])
+    least -= TWO_SIDED * common_deviation(least, [moved for _, _, moved, _ in displaced])
     beyond = np.isnan(found.mean) & ~opened & ~locked
-    unsure = np.zeros(len(begins), dtype=bool)
-    if method is Method.SPACING:
-        relation = spacing(branch, law, kinetic_ratio)
-        unsure = relation.gives_bounds(_before(last_states), last_states.sign)
-        unsure &= ~(opened | locked | beyond)
-        unsure &= bounds
+    unsure &= ~(opened | locked | beyond)
     for values in found:
         values[opened | locked] = np.nan
     found.low[opened | locked] = least[opened | locked]
@@ -384,9 +332,70 @@ def identify(
     )
 
 
-def _before(last: LastStates) -> FloatArray:
-    """Directions of the clamp at the slips before; unknown, 0, for the first period."""
-    return np.append(0.0, last.sign[:-1])
+def _cut(
+    setup: Setup,
+    recording: Recording,
+    noise: FloatArray,
+    used: list[int],
+    progress: Callable[[int], None],
+) -> tuple[IntArray, IntArray, FloatArray, tuple[str, ...]]:
+    """Rows that are used, which of them begin a period, its contact, and notes on the others."""
+    clamp, line = recording.footpoint, recording.line
+    branch, notes = setup.branch, recording.notes
+    readings = recording.readings - setup.offset
+    x0, spread, misfit = located(branch, readings[:, used], noise, used, progress)
+    off = misfit > MISFIT
+    if off.mean() > MOST_OFF:
+        raise ValueError(
+            f"{off.sum()} of {len(off)} samples are no state of this rod, first in line "
+            f"{line[off][0]}: check rod, height, units, zero and noise"
+        )
+    notes += _note(line[off], "the reading is no state of this rod")
+    rows = np.flatnonzero(~off)
+    lone = lone_spikes(clamp[rows] - x0[rows], spread[rows])
+    notes += _note(line[rows[lone]], "a lone spike")
+    rows = rows[~lone]
+    if len(rows) < 3:
+        raise ValueError(f"too little to identify friction from: {len(rows)} usable rows")
+
+    at = clamp[rows] - x0[rows]
+    begins = np.append(0, np.flatnonzero(jumps(at, spread[rows])) + 1)
+    samples = (branch, clamp[rows], readings[rows][:, used], noise, used)
+    place, place_deviation = fitted(*samples, at, begins)
+    own = same_contact(*samples, begins, place, place_deviation) == np.arange(len(begins))
+    return rows, begins[own], place[own], notes
+
+
+def _friction(
+    branch: Branch,
+    last: LastStates,
+    place: FloatArray,
+    common: FloatArray,
+    spaced: tuple[SlipLaw | None, float | None, float] | None,
+) -> tuple[Summary, BoolArray]:
+    """Friction of every period, for the spacing by law, ratio and step; which have only bounds."""
+    if spaced is None:
+        return friction_of(branch, last, common), np.zeros(len(place), dtype=bool)
+    law, ratio, step = spaced
+    before = np.append(0.0, last.sign[:-1])
+    relation = spacing(branch, law, ratio)
+    found = friction_of(
+        branch,
+        last,
+        common,
+        step,
+        lambda travel, part: relation.onset(travel, before[part], last.sign[part]),
+    )
+    unsure = relation.gives_bounds(before, last.sign)
+    for run in _runs(last, step) if law is SlipLaw.ENERGY else []:
+        mean, own = read_travels(branch, ratio or 0.0, last.travel[run], last.gap[run], place[run])
+        normal = normal_summary(branch, mean, np.hypot(own, common[run]))
+        # What came before the first of them is not known.
+        told = run.start + 1 + np.flatnonzero(~np.isnan(mean[1:]))
+        for values, new in zip(found, normal, strict=True):
+            values[told] = new[told - run.start]
+        unsure[told] = False
+    return found, unsure
 
 
 def _runs(last: LastStates, step: float) -> list[slice]:
