@@ -108,7 +108,9 @@ def one(seed, drift, crosstalk):
 
 def outcome(truth, found):
     """Errors, whether the intervals cover, deviations, their common part, and counts."""
-    known = np.array([status in (Found.SLIP, Found.UNSURE) for status in found.status])
+    # Where there is no friction at all: bounds.
+    wanted = Found.SLIP if Found.SLIP in found.status else Found.UNSURE
+    known = np.array([status is wanted for status in found.status])
     mu0 = truth.mu0[found.last][known]
     covers = (found.low[known] <= mu0) & (mu0 <= found.high[known])
     ended = truth.outcome is not Outcome.COMPLETE
@@ -134,15 +136,16 @@ def table(gathered):
                 np.concatenate([part[i] for part in parts]) for i in range(5)
             )
             there, found, ended = np.sum([part[5] for part in parts], axis=0)
-            size = f"{stated.mean():.1e}"
+            size = f"{np.nanmean(stated):.1e}"
             if common.any():
                 size += f" ({common.mean():.0e} common)"
             if np.isnan(error).all():
                 figures = f"– | – | interval {width.mean():.2f} wide"
             else:
-                figures = f"{error.mean():+.0e} | {np.sqrt(np.mean(error**2)):.1e} | {size}"
+                figures = f"{np.nanmean(error):+.0e} | {np.sqrt(np.nanmean(error**2)):.1e} | {size}"
             yield (
-                f"| {law} | {name} | {ended} | {there}, {found} | {figures} | {covers.mean():.1%} |"
+                f"| {law} | {name} | {ended} | {there}, {found} | {figures} "
+                f"| {100.0 * covers.mean():.1f} % |"
             )
 
 
@@ -165,7 +168,7 @@ def main():
         for results in pool.imap_unordered(scanned, range(arguments.seeds), chunksize=5):
             for key, value in results.items():
                 gathered[key].append(value)
-    rows = "\n".join(table(gathered))
+    rows = "\n".join([f"{arguments.seeds} surfaces:\n", *table(gathered)])
     print(rows)
     if arguments.docs is not None:
         before, _, rest = arguments.docs.read_text(encoding="utf-8").partition(BEGIN)
