@@ -94,3 +94,9 @@ def test_few_periods_give_bounds():
     assert Found.UNSURE in periods.status and Found.SLIP not in periods.status
     with pytest.raises(ValueError, match="kinetic_ratio"):
         identify(RESPONSE, recording, QUIET, Method.SPACING, law="energy")
+
+
+def test_travels_that_no_surface_has_are_not_read():
+    travel = np.random.default_rng(0).uniform(0.0, 0.2, 30)
+    with pytest.raises(np.linalg.LinAlgError, match="no surface"):
+        read_travels(RESPONSE, 0.8, travel, np.full(30, 0.0005), np.zeros(30))

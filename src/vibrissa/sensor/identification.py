@@ -388,7 +388,12 @@ def _friction(
     )
     unsure = relation.gives_bounds(before, last.sign)
     for run in _runs(last, step) if law is SlipLaw.ENERGY else []:
-        mean, own = read_travels(branch, ratio or 0.0, last.travel[run], last.gap[run], place[run])
+        try:
+            mean, own = read_travels(
+                branch, ratio or 0.0, last.travel[run], last.gap[run], place[run]
+            )
+        except np.linalg.LinAlgError:
+            continue  # these travels are none of a surface of one kind: the bounds stay
         normal = normal_summary(branch, mean, np.hypot(own, common[run]))
         # What came before the first of them is not known.
         told = run.start + 1 + np.flatnonzero(~np.isnan(mean[1:]))

@@ -32,6 +32,8 @@ NEWTON_STEPS = 12
 ROUNDS = 3
 STEPS = 4
 STEP = 1e-5
+# Mean squared error of the travels, in units of what surface and steps explain, that is too much.
+MOST_EXCESS = 2.0
 # Part of its friction from which on a tip that rests pulled may have slipped back.
 TURNS = 0.8
 # Least friction, and part of the way to where pulling ends, to which iterations are kept.
@@ -151,7 +153,12 @@ def read_travels(
     Returns
     -------
     mean, deviation : ndarray, shape (n,)
-        Of μ0; NaN beside a slip that may have gone back.
+        Of μ0; NaN beside a slip that may have gone back, or where it is none of this rod.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If no surface explains the travels.
     """
     slips = EnergySlips(branch, kinetic_ratio)
     n, step, measured = len(place), gap[:-1], travel[1:]
@@ -182,7 +189,10 @@ def read_travels(
             rest: FloatArray = rest,
             parts: FloatArray = linear.slopes @ parts,
         ) -> float:
-            factor = cho_factor(covariance(guess, parts) + linear.errors, lower=True)
+            spread = covariance(guess, parts) + linear.errors
+            if not np.isfinite(spread).all():
+                raise np.linalg.LinAlgError("the travels cannot be linearised")
+            factor = cho_factor(spread, lower=True)
             miss = rest - guess[0] * linear.slopes.sum(axis=1)
             far = (guess[1:] - np.log(GUESS)) / np.log(FACTOR)
             size = np.log(np.diag(factor[0])).sum() + 0.5 * miss @ cho_solve(factor, miss)
@@ -197,6 +207,10 @@ def read_travels(
             gain = np.linalg.solve(spread, linear.slopes @ prior).T
             found = guess[0] + gain @ (rest - guess[0] * linear.slopes.sum(axis=1))
             values = np.clip(found, LEAST, slips.most)
+    miss = measured - slips.linearised(values[:n], values[n:], step).travel
+    miss += linear.slopes @ (values - guess[0])
+    if not miss @ np.linalg.solve(spread, miss) < MOST_EXCESS * len(miss):
+        raise np.linalg.LinAlgError("no surface of one kind explains the travels")
     left = np.diag(prior - gain @ linear.slopes @ prior)
     # The surface's mean is as uncertain as the travels leave it.
     total = linear.slopes.sum(axis=1)
@@ -206,7 +220,8 @@ def read_travels(
     # Where a tip rests pulled, and may slip back, the relation does not hold on either side.
     end = slips.rest(slips.onset(mean[:-1]) + 0.5 * step, values[n:])
     back = np.append(False, -branch.demand(end) > TURNS * mean[1:])
-    near = back | np.append(back[1:], False) | np.append(False, back[:-1])
+    kept = (mean <= LEAST) | (mean >= slips.most)
+    near = kept | back | np.append(back[1:], False) | np.append(False, back[:-1])
     mean[near] = deviation[near] = np.nan
     return mean, deviation
 
