@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import simpson
+from scipy.integrate import simpson, solve_ivp
 
 from vibrissa.arrays import FloatArray
 from vibrissa.rod import deformed_shape
@@ -11,6 +11,8 @@ from vibrissa.taper import diameter, stiffness
 
 # Equally spaced points of a shape: Simpson's rule then has the energy to about 1e-6.
 POINTS = 51
+# Many rods are integrated together for their strains, to this accuracy.
+STRAIN_POINTS, STRAIN_TOLERANCE = 101, 1e-9
 
 
 class Bending(NamedTuple):
@@ -91,3 +93,52 @@ def solve_and_measure(
     rows = list(zip(theta, f, alpha, x1, y1, strict=True))
     x, y, phi = np.moveaxis(np.array([deformed_shape(*row, s) for row in rows]), 1, 0)
     return measure(theta, f, alpha, x1, y1, s, x, y, phi[:, -1])
+
+
+def strains(
+    theta: FloatArray,
+    f: FloatArray,
+    alpha: FloatArray,
+    x_c: FloatArray,
+    y_c: FloatArray,
+    s_c: FloatArray,
+) -> FloatArray:
+    """Largest strain |φ'|·d/2 of many rods under known contact forces, integrated together.
+
+    Parameters
+    ----------
+    theta, f, alpha, x_c, y_c, s_c : ndarray, shape (n,)
+        Taper factor, contact force (E·I0/L²), its inclination (rad), contact point relative to the
+        clamp (L) and its arc length (L).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In units of d0/L.
+    """
+    cos_alpha, sin_alpha = np.cos(alpha), np.sin(alpha)
+
+    def moment(x: FloatArray, y: FloatArray) -> FloatArray:
+        return f * (cos_alpha * (x - x_c) + sin_alpha * (y - y_c))
+
+    def derivative(part: float, state: FloatArray) -> FloatArray:
+        x, y, phi = state.reshape(3, -1)
+        bent = moment(x, y) / stiffness(part * s_c, theta)
+        return (np.stack([np.cos(phi), np.sin(phi), bent]) * s_c).ravel()
+
+    zero = np.zeros(len(f))
+    parts = np.linspace(0.0, 1.0, STRAIN_POINTS)
+    result = solve_ivp(
+        derivative,
+        (0.0, 1.0),
+        np.concatenate([zero, zero, zero + np.pi / 2]),
+        method="DOP853",
+        t_eval=parts,
+        rtol=STRAIN_TOLERANCE,
+        atol=STRAIN_TOLERANCE,
+    )
+    x, y, _ = result.y.reshape(3, len(f), -1).transpose(0, 2, 1)
+    # |φ'|·d/2 = |m|/(2·d³), as B = d⁴.
+    return np.asarray(
+        (0.5 * np.abs(moment(x, y)) / diameter(parts[:, None] * s_c, theta) ** 3).max(axis=0)
+    )

@@ -5,6 +5,7 @@ continued to where the clamp pulls (x0 < 0), up to the state in which the surfac
 hold the tip (fy = 0), and tabulated, so that a scan of many steps costs next to nothing.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -16,9 +17,8 @@ from scipy.optimize import brentq
 
 from vibrissa.api import EquilibriumState, solve_curve, solve_state
 from vibrissa.arrays import FloatArray
-from vibrissa.bending import POINTS, measure
+from vibrissa.bending import strains
 from vibrissa.curve import StickingCurve, StickingState
-from vibrissa.rod import deformed_shape
 from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.status import Contact, Status
 
@@ -84,6 +84,12 @@ class Branch:
         """Friction coefficient −tan α that sticking needs; negative where the clamp pulls."""
         fx, fy, _ = np.moveaxis(self(x0), -1, 0)
         return np.asarray(fx / fy)
+
+    def demand_slope(self, x0: ArrayLike) -> FloatArray:
+        """Differentiate the demand with respect to the displacement (1/L)."""
+        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
+        fx_slope, fy_slope, _ = np.moveaxis(self.slope(x0), -1, 0)
+        return np.asarray((fx_slope * fy - fx * fy_slope) / fy**2)
 
     @cached_property
     def _work(self) -> PPoly:
@@ -190,7 +196,23 @@ def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool =
     curve = solve_curve(theta, eta, contact=contact)
     if curve.status is not Status.SOLVED:
         raise NoResponse(f"the sticking curve is {curve.status}: {curve.message}")
-    parts = _pulled(curve, contact) if pull else []
+    return tabulated(curve, _pulled(curve, contact) if pull else [])
+
+
+def tabulated(curve: StickingCurve, pulled: Sequence[CubicSpline] = ()) -> Response:
+    """Tabulate the response of a solved curve.
+
+    Parameters
+    ----------
+    curve : StickingCurve
+    pulled : sequence of CubicSpline
+        Reactions where the clamp pulls, if they are known.
+
+    Returns
+    -------
+    Response
+    """
+    parts = list(pulled)
     for piece in curve.pieces:
         # Counted by its own parameter: where x0 turns back the states crowd in x0.
         values = piece.at(np.linspace(piece.start, piece.stop, KNOTS))
@@ -279,12 +301,6 @@ def largest_strain(theta: float, eta: float, x1: float, state: StickingState) ->
     -------
     float
     """
-    f, alpha, s_c = float(state.f), float(state.alpha), float(state.s_c)
-    s = np.linspace(0.0, s_c, POINTS)
-    x, y, phi = deformed_shape(theta, f, alpha, x1, eta, s, s_c)
-    contact = x1 - (1.0 - s_c)
-    theta_, f_, alpha_, contact_, eta_ = (
-        np.array([value]) for value in (theta, f, alpha, contact, eta)
-    )
-    bent = measure(theta_, f_, alpha_, contact_, eta_, s, x[None], y[None], phi[None, -1])
-    return float(bent.strain[0])
+    contact = x1 - (1.0 - state.s_c)
+    values = (theta, state.f, state.alpha, contact, eta, state.s_c)
+    return float(strains(*(np.array([float(value)]) for value in values))[0])
