@@ -12,8 +12,8 @@ from scipy.special import ellipe, ellipk
 TOLERANCE = 1e-13
 
 
-def shoot(theta, s_c, phi1, p, q):
-    """Integrate from the contact point s_c to the clamp under the force (q, -p)."""
+def integrated(theta, s_c, phi1, p, q, r=None):
+    """Integrate from the contact point s_c to the clamp under the force (q, -p); states at r."""
 
     def derivative(r, state):  # r = s_c - s; the contact point is the origin
         _, _, phi, m = state
@@ -25,10 +25,14 @@ def shoot(theta, s_c, phi1, p, q):
             -(p * np.cos(phi) + q * np.sin(phi)),
         ]
 
-    result = solve_ivp(
-        derivative, (0, s_c), [0, 0, phi1, 0], method="DOP853", rtol=TOLERANCE, atol=TOLERANCE
-    )
-    x, y, phi, m = result.y[:, -1]
+    start = [0, 0, phi1, 0]
+    settings = {"method": "DOP853", "rtol": TOLERANCE, "atol": TOLERANCE, "t_eval": r}
+    return solve_ivp(derivative, (0, s_c), start, **settings).y
+
+
+def shoot(theta, s_c, phi1, p, q):
+    """Integrate from the contact point s_c to the clamp under the force (q, -p)."""
+    x, y, phi, m = integrated(theta, s_c, phi1, p, q)[:, -1]
     # Offset of the tip, which lies 1 - s_c further on, height, clamp slope and clamp moment
     return -x + 1 - s_c, -y, phi, m
 

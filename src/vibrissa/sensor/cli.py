@@ -13,10 +13,19 @@ import typer
 from matplotlib.figure import Figure
 
 from vibrissa.api import solve_onset
+from vibrissa.decimals import exact
 from vibrissa.files import write_atomically
 from vibrissa.rod import deformed_shape
-from vibrissa.sensor import friction, series, transducer
+from vibrissa.sensor import friction, materials, series, transducer
 from vibrissa.sensor.calibration import NAMES, Setup, Unknown, calibrate
+from vibrissa.sensor.design import (
+    Design,
+    Requirements,
+    Verdict,
+    curves_to_solve,
+    design,
+    without_units,
+)
 from vibrissa.sensor.heights import NODES, respond_between
 from vibrissa.sensor.identification import (
     Found,
@@ -26,8 +35,8 @@ from vibrissa.sensor.identification import (
     noise_for,
     read_recording,
 )
-from vibrissa.sensor.quantities import Kind, Units, in_si
-from vibrissa.sensor.response import Branch, NoResponse, largest_strain, respond
+from vibrissa.sensor.quantities import Kind, Units, in_si, range_of
+from vibrissa.sensor.response import Branch, NoResponse, Response, largest_strain, respond
 from vibrissa.sensor.scanning import SlipLaw, path, scan
 from vibrissa.sensor.series import Column
 from vibrissa.status import Contact, Status
@@ -524,4 +533,337 @@ def _friction_map(periods: Periods, unit: float, name: str) -> Figure:
     bars = np.stack([periods.mu0 - periods.low, periods.high - periods.mu0])
     axes.errorbar(periods.contact * unit, periods.mu0, np.maximum(bars, 0.0), fmt=".", markersize=4)
     axes.set(xlabel=f"position of the tip / {name}", ylabel="static friction μ0, 95 %")
+    return figure
+
+
+@app.command(
+    name="design",
+    epilog="Examples: `vibrissa design --material music-wire --transducer nano17-si-12-0.12 --step "
+    "'50 um' --mu0 '0.2 to 0.4'`; a rod that is given is checked: `vibrissa design --material "
+    "steel-s235 --diameter '5 mm' --length '100 mm' --theta 2 --eta 0.85 --transducer "
+    "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`",
+)
+def design_(
+    step: Annotated[str, typer.Option(help="Step of the stage: '20 um'.")],
+    mu0: Annotated[str, typer.Option(help="Friction to be measured: '0.2 to 0.4'.")],
+    material: Annotated[
+        str | None, typer.Option(help=f"Made of: {', '.join(materials.MATERIALS)}.")
+    ] = None,
+    modulus: Modulus = None,
+    yield_strain: Annotated[
+        float | None,
+        typer.Option(help="Strain up to which it is elastic; in units of d0/L without a modulus."),
+    ] = None,
+    density: Annotated[str | None, typer.Option(help="Of the material: '7800 kg/m^3'.")] = None,
+    transducer_name: Annotated[
+        str | None,
+        typer.Option("--transducer", help=f"Measured by: {', '.join(transducer.PRESETS)}."),
+    ] = None,
+    noise: Annotated[
+        str | None,
+        typer.Option(
+            help="Instead: standard deviation of one reading of force_x, force_y and moment_z: "
+            "'3 mN, 3 mN, 10 uN*m'."
+        ),
+    ] = None,
+    range_: Annotated[
+        str | None,
+        typer.Option("--range", help="Largest force_x, force_y and moment_z it measures."),
+    ] = None,
+    method: Annotated[Method, typer.Option(help="What friction is read from.")] = Method.FORCES,
+    theta: Annotated[str, typer.Option(help="Tapers to choose from, or the one.")] = "1 to 10",
+    eta: Annotated[
+        str,
+        typer.Option(
+            help="Heights to choose from: in L, or '85 mm' for the one of a known length."
+        ),
+    ] = "0.5 to 0.98",
+    diameter: Annotated[
+        str | None, typer.Option(help="Diameters at the clamp: '0.1 to 10 mm' if not given.")
+    ] = None,
+    length: Annotated[
+        str | None, typer.Option(help="Lengths of the rod: '20 to 200 mm' if not given.")
+    ] = None,
+    tip: Annotated[
+        str | None, typer.Option(help="Least diameter of the tip: '0.1 mm' if not given.")
+    ] = None,
+    safety: Annotated[
+        float, typer.Option(help="The strain stays below the yield strain by this factor.")
+    ] = 1.5,
+    lock_factor: Annotated[
+        float, typer.Option(help="The locking friction exceeds the largest friction by this.")
+    ] = 1.1,
+    steps: Annotated[
+        float, typer.Option(help="Least number of steps of the stage in a period.")
+    ] = 10.0,
+    weight: Annotated[
+        float, typer.Option(help="Largest weight of the rod, relative to the normal force.")
+    ] = 0.1,
+    spacing: Annotated[
+        str | None, typer.Option(help="Largest travel between two measurements: '5 mm'.")
+    ] = None,
+    contact: Touch = Contact.POINT,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Also write it: .csv or .parquet.")
+    ] = None,
+    picture: Picture = None,
+) -> None:
+    """Find the rod that measures friction best, and say what limits it.
+
+    Chooses taper, height, diameter and length for the smallest standard deviation of mu0 from one
+    period of sticking, the largest in the range of mu0, within limits: no yielding, no locking,
+    enough steps, forces within the transducer's range. `--theta`, `--eta`, `--diameter` and
+    `--length` take one value or a range; with four values that rod is checked. Without material
+    and modulus everything is nondimensional and theta and eta alone are sought. If no rod keeps to
+    all limits, it shows the one that exceeds them least, and the exit code is 1.
+    """
+    with _plain_messages():
+        _check_picture(picture)
+        if output is not None:
+            series.check_ending(output)
+        chosen = {"theta": theta, "eta": eta, "diameter": diameter, "length": length, "tip": tip}
+        readings = {"transducer": transducer_name, "noise": noise, "range": range_}
+        asked, units = _requirements(
+            {"material": material, "modulus": modulus, "density": density},
+            yield_strain,
+            readings,
+            chosen,
+            {"step": step, "mu0": mu0, "spacing": spacing},
+            {
+                "safety": safety,
+                "lock_factor": lock_factor,
+                "steps": steps,
+                "weight": weight,
+                "method": method,
+                "contact": contact,
+            },
+        )
+        curves = curves_to_solve(asked)
+        tell = _progress(curves, "solving")
+        found = design(asked, lambda done: tell(min(done, curves - 1)))
+        tell(curves)
+        if found.verdict is Verdict.FAILED:
+            raise ValueError(found.message)
+        columns = _design_columns(found, units)
+        _show_design(found, units)
+        if output is not None:
+            series.write(output, columns)
+        if picture is not None:
+            _save(_design_picture(found, units), picture)
+    if found.verdict is not Verdict.FOUND:
+        raise typer.Exit(1)
+
+
+def _requirements(
+    made_of: dict[str, str | None],
+    yield_strain: float | None,
+    readings: dict[str, str | None],
+    chosen: dict[str, str | None],
+    lengths: dict[str, str | None],
+    others: dict[str, Any],
+) -> tuple[Requirements, Units]:
+    """Read the options of a design; units of its results."""
+    low, high = (float(exact(text)) for text in range_of(lengths["mu0"] or ""))
+    theta = tuple(float(exact(text)) for text in range_of(chosen["theta"] or ""))
+    others |= {"mu0": (low, high), "theta": theta}
+    if made_of["material"] is None and made_of["modulus"] is None:
+        return _without_units(made_of, yield_strain, readings, chosen, lengths, others), Units()
+    if made_of["material"] is not None:
+        if made_of["modulus"] is not None or yield_strain is not None:
+            raise ValueError("give the material, or its modulus and yield strain, not both")
+        stuff = materials.material(made_of["material"])
+        others |= {"modulus": stuff.modulus, "yield_strain": stuff.yield_strain}
+        others |= {"density": stuff.density}
+    elif yield_strain is None:
+        raise ValueError("a modulus needs a yield strain: give --yield-strain")
+    else:
+        others |= {"modulus": float(in_si(made_of["modulus"] or "", Kind.STRESS, "modulus"))}
+        others |= {"yield_strain": yield_strain}
+    if made_of["density"] is not None:
+        others["density"] = float(in_si(made_of["density"], Kind.DENSITY, "density"))
+
+    def in_metres(name: str, text: str) -> tuple[float, float]:
+        low, high = (float(in_si(part, Kind.LENGTH, name)) for part in range_of(text))
+        return low, high
+
+    for name in ("diameter", "length"):
+        if (text := chosen[name]) is not None:
+            others[name] = in_metres(name, text)
+    if chosen["tip"] is not None:
+        others["tip"] = in_metres("tip", chosen["tip"])[0]
+    # Sizes that are given also tell what a bare number means.
+    sizes = [others.get(name, (0.0, 1.0)) for name in ("diameter", "length")]
+    thick, long = (low if low == high else None for low, high in sizes)
+
+    def read(text: str, kind: Kind, name: str) -> float:
+        if long is None or (thick is None and kind is not Kind.LENGTH):
+            return float(in_si(text, kind, name))
+        units = Units(Rod(others["modulus"], thick or 1.0, long))
+        return float(units.read(text, kind, name)) * units.unit(kind)
+
+    others["step"] = read(lengths["step"] or "", Kind.LENGTH, "step")
+    if lengths["spacing"] is not None:
+        others["spacing"] = read(lengths["spacing"], Kind.LENGTH, "spacing")
+    height = Units(None if long is None else Rod(others["modulus"], 1.0, long))
+    others["eta"] = tuple(
+        float(height.read(text, Kind.LENGTH, "eta")) for text in range_of(chosen["eta"] or "")
+    )
+    others |= _readings(readings, read)
+    return Requirements(**others), Units(Rod(others["modulus"], 1.0, 1.0))
+
+
+def _without_units(
+    made_of: dict[str, str | None],
+    yield_strain: float | None,
+    readings: dict[str, str | None],
+    chosen: dict[str, str | None],
+    lengths: dict[str, str | None],
+    others: dict[str, Any],
+) -> Requirements:
+    """Read the options of a design in units of the rod."""
+    surplus = [name for name in ("diameter", "length", "tip") if chosen[name] is not None]
+    surplus += [name for name in ("transducer",) if readings[name] is not None]
+    surplus += [name for name in ("density",) if made_of[name] is not None]
+    if surplus:
+        raise ValueError(
+            f"{', '.join(surplus)} cannot be used without the material: give --material, or "
+            "--modulus and --yield-strain"
+        )
+    units = Units()
+
+    def read(text: str, kind: Kind, name: str) -> float:
+        return float(units.read(text, kind, name))
+
+    others["step"] = read(lengths["step"] or "", Kind.LENGTH, "step")
+    if lengths["spacing"] is not None:
+        others["spacing"] = read(lengths["spacing"], Kind.LENGTH, "spacing")
+    others["eta"] = tuple(read(text, Kind.LENGTH, "eta") for text in range_of(chosen["eta"] or ""))
+    if yield_strain is not None:
+        others["yield_strain"] = yield_strain
+    return without_units(**others, **_readings(readings, read))
+
+
+def _readings(
+    readings: dict[str, str | None], read: Callable[[str, Kind, str], float]
+) -> dict[str, tuple[float, ...]]:
+    """Noise and range of the transducer."""
+    if readings["transducer"] is not None:
+        if readings["noise"] is not None or readings["range"] is not None:
+            raise ValueError("give the transducer, or its noise and range, not both")
+        sensor = transducer.preset(readings["transducer"])
+        return {"noise": sensor.deviation, "range": sensor.limit}
+    if readings["noise"] is None:
+        raise ValueError("give a transducer or the noise of its readings")
+    result = {}
+    for name in ("noise", "range"):
+        if (text := readings[name]) is None:
+            continue
+        parts = text.split(",")
+        if len(parts) != 3:
+            raise ValueError(f"{name} needs three values, got {text!r}")
+        kinds = (Kind.FORCE, Kind.FORCE, Kind.MOMENT)
+        result[name] = tuple(read(p, k, name) for p, k in zip(parts, kinds, strict=True))
+    return result
+
+
+def _design_columns(found: Design, units: Units) -> dict[str, Column]:
+    """One row: the rod, its limits, and what would help."""
+    length, number = units.name(Kind.LENGTH), units.name(Kind.NUMBER)
+    columns = {
+        "verdict": Column([found.verdict.value], "", "found, or none keeps to all limits"),
+        "message": Column([found.message], "", "the verdict in words"),
+        "limited_by": Column([" ".join(found.limited_by)], "", "limits used up or exceeded"),
+        "theta": Column([found.theta], number, "taper"),
+        "eta": Column([found.eta], "L", "height of the surface"),
+        "diameter": Column([found.diameter], length, "diameter at the clamp"),
+        "length": Column([found.length], length, "length"),
+        "mu_lock": Column([found.mu_lock], number, "largest friction at which the tip slips"),
+        "deviation": Column([found.deviation], number, "standard deviation of mu0, the largest"),
+    }
+    for check in found.checks:
+        unit = units.name(check.kind)
+        columns |= {
+            f"{check.name}_value": Column([check.value], unit, check.meaning),
+            f"{check.name}_bound": Column(
+                [check.bound], unit, "the most allowed" if check.upper else "the least allowed"
+            ),
+            f"{check.name}_use": Column([check.use], number, "how much of it is used"),
+        }
+    for name, deviation in found.helps.items():
+        columns[f"relaxed_{name}"] = Column(
+            [deviation], number, "deviation with half the noise or step, or twice that limit"
+        )
+    return columns
+
+
+def _show_design(found: Design, units: Units) -> None:
+    """Print a design."""
+
+    def shown(value: float, kind: Kind, digits: int = 4) -> str:
+        return f"{value:.{digits}g} {units.name(kind)}".removesuffix(" 1")
+
+    typer.echo(found.message)
+    rod = {
+        "theta": shown(found.theta, Kind.NUMBER),
+        "eta": f"{found.eta:.4g} L",
+        "diameter": shown(found.diameter, Kind.LENGTH),
+        "length": shown(found.length, Kind.LENGTH),
+        "mu_lock": shown(found.mu_lock, Kind.NUMBER),
+    }
+    if units.rod is None:
+        del rod["diameter"], rod["length"]
+    for name, text in rod.items():
+        typer.echo(f"{name:<12} {text}")
+    typer.echo("\nstandard deviation of mu0 from one period, by the step, by the readings; travel")
+    for mu0, step, reading, slip in zip(
+        found.mu0, found.by_step, found.by_reading, found.x0_slip, strict=True
+    ):
+        if np.isnan(slip):
+            typer.echo(f"{mu0:<12.4g} the tip locks")
+        else:
+            deviation = np.hypot(step, reading)
+            typer.echo(
+                f"{mu0:<12.4g} {deviation:<9.2g} {step:<9.2g} {reading:<9.2g} "
+                f"{shown(slip, Kind.LENGTH, 3)}"
+            )
+    typer.echo("\nlimit        value         bound           used")
+    for check in sorted(found.checks, key=lambda check: -check.use):
+        sign = "<" if check.upper else ">"
+        value, bound = shown(check.value, check.kind, 3), shown(check.bound, check.kind, 3)
+        used = f"{check.use:.1%}" if check.use < 2.0 else f"{check.use:.3g} times"
+        typer.echo(f"{check.name:<12} {value:<13} {sign} {bound:<13} {used}")
+    if found.helps:
+        typer.echo("\nlargest standard deviation with")
+    for name, deviation in found.helps.items():
+        what = {
+            "noise": "half the noise",
+            "step": "half the step",
+            "lock": "no margin to the lock",
+        }.get(name, f"twice the room at the limit {name}")
+        typer.echo(f"{deviation:<12.2g} {what}")
+
+
+def _design_picture(found: Design, units: Units) -> Figure:
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for values, label in (
+        (np.hypot(found.by_step, found.by_reading), "together"),
+        (found.by_step, "by the step"),
+        (found.by_reading, "by the readings"),
+    ):
+        left.plot(found.mu0, values, label=label)
+    left.set(xlabel="static friction μ0", ylabel="standard deviation of μ0", ylim=(0.0, None))
+    left.legend()
+    shapes = found.shapes
+    if shapes is not None:
+        good = np.isfinite(found.worst)
+        right.plot(shapes.theta[~good], shapes.eta[~good], ".", color="0.8", label="no rod")
+        dots = right.scatter(
+            shapes.theta[good], shapes.eta[good], c=found.worst[good], norm="log", s=18
+        )
+        if good.any():
+            figure.colorbar(dots, ax=right, label="standard deviation of μ0, the largest")
+        right.plot(found.theta, found.eta, "*", color="C3", markersize=12, label="the rod")
+    right.set(xlabel="taper θ", ylabel="height η / L")
+    right.legend(loc="lower right")
     return figure

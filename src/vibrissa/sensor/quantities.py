@@ -24,6 +24,7 @@ class Kind(StrEnum):
     MOMENT = "moment"
     STRESS = "stress"
     TIME = "time"
+    DENSITY = "density"
     NUMBER = "number"
 
 
@@ -33,6 +34,7 @@ SI = {
     Kind.MOMENT: "N*m",
     Kind.STRESS: "Pa",
     Kind.TIME: "s",
+    Kind.DENSITY: "kg/m^3",
     Kind.NUMBER: "1",
 }
 # How the units of nondimensional columns are written.
@@ -83,6 +85,17 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
         raise ValueError(
             f"{what} must be a {kind} with a unit such as {SI[kind]}, got {text!r}"
         ) from None
+
+
+def range_of(text: str) -> tuple[str, str]:
+    """Split ``"20 to 200 mm"`` into its ends, ``"20 mm"`` and ``"200 mm"``; one value is both."""
+    low, to, high = (part.strip() for part in text.partition(" to "))
+    if not to:
+        return low, low
+    unit = NUMBER_AND_UNIT.fullmatch(high)
+    if unit is not None and NUMBER_AND_UNIT.fullmatch(low) is None:
+        low = f"{low} {unit[2]}"
+    return low, high
 
 
 @dataclass(frozen=True)

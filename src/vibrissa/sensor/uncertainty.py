@@ -87,6 +87,24 @@ def ratio_deviation(
     return np.asarray(np.hypot(noise_x / fy, fx * noise_y / fy**2))
 
 
+def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
+    """Give the standard deviation of μ0 by the step: the onset is uniform in it.
+
+    Parameters
+    ----------
+    slope : ndarray
+        Growth of the demand −tan α with x0 at the onset (1/L).
+    step : ndarray or float
+        Step of the stage (L).
+
+    Returns
+    -------
+    ndarray
+        What `identify` states for a step along which the demand is straight.
+    """
+    return np.asarray(np.abs(slope) * step / np.sqrt(12.0))
+
+
 def information(slope: FloatArray, noise: FloatArray) -> FloatArray:
     """Tell how much samples say of the contact's position: its inverse variance, which adds up.
 
