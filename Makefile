@@ -23,8 +23,8 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce beyond survey bench growth roundtrip study check bless setup test test-slurm
-.PHONY: test-faults mutations lint format lock clean
+.PHONY: help reproduce beyond survey bench growth roundtrip designs study check bless setup
+.PHONY: test test-slurm test-faults mutations lint format lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -44,6 +44,7 @@ help:
 	@echo "make growth                time and memory of studies of 10^4 to 10^6 points, into docs/speed.md"
 	@echo "                           (ARGS='--points 1e7' for ten million)"
 	@echo "make roundtrip             friction of 200 random surfaces from their signals, written into docs"
+	@echo "make designs               the paper's rod against its limits, and the best of each material"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
@@ -123,6 +124,9 @@ survey: $(STAMP)
 # Not with one thread by ONE_THREAD: it is the workflow's jobs that are measured, as they are.
 growth: $(STAMP)
 	@$(PY) benchmarks/growth.py $(ARGS)
+
+designs: $(STAMP)
+	@$(ONE_THREAD) $(PY) benchmarks/designs.py $(ARGS)
 
 roundtrip: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py \

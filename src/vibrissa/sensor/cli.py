@@ -36,7 +36,7 @@ from vibrissa.sensor.identification import (
     read_recording,
 )
 from vibrissa.sensor.quantities import Kind, Units, in_si, range_of
-from vibrissa.sensor.response import Branch, NoResponse, Response, largest_strain, respond
+from vibrissa.sensor.response import Branch, NoResponse, largest_strain, respond
 from vibrissa.sensor.scanning import SlipLaw, path, scan
 from vibrissa.sensor.series import Column
 from vibrissa.status import Contact, Status

@@ -57,20 +57,20 @@ MATERIALS = {
         8000.0,
     ),
     "stainless-302-wire": Material(
-        "stainless spring wire 302/304, cold drawn, up to 1 mm",
-        "ASTM A313: tensile strength at least 275 ksi (1896 MPa) at 1.0 mm; elastic limit 65 % of "
+        "stainless spring wire 302/304, cold drawn, up to 2 mm",
+        "ASTM A313: tensile strength at least 246 ksi (1696 MPa) at 2 mm; elastic limit 65 % of "
         "it and E = 193 GPa: Shigley's Mechanical Engineering Design, table 10-5; 8000 kg/m³",
         193e9,
-        0.65 * 1896e6 / 193e9,
+        0.65 * 1696e6 / 193e9,
         8000.0,
     ),
     "music-wire": Material(
-        "music wire ASTM A228, up to 1 mm",
-        "tensile strength at least 2060 MPa at 1 mm (NCEES FE Reference Handbook: 2060/d^0.163); "
+        "music wire ASTM A228, up to 2 mm",
+        "tensile strength at least 1840 MPa at 2 mm (NCEES FE Reference Handbook: 2060/d^0.163); "
         "elastic limit 65 % of it and E = 200 GPa: Shigley's Mechanical Engineering Design, "
         "table 10-5; makeitfrom.com: 7800 kg/m³",
         200e9,
-        0.65 * 2060e6 / 200e9,
+        0.65 * 1840e6 / 200e9,
         7800.0,
     ),
     "nitinol": Material(
