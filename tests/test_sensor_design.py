@@ -2,6 +2,7 @@
 
 import csv
 import re
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -272,6 +273,11 @@ def test_no_curve_is_said_so():
         ({"eta": (0.5, float("nan"))}, "eta must be a range"),
         ({"step": 0.0}, "step must be positive"),
         ({"noise": (0.0, 1.0, 1.0)}, "noise must be three positive"),
+        ({"noise": (1.0, 1.0, float("nan"))}, "noise must be three positive"),
+        ({"noise": (1.0, 1.0, float("inf"))}, "noise must be finite"),
+        ({"lock_factor": float("inf")}, "lock_factor must be at least 1"),
+        ({"steps": float("inf")}, "steps must be positive and finite"),
+        ({"tip": -1e-4}, "tip must not be negative"),
         ({"safety": 0.5}, "at least 1"),
         ({"density": -1.0}, "density must be positive"),
         ({"method": "guess"}, "guess"),
@@ -352,7 +358,8 @@ def test_without_units_on_the_command_line():
         ([*NANO, "--material", "music-wire", "--eta", "85 mm"], "the rod is not given"),
         ([*NANO, "--material", "music-wire", "--length", "3"], "length must be a length"),
         ([*NANO, "--material", "music-wire", "--theta", "0.5"], "theta must be a range"),
-        ([*NANO, "--material", "music-wire", "--theta", "much"], "much"),
+        ([*NANO, "--material", "music-wire", "--theta", "much"], "theta must be a number"),
+        ([*NANO, "--material", "music-wire", "--tip", "1 to 2 mm"], "tip must be a length"),
         ([*NANO, "--material", "music-wire", "-o", "d.txt"], "ending must be"),
         ([*NANO, "--material", "music-wire", *SHAPE[:3], "0.05"], "could be solved"),
     ],
@@ -368,3 +375,10 @@ def test_mistakes_get_one_line(arguments, message, tmp_path, monkeypatch):
 
 def test_help_has_examples():
     assert "vibrissa design --material" in run("--help").output.replace("\n", " ")
+
+
+def test_the_documentation_has_every_material_as_it_is():
+    page = (Path(__file__).parents[1] / "docs/sensor.md").read_text(encoding="utf-8")
+    for name, stuff in MATERIALS.items():
+        row = f"| `{name}` | {stuff.modulus / 1e9:.4g} | {stuff.yield_strain:.2%} | {stuff.name}. "
+        assert row + stuff.source in page

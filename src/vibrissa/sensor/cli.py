@@ -13,7 +13,6 @@ import typer
 from matplotlib.figure import Figure
 
 from vibrissa.api import solve_onset
-from vibrissa.decimals import exact
 from vibrissa.files import write_atomically
 from vibrissa.rod import deformed_shape
 from vibrissa.sensor import friction, materials, series, transducer
@@ -663,9 +662,9 @@ def _requirements(
     others: dict[str, Any],
 ) -> tuple[Requirements, Units]:
     """Read the options of a design; units of its results."""
-    low, high = (float(exact(text)) for text in range_of(lengths["mu0"] or ""))
-    theta = tuple(float(exact(text)) for text in range_of(chosen["theta"] or ""))
-    others |= {"mu0": (low, high), "theta": theta}
+    for name, text in (("mu0", lengths["mu0"]), ("theta", chosen["theta"])):
+        ends = (Units().read(end, Kind.NUMBER, name) for end in range_of(text or ""))
+        others[name] = tuple(float(end) for end in ends)
     if made_of["material"] is None and made_of["modulus"] is None:
         return _without_units(made_of, yield_strain, readings, chosen, lengths, others), Units()
     if made_of["material"] is not None:
@@ -690,7 +689,7 @@ def _requirements(
         if (text := chosen[name]) is not None:
             others[name] = in_metres(name, text)
     if chosen["tip"] is not None:
-        others["tip"] = in_metres("tip", chosen["tip"])[0]
+        others["tip"] = float(in_si(chosen["tip"], Kind.LENGTH, "tip"))
     # Sizes that are given also tell what a bare number means.
     sizes = [others.get(name, (0.0, 1.0)) for name in ("diameter", "length")]
     thick, long = (low if low == high else None for low, high in sizes)

@@ -120,14 +120,17 @@ class Requirements:
         """Refuse what no rod can be asked for."""
         object.__setattr__(self, "method", Method(self.method))
         object.__setattr__(self, "contact", Contact(self.contact))
-        for name in ("modulus", "yield_strain", "step", "safety", "steps", "weight", "spacing"):
+        for name in ("yield_strain", "weight", "spacing"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)!r}")
-        if not (self.tip >= 0.0 and self.lock_factor >= 1.0 and self.safety >= 1.0):
-            raise ValueError(
-                "tip must not be negative, lock_factor and safety must be at least 1, got "
-                f"{self.tip!r}, {self.lock_factor!r}, {self.safety!r}"
-            )
+        for name in ("modulus", "step", "steps"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise ValueError(f"{name} must be positive and finite, got {getattr(self, name)!r}")
+        for name in ("safety", "lock_factor"):
+            if not 1.0 <= getattr(self, name) < np.inf:
+                raise ValueError(f"{name} must be at least 1, got {getattr(self, name)!r}")
+        if not 0.0 <= self.tip < np.inf:
+            raise ValueError(f"tip must not be negative, got {self.tip!r}")
         if self.density is not None and not self.density > 0.0:
             raise ValueError(f"density must be positive, got {self.density!r}")
         bounds = {"mu0": (0.0, np.inf), "theta": (1.0, np.inf), "eta": (0.0, 1.0)}
@@ -142,8 +145,11 @@ class Requirements:
                     f"{low:g} to {high:g}"
                 )
         for name in ("noise", "range"):
-            if not min(getattr(self, name)) > 0.0:
-                raise ValueError(f"{name} must be three positive values, got {getattr(self, name)}")
+            values = getattr(self, name)
+            if len(values) != 3 or not all(value > 0.0 for value in values):
+                raise ValueError(f"{name} must be three positive values, got {values}")
+        if not max(self.noise) < np.inf:
+            raise ValueError(f"noise must be finite, got {self.noise}")
 
     @property
     def given(self) -> bool:
@@ -360,7 +366,7 @@ def limits_of(requirements: Requirements, shapes: Shapes) -> list[Limit]:
     Returns
     -------
     list of Limit
-        Without those whose bound is infinite.
+        Without those that allow everything.
     """
     r, n = requirements, len(shapes)
     one, force = np.ones(n), INERTIA * r.modulus
@@ -477,7 +483,7 @@ def limits_of(requirements: Requirements, shapes: Shapes) -> list[Limit]:
                 r.weight,
             )
         )
-    return [limit for limit in limits if 0.0 < limit.bound < np.inf]
+    return [limit for limit in limits if limit.bound != (np.inf if limit.upper else 0.0)]
 
 
 def deviations(
