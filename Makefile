@@ -45,6 +45,7 @@ help:
 	@echo "                           (ARGS='--points 1e7' for ten million)"
 	@echo "make roundtrip             friction of 200 random surfaces from their signals, written into docs"
 	@echo "make designs               the paper's rod against its limits, and the best of each material"
+	@echo "make notebooks             run the notebooks of examples/ anew, with their outputs"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
@@ -131,6 +132,9 @@ designs: $(STAMP)
 roundtrip: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py \
 	    $(or $(ARGS),--docs docs/sensor.md --figure docs/roundtrip.png)
+
+notebooks: $(STAMP)
+	@$(ONE_THREAD) $(PY) examples/rerun.py $(ARGS)
 
 mutations: $(STAMP)
 	@$(ONE_THREAD) $(PY) tests/mutations.py
