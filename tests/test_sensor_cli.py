@@ -181,3 +181,11 @@ def test_any_file_is_read_or_refused_as_a_value_error(tmp_path_factory, data):
         assert str(error).startswith(str(path))
     else:
         assert len(table.columns["a"]) == len(table.line) > 0
+
+
+@pytest.mark.parametrize("cell", ["1_0", "١٢", "0x10", "1,5", "1e", "+-1", "True", "−1"])
+def test_numbers_are_written_in_one_way(cell, tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text(f'a\n"{cell}"\n', encoding="utf-8")
+    with pytest.raises(ValueError, match="line 2: a must be a number"):
+        series.read(path, ["a"])

@@ -5,6 +5,7 @@ A CSV file has one header line; each name is followed by its unit in brackets, a
 """
 
 import csv
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,6 +109,8 @@ class Table:
 
 
 MISSING = frozenset({"", "nan", "na", "null", "none", "-"})
+# Narrower than Python's float, which also takes 1_0 and digits of other scripts.
+NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+|inf(inity)?)(e[-+]?\d+)?\s*", re.ASCII | re.I)
 
 
 def read(path: Path, names: Sequence[str], optional: Sequence[str] = ()) -> Table:
@@ -148,6 +151,8 @@ def read(path: Path, names: Sequence[str], optional: Sequence[str] = ()) -> Tabl
         for row, cell in enumerate(table.columns[name]):
             try:
                 missing_here = cell is None or str(cell).strip().lower() in MISSING
+                if isinstance(cell, bool) or not (missing_here or NUMBER.fullmatch(str(cell))):
+                    raise ValueError
                 values[row] = np.nan if missing_here else float(cell)
             except (TypeError, ValueError):
                 raise ValueError(
