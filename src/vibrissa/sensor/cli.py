@@ -483,6 +483,7 @@ def identify_(
             "common": Column(periods.common, "1", "part of it that all periods share"),
             "first_line": Column(series_.line[periods.first], "1", "line of the first sample"),
             "last_line": Column(series_.line[periods.last], "1", "line of the last sample"),
+            "doubt": Column(periods.doubt, "", "why its friction is in doubt; empty if it is not"),
         }
         series.write(output, columns)
         if picture is not None:

@@ -11,6 +11,7 @@ from scipy.stats import norm
 from vibrissa.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.sensor import series
 from vibrissa.sensor.calibration import Setup, known_setup
+from vibrissa.sensor.doubts import doubts
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.response import Branch
 from vibrissa.sensor.scanning import SlipLaw
@@ -37,6 +38,8 @@ from vibrissa.sensor.uncertainty import (
 
 # More than this part of the samples off the rod's response: it is another rod, or has an offset.
 MOST_OFF = 0.2
+# Readings beyond this, in the rod's own units, are none; squares of smaller ones are finite.
+LARGEST = 1e100
 # Standard deviations on either side of the mean that hold 95 % of a normal distribution.
 TWO_SIDED = float(norm.ppf(0.975))
 
@@ -128,7 +131,9 @@ class Periods:
         Part of the deviation that all periods share, from the setup's uncertainty; the rest is
         their own.
     notes : tuple of str
-        What was left out, and why.
+        What was left out or is in doubt, and why.
+    doubt : list of str
+        Why the friction of each period is in doubt; empty where it is not.
     """
 
     status: list[Found]
@@ -141,6 +146,7 @@ class Periods:
     high: FloatArray
     common: FloatArray
     notes: tuple[str, ...]
+    doubt: list[str]
 
 
 def read_recording(
@@ -184,7 +190,14 @@ def read_recording(
         if name not in table.units:
             raise ValueError(f"{path}, line 1: {name} needs its unit, as in '{name} [mm]'")
         factor = units.column_factor(table.units[name], Kind(kinds[name]), f"{path}: {name}")
-        table.columns[name] *= factor
+        with np.errstate(over="ignore"):
+            table.columns[name] *= factor
+        large = np.flatnonzero(np.abs(table.columns[name]) > LARGEST)
+        if len(large):
+            raise ValueError(
+                f"{table.place(int(large[0]))}: {name} must be a reading, got one of more than "
+                f"{LARGEST:g} of the rod's own units"
+            )
         if name != "footpoint":
             readings[:, CHANNELS.index(name)] = table.columns[name]
     used = READS[method]
@@ -204,6 +217,16 @@ def _note(lines: IntArray, why: str) -> tuple[str, ...]:
         return ()
     shown = ", ".join(str(line) for line in lines[:5]) + (", ..." if len(lines) > 5 else "")
     return (f"{why} in {len(lines)} rows, left out: line {shown}",)
+
+
+def _doubtful(doubt: list[str], first: IntArray, last: IntArray) -> tuple[str, ...]:
+    """One line for each reason to doubt, with the lines of the first periods in doubt for it."""
+    notes = []
+    for why in dict.fromkeys(why for reasons in doubt for why in reasons.split("; ") if why):
+        of = [i for i, reasons in enumerate(doubt) if why in reasons.split("; ")]
+        shown = ", ".join(f"{first[i]}-{last[i]}" for i in of[:3]) + (", ..." if of[3:] else "")
+        notes.append(f"in doubt, {why}: {len(of)} of {len(doubt)} periods, line {shown}")
+    return tuple(notes)
 
 
 def noise_of(readings: FloatArray) -> FloatArray:
@@ -280,12 +303,27 @@ def identify(
     used = [i for i in READS[method] if not np.isnan(recording.readings[:, i]).any()]
     if len(clamp) < 3 or not used:
         raise ValueError(f"too little to identify friction from: {len(clamp)} usable rows")
-    noise = noise_for(recording, deviation)[used]
+    every_noise = noise_for(recording, deviation)
+    noise = every_noise[used]
     if not (np.isfinite(noise).all() and (noise > 0.0).all()):
-        raise ValueError("the noise of the readings cannot be estimated from them: give it")
+        unknown = [CHANNELS[i] for i, d in zip(used, noise, strict=True) if not 0.0 < d < np.inf]
+        raise ValueError(
+            f"the noise of column {', '.join(unknown)} cannot be estimated from it: give the noise"
+        )
 
     rows, begins, place, notes = _cut(setup, recording, noise, used, progress)
     ends = np.append(begins[1:], len(rows)) - 1
+    doubt = doubts(
+        branch,
+        clamp[rows],
+        readings[rows],
+        every_noise,
+        x0[rows],
+        spread[rows],
+        *fitted(*samples, np.repeat(place, ends - begins + 1), begins),
+        begins,
+    )
+    notes += _doubtful(doubt, line[rows[begins]], line[rows[ends]])
     recorded = _Recorded(method, clamp, recording.readings, noise, used, rows, begins, ends, place)
     law = None if law is None else SlipLaw(law)
     size = _stage_step(clamp, step) if method is Method.SPACING else 1.0
@@ -329,6 +367,7 @@ def identify(
         *found,
         common,
         notes,
+        doubt,
     )
 
 
