@@ -46,6 +46,7 @@ help:
 	@echo "make roundtrip             friction of 200 random surfaces from their signals, written into docs"
 	@echo "make designs               the paper's rod against its limits, and the best of each material"
 	@echo "make notebooks             run the notebooks of examples/ anew, with their outputs"
+	@echo "make fuzz                  11,100 damaged recordings: named, or no harm done (docs/fuzz.md)"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
 	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
 	@echo "make format                let ruff and snakefmt rewrite the source files"
@@ -132,6 +133,10 @@ designs: $(STAMP)
 roundtrip: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py \
 	    $(or $(ARGS),--docs docs/sensor.md --figure docs/roundtrip.png)
+
+# Two minutes; fails if any recording gives a traceback or silently a wrong number.
+fuzz: $(STAMP)
+	@$(ONE_THREAD) $(PY) tests/fuzzing.py $(ARGS)
 
 notebooks: $(STAMP)
 	@$(ONE_THREAD) $(PY) examples/rerun.py $(ARGS)
