@@ -108,6 +108,15 @@ def test_noise_is_estimated_despite_the_slips(response):
     assert periods.mu0 == pytest.approx(given.mu0, abs=1e-3, nan_ok=True)
 
 
+def test_a_channel_that_was_not_recorded_has_no_noise_and_is_not_missed(response, recwarn):
+    _, recording = recorded(response)
+    readings = recording.readings * [np.nan, 1.0, 1.0]
+    assert np.isnan(noise_of(readings)).tolist() == [True, False, False]
+    alone = Recording(recording.footpoint, readings, recording.line)
+    assert known(identify(response, alone, None, Method.MOMENT)).sum() > 40
+    assert not recwarn.list
+
+
 @pytest.mark.parametrize("method", list(Method))
 def test_lost_samples_widen_the_interval_and_nothing_else(response, method):
     truth, recording = recorded(response)

@@ -239,12 +239,15 @@ def noise_of(readings: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray, shape (3,)
-        Slips do not count, as they are outliers among the differences.
+        Slips do not count, as they are outliers among the differences. NaN for a channel with a
+        missing value.
     """
     second = np.abs(np.diff(readings, n=2, axis=0))
     rough = np.median(second, axis=0) / norm.ppf(0.75)
-    usual = np.where(second <= 4.0 * rough, second, np.nan)
-    return np.asarray(np.sqrt(np.nanmean(usual**2, axis=0) / 6.0))
+    usual = second <= 4.0 * rough
+    squares, number = np.where(usual, second**2, 0.0).sum(axis=0), usual.sum(axis=0)
+    unknown = np.full(len(number), np.nan)
+    return np.sqrt(np.divide(squares, 6.0 * number, out=unknown, where=number > 0))
 
 
 def noise_for(recording: Recording, deviation: FloatArray | None = None) -> FloatArray:
