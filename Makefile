@@ -45,6 +45,7 @@ help:
 	@echo "                           (ARGS='--points 1e7' for ten million)"
 	@echo "make roundtrip             friction of 200 random surfaces from their signals, written into docs"
 	@echo "make designs               the paper's rod against its limits, and the best of each material"
+	@echo "make taper                 whether a tapered rod measures friction better (docs/taper.png)"
 	@echo "make notebooks             run the notebooks of examples/ anew, with their outputs"
 	@echo "make fuzz                  11,100 damaged recordings: named, or no harm done (docs/fuzz.md)"
 	@echo "make mutations             whether make check notices broken physics; takes minutes"
@@ -140,6 +141,9 @@ fuzz: $(STAMP)
 
 notebooks: $(STAMP)
 	@$(ONE_THREAD) $(PY) examples/rerun.py $(ARGS)
+
+taper: $(STAMP)
+	@$(ONE_THREAD) $(PY) benchmarks/taper.py --figure docs/taper.png $(ARGS)
 
 mutations: $(STAMP)
 	@$(ONE_THREAD) $(PY) tests/mutations.py

@@ -1,0 +1,43 @@
+"""The closed form behind `make taper` says what the identification says of itself."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vibrissa.sensor import friction
+from vibrissa.sensor.identification import Method, Recording, identify
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import path, scan
+
+TAPER = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks/taper.py"))
+
+
+@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize(("theta", "step"), [(1.0, 0.0005), (3.0, 0.0005), (3.0, 0.002)])
+def test_prediction_agrees_with_what_the_identification_states(theta, step, method):
+    response = respond(theta, TAPER["ETA"], TAPER["CONTACT"], pull=False)
+    rod = TAPER["rods"](theta)[2]
+    noise, scale = TAPER["noise_in"](rod), TAPER["scale_of"](rod)
+    truth = scan(response, friction.random(1, 0.3, 0.02, 0.02), path(step, [0.6]))
+    reactions = np.stack([truth.fx, truth.fy, truth.m], axis=1)
+    sensor = TAPER["SENSOR"]
+    readings = sensor.measured(reactions * scale, np.random.default_rng(1)) / scale
+    recording = Recording(truth.footpoint, readings, np.arange(len(readings)))
+    found = identify(response, recording, noise, method, step, "free")
+    expected = TAPER["predicted"](response, truth.mu0[found.last], step, noise, method)
+    ratio = (found.deviation / expected)[np.isfinite(found.deviation)]
+    assert len(ratio) > 8
+    # The reading's own noise and where it stands in its step move single periods.
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("theta", [2.0, 3.0])
+def test_rods_are_alike_in_what_their_design_says(theta):
+    (force, strain), (force1, strain1) = TAPER["onset"](theta), TAPER["onset"](1.0)
+    same, strained, pressed = TAPER["rods"](theta)
+    (cylinder, *_) = TAPER["rods"](1.0)
+    assert same.base_diameter == cylinder.base_diameter
+    assert strain * strained.base_diameter == pytest.approx(strain1 * cylinder.base_diameter)
+    assert force * pressed.force_unit == pytest.approx(force1 * cylinder.force_unit)
