@@ -421,9 +421,9 @@ def identify_(
     """From a measured time series to periods of sticking and the friction of each.
 
     Writes one row for each period: where its tip was, mu0 with its standard deviation and 95 %
-    interval, and the rows' lines in the recording. Rows that miss a value, are saturated or are
-    spikes are left out and named. If the recording does not tell what is to be estimated the exit
-    code is 1, after a mistake in the input 2.
+    interval, the rows' lines in the recording, and why it may be in doubt. Rows that miss a value,
+    are saturated or are spikes are left out and named. If the recording does not tell what is to be
+    estimated the exit code is 1, after a mistake in the input 2.
     """
     with _plain_messages():
         series.check_ending(output)
