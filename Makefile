@@ -23,8 +23,8 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce beyond survey bench growth roundtrip designs study check bless setup
-.PHONY: test test-slurm test-faults mutations lint format lock clean
+.PHONY: help reproduce beyond survey bench growth roundtrip taper designs notebooks study check
+.PHONY: bless setup test fuzz test-slurm test-faults mutations lint format lock clean
 .DEFAULT_GOAL := help
 
 help:
