@@ -314,19 +314,10 @@ def identify(
             f"the noise of column {', '.join(unknown)} cannot be estimated from it: give the noise"
         )
 
-    rows, begins, place, notes = _cut(setup, recording, noise, used, progress)
+    rows, begins, place, doubt, notes = _cut(setup, recording, every_noise, used, progress)
     ends = np.append(begins[1:], len(rows)) - 1
-    doubt = doubts(
-        branch,
-        clamp[rows],
-        readings[rows],
-        every_noise,
-        x0[rows],
-        spread[rows],
-        *fitted(*samples, np.repeat(place, ends - begins + 1), begins),
-        begins,
-    )
-    notes += _doubtful(doubt, line[rows[begins]], line[rows[ends]])
+    line = recording.line[rows]
+    notes += _doubtful(doubt, line[begins], line[ends])
     recorded = _Recorded(method, clamp, recording.readings, noise, used, rows, begins, ends, place)
     law = None if law is None else SlipLaw(law)
     size = _stage_step(clamp, step) if method is Method.SPACING else 1.0
@@ -377,12 +368,16 @@ def identify(
 def _cut(
     setup: Setup,
     recording: Recording,
-    noise: FloatArray,
+    every_noise: FloatArray,
     used: list[int],
     progress: Callable[[int], None],
-) -> tuple[IntArray, IntArray, FloatArray, tuple[str, ...]]:
-    """Rows that are used, which of them begin a period, its contact, and notes on the others."""
-    clamp, line = recording.footpoint, recording.line
+) -> tuple[IntArray, IntArray, FloatArray, list[str], tuple[str, ...]]:
+    """Cut a recording into periods.
+
+    Which rows are used, which of them begin a period, its contact and why it is in doubt, and notes
+    on the other rows.
+    """
+    clamp, line, noise = recording.footpoint, recording.line, every_noise[used]
     branch, notes = setup.branch, recording.notes
     readings = recording.readings - setup.offset
     x0, spread, misfit = located(branch, readings[:, used], noise, used, progress)
@@ -405,7 +400,10 @@ def _cut(
     samples = (branch, clamp[rows], readings[rows][:, used], noise, used)
     place, place_deviation = fitted(*samples, at, begins)
     own = same_contact(*samples, begins, place, place_deviation) == np.arange(len(begins))
-    return rows, begins[own], place[own], notes
+    begins, place = begins[own], place[own]
+    refitted = fitted(*samples, np.repeat(place, np.diff(begins, append=len(rows))), begins)
+    located_there = (clamp[rows], readings[rows], every_noise, x0[rows], spread[rows])
+    return rows, begins, place, doubts(branch, *located_there, *refitted, begins), notes
 
 
 def _friction(
