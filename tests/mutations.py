@@ -107,14 +107,14 @@ MUTATIONS = [
     Mutation(
         "curve",
         "onset taken from the nearest sample, not located",
-        "onset[slips] = _bracketed_root(excess, t[before - 1], t[before], mu0[slips])",
+        "onset[slips] = bracketed_root(excess, t[before - 1], t[before], mu0[slips])",
         "onset[slips] = t[before]",
     ),
     Mutation(
         "curve",
         "lock taken from the nearest sample, not located",
-        "at = brentq(demand_slope, low, high, **EXACTLY)",
-        "at = low",
+        "at = _root(demand_slope, *around)",
+        "at = float(around[0])",
     ),
     Mutation(
         "curve",

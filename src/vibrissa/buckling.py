@@ -5,7 +5,6 @@ scaled to the height η, starts Newton's iteration for the large deflection.
 """
 
 import numpy as np
-from scipy.optimize import elementwise
 
 from vibrissa.arrays import BoolArray, FloatArray
 from vibrissa.equilibrium import (
@@ -15,6 +14,7 @@ from vibrissa.equilibrium import (
     extrapolated,
     solve,
 )
+from vibrissa.roots import bracketed_root
 from vibrissa.spectral import gauss_rule
 from vibrissa.taper import arc_density
 
@@ -26,12 +26,13 @@ CONTINUATION_START = 0.98
 
 def _wave_number(theta: FloatArray) -> FloatArray:
     """First root κ ∈ [π/2, π) of (θ − 1)·sin κ + κ·cos κ = 0."""
-    root = elementwise.find_root(
-        lambda kappa, theta: (theta - 1.0) * np.sin(kappa) + kappa * np.cos(kappa),
-        (np.full_like(theta, np.pi / 2), np.full_like(theta, np.pi)),
-        args=(theta,),
-    )
-    return np.asarray(root.x)
+
+    def condition(kappa: FloatArray, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        sin, cos = np.sin(kappa), np.cos(kappa)
+        return (theta - 1.0) * sin + kappa * cos, theta * cos - kappa * sin
+
+    low, high = np.full_like(theta, np.pi / 2), np.full_like(theta, np.pi)
+    return bracketed_root(condition, low, high, theta)
 
 
 def buckling_load(theta: FloatArray) -> FloatArray:

@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import make_interp_spline
-from scipy.optimize import brentq, elementwise
 
 from vibrissa.arrays import FloatArray, IntArray
+from vibrissa.roots import bracketed_root
 from vibrissa.spectral import (
     chebyshev_derivative,
     chebyshev_nodes,
@@ -33,12 +32,6 @@ from vibrissa.status import Contact, End, Parameter, Status
 SCAN_POINTS = 257
 # Displacements that are nearer to each other are one: where two pieces meet.
 KINK_TOLERANCE = 1e-12
-# Steps of Newton's iteration for a root in a bracket, and the step, relative to the bracket, whose
-# square is below rounding.
-NEWTON_STEPS = 6
-NEWTON_TOLERANCE = 1e-9
-# Options of a search that ends at rounding error.
-EXACTLY = {"xtol": 1e-16, "rtol": 4.0 * np.finfo(float).eps}
 # Order of the spline through states on a step grid.
 SPLINE_DEGREE = 5
 
@@ -118,16 +111,20 @@ class Piece:
         return self.values[:, 0]
 
     @cached_property
-    def _series(self) -> tuple[Any, Any]:
-        """Spline or Chebyshev coefficients of the values, and of their derivatives."""
+    def _series(self) -> tuple[Any, Any, Any]:
+        """Spline or Chebyshev coefficients of the values, and of two derivatives."""
         if self.stepped:
+            # Not needed, and not waited for, where states are not stepped.
+            from scipy.interpolate import make_interp_spline
+
             degree = min(SPLINE_DEGREE, len(self.values) - 1)
             # The margin of stability is not known on a step grid.
             spline = make_interp_spline(self.x0, np.nan_to_num(self.values), k=degree)
-            return spline, spline.derivative()
+            return spline, spline.derivative(), spline.derivative(2)
         coefficients = chebyshev_transform(len(self.values)) @ self.values
-        derivative = chebyshev_derivative(len(coefficients)) @ coefficients
-        return coefficients, 2.0 / (self.stop - self.start) * derivative
+        scale = 2.0 / (self.stop - self.start)
+        first = scale * (chebyshev_derivative(len(coefficients)) @ coefficients)
+        return coefficients, first, scale * (chebyshev_derivative(len(first)) @ first)
 
     def _evaluated(self, series: Any, t: FloatArray) -> FloatArray:
         if self.stepped:
@@ -153,6 +150,10 @@ class Piece:
         """Differentiate the values with respect to the parameter, shape t.shape + (7,)."""
         return self._evaluated(self._series[1], t)
 
+    def curvature(self, t: FloatArray) -> FloatArray:
+        """Differentiate the values twice with respect to the parameter, shape t.shape + (7,)."""
+        return self._evaluated(self._series[2], t)
+
     def evaluate(self, x0: FloatArray) -> FloatArray:
         """Values at displacements on the piece, shape x0.shape + (7,)."""
         if self.parameter is Parameter.X0:
@@ -163,7 +164,7 @@ class Piece:
         def excess(t: FloatArray, x0: FloatArray) -> tuple[FloatArray, FloatArray]:
             return self.at(t)[..., 0] - x0, self.slope(t)[..., 0]
 
-        return self.at(_bracketed_root(excess, t[after - 1], t[after], x0))
+        return self.at(bracketed_root(excess, t[after - 1], t[after], x0))
 
     @cached_property
     def scan(self) -> tuple[FloatArray, FloatArray]:
@@ -342,7 +343,7 @@ class StickingCurve:
                     return missing, mu0 * slope[..., 2] - slope[..., 1]
 
                 before = np.maximum(after[slips], 1)
-                onset[slips] = _bracketed_root(excess, t[before - 1], t[before], mu0[slips])
+                onset[slips] = bracketed_root(excess, t[before - 1], t[before], mu0[slips])
                 open_ &= ~slips
         return onset
 
@@ -395,49 +396,11 @@ class StickingCurve:
                         slope[..., 1] + mu0 * slope[..., 2],
                     )
 
-                at = _bracketed_root(missing, t[after - 1], t[after], mu0[slips])
+                at = bracketed_root(missing, t[after - 1], t[after], mu0[slips])
                 values[slips] = piece.at(at)
                 ends = [End.SLIPS_BACK if s else e for s, e in zip(slips, ends, strict=True)]
                 open_ &= ~slips
         return ends, _state_of(values, values[:, 0])
-
-
-def _bracketed_root(
-    function: Callable[..., tuple[FloatArray, FloatArray]],
-    low: FloatArray,
-    high: FloatArray,
-    *args: FloatArray,
-) -> FloatArray:
-    """Elementwise root in [low, high], to rounding error.
-
-    `function` returns values and slopes. Newton's iteration finds most roots; those that are not
-    simple, or only up to rounding within the bracket, are searched for without slopes.
-    """
-    root = 0.5 * (low + high)
-    width = high - low
-    converged = np.zeros(root.shape, dtype=bool)
-    for _ in range(NEWTON_STEPS):
-        value, slope = function(root, *args)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = value / slope
-        converged = np.abs(step) < NEWTON_TOLERANCE * width
-        root = np.where(np.isfinite(step), np.clip(root - step, low, high), root)
-        if converged.all():
-            return root
-    lost = ~converged
-    rest = low[lost], high[lost], *(arg[lost] for arg in args)
-    root[lost] = _searched_root(lambda *a: function(*a)[0], *rest)
-    return root
-
-
-def _searched_root(
-    function: Callable[..., FloatArray], low: FloatArray, high: FloatArray, *args: FloatArray
-) -> FloatArray:
-    """Elementwise root in [low, high] by Chandrupatla's method."""
-    result = elementwise.find_root(function, (low, high), args=args)
-    # An end of the bracket that is a root up to rounding may show no change of sign.
-    at_low = np.abs(function(low, *args)) <= np.abs(function(high, *args))
-    return np.where(result.success, result.x, np.where(at_low, low, high))
 
 
 def sticking_curve(
@@ -538,17 +501,13 @@ def _turning_point(piece: Piece) -> float:
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
     if len(back):
         low, high = t[max(back[0] - 1, 0)], t[back[0] + 1]
-    elif _x0_slope(piece, piece.stop) < 0.0:
+    elif piece.slope(t[-1:])[0, 0] < 0.0:
         low, high = t[-2], t[-1]
     else:
         return float("nan")
-    if _x0_slope(piece, low) <= 0.0:
+    if piece.slope(np.array([low]))[0, 0] <= 0.0:
         return float(low)
-    return float(brentq(lambda t: _x0_slope(piece, t), low, high, **EXACTLY))
-
-
-def _x0_slope(piece: Piece, t: float) -> float:
-    return float(piece.slope(np.array(t))[0])
+    return _root(lambda t: (piece.slope(t)[..., 0], piece.curvature(t)[..., 0]), low, high)
 
 
 def _largest_demand(piece: Piece) -> tuple[float, float]:
@@ -557,34 +516,35 @@ def _largest_demand(piece: Piece) -> tuple[float, float]:
     fx, fy = values[:, 1:3].T
     pulls = np.flatnonzero((fy >= 0.0) & (fx < 0.0))
     if len(pulls):
-        low, high = x[max(pulls[0] - 1, 0)], x[pulls[0]]
-        return _crossing(piece, 2, float(low), float(high)), np.inf
+        return _crossing(piece, 2, x[max(pulls[0] - 1, 0)], x[pulls[0]]), np.inf
 
-    def demand_slope(x: float) -> float:
-        value, slope = piece.at(np.array(x)), piece.slope(np.array(x))
-        return float(slope[1] * value[2] - value[1] * slope[2])
+    def demand_slope(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        (fx, fy), (fx_slope, fy_slope), (fx_bend, fy_bend) = (
+            (values[..., 1], values[..., 2])
+            for values in (piece.at(x), piece.slope(x), piece.curvature(x))
+        )
+        return fx_slope * fy - fx * fy_slope, fx_bend * fy - fx * fy_bend
 
     top = int(np.argmax(fx / fy))
     at = float(x[top])
     # At an end it may still be inside by less than a sample.
-    low, high = float(x[max(top - 1, 0)]), float(x[min(top + 1, SCAN_POINTS - 1)])
-    if demand_slope(low) * demand_slope(high) < 0.0:
-        at = brentq(demand_slope, low, high, **EXACTLY)
+    around = x[[max(top - 1, 0), min(top + 1, SCAN_POINTS - 1)]]
+    before, after = demand_slope(around)[0]
+    if before * after < 0.0:
+        at = _root(demand_slope, *around)
     _, fx, fy, *_ = piece.at(np.array(at))
     return at, float(fx / fy)
 
 
 def _crossing(piece: Piece, column: int, low: float, high: float) -> float:
     """Where a value changes its sign between two values of the parameter."""
+    return _root(lambda t: (piece.at(t)[..., column], piece.slope(t)[..., column]), low, high)
 
-    def value(t: float) -> float:
-        return float(piece.at(np.array(t))[column])
 
-    at_low, at_high = value(low), value(high)
-    # An end that is a root up to rounding may show no change of sign.
-    if at_low * at_high >= 0.0:
-        return low if abs(at_low) <= abs(at_high) else high
-    return float(brentq(value, low, high, **EXACTLY))
+def _root(
+    function: Callable[[FloatArray], tuple[FloatArray, FloatArray]], low: float, high: float
+) -> float:
+    return float(bracketed_root(function, np.array([low]), np.array([high]))[0])
 
 
 def _first_touch(pieces: Sequence[Piece], end: float) -> float:
@@ -599,7 +559,7 @@ def _first_touch(pieces: Sequence[Piece], end: float) -> float:
         below = np.flatnonzero(values[:, 4] < 0.0)
         if len(below):
             first = int(below[0])
-            at = t[0] if first == 0 else _crossing(piece, 4, float(t[first - 1]), float(t[first]))
+            at = t[0] if first == 0 else _crossing(piece, 4, t[first - 1], t[first])
             x0 = float(piece.at(np.array(at))[0])
             return x0 if x0 <= end else float("nan")
     return float("nan")
