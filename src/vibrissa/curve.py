@@ -32,6 +32,8 @@ from vibrissa.status import Contact, End, Parameter, Status
 SCAN_POINTS = 257
 # Displacements that are nearer to each other are one: where two pieces meet.
 KINK_TOLERANCE = 1e-12
+# Columns of the values of a piece.
+VALUES = 7
 # Order of the spline through states on a step grid.
 SPLINE_DEGREE = 5
 
@@ -112,7 +114,7 @@ class Piece:
 
     @cached_property
     def _series(self) -> tuple[Any, Any, Any]:
-        """Spline or Chebyshev coefficients of the values, and of two derivatives."""
+        """Splines, or Chebyshev coefficients, of the values and up to two derivatives."""
         if self.stepped:
             # Not needed, and not waited for, where states are not stepped.
             from scipy.interpolate import make_interp_spline
@@ -121,38 +123,46 @@ class Piece:
             # The margin of stability is not known on a step grid.
             spline = make_interp_spline(self.x0, np.nan_to_num(self.values), k=degree)
             return spline, spline.derivative(), spline.derivative(2)
-        coefficients = chebyshev_transform(len(self.values)) @ self.values
-        scale = 2.0 / (self.stop - self.start)
-        first = scale * (chebyshev_derivative(len(coefficients)) @ coefficients)
-        return coefficients, first, scale * (chebyshev_derivative(len(first)) @ first)
+        columns = [chebyshev_transform(len(self.values)) @ self.values]
+        derivative = chebyshev_derivative(len(self.values)) * (2.0 / (self.stop - self.start))
+        for _ in range(2):
+            columns.append(np.hstack([columns[-1], derivative @ columns[-1][:, -VALUES:]]))
+        return columns[0], columns[1], columns[2]
 
-    def _evaluated(self, series: Any, t: FloatArray) -> FloatArray:
+    def jet(self, t: FloatArray, order: int) -> FloatArray:
+        """Values and derivatives at values of the parameter on the piece.
+
+        Parameters
+        ----------
+        t : ndarray
+            Values of the parameter.
+        order : int
+            Order of the highest derivative, up to 2.
+
+        Returns
+        -------
+        ndarray, shape (order + 1,) + t.shape + (7,)
+        """
         if self.stepped:
-            return np.asarray(series(t))
-        position = 2.0 * (t - self.start) / (self.stop - self.start) - 1.0
-        return chebyshev_series(series, position)
+            jet = np.stack([series(t) for series in self._series[: order + 1]])
+        else:
+            position = 2.0 * (t - self.start) / (self.stop - self.start) - 1.0
+            flat = chebyshev_series(self._series[order], position)
+            jet = np.moveaxis(flat.reshape(*t.shape, order + 1, VALUES), -2, 0)
+        # What is prescribed is known exactly.
+        if self.parameter is Parameter.X0:
+            jet[0, ..., 0] = t
+        if self.contact is Contact.POINT:
+            jet[0, ..., 5] = 1.0
+        else:
+            jet[0, ..., 4] = 0.0
+        if self.stepped:
+            jet[..., 6] = np.nan
+        return np.asarray(jet)
 
     def at(self, t: FloatArray) -> FloatArray:
         """Values at values of the parameter on the piece, shape t.shape + (7,)."""
-        values = self._evaluated(self._series[0], t)
-        # What is prescribed is known exactly.
-        if self.parameter is Parameter.X0:
-            values[..., 0] = t
-        if self.contact is Contact.POINT:
-            values[..., 5] = 1.0
-        else:
-            values[..., 4] = 0.0
-        if self.stepped:
-            values[..., 6] = np.nan
-        return values
-
-    def slope(self, t: FloatArray) -> FloatArray:
-        """Differentiate the values with respect to the parameter, shape t.shape + (7,)."""
-        return self._evaluated(self._series[1], t)
-
-    def curvature(self, t: FloatArray) -> FloatArray:
-        """Differentiate the values twice with respect to the parameter, shape t.shape + (7,)."""
-        return self._evaluated(self._series[2], t)
+        return np.asarray(self.jet(t, 0)[0])
 
     def evaluate(self, x0: FloatArray) -> FloatArray:
         """Values at displacements on the piece, shape x0.shape + (7,)."""
@@ -162,7 +172,8 @@ class Piece:
         after = np.clip(np.searchsorted(values[:, 0], x0), 1, len(t) - 1)
 
         def excess(t: FloatArray, x0: FloatArray) -> tuple[FloatArray, FloatArray]:
-            return self.at(t)[..., 0] - x0, self.slope(t)[..., 0]
+            value, slope = self.jet(t, 1)
+            return value[..., 0] - x0, slope[..., 0]
 
         return self.at(bracketed_root(excess, t[after - 1], t[after], x0))
 
@@ -337,7 +348,7 @@ class StickingCurve:
                 def excess(
                     t: FloatArray, mu0: FloatArray, piece: Piece = piece
                 ) -> tuple[FloatArray, FloatArray]:
-                    value, slope = piece.at(t), piece.slope(t)
+                    value, slope = piece.jet(t, 1)
                     # Has the sign of −tan α − μ0 as long as the surface pushes.
                     missing = mu0 * value[..., 2] - value[..., 1]
                     return missing, mu0 * slope[..., 2] - slope[..., 1]
@@ -390,7 +401,7 @@ class StickingCurve:
                 def missing(
                     t: FloatArray, mu0: FloatArray, piece: Piece = piece
                 ) -> tuple[FloatArray, FloatArray]:
-                    value, slope = piece.at(t), piece.slope(t)
+                    value, slope = piece.jet(t, 1)
                     return (
                         value[..., 1] + mu0 * value[..., 2],
                         slope[..., 1] + mu0 * slope[..., 2],
@@ -501,13 +512,18 @@ def _turning_point(piece: Piece) -> float:
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
     if len(back):
         low, high = t[max(back[0] - 1, 0)], t[back[0] + 1]
-    elif piece.slope(t[-1:])[0, 0] < 0.0:
+    elif piece.jet(t[-1], 1)[1, 0] < 0.0:
         low, high = t[-2], t[-1]
     else:
         return float("nan")
-    if piece.slope(np.array([low]))[0, 0] <= 0.0:
+    if piece.jet(low, 1)[1, 0] <= 0.0:
         return float(low)
-    return _root(lambda t: (piece.slope(t)[..., 0], piece.curvature(t)[..., 0]), low, high)
+
+    def slope(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        _, slope, bend = piece.jet(t, 2)[..., 0]
+        return slope, bend
+
+    return _root(slope, low, high)
 
 
 def _largest_demand(piece: Piece) -> tuple[float, float]:
@@ -520,8 +536,7 @@ def _largest_demand(piece: Piece) -> tuple[float, float]:
 
     def demand_slope(x: FloatArray) -> tuple[FloatArray, FloatArray]:
         (fx, fy), (fx_slope, fy_slope), (fx_bend, fy_bend) = (
-            (values[..., 1], values[..., 2])
-            for values in (piece.at(x), piece.slope(x), piece.curvature(x))
+            (values[..., 1], values[..., 2]) for values in piece.jet(x, 2)
         )
         return fx_slope * fy - fx * fy_slope, fx_bend * fy - fx * fy_bend
 
@@ -538,7 +553,12 @@ def _largest_demand(piece: Piece) -> tuple[float, float]:
 
 def _crossing(piece: Piece, column: int, low: float, high: float) -> float:
     """Where a value changes its sign between two values of the parameter."""
-    return _root(lambda t: (piece.at(t)[..., column], piece.slope(t)[..., column]), low, high)
+
+    def value(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        value, slope = piece.jet(t, 1)[..., column]
+        return value, slope
+
+    return _root(value, low, high)
 
 
 def _root(

@@ -155,9 +155,12 @@ def chebyshev_derivative(k: int) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (k - 1, k)
+    ndarray, shape (k, k)
+        The last row is zero.
     """
-    return _frozen(np.asarray(chebyshev.chebder(np.eye(k)), dtype=np.float64))
+    matrix = np.zeros((k, k))
+    matrix[:-1] = chebyshev.chebder(np.eye(k))
+    return _frozen(matrix)
 
 
 def interpolation(count: int, position: FloatArray) -> FloatArray:

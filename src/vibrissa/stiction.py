@@ -106,12 +106,16 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
         # At 0 already, or strictly before the last sticking state; NaN compares as no.
         touches & ((curve.x0_touch == 0.0) | (curve.x0_touch < sticks_until)),
         curve.contact(np.where(slips, x0_slip, curve.x0_lock)),
-        _states_where(curve, np.zeros(n)),
+        _repeated(curve.state(np.zeros(1)), n),
         _states_where(curve, x0_max),
         _states_where(curve, x0_slip),
         end,
         StickingState(*ended),
     )
+
+
+def _repeated(state: StickingState, n: int) -> StickingState:
+    return StickingState(*(np.repeat(column, n) for column in state))
 
 
 def _states_where(curve: StickingCurve, x0: FloatArray) -> StickingState:
