@@ -51,7 +51,7 @@ METHOD = "collocation"
 # the contact. The pieces have nodes and states of their own.
 PACES = (Pace(24, 0.05, 0.15), Pace(48, 0.02, 0.03), Pace(108, 0.01, 0.005))
 # Curves that are solved together: bounds the memory and stays in the processor's cache.
-BATCH = 128
+BATCH = 256
 
 NO_INITIAL_STATE = (
     "no first-mode state with alpha = 0 found; try a larger eta or a theta closer to 1"

@@ -48,7 +48,7 @@ from vibrissa.taper import (
 WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, -0.1
 MAX_ITERATIONS = 25
 # Part of the nodes on which corrections are found, and the fewest that make sense.
-COARSE_NODES = 0.4
+COARSE_NODES = 0.3
 FEWEST_COARSE_NODES = 12
 # Where a correction is not this much smaller than the one before, the inverse is computed anew.
 GOOD_CONTRACTION = 0.1
@@ -202,24 +202,6 @@ def advance(states: ContactStates, x1_init: FloatArray, force: FloatArray) -> Fl
     return 1.0 - offset / x1_init + growth / force
 
 
-def load_density(phi: FloatArray, fx: FloatArray, fy: FloatArray) -> FloatArray:
-    """Moment gradient m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
-
-    Parameters
-    ----------
-    phi : ndarray, shape (n, points)
-        Slope angles, in rad.
-    fx, fy : ndarray, shape (n,)
-        Tip force, in units of E·I0/L².
-
-    Returns
-    -------
-    ndarray, shape (n, points)
-        Moment gradient, in units of E·I0/L².
-    """
-    return fx[:, None] * np.sin(phi) - fy[:, None] * np.cos(phi)
-
-
 def bending_moment(states: ContactStates) -> FloatArray:
     """Bending moment m(s) = −∫ m' ds from s to the contact point, at the nodes.
 
@@ -265,7 +247,10 @@ def readings(states: ContactStates) -> tuple[FloatArray, FloatArray, FloatArray]
 
 
 def _bending(states: ContactStates) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Integrands at the nodes, per τ: of height and reach, of −m and of the slope φ."""
+    """Integrands at the nodes, per τ: of height, of reach, of the moment and of the slope φ.
+
+    The moment gradient is m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
+    """
     rule = gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
     sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
@@ -355,22 +340,18 @@ def residual(states: ContactStates, eta: FloatArray, closure: Closure) -> FloatA
     fine = 2 * states.nodes + 7
     rule = gauss_rule(fine)
     phi = states.phi @ refinement_matrix(states.nodes, fine).T
-    density, compliance = states.densities(rule.nodes)
-    weights = rule.weights * density
-    inner = phi[:, 1:-1]
-    gradient = density * load_density(inner, states.fx, states.fy)
-    bend = -compliance * (gradient @ rule.to_end.T)
+    sin, cos, _, bend = _bending(replace(states, phi=phi[:, 1:-1]))
     expected = np.pi / 2 + np.concatenate(
         [np.zeros((len(states), 1)), bend @ rule.from_start.T, (bend @ rule.weights)[:, None]],
         axis=1,
     )
     misfits = [
         np.abs(phi - expected).max(axis=1),
-        np.abs((weights * np.sin(inner)).sum(axis=1) - eta),
+        np.abs(sin @ rule.weights - eta),
     ]
     if not closure.switches:
         of_offset, of_fx, of_fy, value = closure.condition
-        offset = (weights * np.cos(inner)).sum(axis=1) + 1.0 - states.s_c
+        offset = cos @ rule.weights + 1.0 - states.s_c
         condition = of_offset * offset + of_fx * states.fx + of_fy * states.fy - value
         if closure.alpha is not None:
             condition /= np.hypot(states.fx, states.fy)

@@ -17,7 +17,6 @@ from vibrissa.branch import Leg, closure_at
 from vibrissa.equilibrium import (
     Closure,
     ContactStates,
-    coarse_nodes,
     coefficient_decay,
     readings,
     residual,
@@ -41,6 +40,8 @@ DECAY_TOLERANCE = 1e-12
 NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
 # The first number of states tells how many are needed.
 STATES_ALONG_PIECE = (17, 25, 33, 41, 49)
+# Nodes are tried from this part of the number on that seems to be needed.
+CAUTION = 0.85
 # Every so manyth of them is solved first, to tell how many nodes are needed.
 PROBE_STRIDE = 8
 # Accuracy with which the end of the model's reach is located, relative to a piece.
@@ -50,6 +51,9 @@ HALVINGS = 6
 # The margin of stability is smooth and costs more than a state, and a shape that has left the
 # model's reach stays outside for long: fewer states tell both.
 STATES_LOOKED_AT = 17
+# Part of the nodes that tells the margin as well as these states do, and the fewest.
+STABILITY_NODES = 0.45
+FEWEST_STABILITY_NODES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,21 +248,34 @@ def resolve(pieces: Pieces, guess: Path) -> Iterator[Resolved]:
     Resolved
         Those pieces, or parts of them, that could be resolved.
     """
-    # A few states tell how many nodes along the rod all of them need.
-    pending = np.arange(len(pieces))
+    # A few states tell how many nodes along the rod all of them need, and the guess where to begin.
     every = slice(None, None, PROBE_STRIDE)
     probe = guess.states(every)
     position = chebyshev_nodes(len(probe.fx))
+    begin = _nodes_needed(_rod_decay(probe), probe.phi.shape[2])
+    pending = np.zeros(len(pieces), dtype=bool)
     for nodes in NODES_ALONG_ROD:
-        few, _ = _solve_at(probe.take(pending).on_nodes(nodes), pieces.take(pending), position)
+        pending |= begin == nodes
+        rows = np.flatnonzero(pending)
+        if not len(rows):
+            continue
+        few, _ = _solve_at(probe.take(rows).on_nodes(nodes), pieces.take(rows), position)
         good = _rod_decay(few) < DECAY_TOLERANCE
         if good.any():
-            rows = pending[good]
-            start = guess.take(rows).on_nodes(nodes).overwritten(few.take(good), every)
-            yield from _resolve(pieces.take(rows), start)
-        pending = pending[~good]
-        if not len(pending):
-            return
+            start = guess.take(rows[good]).on_nodes(nodes).overwritten(few.take(good), every)
+            yield from _resolve(pieces.take(rows[good]), start)
+        pending[rows[good]] = False
+
+
+def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
+    """Lowest number of nodes with which series along the rod might decay far enough.
+
+    The coefficients fall like a geometric series, or faster.
+    """
+    with np.errstate(divide="ignore"):
+        needed = nodes * np.log(DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
+    ladder = np.array(NODES_ALONG_ROD)
+    return ladder[np.searchsorted(ladder, np.minimum(CAUTION * needed, ladder[-1]))]
 
 
 def _resolve(
@@ -391,7 +408,8 @@ def _finished(
     path, pieces, values = path.take(rows), pieces.take(rows), values[:, rows]
     count = len(path.fx)
     few = path.combined(interpolation(count, chebyshev_nodes(STATES_LOOKED_AT)))
-    margin = stability(few.on_nodes(coarse_nodes(path.phi.shape[2])).flat(), pieces.contact)
+    nodes = max(FEWEST_STABILITY_NODES, round(STABILITY_NODES * path.phi.shape[2]))
+    margin = stability(few.on_nodes(nodes).flat(), pieces.contact)
     to_states = interpolation(STATES_LOOKED_AT, chebyshev_nodes(count))
     margin = to_states @ margin.reshape(STATES_LOOKED_AT, -1)
     values = np.concatenate([values, margin[..., None]], axis=-1)
