@@ -12,13 +12,20 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from vibrissa import shooting, solve_state
-from vibrissa.collocation import solve_curves
+from vibrissa.branch import first_leg
+from vibrissa.collocation import PACES, solve_curves
+from vibrissa.equilibrium import residual, solve
+from vibrissa.pieces import Path, Pieces, guess_from
+from vibrissa.spectral import chebyshev_nodes, interpolation
+from vibrissa.status import Contact, Parameter
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
 # Steps of one period of sticking; the slow methods take every so manyth.
 STEPS = 52
 STRIDE = 4
-RANDOM_CURVES = 32
+RANDOM_CURVES = 256
+# States at equal steps of x0 along each of the random curves, up to where −tan α has fallen.
+STATES = 200
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +55,42 @@ def test_collocation_random_curves(benchmark):
         force.append(float(c.state(x0).f))
         expected.append(solve_state(c.theta, c.eta, c.x1_init - x0).f)
     note(benchmark, sum(len(p.values) for c in curves for p in c.pieces), force, expected)
+
+
+def test_states_on_random_curves(benchmark):
+    """States at steps along curves: solved from few of each curve, and the residual of each asked.
+
+    What `solve_curves` does besides, locating lock and end and looking at stability and reach, is
+    left out, as the other methods do not do it.
+    """
+    random = np.random.default_rng(1)
+    theta, eta = random.uniform(1, 4, RANDOM_CURVES), random.uniform(0.7, 0.95, RANDOM_CURVES)
+    nodes, position = 40, np.linspace(0.0, 1.0, STATES)
+
+    def run():
+        leg, _ = first_leg(theta, eta, PACES[0], Contact.POINT)
+        every = np.arange(RANDOM_CURVES)
+        zero, length = np.zeros(RANDOM_CURVES), leg.last * leg.step
+        pieces = Pieces(
+            Contact.POINT, Parameter.X0, every, theta, eta, leg.x1_init, leg.force, zero, length
+        )
+        few = guess_from(leg, pieces).on_nodes(nodes)
+        known = chebyshev_nodes(len(few.fx))
+        states, _, inverse = solve(few.flat(), np.tile(eta, len(known)), pieces.closure(known))
+        matrix = interpolation(len(known), position)
+        guess = Path.unflattened(states, len(known)).combined(matrix)
+        near = matrix.astype(np.float32) @ inverse.reshape(len(known), -1)
+        closure, height = pieces.closure(position), np.tile(eta, STATES)
+        found, _, _ = solve(guess.flat(), height, closure, near.reshape(-1, *inverse.shape[1:]))
+        return leg, length, found, residual(found, height, closure)
+
+    leg, length, found, misfit = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
+    good = misfit <= 1e-12
+    at = 120
+    force = np.hypot(found.fx, found.fy).reshape(STATES, -1)[at]
+    offset = leg.x1_init - position[at] * length
+    expected = [solve_state(*pair).f for pair in zip(theta, eta, offset, strict=True)]
+    note(benchmark, int(good.sum()), force, expected)
 
 
 def test_collocation_one_curve(benchmark, converged):

@@ -11,8 +11,9 @@ from rich.console import Console
 from rich.table import Table
 
 NAMES = {
-    "test_collocation_random_curves": "collocation, 32 curves at once",
-    "test_collocation_one_curve": "collocation, one curve",
+    "test_states_on_random_curves": "states at 200 steps of 256 curves, residual <= 1e-12",
+    "test_collocation_random_curves": "256 whole curves: and lock, end, stability, reach",
+    "test_collocation_one_curve": "one whole curve",
     "test_solve_bvp": "scipy solve_bvp, tol 1e-8",
     "test_paper": "the paper's method (Python)",
     "test_octave": "the paper's method (GNU Octave)",
@@ -39,7 +40,7 @@ def main(path: str) -> None:
             f"{fastest / rates[0]:,.3g} x faster",
             f"{info['error']:.1e}",
         )
-    Console(width=110).print(table)
+    Console(width=130).print(table)
 
 
 if __name__ == "__main__":
