@@ -148,6 +148,7 @@ def draw(rows: dict[int, dict[str, str]], path: Path) -> None:
     """Draw time and memory over the number of points."""
     shown = pd.DataFrame([rows[points] for points in sorted(rows)])
     shown = shown.map(lambda text: float(text.replace(",", ""))).set_index("points")
+    shown = shown.where(shown > 0.0)  # what was too short to be measured
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
     times, memory = figure.subplots(1, 2)
     for name, style in (
@@ -167,7 +168,7 @@ def draw(rows: dict[int, dict[str, str]], path: Path) -> None:
     )
     memory.axhline(GIB, color="0.5", linewidth=0.8, linestyle="--")
     memory.text(shown.index[0], GIB, "1 GiB", va="bottom", color="0.5", fontsize=8)
-    memory.set(xlabel="points", ylabel="MB")
+    memory.set(xlabel="points", ylabel="MB", ylim=(None, 3 * GIB))
     memory.legend(fontsize=8, loc="center right")
     with write_atomically(path) as temporary:
         figure.savefig(temporary, dpi=130, metadata={"Software": None})
