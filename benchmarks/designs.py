@@ -6,9 +6,10 @@ A Nano17 SI-12-0.12 reads it, the stage moves in steps of 50 µm, and friction i
 import argparse
 import multiprocessing
 
-from vibrissa.sensor.design import Requirements, Verdict, design
+from vibrissa.sensor.design import Verdict, design
 from vibrissa.sensor.identification import Method
 from vibrissa.sensor.materials import MATERIALS
+from vibrissa.sensor.requirements import Requirements
 from vibrissa.sensor.transducer import preset
 
 SENSOR = preset("nano17-si-12-0.12")

@@ -16,20 +16,12 @@ from vibrissa import solve_curve, solve_onset, solve_state
 from vibrissa.sensor import design as designing
 from vibrissa.sensor import friction
 from vibrissa.sensor.cli import app
-from vibrissa.sensor.design import (
-    Requirements,
-    Verdict,
-    best_sizes,
-    design,
-    deviations,
-    limits_of,
-    nearest_sizes,
-    survey,
-    without_units,
-)
+from vibrissa.sensor.design import Verdict, best_sizes, design, nearest_sizes
 from vibrissa.sensor.identification import Found, Method, Recording, identify
+from vibrissa.sensor.limits import GRAVITY, deviations, limits_of, survey
 from vibrissa.sensor.materials import MATERIALS, material
 from vibrissa.sensor.quantities import range_of
+from vibrissa.sensor.requirements import Requirements, without_units
 from vibrissa.sensor.response import respond
 from vibrissa.sensor.scanning import path, scan
 from vibrissa.sensor.transducer import preset
@@ -133,7 +125,7 @@ def test_a_rod_that_is_given_is_checked_by_what_one_onset_says():
     assert checks["steps"].value == pytest.approx(first.x0_slip / 0.0005)
     # The rod weighs 7/12 of a cylinder; the tip is pressed on least where sticking begins.
     start = solve_state(2, 0.85, respond(2, 0.85).curve.x1_init)
-    weight = WIRE.density * designing.GRAVITY * np.pi * 5e-3**2 * 0.1 * 7 / 48
+    weight = WIRE.density * GRAVITY * np.pi * 5e-3**2 * 0.1 * 7 / 48
     least = -start.reaction_fy * rod.force_unit
     assert checks["weight"].value == pytest.approx(weight / least)
     assert result.x0_slip[-1] == pytest.approx(onset.x0_slip * 0.1)

@@ -17,14 +17,7 @@ from vibrissa.files import write_atomically
 from vibrissa.rod import deformed_shape
 from vibrissa.sensor import friction, materials, series, transducer
 from vibrissa.sensor.calibration import NAMES, Setup, Unknown, calibrate
-from vibrissa.sensor.design import (
-    Design,
-    Requirements,
-    Verdict,
-    curves_to_solve,
-    design,
-    without_units,
-)
+from vibrissa.sensor.design import Design, Verdict, curves_to_solve, design
 from vibrissa.sensor.heights import NODES, respond_between
 from vibrissa.sensor.identification import (
     Found,
@@ -35,6 +28,7 @@ from vibrissa.sensor.identification import (
     read_recording,
 )
 from vibrissa.sensor.quantities import Kind, Units, in_si, range_of
+from vibrissa.sensor.requirements import Requirements, without_units
 from vibrissa.sensor.response import Branch, NoResponse, largest_strain, respond
 from vibrissa.sensor.scanning import SlipLaw, path, scan
 from vibrissa.sensor.series import Column
