@@ -136,12 +136,12 @@ def table(gathered):
                 np.concatenate([part[i] for part in parts]) for i in range(5)
             )
             there, found, ended = np.sum([part[5] for part in parts], axis=0)
-            size = f"{np.nanmean(stated):.1e}"
-            if common.any():
-                size += f" ({common.mean():.0e} common)"
             if np.isnan(error).all():
                 figures = f"– | – | interval {width.mean():.2f} wide"
             else:
+                size = f"{np.nanmean(stated):.1e}"
+                if common.any():
+                    size += f" ({common.mean():.0e} common)"
                 figures = f"{np.nanmean(error):+.0e} | {np.sqrt(np.nanmean(error**2)):.1e} | {size}"
             yield (
                 f"| {law} | {name} | {ended} | {there}, {found} | {figures} "
