@@ -155,8 +155,8 @@ MUTATIONS = [
     Mutation(
         "collocation",
         "single state solved 1e-6 off its place",
-        "way = float(leg.x1_init[0]) - offset",
-        "way = float(leg.x1_init[0]) - offset - 1e-6",
+        "closure = Closure(contact, offset=np.array([offset]))",
+        "closure = Closure(contact, offset=np.array([offset + 1e-6]))",
     ),
     Mutation(
         "spectral",
