@@ -107,8 +107,8 @@ MUTATIONS = [
     Mutation(
         "curve",
         "onset taken from the nearest sample, not located",
-        "onset[slips] = bracketed_root(excess, t[before - 1], t[before], mu0[slips])",
-        "onset[slips] = t[before]",
+        "onset[slips] = bracketed_root(excess, low, high, mu0[slips], guess=guess)",
+        "onset[slips] = high",
     ),
     Mutation(
         "curve",

@@ -427,7 +427,7 @@ def test_other_studies_leave_the_papers_statements_alone():
 
 @pytest.mark.parametrize(
     ("thetas", "etas", "size"),
-    [(1, 1, 64), (20, 20, 64), (40, 40, 200), (100, 100, 1000), (1000, 100, 3162)],
+    [(1, 1, 64), (20, 20, 64), (40, 40, 200), (100, 100, 1250), (1000, 100, 4110)],
 )
 def test_larger_studies_have_more_jobs_and_longer_ones(thetas, etas, size):
     values = tuple(Decimal(i) for i in range(1, 1001))

@@ -353,8 +353,13 @@ class StickingCurve:
                     missing = mu0 * value[..., 2] - value[..., 1]
                     return missing, mu0 * slope[..., 2] - slope[..., 1]
 
-                before = np.maximum(after[slips], 1)
-                onset[slips] = bracketed_root(excess, t[before - 1], t[before], mu0[slips])
+                stop = np.maximum(after[slips], 1)
+                low, high = t[stop - 1], t[stop]
+                rise = demand[stop] - demand[stop - 1]
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    share = np.clip((mu0[slips] - demand[stop - 1]) / rise, 0.0, 1.0)
+                guess = low + np.nan_to_num(share) * (high - low)
+                onset[slips] = bracketed_root(excess, low, high, mu0[slips], guess=guess)
                 open_ &= ~slips
         return onset
 

@@ -49,7 +49,7 @@ WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, -0.1
 MAX_ITERATIONS = 25
 # Part of the nodes on which corrections are found, and the fewest that make sense.
 COARSE_NODES = 0.3
-FEWEST_COARSE_NODES = 12
+FEWEST_COARSE_NODES = 10
 # Where a correction is not this much smaller than the one before, the inverse is computed anew.
 GOOD_CONTRACTION = 0.1
 # Corrections below this may be rounding, on many nodes.

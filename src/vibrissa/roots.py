@@ -21,6 +21,7 @@ def bracketed_root(
     low: FloatArray,
     high: FloatArray,
     *args: FloatArray,
+    guess: FloatArray | None = None,
 ) -> FloatArray:
     """Find a root in each of some brackets, to rounding error.
 
@@ -33,13 +34,15 @@ def bracketed_root(
         to rounding may miss that.
     *args : ndarray, shape (n,)
         Further arguments of the function.
+    guess : ndarray, shape (n,), optional
+        Where to begin, by default in the middle of the brackets.
 
     Returns
     -------
     ndarray, shape (n,)
         Within the brackets.
     """
-    root, width = 0.5 * (low + high), high - low
+    root, width = 0.5 * (low + high) if guess is None else guess, high - low
     converged = np.zeros(root.shape, dtype=bool)
     for _ in range(NEWTON_STEPS):
         value, slope = function(root, *args)

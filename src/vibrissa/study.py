@@ -199,8 +199,9 @@ def parse_study(config: Mapping[str, Any], schema: Mapping[str, Any]) -> Study:
 def default_block_size(method: str, grids: Iterable[Grid]) -> int:
     """Curves per job where the study file does not say it.
 
-    A larger study has more jobs and longer ones: ten times the square root of the number of curves
-    makes 10 blocks of 10^4 curves and 317 of 10^7. A smaller one has up to eight, for the cores.
+    A larger study has more jobs and longer ones: thirteen times the square root of the number of
+    curves makes 25 blocks of 10^5 curves and 244 of 10^7. A smaller one has up to eight, for the
+    cores.
 
     Parameters
     ----------
@@ -215,7 +216,7 @@ def default_block_size(method: str, grids: Iterable[Grid]) -> int:
     if method == "shooting":
         return LEAST_BLOCK_SIZE[method]
     curves = sum(len(grid.theta) * len(grid.eta) for grid in grids)
-    return max(LEAST_BLOCK_SIZE[method], min(math.isqrt(100 * curves), -(-curves // 8)))
+    return max(LEAST_BLOCK_SIZE[method], min(math.isqrt(13**2 * curves), -(-curves // 8)))
 
 
 def refuse_repeated_keys(text: str) -> None:
