@@ -43,7 +43,8 @@ help:
 	@echo "make bench                 states per second of four methods, side by side"
 	@echo "make growth                time and memory of studies of 10^4 to 10^6 points, into docs/speed.md"
 	@echo "                           (ARGS='--points 1e7' for ten million)"
-	@echo "make roundtrip             friction of 200 random surfaces from their signals, written into docs"
+	@echo "make roundtrip             friction of 1,000 random surfaces from their signals, into docs/sensor.md"
+	@echo "                           (20 minutes; ARGS='--seeds 50' for a look)"
 	@echo "make designs               the paper's rod against its limits, and the best of each material"
 	@echo "make taper                 whether a tapered rod measures friction better (docs/taper.png)"
 	@echo "make notebooks             run the notebooks of examples/ anew, with their outputs"
@@ -133,7 +134,7 @@ designs: $(STAMP)
 
 roundtrip: $(STAMP)
 	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py \
-	    $(or $(ARGS),--docs docs/sensor.md --figure docs/roundtrip.png)
+	    $(or $(ARGS),--seeds 1000 --docs docs/sensor.md --figure docs/roundtrip.png)
 
 # Two minutes; fails if any recording gives a traceback or silently a wrong number.
 fuzz: $(STAMP)
