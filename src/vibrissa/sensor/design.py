@@ -424,9 +424,7 @@ def _limited(
 ) -> list[str]:
     """Name the limits that are used up or exceeded, the most first, and ends of the ranges."""
     from_ = USED_UP if found else 1.0 + ROUNDING
-    names = [
-        check.name for check in sorted(checks, key=lambda check: -check.use) if check.use >= from_
-    ]
+    names = [check.name for check in _by_use(checks) if check.use >= from_]
     for name, (low, high), value in (
         ("theta", requirements.theta, rod.theta[0]),
         ("eta", requirements.eta, rod.eta[0]),
@@ -434,6 +432,11 @@ def _limited(
         if found and low < high and not low < value < high:
             names.append(name)
     return names
+
+
+def _by_use(checks: Sequence[Check]) -> list[Check]:
+    """Limits in the order of their use; rounding does not order those that are used up alike."""
+    return sorted(checks, key=lambda check: -float(f"{check.use:.3g}"))
 
 
 def _relaxed(requirements: Requirements, limited: Sequence[str]) -> dict[str, Requirements]:
@@ -473,7 +476,7 @@ def _message(
         return f"{subject} keeps to all limits" + (f"; it is limited by {by}" if by else "")
     exceeded = ", ".join(
         f"{check.name} ({check.use:.3g} times what is allowed)"
-        for check in sorted(checks, key=lambda check: -check.use)
+        for check in _by_use(checks)
         if check.name in limited
     )
     if requirements.given:
