@@ -23,38 +23,48 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce beyond survey bench growth roundtrip taper designs notebooks study check
-.PHONY: bless setup test fuzz test-slurm test-faults mutations lint format lock clean
+.PHONY: help reproduce study beyond check bless test test-slurm test-faults mutations lint
+.PHONY: survey roundtrip fuzz published designs taper bench growth
+.PHONY: setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
 
 help:
-	@echo "make reproduce             install everything into .venv, run the study, list the figures"
-	@echo "make beyond                the study of what lies beyond the paper, studies/beyond.yaml"
-	@echo "make study STUDY=my.yaml   the same for the study in my.yaml instead of config.yaml"
-	@echo "                           (all three take CORES=n to use only n cores, and"
-	@echo "                           PROFILE=workflow/profiles/slurm to run on a cluster)"
-	@echo "make check                 compare the results with the reference tables"
-	@echo "make bless                 make the reference tables anew; review them with git diff"
-	@echo "                           (both take STUDY=my.yaml and REFERENCE=folder)"
-	@echo "make test                  all tests"
-	@echo "make test-slurm            a study on a SLURM that is brought up for it (Debian, root)"
-	@echo "make test-faults           kill runs, fill disks, damage files: see docs/faults.md"
-	@echo "make survey                100,000 random points in both contact models, counted by outcome"
-	@echo "make bench                 states per second of four methods, side by side"
-	@echo "make growth                time and memory of studies of 10^4 to 10^6 points, into docs/speed.md"
-	@echo "                           (ARGS='--points 1e7' for ten million)"
-	@echo "make roundtrip             friction of 1,000 random surfaces from their signals, into docs/sensor.md"
-	@echo "                           (20 minutes; ARGS='--seeds 50' for a look)"
-	@echo "make designs               the paper's rod against its limits, and the best of each material"
-	@echo "make taper                 whether a tapered rod measures friction better (docs/taper.png)"
-	@echo "make notebooks             run the notebooks of examples/ anew, with their outputs"
-	@echo "make fuzz                  11,100 damaged recordings: named, or no harm done (docs/fuzz.md)"
-	@echo "make mutations             whether make check notices broken physics; takes minutes"
-	@echo "make lint                  ruff, snakefmt, snakemake --lint, mypy"
-	@echo "make format                let ruff and snakefmt rewrite the source files"
-	@echo "make lock                  bring requirements.lock in line with pyproject.toml"
-	@echo "                           (UPGRADE=1: and move to the newest versions)"
-	@echo "make clean                 remove .venv and caches; results stay"
+	@echo "Studies (each takes CORES=n, and PROFILE=workflow/profiles/slurm for a cluster):"
+	@echo "  make reproduce            the paper's study: Figures 3 to 8, tables, report"
+	@echo "  make study STUDY=my.yaml  the study in my.yaml instead of config.yaml"
+	@echo "  make beyond               studies/beyond.yaml: strong taper, line contact, self-locking"
+	@echo "  make check                compare the results with the reference tables"
+	@echo "  make bless                update the reference tables; review them with git diff"
+	@echo "                            (check and bless take STUDY=my.yaml and REFERENCE=folder)"
+	@echo "Tests:"
+	@echo "  make test                 all tests (ARGS='tests/sensor -x' for some)"
+	@echo "  make test-slurm           a study on a SLURM that is set up for it (Debian, as root)"
+	@echo "  make test-faults          kill runs, fill disks, damage files; writes docs/faults.md"
+	@echo "  make mutations            does make check notice broken physics? writes docs/regression.md"
+	@echo "  make lint                 ruff, snakefmt, snakemake --lint, import layers, mypy"
+	@echo "Validation:"
+	@echo "  make survey               solve 100,000 random points in both kinds of contact"
+	@echo "  make roundtrip            friction of 1,000 random surfaces from simulated signals, into"
+	@echo "                            docs/friction.md (20 minutes; ARGS='--seeds 50' only prints)"
+	@echo "  make fuzz                 read 11,100 damaged recordings; writes docs/fuzz.md"
+	@echo "  make published            274 numbers that others published, beside ours; writes"
+	@echo "                            docs/published.md"
+	@echo "  make designs              the paper's rod against its limits, the best rod of each material"
+	@echo "  make taper                does a tapered rod measure friction better? draws docs/taper.png"
+	@echo "  make bench                states per second of this and of other methods"
+	@echo "  make growth               time and memory of studies of 10^4 to 10^6 points, into"
+	@echo "                            docs/speed.md (ARGS='--points 1e7' for ten million)"
+	@echo "Upkeep:"
+	@echo "  make setup                install the locked packages into .venv; the others do it too"
+	@echo "  make notebooks            run the notebooks of examples/ and keep their outputs"
+	@echo "  make architecture         bring docs/architecture.md in line with the imports"
+	@echo "  make schema               bring docs/study_file.md and the study file's schema in line"
+	@echo "                            with its model"
+	@echo "  make sketch               draw docs/sketch.svg"
+	@echo "  make format               let ruff and snakefmt rewrite the source files"
+	@echo "  make lock                 bring requirements.lock in line with pyproject.toml"
+	@echo "                            (UPGRADE=1: and move to the newest versions)"
+	@echo "  make clean                remove .venv and caches; results stay"
 
 reproduce: $(STAMP)
 	@$(RUN)
@@ -123,31 +133,44 @@ bench: $(STAMP)
 	@$(PY) benchmarks/table.py .benchmarks.json
 
 survey: $(STAMP)
-	@$(ONE_THREAD) $(PY) benchmarks/survey.py $(ARGS)
+	@$(ONE_THREAD) $(PY) validation/survey.py $(ARGS)
 
 # Not with one thread by ONE_THREAD: it is the workflow's jobs that are measured, as they are.
 growth: $(STAMP)
 	@$(PY) benchmarks/growth.py $(ARGS)
 
 designs: $(STAMP)
-	@$(ONE_THREAD) $(PY) benchmarks/designs.py $(ARGS)
+	@$(ONE_THREAD) $(PY) validation/designs.py $(ARGS)
 
 roundtrip: $(STAMP)
-	@$(ONE_THREAD) $(PY) benchmarks/roundtrip.py \
-	    $(or $(ARGS),--seeds 1000 --docs docs/sensor.md --figure docs/roundtrip.png)
+	@$(ONE_THREAD) $(PY) validation/roundtrip.py \
+	    $(or $(ARGS),--seeds 1000 --docs docs/friction.md --figure docs/roundtrip.png)
 
 # Two minutes; fails if any recording gives a traceback or silently a wrong number.
 fuzz: $(STAMP)
-	@$(ONE_THREAD) $(PY) tests/fuzzing.py $(ARGS)
+	@$(ONE_THREAD) $(PY) validation/fuzzing.py $(ARGS)
+
+# Half a minute; fails if a number differs by more than its rounding without a known reason.
+published: $(STAMP)
+	@$(ONE_THREAD) $(PY) validation/published.py
 
 notebooks: $(STAMP)
 	@$(ONE_THREAD) $(PY) examples/rerun.py $(ARGS)
 
+architecture: $(STAMP)
+	@$(PY) docs/architecture.py
+
+schema: $(STAMP)
+	@$(PY) docs/study_file.py
+
+sketch: $(STAMP)
+	@$(PY) docs/sketch.py
+
 taper: $(STAMP)
-	@$(ONE_THREAD) $(PY) benchmarks/taper.py --figure docs/taper.png $(ARGS)
+	@$(ONE_THREAD) $(PY) validation/taper.py --figure docs/taper.png $(ARGS)
 
 mutations: $(STAMP)
-	@$(ONE_THREAD) $(PY) tests/mutations.py
+	@$(ONE_THREAD) $(PY) validation/mutations.py
 
 # Apart from `test`, as it takes minutes; writes what came out into docs/faults.md.
 test-faults: $(STAMP)
@@ -158,6 +181,7 @@ lint: $(STAMP)
 	$(PY) -m ruff format --check
 	$(PY) -m snakefmt --check Snakefile workflow
 	$(PY) workflow/lint.py
+	$(VENV)/bin/lint-imports --no-cache --no-logo
 	$(PY) -m mypy src
 
 format: $(STAMP)

@@ -11,13 +11,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
-from vibrissa import shooting, solve_state
-from vibrissa.branch import first_leg
-from vibrissa.collocation import PACES, solve_curves
-from vibrissa.equilibrium import residual, solve
-from vibrissa.pieces import Path, Pieces, guess_from
-from vibrissa.spectral import chebyshev_nodes, interpolation
-from vibrissa.status import Contact, Parameter
+from vibrissa import solve_state
+from vibrissa.mechanics.equations import largest_residual
+from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.outcomes import Contact, Parameter
+from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
+from vibrissa.sticking import shooting
+from vibrissa.sticking.collocation import STEP_SIZES, solve_curves
+from vibrissa.sticking.continuation import first_segment
+from vibrissa.sticking.refinement import Pieces, combined, flat, folded, guess_from
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
 # Steps of one period of sticking; the slow methods take every so manyth.
@@ -54,7 +56,7 @@ def test_collocation_random_curves(benchmark):
         x0 = 0.6 * c.x0_lock
         force.append(float(c.state(x0).f))
         expected.append(solve_state(c.theta, c.eta, c.x1_init - x0).f)
-    note(benchmark, sum(len(p.values) for c in curves for p in c.pieces), force, expected)
+    note(benchmark, sum(len(p.states) for c in curves for p in c.pieces), force, expected)
 
 
 def test_states_on_random_curves(benchmark):
@@ -68,27 +70,30 @@ def test_states_on_random_curves(benchmark):
     nodes, position = 40, np.linspace(0.0, 1.0, STATES)
 
     def run():
-        leg, _ = first_leg(theta, eta, PACES[0], Contact.POINT)
-        every = np.arange(RANDOM_CURVES)
-        zero, length = np.zeros(RANDOM_CURVES), leg.last * leg.step
+        segment, _ = first_segment(theta, eta, STEP_SIZES[0], Contact.POINT)
         pieces = Pieces(
-            Contact.POINT, Parameter.X0, every, theta, eta, leg.x1_init, leg.force, zero, length
+            **segment.branches.columns,
+            contact=Contact.POINT,
+            parameter=Parameter.X0,
+            curve=np.arange(RANDOM_CURVES),
+            start=np.zeros(RANDOM_CURVES),
+            length=segment.last * segment.step,
         )
-        few = guess_from(leg, pieces).on_nodes(nodes)
-        known = chebyshev_nodes(len(few.fx))
-        states, _, inverse = solve(few.flat(), np.tile(eta, len(known)), pieces.closure(known))
+        few = guess_from(segment, pieces).on_nodes(nodes)
+        known = chebyshev_nodes(len(few))
+        states, _, inverse = solve(flat(few), np.tile(eta, len(known)), pieces.closure_at(known))
         matrix = interpolation(len(known), position)
-        guess = Path.unflattened(states, len(known)).combined(matrix)
+        guess = combined(matrix, folded(states, len(known)))
         near = matrix.astype(np.float32) @ inverse.reshape(len(known), -1)
-        closure, height = pieces.closure(position), np.tile(eta, STATES)
-        found, _, _ = solve(guess.flat(), height, closure, near.reshape(-1, *inverse.shape[1:]))
-        return leg, length, found, residual(found, height, closure)
+        closure, height = pieces.closure_at(position), np.tile(eta, STATES)
+        found, _, _ = solve(flat(guess), height, closure, near.reshape(-1, *inverse.shape[1:]))
+        return pieces, found, largest_residual(found, height, closure)
 
-    leg, length, found, misfit = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
-    good = misfit <= 1e-12
+    pieces, found, residual = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
+    good = residual <= 1e-12
     at = 120
     force = np.hypot(found.fx, found.fy).reshape(STATES, -1)[at]
-    offset = leg.x1_init - position[at] * length
+    offset = pieces.x1_init - position[at] * pieces.length
     expected = [solve_state(*pair).f for pair in zip(theta, eta, offset, strict=True)]
     note(benchmark, int(good.sum()), force, expected)
 
@@ -98,7 +103,7 @@ def test_collocation_one_curve(benchmark, converged):
         return solve_curves(np.array([THETA]), np.array([ETA]))[0]
 
     found = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
-    states = sum(len(piece.values) for piece in found.pieces)
+    states = sum(len(piece.states) for piece in found.pieces)
     note(benchmark, states, found.state(DX0 * np.arange(STEPS + 1)).f, converged)
 
 

@@ -20,8 +20,8 @@ import pyarrow.parquet as pq
 import yaml
 from matplotlib.figure import Figure
 
-from vibrissa import tables
 from vibrissa.files import write_atomically
+from vibrissa.tables import query, schemas
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE, PICTURE = ROOT / "docs/speed.md", ROOT / "docs/growth.png"
@@ -90,7 +90,7 @@ def run(points: int, cores: int) -> dict[str, float]:
             MEMORY: round(usage.ru_maxrss * 1024 / 1e6),
             "blocks / MB": megabytes(*results.glob("blocks/*/*.parquet")),
             "table / MB": megabytes(table),
-            "read for one (θ, η) / MB": round(query(table, axes["theta"][3], axes["eta"][5]), 2),
+            "read for one (θ, η) / MB": bytes_read(table, axes["theta"][3], axes["eta"][5]),
         }
 
 
@@ -105,16 +105,18 @@ def megabytes(*paths: Path) -> float:
     return round(sum(path.stat().st_size for path in paths) / 1e6, 1)
 
 
-def query(path: Path, theta: float, eta: float) -> float:
+def bytes_read(path: Path, theta: float, eta: float) -> float:
     """Size of what is read for all of one rod and height by the file's statistics (MB)."""
-    stored, metadata = tables.Stored(path, tables.STICTION), pq.read_metadata(path)
-    groups = [metadata.row_group(i) for i in stored.groups_where({"theta": theta, "eta": eta})]
+    (fragment,) = query.opened(path, schemas.STICTION).get_fragments()
+    here = fragment.subset(query.one_of("theta", [theta]) & query.one_of("eta", [eta]))
+    metadata = pq.read_metadata(path)
+    groups = [metadata.row_group(found.id) for found in here.row_groups]
     sizes = [
         group.column(i).total_compressed_size
         for group in groups
         for i in range(metadata.num_columns)
     ]
-    return float(metadata.serialized_size + sum(sizes)) / 1e6
+    return round((metadata.serialized_size + sum(sizes)) / 1e6, 2)
 
 
 def parsed(page: str) -> dict[int, dict[str, str]]:

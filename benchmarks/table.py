@@ -12,7 +12,7 @@ from rich.table import Table
 
 NAMES = {
     "test_states_on_random_curves": "states at 200 steps of 256 curves, residual <= 1e-12",
-    "test_collocation_random_curves": "256 whole curves: and lock, end, stability, reach",
+    "test_collocation_random_curves": "256 whole curves: and critical state, end, stability",
     "test_collocation_one_curve": "one whole curve",
     "test_solve_bvp": "scipy solve_bvp, tol 1e-8",
     "test_paper": "the paper's method (Python)",
@@ -23,7 +23,9 @@ NAMES = {
 def main(path: str) -> None:
     """Print states per second, their spread, the ratio to the first row and the accuracy."""
     found = {b["name"]: b for b in json.loads(Path(path).read_text())["benchmarks"]}
-    table = Table("method", "states/s and core", "quartiles", "rounds", "first is", "error of f")
+    table = Table(
+        "method", "states/s and core", "quartiles", "rounds", "first row is", "error of f"
+    )
     fastest = None
     for name, title in NAMES.items():
         if name not in found:

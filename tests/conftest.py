@@ -4,10 +4,12 @@ import pytest
 import yaml
 from hypothesis import settings
 
-from vibrissa import records, solve_curve, solve_state, stick_slip, tables
-from vibrissa.grid import readings
-from vibrissa.stiction import read_curve
-from vibrissa.study import parse_study
+from vibrissa import solve_curve, solve_state, stick_slip
+from vibrissa.design import search
+from vibrissa.sticking.stiction import read_curve
+from vibrissa.study.grid import points_on_curves
+from vibrissa.study.parsing import parse_study
+from vibrissa.tables import records, schemas, store
 
 ROOT = Path(__file__).parents[1]
 
@@ -23,31 +25,38 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(scope="session")
 def paper():
     """The paper's study."""
-    schema = yaml.safe_load((ROOT / "workflow/schemas/study.schema.yaml").read_text())
-    return parse_study(yaml.safe_load((ROOT / "config.yaml").read_text()), schema)
+    return parse_study(yaml.safe_load((ROOT / "config.yaml").read_text()))
 
 
 @pytest.fixture(scope="session")
 def study_tables(paper):
     """Tables of the paper's study, by its code but without its workflow."""
-    tapers = {theta for axes in paper.grids.values() for theta in axes.theta}
-    curves = {theta: solve_curve(float(theta), 0.85) for theta in tapers}
-    keys = {(format(theta, "f"), "0.85"): curve for theta, curve in curves.items()}
+    curves = {key: solve_curve(float(key.theta), float(key.eta)) for key in paper.curve_keys}
     points = (
-        (pairs, keys[key], read_curve(keys[key], pairs.mu0, pairs.dx0))
-        for key, pairs in readings(keys, paper.grids)
+        (points, curves[key], read_curve(curves[key], points.mu0, points.dx0))
+        for key, points in points_on_curves(curves, paper.point_grids)
     )
     scans = [
-        records.scan_table(name, p, stick_slip(curves[p.theta], p.mu0, p.dx0, scan.cycles))
+        records.scan_table(name, point, stick_slip(curve, point.mu0, point.dx0, scan.cycles))
         for name, scan in paper.scans.items()
-        for p in scan.grid.points()
+        for point in scan.grid.points()
+        for curve in [curves[point.curve_key(by_step=False)]]
     ]
     states = {
         name: solve_state(*(float(value) for value in (state.theta, state.eta, state.x1)))
         for name, state in paper.states.items()
     }
     return {
-        "stiction": tables.joined(list(records.stiction_tables(points)), tables.STICTION),
-        "scans": tables.joined(scans, tables.SCANS),
+        "stiction": store.joined(list(records.stiction_tables(points)), schemas.STICTION),
+        "scans": store.joined(scans, schemas.SCANS),
         "states": records.states_table(states),
     }
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    """Designs on a coarser mesh: the rod is as good to some percent."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in {"TAPERS": 4, "HEIGHTS": 6, "ROUNDS": 3}.items():
+            patch.setattr(search, name, value)
+        yield

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrissa.decimals import exact, spell
-from vibrissa.steps import EXACT_INTEGER, last_step_within, step_position
+from vibrissa.numerics.steps import EXACT_INTEGER, last_step_within, step_position
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 # What a person writes as a step: a few digits, from 1e-9 up to 1e6.

@@ -13,10 +13,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from run import study_name
-
-from vibrissa import regression
-from vibrissa.tables import TableError
+from vibrissa.errors import TableError
+from vibrissa.pipeline import regression
+from vibrissa.pipeline.run import study_name
 
 LAYOUT = "regression.yaml"
 
@@ -70,8 +69,6 @@ def main(argv: list[str]) -> int:
     parser.add_argument("--reference", type=Path, help="instead of tests/regression/<study>")
     parser.add_argument("--bless", action="store_true", help="make the reference tables anew")
     options = parser.parse_args(argv)
-    if options.configfile and not Path(options.configfile).is_file():
-        sys.exit(f"No such study file: {options.configfile}")
     study = study_name([options.configfile] if options.configfile else [])
     results = options.results or Path("results", study)
     reference = options.reference or Path("tests/regression", study)

@@ -1,7 +1,7 @@
-"""Run Snakemake's linter, apart from the findings listed here with a reason.
+"""Run Snakemake's linter, and ignore the findings that are listed here with a reason.
 
-`snakemake --lint` cannot be told to ignore a finding, and its `--lint json` prints plain text
-(Snakemake 9.27), hence the call through its Python interface.
+`snakemake --lint` has no option for that, and its `--lint json` prints plain text (Snakemake 9.27).
+So this program calls the linter through Snakemake's Python interface.
 """
 
 from __future__ import annotations

@@ -8,32 +8,33 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vibrissa.api import (
+    from vibrissa.mechanics.outcomes import Status
+    from vibrissa.mechanics.rod import Rod
+    from vibrissa.sticking.api import (
         EquilibriumState,
         Onset,
         solve_curve,
         solve_onset,
         solve_state,
     )
-    from vibrissa.curve import StickingCurve, StickingState
-    from vibrissa.cycles import Scan, stick_slip
-    from vibrissa.status import Status
-    from vibrissa.units import Rod
+    from vibrissa.sticking.curve import StickingCurve
+    from vibrissa.sticking.cycles import Scan, stick_slip
+    from vibrissa.sticking.piece import StickingState
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "EquilibriumState": "api",
-    "Onset": "api",
-    "solve_curve": "api",
-    "solve_onset": "api",
-    "solve_state": "api",
-    "StickingCurve": "curve",
-    "StickingState": "curve",
-    "Scan": "cycles",
-    "stick_slip": "cycles",
-    "Status": "status",
-    "Rod": "units",
+    "EquilibriumState": "sticking.api",
+    "Onset": "sticking.api",
+    "solve_curve": "sticking.api",
+    "solve_onset": "sticking.api",
+    "solve_state": "sticking.api",
+    "StickingCurve": "sticking.curve",
+    "StickingState": "sticking.piece",
+    "Scan": "sticking.cycles",
+    "stick_slip": "sticking.cycles",
+    "Status": "mechanics.outcomes",
+    "Rod": "mechanics.rod",
 }
 
 __all__ = [

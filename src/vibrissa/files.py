@@ -29,7 +29,7 @@ def write_atomically(path: Path) -> Iterator[Path]:
     temporary = Path(name)
     try:
         # Tells a file that is being written from one whose writer was killed; see
-        # `vibrissa.repair`. Some network file systems have no locks.
+        # `vibrissa.pipeline.repair`. Some network file systems have no locks.
         with suppress(OSError):
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield temporary

@@ -20,8 +20,8 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
-from vibrissa import tables
-from vibrissa.repair import FOLDERS
+from vibrissa.pipeline.repair import FOLDERS
+from vibrissa.tables import schemas, store
 
 ROOT = Path(__file__).parents[2]
 AXES = {"theta": [1.5, 2, 3], "mu0": [0.3, 5], "eta": [0.85], "dx0": [0.005]}
@@ -108,12 +108,12 @@ def assert_same(project, other, again=True, said=""):
     mine, theirs = (sorted(p.results.glob("tables/*.parquet")) for p in (project, other))
     assert [path.name for path in mine] == [path.name for path in theirs]
     for one, two in zip(mine, theirs, strict=True):
-        schema = getattr(tables, one.stem.upper())
-        table = tables.read(one, schema)
-        assert table.equals(tables.read(two, schema), check_metadata=True), one
+        schema = getattr(schemas, one.stem.upper())
+        table = store.read(one, schema)
+        assert table.equals(store.read(two, schema), check_metadata=True), one
         assert one.read_bytes() == two.read_bytes(), one
     for path in project.results.rglob("*.parquet"):
-        tables.check_file(path)
+        store.check_file(path)
     here, there = (
         {str(path.relative_to(p.results)) for path in p.results.rglob("*") if path.is_file()}
         for p in (project, other)
@@ -186,7 +186,7 @@ def pick(process, victim, generator):
         with contextlib.suppress(psutil.Error):
             command = candidate.cmdline()
             script = any(re.search(r"\.snakemake/scripts/", part) for part in command)
-            if script if victim == "job" else command[1:3] == ["-m", "snakemake"]:
+            if script if victim == "job" else command[1:3] == ["-m", "vibrissa.pipeline"]:
                 found.append(candidate)
     # Snakemake starts a Snakemake for some jobs; it is the first.
     return found and (generator.choice(found) if victim == "job" else found[0])
@@ -289,7 +289,7 @@ def flip(path, generator, undisturbed):
 def age(path, generator, undisturbed):
     table = pq.read_table(path)
     older = table.replace_schema_metadata({**table.schema.metadata, b"vibrissa.schema": b"1"})
-    tables.write(older, path)
+    store.write(older, path)
 
 
 def swap(path, generator, undisturbed):
@@ -495,7 +495,7 @@ def cut_power(project, undisturbed, seed):
     internal = project.root / ".snakemake"
     (internal / "run.lock").write_text("running\n")
     (internal / "locks").mkdir(exist_ok=True)
-    (internal / "locks/0.input.lock").write_text("src/vibrissa/jobs.py\n")
+    (internal / "locks/0.input.lock").write_text("src/vibrissa/pipeline/jobs.py\n")
     (internal / "locks/0.output.lock").write_text("results/faults/tables/stiction.parquet\n")
     for record in generator.sample(sorted((internal / "metadata").iterdir()), 4):
         (internal / "incomplete" / record.name).write_text('{"external_jobid": null}')

@@ -17,9 +17,9 @@ import psutil
 import pytest
 import yaml
 
-from vibrissa import tables
-from vibrissa.collecting import checked_points
-from vibrissa.study import parse_study
+from vibrissa.study.parsing import parse_study
+from vibrissa.tables import schemas, store
+from vibrissa.tables.completeness import checked_points
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -83,7 +83,7 @@ class Project:
         return {path.stem: path for path in sorted(folder.glob("*.parquet"))}
 
     def table(self, name):
-        return tables.read(self.tables()[name], getattr(tables, name.upper()))
+        return store.read(self.tables()[name], getattr(schemas, name.upper()))
 
 
 def slurm(command):
@@ -148,10 +148,9 @@ def test_the_tables_are_the_same_as_without_a_cluster(cluster, tmp_path):
     said = project.run("slurm", *SOON)
     seconds.append(time.monotonic() - start - seconds[0])
 
-    schema = yaml.safe_load((ROOT / "workflow/schemas/study.schema.yaml").read_text())
     points = project.table("stiction")
     assert len(points) >= 20_000
-    list(checked_points([points], parse_study(STUDY, schema).grids))
+    list(checked_points([points], parse_study(STUDY).point_grids))
     assert project.tables().keys() == {"stiction", "scans", "states"}
     assert_same_tables(project, here)
 

@@ -6,7 +6,14 @@ rule claims:
         stiction=f"{RESULTS}/tables/stiction.parquet",
         scans=f"{RESULTS}/tables/scans.parquet",
         states=f"{RESULTS}/tables/states.parquet",
-        code=sources("claims", "evidence", "ledger", "tables", "files", "jobs"),
+        code=sources(
+            "paper.claims",
+            "paper.evidence",
+            "paper.ledger",
+            "tables.query",
+            "files",
+            "pipeline.jobs",
+        ),
     output:
         table=f"{RESULTS}/tables/claims.parquet",
         text=f"{RESULTS}/claims.md",
@@ -16,7 +23,7 @@ rule claims:
         f"{RESULTS}/benchmarks/claims.tsv"
     threads: 1
     params:
-        names=STUDY.claims,
+        names=dict(STUDY.claims or {}),
         study_file=study_file("claims"),
     message:
         "judging the paper's statements"

@@ -3,20 +3,20 @@ import sys
 
 import yaml
 
-from vibrissa import grid
-from vibrissa.plan import PlanError, planned_blocks
-from vibrissa.sources import sources
-from vibrissa.study import StudyError, parse_study, refuse_repeated_keys
+from vibrissa.errors import PlanError, StudyError
+from vibrissa.pipeline.sources import sources
+from vibrissa.study.blocks import grids_of_block, planned_blocks
+from vibrissa.study.codec import encode_grid, encode_key, encode_values
+from vibrissa.study.parsing import parse_study, refuse_repeated_keys
 
 ENDINGS = ["pdf", "svg", "png"]
 
-with open(workflow.source_path("../schemas/study.schema.yaml")) as schema:
-    try:
-        for path in workflow.configfiles:
-            refuse_repeated_keys(Path(path).read_text(encoding="utf-8"))
-        STUDY = parse_study(config, yaml.safe_load(schema))
-    except StudyError as error:
-        raise WorkflowError(f"the study file cannot be run: {error}") from None
+try:
+    for path in workflow.configfiles:
+        refuse_repeated_keys(Path(path).read_text(encoding="utf-8"))
+    STUDY = parse_study(config)
+except StudyError as error:
+    raise WorkflowError(f"the study file cannot be run: {error}") from None
 
 RESULTS = f"results/{STUDY.name}"
 
@@ -39,9 +39,6 @@ def study_texts():
     return texts
 
 
-SCAN_GRIDS = {name: scan.grid for name, scan in STUDY.scans.items()}
-
-
 def is_solved(block):
     """Whether a block's curves are there; jobs take the plan as it stands."""
     curves = Path(RESULTS, "blocks", STUDY.solver, f"{block}.curves.parquet")
@@ -51,25 +48,26 @@ def is_solved(block):
 try:
     BLOCKS = planned_blocks(
         Path(RESULTS, "blocks", f"{STUDY.solver}.json"),
-        grid.curve_keys([*STUDY.grids.values(), *SCAN_GRIDS.values()], STUDY.by_step),
-        STUDY.block_size,
+        STUDY.curve_keys,
+        STUDY.curves_per_job,
         is_solved,
         remember=not workflow.output_settings.dryrun,
     )
 except PlanError as error:
     raise WorkflowError(str(error)) from None
 
-# Blocks that grid points are read from, and what is read; a scan may have blocks of its own.
-READINGS = {
-    block: readings
+# Blocks whose curves have grid points on them, and the grids' parts there; a scan may have blocks of
+# its own.
+BLOCK_GRIDS = {
+    block: grids
     for block, members in BLOCKS.items()
-    if (readings := grid.block_readings(members, STUDY.grids))
+    if (grids := grids_of_block(members, STUDY.point_grids))
 }
 
 
 def blocks_of_scan(scan):
     """Blocks that hold the curves of a set of scans."""
-    keys = set(grid.curve_keys([SCAN_GRIDS[scan]], STUDY.by_step))
+    keys = set(STUDY.scan_grids[scan].curve_keys(STUDY.method.by_step))
     return [block for block, members in BLOCKS.items() if keys.intersection(members)]
 
 

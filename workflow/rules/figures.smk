@@ -1,25 +1,10 @@
 # Figures, drawn from the tables alone.
 
-FIGURE_TABLES = {
-    "taper": "stiction",
-    "friction": "stiction",
-    "locking": "stiction",
-    "regimes": "stiction",
-    "law": "stiction",
-    "scan": "scans",
-    "period": "scans",
-    "signals": "scans",
-    "state": "states",
-    "models": "comparisons",
-}
-
 
 rule figure:
     input:
-        table=lambda wildcards: "{}/tables/{}.parquet".format(
-            RESULTS, FIGURE_TABLES[STUDY.figures[wildcards.figure]["kind"]]
-        ),
-        code=sources("figures", "tables", "jobs"),
+        table=lambda wildcards: f"{RESULTS}/tables/{STUDY.figures[wildcards.figure].table}.parquet",
+        code=sources("figures.draw", "tables.query", "pipeline.jobs"),
     output:
         report(
             f"{RESULTS}/figures/{{figure}}.svg",
@@ -36,8 +21,10 @@ rule figure:
     localrule: True
     threads: 1
     params:
-        figure=lambda wildcards: STUDY.figures[wildcards.figure],
-        table=lambda wildcards: FIGURE_TABLES[STUDY.figures[wildcards.figure]["kind"]],
+        kind=lambda wildcards: STUDY.figures[wildcards.figure].kind,
+        table=lambda wildcards: STUDY.figures[wildcards.figure].table,
+        selection=lambda wildcards: STUDY.figures[wildcards.figure].selection(),
+        caption=lambda wildcards: STUDY.figures[wildcards.figure].caption,
     message:
         "drawing {wildcards.figure}"
     script:
@@ -46,7 +33,7 @@ rule figure:
 
 rule captions:
     input:
-        code=sources("jobs", "files"),
+        code=sources("pipeline.jobs", "files"),
     output:
         f"{RESULTS}/figures/captions.md",
     log:
@@ -56,7 +43,7 @@ rule captions:
     localrule: True
     threads: 1
     params:
-        captions={name: figure.get("caption", "") for name, figure in STUDY.figures.items()},
+        captions={name: figure.caption for name, figure in STUDY.figures.items()},
     message:
         "writing the captions"
     script:

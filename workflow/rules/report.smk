@@ -10,7 +10,7 @@ rule report:
         claims=f"{RESULTS}/tables/claims.parquet" if STUDY.claims else [],
         svg=expand(f"{RESULTS}/figures/{{figure}}.svg", figure=STUDY.figures),
         png=expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
-        code=sources("report", "tables", "files", "jobs"),
+        code=sources("report.page", "tables.query", "files", "pipeline.jobs"),
     output:
         f"{RESULTS}/report.html",
     log:
@@ -21,13 +21,13 @@ rule report:
     threads: 1
     params:
         study=STUDY.name,
-        captions={name: figure.get("caption", "") for name, figure in STUDY.figures.items()},
+        captions={name: figure.caption for name, figure in STUDY.figures.items()},
         study_files=study_texts(),
         # Of the jobs that make the study as it is now; an earlier grid leaves others. The plain
         # texts that `expand` makes of them can be handed to a job.
         benchmarks={
             "curves": expand(rules.curves.benchmark, block=BLOCKS),
-            "points": expand(rules.points.benchmark, block=READINGS),
+            "points": expand(rules.points.benchmark, block=BLOCK_GRIDS),
             "stiction": expand(rules.stiction.benchmark),
             "scan": expand(rules.scan.benchmark, scan=STUDY.scans),
             "scans": expand(rules.scans.benchmark) if STUDY.scans else [],

@@ -5,7 +5,7 @@
 rule scan:
     input:
         curves=lambda wildcards: expand(rules.curves.output, block=blocks_of_scan(wildcards.scan)),
-        code=sources("cycles", "records", "jobs"),
+        code=sources("sticking.cycles", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.solver}/{{scan}}.scan.parquet",
     log:
@@ -14,9 +14,9 @@ rule scan:
         f"{RESULTS}/benchmarks/scan/{{scan}}.tsv"
     threads: 1
     params:
-        grid=lambda wildcards: grid.spelled(SCAN_GRIDS[wildcards.scan]),
+        grid=lambda wildcards: encode_grid(STUDY.scan_grids[wildcards.scan]),
         cycles=lambda wildcards: STUDY.scans[wildcards.scan].cycles,
-        by_step=STUDY.by_step,
+        by_step=STUDY.method.by_step,
     message:
         "moving the clamp through scan {wildcards.scan}"
     script:
@@ -26,7 +26,7 @@ rule scan:
 rule scans:
     input:
         scans=expand(rules.scan.output, scan=STUDY.scans),
-        code=sources("collecting", "jobs"),
+        code=sources("tables.collect", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/scans.parquet",
     log:
@@ -45,7 +45,7 @@ rule scans:
 
 rule states:
     input:
-        code=sources("api", "records", "jobs"),
+        code=sources("sticking.api", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/states.parquet",
     log:
@@ -59,7 +59,7 @@ rule states:
                 "theta": float(state.theta),
                 "eta": float(state.eta),
                 "x1": float(state.x1),
-                "contact": state.contact,
+                "contact": (state.contact or STUDY.contact).value,
             }
             for name, state in STUDY.states.items()
         },
@@ -72,7 +72,7 @@ rule states:
 
 rule comparisons:
     input:
-        code=sources("comparison", "records", "jobs"),
+        code=sources("sticking.comparison", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/comparisons.parquet",
     log:
@@ -82,7 +82,7 @@ rule comparisons:
     threads: 1
     params:
         comparisons={
-            name: {axis: grid.spelled_axis(values) for axis, values in vars(comparison).items()}
+            name: {axis: encode_values(values) for axis, values in comparison.axes.items()}
             for name, comparison in STUDY.comparisons.items()
         },
         study_file=study_file("comparisons"),

@@ -3,7 +3,7 @@
 
 rule curves:
     input:
-        code=sources(STUDY.method, "records", "jobs"),
+        code=sources(f"sticking.{STUDY.method}", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.solver}/{{block}}.curves.parquet",
     log:
@@ -12,9 +12,9 @@ rule curves:
         f"{RESULTS}/benchmarks/curves/{{block}}.tsv"
     threads: 1
     params:
-        method=STUDY.method,
-        contact=STUDY.contact,
-        curves=lambda wildcards: [list(key) for key in BLOCKS[wildcards.block]],
+        method=STUDY.method.value,
+        contact=STUDY.contact.value,
+        curves=lambda wildcards: list(map(encode_key, BLOCKS[wildcards.block])),
     message:
         "solving the sticking curves of block {wildcards.block}"
     script:
@@ -24,7 +24,7 @@ rule curves:
 rule points:
     input:
         curves=rules.curves.output,
-        code=sources("stiction", "records", "jobs"),
+        code=sources("sticking.stiction", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.solver}/{{block}}.points.parquet",
     log:
@@ -33,7 +33,9 @@ rule points:
         f"{RESULTS}/benchmarks/points/{{block}}.tsv"
     threads: 1
     params:
-        readings=lambda wildcards: READINGS[wildcards.block],
+        grids=lambda wildcards: {
+            name: encode_grid(part) for name, part in BLOCK_GRIDS[wildcards.block].items()
+        },
     message:
         "reading grid points off block {wildcards.block}"
     script:
@@ -42,8 +44,8 @@ rule points:
 
 rule stiction:
     input:
-        points=expand(rules.points.output, block=READINGS),
-        code=sources("collecting", "jobs"),
+        points=expand(rules.points.output, block=BLOCK_GRIDS),
+        code=sources("tables.collect", "tables.completeness", "study.codec", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/stiction.parquet",
     log:
@@ -53,7 +55,7 @@ rule stiction:
     localrule: True
     threads: 1
     params:
-        grids={name: grid.spelled(axes) for name, axes in STUDY.grids.items()},
+        grids={name: encode_grid(grid) for name, grid in STUDY.point_grids.items()},
         study_file=study_file("grids"),
     message:
         "collecting the table of grid points"

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from vibrissa import jobs
 from vibrissa.files import write_atomically
+from vibrissa.pipeline import jobs
 
 with jobs.logged(snakemake.log[0]):
     captions = snakemake.params.captions.items()

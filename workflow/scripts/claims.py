@@ -2,19 +2,19 @@
 
 from pathlib import Path
 
-from vibrissa import claims, evidence, jobs, ledger, tables
 from vibrissa.files import write_atomically
+from vibrissa.paper import claims, evidence, ledger
+from vibrissa.pipeline import jobs
+from vibrissa.tables import query, schemas, store
 
 with jobs.logged(snakemake.log[0]):
-    found = evidence.gather(
-        *(
-            tables.Stored(snakemake.input[name], getattr(tables, name.upper()))
-            for name in ("stiction", "scans", "states")
-        ),
-        snakemake.params.names,
-    )
+    tables = {
+        name: query.opened(snakemake.input[name], getattr(schemas, name.upper()))
+        for name in ("stiction", "scans", "states")
+    }
+    found = evidence.gather(tables, snakemake.params.names)
     table = ledger.claims_table(claims.CLAIMS, found)
-    tables.write(table, snakemake.output.table, snakemake.params.study_file)
+    store.write(table, snakemake.output.table, snakemake.params.study_file)
     with write_atomically(Path(snakemake.output.text)) as temporary:
         temporary.write_text(ledger.markdown(table), encoding="utf-8")
     print(ledger.verdict_counts(table))

@@ -1,15 +1,24 @@
 """Solve the sticking curves of one block."""
 
-from importlib import import_module
+import numpy as np
 
-from vibrissa import jobs, records, tables
+from vibrissa.mechanics.outcomes import Contact, Method
+from vibrissa.pipeline import jobs
+from vibrissa.study.codec import decode_key, encode_key
+from vibrissa.tables import records, store
 
 with jobs.logged(snakemake.log[0]):
-    keys = [tuple(key) for key in snakemake.params.curves]
-    solver = import_module(f"vibrissa.{snakemake.params.method}")
-    curves = solver.solve_keys(
-        [[float(value) for value in key] for key in keys], snakemake.params.contact
-    )
+    keys = list(map(decode_key, snakemake.params.curves))
+    theta, eta, dx0 = np.array(keys, dtype=float).T  # NaN for the dx0 of a curve that serves all
+    # A job depends on the solver that it uses alone.
+    if Method(snakemake.params.method) is Method.COLLOCATION:
+        from vibrissa.sticking import collocation
+
+        curves = collocation.solve_curves(theta, eta, Contact(snakemake.params.contact))
+    else:
+        from vibrissa.sticking import shooting
+
+        curves = shooting.solve_curves(theta, eta, dx0)
     for key, curve in zip(keys, curves, strict=True):
-        print(*key, curve.status, f"residual {curve.residual:.1e}", curve.message)
-    tables.write(records.curves_table(keys, curves), snakemake.output[0])
+        print(*encode_key(key), curve.status, f"residual {curve.residual:.1e}", curve.message)
+    store.write(records.curves_table(keys, curves), snakemake.output[0])

@@ -1,10 +1,12 @@
 """Draw one figure from its table."""
 
-from vibrissa import figures, jobs, tables
+from vibrissa.figures import style
+from vibrissa.figures.draw import draw
+from vibrissa.pipeline import jobs
+from vibrissa.tables import query, schemas
 
 with jobs.logged(snakemake.log[0]):
-    selection = dict(snakemake.params.figure)
-    kind, _ = selection.pop("kind"), selection.pop("caption", "")
-    schema = getattr(tables, snakemake.params.table.upper())
-    table = tables.Stored(snakemake.input.table, schema)
-    figures.save(figures.draw(kind, table, selection), snakemake.output)
+    schema = getattr(schemas, snakemake.params.table.upper())
+    table = query.opened(snakemake.input.table, schema)
+    figure = draw(snakemake.params.kind, table, snakemake.params.selection)
+    style.save(figure, snakemake.output)

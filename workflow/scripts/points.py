@@ -1,13 +1,16 @@
 """Read the grid points of one block off its sticking curves."""
 
-from vibrissa import grid, jobs, records, tables
-from vibrissa.stiction import read_curve
+from vibrissa.pipeline import jobs
+from vibrissa.sticking.stiction import read_curve
+from vibrissa.study.codec import decode_grid
+from vibrissa.study.grid import points_on_curves
+from vibrissa.tables import records, schemas, store
 
 with jobs.logged(snakemake.log[0]):
-    grids = {name: grid.from_spelled(axes) for name, axes in snakemake.params.readings.items()}
-    curves = records.curves_from_table(tables.read(snakemake.input.curves[0], tables.CURVES))
-    readings = (
-        (pairs, curves[key], read_curve(curves[key], pairs.mu0, pairs.dx0))
-        for key, pairs in grid.readings(curves, grids)
+    grids = {name: decode_grid(axes) for name, axes in snakemake.params.grids.items()}
+    curves = records.curves_from_table(store.read(snakemake.input.curves[0], schemas.CURVES))
+    results = (
+        (points, curves[key], read_curve(curves[key], points.mu0, points.dx0))
+        for key, points in points_on_curves(curves, grids)
     )
-    tables.write_parts(records.stiction_tables(readings), tables.STICTION, snakemake.output[0])
+    store.write_parts(records.stiction_tables(results), schemas.STICTION, snakemake.output[0])

@@ -2,31 +2,39 @@
 
 from pathlib import Path
 
-from vibrissa import jobs, report, tables
 from vibrissa.files import write_atomically
+from vibrissa.pipeline import jobs
+from vibrissa.report.facts import environment
+from vibrissa.report.page import Picture, Run, page
+from vibrissa.tables import query, schemas
 
 with jobs.logged(snakemake.log[0]):
     names = ("stiction", "scans", "states", "comparisons", "claims")
     found = {
-        name: tables.Stored(snakemake.input[name], getattr(tables, name.upper()))
+        name: query.opened(snakemake.input[name], getattr(schemas, name.upper()))
         for name in names
         if snakemake.input[name]
     }
     pictures = [
-        report.Picture(name, caption, Path(svg).read_bytes(), Path(png).read_bytes())
+        Picture(
+            name=name,
+            caption=caption,
+            svg=Path(svg).read_bytes(),
+            png=Path(png).read_bytes(),
+        )
         for (name, caption), svg, png in zip(
             snakemake.params.captions.items(), snakemake.input.svg, snakemake.input.png, strict=True
         )
     ]
-    run = report.Run(
+    run = Run(
         study_files=snakemake.params.study_files,
-        environment=report.environment(),
+        environment=environment(),
         benchmarks={
             rule: [Path(path).read_text() for path in paths if Path(path).is_file()]
             for rule, paths in snakemake.params.benchmarks.items()
         },
     )
-    text = report.page(snakemake.params.study, found, pictures, run)
+    text = page(snakemake.params.study, found, pictures, run)
     with write_atomically(Path(snakemake.output[0])) as temporary:
         temporary.write_text(text, encoding="utf-8")
     print(f"{len(text.encode())} bytes")

@@ -1,19 +1,21 @@
 """Move the clamp through one set of scans."""
 
-from vibrissa import grid, jobs, records, tables
-from vibrissa.cycles import stick_slip
+from vibrissa.pipeline import jobs
+from vibrissa.sticking.cycles import stick_slip
+from vibrissa.study.codec import decode_grid
+from vibrissa.tables import records, schemas, store
 
 with jobs.logged(snakemake.log[0]):
-    points = list(grid.from_spelled(snakemake.params.grid).points())
+    points = list(decode_grid(snakemake.params.grid).points())
     curves = {}
     for path in snakemake.input.curves:
-        curves |= records.curves_from_table(tables.read(path, tables.CURVES))
+        curves |= records.curves_from_table(store.read(path, schemas.CURVES))
 
     def parts():
         for point in points:
-            curve = curves[grid.curve_key(point, snakemake.params.by_step)]
+            curve = curves[point.curve_key(snakemake.params.by_step)]
             scan = stick_slip(curve, point.mu0, point.dx0, snakemake.params.cycles)
             print(*point, scan.status, curve.message)
             yield records.scan_table(snakemake.wildcards.scan, point, scan)
 
-    tables.write_parts(parts(), tables.SCANS, snakemake.output[0])
+    store.write_parts(parts(), schemas.SCANS, snakemake.output[0])

@@ -1,9 +1,11 @@
 """Collect the scans."""
 
-from vibrissa import collecting, jobs, tables
+from vibrissa.pipeline import jobs
+from vibrissa.tables import schemas, store
+from vibrissa.tables.collect import collect
 
 with jobs.logged(snakemake.log[0]):
-    found = collecting.collect(snakemake.input.scans, tables.SCANS)
-    tables.write_parts(
+    found = collect(snakemake.input.scans, schemas.SCANS)
+    store.write_parts(
         found.parts, found.schema, snakemake.output[0], snakemake.params.study_file, found.rows
     )

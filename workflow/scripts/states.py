@@ -1,7 +1,9 @@
 """Solve the study's single states."""
 
-from vibrissa import jobs, records, solve_state, tables
+from vibrissa import solve_state
+from vibrissa.pipeline import jobs
+from vibrissa.tables import records, store
 
 with jobs.logged(snakemake.log[0]):
     states = {name: solve_state(**point) for name, point in snakemake.params.states.items()}
-    tables.write(records.states_table(states), snakemake.output[0], snakemake.params.study_file)
+    store.write(records.states_table(states), snakemake.output[0], snakemake.params.study_file)

@@ -1,17 +1,21 @@
 """Collect the grid points of all blocks, in one order, and check that each is there once."""
 
-from vibrissa import collecting, grid, jobs, tables
+from vibrissa.pipeline import jobs
+from vibrissa.study.codec import decode_grid
+from vibrissa.tables import schemas, store
+from vibrissa.tables.collect import collect
+from vibrissa.tables.completeness import POINT_ORDER, checked_points
 
 with jobs.logged(snakemake.log[0]):
-    grids = {name: grid.from_spelled(axes) for name, axes in snakemake.params.grids.items()}
-    found = collecting.collect(snakemake.input.points, tables.STICTION, collecting.POINT_ORDER)
-    tables.write_parts(
-        collecting.checked_points(found.parts, grids),
+    grids = {name: decode_grid(axes) for name, axes in snakemake.params.grids.items()}
+    found = collect(snakemake.input.points, schemas.STICTION, POINT_ORDER)
+    store.write_parts(
+        checked_points(found.parts, grids),
         found.schema,
         snakemake.output[0],
         snakemake.params.study_file,
         found.rows,
     )
-    written = tables.Stored(snakemake.output[0], tables.STICTION, checked=True)
-    counts = tables.status_counts(written.parts(["status"]))
+    written = store.opened(snakemake.output[0], schemas.STICTION)
+    counts = store.status_counts(written.iter_batches(columns=["status"]))
     print(", ".join(f"{count} {status}" for status, count in sorted(counts.items())))

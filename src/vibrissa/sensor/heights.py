@@ -1,7 +1,7 @@
-"""One rod at many heights: its branch at any η of a range, from the branches at a few.
+"""One rod at many heights: the branch at any η of a range, interpolated from a few heights.
 
-Each smooth stretch of the branch, between the same two landmarks (where pulling ends, α = 0, a
-kink, the lock, the end), is interpolated over η by the polynomial through Chebyshev points.
+Each smooth stretch of the branch lies between the same two landmarks (end of pulling, α = 0, kink,
+lock, end). It is interpolated over η by the polynomial through Chebyshev points.
 """
 
 from collections.abc import Callable
@@ -10,25 +10,26 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
-from scipy.interpolate import CubicSpline, PPoly
+from scipy.interpolate import CubicSpline
 
-from vibrissa.arrays import FloatArray
-from vibrissa.sensor.response import Branch, NoResponse, Response, respond
-from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.status import Contact
+from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.mechanics.outcomes import Contact
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.sensor.response import Branch, Response, joined, respond
 
 # Heights at which the rod is solved, and displacements on each stretch.
 NODES = 9
 POINTS = 257
-# How far from the given height it is looked for (L), and at most as a part of the distance from
-# there to 1, where a rod stands upright and the forces have a singularity.
+# The height is sought within this distance of the given one (L). The forces are singular at η = 1,
+# where the rod stands upright: so the distance is at most this part of 1 − η.
 REACH = 0.05
 REACH_PART = 1.0 / 3.0
 # Error allowed between the nodes, of the largest reaction.
 TOLERANCE = 1e-5
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Heights:
     """Branches of one rod over a range of heights.
 
@@ -73,26 +74,26 @@ class Heights:
 
         Raises
         ------
-        ValueError
+        ArgumentError
             If it lies outside.
         """
         position = (2.0 * eta - self.low - self.high) / (self.high - self.low)
         if not abs(position) <= 1.0 + 1e-12:
-            raise ValueError(f"eta must lie in [{self.low:.6g}, {self.high:.6g}], got {eta!r}")
+            raise ArgumentError(f"eta must lie in [{self.low:.6g}, {self.high:.6g}], got {eta!r}")
         row = chebvander(np.array([position]), len(self.branches) - 1)[0]
         marks, values = row @ self._series[0], np.tensordot(row, self._series[1], axes=1)
         bounds, x1_init = marks[:-1], float(marks[-1])
         parts = [CubicSpline(x, y) for x, y in zip(_displacements(bounds), values, strict=True)]
-        joined = PPoly(
-            np.concatenate([part.c for part in parts], axis=1),
-            np.concatenate([part.x[:-1] for part in parts] + [parts[-1].x[-1:]]),
-            extrapolate=False,
+        return Branch(
+            reactions=joined(parts),
+            x0_lock=float(bounds[self._lock]),
+            x1_init=x1_init,
+            bounds=bounds,
         )
-        return Branch(joined, float(bounds[self._lock]), x1_init, bounds)
 
 
 def _displacements(bounds: FloatArray) -> FloatArray:
-    """Points on each stretch, shape (stretches, POINTS); crowded where the branch turns back."""
+    """Points on each stretch, shape (stretches, POINTS), close together near a limit point."""
     part = np.linspace(0.0, 1.0, POINTS)
     parts = np.tile(part, (len(bounds) - 1, 1))
     parts[-1] = 1.0 - (1.0 - part) ** 2
@@ -126,33 +127,38 @@ def respond_between(
 
     Raises
     ------
-    NoResponse
-        If one of the branches is not solved, or they differ in more than their measures.
-    ValueError
+    NoResponseError
+        If one of the branches is not solved, or they do not have the same landmarks.
+    ArgumentError
         If an argument is out of range.
     """
     if not 0.0 < eta < 1.0:
-        raise ValueError(f"eta must lie between 0 and 1, got {eta!r}")
+        raise ArgumentError(f"eta must lie between 0 and 1, got {eta!r}")
     reach = min(REACH, REACH_PART * (1.0 - eta), 0.5 * eta)
     nodes = eta - reach + 2.0 * reach * chebyshev_nodes(NODES)
     solved: list[Response] = []
     for node in nodes:
         solved.append(respond(theta, float(node), contact, pull))
         progress(len(solved))
-    found = Heights(eta - reach, eta + reach, tuple(solved))
-    alike = {
+    found = Heights(low=eta - reach, high=eta + reach, branches=tuple(solved))
+    where = f"for heights from {found.low:.6g} to {found.high:.6g} (in units of L)"
+    landmarks = {
         (len(branch.bounds), int(np.argmin(np.abs(branch.bounds - branch.x0_lock))))
         for branch in solved
     }
-    where = f"for heights from {eta - reach:.6g} to {eta + reach:.6g} (in units of L)"
-    if len(alike) > 1 or len({branch.curve.end for branch in solved}) > 1:
-        raise NoResponse(f"the rod changes its kind of contact or end {where}: give the height")
+    if len(landmarks) > 1 or len({branch.curve.end for branch in solved}) > 1:
+        raise NoResponseError(f"the rod changes contact or end {where}: give the height")
     # Between the nodes the interpolation must agree with a branch that it has not seen.
     between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
-    check = respond(theta, between, contact, pull)
-    x = np.linspace(check.x0_pull, check.x0_lock, POINTS)[1:-1]
-    error = np.abs(found.at(between)(np.clip(x, *found.at(between).bounds[[0, -1]])) - check(x))
+    resolved = _agrees(found.at(between), respond(theta, between, contact, pull))
     progress(NODES + 1)
-    if not error.max() <= TOLERANCE * np.abs(check(x)).max():
-        raise NoResponse(f"the rod's response is not resolved {where}: give the height")
+    if not resolved:
+        raise NoResponseError(f"the rod's response is not resolved {where}: give the height")
     return found
+
+
+def _agrees(found: Branch, solved: Branch) -> bool:
+    """Whether an interpolated branch is, up to the lock, the one that was solved there."""
+    x = np.linspace(solved.x0_pull, solved.x0_lock, POINTS)[1:-1]
+    error = np.abs(found(np.clip(x, *found.bounds[[0, -1]])) - solved(x))
+    return bool(error.max() <= TOLERANCE * np.abs(solved(x)).max())

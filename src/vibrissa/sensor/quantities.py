@@ -8,12 +8,22 @@ from dataclasses import dataclass
 from decimal import Decimal
 from enum import StrEnum
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import pint
+import numpy as np
 
 from vibrissa.decimals import exact
-from vibrissa.units import Rod
+from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.rod import Rod
+from vibrissa.numerics.arrays import FloatArray
+
+if TYPE_CHECKING:
+    import pint
+
+# A number in units of the rod, or text such as "50 um".
+Quantity = str | float | Decimal
+
+Choice = TypeVar("Choice", bound=StrEnum)
 
 
 class Kind(StrEnum):
@@ -23,7 +33,6 @@ class Kind(StrEnum):
     FORCE = "force"
     MOMENT = "moment"
     STRESS = "stress"
-    TIME = "time"
     DENSITY = "density"
     NUMBER = "number"
 
@@ -33,19 +42,34 @@ SI = {
     Kind.FORCE: "N",
     Kind.MOMENT: "N*m",
     Kind.STRESS: "Pa",
-    Kind.TIME: "s",
     Kind.DENSITY: "kg/m^3",
     Kind.NUMBER: "1",
 }
+# Smaller and larger magnitudes are refused: products and squares of the others are numbers.
+LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
 # How the units of nondimensional columns are written.
 OWN = {Kind.LENGTH: "L", Kind.FORCE: "E*I0/L^2", Kind.MOMENT: "E*I0/L", Kind.NUMBER: "1"}
+# What the channels force_x, force_y and moment_z of a transducer measure.
+CHANNEL_KINDS = (Kind.FORCE, Kind.FORCE, Kind.MOMENT)
 
-NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)")
+# An exponent, as in 1e3, is no unit.
+NUMBER_AND_UNIT = re.compile(
+    r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,5})?)"
+    r"\s*((?![eE][-+]?[0-9]+$)[^\W\d_].*)"
+)
+# Products, quotients and powers of names, such as kg/(m*s^2). Pint gets nothing else to read.
+_NAME = r"[A-Za-zµμÅ°][A-Za-z0-9_]*[²³]?(?:(?:\*\*|\^)-?[1-9][0-9]?)?"
+_NEXT = r"\s*[*/·\s]\s*"
+_PRODUCT = rf"{_NAME}(?:{_NEXT}{_NAME})*"
+_PART = rf"(?:{_NAME}|\(\s*{_PRODUCT}\s*\))"
+UNIT = re.compile(rf"{_PART}(?:{_NEXT}{_PART})*")
 
 
 @cache
-def _registry() -> pint.UnitRegistry[Any]:
-    # Filled on first use: it reads a file of definitions.
+def _registry() -> "pint.UnitRegistry[Any]":
+    # Loaded on first use, with a file of definitions: bare numbers do not need it.
+    import pint
+
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
@@ -67,24 +91,45 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
 
     Raises
     ------
-    ValueError
+    ArgumentError
         If it is no such quantity.
     """
     parts = NUMBER_AND_UNIT.fullmatch(text.strip())
+    refusal = ArgumentError(f"{what} must be a {kind} with a unit such as {SI[kind]}, got {text!r}")
+    if parts is None or UNIT.fullmatch(parts[2]) is None:
+        raise refusal
+    registry = _registry()
+    from pint import PintError
+
     try:
-        if parts is None:
-            raise ValueError
-        registry = _registry()
-        quantity = registry.Quantity(Decimal(parts[1]), registry.parse_units(parts[2]))
-        value = Decimal(quantity.to(SI[kind].replace("1", "")).magnitude)
-        if not value.is_finite():
-            raise ValueError
-        return value
-    # Pint has no common error for text that is no unit.
-    except Exception:
-        raise ValueError(
-            f"{what} must be a {kind} with a unit such as {SI[kind]}, got {text!r}"
-        ) from None
+        wanted, units = (registry.parse_units(unit) for unit in (SI[kind].strip("1"), parts[2]))
+        _, base = registry.get_base_units(units)
+        if base != registry.get_base_units(wanted)[1]:
+            raise refusal
+        value = Decimal(registry.Quantity(Decimal(parts[1]), units).to(wanted).magnitude)
+    except (PintError, TypeError, ValueError, ArithmeticError):
+        # An unknown unit, one with an offset or a logarithm, one with a number, or an overflow.
+        raise refusal from None
+    return _checked(value, what)
+
+
+def _checked(value: Decimal, what: str) -> Decimal:
+    if value and not LEAST < abs(value) < MOST:
+        raise ArgumentError(f"{what} must have a size from {LEAST} to {MOST}, got {value:.3g}")
+    return value
+
+
+def chosen(kind: type[Choice], value: str, what: str) -> Choice:
+    """Look up one of the choices that there are.
+
+    Raises
+    ------
+    ArgumentError
+        If it is none of them.
+    """
+    if value not in tuple(kind):
+        raise ArgumentError(f"{what} must be one of {', '.join(kind)}, got {value!r}")
+    return kind(value)
 
 
 def range_of(text: str) -> tuple[str, str]:
@@ -96,6 +141,43 @@ def range_of(text: str) -> tuple[str, str]:
     if unit is not None and NUMBER_AND_UNIT.fullmatch(low) is None:
         low = f"{low} {unit[2]}"
     return low, high
+
+
+def channels_of(text: str, what: str) -> list[tuple[str, Kind]]:
+    """Split ``"3 mN, 3 mN, 10 uN*m"`` into the values of force_x, force_y and moment_z.
+
+    Raises
+    ------
+    ArgumentError
+        If there are not three values.
+    """
+    parts = text.split(",")
+    if len(parts) != len(CHANNEL_KINDS):
+        raise ArgumentError(f"{what} needs three values, got {text!r}")
+    return list(zip(parts, CHANNEL_KINDS, strict=True))
+
+
+def read_rod(modulus: str | None, diameter: str | None, length: str | None) -> Rod | None:
+    """Read a rod from ``"210 GPa"``, ``"1 mm"`` and ``"100 mm"``; None if nothing is given.
+
+    Raises
+    ------
+    ArgumentError
+        If one of them is missing or no such quantity.
+    """
+    given = {"modulus": modulus, "diameter": diameter, "length": length}
+    missing = [name for name, text in given.items() if text is None]
+    if len(missing) == len(given):
+        return None
+    if modulus is None or diameter is None or length is None:
+        raise ArgumentError(
+            f"a rod needs modulus, diameter and length: {', '.join(missing)} missing"
+        )
+    return Rod(
+        float(in_si(modulus, Kind.STRESS, "modulus")),
+        float(in_si(diameter, Kind.LENGTH, "diameter")),
+        float(in_si(length, Kind.LENGTH, "length")),
+    )
 
 
 @dataclass(frozen=True)
@@ -120,23 +202,41 @@ class Units:
             Kind.MOMENT: self.rod.moment_unit,
         }[kind]
 
+    @property
+    def channels(self) -> FloatArray:
+        """Units of force_x, force_y and moment_z in SI units, shape (3,)."""
+        return np.array([self.unit(kind) for kind in CHANNEL_KINDS])
+
     def name(self, kind: Kind) -> str:
         """Name of the unit in which columns are written."""
         return OWN[kind] if self.rod is None else SI[kind]
 
-    def read(self, text: str, kind: Kind, what: str) -> Decimal:
-        """Nondimensional value of a text: a bare number is nondimensional already.
+    def read(self, value: Quantity, kind: Kind, what: str) -> Decimal:
+        """Nondimensional value of a quantity: a bare number is nondimensional already.
 
         Raises
         ------
-        ValueError
-            If the text is no such quantity, or has a unit and there is no rod to relate it to.
+        ArgumentError
+            If it is no such quantity, or has a unit and there is no rod to relate it to.
         """
+        text = value.strip() if isinstance(value, str) else value
         try:
-            value = exact(text.strip())
+            number = exact(text)
         except ValueError:
-            return exact(in_si(text, kind, what)) / self._exact_unit(kind, f"{what} = {text!r}")
-        return value
+            si = in_si(str(value), kind, what)
+            number = exact(si) / self._exact_unit(kind, f"{what} = {value!r}")
+        return _checked(number, what)
+
+    def read_channels(self, text: str, what: str) -> FloatArray:
+        """Nondimensional values of ``"3 mN, 3 mN, 10 uN*m"``: force_x, force_y and moment_z.
+
+        Raises
+        ------
+        ArgumentError
+            If there are not three values, or one of them is no such quantity.
+        """
+        values = channels_of(text, what)
+        return np.array([float(self.read(part, kind, what)) for part, kind in values])
 
     def column_factor(self, unit: str, kind: Kind, what: str) -> float:
         """Nondimensional value of one unit of a column."""
@@ -146,7 +246,7 @@ class Units:
 
     def _exact_unit(self, kind: Kind, what: str) -> Decimal:
         if self.rod is None:
-            raise ValueError(
+            raise ArgumentError(
                 f"{what} has a unit, but the rod is not given: give modulus, diameter and length"
             )
         return exact(self.unit(kind))

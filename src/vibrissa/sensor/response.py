@@ -1,11 +1,12 @@
-"""The rod's response: what the clamp feels at every offset of the contact point, pulled or pushed.
+"""The rod's response: clamp reactions at every displacement x0 of the clamp, pulled or pushed.
 
-The sticking curve begins at α = 0 and goes where the clamp pushes the tip (x0 > 0). Here it is
-continued to where the clamp pulls (x0 < 0), up to the state in which the surface would have to
-hold the tip (fy = 0), and tabulated, so that a scan of many steps costs next to nothing.
+The sticking curve begins at α = 0 and covers x0 > 0, where the clamp pushes the tip. Here it is
+continued to x0 < 0, where the clamp pulls, up to the state without normal force (fy = 0): beyond it
+the tip would have to adhere. The response is tabulated, so that a scan of many steps takes little
+time.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -15,12 +16,15 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline, PPoly
 from scipy.optimize import brentq
 
-from vibrissa.api import EquilibriumState, solve_curve, solve_state
-from vibrissa.arrays import FloatArray
-from vibrissa.bending import strains
-from vibrissa.curve import StickingCurve, StickingState
-from vibrissa.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.status import Contact, Status
+from vibrissa.errors import NoResponseError
+from vibrissa.mechanics.bending import strains
+from vibrissa.mechanics.outcomes import Contact, Status
+from vibrissa.mechanics.states import ContactState
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
+from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.piece import StickingState
 
 # Knots on each smooth piece of the curve; the spline between them is good to about 1e-9.
 KNOTS = 641
@@ -31,13 +35,18 @@ PULL_TOLERANCE = 1e-7
 TINY = 1e-9
 
 
-class NoResponse(ValueError):
-    """The rod has no sticking curve, or none where the clamp pulls."""
+def joined(splines: Sequence[CubicSpline]) -> PPoly:
+    """Put splines over adjacent intervals together."""
+    return PPoly(
+        np.concatenate([spline.c for spline in splines], axis=1),
+        np.concatenate([spline.x[:-1] for spline in splines] + [splines[-1].x[-1:]]),
+        extrapolate=False,
+    )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Branch:
-    """Clamp reactions over the footpoint displacement x0: all that a recording tells of the rod.
+    """Clamp reactions over the displacement x0 of the clamp.
 
     Attributes
     ----------
@@ -58,7 +67,7 @@ class Branch:
 
     @property
     def x0_pull(self) -> float:
-        """Where pulling ends: the surface would have to hold the tip (L); 0 without pulling."""
+        """Where pulling ends, as the normal force vanishes (L); 0 without pulling."""
         return float(self.reactions.x[0])
 
     @property
@@ -68,7 +77,7 @@ class Branch:
 
     @property
     def mu_lock(self) -> float:
-        """Largest friction at which a pushed tip slips; infinite where it lifts off instead."""
+        """Largest friction at which a pushed tip slips; infinite if it lifts off instead."""
         fx, fy, _ = self.reactions(self.x0_lock)
         return float(fx / fy) if fy < -TINY else float("inf")
 
@@ -81,7 +90,7 @@ class Branch:
         return np.asarray(self.reactions(x0, 1))
 
     def demand(self, x0: ArrayLike) -> FloatArray:
-        """Friction coefficient −tan α that sticking needs; negative where the clamp pulls."""
+        """Friction coefficient −tan α that the tip needs to stick; negative where it is pulled."""
         fx, fy, _ = np.moveaxis(self(x0), -1, 0)
         return np.asarray(fx / fy)
 
@@ -100,7 +109,7 @@ class Branch:
 
         Notes
         -----
-        The tip held and the clamp moved by dx0, the clamp does the work −fx·dx0.
+        While the tip is held and the clamp moves by dx0, the clamp does the work −fx·dx0.
         """
         return np.asarray(self._work(0.0)[..., 0] - self._work(x0)[..., 0])
 
@@ -109,16 +118,16 @@ class Branch:
         return np.asarray(-self._work(x0)[..., 1])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Response(Branch):
-    """Branch of one rod at one height, with the curve that it was tabulated from.
+    """Branch of one rod at one height, with the sticking curve from which it was tabulated.
 
     Build one with `respond`.
 
     Attributes
     ----------
     curve : StickingCurve
-        Where the clamp pushes.
+        Sticking curve, which covers x0 ≥ 0.
     """
 
     curve: StickingCurve
@@ -144,7 +153,7 @@ class Response(Branch):
         if mu0 > self.curve.mu_lock:
             _, state = self.curve.motion_end(mu0)
             end = float(state.x0[0])
-            # Where the motion was not followed past the lock nothing is known beyond it.
+            # If the motion was not followed past the lock, nothing is known beyond the lock.
             return (end if np.isfinite(end) else self.curve.x0_lock), True
         return self._crossing(*self._ascent, mu0, 1.0), False
 
@@ -155,7 +164,7 @@ class Response(Branch):
         return self._crossing(*self._descent, mu0, -1.0)
 
     def _crossing(self, x: FloatArray, demand: FloatArray, mu0: float, sign: float) -> float:
-        """First displacement at which the demand passes μ0."""
+        """Find the first displacement at which the demand exceeds μ0."""
         after = int(np.clip(np.searchsorted(demand, mu0), 1, len(x) - 1))
 
         def excess(x0: float) -> float:
@@ -180,7 +189,7 @@ def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool =
     contact : str
         ``point`` or ``line``, as in `vibrissa.solve_state`.
     pull : bool
-        Whether to continue the curve to where the clamp pulls.
+        Whether to continue the curve to x0 < 0, where the clamp pulls.
 
     Returns
     -------
@@ -188,14 +197,14 @@ def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool =
 
     Raises
     ------
-    NoResponse
-        If the curve was not solved, or not continued to where the clamp pulls.
-    ValueError
+    NoResponseError
+        If the curve was not solved, or not continued to x0 < 0.
+    ArgumentError
         If an argument is out of range.
     """
     curve = solve_curve(theta, eta, contact=contact)
     if curve.status is not Status.SOLVED:
-        raise NoResponse(f"the sticking curve is {curve.status}: {curve.message}")
+        raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
     return tabulated(curve, _pulled(curve, contact) if pull else [])
 
 
@@ -206,7 +215,7 @@ def tabulated(curve: StickingCurve, pulled: Sequence[CubicSpline] = ()) -> Respo
     ----------
     curve : StickingCurve
     pulled : sequence of CubicSpline
-        Reactions where the clamp pulls, if they are known.
+        Reactions at x0 < 0, if they are known.
 
     Returns
     -------
@@ -214,75 +223,81 @@ def tabulated(curve: StickingCurve, pulled: Sequence[CubicSpline] = ()) -> Respo
     """
     parts = list(pulled)
     for piece in curve.pieces:
-        # Counted by its own parameter: where x0 turns back the states crowd in x0.
-        values = piece.at(np.linspace(piece.start, piece.stop, KNOTS))
-        parts.append(CubicSpline(values[:, 0], values[:, 1:4]))
-    joined = PPoly(
-        np.concatenate([part.c for part in parts], axis=1),
-        np.concatenate([part.x[:-1] for part in parts] + [parts[-1].x[-1:]]),
-        extrapolate=False,
-    )
-    kinks = [b.x0[0] for a, b in pairwise(curve.pieces) if a.contact is not b.contact]
+        # Equal steps of the continuation parameter: near a limit point they are short in x0.
+        states = piece.at(np.linspace(piece.start, piece.stop, KNOTS))
+        parts.append(CubicSpline(states.x0, _reactions(states)))
+    reactions = joined(parts)
+    kinks = [b.first_x0 for a, b in pairwise(curve.pieces) if a.contact is not b.contact]
     ends = [part.x[0] for part in parts[: -len(curve.pieces)]]
-    bounds = np.unique([*ends, 0.0, *kinks, curve.x0_lock, joined.x[-1]])
-    return Response(joined, curve.x0_lock, curve.x1_init, bounds, curve)
+    bounds = np.unique([*ends, 0.0, *kinks, curve.x0_lock, reactions.x[-1]])
+    return Response(
+        reactions=reactions,
+        x0_lock=curve.x0_lock,
+        x1_init=curve.x1_init,
+        bounds=bounds,
+        curve=curve,
+    )
 
 
 def _pulled(curve: StickingCurve, contact: str) -> list[CubicSpline]:
-    """Splines from where the surface would have to hold the tip to the α = 0 state."""
+    """Splines of the reactions from the state without normal force to the α = 0 state."""
 
     def state(x0: float) -> EquilibriumState:
         found = solve_state(curve.theta, curve.eta, curve.x1_init - x0, contact)
         if found.status is not Status.SOLVED:
-            raise NoResponse(f"pulling is not covered: at x0 = {x0:.6g} {found.message}")
+            raise NoResponseError(f"pulling is not covered: at x0 = {x0:.6g} {found.message}")
         return found
 
-    # A straight rod ends the search; before it the surface has to hold the tip.
-    nearest = curve.x1_init - np.sqrt(1.0 - curve.eta**2)
-    low = 0.0
-    for fraction in np.linspace(0.05, 0.95, 19):
-        low = fraction * nearest
-        if state(low).reaction_fy >= 0.0:
-            break
-    else:
-        raise NoResponse("pulling is not covered: the surface never has to hold the tip")
-    end = float(brentq(lambda x0: state(x0).reaction_fy, low, 0.0, xtol=1e-13))
+    end = _pull_end(curve, state)
     bounds = [end, 0.0]
-    lies, stands = 0.0, end
-    if state(lies).s_c < 1.0 and state(stands).s_c == 1.0:
-        # The rod rolls off until the tip alone touches: the reactions have a kink there.
-        while lies - stands > 1e-10:
-            middle = 0.5 * (lies + stands)
-            lies, stands = (middle, stands) if state(middle).s_c < 1.0 else (lies, middle)
-        bounds = [end, stands, 0.0]
-
-    parts = []
-    for start, stop in pairwise(bounds):
-        nodes = start + (stop - start) * chebyshev_nodes(PULL_NODES)
-        values = np.array([_reactions(state(float(x0))) for x0 in nodes])
-        series = chebyshev_transform(PULL_NODES) @ values
-        x = np.linspace(start, stop, KNOTS)
-
-        def at(
-            x0: ArrayLike,
-            series: FloatArray = series,
-            start: float = start,
-            stop: float = stop,
-        ) -> FloatArray:
-            position = 2.0 * (np.asarray(x0) - start) / (stop - start) - 1.0
-            return np.stack([np.polynomial.chebyshev.chebval(position, c) for c in series.T], -1)
-
-        # Between the nodes the series must agree with states that it has not seen.
-        for x0 in (nodes[:2].mean(), nodes[PULL_NODES // 2 :][:2].mean(), nodes[-2:].mean()):
-            error = np.abs(at(x0) - _reactions(state(float(x0)))).max()
-            if error > PULL_TOLERANCE * np.abs(values).max():
-                raise NoResponse(f"pulling is not covered: not resolved at x0 = {x0:.6g}")
-        parts.append(CubicSpline(x, at(x)))
-    return parts
+    if state(0.0).s_c < 1.0 and state(end).s_c == 1.0:
+        bounds = [end, _tip_alone(state, end), 0.0]
+    return [_pulled_spline(state, start, stop) for start, stop in pairwise(bounds)]
 
 
-def _reactions(state: EquilibriumState) -> FloatArray:
-    return np.array([state.reaction_fx, state.reaction_fy, state.reaction_m])
+def _pull_end(curve: StickingCurve, state: Callable[[float], EquilibriumState]) -> float:
+    """Displacement at which the normal force of a pulled tip vanishes (L)."""
+    # The search ends at a straight rod. The normal force vanishes before.
+    straight = curve.x1_init - np.sqrt(1.0 - curve.eta**2)
+    for x0 in np.linspace(0.05, 0.95, 19) * straight:
+        if state(x0).reaction_fy >= 0.0:
+            return float(brentq(lambda x: state(x).reaction_fy, x0, 0.0, xtol=1e-13))
+    raise NoResponseError("pulling is not covered: the normal force does not vanish")
+
+
+def _tip_alone(state: Callable[[float], EquilibriumState], end: float) -> float:
+    """Displacement at which the rod has peeled off up to its tip (L): the reactions have a kink."""
+    flat, peeled = 0.0, end
+    while flat - peeled > 1e-10:
+        middle = 0.5 * (flat + peeled)
+        flat, peeled = (middle, peeled) if state(middle).s_c < 1.0 else (flat, middle)
+    return peeled
+
+
+def _pulled_spline(
+    state: Callable[[float], EquilibriumState], start: float, stop: float
+) -> CubicSpline:
+    """Spline of the reactions on a smooth stretch, through a Chebyshev series that is verified."""
+    nodes = start + (stop - start) * chebyshev_nodes(PULL_NODES)
+    values = np.array([_reactions(state(float(x0))) for x0 in nodes])
+    series = chebyshev_transform(PULL_NODES) @ values
+
+    def at(x0: ArrayLike) -> FloatArray:
+        position = 2.0 * (np.asarray(x0) - start) / (stop - start) - 1.0
+        return np.stack([np.polynomial.chebyshev.chebval(position, c) for c in series.T], -1)
+
+    # Between the nodes the series must agree with states that it has not seen.
+    for x0 in (nodes[:2].mean(), nodes[PULL_NODES // 2 :][:2].mean(), nodes[-2:].mean()):
+        error = np.abs(at(x0) - _reactions(state(float(x0)))).max()
+        if error > PULL_TOLERANCE * np.abs(values).max():
+            raise NoResponseError(f"pulling is not covered: not resolved at x0 = {x0:.6g}")
+    x = np.linspace(start, stop, KNOTS)
+    return CubicSpline(x, at(x))
+
+
+def _reactions(state: ContactState) -> FloatArray:
+    """Reactions of one state, or of many in rows."""
+    return np.stack([state.reaction_fx, state.reaction_fy, state.reaction_m], axis=-1)
 
 
 def largest_strain(theta: float, eta: float, x1: float, state: StickingState) -> float:

@@ -1,8 +1,8 @@
-"""A scan: the clamp moves in steps over a surface, the tip sticks and slips after it.
+"""A scan: the clamp moves in steps over a surface, and the tip sticks and slips behind it.
 
 While the tip sticks, the state is the point of the rod's response at x0 = X − x_c + x1_init, with
 the clamp at X and the contact point at x_c; μ0 is the friction at x_c. At the first step at which
-|tan α| > μ0 the tip slips, with the clamp at rest, to where the slip law says.
+|tan α| > μ0 the tip slips while the clamp rests. The slip law determines where the slip ends.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,23 +14,28 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq
 
-from vibrissa.arrays import FloatArray, IntArray
 from vibrissa.decimals import exact
-from vibrissa.sensor.friction import Friction
+from vibrissa.errors import ArgumentError
+from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.steps import step_position
+from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response import Response
-from vibrissa.steps import step_position
+from vibrissa.sensor.surfaces import Surface
 
 # Displacements that differ by less are the same: a step that ends on the onset sticks.
 ROUNDING = 1e-12
-# To what a root is located (L).
+# Accuracy of a root (L).
 ROOT = 1e-14
-# Relative rounding of a demand that uses friction up.
+# Relative rounding of a demand that mobilises all friction.
 FULL = 1e-9
-# Steps looked at together for the end of a period.
+# More steps than these fill the memory.
+MOST_STEPS = 10**8
+# Steps that are searched together for the end of a period.
 BLOCK = 4096
-# Where a slide is looked at before the first knot of the response, as parts of the way there.
+# Points of a slide before the first knot of the response, as parts of the way to that knot.
 FIRST_STEPS = np.geomspace(1e-6, 0.5, 20)
-# A slip that comes to rest where it cannot stick goes on the other way, each time shorter.
+# A tip that comes to rest where it cannot stick slides back; each slide is shorter than the last.
 REVERSALS = 100
 
 
@@ -44,8 +49,8 @@ class SlipLaw(StrEnum):
     KINETIC
         Where |tan α| has fallen to the kinetic friction μk: the tip creeps, without inertia.
     ENERGY
-        Where kinetic friction has consumed the bending energy that was released: the tip shoots
-        past the state of the kinetic law and stops when its velocity is zero.
+        Where kinetic friction has dissipated the bending energy that was released: the tip passes
+        the state of the kinetic law and stops when its velocity is zero.
     """
 
     FREE = "free"
@@ -53,7 +58,7 @@ class SlipLaw(StrEnum):
     ENERGY = "energy"
 
 
-class Phase(StrEnum):
+class TipPhase(StrEnum):
     """What the tip does at a step.
 
     Attributes
@@ -61,7 +66,7 @@ class Phase(StrEnum):
     STICK
         It has stuck since the step before.
     LOCK
-        It sticks past the lock: pushing on does not make it slip.
+        It sticks past the lock: it does not slip while it is pushed on.
     SLIP
         It has just slipped, and rests.
     """
@@ -79,11 +84,11 @@ class Outcome(StrEnum):
     COMPLETE
         At the end of the path.
     LOCK
-        The tip locked and was pushed to where no state of sticking follows: the rod snaps
-        through, leaves the reach of the model or slips back.
+        The tip locked and was pushed on until it could not stick any more: the rod snaps through,
+        slips back, or its shape is not admissible.
     LOST
-        A slip left the states known here: shooting past α = 0, a pushed tip lifted off the
-        surface, or a pulled one went on to where pushing ends.
+        A slip left the states that are known here: it passed α = 0, and a pushed tip lifted off
+        the surface, or a pulled tip reached the end of pushing.
     """
 
     COMPLETE = "complete"
@@ -91,52 +96,51 @@ class Outcome(StrEnum):
     LOST = "lost"
 
 
-@dataclass(frozen=True, eq=False)
-class SurfaceScan:
-    """Signals of a scan, one row for each step of the clamp.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SurfaceScan(Batch):
+    """States of a scan, one row for each step of the clamp.
 
     Attributes
     ----------
     outcome : Outcome
     message : str
         Empty, or where and why the scan ended before its path.
-    footpoint : ndarray, shape (n,)
+    clamp : ndarray, shape (n,)
         Position of the clamp (L).
     contact : ndarray, shape (n,)
         Position of the tip, which is the contact point in point contact (L).
     x0 : ndarray, shape (n,)
         Displacement of the clamp from the α = 0 state of this contact point (L).
-    fx, fy, m : ndarray, shape (n,)
-        Clamp reactions (E·I0/L², E·I0/L).
+    reactions : ndarray, shape (n, 3)
+        Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L).
     mu0 : ndarray, shape (n,)
         Static friction at the contact point.
     period : ndarray of int, shape (n,)
-        Number of the period of sticking, from 1; it begins with the slip before it.
-    phase : list of Phase
+        Number of the period of sticking, from 1. A period begins at the step of the slip before it.
+    phase : ndarray of str, shape (n,)
+        One `TipPhase` for each step.
     """
 
     outcome: Outcome
     message: str
-    footpoint: FloatArray
+    clamp: FloatArray
     contact: FloatArray
     x0: FloatArray
-    fx: FloatArray
-    fy: FloatArray
-    m: FloatArray
+    reactions: FloatArray
     mu0: FloatArray
     period: IntArray
-    phase: list[Phase]
+    phase: StrArray
 
 
 def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) -> FloatArray:
-    """Positions of a stage that goes from 0 to each of the turns in equal steps.
+    """Positions of a stage that moves from 0 to each of the turns in equal steps.
 
     Parameters
     ----------
     step : Decimal or float or str
         Step of the stage (L).
     turns : sequence of Decimal or float or str
-        Where it turns, the last one where it stops (L); taken to the step before.
+        Where it turns, and at last stops (L); rounded to the step before.
 
     Returns
     -------
@@ -145,25 +149,46 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
 
     Raises
     ------
-    ValueError
-        If the step is not positive or a leg is shorter than a step.
+    ArgumentError
+        If the step is not positive or too small, or a part of the path is shorter than a step.
     """
     size = exact(step)
     if not size > 0:
-        raise ValueError(f"step must be positive, got {step}")
+        raise ArgumentError(f"step must be positive, got {step}")
     counts = [0, *(int(exact(turn) / size) for turn in turns)]
-    legs = [np.zeros(1, dtype=np.int64)]
+    total = sum(abs(end - begin) for begin, end in pairwise(counts))
+    if total > MOST_STEPS:
+        raise ArgumentError(f"step {step} is too small: the path has {total:.3g} steps")
+    parts = [np.zeros(1, dtype=np.int64)]
     for begin, end in pairwise(counts):
         if begin == end:
-            raise ValueError(f"each leg of the path must be longer than a step of {step}")
+            raise ArgumentError(f"each part of the path must be longer than a step of {step}")
         sign = 1 if end > begin else -1
-        legs.append(np.arange(begin + sign, end + sign, sign))
-    return step_position(np.concatenate(legs), size)
+        parts.append(np.arange(begin + sign, end + sign, sign))
+    return step_position(np.concatenate(parts), size)
 
 
-def scan(
+@dataclass(frozen=True, kw_only=True)
+class _Period:
+    """A period of sticking, from the step `begin` of the clamp to before the step `end`.
+
+    The step `end` would bring x0 to `beyond`, out of its limits, if `below` then below the lower
+    one: the tip was pulled. At the end of the path `beyond` is NaN. `rest` is x0 at the first step.
+    """
+
+    begin: int
+    end: int
+    contact: float
+    mu0: float
+    rest: float
+    beyond: float
+    below: bool
+    locks: bool
+
+
+def simulate(
     response: Response,
-    friction: Friction,
+    surface: Surface,
     positions: FloatArray,
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
@@ -174,12 +199,11 @@ def scan(
     Parameters
     ----------
     response : Response
-    friction : Friction
+    surface : Surface
     positions : ndarray
         Clamp positions (L), as from `path`; the scan begins in the α = 0 state.
-    law : SlipLaw
-    kinetic_ratio : float
-        μk/μ0, the same everywhere, above 0 and up to 1; not used by the law ``free``.
+    law, kinetic_ratio
+        As in `vibrissa.sensor.scan`.
     progress : callable
         Told after each period how many steps are done.
 
@@ -189,152 +213,181 @@ def scan(
 
     Raises
     ------
-    ValueError
+    ArgumentError
         If an argument is out of range, the path goes backward beyond what the response covers, or
         the tip comes to where the surface is not known.
     """
-    law = SlipLaw(law)
-    if not 0.0 < kinetic_ratio <= 1.0:
-        raise ValueError(f"kinetic_ratio must lie above 0 and up to 1, got {kinetic_ratio!r}")
     positions = np.asarray(positions, dtype=float)
-    x1_init, lock = response.curve.x1_init, response.curve.x0_lock
-    n = len(positions)
-    x0, contact, mu0 = np.empty(n), np.empty(n), np.empty(n)
-    period, slipped = np.empty(n, dtype=np.int64), np.zeros(n, dtype=bool)
-    outcome, message = Outcome.COMPLETE, ""
-
-    begin, rest, number = 0, 0.0, 1
-    while begin < n:
-        at = positions[begin] - rest + x1_init
-        here = float(friction(at))
-        high, locks = response.push_limit(here)
-        end, low, beyond = _leaves(positions, begin, rest, response.pull_limit(here), high)
-        rows = slice(begin, end)
-        x0[rows] = positions[rows] - positions[begin] + rest
-        contact[rows], mu0[rows], period[rows] = at, here, number
-        progress(end)
-        if end == n:
+    if response.x0_pull == 0.0 and (np.diff(positions) < 0.0).any():
+        raise ArgumentError("this path goes backward, which needs a response with pulling")
+    slips = _Slips(
+        response=response, surface=surface, law=chosen(SlipLaw, law, "law"), ratio=kinetic_ratio
+    )
+    periods, outcome, message = [], Outcome.COMPLETE, ""
+    begin, rest = 0, 0.0
+    while True:
+        period = _period(response, surface, positions, begin, rest)
+        periods.append(period)
+        progress(period.end)
+        if period.end == len(positions):
             break
-        if locks and not low:
-            outcome, n = Outcome.LOCK, end
-            message = (
-                f"the tip locks at x = {at:.6g}, where mu0 = {here:.6g} is above mu_lock = "
-                f"{response.curve.mu_lock:.6g}; pushed on, it cannot stick beyond the clamp at "
-                f"{positions[end - 1]:.6g} (in units of L)"
-            )
+        if period.locks and not period.below:
+            outcome = Outcome.LOCK
+            message = _locked(response, period, float(positions[period.end - 1]))
             break
-        rest = _rest(response, friction, law, kinetic_ratio, positions[end], beyond)
+        begin, rest = period.end, slips.rest(float(positions[period.end]), period.beyond)
         if np.isnan(rest):
-            outcome, n = Outcome.LOST, end
-            message = (
-                f"the slip from x = {at:.6g}, with the clamp at {positions[end]:.6g} (in units of "
-                "L), has so much energy that "
-                + ("the rod is pushed through" if low else "the tip lifts off the surface")
-            )
+            outcome, message = Outcome.LOST, _lost(period, float(positions[period.end]))
             break
-        slipped[end] = True
-        begin, number = end, number + 1
+    return _assembled(response, positions, periods, outcome, message)
 
-    fx, fy, m = response(x0[:n]).T
-    past = x0[:n] > lock
-    return SurfaceScan(
-        outcome,
-        message,
-        positions[:n],
-        contact[:n],
-        x0[:n],
-        fx,
-        fy,
-        m,
-        mu0[:n],
-        period[:n],
-        [
-            Phase.SLIP if slip else Phase.LOCK if locked else Phase.STICK
-            for slip, locked in zip(slipped[:n], past, strict=True)
-        ],
+
+def _locked(response: Response, period: _Period, clamp: float) -> str:
+    return (
+        f"the tip locks at x = {period.contact:.6g}, where mu0 = {period.mu0:.6g} is above "
+        f"mu_lock = {response.curve.mu_lock:.6g}; pushed on, it cannot stick beyond the clamp at "
+        f"{clamp:.6g} (in units of L)"
     )
 
 
-def _leaves(
-    positions: FloatArray, begin: int, rest: float, low: float, high: float
-) -> tuple[int, bool, float]:
-    """First step after `begin` that leaves [low, high], whether below, and the x0 it came to."""
-    if not np.isfinite(low) and np.any(np.diff(positions) < 0.0):
-        raise ValueError("this path goes backward, which needs a response with pulling")
+def _lost(period: _Period, clamp: float) -> str:
+    where = "the rod is pushed through" if period.below else "the tip lifts off the surface"
+    return (
+        f"the slip from x = {period.contact:.6g}, with the clamp at {clamp:.6g} (in units of L), "
+        f"has so much energy that {where}"
+    )
+
+
+def _assembled(
+    response: Response,
+    positions: FloatArray,
+    periods: Sequence[_Period],
+    outcome: Outcome,
+    message: str,
+) -> SurfaceScan:
+    """Put the periods together, one row for each step."""
+    begins = np.array([period.begin for period in periods])
+    counts = np.array([period.end for period in periods]) - begins
+    clamp = positions[: counts.sum()]
+
+    def spread(values: Sequence[float]) -> FloatArray:
+        return np.repeat(np.array(values, dtype=float), counts)
+
+    x0 = clamp - np.repeat(positions[begins], counts) + spread([p.rest for p in periods])
+    slipped = np.zeros(len(clamp), dtype=bool)
+    slipped[begins[1:]] = True
+    return SurfaceScan(
+        outcome=outcome,
+        message=message,
+        clamp=clamp,
+        contact=spread([period.contact for period in periods]),
+        x0=x0,
+        reactions=response(x0),
+        mu0=spread([period.mu0 for period in periods]),
+        period=np.repeat(np.arange(1, len(periods) + 1), counts),
+        phase=np.select(
+            [slipped, x0 > response.x0_lock], [TipPhase.SLIP, TipPhase.LOCK], TipPhase.STICK
+        ),
+    )
+
+
+def _period(
+    response: Response, surface: Surface, positions: FloatArray, begin: int, rest: float
+) -> _Period:
+    """Follow the tip from the step `begin` until it leaves what it can stick to."""
+    contact = float(positions[begin] - rest + response.x1_init)
+    mu0 = float(surface(contact))
+    low = response.pull_limit(mu0)
+    high, locks = response.push_limit(mu0)
+    end, beyond = len(positions), np.nan
     for first in range(begin + 1, len(positions), BLOCK):
         x0 = positions[first : first + BLOCK] - positions[begin] + rest
         out = np.flatnonzero((x0 > high + ROUNDING) | (x0 < low - ROUNDING))
         if len(out):
-            beyond = float(x0[out[0]])
-            return first + int(out[0]), beyond < low, beyond
-    return len(positions), False, np.nan
+            end, beyond = first + int(out[0]), float(x0[out[0]])
+            break
+    return _Period(
+        begin=begin,
+        end=end,
+        contact=contact,
+        mu0=mu0,
+        rest=rest,
+        beyond=beyond,
+        below=beyond < low,
+        locks=locks,
+    )
 
 
-def _rest(
-    response: Response,
-    friction: Friction,
-    law: SlipLaw,
-    ratio: float,
-    clamp: float,
-    x0: float,
-) -> float:
-    """Displacement at which a tip that slips from x0 comes to rest; NaN if it does not."""
-    if law is SlipLaw.FREE:
-        return 0.0
-    x0 = float(np.clip(x0, response.x0_pull, response.x0_end))
-    for _ in range(REVERSALS):
-        x0 = _slide(response, friction, law, ratio, clamp, x0)
-        if np.isnan(x0):
-            return x0
-        holds = float(friction(clamp + response.curve.x1_init - x0))
-        if abs(float(response.demand(x0))) <= holds * (1.0 + FULL):
-            return x0
-    raise ValueError(f"the slip with the clamp at {clamp:.6g} does not come to rest")
+@dataclass(frozen=True, kw_only=True)
+class _Slips:
+    """Where slips end on a surface, by one law."""
 
+    response: Response
+    surface: Surface
+    law: SlipLaw
+    ratio: float
 
-def _slide(
-    response: Response,
-    friction: Friction,
-    law: SlipLaw,
-    ratio: float,
-    clamp: float,
-    x0: float,
-) -> float:
-    """Where one slide in one direction ends, from knot to knot and in between; NaN if nowhere."""
-    knots = response.reactions.x
-    # A pushed tip slides to lower x0, a pulled one to higher.
-    pushed = x0 > 0.0
-    ahead = knots[knots < x0][::-1] if pushed else knots[knots > x0]
-    if law is SlipLaw.KINETIC:
-        ahead = np.append(ahead[ahead * x0 > 0.0], 0.0)
-    # Closer together at the beginning, where the energy released is small.
-    nearest = ahead[0] - x0 if len(ahead) else 0.0
-    x = np.concatenate([[x0], x0 + nearest * FIRST_STEPS, ahead])
-    surface = clamp + response.curve.x1_init
+    def __post_init__(self) -> None:
+        if not 0.0 < self.ratio <= 1.0:
+            raise ArgumentError(f"kinetic_ratio must lie above 0 and up to 1, got {self.ratio!r}")
 
-    def excess(x: FloatArray) -> FloatArray:
-        """Say what is left to move the tip along a slide: force (kinetic law) or energy."""
-        if law is SlipLaw.KINETIC:
-            fx, fy, _ = np.moveaxis(response(x), -1, 0)
-            return np.asarray(np.abs(fx) - np.abs(fy) * ratio * friction(surface - x))
+    def rest(self, clamp: float, x0: float) -> float:
+        """Displacement at which a tip that slips from x0 comes to rest; NaN if it does not."""
+        if self.law is SlipLaw.FREE:
+            return 0.0
+        response = self.response
+        x0 = float(np.clip(x0, response.x0_pull, response.x0_end))
+        for _ in range(REVERSALS):
+            x0 = self._slide(clamp, x0)
+            if np.isnan(x0):
+                return x0
+            holds = float(self.surface(clamp + response.x1_init - x0))
+            if abs(float(response.demand(x0))) <= holds * (1.0 + FULL):
+                return x0
+        raise ArgumentError(f"the slip with the clamp at {clamp:.6g} does not come to rest")
+
+    def _slide(self, clamp: float, x0: float) -> float:
+        """Where a slide in one direction ends; NaN if it does not."""
+        x = self._points(x0)
+        excess = self._excess_force if self.law is SlipLaw.KINETIC else self._excess_energy
+        left = excess(clamp, x)
+        stops = np.flatnonzero(left[1:] <= 0.0)
+        if not len(stops):
+            return np.nan
+        after = int(stops[0]) + 1
+        if left[after - 1] <= 0.0:
+            return float(x[after])
+
+        def at(stop: float) -> float:
+            return float(excess(clamp, np.append(x[:after], stop))[-1])
+
+        stop = float(brentq(at, x[after - 1], x[after], xtol=ROOT))
+        # On the side where it stops: at the edge of a patch that is the rougher one.
+        return stop + np.sign(x[after] - x0) * 2.0 * ROOT if at(stop) > 0.0 else stop
+
+    def _points(self, x0: float) -> FloatArray:
+        """Displacements ahead of a slide: knots of the response, more of them at the beginning."""
+        knots = self.response.reactions.x
+        # A pushed tip slides to lower x0, a pulled one to higher.
+        ahead = knots[knots < x0][::-1] if x0 > 0.0 else knots[knots > x0]
+        if self.law is SlipLaw.KINETIC:
+            ahead = np.append(ahead[ahead * x0 > 0.0], 0.0)
+        nearest = ahead[0] - x0 if len(ahead) else 0.0
+        return np.concatenate([[x0], x0 + nearest * FIRST_STEPS, ahead])
+
+    def _static_friction(self, clamp: float, x0: FloatArray) -> FloatArray:
+        return self.surface(clamp + self.response.x1_init - x0)
+
+    def _excess_force(self, clamp: float, x0: FloatArray) -> FloatArray:
+        """Tangential force beyond kinetic friction (E·I0/L²)."""
+        fx, fy, _ = np.moveaxis(self.response(x0), -1, 0)
+        return np.asarray(np.abs(fx) - np.abs(fy) * self.ratio * self._static_friction(clamp, x0))
+
+    def _excess_energy(self, clamp: float, x0: FloatArray) -> FloatArray:
+        """Kinetic energy: what the rod has released and friction has not dissipated (E·I0/L)."""
         # Friction is taken at the middle between points, the normal force is integrated.
-        middle = ratio * friction(surface - 0.5 * (x[1:] + x[:-1]))
-        lost = middle * np.abs(np.diff(response.normal_path(x)))
-        left = response.energy(x[0]) - response.energy(x)
+        middle = self.ratio * self._static_friction(clamp, 0.5 * (x0[1:] + x0[:-1]))
+        lost = middle * np.abs(np.diff(self.response.normal_path(x0)))
+        left = self.response.energy(x0[0]) - self.response.energy(x0)
         left[1:] -= np.cumsum(lost)
         return np.asarray(left)
-
-    left = excess(x)
-    stops = np.flatnonzero(left[1:] <= 0.0)
-    if not len(stops):
-        return np.nan
-    after = int(stops[0]) + 1
-    if left[after - 1] <= 0.0:
-        return float(x[after])
-
-    def at(stop: float) -> float:
-        return float(excess(np.append(x[:after], stop))[-1])
-
-    stop = float(brentq(at, x[after - 1], x[after], xtol=ROOT))
-    # On the side where it stops: at the edge of a patch that is the rougher one.
-    return stop + np.sign(x[after] - x0) * 2.0 * ROOT if at(stop) > 0.0 else stop

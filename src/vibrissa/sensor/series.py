@@ -1,7 +1,8 @@
 """Tables of the sensor: CSV or Parquet by the file's ending, each column with its unit.
 
 A CSV file has one header line; each name is followed by its unit in brackets, as in
-``footpoint [mm],force_x [N]``. A Parquet file has the unit in each column's metadata.
+``footpoint [mm],force_x [N]``. The columns of a DataFrame have the same titles. A Parquet file has
+the unit in each column's metadata.
 """
 
 import csv
@@ -9,14 +10,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
-from vibrissa.arrays import FloatArray, IntArray
+from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.files import write_atomically
+from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 ENDINGS = (".csv", ".parquet")
 
@@ -34,7 +37,7 @@ class Column:
         What it is.
     """
 
-    values: Sequence[Any] | FloatArray | IntArray
+    values: Sequence[Any] | FloatArray | IntArray | StrArray
     unit: str
     description: str
 
@@ -42,9 +45,23 @@ class Column:
 def check_ending(path: Path) -> None:
     """Refuse a file whose ending says neither CSV nor Parquet, or whose folder is missing."""
     if path.suffix.lower() not in ENDINGS:
-        raise ValueError(f"{path}: the ending must be {' or '.join(ENDINGS)}")
+        raise ArgumentError(f"{path}: the ending must be {' or '.join(ENDINGS)}")
     if not path.parent.is_dir():
-        raise ValueError(f"{path}: there is no folder {path.parent}")
+        raise ArgumentError(f"{path}: there is no folder {path.parent}")
+
+
+def titles(columns: Mapping[str, Column]) -> list[str]:
+    """Names of columns with their units, as in the header of a CSV file."""
+    return [f"{name} [{c.unit}]" if c.unit else name for name, c in columns.items()]
+
+
+def to_frame(columns: Mapping[str, Column]) -> "DataFrame":
+    """Make a DataFrame of columns, which are called by name and unit."""
+    import pandas as pd  # takes half a second to load
+
+    return pd.DataFrame(
+        dict(zip(titles(columns), (c.values for c in columns.values()), strict=True))
+    )
 
 
 def write(path: Path, columns: Mapping[str, Column]) -> None:
@@ -56,56 +73,87 @@ def write(path: Path, columns: Mapping[str, Column]) -> None:
         With the ending ``.csv`` or ``.parquet``.
     columns : mapping
         Name to column; all of one length.
+
+    Raises
+    ------
+    ArgumentError
+        If the ending is another one or the folder is missing.
     """
     check_ending(path)
     with write_atomically(path) as temporary:
         if path.suffix.lower() == ".csv":
-            with temporary.open("w", encoding="utf-8", newline="") as file:
-                table = csv.writer(file, lineterminator="\n")
-                table.writerow(
-                    [f"{name} [{c.unit}]" if c.unit else name for name, c in columns.items()]
-                )
-                table.writerows(
-                    zip(*(_as_text(column.values) for column in columns.values()), strict=True)
-                )
-            return
-        fields, arrays = [], []
-        for name, column in columns.items():
-            array = pa.array(column.values)
-            metadata = {"unit": column.unit, "description": column.description}
-            fields.append(pa.field(name, array.type, metadata=metadata))
-            arrays.append(array)
-        pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields)), temporary)
+            _write_csv(temporary, columns)
+        else:
+            _write_parquet(temporary, columns)
+
+
+def _write_csv(path: Path, columns: Mapping[str, Column]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(titles(columns))
+        table.writerows(zip(*(_as_text(c.values) for c in columns.values()), strict=True))
+
+
+def _write_parquet(path: Path, columns: Mapping[str, Column]) -> None:
+    import pyarrow as pa  # takes a fifth of a second to load, and CSV is the rule
+    import pyarrow.parquet as pq
+
+    arrays = [pa.array(column.values) for column in columns.values()]
+    fields = [
+        pa.field(name, a.type, metadata={"unit": c.unit, "description": c.description})
+        for (name, c), a in zip(columns.items(), arrays, strict=True)
+    ]
+    pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields)), path)
 
 
 def _as_text(values: Any) -> list[str]:
     return [repr(v) if isinstance(v, float) else str(v) for v in np.asarray(values).tolist()]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Table:
     """A table that was read.
 
     Attributes
     ----------
-    path : str
+    source : str
         Where from, for messages.
     columns : dict
         Name to values; NaN where a value is missing.
     units : dict
         Name to unit, for columns that have one.
     line : ndarray of int
-        Line of the file that each row stands in (row number, from 1, of a Parquet file).
+        Line of the file in which each row stands; number of the row, from 1, in a Parquet file or
+        a DataFrame.
     """
 
-    path: str
+    source: str
     columns: dict[str, FloatArray]
     units: dict[str, str]
     line: IntArray
 
     def place(self, row: int) -> str:
         """Name a row in a message."""
-        return f"{self.path}, line {self.line[row]}"
+        return f"{self.source}, line {self.line[row]}"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Cells(Table):
+    """A table whose cells may still be anything."""
+
+    columns: dict[str, Sequence[Any]]  # type: ignore[assignment]
+
+    def numbers(self, name: str) -> FloatArray:
+        """Convert a column; NaN where a value is missing."""
+        values = np.empty(len(self.line))
+        for row, cell in enumerate(self.columns[name]):
+            number = _number(cell)
+            if number is None:
+                raise RecordingError(f"{self.place(row)}: {name} must be a number, got {cell!r}")
+            if np.isinf(number):
+                raise RecordingError(f"{self.place(row)}: {name} must be finite, got {cell!r}")
+            values[row] = number
+        return values
 
 
 MISSING = frozenset({"", "nan", "na", "null", "none", "-"})
@@ -113,13 +161,24 @@ MISSING = frozenset({"", "nan", "na", "null", "none", "-"})
 NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+|inf(inity)?)(e[-+]?\d+)?\s*", re.ASCII | re.I)
 
 
-def read(path: Path, names: Sequence[str], optional: Sequence[str] = ()) -> Table:
+def _number(cell: Any) -> float | None:
+    """Value of a cell: NaN where it is missing, None where it is no number."""
+    text = str(cell)
+    if cell is None or text.strip().lower() in MISSING:
+        return float("nan")
+    if isinstance(cell, bool) or NUMBER.fullmatch(text) is None:
+        return None
+    return float(text)
+
+
+def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[str] = ()) -> Table:
     """Read columns of numbers.
 
     Parameters
     ----------
-    path : Path
-        With the ending ``.csv`` or ``.parquet``.
+    source : Path or DataFrame
+        A file with the ending ``.csv`` or ``.parquet``, or a table whose columns are called as in
+        the header of a CSV file.
     names, optional : sequence of str
         Columns that must and that may be there; others are left alone.
 
@@ -129,83 +188,102 @@ def read(path: Path, names: Sequence[str], optional: Sequence[str] = ()) -> Tabl
 
     Raises
     ------
-    ValueError
-        If the file cannot be read as such a table; the message names the file and the line.
+    RecordingError
+        If it cannot be read as such a table; the message names the file and the line.
+    ArgumentError
+        If the ending is another one or the folder is missing.
     """
-    check_ending(path)
-    if not path.is_file():
-        raise ValueError(f"{path}: there is no such file")
-    table = _read_csv(path) if path.suffix.lower() == ".csv" else _read_parquet(path)
-    missing = [name for name in names if name not in table.columns]
+    cells = _read_cells(source)
+    missing = [name for name in names if name not in cells.columns]
     if missing:
-        raise ValueError(
-            f"{path}: column {', '.join(missing)} is missing; there are: "
-            f"{', '.join(table.columns) or 'none'}"
+        raise RecordingError(
+            f"{cells.source}: column {', '.join(missing)} is missing; there are: "
+            f"{', '.join(cells.columns) or 'none'}"
         )
-    wanted = [*names, *(name for name in optional if name in table.columns)]
-    if not len(table.line):
-        raise ValueError(f"{path}: the table has no rows")
-    columns = {}
-    for name in wanted:
-        values = np.empty(len(table.line))
-        for row, cell in enumerate(table.columns[name]):
-            try:
-                missing_here = cell is None or str(cell).strip().lower() in MISSING
-                if isinstance(cell, bool) or not (missing_here or NUMBER.fullmatch(str(cell))):
-                    raise ValueError
-                values[row] = np.nan if missing_here else float(cell)
-            except (TypeError, ValueError):
-                raise ValueError(
-                    f"{table.place(row)}: {name} must be a number, got {cell!r}"
-                ) from None
-            if np.isinf(values[row]):
-                raise ValueError(f"{table.place(row)}: {name} must be finite, got {cell!r}")
-        columns[name] = values
-    units = {name: unit for name, unit in table.units.items() if name in wanted}
-    return Table(str(path), columns, units, table.line)
+    if not len(cells.line):
+        raise RecordingError(f"{cells.source}: the table has no rows")
+    wanted = [*names, *(name for name in optional if name in cells.columns)]
+    return Table(
+        source=cells.source,
+        columns={name: cells.numbers(name) for name in wanted},
+        units={name: unit for name, unit in cells.units.items() if name in wanted},
+        line=cells.line,
+    )
 
 
-def _read_csv(path: Path) -> Any:
+def _read_cells(source: "Path | DataFrame") -> _Cells:
+    if not isinstance(source, Path):
+        return _from_frame(source)
+    check_ending(source)
+    if not source.is_file():
+        raise RecordingError(f"{source}: there is no such file")
+    return _read_csv(source) if source.suffix.lower() == ".csv" else _read_parquet(source)
+
+
+def _names_and_units(header: Sequence[str], place: str) -> tuple[list[str], dict[str, str]]:
+    """Take titles such as ``footpoint [mm]`` apart."""
+    parts = [title.partition("[") for title in header]
+    names = [name.strip() for name, _, _ in parts]
+    units = {name.strip(): rest.partition("]")[0].strip() for name, _, rest in parts if rest}
+    if len(set(names)) < len(names):
+        raise RecordingError(f"{place}: a column stands there twice: {', '.join(names)}")
+    return names, units
+
+
+def _read_csv(path: Path) -> _Cells:
+    rows, lines = [], []
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.reader(file, strict=True)
             header = next(reader, [])
-            cells, lines = [], []
-            for row in reader:
-                if not row:
-                    continue
+            for row in filter(None, reader):
                 if len(row) != len(header):
-                    raise ValueError(
+                    raise RecordingError(
                         f"{path}, line {reader.line_num}: {len(row)} values, but the header "
                         f"has {len(header)}"
                     )
-                cells.append(row)
+                rows.append(row)
                 lines.append(reader.line_num)
     except UnicodeDecodeError:
-        raise ValueError(f"{path}: not a text file in UTF-8") from None
+        raise RecordingError(f"{path}: not a text file in UTF-8") from None
     except csv.Error as error:
-        raise ValueError(f"{path}, line {reader.line_num}: {error}") from None
-    names, units = [], {}
-    for title in header:
-        name, _, rest = title.partition("[")
-        names.append(name.strip())
-        if rest:
-            units[name.strip()] = rest.partition("]")[0].strip()
-    if len(set(names)) < len(names):
-        raise ValueError(f"{path}, line 1: a column stands there twice: {', '.join(names)}")
-    columns: Any = {name: [row[i] for row in cells] for i, name in enumerate(names)}
-    return Table(str(path), columns, units, np.array(lines, dtype=np.int64))
+        raise RecordingError(f"{path}, line {reader.line_num}: {error}") from None
+    names, units = _names_and_units(header, f"{path}, line 1")
+    return _Cells(
+        source=str(path),
+        columns={name: [row[i] for row in rows] for i, name in enumerate(names)},
+        units=units,
+        line=np.array(lines, dtype=np.int64),
+    )
 
 
-def _read_parquet(path: Path) -> Any:
+def _read_parquet(path: Path) -> _Cells:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     try:
         table = pq.read_table(path)
     except (pa.ArrowException, OSError) as error:
-        raise ValueError(f"{path}: not a Parquet file: {str(error).splitlines()[0]}") from None
+        raise RecordingError(f"{path}: not a Parquet file: {str(error).splitlines()[0]}") from None
     units = {
         field.name: field.metadata[b"unit"].decode()
         for field in table.schema
         if field.metadata and field.metadata.get(b"unit")
     }
-    columns: Any = {name: table[name].to_pylist() for name in table.column_names}
-    return Table(str(path), columns, units, np.arange(1, len(table) + 1))
+    return _Cells(
+        source=str(path),
+        columns={name: table[name].to_pylist() for name in table.column_names},
+        units=units,
+        line=np.arange(1, len(table) + 1),
+    )
+
+
+def _from_frame(frame: "DataFrame") -> _Cells:
+    source = "the DataFrame"
+    names, units = _names_and_units([str(title) for title in frame.columns], source)
+    return _Cells(
+        source=source,
+        columns={name: frame.iloc[:, i].tolist() for i, name in enumerate(names)},
+        units=units,
+        line=np.arange(1, len(frame) + 1),
+    )

@@ -1,26 +1,28 @@
-"""What a force-torque transducer makes of the clamp reactions, in SI units.
+"""From clamp reactions to the readings of a force-torque transducer, in SI units.
 
 The transducer sits under the clamp with its axis along the unbent rod. The model's force_x is its
 Fx, force_y its Fz (along the axis) and moment_z its moment about the axis normal to the plane.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.arrays import BoolArray, FloatArray
+from vibrissa.errors import ArgumentError
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.quantities import Units
 
 CHANNELS = ("force_x", "force_y", "moment_z")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Transducer:
     """A transducer; triples are for force_x (N), force_y (N) and moment_z (N·m).
 
     Attributes
     ----------
     name, source : str
-        What it is and where its figures stand.
+        What it is and where its values are published.
     limit : tuple of float
         Largest magnitude that it measures.
     resolution : tuple of float
@@ -30,7 +32,7 @@ class Transducer:
     drift : tuple of float
         Standard deviation of the change of its zero from one reading to the next.
     crosstalk : float
-        Part of each other channel's reading, relative to full scale, that a channel shows too.
+        Part of the other channels' reactions, relative to full scale, that each channel shows too.
     """
 
     name: str
@@ -46,12 +48,12 @@ class Transducer:
         for name in ("limit", "resolution", "noise", "drift"):
             values = getattr(self, name)
             if not (np.all(np.asarray(values) >= 0.0) and np.all(np.isfinite(values))):
-                raise ValueError(f"{name} of a transducer must not be negative, got {values!r}")
+                raise ArgumentError(f"{name} of a transducer must not be negative, got {values!r}")
         if not (min(self.limit) > 0.0 and abs(self.crosstalk) < 1.0):
-            raise ValueError("a transducer has a limit above 0 and a crosstalk below 1")
+            raise ArgumentError("a transducer has a limit above 0 and a crosstalk below 1")
 
     def measured(self, reactions: FloatArray, generator: np.random.Generator) -> FloatArray:
-        """Read a series of clamp reactions.
+        """Simulate the readings of a series of clamp reactions.
 
         Parameters
         ----------
@@ -85,24 +87,26 @@ class Transducer:
         x, y, z = np.sqrt(np.square(self.noise) + np.square(self.resolution) / 12.0).tolist()
         return x, y, z
 
-    def with_noise(self, steps: float) -> "Transducer":
-        """Return the same with a noise of a number of steps of its resolution."""
-        x, y, z = (steps * step for step in self.resolution)
-        return replace(self, noise=(x, y, z))
-
 
 _NANO17 = (1.0 / 320.0, 1.0 / 320.0, 1e-3 / 64.0)
 # The range is what the name says, 12 N and 0.12 N·m, along every axis. The datasheet has no noise:
 # one step of the resolution is taken, which is what a manufacturer calls resolvable.
 PRESETS = {
     "nano17-si-12-0.12": Transducer(
-        "ATI Nano17 SI-12-0.12",
-        "ATI Industrial Automation, Nano17, calibration SI-12-0.12",
-        (12.0, 12.0, 0.12),
-        _NANO17,
-        _NANO17,
+        name="ATI Nano17 SI-12-0.12",
+        source="ATI Industrial Automation, Nano17, calibration SI-12-0.12",
+        limit=(12.0, 12.0, 0.12),
+        resolution=_NANO17,
+        noise=_NANO17,
     )
 }
+
+
+def transducer_of(given: Transducer | str | None, units: Units) -> Transducer | None:
+    """Look up a transducer. It reads forces in N, so that the rod has to be known."""
+    if given is not None and units.rod is None:
+        raise ArgumentError("a transducer needs the rod: give modulus, diameter and length")
+    return preset(given) if isinstance(given, str) else given
 
 
 def preset(name: str) -> Transducer:
@@ -110,9 +114,9 @@ def preset(name: str) -> Transducer:
 
     Raises
     ------
-    ValueError
+    ArgumentError
         If there is none.
     """
     if name.lower() not in PRESETS:
-        raise ValueError(f"transducer must be one of {', '.join(PRESETS)}, got {name!r}")
+        raise ArgumentError(f"transducer must be one of {', '.join(PRESETS)}, got {name!r}")
     return PRESETS[name.lower()]

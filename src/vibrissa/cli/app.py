@@ -1,0 +1,60 @@
+"""The command line ``vibrissa``: puts the commands together, each loaded when it is called."""
+
+from importlib import import_module
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from vibrissa.errors import UndeterminedError, VibrissaError
+
+# What the list of commands says of each. A command's own file, with NumPy, SciPy and the solvers,
+# is imported only when that command is called.
+COMMANDS = {
+    "solve": "One rod on one surface: onset of slip, clamp reactions and largest strain.",
+    "scan": "Move the clamp over a surface and write the signals, step by step.",
+    "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
+    "design": "Find the rod that measures friction best, and say what limits it.",
+}
+
+
+class Commands(TyperGroup):
+    """Commands by name; ends with one line where the user can do something about an error."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.commands = {name: TyperCommand(name, help=text) for name, text in COMMANDS.items()}
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """Load the command that is called."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if name is not None and command is not None:
+            command = typer.main.get_command(import_module(f"vibrissa.cli.{name}").app)
+        return name, command, rest
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            raise
+        except (VibrissaError, OSError) as error:
+            typer.echo(f"vibrissa: {error}", err=True)
+            raise typer.Exit(1 if isinstance(error, UndeterminedError) else 2) from None
+
+
+app = typer.Typer(
+    name="vibrissa",
+    cls=Commands,
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="From a surface to the signals of a whisker-like sensor, and back to friction.\n\n"
+    "Quantities have a unit, as in `--step '20 um'`, or are nondimensional without one: lengths "
+    "in units of the rod's length L. With `--modulus`, `--diameter` and `--length` results are "
+    "in SI units, otherwise nondimensional.",
+)
+
+
+@app.callback()
+def main() -> None:
+    """Keep the commands commands, however many there are."""

@@ -1,0 +1,133 @@
+"""``vibrissa identify``: from a measured time series to friction."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vibrissa import sensor
+from vibrissa.cli.options import (
+    ALONE,
+    Diameter,
+    Eta,
+    Length,
+    Modulus,
+    Out,
+    Picture,
+    ReadFrom,
+    Theta,
+    Touch,
+    Transducer,
+    check_files,
+    progress_bars,
+)
+from vibrissa.mechanics.outcomes import Contact
+from vibrissa.sensor import Identification, Method, PeriodStatus, SlipLaw, Unknown, series
+from vibrissa.sensor.identification.calibration import NAMES
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
+
+app = typer.Typer(**ALONE)
+
+
+@app.command(
+    epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
+    "0.0002' -o friction.csv`"
+)
+def identify(
+    recording: Annotated[
+        Path,
+        typer.Argument(
+            help="Time series, .csv or .parquet: columns footpoint, force_x, force_y, moment_z as "
+            "far as the method needs them, each with its unit: 'footpoint [mm],force_x [N]'."
+        ),
+    ],
+    theta: Theta,
+    eta: Eta,
+    output: Out,
+    method: ReadFrom = Method.FORCES,
+    transducer: Transducer = None,
+    noise: Annotated[
+        str | None,
+        typer.Option(
+            help="Standard deviation of one reading of force_x, force_y and moment_z: "
+            "'3 mN, 3 mN, 10 uN*m'. Without it and without a transducer it is estimated from the "
+            "recording."
+        ),
+    ] = None,
+    step: Annotated[
+        str | None, typer.Option(help="Step of the stage, if samples were lost: '20 um'.")
+    ] = None,
+    law: Annotated[
+        SlipLaw | None,
+        typer.Option(
+            help="Where slips end, for the method spacing. Without it only bounds are found."
+        ),
+    ] = None,
+    kinetic_ratio: Annotated[
+        float | None,
+        typer.Option(help="Kinetic over static friction, for the method spacing."),
+    ] = None,
+    estimate: Annotated[
+        list[Unknown] | None,
+        typer.Option(
+            help="Estimate this, too, as it is not known; repeat it for both. eta: the height, "
+            "near the given one. offset: the reading of each channel without load."
+        ),
+    ] = None,
+    contact: Touch = Contact.POINT,
+    modulus: Modulus = None,
+    diameter: Diameter = None,
+    length: Length = None,
+    picture: Picture = None,
+) -> None:
+    """Find the periods of sticking in a measured time series, and the friction of each.
+
+    Writes one row for each period: position of the tip, mu0 with its standard deviation and 95 %
+    interval, the lines of its samples, and why it may be in doubt. Rows that miss a value, are
+    saturated or are spikes are left out and named. The exit code is 1 if the recording does not
+    determine what is to be estimated, 2 after a mistake in the input.
+    """
+    check_files(output, picture)
+    whisker = sensor.Whisker.read(
+        theta, eta, contact=contact, modulus=modulus, diameter=diameter, length=length
+    )
+    found = sensor.identify(
+        whisker,
+        recording,
+        method=method,
+        transducer=transducer,
+        noise=noise,
+        step=step,
+        law=law,
+        kinetic_ratio=kinetic_ratio,
+        estimate=estimate or (),
+        progress=progress_bars(),
+    )
+    series.write(output, found.columns())
+    if picture is not None:
+        from vibrissa.cli import plots
+
+        plots.save(plots.friction_map(found), picture)
+    for note in found.periods.notes:
+        typer.echo(note, err=True)
+    for text in _estimated(found):
+        typer.echo(text)
+    known = (found.periods.status == PeriodStatus.SLIP).sum()
+    typer.echo(f"{output}: {len(found.periods)} periods, friction of {known} of them")
+
+
+def _estimated(found: Identification) -> Iterator[str]:
+    """Say what was estimated, its standard deviations and its correlations."""
+    setup, units = found.setup, found.units
+    values = (setup.eta, *setup.offset)
+    kinds = (Kind.LENGTH, *CHANNEL_KINDS)
+    free = [i for i, deviation in enumerate(setup.deviation) if deviation > 0.0]
+    for i in free:
+        what = NAMES[i] if NAMES[i] == Unknown.ETA else f"offset of {NAMES[i]}"
+        unit, name = units.unit(kinds[i]), units.name(kinds[i])
+        value, deviation = values[i] * unit, setup.deviation[i] * unit
+        yield f"{what} = {value:.6g} ± {deviation:.2g} {name} (one deviation)"
+    for i, j in combinations(free, 2):
+        yield f"correlation of {NAMES[i]} and {NAMES[j]}: {setup.correlation[i, j]:+.2f}"

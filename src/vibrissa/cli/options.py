@@ -1,0 +1,88 @@
+"""Options that several commands have, and what they mean."""
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.outcomes import Contact
+from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.series import Column, check_ending
+from vibrissa.sensor.transducer import PRESETS
+
+PICTURES = (".pdf", ".svg", ".png")
+# Progress is shown for work that takes longer (s).
+PATIENCE = 2.0
+
+# How a command is set up in its own file; `vibrissa.cli.app` puts the commands together.
+ALONE: dict[str, Any] = {"add_completion": False, "rich_markup_mode": "markdown"}
+
+Theta = Annotated[float, typer.Option(help="Taper: base over tip diameter, at least 1.")]
+Eta = Annotated[str, typer.Option(help="Height of the surface above the clamp: 0.85, or '85 mm'.")]
+Modulus = Annotated[str | None, typer.Option(help="Young's modulus of the rod: '210 GPa'.")]
+Diameter = Annotated[str | None, typer.Option(help="Diameter of the rod at the clamp: '1 mm'.")]
+Length = Annotated[str | None, typer.Option(help="Length of the rod: '100 mm'.")]
+Touch = Annotated[
+    Contact,
+    typer.Option(
+        "--contact",
+        help="How the rod may touch the surface. point: with its tip alone; line: it may lie flat "
+        "along the surface, where it would otherwise pass through it.",
+    ),
+]
+Transducer = Annotated[
+    str | None,
+    typer.Option("--transducer", help=f"Transducer under the clamp: {', '.join(PRESETS)}."),
+]
+ReadFrom = Annotated[Method, typer.Option("--method", help="Signals from which friction is found.")]
+Picture = Annotated[
+    Path | None, typer.Option(help="Draw the result, too: a .pdf, .svg or .png file.")
+]
+Out = Annotated[Path, typer.Option("--output", "-o", help="Table to write: .csv or .parquet.")]
+AlsoOut = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="Write the result as a table, too: .csv or .parquet."),
+]
+
+
+def check_files(output: Path | None, picture: Path | None) -> None:
+    """Refuse files that cannot be written before anything is computed."""
+    if output is not None:
+        check_ending(output)
+    if picture is None:
+        return
+    if picture.suffix.lower() not in PICTURES:
+        raise ArgumentError(f"{picture}: the ending must be one of {', '.join(PICTURES)}")
+    if not picture.parent.is_dir():
+        raise ArgumentError(f"{picture}: there is no folder {picture.parent}")
+
+
+def progress_bars() -> Callable[[str, int, int], None]:
+    """Show a progress bar for each kind of work, once it has taken longer than `PATIENCE`."""
+    start = time.monotonic()
+    bars: dict[str, Any] = {}
+
+    def tell(what: str, done: int, total: int) -> None:
+        nonlocal start
+        if what not in bars:
+            start = time.monotonic()
+            bars[what] = typer.progressbar(length=total, label=what, file=sys.stderr)
+        bar = bars[what]
+        if time.monotonic() - start > PATIENCE:
+            bar.update(done - bar.pos)
+            if done >= total:
+                bar.render_finish()
+
+    return tell
+
+
+def shown(column: Column) -> str:
+    """Text of a column's only value with its unit."""
+    (value,) = column.values
+    if not column.unit:
+        return str(value)
+    return f"{value:.8g} {column.unit}".removesuffix(" 1")

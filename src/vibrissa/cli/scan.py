@@ -1,0 +1,101 @@
+"""``vibrissa scan``: from a surface to the signals of the clamp."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vibrissa import sensor
+from vibrissa.cli.options import (
+    ALONE,
+    Diameter,
+    Eta,
+    Length,
+    Modulus,
+    Out,
+    Picture,
+    Theta,
+    Touch,
+    Transducer,
+    check_files,
+    progress_bars,
+)
+from vibrissa.mechanics.outcomes import Contact
+from vibrissa.sensor import SlipLaw, series, surfaces
+
+app = typer.Typer(**ALONE)
+
+
+@app.command(
+    epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`"
+)
+def scan(
+    theta: Theta,
+    eta: Eta,
+    step: Annotated[str, typer.Option(help="Step of the stage: '20 um'.")],
+    to: Annotated[
+        list[str],
+        typer.Option(help="Where the stage stops. Repeat it for where it turns: --to 1 --to 0."),
+    ],
+    output: Out,
+    mu0: Annotated[
+        str | None, typer.Option(help="Surface with the same friction everywhere.")
+    ] = None,
+    patches: Annotated[
+        str | None, typer.Option(help="Surface of patches: '0 mm: 0.3, 50 mm: 0.4'.")
+    ] = None,
+    profile: Annotated[
+        Path | None, typer.Option(help="Measured surface: a table with columns x and mu0.")
+    ] = None,
+    texture: Annotated[
+        str | None,
+        typer.Option(help="Surface of random friction: 'mean, deviation, correlation length'."),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the texture and of the noise.")] = 0,
+    law: Annotated[SlipLaw, typer.Option(help="Where a slip ends; see docs/simulate.md.")] = (
+        SlipLaw.FREE
+    ),
+    kinetic_ratio: Annotated[
+        float,
+        typer.Option(help="Kinetic over static friction, for the laws kinetic and energy."),
+    ] = 0.8,
+    transducer: Transducer = None,
+    contact: Touch = Contact.POINT,
+    modulus: Modulus = None,
+    diameter: Diameter = None,
+    length: Length = None,
+    picture: Picture = None,
+) -> None:
+    """Move the clamp over a surface and write the signals, step by step.
+
+    A sensor records the columns `footpoint`, `force_x`, `force_y` and `moment_z`. The others are
+    known only here: position of the tip, x0, friction under the tip, period and phase.
+    """
+    check_files(output, picture)
+    whisker = sensor.Whisker.read(
+        theta, eta, contact=contact, modulus=modulus, diameter=diameter, length=length
+    )
+    surface = surfaces.read_surface(
+        whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
+    )
+    signals = sensor.scan(
+        whisker,
+        surface,
+        step=step,
+        to=to,
+        law=law,
+        kinetic_ratio=kinetic_ratio,
+        transducer=transducer,
+        seed=seed,
+        progress=progress_bars(),
+    )
+    columns = signals.columns()
+    series.write(output, columns)
+    if picture is not None:
+        from vibrissa.cli import plots
+
+        plots.save(plots.signals(columns), picture)
+    truth = signals.truth
+    typer.echo(f"{output}: {len(truth)} steps, {truth.period[-1]} periods, {truth.outcome}")
+    if truth.message:
+        typer.echo(truth.message)

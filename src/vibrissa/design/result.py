@@ -1,0 +1,150 @@
+"""The result of a design: a rod, its standard deviation of μ0, and what limits it."""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibrissa.design.limits import Check
+from vibrissa.design.requirements import FRICTIONS, Requirements
+from vibrissa.design.shapes import Shapes
+from vibrissa.design.sizes import Deviations
+from vibrissa.mechanics.rod import Rod
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.quantities import Kind, Units
+from vibrissa.sensor.series import Column, to_frame
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+class DesignStatus(StrEnum):
+    """Outcome of a design.
+
+    Attributes
+    ----------
+    FOUND
+        A rod that keeps to all limits: the best of them.
+    NONE
+        No rod keeps to all limits: the one that violates them least.
+    FAILED
+        No rod could be solved; the message says why.
+    """
+
+    FOUND = "found"
+    NONE = "none"
+    FAILED = "failed"
+
+
+def _unknown() -> FloatArray:
+    return np.full(FRICTIONS, np.nan)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Design:
+    """The best rod, what limits it, and what would help.
+
+    Attributes
+    ----------
+    status : DesignStatus
+    message : str
+        The status in words.
+    requirements : Requirements
+    theta, eta, diameter, length : float
+        The rod (m); NaN if none was solved.
+    mu_lock : float
+        Critical friction coefficient.
+    x0_slip : ndarray, shape (k,)
+        Clamp travel in a period of sticking (m), for each friction coefficient `mu0`; NaN where the
+        tip locks.
+    deviations : Deviations
+        Standard deviation of μ0 from one period, of shape (k,).
+    checks : list of Check
+        Every limit of the rod.
+    active_constraints : list of str
+        Limits that are used up, or violated if there is no rod, the most first; `theta` or `eta`
+        where the best is at an end of the range.
+    relaxed : dict
+        Largest standard deviation of μ0 with half the noise, half the step, or twice the room at an
+        active constraint.
+    shapes : Shapes or None
+        All pairs (θ, η) that were solved.
+    shape_deviation : ndarray, shape (n,)
+        Standard deviation of μ0 with the best size of each pair; infinite where no size keeps to
+        all limits.
+    """
+
+    status: DesignStatus
+    message: str
+    requirements: Requirements
+    theta: float = np.nan
+    eta: float = np.nan
+    diameter: float = np.nan
+    length: float = np.nan
+    mu_lock: float = np.nan
+    x0_slip: FloatArray = field(default_factory=_unknown)
+    deviations: Deviations = field(default_factory=lambda: Deviations.unknown(FRICTIONS))
+    checks: list[Check] = field(default_factory=list)
+    active_constraints: list[str] = field(default_factory=list)
+    relaxed: dict[str, float] = field(default_factory=dict)
+    shapes: Shapes | None = None
+    shape_deviation: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def mu0(self) -> FloatArray:
+        """Friction coefficients of the range, shape (k,)."""
+        return self.requirements.frictions
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of μ0 at that μ0 of the range where it is largest."""
+        return float(self.deviations.largest)
+
+    @property
+    def rod(self) -> Rod | None:
+        """The rod, which has a size if the requirements have a modulus."""
+        if self.requirements.modulus is None:
+            return None
+        return Rod(self.requirements.modulus, self.diameter, self.length)
+
+    @property
+    def units(self) -> Units:
+        """Units of the results."""
+        return Units(self.rod)
+
+    def columns(self) -> dict[str, Column]:
+        """One row with units: the rod, its limits, and what would help."""
+        length, number = self.units.name(Kind.LENGTH), self.units.name(Kind.NUMBER)
+        active = " ".join(self.active_constraints)
+        columns = {
+            "status": Column([self.status.value], "", "found, or none keeps to all limits"),
+            "message": Column([self.message], "", "the status in words"),
+            "active_constraints": Column([active], "", "limits that are used up or violated"),
+            "theta": Column([self.theta], number, "taper"),
+            "eta": Column([self.eta], "L", "height of the surface"),
+            "diameter": Column([self.diameter], length, "diameter at the clamp"),
+            "length": Column([self.length], length, "length"),
+            "mu_lock": Column([self.mu_lock], number, "largest friction at which the tip slips"),
+            "deviation": Column(
+                [self.deviation], number, "largest standard deviation of mu0 in its range"
+            ),
+        }
+        for check in self.checks:
+            columns |= self._limit_columns(check)
+        what = "largest standard deviation of mu0 with half the noise or step, or twice the limit"
+        for name, deviation in self.relaxed.items():
+            columns[f"relaxed_{name}"] = Column([deviation], number, what)
+        return columns
+
+    def _limit_columns(self, check: Check) -> dict[str, Column]:
+        unit, bound = self.units.name(check.kind), "largest" if check.upper else "least"
+        return {
+            f"{check.name}_value": Column([check.value], unit, check.meaning),
+            f"{check.name}_bound": Column([check.bound], unit, f"{bound} value allowed"),
+            f"{check.name}_use": Column([check.use], "1", "part of the limit that is used"),
+        }
+
+    def frame(self) -> "DataFrame":
+        """One row, as a DataFrame."""
+        return to_frame(self.columns())

@@ -1,0 +1,148 @@
+"""What a design needs to know of pairs (θ, η), each solved once.
+
+A period of sticking depends on θ and η alone if lengths are in units of L, forces in E·I0/L²,
+moments in E·I0/L and strains in d0/L.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import cumulative_simpson
+
+from vibrissa.mechanics.bending import strains
+from vibrissa.mechanics.outcomes import Contact, Status
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.response import tabulated
+from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.piece import StickingState
+
+# States of a period among which the largest reactions and the largest strain are sought.
+STATES, STRAIN_STATES = 129, 9
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Shapes(Batch):
+    """Pairs (θ, η) and their longest period of sticking, nondimensional.
+
+    The longest period ends where the tip slips at the largest of the k friction coefficients, or
+    where it locks.
+
+    Attributes
+    ----------
+    theta, eta : ndarray, shape (n,)
+    mu_lock : ndarray, shape (n,)
+        Critical friction coefficient.
+    x0_touch : ndarray, shape (n,)
+        Where more than the tip of the rod touches the surface; infinite if nowhere (L).
+    x0_end : ndarray, shape (n,)
+        End of the longest period (L).
+    x0_slip : ndarray, shape (n, k)
+        Onset of slip for each friction coefficient (L); NaN, as the next four, where the tip locks.
+    demand_slope : ndarray, shape (n, k)
+        Growth of the demand −tan α with x0 at the onset (1/L).
+    fx, fy : ndarray, shape (n, k)
+        Clamp reactions at the onset (E·I0/L²).
+    moment_information : ndarray, shape (n, k)
+        Integral of (dm/dx0)² up to the onset.
+    largest_reaction : ndarray, shape (n, 3)
+        Largest magnitudes of fx, fy and m in the longest period.
+    least_normal_force : ndarray, shape (n,)
+        In the longest period (E·I0/L²).
+    least_slope : ndarray, shape (n, 3)
+        Derivatives of fx and fy with respect to x0 where the sum of their squares is least in the
+        longest period, and the least derivative of m.
+    strain : ndarray, shape (n,)
+        Largest strain in the longest period (d0/L).
+    stability : ndarray, shape (n,)
+        Smallest eigenvalue of the second variation in the longest period.
+    """
+
+    theta: FloatArray
+    eta: FloatArray
+    mu_lock: FloatArray
+    x0_touch: FloatArray
+    x0_end: FloatArray
+    x0_slip: FloatArray
+    demand_slope: FloatArray
+    fx: FloatArray
+    fy: FloatArray
+    moment_information: FloatArray
+    largest_reaction: FloatArray
+    least_normal_force: FloatArray
+    least_slope: FloatArray
+    strain: FloatArray
+    stability: FloatArray
+
+
+def survey(
+    theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
+) -> tuple[Shapes | None, list[str]]:
+    """Solve pairs (θ, η) for what a design needs to know of them.
+
+    Parameters
+    ----------
+    theta, eta : ndarray, shape (n,)
+    frictions : ndarray, shape (k,)
+        Friction coefficients, increasing.
+    contact : Contact
+
+    Returns
+    -------
+    Shapes or None
+        Those that were solved, if there are any.
+    list of str
+        Why the others were not.
+    """
+    curves = solve_curves(theta, eta, contact)
+    failures = [curve.message for curve in curves if curve.status is not Status.SOLVED]
+    solved = [curve for curve in curves if curve.status is Status.SOLVED]
+    if not solved:
+        return None, failures
+    rows = [_longest_period(curve, frictions) for curve in solved]
+    columns = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
+    return Shapes(**columns, strain=_largest_strains(solved, columns["x0_end"])), failures
+
+
+def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, Any]:
+    """One row of `Shapes`, without the strain."""
+    response, x0_slip = tabulated(curve), curve.onset(frictions)
+    end = float(x0_slip[-1]) if np.isfinite(x0_slip[-1]) else curve.x0_lock
+    x0 = np.linspace(0.0, end, STATES)
+    reactions, slopes = response(x0), response.slope(x0)
+    force_slopes, moment_slope = slopes[:, :2], slopes[:, 2]
+    weakest = np.argmin((force_slopes**2).sum(axis=1))
+    information = cumulative_simpson(moment_slope**2, dx=end / (STATES - 1), initial=0.0)
+    fx, fy, _ = response(x0_slip).T
+    return {
+        "theta": curve.theta,
+        "eta": curve.eta,
+        "mu_lock": curve.mu_lock,
+        "x0_touch": np.inf if np.isnan(curve.x0_touch) else curve.x0_touch,
+        "x0_end": end,
+        "x0_slip": x0_slip,
+        "demand_slope": response.demand_slope(x0_slip),
+        "fx": fx,
+        "fy": fy,
+        "moment_information": np.interp(x0_slip, x0, information),
+        "largest_reaction": np.abs(reactions).max(axis=0),
+        "least_normal_force": np.abs(reactions[:, 1]).min(),
+        "least_slope": np.append(force_slopes[weakest], moment_slope.min()),
+        "stability": curve.state(x0).stability.min(),
+    }
+
+
+def _largest_strains(curves: Sequence[StickingCurve], x0_end: FloatArray) -> FloatArray:
+    """Largest strains in the longest periods; all deformed shapes are integrated together."""
+    periods = zip(curves, x0_end, strict=True)
+    state = StickingState.concatenate(
+        [curve.state(np.linspace(0.0, end, STRAIN_STATES)) for curve, end in periods]
+    )
+    rods = np.array([(curve.theta, curve.eta, curve.x1_init) for curve in curves])
+    theta, eta, x1_init = np.repeat(rods, STRAIN_STATES, axis=0).T
+    x_c = x1_init - state.x0 - (1.0 - state.s_c)
+    values = strains(theta, state.f, state.alpha, x_c, eta, state.s_c)
+    return np.asarray(values.reshape(-1, STRAIN_STATES).max(axis=1))

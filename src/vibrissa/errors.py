@@ -1,0 +1,67 @@
+"""What can go wrong, as types: one base class and its kinds.
+
+A person reads the message. Code that handles an error acts on its type and its attributes, never on
+its words. What is none of these is a mistake in the program and is shown as one.
+"""
+
+from pathlib import Path
+
+
+class VibrissaError(Exception):
+    """Something outside the program is not as it should be; the message says what to do."""
+
+
+class ArgumentError(VibrissaError, ValueError):
+    """An argument that is out of range; the message names it, its value and what is allowed."""
+
+
+class StudyError(VibrissaError):
+    """A study file that cannot be run; the message is that of its first mistake.
+
+    Attributes
+    ----------
+    mistakes : tuple of str
+        A line for each mistake: the key, the value and what is allowed.
+    """
+
+    def __init__(self, first: str, *others: str) -> None:
+        super().__init__(first)
+        self.mistakes = (first, *others)
+
+
+class PlanError(VibrissaError):
+    """A plan of blocks that cannot be read or written."""
+
+
+class TableError(VibrissaError):
+    """A table that cannot be read or is not what it should be."""
+
+
+class DamagedTableError(TableError):
+    """A table whose file must be deleted, so that it is made anew.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    """
+
+    def __init__(self, path: str | Path, reason: str) -> None:
+        super().__init__(f"{path} {reason}; delete it and run again, it is made anew")
+        self.path = Path(path)
+
+
+class ComparisonError(VibrissaError):
+    """Tables that cannot be compared with their references."""
+
+
+class RecordingError(VibrissaError, ValueError):
+    """A measured table that cannot be read or used; the message names the line."""
+
+
+class UndeterminedError(RecordingError):
+    """A recording that does not determine what is to be estimated from it."""
+
+
+class NoResponseError(ArgumentError):
+    """A rod whose response was not found, or not found where the clamp pulls."""

@@ -1,0 +1,100 @@
+"""What all figures have in common: size, type, colours, labels, the surface, and files."""
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from vibrissa.files import write_atomically
+
+# Width of a figure (inch) and resolution of its pixels (1/inch).
+WIDTH = 6.3
+RESOLUTION = 200
+# Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+MARKERS = ("s", "D", "^", "o", "v", "P")
+SURFACE, SHAPE, START, END = "#555555", "#6d9dc5", "#0072b2", "#d55e00"
+
+TAPER = r"taper factor $\theta = d_0/d_1$"
+FRICTION = r"coefficient of static friction $\mu_0$"
+LOCKING_FRICTION = r"critical friction coefficient $\mu_\mathrm{lock}$"
+DISPLACEMENT = r"clamp displacement $x_{0,\mathrm{max}}$ / $L$"
+
+_SETTINGS: Any = {
+    "font.size": 10,
+    "axes.titlesize": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    # Identical files from identical tables
+    "svg.hashsalt": "vibrissa",
+}
+_DATELESS: dict[str, dict[str, str | None]] = {
+    ".pdf": {"CreationDate": None},
+    ".svg": {"Date": None},
+}
+
+
+def applied() -> AbstractContextManager[None]:
+    """Apply the settings of matplotlib under which every figure is made and written."""
+    return matplotlib.rc_context(_SETTINGS)
+
+
+def page(height: float) -> Figure:
+    """Make an empty figure of a height (inch)."""
+    return Figure(figsize=(WIDTH, height), layout="constrained")
+
+
+def axes(height: float) -> tuple[Figure, Axes]:
+    """Make a figure of a height (inch) with one pair of axes."""
+    figure = page(height)
+    return figure, figure.subplots()
+
+
+def shape_axes(rows: pd.DataFrame, beside: float = 0.0) -> tuple[Figure, Axes]:
+    """Make axes of equal scale with the surface, on a page of the shapes' proportions.
+
+    `rows` has the shapes, ``shape_x`` and ``shape_y`` (L), that are going to be drawn, and ``eta``;
+    `beside` is the width that is left free to the right of them (L).
+    """
+    x, y = (np.concatenate(list(rows[name])) for name in ("shape_x", "shape_y"))
+    eta = rows["eta"].iloc[0]
+    height = max(y.max(), eta) + 0.1
+    width = x.max() - x.min() + 0.1 + beside
+    figure, panel = axes(min(6.0, max(3.2, 5.6 * height / width)) + 0.9)
+    panel.set_aspect("equal")
+    panel.axhline(eta, color=SURFACE, linewidth=1.2)
+    panel.axhspan(eta, eta + 0.03, facecolor="none", edgecolor="#aaaaaa", hatch="////", linewidth=0)
+    panel.set_xlim(x.min() - 0.05, x.max() + 0.05 + beside)
+    panel.set_ylim(-0.05, height)
+    panel.set_xlabel(r"$x$ / $L$")
+    panel.set_ylabel(r"$y$ / $L$")
+    return figure, panel
+
+
+def save(figure: Figure, paths: Sequence[str | Path]) -> None:
+    """Write a figure in the formats of the paths' endings, each file whole or not at all.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    paths : sequence of path
+        Ending in ``.pdf``, ``.svg`` or ``.png``.
+    """
+    FigureCanvasAgg(figure)
+    with applied():
+        for path in map(Path, paths):
+            with write_atomically(path) as temporary:
+                figure.savefig(
+                    temporary,
+                    format=path.suffix[1:],
+                    dpi=RESOLUTION,
+                    metadata=_DATELESS.get(path.suffix),
+                )

@@ -1,0 +1,275 @@
+"""Admissible shapes: those that stay between clamp and surface and do not cross themselves.
+
+A solution of the equations of equilibrium need not be a shape that a rod beside a surface can have.
+Nothing is returned as a number where the rod
+
+- dips below the level of its clamp, where the sensor's housing is;
+- crosses itself: the model is plane;
+- crosses the surface line: where the rod lies or touches from below it has to stay there. (A shape
+  that passes through the surface just before its tip, φ1 < 0, is the paper's own and is marked
+  ``penetrates``; ``contact: line`` replaces it.)
+
+Each is judged by a *clearance*, a length that is negative where the shape is inadmissible. It is
+found on the continuous shape, not on points of it: a lowest or highest point lies where sin φ = 0,
+two parts of the rod are nearest to each other where their connection is normal to both.
+
+The free part needs no bound of its own: it reaches up to η, so that s_c > η, and a beam of 0.3 rod
+lengths or more is slender wherever the whole rod is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from vibrissa.mechanics.equations import ends
+from vibrissa.mechanics.outcomes import Contact
+from vibrissa.mechanics.states import CLAMP_SLOPE, RodStates
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.roots import bracketed_root
+from vibrissa.numerics.spectral import gauss_rule, legendre_series
+
+# A shape touches itself or the surface where its clearance is below this (L).
+TOLERANCE = 1e-12
+# Slope (rad) by which a shape may miss a limit at its nodes; distances (L) at which the nodes and
+# the parts of a shape are far from each other.
+NEAR, FAR, APART = 0.05, 0.15, 0.03
+# Fewest nodes on which a shape is looked at closely.
+CLOSE_LOOK = 64
+# A loop closes by turning through half a circle at least (rad); what turns less is far from it.
+HALF_TURN = np.pi - 0.3
+# Every so manyth node is looked at for where a rod comes near itself.
+STRIDE = 2
+# Steps that the search for the nearest parts takes, their bound and the one that ends it (τ).
+NEWTON_STEPS, LONGEST_STEP, CONVERGED = 12, 0.05, 1e-8
+
+BELOW = "the rod dips below the level of its clamp"
+CROSSES_SURFACE = "the rod crosses the surface away from its contact point"
+CROSSES_ITSELF = "the rod crosses itself"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Clearance(Batch):
+    """How far shapes are from being inadmissible, negative where they are.
+
+    Attributes
+    ----------
+    clamp : ndarray, shape (n,)
+        Height of the lowest point behind a bend above the level of the clamp (L); infinite where
+        the rod does not come near it.
+    surface : ndarray, shape (n,)
+        Distance of the highest point of an arch from the surface above it (L); likewise.
+    itself : ndarray, shape (n,)
+        Distance between the two parts of the rod that come nearest to each other (L); likewise.
+    """
+
+    clamp: FloatArray
+    surface: FloatArray
+    itself: FloatArray
+
+    @property
+    def smallest(self) -> FloatArray:
+        """Least of the three, shape (n,)."""
+        return np.minimum(np.minimum(self.clamp, self.surface), self.itself)
+
+    def reasons(self, row: int) -> str:
+        """Say how one shape is inadmissible; empty if it is admissible."""
+        limits = {BELOW: self.clamp, CROSSES_SURFACE: self.surface, CROSSES_ITSELF: self.itself}
+        return "; ".join(reason for reason, c in limits.items() if c[row] < -TOLERANCE)
+
+
+def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearance:
+    """Find how far shapes are from being inadmissible.
+
+    Parameters
+    ----------
+    states : RodStates
+    eta : ndarray, shape (n,)
+        Height of the surface (L).
+    contact : Contact
+        Kind of contact of all states.
+
+    Returns
+    -------
+    Clearance
+    """
+    found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
+    # A tip that passes through the surface is no arch.
+    touches = np.full(len(states), True) if contact is Contact.LINE else ends(states).phi1 >= 0.0
+    near = np.flatnonzero(_comes_near(states, eta, touches))
+    if len(near):
+        close = states.take(near)
+        shapes = _Shapes.of(close.on_nodes(max(CLOSE_LOOK, 2 * states.nodes)))
+        found.clamp[near] = shapes.extreme(lowest=True)
+        arch = eta[near] - shapes.extreme(lowest=False)
+        found.surface[near] = np.where(touches[near], arch, np.inf)
+        found.itself[near] = shapes.gaps()
+    return found
+
+
+def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolArray:
+    """Which shapes may come near a limit, by a look at their nodes alone."""
+    rule = gauss_rule(states.nodes)
+    density = states.arc_density(rule.nodes)
+    x = (density * np.cos(states.phi)) @ rule.from_start.T
+    y = (density * np.sin(states.phi)) @ rule.from_start.T
+    high, low = states.phi.max(axis=1), states.phi.min(axis=1)
+    # Without a slope of 0 or π inside there is no lowest or highest point; near the clamp the rod
+    # stands upright.
+    comes_down = y[:, states.nodes // 8 :].min(axis=1) < FAR
+    turned_up = np.where(states.phi > CLAMP_SLOPE, y, -np.inf).max(axis=1) > eta - FAR
+    near = (high > np.pi - NEAR) & (comes_down | (touches & turned_up))
+    near |= touches & (low < 0.0)
+    one, other = np.triu_indices(states.nodes, 2)
+    for row in np.flatnonzero(~near & (high - low > HALF_TURN)):
+        turned = np.abs(states.phi[row, other] - states.phi[row, one]) > HALF_TURN
+        distance = np.hypot(x[row, other] - x[row, one], y[row, other] - y[row, one])
+        near[row] = (distance[turned] < FAR).any()
+    return near
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Shapes(Batch):
+    """Continuous shapes, as Legendre series in the bending coordinate.
+
+    Attributes
+    ----------
+    phi, y : ndarray, shape (n, nodes)
+        Slope and height at Gauss nodes.
+    slope, along, up : ndarray, shape (n, nodes)
+        Coefficients of φ, dx/dτ and dy/dτ.
+    bend : ndarray, shape (n, nodes - 1)
+        Coefficients of dφ/dτ.
+    """
+
+    phi: FloatArray
+    y: FloatArray
+    slope: FloatArray
+    along: FloatArray
+    up: FloatArray
+    bend: FloatArray
+
+    @classmethod
+    def of(cls, states: RodStates) -> "_Shapes":
+        rule = gauss_rule(states.nodes)
+        density = states.arc_density(rule.nodes)
+        along, up = density * np.cos(states.phi), density * np.sin(states.phi)
+        slope = states.phi @ rule.to_coefficients.T
+        return cls(
+            phi=states.phi,
+            y=up @ rule.from_start.T,
+            slope=slope,
+            along=along @ rule.to_coefficients.T,
+            up=up @ rule.to_coefficients.T,
+            bend=np.asarray(2.0 * legendre.legder(slope, axis=1), dtype=float),
+        )
+
+    def at(self, tau: FloatArray) -> "_Places":
+        """Evaluate at places, of each shape its own, shape (n, places)."""
+        values, integrals = legendre_series(self.slope.shape[1], tau)
+
+        def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
+            return np.asarray(basis[..., : coefficients.shape[1]] @ coefficients[..., None])[..., 0]
+
+        return _Places(
+            phi=summed(values, self.slope),
+            bend=summed(values, self.bend),
+            x=summed(integrals, self.along),
+            y=summed(integrals, self.up),
+            speed=np.hypot(summed(values, self.along), summed(values, self.up)),
+        )
+
+    def extreme(self, *, lowest: bool) -> FloatArray:
+        """Height of the lowest or highest point inside each shape; infinite if there is none."""
+        sign = 1.0 if lowest else -1.0
+        rise = sign * np.sin(self.phi)
+        # Between two nodes the height falls no longer.
+        turns = (rise[:, :-1] < 0.0) & (rise[:, 1:] >= 0.0)
+        height = sign * self.y
+        height = np.where(turns, np.minimum(height[:, :-1], height[:, 1:]), np.inf)
+        before = height.argmin(axis=1)
+        rows = np.flatnonzero(turns.any(axis=1))
+        found = np.full(len(self), sign * np.inf)
+        if len(rows):
+
+            def level(tau: FloatArray, row: FloatArray) -> tuple[FloatArray, FloatArray]:
+                place = self.take(row.astype(int)).at(tau[:, None])
+                return np.sin(place.phi[:, 0]), (np.cos(place.phi) * place.bend)[:, 0]
+
+            tau = gauss_rule(self.phi.shape[1]).nodes
+            low, high = tau[before[rows]], tau[before[rows] + 1]
+            at = bracketed_root(level, low, high, rows.astype(float))
+            found[rows] = self.take(rows).at(at[:, None]).y[:, 0]
+        return found
+
+    def gaps(self) -> FloatArray:
+        """Distance between two parts of each shape, negative where they overlap; infinite if far.
+
+        The rod turns from the one part to the other, by half a circle and more, to the side on
+        which the other part then is.
+        """
+        tau = np.append(gauss_rule(self.phi.shape[1]).nodes[::STRIDE], 1.0)
+        seen = self.at(np.broadcast_to(tau, (len(self), len(tau))))
+        one, other = np.triu_indices(len(tau), 2)
+        found, start = np.full(len(self), np.inf), np.zeros((len(self), 2))
+        for row in np.flatnonzero(np.ptp(seen.phi, axis=1) > HALF_TURN):
+            turned = np.abs(seen.phi[row, other] - seen.phi[row, one]) > HALF_TURN
+            i, j = one[turned], other[turned]
+            distance = np.hypot(seen.x[row, j] - seen.x[row, i], seen.y[row, j] - seen.y[row, i])
+            pair = int(np.argmin(distance))
+            found[row], start[row] = distance[pair], tau[[i[pair], j[pair]]]
+        near = np.flatnonzero(found < APART)
+        if len(near):
+            close = self.take(near)
+            exact = np.fmin(*(close.nearest(start[near], tip=tip) for tip in (False, True)))
+            found[near] = np.where(np.isnan(exact), found[near], exact)
+        return found
+
+    def nearest(self, start: FloatArray, *, tip: bool) -> FloatArray:
+        """Signed distance of two parts that begin to look for each other at two places.
+
+        The way from the one to the other is normal to both tangents; or only to the first, where
+        the other part is the tip. NaN where there is no such pair.
+        """
+        tau = start.copy()
+        if tip:
+            tau[:, 1] = 1.0
+        for _ in range(NEWTON_STEPS):
+            place = self.at(tau)
+            cos, sin = np.cos(place.phi), np.sin(place.phi)
+            tangent, normal = np.stack([cos, sin], axis=-1), np.stack([-sin, cos], axis=-1)
+            way = np.stack([np.diff(place.x)[:, 0], np.diff(place.y)[:, 0]], axis=-1)
+            miss, lever = np.matvec(tangent, way), np.matvec(normal, way)
+            matrix = tangent @ np.swapaxes(tangent, 1, 2) * (place.speed * [-1.0, 1.0])[:, None]
+            matrix[:, [0, 1], [0, 1]] += lever * place.bend
+            if tip:
+                matrix[:, 1], miss[:, 1] = (0.0, 1.0), 0.0
+            determinant = matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] * matrix[:, 1, 0]
+            adjugate = np.stack(
+                [
+                    matrix[:, 1, 1] * miss[:, 0] - matrix[:, 0, 1] * miss[:, 1],
+                    matrix[:, 0, 0] * miss[:, 1] - matrix[:, 1, 0] * miss[:, 0],
+                ],
+                axis=-1,
+            )
+            with np.errstate(divide="ignore", invalid="ignore"):
+                step = adjugate / determinant[:, None]
+            tau = np.clip(tau - np.clip(step, -LONGEST_STEP, LONGEST_STEP), 0.0, 1.0)
+        turn = place.phi[:, 1] - place.phi[:, 0]
+        found = (np.abs(step).max(axis=1) < CONVERGED) & (np.abs(turn) > HALF_TURN)
+        # Parts that cross are nearest where they do: how far they overlap grows with the angle.
+        crosses = (np.hypot(*way.T) < TOLERANCE) & (tau.max(axis=1) < 1.0)
+        gap = np.where(crosses, -np.abs(np.sin(turn)), np.sign(turn) * lever[:, 0])
+        return np.where(found, gap, np.nan)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Places(Batch):
+    """Shapes at some places: slope φ, dφ/dτ, position and ds/dτ, shape (n, places) each."""
+
+    phi: FloatArray
+    bend: FloatArray
+    x: FloatArray
+    y: FloatArray
+    speed: FloatArray

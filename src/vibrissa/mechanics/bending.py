@@ -1,0 +1,148 @@
+"""How much a rod is bent: curvature, energy, strain and turn of a known shape."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import simpson, solve_ivp
+
+from vibrissa.mechanics.elastica import deformed_shape
+from vibrissa.mechanics.states import CLAMP_SLOPE
+from vibrissa.mechanics.taper import diameter, stiffness
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.batch import Batch
+
+# Equally spaced points of a shape: Simpson's rule then has the energy to about 1e-6.
+POINTS = 51
+# Many rods are integrated together for their strains, to this accuracy.
+STRAIN_POINTS, STRAIN_TOLERANCE = 101, 1e-9
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bending(Batch):
+    """Measures of how much each of a number of rods is bent.
+
+    Attributes
+    ----------
+    energy : ndarray, shape (n,)
+        Bending energy ½·∫ m²/B ds, in units of E·I0/L.
+    curvature : ndarray, shape (n,)
+        Largest curvature |φ'|, in units of 1/L.
+    strain : ndarray, shape (n,)
+        Largest strain |φ'|·d/2 at the rod's surface, in units of d0/L.
+    turn : ndarray, shape (n,)
+        Angle π/2 − φ1 by which the tip has turned (rad).
+    """
+
+    energy: FloatArray
+    curvature: FloatArray
+    strain: FloatArray
+    turn: FloatArray
+
+
+def measure(
+    *,
+    theta: FloatArray,
+    f: FloatArray,
+    alpha: FloatArray,
+    x1: FloatArray,
+    y1: FloatArray,
+    s: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
+    phi1: FloatArray,
+) -> Bending:
+    """Measure shapes of rods whose tips alone are loaded.
+
+    Parameters
+    ----------
+    theta, f, alpha, x1, y1, phi1 : ndarray, shape (n,)
+        Taper factor, contact force (E·I0/L²), its inclination (rad), contact point (L) and slope
+        there (rad).
+    s : ndarray, shape (points,)
+        Equally spaced arc lengths (L).
+    x, y : ndarray, shape (n, points)
+        Shapes, in the frame of the contact points (L).
+
+    Returns
+    -------
+    Bending
+    """
+    column = [np.asarray(value, dtype=float)[:, None] for value in (theta, f, alpha, x1, y1)]
+    theta, f, alpha, x1, y1 = column
+    moment = f * (np.cos(alpha) * (x - x1) + np.sin(alpha) * (y - y1))
+    curvature = np.abs(moment / stiffness(s, theta))
+    return Bending(
+        energy=0.5 * simpson(np.abs(moment) * curvature, x=s, axis=1),
+        curvature=curvature.max(axis=1),
+        strain=(curvature * diameter(s, theta) / 2.0).max(axis=1),
+        turn=CLAMP_SLOPE - np.asarray(phi1, dtype=float),
+    )
+
+
+def solve_and_measure(
+    theta: FloatArray, f: FloatArray, alpha: FloatArray, x1: FloatArray, y1: FloatArray
+) -> Bending:
+    """Measure rods under known contact forces; see `measure` for the arguments.
+
+    Parameters
+    ----------
+    theta, f, alpha, x1, y1 : ndarray, shape (n,)
+        With the clamp at the origin.
+
+    Returns
+    -------
+    Bending
+    """
+    s = np.linspace(0.0, 1.0, POINTS)
+    rows = list(zip(theta, f, alpha, x1, y1, strict=True))
+    x, y, phi = np.moveaxis(np.array([deformed_shape(*row, s) for row in rows]), 1, 0)
+    return measure(theta=theta, f=f, alpha=alpha, x1=x1, y1=y1, s=s, x=x, y=y, phi1=phi[:, -1])
+
+
+def strains(
+    theta: FloatArray,
+    f: FloatArray,
+    alpha: FloatArray,
+    x_c: FloatArray,
+    y_c: FloatArray,
+    s_c: FloatArray,
+) -> FloatArray:
+    """Largest strain |φ'|·d/2 of many rods under known contact forces, integrated together.
+
+    Parameters
+    ----------
+    theta, f, alpha, x_c, y_c, s_c : ndarray, shape (n,)
+        Taper factor, contact force (E·I0/L²), its inclination (rad), contact point relative to the
+        clamp (L) and its arc length (L).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        In units of d0/L.
+    """
+    cos_alpha, sin_alpha = np.cos(alpha), np.sin(alpha)
+
+    def moment(x: FloatArray, y: FloatArray) -> FloatArray:
+        return f * (cos_alpha * (x - x_c) + sin_alpha * (y - y_c))
+
+    def derivative(part: float, state: FloatArray) -> FloatArray:
+        x, y, phi = state.reshape(3, -1)
+        bent = moment(x, y) / stiffness(part * s_c, theta)
+        return (np.stack([np.cos(phi), np.sin(phi), bent]) * s_c).ravel()
+
+    zero = np.zeros(len(f))
+    parts = np.linspace(0.0, 1.0, STRAIN_POINTS)
+    result = solve_ivp(
+        derivative,
+        (0.0, 1.0),
+        np.concatenate([zero, zero, zero + CLAMP_SLOPE]),
+        method="DOP853",
+        t_eval=parts,
+        rtol=STRAIN_TOLERANCE,
+        atol=STRAIN_TOLERANCE,
+    )
+    x, y, _ = result.y.reshape(3, len(f), -1).transpose(0, 2, 1)
+    # |φ'|·d/2 = |m|/(2·d³), as B = d⁴.
+    return np.asarray(
+        (0.5 * np.abs(moment(x, y)) / diameter(parts[:, None] * s_c, theta) ** 3).max(axis=0)
+    )

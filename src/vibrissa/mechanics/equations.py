@@ -1,0 +1,422 @@
+r"""Equations of equilibrium of the clamped rod in contact, collocated: residuals and Jacobian.
+
+The rod touches the surface at arc length s_c: with its tip (point contact, s_c = 1) or, where the
+tip would pass through the surface, tangentially at s_c < 1 with the rest lying straight and
+unloaded on it (line contact). On the free part the moment obeys m' = fx·sin φ − fy·cos φ with
+m(s_c) = 0 for the contact force (fx, fy), and B·φ' = m with φ(0) = π/2. Integrated twice this is
+one equation for the slope φ alone,
+
+    φ(s) = π/2 − ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (fx·sin φ − fy·cos φ) dv du ,                          (E1)
+
+closed by the height of the contact point above the clamp, by one more condition, and by the kind
+of contact,
+
+    ∫ sin φ ds = η ,                                                                     (E2)
+    offset = ∫ cos φ ds + 1 − s_c ,  fx·cos α + fy·sin α = 0 ,
+    (x1_init − offset)/x1_init + (3·fx − fy)/(10·force) = advance  or
+    φ(s_c) = 0 ,                                                              (E3a, E3b, E3c, E3d)
+    s_c = 1     or     φ(s_c) = 0 .                                               (E4a, E4b)
+
+E3a prescribes where the tip sits relative to the clamp. While the tip sticks, the part that lies on
+the surface does not move: the rod rolls on or off it. E3b prescribes the inclination α of the
+force; α = 0 is the state in which sticking begins. E3c prescribes the *advance*, the continuation
+parameter past the lock: it adds the displacement of the clamp and the growth of the force, each
+relative to the α = 0 state, and increases also where offset and α turn back. E3d with s_c = 1 holds
+where the contact changes from one kind to the other.
+
+φ is a polynomial in the bending coordinate τ (`vibrissa.mechanics.taper`) of the free part through
+Gauss–Legendre nodes. All functions work on batches: the first axis counts states.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from vibrissa.mechanics.outcomes import Contact
+from vibrissa.mechanics.states import CLAMP_SLOPE, RodStates
+from vibrissa.mechanics.taper import bending_coordinate, density_growth
+from vibrissa.numerics.arrays import FloatArray, SingleArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.spectral import gauss_rule, legendre_series, refinement_matrix
+
+# What a force grown by its first value adds to the advance: so weighted it increases along every
+# curve, in both kinds of contact.
+WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, -0.1
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Closure(Batch):
+    """Conditions E3 and E4 that close the equations of a batch of states.
+
+    All forms of E3 are linear in what they prescribe:
+    of_offset·offset + of_fx·fx + of_fy·fy + of_phi1·φ1 = value.
+
+    Attributes
+    ----------
+    contact : Contact
+        Kind of contact of all states: E4a or E4b.
+    of_offset, of_fx, of_fy, of_phi1, value : ndarray, shape (n,)
+        Coefficients of E3 and its right side.
+    """
+
+    contact: Contact
+    of_offset: FloatArray
+    of_fx: FloatArray
+    of_fy: FloatArray
+    of_phi1: FloatArray
+    value: FloatArray
+
+    @classmethod
+    def at_offset(cls, offset: FloatArray, contact: Contact = Contact.POINT) -> Self:
+        """Prescribe x1 − x0, in units of L: E3a."""
+        no = np.zeros_like(offset)
+        return cls(
+            contact=contact, of_offset=no + 1.0, of_fx=no, of_fy=no, of_phi1=no, value=offset
+        )
+
+    @classmethod
+    def at_inclination(cls, alpha: FloatArray, contact: Contact = Contact.POINT) -> Self:
+        """Prescribe the inclination of the contact force, in rad: E3b."""
+        no = np.zeros_like(alpha)
+        return cls(
+            contact=contact,
+            of_offset=no,
+            of_fx=np.cos(alpha),
+            of_fy=np.sin(alpha),
+            of_phi1=no,
+            value=no,
+        )
+
+    @classmethod
+    def at_advance(
+        cls,
+        advance: FloatArray,
+        x1_init: FloatArray,
+        force: FloatArray,
+        contact: Contact = Contact.POINT,
+    ) -> Self:
+        """Prescribe the advance from α = 0 states of known offset (L) and force (E·I0/L²): E3c."""
+        return cls(
+            contact=contact,
+            of_offset=-1.0 / x1_init,
+            of_fx=WEIGHT_OF_FX / force,
+            of_fy=WEIGHT_OF_FY / force,
+            of_phi1=np.zeros_like(advance),
+            value=advance - 1.0,
+        )
+
+    @classmethod
+    def at_switch(cls, count: int) -> Self:
+        """Prescribe that the contact is about to change its kind: E3d with E4a."""
+        no = np.zeros(count)
+        return cls(
+            contact=Contact.POINT, of_offset=no, of_fx=no, of_fy=no, of_phi1=no + 1.0, value=no
+        )
+
+    def residual(self, offset: FloatArray, states: RodStates, phi1: FloatArray) -> FloatArray:
+        """Left minus right side of E3."""
+        force = self.of_fx * states.fx + self.of_fy * states.fy
+        return self.of_offset * offset + force + self.of_phi1 * phi1 - self.value
+
+
+def advance(states: RodStates, x1_init: FloatArray, force: FloatArray) -> FloatArray:
+    """Advance along a curve, the left side of E3c.
+
+    Parameters
+    ----------
+    states : RodStates
+    x1_init, force : ndarray, shape (n,)
+        Offset (L) and contact force (E·I0/L²) of the α = 0 states.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        0.1 in the α = 0 state itself.
+    """
+    offset, _ = contact_position(states)
+    growth = WEIGHT_OF_FX * states.fx + WEIGHT_OF_FY * states.fy
+    return 1.0 - offset / x1_init + growth / force
+
+
+class _Integrands(NamedTuple):
+    """What is integrated along the rod, at the nodes and per τ: shape (n, nodes) each."""
+
+    height: FloatArray
+    reach: FloatArray
+    gradient: FloatArray
+    bend: FloatArray
+
+
+def _integrands(states: RodStates) -> _Integrands:
+    """Integrands of height, reach, moment and slope.
+
+    The moment gradient is m' = fx·sin φ − fy·cos φ = f·cos(φ − α).
+    """
+    rule = gauss_rule(states.nodes)
+    density, compliance = states.densities(rule.nodes)
+    sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
+    gradient = states.fx[:, None] * sin - states.fy[:, None] * cos
+    return _Integrands(sin, cos, gradient, -compliance * (gradient @ rule.to_end.T))
+
+
+def bending_moment(states: RodStates) -> FloatArray:
+    """Bending moment m(s) = −∫ m' ds from s to the contact point, at the nodes.
+
+    Parameters
+    ----------
+    states : RodStates
+
+    Returns
+    -------
+    ndarray, shape (n, nodes)
+        Moment, in units of E·I0/L.
+    """
+    return -(_integrands(states).gradient @ gauss_rule(states.nodes).to_end.T)
+
+
+class Ends(NamedTuple):
+    """What is seen of a batch of states at the clamp and at the contact point.
+
+    Attributes
+    ----------
+    offset : ndarray, shape (n,)
+        Position of the tip along the surface, ∫cos φ ds + 1 − s_c, in units of L.
+    moment : ndarray, shape (n,)
+        Clamp reaction moment φ'(0) = m(0), in units of E·I0/L.
+    phi1 : ndarray, shape (n,)
+        Slope at the contact point, in rad.
+    """
+
+    offset: FloatArray
+    moment: FloatArray
+    phi1: FloatArray
+
+
+def ends(states: RodStates) -> Ends:
+    """Evaluate states at both ends of the free part.
+
+    Parameters
+    ----------
+    states : RodStates
+
+    Returns
+    -------
+    Ends
+
+    Notes
+    -----
+    φ1 is equation E1 at s = s_c. The integral is more accurate than the polynomial's own value at
+    τ = 1: Gauss collocation superconverges at the ends.
+    """
+    rule = gauss_rule(states.nodes)
+    _, reach, gradient, bend = _integrands(states)
+    return Ends(
+        offset=reach @ rule.weights + 1.0 - states.s_c,
+        moment=-(gradient @ rule.weights),
+        phi1=CLAMP_SLOPE + bend @ rule.weights,
+    )
+
+
+def contact_position(states: RodStates) -> tuple[FloatArray, FloatArray]:
+    """Position of the tip along the surface and height of the surface, seen from the clamp.
+
+    Parameters
+    ----------
+    states : RodStates
+
+    Returns
+    -------
+    offset, height : ndarray, shape (n,)
+        ∫cos φ ds + 1 − s_c and ∫sin φ ds, in units of L.
+    """
+    rule = gauss_rule(states.nodes)
+    weights = rule.weights * states.arc_density(rule.nodes)
+    offset = (weights * np.cos(states.phi)).sum(axis=1) + 1.0 - states.s_c
+    return offset, (weights * np.sin(states.phi)).sum(axis=1)
+
+
+def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Deformed shape, the part that lies on the surface included, with the clamp at the origin.
+
+    Parameters
+    ----------
+    states : RodStates
+    s : ndarray, shape (points,)
+        Arc lengths from the clamp in [0, 1], in units of L.
+
+    Returns
+    -------
+    x, y : ndarray, shape (n, points)
+        Position, in units of L.
+    phi : ndarray, shape (n, points)
+        Slope, in rad.
+    """
+    rule = gauss_rule(states.nodes)
+    free = np.minimum(s, states.s_c[:, None])
+    tau = bending_coordinate(free, states.theta[:, None], states.s_c[:, None])
+    values, integrals = legendre_series(states.nodes, tau)
+    density = states.arc_density(rule.nodes)
+
+    def at_points(series: FloatArray, nodal: FloatArray) -> FloatArray:
+        return np.einsum("npk,nk->np", series, nodal @ rule.to_coefficients.T)
+
+    # Beyond the contact point the rod is straight, with the slope that it has there.
+    phi = at_points(values, states.phi)
+    x = at_points(integrals, density * np.cos(states.phi)) + (s - free) * np.cos(phi)
+    y = at_points(integrals, density * np.sin(states.phi)) + (s - free) * np.sin(phi)
+    return x, y, phi
+
+
+def largest_residual(states: RodStates, eta: FloatArray, closure: Closure) -> FloatArray:
+    """Largest residual of E1 to E4, measured on more than twice the nodes.
+
+    Collocation satisfies the equations at its own nodes whatever their number. Interpolating φ to
+    a finer rule and asking again tells whether the polynomial satisfies them between the nodes.
+
+    Parameters
+    ----------
+    states : RodStates
+    eta : ndarray, shape (n,)
+        Height of the contact point, in units of L.
+    closure : Closure
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Largest of the residuals of E1, E3d and E4b (rad), E2 and E3a (L), E3b (relative to the
+        force) and E3c.
+    """
+    fine = 2 * states.nodes + 7
+    rule = gauss_rule(fine)
+    phi = states.phi @ refinement_matrix(states.nodes, fine).T
+    height, reach, _, bend = _integrands(replace(states, phi=phi[:, 1:-1]))
+    expected = CLAMP_SLOPE + np.concatenate(
+        [np.zeros((len(states), 1)), bend @ rule.from_start.T, (bend @ rule.weights)[:, None]],
+        axis=1,
+    )
+    offset, phi1 = reach @ rule.weights + 1.0 - states.s_c, phi[:, -1]
+    condition = closure.residual(offset, states, phi1)
+    if not (closure.of_offset.any() or closure.of_phi1.any()):
+        condition /= np.hypot(states.fx, states.fy)
+    parts = [
+        np.abs(phi - expected).max(axis=1),
+        np.abs(height @ rule.weights - eta),
+        np.abs(condition),
+        np.abs(phi1 if closure.contact is Contact.LINE else states.s_c - 1.0),
+    ]
+    return np.maximum.reduce(parts)
+
+
+def coefficient_decay(states: RodStates) -> FloatArray:
+    """Size of the last Legendre coefficients of φ relative to the largest.
+
+    Parameters
+    ----------
+    states : RodStates
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Near rounding error where φ is resolved; of order one where it is not.
+    """
+    coefficients = np.abs(states.phi @ gauss_rule(states.nodes).to_coefficients.T)
+    return coefficients[:, -2:].max(axis=1) / coefficients.max(axis=1)
+
+
+def residuals(states: RodStates, eta: FloatArray, closure: Closure) -> FloatArray:
+    """Residuals of the collocated equations: E1 at the nodes, E2, E3 and E4, in this order.
+
+    Parameters
+    ----------
+    states : RodStates
+    eta : ndarray, shape (n,)
+        Height of the contact point, in units of L.
+    closure : Closure
+
+    Returns
+    -------
+    ndarray, shape (n, nodes + 3)
+    """
+    nodes = states.nodes
+    rule = gauss_rule(nodes)
+    height, reach, _, bend = _integrands(states)
+    offset, phi1 = reach @ rule.weights + 1.0 - states.s_c, CLAMP_SLOPE + bend @ rule.weights
+    values = np.empty((len(states), nodes + 3))
+    values[:, :nodes] = states.phi - (CLAMP_SLOPE + bend @ rule.from_start.T)
+    values[:, nodes] = height @ rule.weights - eta
+    values[:, nodes + 1] = closure.residual(offset, states, phi1)
+    values[:, nodes + 2] = phi1 if closure.contact is Contact.LINE else states.s_c - 1.0
+    return values
+
+
+def jacobian(states: RodStates, closure: Closure) -> SingleArray:
+    """Differentiate `residuals` by the unknowns, in single precision.
+
+    The unknowns are φ at the nodes, fx, fy and s_c. The blocks are::
+
+              φ      fx   fy   s_c
+        E1  [ n x n   n    n    n ]
+        E2  [ 1 x n   .    .    1 ]
+        E3  [ 1 x n   1    1    1 ]
+        E4  [ 1 x n   1    1    1 ]
+
+    In point contact s_c is 1 and stays it: its column is left out, but for E4a.
+
+    Parameters
+    ----------
+    states : RodStates
+    closure : Closure
+
+    Returns
+    -------
+    ndarray of float32, shape (n, nodes + 3, nodes + 3)
+    """
+    nodes = states.nodes
+    rule = gauss_rule(nodes)
+    density, compliance = states.densities(rule.nodes)
+    sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
+    fx, fy = states.fx[:, None], states.fy[:, None]
+    load, load_slope = fx * sin - fy * cos, fx * cos + fy * sin
+    matrix = np.zeros((len(states), nodes + 3, nodes + 3), dtype=np.float32)
+    e1, e2, e3, e4 = matrix[:, :nodes], matrix[:, nodes], matrix[:, nodes + 1], matrix[:, nodes + 2]
+    by_fx, by_fy, by_s_c = nodes, nodes + 1, nodes + 2
+
+    from_start, to_end = rule.from_start.astype(np.float32), rule.to_end.astype(np.float32)
+    twice = (from_start * compliance.astype(np.float32)[:, None, :]).reshape(-1, nodes) @ to_end
+    e1[:, :, :nodes] = twice.reshape(-1, nodes, nodes) * load_slope.astype(np.float32)[:, None, :]
+    diagonal = np.arange(nodes)
+    e1[:, diagonal, diagonal] += 1.0
+    bend_of_fx, bend_of_fy = compliance * (sin @ rule.to_end.T), compliance * (cos @ rule.to_end.T)
+    e1[:, :, by_fx] = bend_of_fx @ rule.from_start.T
+    e1[:, :, by_fy] = -bend_of_fy @ rule.from_start.T
+
+    e2[:, :nodes] = rule.weights * cos
+
+    e3[:, :nodes] = -closure.of_offset[:, None] * rule.weights * sin
+    e3[:, by_fx], e3[:, by_fy] = closure.of_fx, closure.of_fy
+
+    lies, switches = closure.contact is Contact.LINE, closure.of_phi1.any()
+    phi1 = np.zeros((len(states), nodes + 3), dtype=np.float32)
+    if lies or switches:
+        phi1[:, :nodes] = -((rule.weights * compliance) @ rule.to_end) * load_slope
+        phi1[:, by_fx] = -(bend_of_fx @ rule.weights)
+        phi1[:, by_fy] = bend_of_fy @ rule.weights
+    if lies:
+        # How everything grows with the length of the free part.
+        arc_growth, compliance_growth = density_growth(
+            rule.nodes, states.theta[:, None], states.s_c[:, None]
+        )
+        bend_growth = compliance * (
+            compliance_growth * (load @ rule.to_end.T) + (arc_growth * load) @ rule.to_end.T
+        )
+        e1[:, :, by_s_c] = bend_growth @ rule.from_start.T
+        e2[:, by_s_c] = (arc_growth * sin) @ rule.weights
+        e3[:, by_s_c] = closure.of_offset * ((arc_growth * cos) @ rule.weights - 1.0)
+        phi1[:, by_s_c] = -(bend_growth @ rule.weights)
+        e4[:] = phi1
+    else:
+        e4[:, by_s_c] = 1.0
+    if switches:
+        e3 += closure.of_phi1[:, None].astype(np.float32) * phi1
+    return matrix

@@ -1,0 +1,203 @@
+"""Newton's iteration for batches of states, corrected on few nodes and measured on all."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.mechanics.equations import Closure, jacobian, residuals
+from vibrissa.mechanics.outcomes import Contact
+from vibrissa.mechanics.states import RodStates
+from vibrissa.numerics.arrays import BoolArray, FloatArray, SingleArray
+from vibrissa.numerics.spectral import refinement_matrix
+
+MAX_ITERATIONS = 25
+# Part of the nodes on which corrections are found, and the fewest that make sense.
+COARSE_NODES = 0.3
+FEWEST_COARSE_NODES = 10
+# Where a correction is not this much smaller than the one before, the inverse is computed anew.
+GOOD_CONTRACTION = 0.1
+# Corrections below this may be rounding, on many nodes.
+ROUNDING = 1e-9
+
+
+def extrapolated(last: Sequence[RodStates]) -> RodStates:
+    """Polynomial extrapolation by one step from up to three equally spaced batches of states.
+
+    Parameters
+    ----------
+    last : sequence of RodStates
+        One to three batches, the latest one last.
+
+    Returns
+    -------
+    RodStates
+        A guess of the next batch.
+    """
+    weights = {1: (1.0,), 2: (-1.0, 2.0), 3: (1.0, -3.0, 3.0)}[len(last)]
+
+    def combined(name: str) -> FloatArray:
+        return np.sum([w * getattr(s, name) for w, s in zip(weights, last, strict=True)], axis=0)
+
+    unknowns = (name for name in RodStates.names() if name != "theta")
+    return replace(last[0], **{name: combined(name) for name in unknowns})
+
+
+def coarse_inverse(states: RodStates, closure: Closure) -> SingleArray:
+    """Inverse of the Jacobian on few nodes, which corrects states on all of them.
+
+    Parameters
+    ----------
+    states : RodStates
+    closure : Closure
+
+    Returns
+    -------
+    ndarray of float32, shape (n, k + 3, k + 3)
+        In single precision: a correction need not be more accurate. NaN where there is none.
+    """
+    matrices = jacobian(states.on_nodes(coarse_nodes(states.nodes)), closure)
+    try:
+        return np.asarray(np.linalg.inv(matrices))
+    except np.linalg.LinAlgError:  # one exactly singular matrix spoils the whole stack
+        return np.stack([_inverse_or_nan(matrix) for matrix in matrices])
+
+
+def _inverse_or_nan(matrix: SingleArray) -> SingleArray:
+    try:
+        return np.asarray(np.linalg.inv(matrix))
+    except np.linalg.LinAlgError:
+        return np.full_like(matrix, np.nan)
+
+
+def coarse_nodes(nodes: int) -> int:
+    """Few nodes: those on which corrections of states on `nodes` nodes are found."""
+    return min(nodes, max(FEWEST_COARSE_NODES, round(COARSE_NODES * nodes)))
+
+
+def corrected(
+    states: RodStates, eta: FloatArray, closure: Closure, inverse: SingleArray
+) -> tuple[RodStates, FloatArray]:
+    """Correct states once, on two grids.
+
+    The residual is that on all nodes, but the correction comes from few. What it has beyond the
+    residual itself is integrated twice in equation E1, hence smooth (K. E. Atkinson, The Numerical
+    Solution of Integral Equations of the Second Kind, 1997, §6.2).
+
+    Parameters
+    ----------
+    states : RodStates
+    eta : ndarray, shape (n,)
+        Height of the contact point, in units of L.
+    closure : Closure
+    inverse : ndarray, shape (n, k + 3, k + 3)
+        `coarse_inverse` of the states or of similar ones.
+
+    Returns
+    -------
+    states : RodStates
+    size : ndarray, shape (n,)
+        Largest change, of the slope (rad), of a force relative to it or of s_c (L).
+    """
+    nodes, few = states.nodes, inverse.shape[1] - 3
+    values = residuals(states, eta, closure)
+    restriction, prolongation = _transfer(nodes, few), _transfer(few, nodes)
+    right = np.concatenate([values[:, :nodes] @ restriction.T, values[:, nodes:]], axis=1)
+    # Scaled, as small numbers would lose digits in single precision.
+    scale = np.abs(right).max(axis=1, keepdims=True) + np.finfo(float).tiny
+    update = np.matvec(inverse, (right / scale).astype(np.float32)) * scale
+    change = values[:, :nodes] + (update[:, :few] - right[:, :few]) @ prolongation.T
+    of_fx, of_fy, of_s_c = update[:, few:].T
+    force = 1.0 + np.abs(states.fx) + np.abs(states.fy)
+    size = np.maximum(np.abs(change).max(axis=1), np.abs(update[:, few:]).max(axis=1) / force)
+    better = RodStates(
+        theta=states.theta,
+        phi=states.phi - change,
+        fx=states.fx - of_fx,
+        fy=states.fy - of_fy,
+        s_c=states.s_c - of_s_c,
+    )
+    return better, size
+
+
+def _transfer(nodes: int, other: int) -> FloatArray:
+    """Interpolation from some nodes to others."""
+    return np.eye(nodes) if nodes == other else refinement_matrix(nodes, other)[1:-1]
+
+
+class Solution(NamedTuple):
+    """What Newton's iteration found.
+
+    Attributes
+    ----------
+    states : RodStates
+        NaN where the iteration did not converge.
+    converged : ndarray of bool, shape (n,)
+    inverse : ndarray, shape (n, k + 3, k + 3)
+        `coarse_inverse` near each state.
+    """
+
+    states: RodStates
+    converged: BoolArray
+    inverse: SingleArray
+
+
+# Where the iteration diverges numbers overflow; the result says so.
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def solve(
+    guess: RodStates,
+    eta: FloatArray,
+    closure: Closure,
+    inverse: SingleArray | None = None,
+    tolerance: float = 1e-12,
+) -> Solution:
+    """Solve a batch of states at once, starting from a guess.
+
+    Parameters
+    ----------
+    guess : RodStates
+        Starting states; not modified.
+    eta : ndarray, shape (n,)
+        Height of the contact point, in units of L.
+    closure : Closure
+        The conditions that each state must satisfy.
+    inverse : ndarray, shape (n, k + 3, k + 3), optional
+        `coarse_inverse` near each state, where the caller has it already.
+    tolerance : float
+        Change at which the iteration ends; the error is then about a hundredth of it.
+
+    Returns
+    -------
+    Solution
+    """
+    states = guess.copy()
+    if closure.contact is Contact.POINT:
+        states.s_c[:] = 1.0
+    inverse = coarse_inverse(states, closure) if inverse is None else inverse.copy()
+    converged = np.zeros(len(states), dtype=bool)
+    previous = np.ones(len(states))
+    active = np.arange(len(states))
+    for _ in range(MAX_ITERATIONS):
+        current, conditions, matrices = states, closure, inverse
+        if len(active) < len(states):
+            current, conditions = states.take(active), closure.take(active)
+            matrices = inverse[active]
+        better, size = corrected(current, eta[active], conditions, matrices)
+        states.put(active, better)
+        shrunk = size / previous[active]
+        previous[active] = size
+        # Near rounding nothing shrinks any more.
+        done = (size < tolerance) | ((size < ROUNDING) & (shrunk > 0.5))
+        converged[active[done]] = True
+        goes_on = ~done & np.isfinite(size)
+        slow = active[goes_on & ~(shrunk < GOOD_CONTRACTION)]
+        active = active[goes_on]
+        if not len(active):
+            break
+        if len(slow):
+            inverse[slow] = coarse_inverse(states.take(slow), closure.take(slow))
+    if not converged.all():
+        lost = np.flatnonzero(~converged)
+        states.put(lost, states.take(lost).unsolved())
+    return Solution(states, converged, inverse)

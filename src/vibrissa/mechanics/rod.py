@@ -1,0 +1,66 @@
+"""From nondimensional numbers to SI: the only place that knows a real rod."""
+
+import math
+from dataclasses import dataclass
+
+from vibrissa.errors import ArgumentError
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A real rod, which sets the units of length, force and moment.
+
+    Attributes
+    ----------
+    youngs_modulus : float
+        Young's modulus E, in Pa.
+    base_diameter : float
+        Diameter d0 at the clamp, in m.
+    length : float
+        Length L, in m.
+
+    Raises
+    ------
+    ArgumentError
+        If a property is not a positive, finite number.
+
+    Examples
+    --------
+    The paper's steel rod, for which it converts f = 10.86:
+
+    >>> rod = Rod(youngs_modulus=2.10e11, base_diameter=5e-3, length=0.1)
+    >>> round(10.86 * rod.force_unit)
+    6997
+    """
+
+    youngs_modulus: float
+    base_diameter: float
+    length: float
+
+    def __post_init__(self) -> None:
+        """Refuse properties that no rod has."""
+        for name in ("youngs_modulus", "base_diameter", "length"):
+            value = getattr(self, name)
+            # Within these bounds the units of force and moment are numbers, too.
+            if not 1e-30 < value < 1e30:
+                raise ArgumentError(f"{name} must be a positive number in SI units, got {value!r}")
+
+    @property
+    def second_moment(self) -> float:
+        """Second moment of area at the base, I0 = π·d0⁴/64, in m⁴."""
+        return math.pi * self.base_diameter**4 / 64.0
+
+    @property
+    def length_unit(self) -> float:
+        """Unit of length, L, in m."""
+        return self.length
+
+    @property
+    def force_unit(self) -> float:
+        """Unit of force, E·I0/L², in N."""
+        return self.youngs_modulus * self.second_moment / self.length**2
+
+    @property
+    def moment_unit(self) -> float:
+        """Unit of moment, E·I0/L, in N·m."""
+        return self.youngs_modulus * self.second_moment / self.length

@@ -1,0 +1,154 @@
+"""Geometry of the tapered rod: a truncated cone, clamped at its thick end.
+
+Lengths are in units of the rod's length L, diameters in units of the base diameter d0 and
+bending stiffness in units of E·I0 with I0 = π·d0⁴/64.
+
+Besides the arc length s the module knows one other coordinate along the rod, the *bending
+coordinate* ``tau`` ∈ [0, 1], defined by ds/dτ = θ·d(s)². It is the phase of the bending waves of
+a cone (their wavelength is proportional to d²), so that a deflected shape is about equally
+smooth everywhere in τ however strong the taper is; polynomials in τ need far fewer terms than
+polynomials in s. At θ = 1 the two coordinates are the same.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibrissa.numerics.arrays import FloatArray
+
+
+def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
+    """Diameter d(s)/d0 = 1 − (1 − 1/θ)·s of the rod.
+
+    Parameters
+    ----------
+    s : array_like
+        Arc length from the clamp, in units of L.
+    theta : array_like
+        Taper factor θ = d0/d1, broadcast against `s`.
+
+    Returns
+    -------
+    ndarray
+        Diameter in units of d0.
+
+    Notes
+    -----
+    Equation (1) of the paper prints d1/θ where d1 = d0/θ must stand; its equation (2) uses the
+    taper given here.
+    """
+    s, theta = np.asarray(s, dtype=float), np.asarray(theta, dtype=float)
+    return 1.0 - (1.0 - 1.0 / theta) * s
+
+
+def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
+    """Bending stiffness B(s) = (d(s)/d0)⁴ of the rod, paper equation (2).
+
+    Parameters
+    ----------
+    s : array_like
+        Arc length from the clamp, in units of L.
+    theta : array_like
+        Taper factor, broadcast against `s`.
+
+    Returns
+    -------
+    ndarray
+        Stiffness in units of E·I0.
+    """
+    return diameter(s, theta) ** 4
+
+
+def bending_coordinate(s: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+    """Bending coordinate of an arc length, the inverse of s(τ) = θ·s_c·τ/h.
+
+    With h = θ − (θ − 1)·s_c·(1 − τ), which is proportional to 1/d(s(τ)).
+
+    Parameters
+    ----------
+    s : array_like
+        Arc length from the clamp, up to s_c, in units of L.
+    theta : array_like
+        Taper factor, broadcast against `s`.
+    s_c : array_like
+        Arc length of the contact point, where the free part ends, in units of L.
+
+    Returns
+    -------
+    ndarray
+        Bending coordinate in [0, 1].
+    """
+    s, theta, s_c = (np.asarray(value, dtype=float) for value in (s, theta, s_c))
+    return s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s))
+
+
+def arc_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+    """Arc length per bending coordinate, ds/dτ = θ·s_c·g/h² ∝ d², g = θ − (θ − 1)·s_c.
+
+    Parameters
+    ----------
+    tau : array_like
+        Bending coordinate in [0, 1].
+    theta, s_c : array_like
+        As in `bending_coordinate`.
+
+    Returns
+    -------
+    ndarray
+        ds/dτ in units of L.
+    """
+    return densities(tau, theta, s_c)[0]
+
+
+def densities(
+    tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0
+) -> tuple[FloatArray, FloatArray]:
+    """Arc length and bending compliance per bending coordinate: `arc_density` and θ·s_c·h²/g³.
+
+    Parameters
+    ----------
+    tau : array_like
+        Bending coordinate in [0, 1].
+    theta, s_c : array_like
+        As in `bending_coordinate`.
+
+    Returns
+    -------
+    arc : ndarray
+        ds/dτ in units of L.
+    compliance : ndarray
+        B⁻¹·ds/dτ in units of L/(E·I0).
+    """
+    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
+    h, g = _inverse_diameter(tau, theta, s_c), _inverse_diameter(0.0, theta, s_c)
+    square, free = h**2, theta * s_c
+    arc = free * g / square
+    compliance = free / g**3 * square
+    return arc, compliance
+
+
+def density_growth(
+    tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Logarithmic derivatives of both `densities` with respect to s_c.
+
+    Parameters
+    ----------
+    tau : array_like
+        Bending coordinate in [0, 1].
+    theta, s_c : array_like
+        As in `bending_coordinate`.
+
+    Returns
+    -------
+    arc, compliance : ndarray
+        In units of 1/L.
+    """
+    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
+    h_growth = -(theta - 1.0) * (1.0 - tau) / _inverse_diameter(tau, theta, s_c)
+    g_growth = -(theta - 1.0) / _inverse_diameter(0.0, theta, s_c)
+    return 1.0 / s_c + g_growth - 2.0 * h_growth, 1.0 / s_c + 2.0 * h_growth - 3.0 * g_growth
+
+
+def _inverse_diameter(tau: ArrayLike, theta: FloatArray, s_c: FloatArray) -> FloatArray:
+    """H = θ − (θ − 1)·s_c·(1 − τ): proportional to 1/d along the free part; g at τ = 0."""
+    return np.asarray(theta - (theta - 1.0) * s_c * (1.0 - np.asarray(tau)))

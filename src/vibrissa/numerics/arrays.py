@@ -1,0 +1,19 @@
+"""Types of arrays, for annotations."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+SingleArray = NDArray[np.float32]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+StrArray = NDArray[np.str_]
+Index = (
+    NDArray[np.integer[Any]]
+    | NDArray[np.bool_]
+    | slice
+    | int
+    | tuple[slice | NDArray[np.integer[Any]], int | NDArray[np.integer[Any]]]
+)

@@ -1,0 +1,90 @@
+"""Batches: named columns of equal length, one row for each thing that is computed together."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from vibrissa.numerics.arrays import FloatArray, Index
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Batch:
+    """Base of data classes whose fields are columns.
+
+    Every field that holds an array is a column; the first axis of all columns counts the rows. What
+    other fields hold is the same for all rows.
+    """
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Names of the fields, in their order."""
+        return tuple(cls.__dataclass_fields__)
+
+    @property
+    def columns(self) -> dict[str, FloatArray]:
+        """Columns by name."""
+        return {n: values for n, values in vars(self).items() if isinstance(values, np.ndarray)}
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        for values in self.__dict__.values():
+            if isinstance(values, np.ndarray):
+                return len(values)
+        raise TypeError(f"{type(self).__name__} has no columns")
+
+    def each(self, change: Callable[[FloatArray], FloatArray]) -> Self:
+        """Do the same to every column."""
+        # Not by the constructor, which takes as long as the solution of a small state.
+        changed = object.__new__(type(self))
+        for name, values in self.__dict__.items():
+            kept = not isinstance(values, np.ndarray)
+            changed.__dict__[name] = values if kept else change(values)
+        return changed
+
+    def take(self, index: Index) -> Self:
+        """Select rows by index, mask or slice."""
+        return self.each(lambda values: values[index])
+
+    def copy(self) -> Self:
+        """Copy all columns."""
+        return self.each(np.ndarray.copy)
+
+    def put(self, index: Index, other: Self) -> None:
+        """Overwrite the rows at `index` by those of `other`, in place."""
+        for name, values in other.__dict__.items():
+            if isinstance(values, np.ndarray):
+                self.__dict__[name][index] = values
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[Self]) -> Self:
+        """Put batches one below the other; what is no column is taken from the first."""
+        names = parts[0].columns
+        joined = {name: np.concatenate([getattr(p, name) for p in parts]) for name in names}
+        return replace(parts[0], **joined)
+
+    @classmethod
+    def stack(cls, parts: Sequence[Self]) -> Self:
+        """Put batches of equal length behind one another: a new first axis counts them."""
+        names = parts[0].columns
+        stacked = {name: np.stack([getattr(p, name) for p in parts]) for name in names}
+        return replace(parts[0], **stacked)
+
+    @classmethod
+    def unknown(cls, shape: int | tuple[int, ...]) -> Self:
+        """Columns of one shape without a value, NaN; for classes that have nothing but columns."""
+        return cls(**{name: np.full(shape, np.nan) for name in cls.names()})
+
+    def matrix(self) -> FloatArray:
+        """Columns side by side, shape (rows, columns), for what is done to all of them alike."""
+        return np.stack(list(self.columns.values()), axis=-1)
+
+    @classmethod
+    def from_matrix(cls, matrix: FloatArray, **known: FloatArray) -> Self:
+        """Name the columns of a matrix, the last axis of which counts them.
+
+        Columns that are known otherwise take the place of the matrix's.
+        """
+        columns = {name: matrix[..., index] for index, name in enumerate(cls.names())}
+        return cls(**(columns | known))

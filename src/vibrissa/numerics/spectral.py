@@ -1,0 +1,271 @@
+"""Polynomial collocation on [0, 1]: Gauss–Legendre along the rod, Chebyshev along a curve.
+
+Everything here is linear algebra on fixed nodes and is cached by the number of nodes.
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev, legendre
+
+from vibrissa.numerics.arrays import FloatArray
+
+
+class GaussRule(NamedTuple):
+    """Gauss–Legendre nodes on [0, 1] and what can be done with values given there.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n,)
+        Nodes, increasing.
+    weights : ndarray, shape (n,)
+        Quadrature weights of ∫₀¹.
+    from_start : ndarray, shape (n, n)
+        Maps values at the nodes to ∫₀^τ at the nodes.
+    to_end : ndarray, shape (n, n)
+        Maps values at the nodes to ∫_τ¹ at the nodes.
+    to_coefficients : ndarray, shape (n, n)
+        Maps values at the nodes to Legendre coefficients.
+    """
+
+    nodes: FloatArray
+    weights: FloatArray
+    from_start: FloatArray
+    to_end: FloatArray
+    to_coefficients: FloatArray
+
+
+@lru_cache
+def gauss_rule(n: int) -> GaussRule:
+    """Gauss–Legendre rule with `n` nodes on [0, 1].
+
+    Parameters
+    ----------
+    n : int
+        Number of nodes, at least 1.
+
+    Returns
+    -------
+    GaussRule
+    """
+    t, _ = legendre.leggauss(n)
+    vandermonde = legendre.legvander(t, n)
+    degree = np.arange(n)
+    # leggauss loses three digits in the weights next to the ends; the Christoffel sum does not.
+    w = 1.0 / (vandermonde[:, :n] ** 2 @ (degree + 0.5))
+    to_coefficients = (degree + 0.5)[:, None] * (vandermonde[:, :n] * w[:, None]).T
+    nodes = 0.5 * (t + 1.0)
+    from_start = legendre_series(n, nodes)[1] @ to_coefficients
+    weights = 0.5 * w
+    rule = (nodes, weights, from_start, weights - from_start, to_coefficients)
+    return GaussRule(*map(_frozen, rule))
+
+
+def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values at `tau` of the first `n` Legendre polynomials on [0, 1] and of their integrals.
+
+    Parameters
+    ----------
+    n : int
+        Number of polynomials, at least 2.
+    tau : ndarray
+        Points in [0, 1].
+
+    Returns
+    -------
+    values, integrals : ndarray, shape tau.shape + (n,)
+        The integrals start at 0.
+    """
+    vandermonde = legendre.legvander(2.0 * tau - 1.0, n)
+    degree = np.arange(1, n)
+    integrals = np.empty((*tau.shape, n))
+    integrals[..., 0] = tau
+    integrals[..., 1:] = (vandermonde[..., 2:] - vandermonde[..., : n - 1]) / (4 * degree + 2)
+    return np.asarray(vandermonde[..., :n], dtype=np.float64), integrals
+
+
+@lru_cache
+def refinement_matrix(n: int, m: int) -> FloatArray:
+    """Interpolation from `n` Gauss nodes to both ends of [0, 1] and `m` Gauss nodes between.
+
+    Parameters
+    ----------
+    n, m : int
+        Numbers of nodes.
+
+    Returns
+    -------
+    ndarray, shape (m + 2, n)
+        Rows in the order τ = 0, the `m` nodes, τ = 1.
+    """
+    tau = np.concatenate([[0.0], gauss_rule(m).nodes, [1.0]])
+    return _frozen(legendre_series(n, tau)[0] @ gauss_rule(n).to_coefficients)
+
+
+@lru_cache
+def chebyshev_nodes(k: int) -> FloatArray:
+    """Chebyshev points of the second kind on [0, 1], increasing, ends included.
+
+    The points for `k` are every second one of the points for 2·k − 1, so that a refined curve
+    keeps the states it has.
+
+    Parameters
+    ----------
+    k : int
+        Number of points, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+    """
+    return _frozen(0.5 * (1.0 - np.cos(np.pi * np.arange(k) / (k - 1))))
+
+
+@lru_cache
+def chebyshev_transform(k: int) -> FloatArray:
+    """Matrix from values at `chebyshev_nodes(k)` to Chebyshev coefficients on [0, 1].
+
+    Parameters
+    ----------
+    k : int
+        Number of nodes.
+
+    Returns
+    -------
+    ndarray, shape (k, k)
+    """
+    # T_n at the nodes by its definition: by recurrence from rounded nodes it loses a factor n².
+    index = np.arange(k)
+    polynomials = (-1.0) ** index[:, None] * np.cos(np.pi * np.outer(index, index) / (k - 1))
+    # Discrete orthogonality with halved ends: the inverse in closed form, free of rounding growth.
+    half = np.ones(k)
+    half[[0, -1]] = 0.5
+    return _frozen((2.0 / (k - 1)) * half[:, None] * polynomials * half)
+
+
+@lru_cache
+def chebyshev_derivative(k: int) -> FloatArray:
+    """Matrix from Chebyshev coefficients on [-1, 1] to those of the derivative.
+
+    Parameters
+    ----------
+    k : int
+        Number of coefficients, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (k, k)
+        The last row is zero.
+    """
+    matrix = np.zeros((k, k))
+    matrix[:-1] = chebyshev.chebder(np.eye(k))
+    return _frozen(matrix)
+
+
+def interpolation(count: int, position: FloatArray) -> FloatArray:
+    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `position`.
+
+    The barycentric formula: its rounding does not grow with the number of points.
+
+    Parameters
+    ----------
+    count : int
+        Number of Chebyshev points, at least 2.
+    position : ndarray, shape (m,)
+        Points in [0, 1].
+
+    Returns
+    -------
+    ndarray, shape (m, count)
+    """
+    weights = (-1.0) ** np.arange(count)
+    weights[[0, -1]] *= 0.5
+    distance = position[:, None] - chebyshev_nodes(count)
+    hit = np.abs(distance) < 1e-15
+    with np.errstate(divide="ignore"):
+        matrix = np.where(
+            hit.any(axis=1, keepdims=True), hit, weights / np.where(hit, 1.0, distance)
+        )
+    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
+
+
+@lru_cache
+def even_interpolation(count: int, points: int) -> FloatArray:
+    """Matrix from values at `count` Chebyshev points to values at equally spaced points.
+
+    Parameters
+    ----------
+    count, points : int
+        Numbers of points, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (points, count)
+    """
+    return _frozen(interpolation(count, np.linspace(0.0, 1.0, points)))
+
+
+@lru_cache
+def even_derivative(count: int, points: int) -> FloatArray:
+    """Matrix from values at `count` Chebyshev points to derivatives at equally spaced points.
+
+    Parameters
+    ----------
+    count, points : int
+        Numbers of points, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (points, count)
+        Derivatives with respect to the position in [0, 1].
+    """
+    series = 2.0 * chebyshev_derivative(count) @ chebyshev_transform(count)
+    return _frozen(chebyshev.chebvander(np.linspace(-1.0, 1.0, points), count - 1) @ series)
+
+
+@lru_cache
+def halfway_interpolation(count: int) -> FloatArray:
+    """Matrix from values at `count` Chebyshev points to values half-way between them in angle.
+
+    Parameters
+    ----------
+    count : int
+        Number of Chebyshev points, at least 2.
+
+    Returns
+    -------
+    ndarray, shape (count - 1, count)
+    """
+    return _frozen(interpolation(count, chebyshev_nodes(2 * count - 1)[1::2]))
+
+
+def chebyshev_series(coefficients: FloatArray, position: FloatArray) -> FloatArray:
+    """Values of Chebyshev series on [-1, 1] by T_k(x) = cos(k·arccos x).
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (k, v)
+        Of `v` series.
+    position : ndarray
+        Points in [-1, 1].
+
+    Returns
+    -------
+    ndarray, shape position.shape + (v,)
+
+    Notes
+    -----
+    Ten times as fast for a single point as the recurrence of `numpy.polynomial.chebyshev.chebval`,
+    and the value at a point does not depend on which others are asked for.
+    """
+    angle = np.arccos(np.clip(position, -1.0, 1.0))
+    return np.einsum(
+        "...k,kv->...v", np.cos(angle[..., None] * np.arange(len(coefficients))), coefficients
+    )
+
+
+def _frozen(array: FloatArray) -> FloatArray:
+    """Forbid changes to an array that everybody who asks for it shares."""
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,150 @@
+"""What the paper's statements are judged by: the tables of its study, as the claims need them."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow.compute as pc
+
+from vibrissa.errors import TableError
+from vibrissa.mechanics.bending import Bending, measure, solve_and_measure
+from vibrissa.mechanics.outcomes import Status
+from vibrissa.tables import query
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Evidence:
+    """Tables of the paper's study.
+
+    Attributes
+    ----------
+    taper : DataFrame
+        Grid points of Figure 6, ordered by μ0, then θ.
+    friction : DataFrame
+        Grid points of Figure 7, ordered by μ0.
+    scan : DataFrame
+        Steps of the scans of Figures 3 to 5.
+    state : mapping
+        Equilibrium of Figure 8.
+    """
+
+    taper: pd.DataFrame
+    friction: pd.DataFrame
+    scan: pd.DataFrame
+    state: Mapping[str, Any]
+
+    @property
+    def eta(self) -> float:
+        """Height of the surface in Figures 3 to 7 (L)."""
+        return float(self.taper["eta"].iloc[0])
+
+    @property
+    def dx0(self) -> float:
+        """Step of the clamp in Figures 3 to 7 (L)."""
+        return float(self.taper["dx0"].iloc[0])
+
+    def by_theta(self, column: str) -> pd.DataFrame:
+        """Values of Figure 6: a row for each θ, a column for each μ0."""
+        return self.taper.pivot(index="theta", columns="mu0", values=column)
+
+    def slipping(self) -> pd.DataFrame:
+        """Grid points of Figure 7 at which the tip slips."""
+        return self.friction[self.friction["status"] == "slip"]
+
+    def scans(self) -> list[pd.DataFrame]:
+        """Split the steps by scan, ordered by θ, then μ0."""
+        return [rows for _, rows in self.scan.groupby(["theta", "mu0"])]
+
+    def first_periods(self) -> list[pd.DataFrame]:
+        """Split the steps of the first periods of sticking by scan."""
+        first = self.scan[(self.scan["cycle"] == 1) & (self.scan["phase"] == "stick")]
+        return [rows for _, rows in first.groupby(["theta", "mu0"])]
+
+    def of_scans(self, value: Callable[[pd.DataFrame], float]) -> pd.DataFrame:
+        """Value of the steps of each scan: a row for each θ, a column for each μ0."""
+        return self.scan.groupby(["theta", "mu0"])[self.scan.columns].apply(value).unstack()
+
+    def scan_lengths(self) -> pd.DataFrame:
+        """Distance that the clamp moves in each scan (L)."""
+        return self.of_scans(lambda rows: rows["footpoint"].iloc[-1])
+
+    def cycle_counts(self) -> pd.DataFrame:
+        """Stick-slip cycles of each scan."""
+        return self.of_scans(lambda rows: rows["cycle"].iloc[-1])
+
+    def slip_lengths(self) -> pd.DataFrame:
+        """Distance that the tip moves in the first slip of each scan (L)."""
+        return self.of_scans(lambda rows: rows["x1"].diff()[rows["phase"] == "slip"].iloc[0])
+
+
+def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Evidence:
+    """Pick the evidence out of a study's tables.
+
+    Parameters
+    ----------
+    tables : mapping of pyarrow.Table or Dataset
+        ``stiction``, ``scans`` and ``states``.
+    names : mapping
+        Which grids, scan and state are Figures 6, 7, 3 to 5, and 8: ``taper``, ``friction``,
+        ``scan`` and ``state``.
+
+    Returns
+    -------
+    Evidence
+
+    Raises
+    ------
+    TableError
+        If something of it failed, or locks where the paper has a period of sticking.
+    """
+
+    def rows_of(table: str, where: pc.Expression) -> pd.DataFrame:
+        return query.frame(tables[table], tables[table].schema.names, where)
+
+    def points_of(grid: str) -> pd.DataFrame:
+        rows = rows_of("stiction", query.in_grid(grid))
+        return rows.sort_values(["mu0", "theta"], ignore_index=True)
+
+    taper, friction = points_of(names["taper"]), points_of(names["friction"])
+    scan = rows_of("scans", query.one_of("scan", [names["scan"]]))
+    state = rows_of("states", query.one_of("state", [names["state"]]))
+    for where, rows, allowed in (
+        (f"state {names['state']}", state, {Status.SOLVED}),
+        (f"grid {names['taper']}", taper, {Status.SLIP}),
+        (f"grid {names['friction']}", friction, {Status.SLIP, Status.LOCK}),
+        (f"scan {names['scan']}", scan, {Status.SLIP}),
+    ):
+        if others := set(rows["status"]) - allowed:
+            raise TableError(
+                f"the paper's statements cannot be judged: {where} has rows with status "
+                f"{', '.join(sorted(others))}"
+            )
+    return Evidence(taper=taper, friction=friction, scan=scan, state=state.iloc[0].to_dict())
+
+
+def bending_of_steps(rows: pd.DataFrame) -> Bending:
+    """Bending of the shapes of a scan's steps."""
+    return measure(
+        theta=rows["theta"].to_numpy(),
+        f=rows["f"].to_numpy(),
+        alpha=rows["alpha"].to_numpy(),
+        x1=rows["x1"].to_numpy(),
+        y1=rows["eta"].to_numpy(),
+        s=rows["shape_s"].iloc[0],
+        x=np.stack(rows["shape_x"].to_list()),
+        y=np.stack(rows["shape_y"].to_list()),
+        phi1=rows["phi1"].to_numpy(),
+    )
+
+
+def bending_at_the_last_state(rows: pd.DataFrame) -> Bending:
+    """Bending of grid points at their last sticking state."""
+    return solve_and_measure(
+        theta=rows["theta"].to_numpy(),
+        f=rows["f_last"].to_numpy(),
+        alpha=rows["alpha_last"].to_numpy(),
+        x1=(rows["x1_init"] - rows["x0_max"]).to_numpy(),
+        y1=rows["eta"].to_numpy(),
+    )

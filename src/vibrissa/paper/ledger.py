@@ -1,0 +1,176 @@
+"""A ledger of statements with the verdict of a computation on each: as a table, and to read."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, TypeAlias
+
+import pyarrow as pa
+
+from vibrissa.paper.evidence import Evidence
+from vibrissa.tables.schemas import CLAIMS, NONE
+
+# Value and unit of each computed quantity by its name.
+Quantities: TypeAlias = Mapping[str, tuple[float, str]]
+
+
+class Verdict(StrEnum):
+    """Verdict of a computation on a statement.
+
+    Attributes
+    ----------
+    HOLDS
+        It is so.
+    CONDITION
+        It is so under the condition that the reason gives, and not otherwise.
+    AMBIGUOUS
+        It can be read in several ways, of which one holds and another does not; or what was shown
+        cannot decide it.
+    CONTRADICTED
+        It is not so.
+    """
+
+    HOLDS = "holds"
+    CONDITION = "holds with a condition"
+    AMBIGUOUS = "ambiguous"
+    CONTRADICTED = "contradicted"
+
+    def because(self, reason: str, quantities: Quantities) -> "Finding":
+        """Make this verdict a finding."""
+        return Finding(verdict=self, reason=reason, quantities=quantities)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """Verdict on one statement.
+
+    Attributes
+    ----------
+    verdict : Verdict
+    reason : str
+        The condition or the reason.
+    quantities : mapping
+        Value and unit of each computed quantity by its name.
+    """
+
+    verdict: Verdict
+    reason: str
+    quantities: Quantities
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """A statement with the computation that decides it.
+
+    Attributes
+    ----------
+    name : str
+        Short name.
+    section : str
+        Section of the paper.
+    statement : str
+        The paper's statement in other words.
+    computed : str
+        What is computed to decide it.
+    judge : callable
+        Returns the `Finding`; takes the evidence and, by keyword, replacements of what it would
+        compute or look up.
+    """
+
+    name: str
+    section: str
+    statement: str
+    computed: str
+    judge: Callable[..., Finding]
+
+    def __call__(self, evidence: Evidence, **replacements: Any) -> Finding:
+        """Judge the statement."""
+        return self.judge(evidence, **replacements)
+
+
+def claim(
+    *, name: str, section: str, statement: str, computed: str
+) -> Callable[[Callable[..., Finding]], Claim]:
+    """Make a claim of the function that judges it; see `Claim`."""
+    return lambda judge: Claim(
+        name=name, section=section, statement=statement, computed=computed, judge=judge
+    )
+
+
+def claims_table(claims: Iterable[Claim], evidence: Evidence) -> pa.Table:
+    """Judge claims.
+
+    Parameters
+    ----------
+    claims : iterable of Claim
+    evidence : Evidence
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `CLAIMS`.
+    """
+    rows = []
+    for one in claims:
+        finding = one(evidence)
+        rows.append(
+            {
+                "claim": one.name,
+                "section": one.section,
+                "statement": one.statement,
+                "computed": one.computed,
+                "quantity_name": list(finding.quantities),
+                "quantity_value": [float(value) for value, _ in finding.quantities.values()],
+                "quantity_unit": [unit for _, unit in finding.quantities.values()],
+                "verdict": finding.verdict,
+                "reason": finding.reason,
+            }
+        )
+    return pa.Table.from_pylist(rows, schema=CLAIMS)
+
+
+def markdown(table: pa.Table) -> str:
+    """Ledger to read, in the order of the table.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+        With the schema `CLAIMS`.
+
+    Returns
+    -------
+    str
+    """
+    lines = [
+        "# The paper's statements, judged by computation",
+        "",
+        f"{verdict_counts(table)}. Where no other unit is given, lengths are in units of the rod's "
+        "length L, forces in E·I0/L², moments and energies in E·I0/L.",
+        "",
+        "| § | statement | what was computed | quantities | verdict |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for row in table.to_pylist():
+        quantities = zip(
+            row["quantity_name"], row["quantity_value"], row["quantity_unit"], strict=True
+        )
+        cells = [
+            row["section"],
+            f"**{row['claim']}.** {row['statement']}",
+            row["computed"],
+            "; ".join(
+                f"{name}: {value:.5g}{'' if unit == NONE else f' {unit}'}"
+                for name, value, unit in quantities
+            ),
+            f"**{row['verdict']}**: {row['reason']}",
+        ]
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def verdict_counts(table: pa.Table) -> str:
+    """How many statements got which verdict, as text."""
+    counts = Counter(table.column("verdict").to_pylist())
+    shown = [f"{counts[verdict]} {verdict}" for verdict in Verdict if counts[verdict]]
+    return f"{len(table)} statements: {', '.join(shown)}"

@@ -1,0 +1,320 @@
+"""Claims of the paper's abstract and Sections II and III, up to the model."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from vibrissa.mechanics.bending import solve_and_measure
+from vibrissa.mechanics.elastica import rod_equations
+from vibrissa.mechanics.rod import Rod
+from vibrissa.mechanics.taper import diameter
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.paper.evidence import Evidence, bending_of_steps
+from vibrissa.paper.judging import (
+    AMBIGUOUS,
+    CONDITION,
+    CONTRADICTED,
+    EXAMPLE,
+    HOLDS,
+    NEGLIGIBLE,
+    rises,
+)
+from vibrissa.paper.ledger import Finding, claim
+from vibrissa.sticking import shooting
+from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
+
+# The force on the example rod, in units of E·I0/L² and in N.
+EXAMPLE_F, EXAMPLE_FORCE = 10.86, 7000.0
+# Half of the last digit of f, and rounding.
+EXAMPLE_TOLERANCE = 0.005 / EXAMPLE_F + 1e-4
+# Tensile strength of music wire, ASTM A228, the strongest of the wrought carbon steels, in Pa:
+# https://www.makeitfrom.com/material-properties/ASTM-A228-SWP-A-K08500-Music-Wire
+# Generous: it yields earlier, and a wire as thick as 5 mm is weaker.
+STEEL_STRENGTH = 2.45e9
+
+
+@claim(
+    name="pushed",
+    section="abstract",
+    statement="The clamp moves such that it pushes the tip.",
+    computed="x1 − x0 in every state of the scans; distance that the clamp can move the other way "
+    "at θ = 2, μ0 = 0.4 until tan α is μ0",
+)
+def pushed(evidence: Evidence, solve: Callable[..., EquilibriumState] = solve_state) -> Finding:
+    offset = (evidence.scan["x1"] - evidence.scan["footpoint"]).to_numpy()
+    forward = all(rises(rows["footpoint"].to_numpy()) for rows in evidence.scans())
+    x1 = solve_curve(2.0, evidence.eta).x1_init
+
+    def excess(x0: float) -> float:
+        state = solve(2.0, evidence.eta, x1 + x0)
+        return state.reaction_fx + 0.4 * state.reaction_fy
+
+    pulled = brentq(excess, 0.0, 0.9 * (math.sqrt(1.0 - evidence.eta**2) - x1), xtol=1e-10)
+    quantities = {
+        "smallest x1 − x0": (offset.min(), "L"),
+        "displacement when pushed": (evidence.by_theta("x0_slip").loc[2.0, 0.4], "L"),
+        "displacement when pulled": (pulled, "L"),
+    }
+    if forward and offset.min() > 0.0:
+        reason = (
+            "the clamp moves towards the tip; if it pulled the tip, slip would begin much earlier"
+        )
+        return HOLDS.because(reason, quantities)
+    return CONTRADICTED.because("the tip is not always ahead of the clamp", quantities)
+
+
+@claim(
+    name="event frequency",
+    section="II",
+    statement="Over a scanned length, each μ0 has a frequency of stick-slip events of its own.",
+    computed="events per length, 1/x0 at the exact onset, over the μ0 of Figure 7",
+)
+def event_frequency(evidence: Evidence) -> Finding:
+    rows = evidence.slipping()
+    frequency = 1.0 / rows["x0_slip"].to_numpy()
+    stepped = 1.0 / (rows["x0_max"].to_numpy() + evidence.dx0)
+    quantities = {
+        "events per L at the smallest μ0": (frequency[0], "1/L"),
+        "events per L at the largest μ0": (frequency[-1], "1/L"),
+        "values of μ0": (len(rows), "1"),
+        "different frequencies on the step grid": (len(np.unique(stepped)), "1"),
+        "values of μ0 without any event": (len(evidence.friction) - len(rows), "1"),
+    }
+    if not rises(-frequency):
+        return CONTRADICTED.because("two values of μ0 have one frequency", quantities)
+    if len(rows) < len(evidence.friction):
+        reason = "the frequency is one-to-one, but above μ_lock there are no events at all"
+        return CONDITION.because(reason, quantities)
+    return HOLDS.because("the frequency is one-to-one", quantities)
+
+
+@claim(
+    name="force unit",
+    section="III",
+    statement="For the example rod of steel, a dimensionless force of 10.86 is a force of 7000 N.",
+    computed="f·E·I0/L² with I0 = π·d0⁴/64",
+)
+def force_unit(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
+    force = EXAMPLE_F * rod.force_unit
+    quantities = {"force": (force, "N"), "unit of force": (rod.force_unit, "N")}
+    if abs(force / EXAMPLE_FORCE - 1.0) < EXAMPLE_TOLERANCE:
+        return HOLDS.because("it is, rounded", quantities)
+    return CONTRADICTED.because("it is another force", quantities)
+
+
+@claim(
+    name="example rod",
+    section="III",
+    statement="A steel rod of d0 = 5 mm and L = 100 mm is an example of the beam.",
+    computed="largest strain max|φ'|·d/(2L) in the states of Figures 3 to 5, compared with tensile "
+    "strength over E of the strongest carbon steel wire (music wire, ASTM A228, by "
+    "makeitfrom.com)",
+)
+def example_rod(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
+    slenderness = rod.base_diameter / rod.length
+    limit = STEEL_STRENGTH / rod.youngs_modulus
+    strain = slenderness * bending_of_steps(evidence.scan).strain
+    first, largest = strain[evidence.scan["x0"] == 0.0].min(), strain.max()
+    quantities = {
+        "smallest strain of a first state": (100 * first, "%"),
+        "largest strain of all states": (100 * largest, "%"),
+        "strain of the cylinder under f = 10.86": (
+            100 * slenderness * _strain_of_cylinder(EXAMPLE_F, evidence.eta),
+            "%",
+        ),
+        "tensile strength of the wire": (STEEL_STRENGTH / 1e6, "MPa"),
+        "strain at this strength": (100 * limit, "%"),
+        "largest base diameter below it": (1e3 * rod.base_diameter * limit / largest, "mm"),
+    }
+    if first > limit:
+        reason = "even the first states exceed the strength of the strongest carbon steel"
+        return CONTRADICTED.because(reason, quantities)
+    if largest > limit:
+        return CONDITION.because("only states of small strain are below the strength", quantities)
+    return HOLDS.because("all states are below the strength", quantities)
+
+
+def _strain_of_cylinder(f: float, eta: float) -> float:
+    """Largest strain (d0/L) of the cylinder where the contact force is f (E·I0/L²)."""
+    curve = solve_curve(1.0, eta)
+    x0 = brentq(lambda x: float(curve.state(x).f) - f, 0.0, curve.x0_lock)
+    state = curve.state(x0)
+    row = (1.0, state.f, state.alpha, curve.x1_init - x0, eta)
+    return float(solve_and_measure(*(np.array([value]) for value in row)).strain[0])
+
+
+def printed_diameter(s: float, theta: float, length: float = 1.0) -> float:
+    """Equation (1) as printed, in units of d0, with d1 = d0/θ put in."""
+    return 1.0 - (1.0 - 1.0 / theta**2) / length * s
+
+
+@claim(
+    name="taper of eq. (1)",
+    section="III",
+    statement="Equation (1) describes the tapered rod, θ = d0/d1, from which equation (2) follows.",
+    computed="tip diameter by (1) as printed and by the stiffness in (2), for the θ of Figure 6",
+)
+def printed_taper(
+    evidence: Evidence, printed: Callable[[float, float], float] = printed_diameter
+) -> Finding:
+    tapers = evidence.by_theta("x0_slip").index.to_numpy()
+    by_1 = np.array([printed(1.0, theta) for theta in tapers])
+    # The stiffness is the reciprocal of the curvature under unit moment.
+    state = np.array([0.0, 0.0, math.pi / 2])
+    by_2 = np.array(
+        [rod_equations(theta, 1.0, 0.0, -1.0, 0.0)(1.0, state)[2] ** -0.25 for theta in tapers]
+    )
+    corrected = diameter(1.0, tapers)
+    quantities = {
+        "tip diameter by (1) at the largest θ": (by_1[-1], "d0"),
+        "tip diameter by (2)": (by_2[-1], "d0"),
+        "largest difference from (2) if (1) has d1 for d1/θ": (
+            np.abs(corrected - by_2).max(),
+            "d0",
+        ),
+    }
+    same = np.abs(by_1 - by_2) < NEGLIGIBLE
+    if same.all():
+        return HOLDS.because("both are the same rod", quantities)
+    if not same[tapers > 1.0].any():
+        reason = (
+            "(1) prints d1/θ in place of the tip diameter d1; they agree for the cylinder alone"
+        )
+        return CONTRADICTED.because(reason, quantities)
+    return AMBIGUOUS.because("they agree for some tapers", quantities)
+
+
+@claim(
+    name="arc length",
+    section="III",
+    statement="The rod's length is L = s·[length] with s between 0 and 1, and equation (1) divides "
+    "s by L.",
+    computed="tip diameter by (1), its misprint corrected, at s = 1 and θ = 2, with L = 1 and with "
+    "L = 100 mm",
+)
+def arc_length(evidence: Evidence, length: float = 1e3 * EXAMPLE.length) -> Finding:
+    def tip(length: float) -> float:
+        return 1.0 - (1.0 - 1.0 / 2.0) / length * 1.0
+
+    quantities = {
+        "tip diameter with L = 1": (tip(1.0), "d0"),
+        "tip diameter with L = 100": (tip(length), "d0"),
+    }
+    if abs(tip(length) - tip(1.0)) < NEGLIGIBLE:
+        return HOLDS.because("s and L have one unit", quantities)
+    reason = "in (2) s is in units of L; in (1) only if L means 1, and otherwise in mm"
+    return AMBIGUOUS.because(reason, quantities)
+
+
+@claim(
+    name="sense of α",
+    section="III",
+    statement="The force at the tip is inclined by α, counted counter-clockwise.",
+    computed="moment in (2) compared with that of the force (0, −f) turned by α and by −α, at many "
+    "states",
+)
+def sense_of_alpha(
+    evidence: Evidence, equations: Callable[..., Callable[..., Any]] = rod_equations
+) -> Finding:
+    rows = evidence.scan.iloc[:: max(1, len(evidence.scan) // 50)]
+    deviation = {1: 0.0, -1: 0.0}
+    for row in rows.itertuples():
+        s, x, y, phi = (
+            values[25] for values in (row.shape_s, row.shape_x, row.shape_y, row.shape_phi)
+        )
+        bent = equations(row.theta, row.f, row.alpha, row.x1, row.eta)(s, np.array((x, y, phi)))[2]
+        for sense in deviation:
+            fx, fy = row.f * math.sin(sense * row.alpha), -row.f * math.cos(row.alpha)
+            moment = (row.x1 - x) * fy - (row.eta - y) * fx
+            expected = moment / float(diameter(s, row.theta)) ** 4
+            deviation[sense] = max(deviation[sense], abs(bent - expected))
+    quantities = {
+        "deviation, counter-clockwise": (deviation[1], "1/L"),
+        "deviation, clockwise": (deviation[-1], "1/L"),
+    }
+    if deviation[1] < NEGLIGIBLE:
+        return HOLDS.because("(2) has the force f·(sin α, −cos α)", quantities)
+    return CONTRADICTED.because("(2) has another force", quantities)
+
+
+@claim(
+    name="two unknowns",
+    section="III",
+    statement="Equations (2) with the boundary conditions (3) have two unknown quantities.",
+    computed="singular values of the derivative of the boundary conditions with respect to f and α "
+    "at θ = 2: of the tip's position, and of it together with a given φ1",
+)
+def two_unknowns(
+    evidence: Evidence, shoot: Callable[..., tuple[float, float, float]] = shooting.shoot
+) -> Finding:
+    curve = solve_curve(2.0, evidence.eta)
+    state = curve.state(0.5 * curve.x0_lock)
+    x1 = curve.x1_init - 0.5 * curve.x0_lock
+
+    def misses(f: float, alpha: float) -> FloatArray:
+        x, y, phi = shoot(2.0, f, alpha, x1, evidence.eta)
+        return np.array([x - x1, y - evidence.eta, phi])
+
+    f, alpha, h = float(state.f), float(state.alpha), 1e-4
+    derivative = np.stack(
+        [
+            (misses(f + h, alpha) - misses(f - h, alpha)) / (2 * h),
+            (misses(f, alpha + h) - misses(f, alpha - h)) / (2 * h),
+        ],
+        axis=1,
+    )
+    larger, smaller = np.linalg.svd(derivative[:2], compute_uv=False)
+    rank = int(larger > 0.0) + int(smaller > 1e-6 * larger)
+    quantities = {
+        "smaller singular value": (smaller, "1"),
+        "larger singular value": (larger, "1"),
+        "unknowns that the tip's position determines": (rank, "1"),
+        "conditions with a given φ1": (len(derivative), "1"),
+        "independent ones of them": (np.linalg.matrix_rank(derivative), "1"),
+    }
+    if rank == 2:
+        reason = (
+            "they are f and α while the tip sticks, and f and x1 at α = 0, if φ1 is a name for the "
+            "outcome φ(1); as a given value it would be one condition too many"
+        )
+        return CONDITION.because(reason, quantities)
+    return CONTRADICTED.because("the tip's position does not determine f and α", quantities)
+
+
+@claim(
+    name="shooting",
+    section="III",
+    statement="A Runge–Kutta integration inside a simplex search, both MATLAB's own, solves the "
+    "problem.",
+    computed="the same procedure with MATLAB's default tolerances for the periods of Figures 4 and "
+    "5",
+)
+def default_shooting(
+    evidence: Evidence, tolerances: shooting.Tolerances = shooting.PAPER
+) -> Finding:
+    off: list[int] = []
+    worst = 0.0
+    for rows in evidence.first_periods():
+        theta, mu0, steps = rows["theta"].iloc[0], rows["mu0"].iloc[0], len(rows) - 1
+        walk = shooting.walk(theta, evidence.eta, evidence.dx0, mu0, tolerances)
+        off.append(abs(len(walk) - 2 - steps))
+        shot = np.array([state.f for state in walk[: steps + 1]])
+        exact = rows["f"].to_numpy()[: len(shot)]
+        worst = max(worst, float(np.abs(shot / exact - 1.0).max()))
+    quantities = {
+        "periods": (len(off), "1"),
+        "periods with another number of steps": (sum(steps > 0 for steps in off), "1"),
+        "largest difference in steps": (max(off), "1"),
+        "largest error of f": (100 * worst, "%"),
+    }
+    if max(off) == 0:
+        return HOLDS.because("every period has the right number of steps", quantities)
+    if max(off) == 1:
+        reason = (
+            "with tighter tolerances; with the defaults some periods are a step too short or long"
+        )
+        return CONDITION.because(reason, quantities)
+    return CONTRADICTED.because("periods end several steps early or late", quantities)

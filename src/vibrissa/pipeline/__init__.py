@@ -1,0 +1,4 @@
+"""How the study is run: its jobs, what a run says and repairs, and the regression test.
+
+No other package imports it.
+"""

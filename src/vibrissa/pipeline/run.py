@@ -1,0 +1,329 @@
+"""Run the Snakemake workflow for a person (or CI log) to watch; `workflow/run.py` is the command.
+
+On a terminal Snakemake's logger `rich` draws progress bars. This module does what neither that
+logger nor Snakemake's `onsuccess` and `onerror` can do (`onsuccess` is skipped if there is nothing
+to do, and Snakemake writes further lines after `onerror`):
+
+* It ends with what counts: why jobs failed and where their logs are; or the figures, how many of
+  the paper's statements hold, and the path of the report.
+* Without a terminal it prints a line of progress every few percent.
+* It removes the lock of a run that was killed.
+* It removes damaged files and makes them anew, so that the same command heals a study.
+"""
+
+import argparse
+import fcntl
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import IO
+
+import yaml
+
+from vibrissa.pipeline import jobs, repair
+from vibrissa.pipeline.events import (
+    Failed,
+    Finished,
+    Job,
+    Planned,
+    Problem,
+    Progress,
+    has_terminal,
+)
+
+SNAKEMAKE = [sys.executable, "-m", "vibrissa.pipeline"]
+PROFILES = Path("workflow/profiles")
+SNAKEMAKE_LOCKS = Path(".snakemake/locks")
+# As `vibrissa.study.values.Name` has it; a run need not wait for pydantic.
+STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+FIGURE_SUFFIXES = {".pdf", ".svg", ".png"}
+# Percents between two progress lines, lines of a log, and jobs that are shown with their lines.
+STEP, TAIL, IN_FULL = 5, 6, 3
+
+
+@dataclass
+class Outcome:
+    """What became of a run of Snakemake."""
+
+    planned: int | None = None  # number of jobs, once it is known
+    # Last attempts at jobs that failed for good, by the numbers of the jobs.
+    failed: dict[tuple[int, ...], Failed] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    since: float = 0  # when it was started, by the clock of the file system
+    status: int = 0  # exit status, or the negative number of a signal
+    interrupted: bool = False  # by Ctrl-C
+
+    def watch(self, pipe: Connection, progress: bool) -> None:
+        """Gather the events until Snakemake ends; print the progress, if asked to."""
+        shown = 0
+        # A Snakemake that is killed may leave half an event.
+        with suppress(EOFError, OSError):
+            while True:
+                match event := pipe.recv():
+                    case Planned(jobs=number):
+                        self.planned = number
+                    case Progress(done=done, total=total):
+                        percent = 100 * done // total
+                        if progress and (percent >= shown + STEP or done == total):
+                            shown = percent
+                            say(f"{done} of {total} steps ({percent}%) done")
+                    case Failed():
+                        self.failed[tuple(job.number for job in event.jobs)] = event
+                    case Finished(number=number):
+                        self.failed = {n: f for n, f in self.failed.items() if number not in n}
+                    case Problem():
+                        self.problems.append(event)
+
+    @property
+    def failures(self) -> list[Failed]:
+        """Failures of single jobs; that of a group as a whole if none of its jobs recorded one."""
+        found = []
+        for failed in self.failed.values():
+            alone = [replace(failed, jobs=[job]) for job in failed.jobs if records([job])]
+            found += alone or [failed]
+        return found
+
+    @property
+    def jobs(self) -> list[Job]:
+        """Jobs that failed, with all jobs of a group of which none recorded a failure."""
+        return [job for failed in self.failures for job in failed.jobs]
+
+
+def say(text: str) -> None:
+    """Print to stderr, where Snakemake writes too, so that the order on the screen is kept."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def study_name(configfiles: list[str]) -> str:
+    """Return the study's name; a study file given takes the place of config.yaml."""
+    study = None
+    for path in configfiles or ["config.yaml"]:
+        if not Path(path).is_file():
+            sys.exit(f"No such study file: {path}")
+        try:
+            config = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        except (yaml.YAMLError, UnicodeDecodeError) as error:
+            sys.exit(f"{path} is not valid YAML: {error}")
+        if isinstance(config, dict):
+            study = config.get("study", study)
+    return str(study)
+
+
+def acquire_lock() -> IO[str]:
+    """Take the working directory for this run and clear the lock of a run that was killed.
+
+    The kernel drops a `flock` when its holder dies, so text in a file that nobody holds means
+    that the last run did not come to its end. Only then is Snakemake's own lock removed; the lock
+    of a Snakemake that somebody started directly stays respected.
+    """
+    path = Path(".snakemake/run.lock")
+    path.parent.mkdir(exist_ok=True)
+    handle = path.open("a+", encoding="utf-8")
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        sys.exit("Another run of this workflow is active in this folder; wait for it or stop it.")
+    os.utime(path)
+    handle.seek(0)
+    if handle.read():
+        say("The last run was killed; its finished results are kept and it is continued.")
+        shutil.rmtree(SNAKEMAKE_LOCKS, ignore_errors=True)
+    else:
+        handle.write("running\n")
+        handle.flush()
+        os.fsync(handle.fileno())
+    return handle
+
+
+def remove_damaged(paths: Iterable[Path], removed: set[Path]) -> bool:
+    """Remove damaged files, so that they are made anew; return whether there were any."""
+    before = len(removed)
+    for path in paths:
+        # A file that is damaged again was not made well: a person has to look at it.
+        if path.is_file() and path not in removed:
+            try:
+                path.unlink()
+            except OSError as error:
+                say(f"{path} is damaged, and cannot be removed ({error.strerror}).")
+                continue
+            removed.add(path)
+            # Snakemake does without a block as long as nothing that needs it is to be made.
+            say(f"{path} is damaged or does not belong there: removed, made anew where needed.")
+    return len(removed) > before
+
+
+def records(found: list[Job]) -> list[jobs.Failure]:
+    """Return the records of those jobs that left one."""
+    return [record for job in found for record in map(jobs.failure, job.log) if record]
+
+
+def last_lines(logs: Iterable[str], since: float) -> list[str]:
+    """Return the last lines of the first of some log files that has any since a time."""
+    for path in map(Path, logs):
+        if path.is_file() and path.stat().st_mtime >= since:
+            lines = path.read_text(errors="replace").splitlines()
+            if tail := [line for line in lines if line.strip()][-TAIL:]:
+                return tail
+    return []
+
+
+def explain(failed: Failed, since: float = 0) -> str:
+    """Return a short text about a failure: what, why, and where the logs are."""
+    rules = ", ".join(job.rule for job in failed.jobs)
+    output = ", ".join(path for job in failed.jobs for path in job.output)
+    logs = [log for job in failed.jobs for log in job.log]
+    # The log of a group says more than those of its jobs if none of these failed by itself.
+    logs = [*failed.logs, *logs] if len(failed.jobs) > 1 else [*logs, *failed.logs]
+    lines = [*last_lines(logs, since), *failed.reason.splitlines()]
+    if failed.signal:
+        lines.append(f"(ended by {signal.Signals(failed.signal).name})")
+    return (
+        f"FAILED: rule {rules}, making {output or '(no output)'}\n"
+        + "".join(f"    {line}\n" for line in lines or ["(nothing in its log)"])
+        + f"  log: {', '.join(logs) or '(the rule has no log file)'}"
+    )
+
+
+def run_snakemake(arguments: list[str], lock: IO[str]) -> Outcome:
+    """Run Snakemake to its end."""
+    outcome = Outcome(since=os.fstat(lock.fileno()).st_mtime)
+    interrupts: list[int] = []
+    # Ctrl-C reaches Snakemake, too; wait until it has ended its jobs.
+    signal.signal(signal.SIGINT, lambda number, frame: interrupts.append(number))
+    terminal = has_terminal()
+    receiver, sender = Pipe(duplex=False)
+    loggers = ["--logger", "vibrissa", *(["rich"] if terminal else [])]
+    child = subprocess.Popen(
+        [*SNAKEMAKE, *arguments, *loggers, "--logger-vibrissa-pipe", str(sender.fileno())],
+        stdin=subprocess.DEVNULL,
+        # If this process is killed, the running Snakemake keeps the lock.
+        pass_fds=[lock.fileno(), sender.fileno()],
+    )
+    signal.signal(signal.SIGTERM, lambda number, frame: child.send_signal(number))
+    sender.close()
+    outcome.watch(receiver, progress=not terminal)
+    outcome.status = child.wait()
+    outcome.interrupted = bool(interrupts)
+    return outcome
+
+
+def run_and_heal(arguments: list[str], folder: Path, removed: set[Path], lock: IO[str]) -> Outcome:
+    """Run Snakemake, and again if a job met a damaged table, other than those that were removed."""
+    again: list[str] = []
+    while True:
+        outcome = run_snakemake([*arguments, *again], lock)
+        found = records(outcome.jobs)
+        named = [Path(record.damaged) for record in found if record.damaged]
+        named = [path for path in named if path.is_relative_to(folder)]
+        # If one table is damaged, others may be, too: now it is worth the time to read them all.
+        suspects = sorted(folder.glob("*/**/[!.]*.parquet")) if named else []
+        if outcome.interrupted or not remove_damaged([*named, *repair.damaged(suspects)], removed):
+            return outcome
+        say("Running again.")
+        # The output of a failed job is gone, and Snakemake may think that nothing needs it.
+        again = ["--forcerun", *(path for job in outcome.jobs for path in job.output)]
+
+
+def report_failure(outcome: Outcome, folder: Path) -> None:
+    """Say why a run failed and what to do."""
+    met: list[jobs.Failure | Failed | Problem]
+    met = [*records(outcome.jobs), *outcome.failed.values(), *outcome.problems]
+    obstacles = repair.obstacles(folder, [error.errno for error in met])
+    if texts := [explain(failed, outcome.since) for failed in outcome.failures]:
+        say("")
+        for text in texts[IN_FULL:]:
+            say(text.splitlines()[0])
+        say("\n".join(texts[:IN_FULL]))
+    elif not has_terminal():  # on a terminal `rich` has shown them
+        for problem in outcome.problems:
+            # A full disk stops Snakemake anywhere; where, is of no use to the reader.
+            if not (obstacles and problem.errno):
+                say(problem.message)
+    if outcome.status < 0:
+        name = signal.Signals(-outcome.status).name
+        say(
+            f"Snakemake was ended by signal {-outcome.status} ({name}); the same command continues."
+        )
+    for obstacle in obstacles:
+        say(obstacle)
+    if any(problem.locked for problem in outcome.problems):
+        say(
+            "A Snakemake that was not started by this command is at work in this folder, or "
+            f"was killed in it. If none is, 'rm -r {SNAKEMAKE_LOCKS}' and run the same command "
+            "again."
+        )
+
+
+def report_results(outcome: Outcome, folder: Path) -> None:
+    """Say where the results are."""
+    if outcome.planned == 0:
+        say("Nothing to do: all results are up to date.")
+    figures = folder / "figures"
+    endings: dict[str, list[str]] = {}
+    for path in sorted(figures.glob("[!.]*")):
+        if path.suffix in FIGURE_SUFFIXES:
+            endings.setdefault(path.stem, []).append(path.suffix)
+    say(f"Figures in {figures}:" if endings else f"No figures in {figures}.")
+    for name, suffixes in endings.items():
+        say(f"  {figures / name} {' '.join(suffixes)}")
+    claims = folder / "claims.md"
+    if claims.is_file():
+        # The counts of verdicts are the first sentence under the title.
+        counts, _, _ = claims.read_text(encoding="utf-8").splitlines()[2].partition(". ")
+        say(f"{counts} ({claims})")
+    report = folder / "report.html"
+    if report.is_file():
+        say(f"All on one page: {report}")
+
+
+def main(arguments: list[str]) -> int:
+    """Run the workflow with Snakemake's arguments; return the exit status."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
+    parser.add_argument("--config", nargs="+", default=[])
+    parser.add_argument("--workflow-profile")
+    known, _ = parser.parse_known_args(arguments)
+    study = study_name(known.configfile)
+    study = dict(entry.split("=", 1) for entry in known.config if "=" in entry).get("study", study)
+    if known.workflow_profile is None:
+        arguments = ["--workflow-profile", str(PROFILES / "default"), *arguments]
+    elif known.workflow_profile != "none" and not Path(known.workflow_profile).is_dir():
+        there = ", ".join(str(path) for path in sorted(PROFILES.glob("*")))
+        sys.exit(f"No such profile: {known.workflow_profile}; there are: {there}")
+    folder = Path("results", study)
+    # The workflow refuses any other name, and its folder is not to be changed.
+    named_well = re.fullmatch(STUDY_NAME, study) is not None
+    if named_well and (problem := repair.misplaced(folder)):
+        sys.exit(problem)
+    try:
+        lock = acquire_lock()
+    except OSError as error:
+        obstacles = repair.obstacles(folder, [error.errno])
+        sys.exit("\n".join([f"The run cannot start: {error}", *obstacles]))
+    removed: set[Path] = set()
+    if named_well and not {"-n", "--dry-run", "--dryrun"}.intersection(arguments):
+        repair.remove_leftovers(folder)
+        remove_damaged(repair.cut_short(folder), removed)
+    say(f"Study '{study}': {shlex.join(['snakemake', *arguments])}")
+    outcome = run_and_heal(arguments, folder, removed, lock)
+    # A killed Snakemake leaves its own lock, which the next run then removes.
+    if outcome.status >= 0:
+        lock.truncate(0)
+    if outcome.interrupted:
+        say("\nInterrupted. Finished results are kept: the same command continues from here.")
+        return 128 + signal.SIGINT
+    if outcome.status:
+        report_failure(outcome, folder)
+        return outcome.status if outcome.status > 0 else 128 - outcome.status
+    report_results(outcome, folder)
+    return 0

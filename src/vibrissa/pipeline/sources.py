@@ -1,0 +1,61 @@
+"""Source files that a module depends on, so that a job can declare them as its input.
+
+Snakemake reruns a job when an input changes, but does not look into imported modules.
+"""
+
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+import grimp
+
+PACKAGE = "vibrissa"
+# The files of a web page belong to the module of the same name.
+SUFFIXES = (".py", ".html", ".css", ".js")
+
+
+def sources(*modules: str) -> list[str]:
+    """Return the source files of some modules of the package, and of all that they import from it.
+
+    Parameters
+    ----------
+    *modules : str
+        Names of modules without the package's name, as in ``tables.store``.
+
+    Returns
+    -------
+    list of str
+        Paths, relative to the working directory if they are below it. The files of a web page are
+        among them.
+
+    Raises
+    ------
+    ValueError
+        If there is no such module.
+    """
+    graph = _imports(PACKAGE)
+    wanted = {f"{PACKAGE}.{module}" for module in modules}
+    if unknown := sorted(wanted - graph.modules):
+        raise ValueError(f"no module {', '.join(unknown)}")
+    found = wanted.union(*(graph.find_upstream_modules(module) for module in wanted))
+    # Python imports the packages that a module is in, too.
+    parents = {
+        module.rsplit(".", n)[0] for module in found for n in range(1, module.count(".") + 1)
+    }
+    here = Path.cwd()
+    paths = sorted(path for module in found | parents for path in _files(module))
+    return [str(path.relative_to(here) if path.is_relative_to(here) else path) for path in paths]
+
+
+@cache
+def _imports(package: str) -> grimp.ImportGraph:
+    """Return the imports within a package, without those for type checkers alone."""
+    return grimp.build_graph(package, exclude_type_checking_imports=True, cache_dir=None)
+
+
+def _files(module: str) -> list[Path]:
+    top, _, rest = module.partition(".")
+    folder = Path(*import_module(top).__path__).joinpath(*rest.split("."))
+    if folder.is_dir():
+        return [folder / "__init__.py"]
+    return [path for path in folder.parent.glob(f"{folder.name}.*") if path.suffix in SUFFIXES]

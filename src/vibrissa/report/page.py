@@ -1,0 +1,111 @@
+"""What a study found, as one web page that needs nothing else: made of tables and texts alone.
+
+The page is `page.html`, a template, with `page.css` and `page.js` put into it.
+"""
+
+import base64
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from vibrissa.report import animation, facts, tables
+from vibrissa.tables.query import Readable
+
+# An SVG of more bytes shows so many lines that the PNG looks the same and is smaller.
+LARGEST_SVG = 300_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """A figure with its caption.
+
+    Attributes
+    ----------
+    name, caption : str
+    svg, png : bytes
+        The same drawing in both formats, of which the page takes one.
+    """
+
+    name: str
+    caption: str
+    svg: bytes
+    png: bytes
+
+    @property
+    def source(self) -> str:
+        """The drawing as a data URI."""
+        kind, data = ("svg+xml", self.svg) if len(self.svg) <= LARGEST_SVG else ("png", self.png)
+        return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """What was run, and on what: the part of the page that does not follow from the tables.
+
+    Attributes
+    ----------
+    study_files : mapping of str
+        Text of each study file by its name.
+    environment : mapping of str
+        Versions of the software and what is to be said of the machine, by name.
+    benchmarks : mapping
+        Texts of Snakemake's benchmark files of each rule.
+    """
+
+    study_files: Mapping[str, str]
+    environment: Mapping[str, str]
+    benchmarks: Mapping[str, Sequence[str]]
+
+
+def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture], run: Run) -> str:
+    """Write the page.
+
+    Parameters
+    ----------
+    study : str
+        The study's name.
+    found : mapping of pyarrow.Table or Dataset
+        The study's tables by name: ``stiction`` and, where there are any, ``scans``, ``states``,
+        ``comparisons`` and ``claims``. Of one in a file as much is held as the page shows.
+    pictures : iterable of Picture
+    run : Run
+
+    Returns
+    -------
+    str
+        HTML that refers to nothing outside itself.
+    """
+    here = Path(__file__)
+    claims = facts.claim_rows(found["claims"]) if "claims" in found else []
+    runs = animation.runs(found["scans"]) if "scans" in found else []
+    return _template(here.with_suffix(".html")).render(
+        study=study,
+        style=Markup(here.with_suffix(".css").read_text(encoding="utf-8")),
+        program=Markup(here.with_suffix(".js").read_text(encoding="utf-8")),
+        summary=facts.summary(found),
+        troubles=facts.troubles(found),
+        runs=runs,
+        motion_notes=facts.motion_notes(runs, found["scans"]) if runs else [],
+        pictures=list(pictures),
+        verdicts=facts.verdict_counts(claims),
+        claims=claims,
+        tables=tables.sections(found),
+        origins=[facts.origin(name, table) for name, table in found.items()],
+        job_times=facts.job_times(run.benchmarks),
+        run=run,
+    )
+
+
+def _template(path: Path) -> jinja2.Template:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(path.parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
+    return environment.get_template(path.name)

@@ -1,0 +1,58 @@
+"""Names and numbers as a reader finds them on the page."""
+
+import math
+import re
+from typing import Any
+
+from vibrissa.tables import schemas
+
+SYMBOLS = {
+    "theta": "θ",
+    "mu0": "μ0",
+    "eta": "η",
+    "dx0": "Δx0",
+    "x0_slip": "exact onset",
+    "x0_max": "x0,max",
+    "mu_lock": "μ_lock",
+    "f_slip": "force at onset",
+    "reaction_m_slip": "moment at onset",
+    "f": "force",
+    "alpha": "α",
+    "phi1": "φ1",
+    "reaction_fx": "Fx",
+    "reaction_fy": "Fy",
+    "reaction_m": "M",
+    "x0_slip_point": "onset, tip",
+    "x0_slip_line": "onset, line",
+    "mu_lock_point": "μ_lock, tip",
+    "mu_lock_line": "μ_lock, line",
+    "status_point": "tip contact",
+    "status_line": "line contact",
+}
+# Statuses of rows without a result.
+NO_RESULT = ("failed", "out_of_reach")
+
+
+def symbol(column: str) -> str:
+    """Symbol of a table's column, or its name where it has none."""
+    return SYMBOLS.get(column, column)
+
+
+def spell(value: Any, digits: int = 5) -> str:
+    """Spell a value of a table: some digits, a true minus sign, and a dash for nothing."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "–"
+    if isinstance(value, str):
+        return value.replace("_", " ") if value in NO_RESULT else value
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    text = f"{value:.{digits}g}"
+    if exponent := re.fullmatch(r"(.*)e([+-])0*(\d+)", text):
+        raised = str(exponent[3]).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        text = f"{exponent[1]}·10{'⁻' if exponent[2] == '-' else ''}{raised}"
+    return text.replace("-", "−").replace("inf", "∞")
+
+
+def spell_unit(unit: str) -> str:
+    """Spell the unit of a table's column; nothing for a plain number."""
+    return "" if unit == schemas.NONE else unit.replace("*", "·").replace("^2", "²")

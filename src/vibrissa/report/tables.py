@@ -1,0 +1,268 @@
+"""Key rows of the study's tables, as the page shows them."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import and_
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow.compute as pc
+
+from vibrissa.report.spelling import spell, spell_unit, symbol
+from vibrissa.tables import query, schemas, store
+from vibrissa.tables.query import Readable
+
+# Rows that a section shows, and rows above which only the ends of the axes are shown.
+MOST_ROWS = 40
+FEW_ROWS = 27
+# Range of a signal that is only rounding, relative to its greatest size.
+ROUNDING = 1e-9
+
+POINT = ("theta", "mu0", "eta", "dx0")
+SCAN = ("scan", *POINT)
+REACTIONS = ("reaction_fx", "reaction_fy", "reaction_m")
+STICTION = (
+    *(*POINT, "status", "contact", "x0_max", "x0_slip"),
+    *("mu_lock", "f_slip", "reaction_m_slip", "residual"),
+)
+STATES = (
+    *("state", "theta", "eta", "x1", "status", "contact", "f", "alpha", "phi1"),
+    *(*REACTIONS, "penetrates", "residual"),
+)
+COMPARED = ("theta", "mu0", "eta")
+COMPARISONS = (
+    *(*COMPARED, "status_point", "status_line", "x0_slip_point", "x0_slip_line"),
+    *("mu_lock_point", "mu_lock_line", "penetrates"),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """A column to be read: its name, unit and description, and the text of each cell."""
+
+    name: str
+    unit: str = ""
+    description: str
+    cells: Sequence[str]
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether several rows have one text."""
+        return len(self.cells) > 1 and len(set(self.cells)) == 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A table to be read, with a title and a note."""
+
+    title: str
+    note: str
+    columns: Sequence[Column]
+
+    @property
+    def rows(self) -> Iterable[tuple[str, ...]]:
+        """Texts of the cells by row."""
+        return zip(*(column.cells for column in self.columns), strict=True)
+
+
+def sections(found: Mapping[str, Readable]) -> list[Section]:
+    """Key rows of each of a study's tables that the page shows.
+
+    Parameters
+    ----------
+    found : mapping of pyarrow.Table or Dataset
+        The study's tables by name.
+
+    Returns
+    -------
+    list of Section
+    """
+    return [
+        section
+        for name, table in found.items()
+        if name in _SECTIONS and query.count(table)
+        for section in _SECTIONS[name](table)
+    ]
+
+
+def key_rows(rows: pd.DataFrame, axes: Sequence[str]) -> pd.DataFrame:
+    """Rows at the first, middle and last value of each axis.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Rows on a grid.
+    axes : sequence of str
+        Columns that span the grid.
+
+    Returns
+    -------
+    DataFrame
+        Without the middle values where they would make too many.
+    """
+    values = _key_values({name: set(rows[name]) for name in axes})
+    keep = np.logical_and.reduce([rows[name].isin(chosen) for name, chosen in values.items()])
+    return rows[keep].sort_values(list(axes))
+
+
+def _key_values(values: Mapping[str, set[float]]) -> dict[str, list[float]]:
+    """First, middle and last value of each axis, without the middle ones if they are too many."""
+    ordered = {name: sorted(axis) for name, axis in values.items()}
+    chosen = {name: sorted({v[0], v[len(v) // 2], v[-1]}) for name, v in ordered.items()}
+    if math.prod(map(len, chosen.values())) > FEW_ROWS:
+        chosen = {name: sorted({v[0], v[-1]}) for name, v in ordered.items()}
+    return chosen
+
+
+def spell_counts(statuses: Mapping[str, int]) -> str:
+    """Say how many there are, and how many of them have which status."""
+    counts, total = sorted(statuses.items()), sum(statuses.values())
+    if len(counts) < 2:
+        return f"{total}" + "".join(f", {'all ' * (n > 1)}{spell(s)}" for s, n in counts)
+    return f"{total}: " + ", ".join(f"{n} {spell(s)}" for s, n in counts)
+
+
+def _column(table: Readable, name: str, values: Iterable[Any]) -> Column:
+    """Column of a table with the unit and the description of its schema."""
+    said = table.schema.field(name).metadata
+    digits = 2 if name == "residual" else 5
+    return Column(
+        name=symbol(name),
+        unit=spell_unit(said[b"unit"].decode()),
+        description=said[b"description"].decode(),
+        cells=[spell(value, digits) for value in values],
+    )
+
+
+def _section(title: str, note: str, columns: Sequence[Column], total: int) -> Section:
+    """Section whose note says, once, what is the same in all rows, and how many are not shown."""
+    shown = len(columns[0].cells)
+    if total > shown:
+        note += f" Shown are the first {shown} of {total} rows."
+    constant = [column for column in columns if column.is_constant]
+    if same := [
+        f"{column.name} = {column.cells[0]}" for column in constant if column.cells[0] != "–"
+    ]:
+        note += f" In all rows: {', '.join(same)}."
+    varying = [column for column in columns if not column.is_constant]
+    return Section(title=title, note=note.strip(), columns=varying)
+
+
+def _rows_section(
+    table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str = ""
+) -> Section:
+    """Section of some columns of a table's rows."""
+    shown = rows.head(MOST_ROWS).astype(object)
+    columns = [_column(table, name, shown[name]) for name in names]
+    return _section(title, note, columns, len(rows))
+
+
+@dataclass(kw_only=True)
+class _Grid:
+    """What the points of a grid have: statuses with their number, and values of each axis."""
+
+    statuses: Counter[str] = field(default_factory=Counter)
+    values: dict[str, set[float]] = field(default_factory=lambda: {name: set() for name in POINT})
+
+
+def _grids(table: Readable) -> dict[str, _Grid]:
+    """Read what each grid has, part by part: the table may be long."""
+    grids: dict[str, _Grid] = {}
+    for part in query.parts(table, ["grids", *POINT, "status"]):
+        for name in pc.unique(pc.list_flatten(part.column("grids"))).to_pylist():
+            points, grid = part.filter(query.in_grid(name)), grids.setdefault(name, _Grid())
+            grid.statuses.update(store.status_counts([points]))
+            for axis, seen in grid.values.items():
+                seen.update(pc.unique(points.column(axis)).to_pylist())
+    return grids
+
+
+def _stiction(table: Readable) -> list[Section]:
+    shown = []
+    for name, grid in sorted(_grids(table).items()):
+        corners = [query.one_of(*axis) for axis in _key_values(grid.values).items()]
+        rows = query.frame(table, STICTION, reduce(and_, corners, query.in_grid(name)))
+        rows = rows.sort_values(list(POINT))
+        note = f"Points: {spell_counts(grid.statuses)}."
+        if len(rows) < grid.statuses.total():
+            note += " Here are the corners and the middle of the grid."
+        shown.append(_rows_section(table, rows, STICTION, f"Grid {name}", note))
+    return shown
+
+
+def _scans(table: Readable) -> list[Section]:
+    """Length of each scan, and least and greatest value of the load on the clamp."""
+    rows = query.frame(table, [*SCAN, "status", "footpoint", "cycle", "x0", *REACTIONS])
+    scans = [scan for _, scan in rows.groupby(list(SCAN), sort=False)]
+    shown = scans[:MOST_ROWS]
+    first = pd.DataFrame([scan.iloc[0] for scan in shown]).astype(object)
+    steps = [scan[scan["footpoint"].notna()] for scan in shown]
+    columns = [
+        *(_column(table, name, first[name]) for name in (*SCAN, "status")),
+        Column(
+            name="cycles",
+            description="stick-slip cycles",
+            cells=[spell(scan["cycle"].max(), 9) for scan in steps],
+        ),
+        Column(
+            name="states",
+            description="rows of the table",
+            cells=[spell(len(scan), 9) for scan in steps],
+        ),
+        Column(
+            name="sticks for",
+            unit=spell_unit(schemas.LENGTH),
+            description="largest clamp displacement in a cycle",
+            cells=[spell(scan["x0"].max()) for scan in steps],
+        ),
+    ]
+    for name in REACTIONS:
+        column = _column(table, name, [])
+        columns.append(
+            replace(
+                column,
+                description=f"{column.description}, least and greatest",
+                cells=[_spell_range(scan[name]) for scan in steps],
+            )
+        )
+    return [_section("Scans", "", columns, len(scans))]
+
+
+def _spell_range(values: pd.Series) -> str:
+    """Spell the least and the greatest value."""
+    if values.empty:
+        return "–"
+    ends = values.min(), values.max()
+    size = max(map(abs, ends))
+    return " … ".join(spell(end if abs(end) > ROUNDING * size else 0.0, 4) for end in ends)
+
+
+def _states(table: Readable) -> list[Section]:
+    return [_rows_section(table, query.frame(table, STATES), STATES, "Single states")]
+
+
+def _comparisons(table: Readable) -> list[Section]:
+    rows = query.frame(table, ("comparison", *COMPARISONS))
+    return [
+        _rows_section(
+            table,
+            key_rows(points, COMPARED),
+            COMPARISONS,
+            f"Comparison {name}",
+            f"{len(points)} points; the rod would pass through the surface in "
+            f"{int(points['penetrates'].sum())} of them.",
+        )
+        for name, points in rows.groupby("comparison", sort=False)
+    ]
+
+
+_SECTIONS: dict[str, Callable[[Readable], list[Section]]] = {
+    "stiction": _stiction,
+    "scans": _scans,
+    "states": _states,
+    "comparisons": _comparisons,
+}

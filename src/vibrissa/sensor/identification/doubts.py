@@ -1,0 +1,118 @@
+"""Reasons to doubt a friction: properties that no recording of sticking and slipping has.
+
+A tip that sticks stays at one place, and every channel fits the rod with its tip there. A slip, by
+whatever law it ends, follows the clamp, begins in a state in which that unloads the rod, and
+releases energy. Where the clamp jumps samples are missing, and a few samples may be a spike.
+"""
+
+import numpy as np
+from scipy.special import chdtrc
+
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.periods import Contacts, Partition, Samples
+from vibrissa.sensor.response import Branch
+from vibrissa.sensor.transducer import CHANNELS
+
+# Fewer samples than these do not confirm each other.
+FEW = 4
+# Usual steps from which on a step is longer than usual, and from which on samples were lost.
+LONG, LOST = 1.5, 10.0
+# A residual of a lower probability than this is not noise.
+UNLIKELY = 1e-9
+# Standard deviations by which a slip may seem to go the wrong way, or to gain energy.
+CERTAIN = 6.0
+
+
+def doubts(
+    branch: Branch,
+    samples: Samples,
+    noise: FloatArray,
+    periods: Partition,
+    contacts: Contacts,
+) -> dict[str, BoolArray]:
+    """Tell for each reason to doubt a friction which periods it concerns.
+
+    Parameters
+    ----------
+    branch : Branch
+    samples : Samples
+        Without offsets.
+    noise : ndarray, shape (3,)
+        Standard deviation of a reading; a channel without noise is not tested.
+    periods : Partition
+        Of p periods.
+    contacts : Contacts
+
+    Returns
+    -------
+    dict of str to ndarray of bool, shape (p,)
+    """
+    found = _misfits(branch, samples, noise, periods, contacts)
+    last, first = periods.ends[:-1], periods.begins[1:]
+    gap = samples.clamp[first] - samples.clamp[last]
+    steps = np.abs(np.diff(samples.clamp))
+    usual = float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
+    none = np.zeros(1, dtype=bool)
+
+    wrong = _wrong_way(branch, samples, periods, contacts, gap, usual)
+    found["no slip goes that way"] = np.append(wrong, none)
+    lost = np.abs(gap) > LOST * usual
+    found["samples are missing beside it, or the clamp jumped"] = np.append(lost, none) | np.append(
+        none, lost
+    )
+    came = samples.clamp[last] - samples.clamp[np.maximum(last - FEW, 0)]
+    went = samples.clamp[np.minimum(first + FEW, len(samples) - 1)] - samples.clamp[first]
+    found["the clamp turned beside its end"] = np.append(came * went < 0.0, none)
+    few = periods.counts < FEW
+    found["too few samples"] = few
+    # If they are a spike, the period before did not end there.
+    found["too few samples after it"] = np.append(few[1:], none)
+    return found
+
+
+def _misfits(
+    branch: Branch,
+    samples: Samples,
+    noise: FloatArray,
+    periods: Partition,
+    contacts: Contacts,
+) -> dict[str, BoolArray]:
+    """Tell for each channel in which periods it does not fit one contact."""
+    x0 = samples.clamp - periods.spread(contacts.place)
+    inside = np.clip(x0, branch.x0_pull, branch.x0_end)
+    expected, slope = branch(inside), branch.slope(inside)
+    found = {}
+    for i, name in enumerate(CHANNELS):
+        there = np.isfinite(samples.readings[:, i]) & (noise[i] > 0.0)
+        miss = np.where(there, (samples.readings[:, i] - expected[:, i]) / noise[i], 0.0)
+        tilt = np.where(there, slope[:, i] / noise[i], 0.0)
+        squares, mixed, tilts, number = (
+            periods.sums(values) for values in (miss**2, tilt * miss, tilt**2, there.astype(float))
+        )
+        # An error of the contact's position moves all samples of a period together.
+        squares -= mixed**2 / (tilts + 1.0 / contacts.deviation**2)
+        chance = chdtrc(np.maximum(number, 1.0), squares)
+        found[f"{name} does not fit a tip that stays where it is"] = chance < UNLIKELY
+    return found
+
+
+def _wrong_way(
+    branch: Branch,
+    samples: Samples,
+    periods: Partition,
+    contacts: Contacts,
+    gap: FloatArray,
+    usual: float,
+) -> BoolArray:
+    """Tell which periods but the last end with a slip that no slip law allows."""
+    last, first = periods.ends[:-1], periods.begins[1:]
+    x0, deviation = samples.x0, samples.deviation
+    way = np.where(gap == 0.0, np.sign(x0[last]), np.sign(gap))
+    backward = way * np.diff(contacts.place) <= 0.0
+    unloaded = way * (x0[last] + gap) < CERTAIN * deviation[last]
+    before, after = (np.clip(x0[rows], branch.x0_pull, branch.x0_end) for rows in (last, first))
+    gained = branch.energy(after) - branch.energy(before)
+    error = np.hypot(branch(before)[:, 0] * deviation[last], branch(after)[:, 0] * deviation[first])
+    # Over a longer step the slip must be certain, or it was the clamp that jumped.
+    limit = np.where(np.abs(gap) > LONG * usual, -CERTAIN, CERTAIN)
+    return np.asarray(backward | unloaded | (gained > limit * error))

@@ -1,0 +1,163 @@
+"""Identification of friction with a whisker, in the units of its rod."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibrissa.errors import ArgumentError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.heights import NODES
+from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate, known_setup
+from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
+from vibrissa.sensor.identification.recording import Method, Recording, noise_of, read_recording
+from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
+from vibrissa.sensor.scanning import SlipLaw
+from vibrissa.sensor.series import Column, to_frame
+from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
+from vibrissa.sensor.whisker import Progress, Whisker, quiet
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+def _noise(
+    noise: str | ArrayLike | None, transducer: Transducer | None, units: Units
+) -> FloatArray | None:
+    """Nondimensional noise of the three channels; None if it is to be estimated."""
+    if transducer is not None:
+        if noise is not None:
+            raise ArgumentError("give the noise or the transducer, not both")
+        return np.array(transducer.deviation) / units.channels
+    if noise is None:
+        return None
+    if isinstance(noise, str):
+        return units.read_channels(noise, "noise")
+    values = np.asarray(noise, dtype=float)
+    if values.shape != (len(CHANNELS),):
+        raise ArgumentError(f"noise needs three values, got {noise!r}")
+    return values
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Identification:
+    """Friction of the periods of a recording, in the units of the rod.
+
+    Attributes
+    ----------
+    periods : Periods
+        Nondimensional.
+    setup : Setup
+        Height and offsets, with their covariance if they were estimated.
+    units : Units
+    """
+
+    periods: Periods
+    setup: Setup
+    units: Units
+
+    def columns(self) -> dict[str, Column]:
+        """One row for each period, with units."""
+        periods, length = self.periods, self.units.name(Kind.LENGTH)
+        contact = periods.contact * self.units.unit(Kind.LENGTH)
+        return {
+            "status": Column(periods.status, "", ", ".join(PeriodStatus)),
+            "contact": Column(contact, length, "position of the tip"),
+            "mu0": Column(periods.mu0, "1", "static friction there"),
+            "deviation": Column(periods.deviation, "1", "its standard deviation"),
+            "low": Column(periods.low, "1", "lower end of its central 95 %"),
+            "high": Column(periods.high, "1", "upper end of its central 95 %"),
+            "common": Column(periods.common, "1", "part of it that all periods share"),
+            "first_line": Column(periods.first_line, "1", "line of the first sample"),
+            "last_line": Column(periods.last_line, "1", "line of the last sample"),
+            "doubt": Column(periods.doubt, "", "why its friction is in doubt; empty if it is not"),
+        }
+
+    def frame(self) -> "DataFrame":
+        """One row for each period, as a DataFrame."""
+        return to_frame(self.columns())
+
+
+def identify(
+    whisker: Whisker,
+    recording: "Recording | Path | DataFrame",
+    *,
+    method: Method | str = Method.FORCES,
+    transducer: Transducer | str | None = None,
+    noise: str | ArrayLike | None = None,
+    step: Quantity | None = None,
+    law: SlipLaw | str | None = None,
+    kinetic_ratio: float | None = None,
+    estimate: Sequence[Unknown | str] = (),
+    progress: Progress = quiet,
+) -> Identification:
+    """Find the periods of sticking in a recording, and the friction of each.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        That was used; its height may be a first guess.
+    recording : Recording, Path or DataFrame
+        A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
+        ``footpoint [mm]``, ``force_x [N]``.
+    method : Method
+        What friction is read from.
+    transducer : Transducer or str, optional
+        That was used: says the noise, and which readings are saturated.
+    noise : str or array_like, shape (3,), optional
+        Standard deviation of one reading of force_x, force_y and moment_z, as in
+        ``"3 mN, 3 mN, 10 uN*m"``. Without it and the transducer it is estimated.
+    step : str or number, optional
+        Step of the stage, which the spacing needs if samples were lost.
+    law : SlipLaw, optional
+        Where slips end, for the spacing; without it bounds are found that hold for all laws.
+    kinetic_ratio : float, optional
+        μk/μ0, for the spacing with the law ``kinetic`` or ``energy``.
+    estimate : sequence of Unknown
+        What is not known of height and offsets, and estimated from the recording.
+    progress : callable
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range or no such quantity.
+    RecordingError
+        If the recording cannot be used; the message names the line.
+    UndeterminedError
+        If the recording does not determine what is to be estimated.
+    NoResponseError
+        If the response of the whisker is not found.
+    """
+    units = whisker.units
+    sensor = transducer_of(transducer, units)
+    given = _noise(noise, sensor, units)
+    if not isinstance(recording, Recording):
+        recording = read_recording(recording, units, chosen(Method, method, "method"), sensor)
+    backward = bool((np.diff(recording.clamp) < 0.0).any())
+    if estimate:
+        heights = whisker.heights(
+            backward, lambda done: progress("solving the rod", done, NODES + 1)
+        )
+        known = noise_of(recording.readings) if given is None else given
+        setup = calibrate(heights, whisker.eta, recording, known, estimate)
+    else:
+        setup = known_setup(whisker.response(backward), whisker.eta)
+    size = len(recording)
+    periods = find_periods(
+        setup,
+        recording,
+        given,
+        method=method,
+        step=None if step is None else float(units.read(step, Kind.LENGTH, "step")),
+        law=law,
+        kinetic_ratio=kinetic_ratio,
+        progress=lambda done: progress("identifying", done, size),
+    )
+    return Identification(periods=periods, setup=setup, units=units)

@@ -1,0 +1,297 @@
+"""Samples on the rod's branch, and the periods of sticking that they form.
+
+Each sample of the clamp reactions lies on the branch, which gives its x0. The clamp position minus
+x0 is the clamp position at α = 0 for the contact point of this sample, called its place here: it is
+constant while the tip sticks and jumps where the tip slips.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.recording import USED, Method, Recording
+from vibrissa.sensor.response import Branch
+
+# A jump of this many standard deviations is a slip: by chance one of 10^9 samples shows it.
+JUMP = 6.0
+# Squared residual, in standard deviations, from which on a sample is not a state of the rod.
+MISFIT = 36.0
+# Points of the branch among which the nearest to a sample is sought, before Newton's steps.
+TABLE = 4001
+NEAREST_STEPS = 2
+CONTACT_STEPS = 4
+# Samples that are located together, before progress is told.
+BLOCK = 20000
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Channels:
+    """Channels that are used, and their noise.
+
+    Attributes
+    ----------
+    used : list of int
+        Numbers of the channels: 0 for fx, 1 for fy, 2 for m.
+    noise : ndarray, shape (k,)
+        Standard deviation of one reading of each.
+    """
+
+    used: list[int]
+    noise: FloatArray
+
+    def weighted(self, values: FloatArray) -> FloatArray:
+        """Values of the channels that are used, in standard deviations, shape (..., k)."""
+        return np.asarray(values[..., self.used] / self.noise)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Samples(Recording):
+    """Samples of a recording, each with the state of the rod nearest to it.
+
+    Attributes
+    ----------
+    row : ndarray of int, shape (n,)
+        Number of the sample in the recording.
+    x0, deviation : ndarray, shape (n,)
+        Displacement and its standard deviation (L).
+    misfit : ndarray, shape (n,)
+        Squared residual, in standard deviations.
+    """
+
+    row: IntArray
+    x0: FloatArray
+    deviation: FloatArray
+    misfit: FloatArray
+
+    @property
+    def place(self) -> FloatArray:
+        """Clamp position at α = 0 for the contact of each sample (L)."""
+        return self.clamp - self.x0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Partition:
+    """Samples cut into periods.
+
+    Attributes
+    ----------
+    begins : ndarray of int, shape (p,)
+        First sample of each period.
+    size : int
+        Number of samples.
+    """
+
+    begins: IntArray
+    size: int
+
+    def __len__(self) -> int:
+        """Return the number of periods."""
+        return len(self.begins)
+
+    @property
+    def counts(self) -> IntArray:
+        """Number of samples of each period."""
+        return np.diff(self.begins, append=self.size)
+
+    @property
+    def ends(self) -> IntArray:
+        """Last sample of each period."""
+        return self.begins + self.counts - 1
+
+    def sums(self, values: FloatArray) -> FloatArray:
+        """Add up the values of the samples of each period, along the first axis."""
+        return np.asarray(np.add.reduceat(values, self.begins))
+
+    def spread(self, values: FloatArray) -> FloatArray:
+        """Repeat the value of each period for its samples."""
+        return np.repeat(values, self.counts, axis=0)
+
+    def take(self, index: Index) -> "Partition":
+        """Keep some of the beginnings: the other periods go to the one before."""
+        return Partition(begins=self.begins[index], size=self.size)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Contacts(Batch):
+    """One contact point for each period.
+
+    Attributes
+    ----------
+    place, deviation : ndarray, shape (p,)
+        Clamp position at α = 0 for this contact, and its standard deviation (L).
+    """
+
+    place: FloatArray
+    deviation: FloatArray
+
+
+def located(
+    branch: Branch,
+    recording: Recording,
+    channels: Channels,
+    offset: FloatArray,
+    progress: Callable[[int], None] = lambda done: None,
+) -> Samples:
+    """Find the state of the rod that is nearest to each sample.
+
+    Parameters
+    ----------
+    branch : Branch
+    recording : Recording
+    channels : Channels
+    offset : ndarray, shape (3,)
+        Readings of the channels without load.
+    progress : callable
+        Told how many samples are done.
+
+    Returns
+    -------
+    Samples
+    """
+    table = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
+    values = channels.weighted(branch(table))
+    if channels.used == USED[Method.MOMENT]:
+        # The moment alone distinguishes the states only as long as it grows.
+        back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
+        stop = int(back[0]) + 1 if len(back) else TABLE
+        table, values = table[:stop], values[:stop]
+    before_lock = KDTree(values[: int(np.searchsorted(table, branch.x0_lock)) + 1])
+    whole = KDTree(values)
+
+    size = len(recording)
+    weighted = channels.weighted(recording.readings - offset)
+    found = Samples(
+        clamp=recording.clamp,
+        readings=recording.readings,
+        line=recording.line,
+        notes=recording.notes,
+        row=np.arange(size),
+        x0=np.empty(size),
+        deviation=np.empty(size),
+        misfit=np.empty(size),
+    )
+    for start in range(0, size, BLOCK):
+        rows = np.arange(start, min(start + BLOCK, size))
+        _locate(found, rows, branch, channels, weighted, table, before_lock)
+        # Past the lock the branch may come near to states before it: only what is none of those.
+        past = rows[found.misfit[rows] > MISFIT]
+        if len(past):
+            _locate(found, past, branch, channels, weighted, table, whole)
+        progress(int(rows[-1]) + 1)
+    return found
+
+
+def _locate(
+    samples: Samples,
+    rows: IntArray,
+    branch: Branch,
+    channels: Channels,
+    weighted: FloatArray,
+    table: FloatArray,
+    tree: Any,
+) -> None:
+    """Find the nearest state of some samples: the nearest of a table, then Gauss-Newton steps."""
+    read = weighted[rows]
+    x0, known = table[tree.query(read)[1]], np.empty(0)
+    for _ in range(NEAREST_STEPS):
+        slope = channels.weighted(branch.slope(x0))
+        # Inverse variance of x0: it adds up over channels, and over samples of one contact.
+        known = (slope**2).sum(axis=1)
+        miss = read - channels.weighted(branch(x0))
+        x0 = np.clip(x0 + (slope * miss).sum(axis=1) / known, table[0], table[-1])
+    samples.x0[rows] = x0
+    samples.deviation[rows] = 1.0 / np.sqrt(known)
+    samples.misfit[rows] = ((read - channels.weighted(branch(x0))) ** 2).sum(axis=1)
+
+
+def cut(samples: Samples) -> Partition:
+    """Cut samples into periods of sticking: one begins where the contact jumps."""
+    begins = np.flatnonzero(_jumps(samples)) + 1
+    return Partition(begins=np.append(0, begins), size=len(samples))
+
+
+def _jumps(samples: Samples, apart: int = 1) -> BoolArray:
+    """Whether the contact differs between samples that are so many rows apart."""
+    place, deviation = samples.place, samples.deviation
+    allowed = JUMP * np.hypot(deviation[apart:], deviation[:-apart])
+    return np.asarray(np.abs(place[apart:] - place[:-apart]) > allowed)
+
+
+def lone_spikes(samples: Samples) -> BoolArray:
+    """Whether a sample jumps away and the next one back to where it was."""
+    lone = np.zeros(len(samples), dtype=bool)
+    if len(samples) > 2:
+        one = _jumps(samples)
+        lone[1:-1] = one[:-1] & one[1:] & ~_jumps(samples, 2)
+    return lone
+
+
+def fitted(
+    branch: Branch,
+    samples: Recording,
+    channels: Channels,
+    periods: Partition,
+    start: FloatArray,
+) -> Contacts:
+    """Fit one contact to all samples of each period, by least squares.
+
+    Parameters
+    ----------
+    branch : Branch
+    samples : Recording
+        Of n samples, without offsets.
+    channels : Channels
+    periods : Partition
+        Of p periods.
+    start : ndarray, shape (p,)
+        First guess of their places (L).
+
+    Returns
+    -------
+    Contacts
+    """
+    place, known = start, np.empty(0)
+    for _ in range(CONTACT_STEPS):
+        x0 = np.clip(samples.clamp - periods.spread(place), branch.x0_pull, branch.x0_end)
+        slope = channels.weighted(branch.slope(x0))
+        miss = channels.weighted(samples.readings - branch(x0))
+        known = periods.sums((slope**2).sum(axis=1))
+        place = place - periods.sums((slope * miss).sum(axis=1)) / known
+    return Contacts(place=place, deviation=1.0 / np.sqrt(known))
+
+
+def joined_past_lock(
+    branch: Branch, samples: Recording, channels: Channels, periods: Partition, contacts: Contacts
+) -> BoolArray:
+    """Tell which periods go on with the contact of the one before, which has passed its lock.
+
+    Past the lock one channel may turn back and show a slip where there is none.
+
+    Parameters
+    ----------
+    branch, samples, channels, periods
+        As for `fitted`.
+    contacts : Contacts
+        Of p periods.
+
+    Returns
+    -------
+    ndarray of bool, shape (p,)
+    """
+    joined = np.zeros(len(periods), dtype=bool)
+    own = 0
+    for i, row in enumerate(periods.begins[1:], start=1):
+        place, deviation = contacts.place[own], contacts.deviation[own]
+        x0 = samples.clamp[row] - place
+        past = samples.clamp[row - 1] - place > branch.x0_lock
+        if past and branch.x0_pull < x0 < branch.x0_end:
+            blur = np.hypot(channels.noise, branch.slope(x0)[channels.used] * deviation)
+            miss = (samples.readings[row] - branch(x0))[channels.used] / blur
+            joined[i] = (miss**2).sum() < MISFIT
+        own = own if joined[i] else i
+    return joined

@@ -1,0 +1,174 @@
+"""A recording: what was measured, in the rod's own units, and what of it is left out."""
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from scipy.special import ndtri
+
+from vibrissa.errors import RecordingError
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.sensor import series
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Units
+from vibrissa.sensor.transducer import CHANNELS, Transducer
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+# No measurement is larger than this, in the rod's own units; squares of smaller values are finite.
+LARGEST = 1e100
+# Second differences beyond this multiple of their standard deviation are slips, not noise.
+OUTLIER = 4.0
+
+
+class Method(StrEnum):
+    """How μ0 is found.
+
+    Attributes
+    ----------
+    FORCES
+        From the ratio of the forces in the last sticking state. The model of the rod only says how
+        much the ratio grows within a step.
+    MOMENT
+        From the moment alone: all samples of a period, through the model of the rod.
+    SPACING
+        From the clamp's travel from slip to slip, which depends on where slips end (the slip law).
+    """
+
+    FORCES = "forces"
+    MOMENT = "moment"
+    SPACING = "spacing"
+
+
+# Numbers of the channels that each method uses.
+USED = {Method.FORCES: [0, 1], Method.MOMENT: [2], Method.SPACING: [0, 1, 2]}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Recording(Batch):
+    """Samples in the order in which they were measured, nondimensional.
+
+    Attributes
+    ----------
+    clamp : ndarray, shape (n,)
+        Clamp positions (L).
+    readings : ndarray, shape (n, 3)
+        fx, fy (E·I0/L²) and m (E·I0/L); NaN where a channel was not recorded.
+    line : ndarray of int, shape (n,)
+        Line of the file in which each sample stands.
+    notes : tuple of str
+        What was left out, and why.
+    """
+
+    clamp: FloatArray
+    readings: FloatArray
+    line: IntArray
+    notes: tuple[str, ...] = ()
+
+    def without(self, offset: FloatArray) -> Self:
+        """Take the offsets of the channels off the readings, shape (3,)."""
+        return replace(self, readings=self.readings - offset)
+
+
+def read_recording(
+    source: "Path | DataFrame", units: Units, method: Method, transducer: Transducer | None = None
+) -> Recording:
+    """Read a time series from a table with columns such as ``footpoint [mm],force_x [N]``.
+
+    Parameters
+    ----------
+    source : Path or DataFrame
+        CSV, Parquet or DataFrame. Needs the columns ``footpoint`` and those that the method uses,
+        each with its unit. A column ``time`` is optional; it must increase.
+    units : Units
+    method : Method
+    transducer : Transducer, optional
+        Readings at its limits are saturated.
+
+    Returns
+    -------
+    Recording
+        Without rows that miss a value or are saturated; its notes name their lines.
+
+    Raises
+    ------
+    RecordingError
+        If the table cannot be used; the message names the line.
+    """
+    needed = ["footpoint", *(CHANNELS[i] for i in USED[method])]
+    others = [name for name in CHANNELS if name not in needed]
+    table = series.read(source, needed, ["time", *others])
+    _check_time(table)
+    clamp = _nondimensional(table, "footpoint", Kind.LENGTH, units)
+    readings = np.full((len(clamp), len(CHANNELS)), np.nan)
+    for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
+        if channel in table.columns:
+            column[:] = _nondimensional(table, channel, kind, units)
+    used = readings[:, USED[method]]
+    missing = np.isnan(clamp) | np.isnan(used).any(axis=1)
+    saturated = np.zeros(len(clamp), dtype=bool)
+    if transducer is not None:
+        at_limit = transducer.saturated(readings * units.channels)[:, USED[method]]
+        saturated = at_limit.any(axis=1) & ~missing
+    notes = left_out(table.line[missing], "a value is missing")
+    notes += left_out(table.line[saturated], "the transducer is saturated")
+    recording = Recording(clamp=clamp, readings=readings, line=table.line, notes=notes)
+    return recording.take(~(missing | saturated))
+
+
+def _check_time(table: series.Table) -> None:
+    late = ~(np.diff(table.columns.get("time", np.empty(0))) > 0.0)
+    if late.any():
+        raise RecordingError(
+            f"{table.place(int(np.argmax(late)) + 1)}: time does not increase; sort the table, or "
+            "leave the column out"
+        )
+
+
+def _nondimensional(table: series.Table, name: str, kind: Kind, units: Units) -> FloatArray:
+    """Convert a column from its unit."""
+    if name not in table.units:
+        raise RecordingError(f"{table.source}: {name} needs its unit, as in '{name} [mm]'")
+    factor = units.column_factor(table.units[name], kind, f"{table.source}: {name}")
+    with np.errstate(over="ignore"):
+        values = table.columns[name] * factor
+    large = np.abs(values) > LARGEST
+    if large.any():
+        raise RecordingError(
+            f"{table.place(int(np.argmax(large)))}: {name} must be a reading, got one of more than "
+            f"{LARGEST:g} of the rod's own units"
+        )
+    return np.asarray(values)
+
+
+def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
+    """Name rows that are left out; empty if there are none."""
+    if not len(lines):
+        return ()
+    shown = ", ".join(str(line) for line in lines[:5]) + (", ..." if len(lines) > 5 else "")
+    return (f"{why} in {len(lines)} rows, left out: line {shown}",)
+
+
+def noise_of(readings: FloatArray) -> FloatArray:
+    """Estimate the standard deviation of each channel's noise from its second differences.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (n, 3)
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Slips do not count: they are outliers among the differences. NaN for a channel with a
+        missing value.
+    """
+    second = np.abs(np.diff(readings, n=2, axis=0))
+    rough = np.median(second, axis=0) / ndtri(0.75)
+    usual: BoolArray = second <= OUTLIER * rough
+    squares = np.where(usual, second**2, 0.0).sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        # The second difference of three readings has 1 + 4 + 1 times their variance.
+        return np.sqrt(squares / (6.0 * usual.sum(axis=0)))

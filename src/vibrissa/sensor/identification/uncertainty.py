@@ -1,0 +1,214 @@
+"""How well friction is known: every source of uncertainty, propagated to μ0.
+
+The last sticking state of a period is at most one step before the onset. So μ0 is at least |tan α|
+in that state, and at most what the tip would have needed one step later. The onset is uniform
+within the step, the noise of the readings is normal. The distribution of μ0 that follows is
+represented by equally likely values; its mean, deviation and central 95 % are returned.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ndtri
+
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.response import Branch
+
+# Part of a distribution that its interval holds, and half the width of that of a normal one.
+COVERAGE = 0.95
+HALF_WIDTH = float(ndtri(0.5 * (1.0 + COVERAGE)))
+# Periods that are computed together, to save memory.
+BLOCK = 512
+# Equally likely values of onset, noise, beginning and common error, spread evenly over four
+# dimensions: multiples of the powers of the inverse of the root of x⁵ = x + 1 (Roberts).
+VALUES = 1024
+EVENLY = 1.1673039782614187 ** -np.arange(1.0, 5.0)
+ONSET, _NOISE, BEGINNING, _COMMON = ((np.arange(1, VALUES + 1)[:, None] * EVENLY) % 1.0).T
+NOISE, COMMON = ndtri(_NOISE), ndtri(_COMMON)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LastStates(Batch):
+    """Last sticking states of n periods, each field an array of shape (n,).
+
+    Attributes
+    ----------
+    travel, deviation : ndarray
+        Displacement x0 in that state and the standard deviation of its error (L). For the spacing,
+        the clamp's travel since the slip before.
+    gap : ndarray
+        Way of the clamp from there to the first sample after the slip (L).
+    gap_before : ndarray
+        The same at the slip before (L): for the spacing, otherwise 0.
+    sign : ndarray
+        1 where the clamp moved forward, −1 where backward.
+    base, ratio_deviation : ndarray
+        What is added to the ratio of forces at the onset, and the standard deviation of its error.
+    """
+
+    travel: FloatArray
+    deviation: FloatArray
+    gap: FloatArray
+    gap_before: FloatArray
+    sign: FloatArray
+    base: FloatArray
+    ratio_deviation: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Summary(Batch):
+    """Mean, standard deviation and central 95 % of distributions; NaN where there is none."""
+
+    mean: FloatArray
+    deviation: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def ratio_deviation(
+    fx: ArrayLike, fy: ArrayLike, noise_x: ArrayLike, noise_y: ArrayLike
+) -> FloatArray:
+    """Propagate the noise of one sample, noise_x and noise_y, to its ratio fx/fy (E·I0/L²)."""
+    fx, fy = np.asarray(fx), np.asarray(fy)
+    return np.asarray(np.hypot(noise_x / fy, fx * noise_y / fy**2))
+
+
+def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
+    """Give the standard deviation of μ0 by the step of the stage, in which the onset is uniform.
+
+    Parameters
+    ----------
+    slope : ndarray
+        Growth of the demand −tan α with x0 at the onset (1/L), constant within a step.
+    step : ndarray or float
+        Step of the stage (L).
+
+    Returns
+    -------
+    ndarray
+    """
+    return np.asarray(np.abs(slope) * step / np.sqrt(12.0))
+
+
+def friction_of(
+    branch: Branch,
+    last: LastStates,
+    common: FloatArray,
+    step: float = 1.0,
+    onset_of: Callable[[FloatArray, slice], FloatArray] = lambda travel, periods: travel,
+) -> Summary:
+    """Propagate every source of uncertainty to μ0.
+
+    Parameters
+    ----------
+    branch : Branch
+    last : LastStates
+        Of n periods.
+    common : ndarray, shape (n,)
+        Standard deviation of the error of μ0 that all periods share.
+    step : float
+        Step of the stage (L), where a beginning was missed.
+    onset_of : callable
+        Maps travels of a slice of the periods to displacements at the onset, for the spacing.
+
+    Returns
+    -------
+    Summary
+    """
+    parts = []
+    for start in range(0, len(last), BLOCK):
+        here = slice(start, start + BLOCK)
+        part = last.take(here)
+        onset = onset_of(_travels(part, step), here)
+        parts.append(_summary(_frictions(branch, onset, part, common[here])))
+    return Summary.concatenate(parts)
+
+
+def _travels(last: LastStates, step: float) -> FloatArray:
+    """Equally likely travels, or displacements, at the onset of slip (L), shape (n, VALUES)."""
+    travel = last.travel[:, None] + last.deviation[:, None] * NOISE + last.gap[:, None] * ONSET
+    # The slip before may have been at any step of its gap, of which a recording shows the last.
+    steps = np.maximum(1.0, np.round(np.abs(last.gap_before) / step))[:, None]
+    travel += np.sign(last.gap_before)[:, None] * np.floor(BEGINNING * steps) * step
+    return travel
+
+
+def _frictions(
+    branch: Branch, onset: FloatArray, last: LastStates, common: FloatArray
+) -> FloatArray:
+    """Equally likely values of μ0, shape (n, VALUES); infinite for impossible onsets."""
+    # As the tip did slip, the onset is neither past the lock nor beyond the end of pulling.
+    possible = (onset > branch.x0_pull) & (onset <= branch.x0_lock)
+    needed = branch.demand(np.clip(onset, branch.x0_pull, branch.x0_lock))
+    ratio = needed + last.base[:, None] + last.ratio_deviation[:, None] * NOISE
+    mu0 = last.sign[:, None] * ratio + common[:, None] * COMMON
+    return np.where(possible & (mu0 > 0.0), mu0, np.inf)
+
+
+def _summary(values: FloatArray) -> Summary:
+    """Summarise equally likely values, shape (n, VALUES), of which infinite ones do not count."""
+    counts = np.isfinite(values).sum(axis=1)
+    found = Summary.unknown(len(values))
+    tails = 0.5 * (1.0 - COVERAGE), 0.5 * (1.0 + COVERAGE)
+    whole, part = counts == VALUES, (counts > 0) & (counts < VALUES)
+    for rows, quantile in ((whole, np.quantile), (part, np.nanquantile)):
+        if rows.any():
+            finite = np.where(np.isfinite(values[rows]), values[rows], np.nan)
+            low, high = quantile(finite, tails, axis=1, method="hazen")
+            mean, deviation = np.nanmean(finite, axis=1), np.nanstd(finite, axis=1)
+            found.put(rows, Summary(mean=mean, deviation=deviation, low=low, high=high))
+    return found
+
+
+def normal_summary(branch: Branch, mean: FloatArray, deviation: FloatArray) -> Summary:
+    """Summarise normal distributions of μ0; the intervals end where this rod can slip."""
+    margin = HALF_WIDTH * deviation
+    low, high = np.maximum(mean - margin, 0.0), np.minimum(mean + margin, branch.mu_lock)
+    return Summary(mean=mean, deviation=deviation, low=low, high=high)
+
+
+def common_deviation(mean: FloatArray, displaced: Sequence[FloatArray]) -> FloatArray:
+    """Give the standard deviation of the error that all periods share.
+
+    Parameters
+    ----------
+    mean : ndarray, shape (n,)
+        Of each period.
+    displaced : sequence of ndarray
+        The same with the setup one standard deviation away along each principal axis.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    squares = sum(((moved - mean) ** 2 for moved in displaced), np.zeros(len(mean)))
+    return np.sqrt(np.nan_to_num(squares))
+
+
+def least_friction(
+    branch: Branch, x_low: FloatArray, x_high: FloatArray, deviation: FloatArray
+) -> FloatArray:
+    """Bound μ0 from below by the friction that sticking has needed so far.
+
+    Parameters
+    ----------
+    branch : Branch
+    x_low, x_high : ndarray, shape (n,)
+        Least and largest displacement at which the tip stuck (L).
+    deviation : ndarray, shape (n,)
+        Standard deviation of their common error (L).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Lower end of the central 95 %; μ_lock, up to rounding, from the lock on.
+    """
+    margin = HALF_WIDTH * deviation
+    pushed = branch.demand(np.clip(x_high - margin, 0.0, branch.x0_lock))
+    # Where pulling ends, any friction would be needed.
+    pulled = -branch.demand(np.clip(x_low + margin, 0.999 * branch.x0_pull, 0.0))
+    pushed = np.where(x_high - margin >= branch.x0_lock, branch.mu_lock, pushed)
+    return np.asarray(np.maximum(0.0, np.maximum(pushed, pulled)))

@@ -1,0 +1,89 @@
+"""The onset of slip of a whisker, in the units of its rod."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrissa.mechanics.outcomes import Status
+from vibrissa.sensor.quantities import Kind, Quantity, Units
+from vibrissa.sensor.response import largest_strain
+from vibrissa.sensor.series import Column
+from vibrissa.sensor.whisker import Whisker
+from vibrissa.sticking.api import Onset, solve_onset
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WhiskerOnset:
+    """Onset of slip of a whisker, in the units of its rod.
+
+    Attributes
+    ----------
+    onset : Onset
+        Nondimensional.
+    strain : float
+        Largest strain at the onset (d0/L); NaN unless the tip slips.
+    units : Units
+    """
+
+    onset: Onset
+    strain: float
+    units: Units
+
+    def columns(self) -> dict[str, Column]:
+        """One row, with units; of a tip that does not slip the first columns alone."""
+        onset, units = self.onset, self.units
+        columns = {
+            "status": Column([onset.status.value], "", "slip, lock, out_of_reach or failed"),
+            "message": Column([onset.message], "", "what the status means here"),
+            "mu_lock": Column([onset.mu_lock], "1", "largest friction at which the tip slips"),
+        }
+        if onset.status is not Status.SLIP:
+            return columns
+        measured = {
+            "x0_slip": (onset.x0_slip, Kind.LENGTH, "exact onset of slip"),
+            "force_x": (float(onset.slip.reaction_fx), Kind.FORCE, "clamp force at the onset"),
+            "force_y": (float(onset.slip.reaction_fy), Kind.FORCE, "clamp force at the onset"),
+            "moment_z": (float(onset.slip.reaction_m), Kind.MOMENT, "clamp moment at the onset"),
+        }
+        if onset.n_steps is not None:
+            measured["x0_max"] = (onset.x0_max, Kind.LENGTH, "last sticking step of the stage")
+        for name, (value, kind, what) in measured.items():
+            columns[name] = Column([value * units.unit(kind)], units.name(kind), what)
+        unit, slenderness = "d0/L", 1.0
+        if units.rod is not None:
+            unit, slenderness = "1", units.rod.base_diameter / units.rod.length
+        what = "largest strain at the onset"
+        columns["strain"] = Column([self.strain * slenderness], unit, what)
+        return columns
+
+
+def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:
+    """Solve for the end of one period of sticking, in the units of the rod.
+
+    Parameters
+    ----------
+    whisker : Whisker
+    mu0 : str or number
+        Coefficient of static friction.
+    step : str or number, optional
+        Step of the stage, for the last sticking step.
+
+    Returns
+    -------
+    WhiskerOnset
+        A tip that locks is a result, too: its status says so.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range or no such quantity.
+    """
+    units = whisker.units
+    dx0 = None if step is None else units.read(step, Kind.LENGTH, "step")
+    friction = units.read(mu0, Kind.NUMBER, "mu0")
+    onset = solve_onset(whisker.theta, friction, whisker.eta, dx0, contact=whisker.contact)
+    strain = np.nan
+    if onset.status is Status.SLIP:
+        x1 = whisker.pushed.x1_init - onset.x0_slip
+        strain = largest_strain(whisker.theta, whisker.eta, x1, onset.slip)
+    return WhiskerOnset(onset=onset, strain=strain, units=units)

@@ -1,0 +1,122 @@
+"""The signals of a whisker that is moved over a surface, in the units of its rod."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.quantities import Kind, Quantity, Units
+from vibrissa.sensor.scanning import SlipLaw, SurfaceScan, TipPhase, path, simulate
+from vibrissa.sensor.series import Column, to_frame
+from vibrissa.sensor.surfaces import Surface
+from vibrissa.sensor.transducer import Transducer, transducer_of
+from vibrissa.sensor.whisker import Progress, Whisker, quiet
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Signals:
+    """A scan as a transducer under the clamp records it.
+
+    Attributes
+    ----------
+    truth : SurfaceScan
+        Nondimensional, without noise.
+    readings : ndarray, shape (n, 3)
+        force_x, force_y and moment_z, in the units in which they are written.
+    units : Units
+    """
+
+    truth: SurfaceScan
+    readings: FloatArray
+    units: Units
+
+    def columns(self) -> dict[str, Column]:
+        """One row for each step, with units."""
+        truth, unit = self.truth, self.units.unit(Kind.LENGTH)
+        length, force, moment = (
+            self.units.name(kind) for kind in (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
+        )
+        force_x, force_y, moment_z = self.readings.T
+        return {
+            "footpoint": Column(truth.clamp * unit, length, "position of the clamp"),
+            "force_x": Column(force_x, force, "clamp force along the surface"),
+            "force_y": Column(force_y, force, "clamp force normal to the surface"),
+            "moment_z": Column(moment_z, moment, "clamp moment"),
+            "contact": Column(truth.contact * unit, length, "position of the tip"),
+            "x0": Column(truth.x0 * unit, length, "clamp displacement from the alpha = 0 state"),
+            "mu0": Column(truth.mu0, "1", "static friction under the tip"),
+            "period": Column(truth.period, "1", "number of the period of sticking"),
+            "phase": Column(truth.phase, "", ", ".join(TipPhase)),
+        }
+
+    def frame(self) -> "DataFrame":
+        """One row for each step, as a DataFrame."""
+        return to_frame(self.columns())
+
+
+def scan(
+    whisker: Whisker,
+    surface: Surface,
+    *,
+    step: Quantity,
+    to: Sequence[Quantity],
+    law: SlipLaw | str = SlipLaw.FREE,
+    kinetic_ratio: float = 0.8,
+    transducer: Transducer | str | None = None,
+    seed: int = 0,
+    progress: Progress = quiet,
+) -> Signals:
+    """Move the clamp over a surface and record the signals.
+
+    Parameters
+    ----------
+    whisker : Whisker
+    surface : Surface
+    step : str or number
+        Step of the stage.
+    to : sequence of str or number
+        Where the stage turns, and at last stops.
+    law : SlipLaw
+        Where a slip ends.
+    kinetic_ratio : float
+        μk/μ0, for the laws ``kinetic`` and ``energy``.
+    transducer : Transducer or str, optional
+        Without one the signals are the exact reactions.
+    seed : int
+        Of the noise.
+    progress : callable
+
+    Returns
+    -------
+    Signals
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range, or the tip comes to where the surface is not known.
+    """
+    units = whisker.units
+    sensor = transducer_of(transducer, units)
+    positions = path(
+        units.read(step, Kind.LENGTH, "step"),
+        [units.read(turn, Kind.LENGTH, "to") for turn in to],
+    )
+    # By the energy law a tip may come to rest where the clamp pulls.
+    pulled = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
+    truth = simulate(
+        whisker.pulled if pulled else whisker.pushed,
+        surface,
+        positions,
+        law,
+        kinetic_ratio,
+        lambda done: progress("scanning", done, len(positions)),
+    )
+    readings = truth.reactions * units.channels
+    if sensor is not None:
+        readings = sensor.measured(readings, np.random.default_rng([seed, 1]))
+    return Signals(truth=truth, readings=readings, units=units)

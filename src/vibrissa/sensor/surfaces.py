@@ -1,0 +1,219 @@
+"""Surfaces: static friction μ0 as a function of the position along the surface."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor import series
+from vibrissa.sensor.quantities import Kind, Quantity, Units
+
+# Cosines in a random surface: enough for its values to be close to normally distributed.
+COSINES = 256
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Surface:
+    """Static friction along a surface.
+
+    Attributes
+    ----------
+    name : str
+        What kind of surface it is.
+    mu0 : callable
+        Maps positions (L) to coefficients of static friction.
+    start, stop : float
+        Where it is known (L).
+    """
+
+    name: str
+    mu0: Callable[[FloatArray], FloatArray]
+    start: float = -np.inf
+    stop: float = np.inf
+
+    def __call__(self, x: FloatArray | float) -> FloatArray:
+        """Look up the static friction at positions on the surface (L).
+
+        Raises
+        ------
+        ArgumentError
+            If a position lies where the surface is not known or the friction is not positive.
+        """
+        x = np.asarray(x, dtype=float)
+        outside = ~((x >= self.start) & (x <= self.stop))
+        if outside.any():
+            raise ArgumentError(
+                f"the {self.name} surface is known from x = {self.start:.6g} to {self.stop:.6g} "
+                f"(in units of L), but the tip comes to x = {float(x[outside].ravel()[0]):.6g}"
+            )
+        mu0 = np.asarray(self.mu0(x), dtype=float)
+        bad = ~(np.isfinite(mu0) & (mu0 > 0.0))
+        if bad.any():
+            where = float(np.broadcast_to(x, mu0.shape)[bad].ravel()[0])
+            raise ArgumentError(f"mu0 must be positive everywhere; it is not at x = {where:.6g}")
+        return mu0
+
+
+def constant(mu0: float) -> Surface:
+    """Surface with the same friction everywhere."""
+    if not (np.isfinite(mu0) and mu0 > 0.0):
+        raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
+    return Surface(name="constant", mu0=lambda x: np.full(np.shape(x), float(mu0)))
+
+
+def patches(starts: Sequence[float], mu0: Sequence[float]) -> Surface:
+    """Surface of patches with one friction each.
+
+    Parameters
+    ----------
+    starts : sequence of float
+        Where each patch begins (L), increasing; the first also reaches to −infinity.
+    mu0 : sequence of float
+        Friction of each patch.
+    """
+    edges, values = np.asarray(starts, dtype=float), np.asarray(mu0, dtype=float)
+    if len(edges) == 0 or len(edges) != len(values):
+        raise ArgumentError("patches need as many starts as values of mu0, at least one")
+    if np.any(~(np.diff(edges) > 0.0)):
+        raise ArgumentError("patches must be in order: each start greater than the one before")
+    return Surface(
+        name="patched", mu0=lambda x: values[np.searchsorted(edges[1:], x, side="right")]
+    )
+
+
+def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
+    """Surface measured at points: linear between them, unknown outside.
+
+    Parameters
+    ----------
+    x : array_like
+        Positions (L), increasing.
+    mu0 : sequence of float
+        Friction there.
+    """
+    at, values = np.asarray(x, dtype=float), np.asarray(mu0, dtype=float)
+    if len(at) < 2 or len(at) != len(values):
+        raise ArgumentError("a profile needs at least two points (x, mu0)")
+    if np.any(~(np.diff(at) > 0.0)):
+        row = int(np.flatnonzero(~(np.diff(at) > 0.0))[0]) + 2
+        raise ArgumentError(f"x of a profile must increase; it does not at point {row}")
+    return Surface(
+        name="profile",
+        mu0=lambda p: np.interp(p, at, values),
+        start=float(at[0]),
+        stop=float(at[-1]),
+    )
+
+
+def random(
+    seed: int, mean: float, deviation: float, correlation: float, least: float = 0.02
+) -> Surface:
+    """Random friction: a normal process with a Gaussian correlation, the same for the same seed.
+
+    Parameters
+    ----------
+    seed : int
+        Not negative.
+    mean, deviation : float
+        Of μ0.
+    correlation : float
+        Distance at which the correlation has fallen to exp(−1/2) (L).
+    least : float
+        Lower bound of μ0: friction cannot be negative.
+    """
+    if not (mean > 0.0 and deviation >= 0.0 and correlation > 0.0 and least > 0.0):
+        raise ArgumentError(
+            "a random surface needs mean, correlation and least above 0, deviation not below 0"
+        )
+    generator = np.random.default_rng(seed)
+    wave = generator.standard_normal(COSINES) / correlation
+    phase = generator.uniform(0.0, 2.0 * np.pi, COSINES)
+    size = deviation * np.sqrt(2.0 / COSINES)
+
+    def mu0(x: FloatArray) -> FloatArray:
+        waves = np.cos(np.asarray(x)[..., None] * wave + phase).sum(axis=-1)
+        return np.maximum(least, mean + size * waves)
+
+    return Surface(name="random", mu0=mu0)
+
+
+def read_surface(
+    units: Units,
+    *,
+    mu0: Quantity | None = None,
+    patches: str | None = None,
+    profile: Path | None = None,
+    texture: str | None = None,
+    seed: int = 0,
+) -> Surface:
+    """Read a surface that is given in one of four ways.
+
+    Parameters
+    ----------
+    units : Units
+    mu0 : str or number, optional
+        The same friction everywhere.
+    patches : str, optional
+        Start and friction of each patch: ``"0 mm: 0.3, 50 mm: 0.4"``.
+    profile : Path, optional
+        Table with the columns ``x`` and ``mu0``.
+    texture : str, optional
+        Mean, standard deviation and correlation length of a random surface: ``"0.3, 0.04, 2 mm"``.
+    seed : int
+        Of the random surface.
+
+    Returns
+    -------
+    Surface
+
+    Raises
+    ------
+    ArgumentError
+        If it is given in no or in several ways, or an argument is out of range.
+    RecordingError
+        If the table cannot be read.
+    """
+    if sum(given is not None for given in (mu0, patches, profile, texture)) != 1:
+        raise ArgumentError("give the surface by one of mu0, patches, profile and texture")
+    if mu0 is not None:
+        return constant(float(units.read(mu0, Kind.NUMBER, "mu0")))
+    if patches is not None:
+        return _read_patches(patches, units)
+    if profile is not None:
+        return _read_profile(profile, units)
+    return _read_texture(texture or "", seed, units)
+
+
+def _read_patches(text: str, units: Units) -> Surface:
+    pairs = [part.partition(":") for part in text.split(",")]
+    return patches(
+        [float(units.read(start, Kind.LENGTH, "start of a patch")) for start, _, _ in pairs],
+        [float(units.read(value, Kind.NUMBER, "mu0 of a patch")) for _, _, value in pairs],
+    )
+
+
+def _read_profile(path: Path, units: Units) -> Surface:
+    table = series.read(path, ["x", "mu0"])
+    for name, values in table.columns.items():
+        missing = np.isnan(values)
+        if missing.any():
+            raise RecordingError(f"{table.place(int(np.argmax(missing)))}: {name} is missing")
+    factor = units.column_factor(table.units.get("x", "L"), Kind.LENGTH, f"{path}: x")
+    return profile(table.columns["x"] * factor, table.columns["mu0"])
+
+
+def _read_texture(text: str, seed: int, units: Units) -> Surface:
+    parts = text.split(",")
+    if len(parts) != 3:
+        raise ArgumentError(f"texture needs 'mean, deviation, correlation length', got {text!r}")
+    names = ("mean", "deviation", "correlation length")
+    kinds = (Kind.NUMBER, Kind.NUMBER, Kind.LENGTH)
+    mean, deviation, correlation = (
+        float(units.read(part, kind, f"{name} of the texture"))
+        for part, kind, name in zip(parts, kinds, names, strict=True)
+    )
+    return random(seed, mean, deviation, correlation)

@@ -1,0 +1,337 @@
+"""One state, one curve, one onset: what a person uses in a notebook."""
+
+from dataclasses import dataclass, field
+from decimal import Decimal
+
+import numpy as np
+
+from vibrissa.decimals import exact
+from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.equations import ends, shape
+from vibrissa.mechanics.outcomes import Contact, End, Method, Status
+from vibrissa.mechanics.stability import stability
+from vibrissa.mechanics.states import ContactState, RodStates
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sticking import collocation
+from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.stiction import read_curve
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class EquilibriumState(ContactState):
+    """One equilibrium of the rod with its tip held at a point of the surface.
+
+    Attributes
+    ----------
+    status : Status
+        ``solved``, ``out_of_reach`` or ``failed``; without a solution all numbers are NaN.
+    message : str
+        Empty, or what went wrong and what to try.
+    contact : str
+        ``point`` or ``line``: whether the tip alone touches or the rod lies along the surface;
+        empty for a failed state.
+    theta, x1, eta : float
+        Taper factor and position of the tip relative to the clamp (L).
+    residual : float
+        Equilibrium residual.
+    """
+
+    status: Status
+    message: str
+    contact: str
+    theta: float
+    x1: float
+    eta: float
+    residual: float
+    _solution: RodStates | None = field(default=None, repr=False)
+
+    @property
+    def penetrates(self) -> bool:
+        """Whether the tip alone touches and the shape passes through the surface (φ1 < 0)."""
+        return self.contact == Contact.POINT and bool(self.phi1 < 0.0)
+
+    def shape(self, s: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Deformed shape with the clamp at the origin.
+
+        Parameters
+        ----------
+        s : ndarray, shape (points,), optional
+            Arc lengths from 0 to 1 (L); 101 equally spaced ones by default.
+
+        Returns
+        -------
+        x, y, phi : ndarray, shape (points,)
+            Position (L) and slope (rad).
+
+        Raises
+        ------
+        ArgumentError
+            If the state was not solved.
+        """
+        if self._solution is None:
+            raise ArgumentError(f"a state with status {self.status} has no shape: {self.message}")
+        s = np.linspace(0.0, 1.0, 101) if s is None else s
+        x, y, phi = (values[0] for values in shape(self._solution, s))
+        return x, y, phi
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Onset:
+    """End of a period of sticking.
+
+    Attributes
+    ----------
+    status : Status
+        ``slip``, ``lock`` (μ0 > μ_lock: the tip never slips forward), ``out_of_reach`` or
+        ``failed``.
+    message : str
+        What the status means here, and what to try.
+    x0_slip : float
+        Exact onset of slip (L); NaN unless the tip slips.
+    n_steps : int or None
+        Steps to the last sticking state; None without a step size or an onset.
+    x0_max : float
+        Last state of stiction on the step grid, the paper's x0,max (L); NaN likewise.
+    mu_lock : float
+        Largest friction coefficient at which the tip slips.
+    slip : StickingState
+        State at the exact onset.
+    end : str
+        How sticking ends past the lock where the tip locks
+        (`vibrissa.mechanics.outcomes.End`); else empty.
+    ended : StickingState
+        The state in which it does, with its displacement x0.
+    residual : float
+        Largest equilibrium residual of the curve.
+    """
+
+    status: Status
+    message: str
+    x0_slip: float
+    n_steps: int | None
+    x0_max: float
+    mu_lock: float
+    slip: StickingState
+    end: str
+    ended: StickingState
+    residual: float
+
+
+def _check(
+    theta: float,
+    eta: float,
+    method: str = Method.COLLOCATION,
+    contact: str = Contact.POINT,
+) -> None:
+    if not (np.isfinite(theta) and theta >= 1.0):
+        raise ArgumentError(
+            f"theta is base over tip diameter and must be at least 1, got {theta!r}"
+        )
+    if not 0.0 < eta < 1.0:
+        raise ArgumentError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}")
+    if method not in tuple(Method):
+        raise ArgumentError(f"method must be one of {', '.join(Method)}, got {method!r}")
+    if contact not in tuple(Contact):
+        raise ArgumentError(f"contact must be one of {', '.join(Contact)}, got {contact!r}")
+    if method == Method.SHOOTING and contact != Contact.POINT:
+        raise ArgumentError(f"method {method!r} solves contact 'point' alone, got {contact!r}")
+
+
+def solve_state(
+    theta: float, eta: float, x1: float, contact: str = Contact.POINT
+) -> EquilibriumState:
+    """Solve one equilibrium with the tip at (x1, eta) relative to the clamp.
+
+    Parameters
+    ----------
+    theta : float
+        Taper factor, at least 1.
+    eta : float
+        Height of the contact point, 0 < eta < 1 (L).
+    x1 : float
+        Distance of the tip from the clamp along the surface (L).
+    contact : str
+        ``point``: the tip alone touches, as in the paper; ``line``: the rod lies along the
+        surface where it would pass through it.
+
+    Returns
+    -------
+    EquilibriumState
+        The state on the branch that begins at α = 0, the one of lowest force.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range or the contact point is out of the rod's reach.
+
+    Examples
+    --------
+    The paper's Figure 8:
+
+    >>> state = solve_state(theta=1, eta=0.55, x1=0.15)
+    >>> print(f"{state.f:.3f} {state.phi1:.3f} {state.penetrates}")
+    22.983 -0.495 True
+    """
+    _check(theta, eta, contact=contact)
+    if not np.hypot(x1, eta) < 1.0:
+        raise ArgumentError(
+            f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
+        )
+    solution, residual, status, message = collocation.solve_offset(theta, eta, x1, Contact(contact))
+    return EquilibriumState(
+        **_shown(solution),
+        status=status,
+        message=message,
+        contact="" if solution is None else _kind(solution).value,
+        theta=theta,
+        x1=x1,
+        eta=eta,
+        residual=np.nan if solution is None else residual,
+        _solution=solution,
+    )
+
+
+def _kind(solution: RodStates) -> Contact:
+    """Kind of contact of a solved state."""
+    return Contact.POINT if solution.s_c[0] == 1.0 else Contact.LINE
+
+
+def _shown(solution: RodStates | None) -> dict[str, float]:
+    """Evaluate one state; NaN without any."""
+    if solution is None:
+        return dict.fromkeys(ContactState.names(), np.nan)
+    kind, seen = _kind(solution), ends(solution)
+    return {
+        "reaction_fx": float(solution.fx[0]),
+        "reaction_fy": float(solution.fy[0]),
+        "reaction_m": float(seen.moment[0]),
+        "phi1": 0.0 if kind is Contact.LINE else float(seen.phi1[0]),
+        "s_c": float(solution.s_c[0]),
+        "stability": float(stability(solution, kind)[0]),
+    }
+
+
+def solve_curve(
+    theta: float,
+    eta: float,
+    method: str = Method.COLLOCATION,
+    dx0: float | None = None,
+    contact: str = Contact.POINT,
+) -> StickingCurve:
+    """Solve the sticking curve of one rod at one height, from α = 0 past the lock to its end.
+
+    Parameters
+    ----------
+    theta : float
+        Taper factor, at least 1.
+    eta : float
+        Height of the contact point, 0 < eta < 1 (L).
+    method : str
+        ``collocation`` or ``shooting``.
+    dx0 : float, optional
+        Footpoint displacement step (L); needed by ``shooting`` alone.
+    contact : str
+        ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
+
+    Returns
+    -------
+    StickingCurve
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range.
+    """
+    _check(theta, eta, method, contact)
+    if method == Method.COLLOCATION:
+        return collocation.solve_curves(np.array([theta]), np.array([eta]), Contact(contact))[0]
+    if dx0 is None or not dx0 > 0.0:
+        raise ArgumentError(f"shooting needs a positive step dx0, got {dx0!r}")
+    # SciPy's integrators and searches take half a second to load: only who asks for them waits.
+    from vibrissa.sticking import shooting
+
+    return shooting.solve_curve(theta, eta, dx0)
+
+
+def solve_onset(
+    theta: float,
+    mu0: float | Decimal,
+    eta: float,
+    dx0: float | Decimal | None = None,
+    method: str = Method.COLLOCATION,
+    contact: str = Contact.POINT,
+) -> Onset:
+    """Solve for the end of one period of sticking.
+
+    Parameters
+    ----------
+    theta : float
+        Taper factor, at least 1.
+    mu0 : float or Decimal
+        Coefficient of static friction, positive.
+    eta : float
+        Height of the contact point, 0 < eta < 1 (L).
+    dx0 : float or Decimal, optional
+        Footpoint displacement step (L) for the paper's x0,max on the step grid.
+    method : str
+        ``collocation`` or ``shooting``, which needs `dx0`.
+    contact : str
+        ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
+
+    Returns
+    -------
+    Onset
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> onset = solve_onset(theta=2, mu0=0.4, eta=0.85, dx0=0.001)
+    >>> print(f"{onset.x0_slip:.6f} {onset.x0_max}")
+    0.052838 0.052
+    """
+    friction = exact(mu0)
+    if not friction > 0:
+        raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
+    if dx0 is not None and not exact(dx0) > 0:
+        raise ArgumentError(f"dx0 must be positive, got {dx0!r}")
+    curve = solve_curve(theta, eta, method, None if dx0 is None else float(dx0), contact)
+    stiction = read_curve(curve, [friction], [exact(1 if dx0 is None else dx0)])
+    status = stiction.status[0]
+    if status is Status.SLIP:
+        message = f"the tip slips at x0 = {stiction.x0_slip[0]:.6g}"
+    elif status is Status.LOCK:
+        message = (
+            f"the tip locks: it slips only for mu0 up to mu_lock = {curve.mu_lock:.6g}; "
+            "choose a smaller mu0 or an eta closer to 1 or another theta. Past the lock "
+            + _past_lock(End(stiction.end[0]), curve, float(stiction.ended.x0[0]))
+        )
+    else:
+        message = curve.message
+    stepped = status is Status.SLIP and dx0 is not None
+    return Onset(
+        status=status,
+        message=message,
+        x0_slip=float(stiction.x0_slip[0]),
+        n_steps=int(stiction.n_steps[0]) if stepped else None,
+        x0_max=float(stiction.x0_max[0]) if stepped else float("nan"),
+        mu_lock=curve.mu_lock,
+        slip=stiction.slip.take(0),
+        end=stiction.end[0],
+        ended=stiction.ended.take(0),
+        residual=curve.residual,
+    )
+
+
+def _past_lock(end: End, curve: StickingCurve, x0: float) -> str:
+    """Say how the motion goes on past the lock."""
+    return {
+        End.SLIPS_BACK: f"it slips back at x0 = {x0:.6g}",
+        End.SNAPS: f"the rod snaps through at x0 = {x0:.6g}",
+        End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0:.6g} on",
+        End.NOT_FOLLOWED: f"the motion was not followed: {curve.end_message}",
+    }[end]

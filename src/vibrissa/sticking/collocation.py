@@ -1,0 +1,459 @@
+"""Sticking curves by spectral collocation: batches of (θ, η).
+
+A curve is solved in stages, each for the whole batch at once: it is followed in coarse steps on few
+nodes (`vibrissa.sticking.continuation`), first along x0 until −tan α has passed its maximum, then
+along the advance until x0 turns back; it is cut where the contact changes its kind, as it is smooth
+only between; and each piece is resolved (`vibrissa.sticking.refinement`).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.mechanics.admissibility import clearances
+from vibrissa.mechanics.equations import (
+    Closure,
+    coefficient_decay,
+    contact_position,
+    largest_residual,
+)
+from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.outcomes import Contact, End, Method, Parameter, Status
+from vibrissa.mechanics.stability import stability
+from vibrissa.mechanics.states import RodStates
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.sticking.continuation import (
+    Segment,
+    StepSizes,
+    begin,
+    first_segment,
+    follow,
+    second_segment,
+    switch_states,
+)
+from vibrissa.sticking.curve import StickingCurve, assembled_curve, failed_curve
+from vibrissa.sticking.piece import Piece
+from vibrissa.sticking.refinement import (
+    DECAY_TOLERANCE,
+    NODES_ALONG_ROD,
+    RESIDUAL_TOLERANCE,
+    Pieces,
+    Resolved,
+    guess_from,
+    residual_tolerance,
+    resolve,
+)
+
+METHOD = Method.COLLOCATION
+# How branches are followed: more closely where the step sizes before lead nowhere, or past a change
+# of the contact. The pieces have nodes and states of their own.
+STEP_SIZES = (
+    StepSizes(nodes=24, x0=0.05, advance=0.15),
+    StepSizes(nodes=48, x0=0.02, advance=0.03),
+    StepSizes(nodes=108, x0=0.01, advance=0.005),
+)
+# Curves that are solved together: bounds the memory and stays in the processor's cache.
+BATCH = 256
+
+NO_INITIAL_STATE = (
+    "no first-mode state with alpha = 0 found; try a larger eta or a theta closer to 1"
+)
+NO_LOCK = (
+    "the march along x0 ended before -tan(alpha) had a maximum; try a larger eta or a theta closer "
+    "to 1"
+)
+NO_SWITCH = (
+    "a change of the kind of contact could not be located, or there is more than one within a step "
+    "of the march; try a slightly different eta or theta"
+)
+NOT_FOLLOWED = (
+    "the branch that begins at alpha = 0 could not be followed to this offset; it may end before"
+)
+NOT_RESOLVED = (
+    f"residual or series decay above {RESIDUAL_TOLERANCE:g} with {NODES_ALONG_ROD[-1]} nodes along "
+    f"the rod; try an eta between 0.3 and 0.9999 and a theta up to 20"
+)
+NO_END = "the curve could not be followed from the lock to where it turns back"
+
+
+def solve_curves(
+    theta: FloatArray, eta: FloatArray, model: Contact = Contact.POINT
+) -> list[StickingCurve]:
+    """Solve sticking curves for pairs of taper and height.
+
+    Parameters
+    ----------
+    theta, eta : ndarray, shape (n,)
+        Taper factors (≥ 1) and heights of the contact point (0 < η < 1, in units of L).
+    model : Contact
+        POINT for contact with the tip alone, LINE for the kind of contact that is possible.
+
+    Returns
+    -------
+    list of StickingCurve
+        In the order of the arguments; a pair without a resolved solution is ``failed``.
+    """
+    theta, eta = np.asarray(theta, dtype=float), np.asarray(eta, dtype=float)
+    curves: list[StickingCurve] = []
+    for start in range(0, len(theta), BATCH):
+        batch = slice(start, start + BATCH)
+        curves += _solve_batch(theta[batch], eta[batch], model)
+    return curves
+
+
+class StateSolution(NamedTuple):
+    """One state that was sought, or why it was not found.
+
+    Attributes
+    ----------
+    state : RodStates or None
+        A batch of one, or None if none was resolved that is admissible.
+    residual : float
+        Its equilibrium residual.
+    status : Status
+        ``solved``, ``out_of_reach`` or ``failed``.
+    message : str
+        Empty, or what went wrong and what to try.
+    """
+
+    state: RodStates | None
+    residual: float
+    status: Status
+    message: str
+
+
+def solve_offset(
+    theta: float, eta: float, offset: float, model: Contact = Contact.POINT
+) -> StateSolution:
+    """Solve one state with a prescribed offset x1 − x0 on the branch that begins at α = 0.
+
+    Parameters
+    ----------
+    theta, eta : float
+        Taper factor and height of the surface (L).
+    offset : float
+        Distance of the tip from the clamp along the surface (L).
+    model : Contact
+        POINT for contact with the tip alone, LINE for the kind of contact that is possible.
+
+    Returns
+    -------
+    StateSolution
+    """
+    solution = StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)
+    thetas, etas = np.array([theta], dtype=float), np.array([eta], dtype=float)
+    for sizes in STEP_SIZES:
+        segment, index = begin(thetas, etas, sizes, model)
+        if not len(index):
+            continue
+        # The branch is followed from α = 0 in steps no longer than those of the first segment.
+        x1_init = float(segment.branches.x1_init[0])
+        way = x1_init - offset
+        count = max(1, int(np.ceil(abs(way) / (sizes.x0 * x1_init))))
+        segment = follow(replace(segment, step=np.array([way / count])), count, model)
+        if segment.last[0] < count:
+            solution = solution._replace(message=NOT_FOLLOWED)
+            continue
+        contact = Contact.LINE if segment.line[-1, 0] else Contact.POINT
+        closure = Closure.at_offset(np.array([offset]), contact)
+        solution = _resolved_state(segment.steps[-1], segment.branches.eta, closure)
+        if solution.status is not Status.FAILED:
+            break
+    return solution
+
+
+def _resolved_state(guess: RodStates, eta: FloatArray, closure: Closure) -> StateSolution:
+    """Solve one state on as many nodes as it needs."""
+    residual = np.nan
+    for nodes in NODES_ALONG_ROD:
+        state = solve(guess.on_nodes(nodes), eta, closure).states
+        residual = float(largest_residual(state, eta, closure)[0])
+        if _is_resolved(state, eta, closure)[0]:
+            if how := clearances(state, eta, closure.contact).reasons(0):
+                return StateSolution(None, residual, Status.OUT_OF_REACH, how)
+            return StateSolution(state, residual, Status.SOLVED, "")
+    return StateSolution(None, residual, Status.FAILED, NOT_RESOLVED)
+
+
+def _is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolArray:
+    """Whether states satisfy the equations between their nodes, and have enough of these."""
+    accurate = largest_residual(states, eta, closure) < residual_tolerance(states.nodes)
+    return accurate & (coefficient_decay(states) < DECAY_TOLERANCE)
+
+
+def _solve_batch(theta: FloatArray, eta: FloatArray, model: Contact) -> list[StickingCurve]:
+    """Solve one batch, and follow those more closely that need it."""
+    results = _solve_in_steps(theta, eta, STEP_SIZES[0], model)
+    for sizes in STEP_SIZES[1:]:
+        pending = [
+            i
+            for i, curve in enumerate(results)
+            if curve.status is Status.FAILED or curve.end is End.NOT_FOLLOWED
+        ]
+        if not pending:
+            break
+        solved = _solve_in_steps(theta[pending], eta[pending], sizes, model)
+        for index, curve in zip(pending, solved, strict=True):
+            if curve.status is not Status.FAILED or results[index].status is Status.FAILED:
+                results[index] = curve
+    return results
+
+
+class _Section(NamedTuple):
+    """Part of a segment between two changes of the contact: first and last value, and its kind."""
+
+    start: float
+    stop: float
+    line: bool
+
+
+# None where the sections of a branch are not known.
+_Sections = list[_Section] | None
+
+
+def _solve_in_steps(
+    theta: FloatArray, eta: FloatArray, sizes: StepSizes, model: Contact
+) -> list[StickingCurve]:
+    """Solve curves whose segments are followed in steps of certain sizes."""
+    results = [
+        _failed(float(t), float(e), NO_INITIAL_STATE) for t, e in zip(theta, eta, strict=True)
+    ]
+    first, index = first_segment(theta, eta, sizes, model)
+    if not len(index):
+        return results
+    # What the pieces are cut at has to be exact, unlike the steps: solve it on more nodes.
+    first = replace(first, branches=replace(first.branches, x1_init=_exact_x1_init(first)))
+    zero, joint = np.zeros(len(index)), first.last * first.step
+    ahead = _sections(first, zero, joint)
+    solved = _solve_sections(first, ahead)
+    # The second segments are followed once the first ones are solved: not of what is inadmissible,
+    # nor where the tip lifts off, nor where the initial state is not resolved.
+    admissible = [not any(np.isfinite(part.limit.at) for part in parts) for parts in solved]
+    resolved = np.isfinite(first.branches.x1_init)
+    rows = np.flatnonzero(admissible & resolved & (first.at(first.last)[0].fy < 0.0))
+    past: list[_Sections] = [None] * len(index)
+    if len(rows):
+        second = second_segment(first.take(rows), sizes, model)
+        stop = second.origin + second.last * second.step
+        sections = _sections(second, _exact_advance(first.take(rows), joint[rows]), stop)
+        good = np.flatnonzero(_turned(second) & [part is not None for part in sections])
+        known = [sections[i] for i in good]
+        found = _solve_sections(second.take(good), known)
+        for row, some, parts in zip(rows[good], known, found, strict=True):
+            past[row] = some
+            solved[row] += parts
+    passed = _passed(first)
+    for row, i in enumerate(index):
+        results[i] = _assembled(
+            theta=results[i].theta,
+            eta=results[i].eta,
+            x1_init=float(first.branches.x1_init[row]),
+            passed=bool(passed[row]),
+            sections={Parameter.X0: ahead[row], Parameter.ADVANCE: past[row]},
+            solved=solved[row],
+            model=model,
+        )
+    return results
+
+
+def _solve_sections(segment: Segment, sections: Sequence[_Sections]) -> list[list[Resolved]]:
+    """Resolve the sections of each branch."""
+    solved: list[list[Resolved]] = [[] for _ in sections]
+    for contact in Contact:
+        pieces = _pieces(contact, segment, sections)
+        for part in resolve(pieces, guess_from(segment, pieces)) if len(pieces) else ():
+            solved[part.curve].append(part)
+    return solved
+
+
+def _passed(first: Segment) -> BoolArray:
+    """Whether the first segments have found a maximum of −tan α or the tip lifting off."""
+    fx, fy = first.forces
+    last, rows = first.last, np.arange(len(first.origin))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        demand = np.nan_to_num(fx / fy, nan=-np.inf)
+    pulls = (fy[last, rows] >= 0.0) & (fx[last, rows] < 0.0)
+    return pulls | (demand[last, rows] < np.maximum(demand.max(axis=0), 1e-300))
+
+
+def _turned(segment: Segment) -> BoolArray:
+    """Whether the segments have passed the end of stability."""
+    last, rows = segment.last, np.arange(len(segment.origin))
+    offsets = np.stack([contact_position(states)[0] for states in segment.steps])
+    back = (last >= 2) & (offsets[last, rows] > offsets[np.maximum(last - 1, 0), rows])
+    states, line = segment.at(last)
+    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
+        lost = np.flatnonzero(kind & ~back & (last >= 2))
+        if len(lost):
+            back[lost] = stability(states.take(lost), contact) < 0.0
+    return back
+
+
+def _exact_x1_init(first: Segment) -> FloatArray:
+    """Contact points of the α = 0 states; NaN where not resolved."""
+    states, line = first.at(np.zeros(len(first.origin), dtype=np.int64))
+    return _exact(
+        states,
+        line,
+        first.branches.eta,
+        lambda contact, i: Closure.at_inclination(np.zeros(len(i)), contact),
+        lambda states, i: contact_position(states)[0],
+    )
+
+
+def _exact_advance(first: Segment, x0: FloatArray) -> FloatArray:
+    """Advance of the states at given displacements, the last ones; NaN where not resolved."""
+    states, line = first.at(first.last)
+    return _exact(
+        states,
+        line,
+        first.branches.eta,
+        lambda contact, i: first.branches.take(i).closure(Parameter.X0, contact, x0[i]),
+        lambda states, i: first.branches.take(i).value_of(Parameter.ADVANCE, states),
+    )
+
+
+def _exact(
+    states: RodStates,
+    line: BoolArray,
+    eta: FloatArray,
+    closure: Callable[[Contact, IntArray], Closure],
+    measure: Callable[[RodStates, IntArray], FloatArray],
+) -> FloatArray:
+    """Measure states on as many nodes as they need; NaN where there never are enough."""
+    measured = np.full(len(states), np.nan)
+    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
+        rows = np.flatnonzero(kind)
+        guess = states.take(rows)
+        for nodes in NODES_ALONG_ROD:
+            if not len(rows):
+                break
+            conditions = closure(contact, rows)
+            solution = solve(guess.on_nodes(nodes), eta[rows], conditions).states
+            good = _is_resolved(solution, eta[rows], conditions)
+            measured[rows[good]] = measure(solution.take(good), rows[good])
+            rows, guess = rows[~good], guess.take(~good)
+    return measured
+
+
+def _sections(segment: Segment, start: FloatArray, stop: FloatArray) -> list[_Sections]:
+    """Cut segments where the contact changes its kind."""
+    inner: list[list[float] | None] = [[] for _ in start]
+    last = segment.last
+    for k in range(len(segment.steps) - 1):
+        changing = np.flatnonzero((segment.line[k] != segment.line[k + 1]) & (k < last))
+        if not len(changing):
+            continue
+        switches = _switches(segment, k, changing)
+        for curve, at in zip(changing.tolist(), switches, strict=True):
+            known = inner[curve]
+            # Segments are followed on fewer nodes than the switches are solved on.
+            place = (at - segment.origin[curve]) / segment.step[curve]
+            if known is not None:
+                inner[curve] = [*known, float(at)] if k - 0.1 <= place <= k + 1.1 else None
+    sections: list[_Sections] = []
+    for curve, values in enumerate(inner):
+        low, high = float(start[curve]), float(stop[curve])
+        if values is None or not np.isfinite([low, high]).all() or last[curve] < 2:
+            sections.append(None)
+            continue
+        bounds = [low, *(min(max(value, low), high) for value in values), high]
+        first = bool(segment.line[0, curve])
+        parts = [_Section(a, b, first ^ bool(i % 2)) for i, (a, b) in enumerate(pairwise(bounds))]
+        sections.append([part for part in parts if part.start < part.stop])
+    return sections
+
+
+def _switches(segment: Segment, k: int, changing: IntArray) -> FloatArray:
+    """Parameter at which the contact of some branches changes between step k and the next."""
+    branches = segment.branches.take(changing)
+    # From the side on which the tip alone touches.
+    side = np.where(segment.line[k], k + 1, k)
+    guess = switch_states(segment.at(side)[0].take(changing), branches.eta)
+    return _exact(
+        guess,
+        np.zeros(len(changing), dtype=bool),
+        branches.eta,
+        lambda contact, i: Closure.at_switch(len(i)),
+        lambda states, i: branches.take(i).value_of(segment.parameter, states),
+    )
+
+
+def _pieces(contact: Contact, segment: Segment, sections: Sequence[_Sections]) -> Pieces:
+    """Pieces of a segment that have one kind of contact."""
+    found = [
+        (curve, part)
+        for curve, parts in enumerate(sections)
+        for part in parts or ()
+        if part.line == (contact is Contact.LINE)
+    ]
+    curves = np.array([curve for curve, _ in found], dtype=np.int64)
+    start = np.array([part.start for _, part in found], dtype=float)
+    return Pieces(
+        **segment.branches.take(curves).columns,
+        contact=contact,
+        parameter=segment.parameter,
+        curve=curves,
+        start=start,
+        length=np.array([part.stop for _, part in found], dtype=float) - start,
+    )
+
+
+def _failed(theta: float, eta: float, message: str) -> StickingCurve:
+    return failed_curve(theta=theta, eta=eta, method=METHOD, message=message)
+
+
+def _assembled(
+    *,
+    theta: float,
+    eta: float,
+    x1_init: float,
+    passed: bool,
+    sections: Mapping[Parameter, _Sections],
+    solved: Sequence[Resolved],
+    model: Contact,
+) -> StickingCurve:
+    """Put the resolved pieces of one curve together and find where it ends."""
+    if not passed:
+        return _failed(theta, eta, NO_LOCK)
+    if sections[Parameter.X0] is None:
+        return _failed(theta, eta, NO_SWITCH if np.isfinite(x1_init) else NOT_RESOLVED)
+    whole = {name: _whole(name, bounds, solved) for name, bounds in sections.items()}
+    if not whole[Parameter.X0]:
+        return _failed(theta, eta, NOT_RESOLVED)
+    parts = [*whole[Parameter.X0], *whole[Parameter.ADVANCE]]
+    curve = assembled_curve(
+        theta=theta,
+        eta=eta,
+        method=METHOD,
+        x1_init=x1_init,
+        pieces=[part.piece for part in parts],
+        residual=max(part.residual for part in parts),
+        limits=[part.limit for part in parts],
+        no_end=NO_END,
+    )
+    if model is Contact.LINE and not all(map(_possible, curve.pieces)):
+        return _failed(theta, eta, NO_SWITCH)
+    return curve
+
+
+def _whole(parameter: Parameter, sections: _Sections, solved: Sequence[Resolved]) -> list[Resolved]:
+    """Order the resolved pieces of a segment; none if they do not cover it."""
+    parts = [part for part in solved if part.piece.parameter is parameter]
+    length = sum(section.stop - section.start for section in sections or ())
+    covered = sum(part.piece.stop - part.piece.start for part in parts)
+    if covered <= length * (1.0 - 1e-9):
+        return []
+    return sorted(parts, key=lambda part: part.piece.start)
+
+
+def _possible(piece: Piece) -> bool:
+    """Whether a piece has nowhere the other kind of contact than it was cut out for."""
+    slack = 1e-9
+    if piece.contact is Contact.POINT:
+        return bool(piece.samples.phi1.min() >= -slack)
+    s_c = piece.samples.s_c
+    return bool(s_c.max() <= 1.0 + slack and s_c.min() > 0.0)

@@ -1,0 +1,427 @@
+"""Continuation: a branch of equilibria is followed, with the kind of contact that each state needs.
+
+The branch begins at α = 0 and is followed in two segments. The first goes in steps of x0 until
+−tan α has passed its maximum. From there to the end neither x0 nor α increases all the way: both
+turn back, the one shortly after the other. The second segment goes in steps of the *advance*, which
+takes the growth of the force into account (equation E3c), until x0 has turned back.
+
+With ``contact: point`` the tip alone touches the surface throughout. With ``contact: line`` each
+state has the kind of contact that is possible: the tip touches where φ1 ≥ 0, and the rod lies along
+the surface where it would pass through it. Both conditions cannot hold at once, so a state that
+violates its own is solved again with the other.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.mechanics.buckling import initial_states
+from vibrissa.mechanics.equations import Closure, advance, contact_position, ends
+from vibrissa.mechanics.newton import extrapolated, solve
+from vibrissa.mechanics.outcomes import Contact, Parameter
+from vibrissa.mechanics.states import RodStates
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.batch import Batch
+
+# Height at which lowering the surface begins, and numbers of steps to try.
+HIGHEST = 0.999
+LOWERING_STEPS = (12, 40)
+# Limit of the first segment relative to x1_init: at 1 the clamp stands under the contact.
+LIMIT_OF_X0 = 2.0
+# The first segment ends where −tan α has fallen below this part of its maximum.
+PAST_LOCK = 0.6
+# Where the second segment ends at the latest.
+LIMIT_OF_ADVANCE = 50.0
+# Accuracy of the states of a segment: they are guesses for what is solved exactly.
+TOLERANCE_OF_SEGMENTS = 1e-6
+# States through which a quadratic is laid between the steps.
+FEWEST_STATES = 3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Branches(Batch):
+    """A batch of branches: what they belong to and the α = 0 states in which they begin.
+
+    Attributes
+    ----------
+    theta, eta : ndarray, shape (n,)
+        Taper factors and heights of the surface (L).
+    x1_init : ndarray, shape (n,)
+        Contact point in the α = 0 state, with the clamp at x = 0 (L).
+    force : ndarray, shape (n,)
+        Contact force in the α = 0 state (E·I0/L²).
+    """
+
+    theta: FloatArray
+    eta: FloatArray
+    x1_init: FloatArray
+    force: FloatArray
+
+    def closure(self, parameter: Parameter, contact: Contact, value: FloatArray) -> Closure:
+        """Conditions that hold at given values of the parameter."""
+        if parameter is Parameter.X0:
+            return Closure.at_offset(self.x1_init - value, contact)
+        return Closure.at_advance(value, self.x1_init, self.force, contact)
+
+    def value_of(self, parameter: Parameter, states: RodStates) -> FloatArray:
+        """Value of the parameter in given states."""
+        if parameter is Parameter.X0:
+            return self.x1_init - contact_position(states)[0]
+        return advance(states, self.x1_init, self.force)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Segment:
+    """States at equal steps of one parameter along a batch of branches, NaN where one has ended.
+
+    Attributes
+    ----------
+    parameter : Parameter
+        What the steps are steps of.
+    branches : Branches
+    origin, step : ndarray, shape (n,)
+        Parameter of the first state and its increment (x0 in L).
+    steps : list of RodStates
+        One batch for each step.
+    line : ndarray of bool, shape (steps, n)
+        Whether a state is in line contact.
+    """
+
+    parameter: Parameter
+    branches: Branches
+    origin: FloatArray
+    step: FloatArray
+    steps: list[RodStates]
+    line: BoolArray
+
+    def take(self, index: IntArray) -> "Segment":
+        """Select branches."""
+        return replace(
+            self,
+            branches=self.branches.take(index),
+            origin=self.origin[index],
+            step=self.step[index],
+            steps=[states.take(index) for states in self.steps],
+            line=self.line[:, index],
+        )
+
+    @property
+    def forces(self) -> tuple[FloatArray, FloatArray]:
+        """Contact forces fx and fy, each of shape (steps, n)."""
+        return np.stack([s.fx for s in self.steps]), np.stack([s.fy for s in self.steps])
+
+    @property
+    def last(self) -> IntArray:
+        """Index of the last state of each branch, -1 where there is none."""
+        return np.isfinite(self.forces[0]).sum(axis=0) - 1
+
+    def at(self, k: IntArray) -> tuple[RodStates, BoolArray]:
+        """State `k[i]` of each branch i, and whether it is in line contact."""
+        states = self.steps[0].copy()
+        for number in np.unique(k):
+            chosen = np.flatnonzero(k == number)
+            states.put(chosen, self.steps[number].take(chosen))
+        return states, self.line[k, np.arange(len(k))]
+
+
+class StepSizes(NamedTuple):
+    """How closely branches are followed.
+
+    Attributes
+    ----------
+    nodes : int
+        Number of collocation nodes.
+    x0 : float
+        Step of the first segment, relative to x1_init.
+    advance : float
+        Step of the second segment.
+    """
+
+    nodes: int
+    x0: float
+    advance: float
+
+
+def begin(
+    theta: FloatArray, eta: FloatArray, sizes: StepSizes, model: Contact
+) -> tuple[Segment, IntArray]:
+    """Solve the states in which branches begin.
+
+    Parameters
+    ----------
+    theta, eta : ndarray, shape (n,)
+        Taper factors and heights of the surface (L).
+    sizes : StepSizes
+    model : Contact
+        POINT for contact with the tip alone, LINE for the kind that is possible.
+
+    Returns
+    -------
+    segment : Segment
+        The first segment with its first state, for those branches of which it was found.
+    index : ndarray of int
+        Which of the arguments they are.
+    """
+    states, found = initial_states(theta, eta, sizes.nodes)
+    line = np.zeros(len(theta), dtype=bool)
+    if model is Contact.LINE:
+        line = found & (ends(states).phi1 < 0.0)
+        for count in LOWERING_STEPS:
+            lying = np.flatnonzero(line & ~(found & (states.s_c < 1.0)))
+            if len(lying):
+                solution, found[lying] = _lowered(theta[lying], eta[lying], sizes.nodes, count)
+                states.put(lying, solution)
+    index = np.flatnonzero(found)
+    states = states.take(index)
+    x1_init, _ = contact_position(states)
+    segment = Segment(
+        parameter=Parameter.X0,
+        branches=Branches(theta=states.theta, eta=eta[index], x1_init=x1_init, force=-states.fy),
+        origin=np.zeros(len(index)),
+        step=sizes.x0 * x1_init,
+        steps=[states],
+        line=line[None, index],
+    )
+    return segment, index
+
+
+def _lowered(
+    theta: FloatArray, eta: FloatArray, nodes: int, count: int
+) -> tuple[RodStates, BoolArray]:
+    """Solve α = 0 states in line contact by lowering the surface from where the tip alone touches.
+
+    Straight from the point-contact state, Newton's iteration finds only those that differ little.
+    """
+    # The deflection grows like the square root of 1 − η: equal steps of it.
+    root = np.linspace(np.sqrt(1.0 - HIGHEST), np.sqrt(1.0 - eta), count)
+    steps = [initial_states(theta, 1.0 - root[0] ** 2, nodes)[0]]
+    line = np.zeros(len(theta), dtype=bool)
+    vertical = Closure.at_inclination(np.zeros(len(theta)))
+    for width in root[1:]:
+        guess = extrapolated(steps[-3:])
+        # Where the kind just changed, the extrapolated s_c may have passed 1.
+        guess = replace(guess, s_c=np.where(line, np.minimum(guess.s_c, 1.0), 1.0))
+        states, line, found = with_active_contact(
+            guess, 1.0 - width**2, vertical, line, Contact.LINE
+        )
+        steps.append(states)
+    return states, found & line & (states.s_c < 1.0)
+
+
+def follow(
+    segment: Segment,
+    count: int,
+    model: Contact,
+    goes_on: Callable[[Segment], BoolArray] | None = None,
+    before: RodStates | None = None,
+) -> Segment:
+    """Follow branches in equal steps of the segment's parameter.
+
+    Parameters
+    ----------
+    segment : Segment
+        With at least its first states.
+    count : int
+        Largest number of steps.
+    model : Contact
+        POINT or LINE, as in `begin`.
+    goes_on : callable, optional
+        Asked after each step which branches are to be followed further.
+    before : RodStates, optional
+        States one step before the segment's first, or guesses of them.
+
+    Returns
+    -------
+    Segment
+        With up to `count` steps.
+    """
+    active, branches = np.arange(len(segment.origin)), segment.branches
+    while len(active) and len(segment.steps) <= count:
+        known = segment.steps if before is None else [before, *segment.steps]
+        last = known[-3:]
+        if len(active) < len(segment.origin):
+            last, branches = [s.take(active) for s in last], segment.branches.take(active)
+        value = segment.origin[active] + len(segment.steps) * segment.step[active]
+        closure = branches.closure(segment.parameter, Contact.POINT, value)
+        solution, kind, found = with_active_contact(
+            extrapolated(last), branches.eta, closure, segment.line[-1][active], model
+        )
+        states, line = segment.steps[0].unsolved(), segment.line[-1].copy()
+        states.put(active, solution)
+        line[active] = kind
+        segment = replace(
+            segment, steps=[*segment.steps, states], line=np.vstack([segment.line, line])
+        )
+        active = active[found & (goes_on is None or goes_on(segment)[active])]
+    return segment
+
+
+def past_lock(segment: Segment) -> BoolArray:
+    """Whether −tan α has fallen well below its maximum, or the surface would have to pull."""
+    fx, fy = segment.forces
+    with np.errstate(divide="ignore", invalid="ignore"):
+        demand = fx / fy
+    pulls = (fy[-1] >= 0.0) & (fx[-1] < 0.0)
+    fallen = demand[-1] < PAST_LOCK * np.nan_to_num(demand, nan=0.0).max(axis=0)
+    return (fallen | pulls) & (len(segment.steps) >= FEWEST_STATES)
+
+
+def turns_back(segment: Segment) -> BoolArray:
+    """Whether x0 decreased in the last step."""
+    if len(segment.steps) < FEWEST_STATES:
+        return np.zeros(len(segment.origin), dtype=bool)
+    before, after = (contact_position(states)[0] for states in segment.steps[-2:])
+    return after > before
+
+
+def with_active_contact(
+    guess: RodStates,
+    eta: FloatArray,
+    closure: Closure,
+    line: BoolArray,
+    model: Contact,
+) -> tuple[RodStates, BoolArray, BoolArray]:
+    """Solve states with the kind of contact that is possible.
+
+    Parameters
+    ----------
+    guess : RodStates
+    eta : ndarray, shape (n,)
+        Heights of the surface (L).
+    closure : Closure
+        What is prescribed; its kind of contact does not matter.
+    line : ndarray of bool, shape (n,)
+        Kind of contact to try first.
+    model : Contact
+        POINT or LINE, as in `begin`.
+
+    Returns
+    -------
+    states : RodStates
+        NaN where none was found.
+    line : ndarray of bool, shape (n,)
+        Kind of contact of each.
+    found : ndarray of bool, shape (n,)
+    """
+    states, found = _solve_kinds(guess, eta, closure, line)
+    if model is Contact.LINE:
+        impossible = found & np.where(line, states.s_c > 1.0, ends(states).phi1 < 0.0)
+        other = np.flatnonzero(impossible)
+        if len(other):
+            line = line.copy()
+            line[other] = ~line[other]
+            start = replace(states.take(other), s_c=np.ones(len(other)))
+            solution, again = _solve_kinds(start, eta[other], closure.take(other), line[other])
+            states.put(other, solution)
+            slope = ends(solution).phi1
+            found[other] = again & np.where(line[other], solution.s_c <= 1.0, slope >= 0.0)
+    # s_c runs away where the rod would lie down altogether
+    return states, line, found & (states.s_c > 0.0)
+
+
+def _solve_kinds(
+    guess: RodStates,
+    eta: FloatArray,
+    closure: Closure,
+    line: BoolArray,
+) -> tuple[RodStates, BoolArray]:
+    """Solve a batch in which each state has its kind of contact."""
+    states, found = guess.unsolved(), np.zeros(len(guess), dtype=bool)
+    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
+        conditions = replace(closure, contact=contact)
+        if kind.all():
+            return solve(guess, eta, conditions, tolerance=TOLERANCE_OF_SEGMENTS)[:2]
+        if kind.any():
+            index = np.flatnonzero(kind)
+            solution = solve(
+                guess.take(index),
+                eta[index],
+                conditions.take(index),
+                tolerance=TOLERANCE_OF_SEGMENTS,
+            )
+            found[index] = solution.converged
+            states.put(index, solution.states)
+    return states, found
+
+
+def first_segment(
+    theta: FloatArray, eta: FloatArray, sizes: StepSizes, model: Contact
+) -> tuple[Segment, IntArray]:
+    """Follow branches from α = 0 until −tan α has passed its maximum or the tip lifts off.
+
+    Parameters
+    ----------
+    theta, eta, sizes, model
+        As in `begin`.
+
+    Returns
+    -------
+    segment : Segment
+    index : ndarray of int
+        Which of the arguments the branches are.
+    """
+    segment, index = begin(theta, eta, sizes, model)
+    count = round(LIMIT_OF_X0 / sizes.x0)
+    return follow(segment, count, model, lambda segment: ~past_lock(segment)), index
+
+
+def second_segment(first: Segment, sizes: StepSizes, model: Contact) -> Segment:
+    """Follow branches on from the last state of the first segment until they turn back in x0.
+
+    Parameters
+    ----------
+    first : Segment
+    sizes, model
+        As in `begin`.
+
+    Returns
+    -------
+    Segment
+    """
+    states, line = first.at(first.last)
+    origin = first.branches.value_of(Parameter.ADVANCE, states)
+    segment = Segment(
+        parameter=Parameter.ADVANCE,
+        branches=first.branches,
+        origin=origin,
+        step=np.full_like(origin, sizes.advance),
+        steps=[states],
+        line=line[None],
+    )
+    # Go back by a step along the way that the first segment came.
+    earlier, _ = first.at(first.last - 1)
+    came = origin - first.branches.value_of(Parameter.ADVANCE, earlier)
+    before = _along(states, earlier, sizes.advance / came)
+    count = int(np.ceil((LIMIT_OF_ADVANCE - origin.min(initial=0.0)) / sizes.advance))
+    return follow(segment, count, model, lambda segment: ~turns_back(segment), before)
+
+
+def _along(start: RodStates, stop: RodStates, share: FloatArray) -> RodStates:
+    """Part of the way from some states to others."""
+    return replace(
+        start,
+        phi=start.phi + share[:, None] * (stop.phi - start.phi),
+        fx=start.fx + share * (stop.fx - start.fx),
+        fy=start.fy + share * (stop.fy - start.fy),
+        s_c=start.s_c + share * (stop.s_c - start.s_c),
+    )
+
+
+def switch_states(guess: RodStates, eta: FloatArray) -> RodStates:
+    """Solve the states in which the contact changes its kind: s_c = 1 and φ1 = 0.
+
+    Parameters
+    ----------
+    guess : RodStates
+        States near the change.
+    eta : ndarray, shape (n,)
+        Heights of the surface (L).
+
+    Returns
+    -------
+    RodStates
+        NaN where none was found.
+    """
+    return solve(guess, eta, Closure.at_switch(len(guess))).states

@@ -1,0 +1,413 @@
+"""The sticking curve: every state between α = 0 and locking, for one (θ, η).
+
+While the tip sticks, x1 and η are fixed and only the footpoint displacement x0 changes, so the
+equilibria form one curve, parametrised by x0. Friction enters afterwards: μ0 decides where on the
+curve sticking ends (the onset, −tan α = μ0) and a step Δx0 only samples it. The largest value of
+−tan α on the curve is the locking friction μ_lock: above it the tip never slips forward. Where the
+surface would have to pull before −tan α has a maximum, the tip lifts off: then −tan α grows without
+limit and there is no locking. Where the contact changes its kind the curve has a kink: it consists
+of smooth pieces.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.outcomes import Contact, End, Parameter, Status
+from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.sticking.piece import Jet, Piece, StickingState
+
+# Displacements that are nearer to each other are one: where two pieces meet.
+KINK_TOLERANCE = 1e-12
+NO_MAXIMUM = "the curve has no locking maximum where sought"
+
+
+class Limit(NamedTuple):
+    """How far along a piece the shapes are admissible.
+
+    Attributes
+    ----------
+    at : float
+        Value of the piece's parameter at which they stop being so; NaN if nowhere.
+    reason : str
+        In what way.
+    """
+
+    at: float = np.nan
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StickingCurve:
+    """One period of sticking of one rod at one height, and on past the lock.
+
+    Build one with `vibrissa.solve_curve`; `sticking_curve` builds one from solved states.
+
+    Attributes
+    ----------
+    theta, eta : float
+        Taper factor and height of the contact point (L).
+    method : str
+        ``collocation`` (states at Chebyshev points) or ``shooting`` (states on a step grid).
+    status : Status
+        ``solved``, ``failed``, or ``out_of_reach`` if the shape becomes inadmissible before the
+        tip could lock; then the curve has states up to there, if there are any.
+    message : str
+        Empty, or what went wrong and what to try.
+    x1_init : float
+        Contact point in the α = 0 state, with the clamp at x = 0 (L).
+    pieces : tuple of Piece
+        Smooth pieces of the curve, in order.
+    residual : float
+        Largest equilibrium residual of the states, between the solved ones included.
+    x0_lock, mu_lock : float
+        Where −tan α is largest, and its value there; where the tip lifts off (fy = 0), and
+        infinity, if it does so before.
+    x0_touch : float
+        First displacement at which φ1 = 0, where the rod comes to lie along the surface; NaN if
+        this does not happen before locking, 0 if it lies on it from the start.
+    end : End
+        Why the curve ends: the rod ``snaps`` where the branch turns back in x0, the shape goes
+        ``out_of_reach``, the tip ``lifts_off`` instead of locking, or it was ``not_followed``.
+    end_message : str
+        More about it, where there is more to say.
+    """
+
+    theta: float
+    eta: float
+    method: str
+    status: Status
+    message: str = ""
+    x1_init: float = np.nan
+    pieces: tuple[Piece, ...] = ()
+    residual: float = np.nan
+    x0_lock: float = np.nan
+    mu_lock: float = np.nan
+    x0_touch: float = np.nan
+    end: End = End.NOT_FOLLOWED
+    end_message: str = ""
+
+    @property
+    def x0_end(self) -> float:
+        """Last displacement of the curve (L); NaN where it has no states."""
+        return self.pieces[-1].last_x0 if self.pieces else np.nan
+
+    @property
+    def without_slip(self) -> Status:
+        """What becomes of a tip that does not slip on the curve: ``lock``, if that is known."""
+        return Status.LOCK if self.status is Status.SOLVED else self.status
+
+    def _need_states(self, what: str) -> None:
+        if not self.pieces:
+            raise ArgumentError(f"no {what} a curve with status {self.status}: {self.message}")
+
+    def _piece_of(self, x0: FloatArray) -> IntArray:
+        """Which piece each displacement lies on."""
+        inner = [piece.first_x0 for piece in self.pieces[1:]]
+        return np.searchsorted(inner, x0, side="right")
+
+    def contact(self, x0: ArrayLike) -> list[str]:
+        """Kind of contact at given displacements on the curve."""
+        pieces = self._piece_of(np.atleast_1d(np.asarray(x0, dtype=float)))
+        return [self.pieces[index].contact.value for index in pieces]
+
+    def state(self, x0: ArrayLike) -> StickingState:
+        """Sticking state at the given footpoint displacements.
+
+        Parameters
+        ----------
+        x0 : array_like
+            Displacements between 0 and the curve's end, in units of L.
+
+        Returns
+        -------
+        StickingState
+            Arrays of the shape of `x0`.
+
+        Raises
+        ------
+        ValueError
+            If the curve was not solved or a displacement lies outside it.
+        """
+        self._need_states("states on")
+        x0 = np.asarray(x0, dtype=float)
+        if np.any(~(x0 >= 0.0)) or np.any(~(x0 <= self.x0_end)):
+            raise ArgumentError(
+                f"x0 must lie on the curve, between 0 and {self.x0_end:.6g}; got {x0!r}"
+            )
+        states, place = StickingState.unknown(x0.shape), self._piece_of(x0)
+        for index, piece in enumerate(self.pieces):
+            on_piece = place == index
+            if np.any(on_piece):
+                states.put(on_piece, piece.at_x0(x0[on_piece]))
+        return replace(states, x0=x0)
+
+    def friction_demand(self, x0: ArrayLike) -> FloatArray:
+        """Friction coefficient −tan α that sticking needs at the given displacements.
+
+        Parameters
+        ----------
+        x0 : array_like
+            Displacements on the curve, in units of L.
+
+        Returns
+        -------
+        ndarray
+            Infinite where the tip lifts off.
+        """
+        return self.state(x0).friction_demand
+
+    def onset(self, mu0: ArrayLike) -> FloatArray:
+        """Exact onset of slip: the first displacement at which −tan α = μ0.
+
+        Parameters
+        ----------
+        mu0 : array_like
+            Coefficients of static friction, positive.
+
+        Returns
+        -------
+        ndarray
+            Displacements x0_slip in units of L; NaN where μ0 > μ_lock, as the tip locks, or where
+            the curve ends before.
+
+        Raises
+        ------
+        ValueError
+            If the curve was not solved or a coefficient is not positive.
+        """
+        mu0 = np.asarray(mu0, dtype=float)
+        if np.any(~(mu0 > 0.0)):
+            raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
+        self._need_states("onset on")
+        onset = np.full(mu0.shape, np.nan)
+        for piece in self.pieces:
+            # A curve without a lock ends before it.
+            sought = ~(mu0 > self.mu_lock) & np.isnan(onset)
+            if piece.first_x0 > self.x0_lock or not sought.any():
+                break
+            t, demand = self._demand_up_to_the_lock(piece)
+            onset[sought] = piece.first(demand, mu0[sought], _slips_ahead, places=t)
+        return onset
+
+    def _demand_up_to_the_lock(self, piece: Piece) -> tuple[FloatArray, FloatArray]:
+        """Sample −tan α on a piece; the last value is μ_lock where the tip locks on it."""
+        t, demand = piece.sample_places, piece.samples.friction_demand
+        before = int(np.searchsorted(piece.samples.x0, self.x0_lock))
+        if before == len(t):
+            return t, demand
+        lock = piece.start + self.x0_lock - piece.first_x0
+        return np.append(t[:before], lock), np.append(demand[:before], self.mu_lock)
+
+    def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
+        """How and where sticking ends that goes on past the lock.
+
+        Parameters
+        ----------
+        mu0 : array_like
+            Coefficients of static friction, larger than μ_lock.
+
+        Returns
+        -------
+        ends : list of End
+            ``slips_back`` where tan α reaches +μ0 on the curve, the curve's own end otherwise.
+        states : StickingState
+            The states there; NaN where the curve was not followed.
+
+        Raises
+        ------
+        ValueError
+            If the curve was not solved or a coefficient is not larger than μ_lock.
+        """
+        self._need_states("end of")
+        if self.status is not Status.SOLVED:
+            raise ArgumentError(f"the curve does not lock: {self.message}")
+        mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
+        if np.any(~(mu0 > self.mu_lock)):
+            raise ArgumentError(f"past the lock mu0 is larger than {self.mu_lock:.6g}, got {mu0!r}")
+        states = StickingState.unknown(len(mu0))
+        if self.end is not End.NOT_FOLLOWED:
+            last = self.pieces[-1].states.take(np.array([-1]))
+            states.put(slice(None), last)
+        slips_back = np.zeros(len(mu0), dtype=bool)
+        for piece in self.pieces:
+            # Before the lock tan α is negative.
+            past = piece.samples.x0 >= self.x0_lock
+            alpha = np.where(past, piece.samples.alpha, -np.pi)
+            at = piece.first(alpha, np.arctan(mu0), _slips_back)
+            slips = ~slips_back & np.isfinite(at)
+            states.put(slips, piece.at(at[slips]))
+            slips_back |= slips
+        return [End.SLIPS_BACK if slips else self.end for slips in slips_back], states
+
+
+def _slips_ahead(state: StickingState, mu0: FloatArray) -> FloatArray:
+    # Has the sign of −tan α − μ0 as long as the surface pushes.
+    return mu0 * state.reaction_fy - state.reaction_fx
+
+
+def _slips_back(state: StickingState, alpha: FloatArray) -> FloatArray:
+    return np.tan(alpha) * state.reaction_fy + state.reaction_fx
+
+
+def _normal_force(state: StickingState, level: FloatArray) -> FloatArray:
+    return state.reaction_fy
+
+
+def _contact_slope(state: StickingState, level: FloatArray) -> FloatArray:
+    return state.phi1
+
+
+def _demand_slope(jet: Jet) -> tuple[FloatArray, FloatArray]:
+    """Slope of fx/fy, times fy², and its own slope."""
+    (fx, fy), (dfx, dfy), (ddfx, ddfy) = ((s.reaction_fx, s.reaction_fy) for s in jet)
+    return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
+
+
+def assembled_curve(
+    *,
+    theta: float,
+    eta: float,
+    method: str,
+    x1_init: float,
+    pieces: Sequence[Piece],
+    residual: float,
+    limits: Sequence[Limit] = (),
+    no_end: str = "",
+) -> StickingCurve:
+    """Build a curve from solved pieces: locate its lock, its first contact along a line, its end.
+
+    Parameters
+    ----------
+    theta, eta : float
+        Taper factor and height of the contact point (L).
+    method : str
+        ``collocation`` or ``shooting``.
+    x1_init : float
+        Contact point in the α = 0 state (L).
+    pieces : sequence of Piece
+        From displacement 0 to beyond the lock, each beginning where the one before ends; then
+        those counted by the advance, to beyond where x0 turns back.
+    residual : float
+        Largest equilibrium residual.
+    limits : sequence of Limit
+        For each piece, how far its shapes are admissible; without any, all are.
+    no_end : str
+        What to say if the pieces do not lead to an end.
+
+    Returns
+    -------
+    StickingCurve
+        ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` and up
+        to there if the shape becomes inadmissible before.
+    """
+    kept, end, message = _until_end(pieces, limits or [Limit()] * len(pieces))
+    x0_lock, mu_lock, kept = _lock(kept)
+    if np.isinf(mu_lock):
+        end, message = End.LIFTS_OFF, ""
+    elif not (kept and 0.0 < x0_lock < kept[-1].last_x0):
+        if end is not End.OUT_OF_REACH or not kept:
+            status = Status.OUT_OF_REACH if end is End.OUT_OF_REACH else Status.FAILED
+            why = message or NO_MAXIMUM
+            return failed_curve(theta=theta, eta=eta, method=method, message=why, status=status)
+        x0_lock = mu_lock = np.nan
+    locks = not np.isnan(mu_lock)
+    return StickingCurve(
+        theta=theta,
+        eta=eta,
+        method=method,
+        status=Status.SOLVED if locks else Status.OUT_OF_REACH,
+        message="" if locks else message,
+        x1_init=x1_init,
+        pieces=tuple(kept),
+        residual=residual,
+        x0_lock=x0_lock,
+        mu_lock=mu_lock,
+        x0_touch=_first_touch(kept, x0_lock if locks else kept[-1].last_x0),
+        end=end,
+        end_message=no_end if end is End.NOT_FOLLOWED else message,
+    )
+
+
+def _until_end(pieces: Sequence[Piece], limits: Sequence[Limit]) -> tuple[list[Piece], End, str]:
+    """Cut pieces off where the branch turns back in x0 or the shape becomes inadmissible."""
+    kept: list[Piece] = []
+    for piece, limit in zip(pieces, limits, strict=True):
+        turn = piece.turning_point() if piece.parameter is Parameter.ADVANCE else np.nan
+        stop = float(np.nanmin([limit.at, turn, np.inf]))
+        if np.isinf(stop):
+            kept.append(piece)
+            continue
+        if stop > piece.start:
+            kept.append(piece.restricted(stop))
+        if stop == limit.at:
+            return kept, End.OUT_OF_REACH, limit.reason
+        return kept, End.SNAPS, ""
+    return kept, End.NOT_FOLLOWED, ""
+
+
+def _lock(pieces: Sequence[Piece]) -> tuple[float, float, list[Piece]]:
+    """Locate where −tan α is largest, and its value there.
+
+    Where the tip lifts off −tan α is infinite, and nothing counts after that. The pieces up to
+    there are returned.
+    """
+    x0_lock, mu_lock = np.nan, -np.inf
+    for index, piece in enumerate(pieces):
+        if piece.parameter is not Parameter.X0:
+            break
+        # In the α = 0 state, where fx = 0, the surface pushes.
+        pulled = np.where(piece.samples.reaction_fx < 0.0, piece.samples.reaction_fy, -np.inf)
+        if pulled.max() >= 0.0:
+            lift = float(piece.first(pulled, np.zeros(1), _normal_force)[0])
+            return lift, np.inf, [*pieces[:index], piece.restricted(lift)]
+        top = piece.largest(piece.samples.friction_demand, _demand_slope)
+        demand = float(piece.at(np.array(top)).friction_demand)
+        if demand > mu_lock:
+            x0_lock, mu_lock = top, demand
+    # A maximum in a kink belongs to both pieces: put it where the second one begins.
+    for piece in pieces[1:]:
+        if abs(piece.first_x0 - x0_lock) <= KINK_TOLERANCE:
+            x0_lock = piece.first_x0
+    return x0_lock, mu_lock, list(pieces)
+
+
+def _first_touch(pieces: Sequence[Piece], end: float) -> float:
+    """First displacement up to `end` at which φ1 = 0; NaN if there is none."""
+    lying = [piece.first_x0 for piece in pieces if piece.contact is Contact.LINE]
+    touch = lying[0] if lying else np.nan
+    for piece in pieces if not lying else ():
+        at = piece.first(-piece.samples.phi1, np.zeros(1), _contact_slope)
+        if np.isfinite(at).all():
+            touch = float(piece.at(at).x0[0])
+            break
+    return touch if touch <= end else np.nan
+
+
+def failed_curve(
+    *, theta: float, eta: float, method: str, message: str, status: Status = Status.FAILED
+) -> StickingCurve:
+    """Curve without states; it carries the reason.
+
+    Parameters
+    ----------
+    theta, eta : float
+        Taper factor and height of the contact point (L).
+    method : str
+        Solver that was used.
+    message : str
+        What went wrong and what to try.
+    status : Status
+        ``failed`` or ``out_of_reach``.
+
+    Returns
+    -------
+    StickingCurve
+    """
+    return StickingCurve(
+        theta=theta, eta=eta, method=method, status=status, message=message, end_message=message
+    )

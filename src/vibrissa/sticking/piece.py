@@ -1,0 +1,260 @@
+"""Smooth pieces of a sticking curve, and the one search for where something happens on them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from vibrissa.mechanics.outcomes import Contact, Parameter
+from vibrissa.mechanics.states import ContactState, Values
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.roots import bracketed_root
+from vibrissa.numerics.spectral import (
+    chebyshev_derivative,
+    chebyshev_nodes,
+    chebyshev_series,
+    chebyshev_transform,
+    even_derivative,
+    even_interpolation,
+)
+
+# Samples of each piece between which crossings are bracketed before they are located exactly.
+SAMPLES = 257
+# Order of the spline through states on a step grid.
+SPLINE_DEGREE = 5
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StickingState(ContactState):
+    """One or many equilibria on the way of the clamp while the tip sticks.
+
+    Attributes
+    ----------
+    x0 : ndarray or float
+        Footpoint displacement since the α = 0 state, in units of L.
+    """
+
+    x0: Values
+
+
+# States and their derivatives with respect to a piece's parameter.
+Jet = tuple[StickingState, ...]
+# A linear form of states, given the level that is crossed.
+Form = Callable[[StickingState, FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Piece:
+    """A smooth piece of a sticking curve, with one kind of contact.
+
+    Attributes
+    ----------
+    contact : Contact
+        Kind of contact of its states.
+    parameter : Parameter
+        What the states are counted by.
+    start, stop : float
+        First and last value of the parameter (x0 in L).
+    states : StickingState, columns of shape (k,)
+        Known states; x0 increases.
+    stepped : bool
+        Whether the states stand on a step grid of x0; at Chebyshev points of the parameter
+        otherwise.
+    """
+
+    contact: Contact
+    parameter: Parameter
+    start: float
+    stop: float
+    states: StickingState
+    stepped: bool = False
+
+    @property
+    def first_x0(self) -> float:
+        """Displacement at which the piece begins (L)."""
+        return float(self.states.x0[0])
+
+    @property
+    def last_x0(self) -> float:
+        """Displacement at which the piece ends (L)."""
+        return float(self.states.x0[-1])
+
+    @cached_property
+    def _series(self) -> tuple[Any, Any, Any]:
+        """Splines, or Chebyshev coefficients, of the columns and up to two derivatives."""
+        values = self.states.matrix()
+        if self.stepped:
+            # Not needed, and not waited for, where states are not stepped.
+            from scipy.interpolate import make_interp_spline
+
+            degree = min(SPLINE_DEGREE, len(values) - 1)
+            # The margin of stability is not known on a step grid.
+            spline = make_interp_spline(self.states.x0, np.nan_to_num(values), k=degree)
+            return spline, spline.derivative(), spline.derivative(2)
+        derivative = chebyshev_derivative(len(values)) * (2.0 / (self.stop - self.start))
+        value = chebyshev_transform(len(values)) @ values
+        slope = derivative @ value
+        # Side by side, as one evaluation serves all.
+        return value, np.hstack([value, slope]), np.hstack([value, slope, derivative @ slope])
+
+    def jet(self, t: FloatArray, order: int) -> Jet:
+        """States at values of the parameter on the piece, and their derivatives.
+
+        Parameters
+        ----------
+        t : ndarray
+            Values of the parameter.
+        order : int
+            Order of the highest derivative with respect to the parameter, up to 2.
+
+        Returns
+        -------
+        tuple of StickingState
+            The states, then their derivatives, `order` + 1 in all, of the shape of `t`.
+        """
+        if self.stepped:
+            parts = [np.asarray(series(t)) for series in self._series[: order + 1]]
+        else:
+            position = 2.0 * (t - self.start) / (self.stop - self.start) - 1.0
+            flat = chebyshev_series(self._series[order], position)
+            width = flat.shape[-1] // (order + 1)
+            parts = [flat[..., width * i : width * (i + 1)] for i in range(order + 1)]
+        states = StickingState.from_matrix(parts[0], **self._prescribed(t))
+        return states, *map(StickingState.from_matrix, parts[1:])
+
+    def _prescribed(self, t: FloatArray) -> dict[str, FloatArray]:
+        """Columns that are known exactly, or not at all."""
+        known = {"s_c": np.ones(t.shape)}
+        if self.contact is Contact.LINE:
+            known = {"phi1": np.zeros(t.shape)}
+        if self.parameter is Parameter.X0:
+            known["x0"] = t
+        if self.stepped:
+            known["stability"] = np.full(t.shape, np.nan)
+        return known
+
+    def at(self, t: FloatArray) -> StickingState:
+        """States at values of the parameter on the piece."""
+        return self.jet(t, 0)[0]
+
+    def at_x0(self, x0: FloatArray) -> StickingState:
+        """States at displacements on the piece."""
+        if self.parameter is Parameter.X0:
+            return self.at(x0)
+        # Pieces meet up to rounding.
+        levels = np.minimum(x0, self.samples.x0[-1])
+        return self.at(self.first(self.samples.x0, levels, _displacement, value=levels))
+
+    @cached_property
+    def sample_places(self) -> FloatArray:
+        """Equally spaced values of the parameter, both ends included, shape (SAMPLES,)."""
+        return np.linspace(self.start, self.stop, SAMPLES)
+
+    @cached_property
+    def samples(self) -> StickingState:
+        """States at `sample_places`, good enough to bracket crossings."""
+        if self.stepped:
+            return self.at(self.sample_places)
+        matrix = even_interpolation(len(self.states), SAMPLES)
+        return StickingState.from_matrix(matrix @ self.states.matrix())
+
+    def restricted(self, stop: float) -> "Piece":
+        """Cut the piece off at a value of its parameter."""
+        t = self.start + (stop - self.start) * chebyshev_nodes(len(self.states))
+        return replace(self, stop=stop, states=self.at(t))
+
+    def first(
+        self,
+        sampled: FloatArray,
+        levels: FloatArray,
+        form: Form,
+        *,
+        value: FloatArray | float = 0.0,
+        places: FloatArray | None = None,
+        derivative: int = 0,
+    ) -> FloatArray:
+        """Find where a quantity first reaches given levels.
+
+        Parameters
+        ----------
+        sampled : ndarray, shape (samples,)
+            The quantity at `places`; it may fall again behind a level.
+        levels : ndarray, shape (n,)
+        form : callable
+            Linear form of the states, given the level, that has a certain value where the quantity
+            reaches the level.
+        value : ndarray, shape (n,), or float
+            That value.
+        places : ndarray, shape (samples,), optional
+            Increasing values of the parameter, by default `sample_places`.
+        derivative : int
+            Which derivative of the states the form is taken of.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Values of the parameter; NaN where no sample reaches the level.
+        """
+        t = self.sample_places if places is None else places
+        after = np.searchsorted(np.maximum.accumulate(sampled), levels)
+        found = np.full(levels.shape, np.nan)
+        found[after == 0] = t[0]
+        inside = (after > 0) & (after < len(t))
+        if not inside.any():
+            return found
+        after, value = after[inside], np.broadcast_to(value, levels.shape)[inside]
+        low, below, above = t[after - 1], sampled[after - 1], sampled[after]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.clip((levels[inside] - below) / (above - below), 0.0, 1.0)
+
+        def excess(
+            t: FloatArray, level: FloatArray, value: FloatArray
+        ) -> tuple[FloatArray, FloatArray]:
+            state, slope = self.jet(t, derivative + 1)[derivative:]
+            return form(state, level) - value, form(slope, level)
+
+        guess = low + np.nan_to_num(share) * (t[after] - low)
+        found[inside] = bracketed_root(excess, low, t[after], levels[inside], value, guess=guess)
+        return found
+
+    def largest(
+        self,
+        sampled: FloatArray,
+        slope: Callable[[Jet], tuple[FloatArray, FloatArray]],
+    ) -> float:
+        """Find where a quantity is largest.
+
+        Parameters
+        ----------
+        sampled : ndarray, shape (SAMPLES,)
+            The quantity at `sample_places`.
+        slope : callable
+            Maps a jet of order 2 to what has the sign of the quantity's slope, and to its slope.
+
+        Returns
+        -------
+        float
+            Value of the parameter.
+        """
+
+        def sloped(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return slope(self.jet(t, 2))
+
+        t, top = self.sample_places, int(np.argmax(sampled))
+        # At an end it may still be inside by less than a sample.
+        around = t[[max(top - 1, 0), min(top + 1, SAMPLES - 1)]]
+        before, after = sloped(around)[0]
+        if before * after < 0.0:
+            return float(bracketed_root(sloped, around[:1], around[1:])[0])
+        return float(t[top])
+
+    def turning_point(self) -> float:
+        """Value of the parameter from which on x0 no longer increases; NaN if it always does."""
+        slopes = even_derivative(len(self.states), SAMPLES) @ self.states.x0
+        return float(self.first(-slopes, np.zeros(1), _displacement, derivative=1)[0])
+
+
+def _displacement(state: StickingState, level: FloatArray) -> FloatArray:
+    return state.x0

@@ -1,0 +1,446 @@
+"""Refinement: pieces of curves are solved at Chebyshev points until they are resolved.
+
+A piece has one kind of contact and is counted by one parameter, x0 or the advance. The number of
+nodes along the rod and of states along the piece grow independently, until the decay of both series
+and the residual half-way between the states are below the tolerance. A piece that needs many states
+is halved.
+
+A *path* is a batch of states with two leading axes: the first counts states along the pieces, the
+second pieces.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
+from vibrissa.mechanics.equations import Closure, coefficient_decay, ends, largest_residual
+from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.outcomes import Contact, Parameter
+from vibrissa.mechanics.stability import stability
+from vibrissa.mechanics.states import RodStates
+from vibrissa.numerics.arrays import FloatArray, IntArray, SingleArray
+from vibrissa.numerics.spectral import (
+    chebyshev_nodes,
+    chebyshev_transform,
+    halfway_interpolation,
+    interpolation,
+)
+from vibrissa.sticking.continuation import Branches, Segment
+from vibrissa.sticking.curve import Limit
+from vibrissa.sticking.piece import Piece, StickingState
+
+RESIDUAL_TOLERANCE = 1e-12
+# On more nodes than these rounding alone comes near that.
+MANY_NODES, ROUNDED_TOLERANCE = 100, 1e-11
+# Bound on the last coefficients of both series relative to the largest.
+DECAY_TOLERANCE = 1e-12
+NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
+# The first number of states tells how many are needed.
+STATES_ALONG_PIECE = (17, 25, 33, 41, 49)
+# Nodes are tried from this part of the number on that seems to be needed.
+CAUTION = 0.85
+# Every so manyth of them is solved first, to tell how many nodes are needed.
+PROBE_STRIDE = 8
+# Accuracy with which the end of the admissible shapes is located, relative to a piece.
+LIMIT_TOLERANCE = 1e-11
+# A piece with less clearance than this (L) is looked at closely: at so many of its states, and so
+# many in each interval in which a place is sought.
+CLOSE, LOOKS, ZOOM = 0.1, 65, 17
+# Columns that are judged by the size of the contact force.
+FORCES = ("reaction_fx", "reaction_fy", "reaction_m")
+# How often a piece is halved.
+HALVINGS = 6
+# The margin of stability is smooth and costs more than a state, and a shape that is inadmissible
+# stays so for long: fewer states tell both.
+STATES_LOOKED_AT = 17
+# Part of the nodes that tells the margin as well as these states do, and the fewest.
+STABILITY_NODES = 0.45
+FEWEST_STABILITY_NODES = 16
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Pieces(Branches):
+    """Smooth pieces of a batch of branches, all with the same kind of contact and parameter.
+
+    Attributes
+    ----------
+    contact : Contact
+    parameter : Parameter
+    curve : ndarray of int, shape (n,)
+        Which curve of the batch a piece belongs to.
+    start, length : ndarray, shape (n,)
+        First value of the parameter and how far the piece goes (x0 in L).
+    """
+
+    contact: Contact
+    parameter: Parameter
+    curve: IntArray
+    start: FloatArray
+    length: FloatArray
+
+    def value(self, position: FloatArray) -> FloatArray:
+        """Parameter at fractions of the pieces' length, shape (positions, n)."""
+        return self.start + position[:, None] * self.length
+
+    def repeated(self, count: int) -> "Pieces":
+        """All pieces, again and again."""
+        return self.take(np.tile(np.arange(len(self)), count))
+
+    def closure_at(self, position: FloatArray) -> Closure:
+        """Conditions at fractions of the pieces' length, as one batch."""
+        branches = self.repeated(len(position))
+        return branches.closure(self.parameter, self.contact, self.value(position).ravel())
+
+
+class Resolved(NamedTuple):
+    """A resolved piece.
+
+    Attributes
+    ----------
+    curve : int
+        Which curve of the batch it belongs to.
+    piece : Piece
+    residual : float
+        Largest residual half-way between the states.
+    limit : Limit
+        How far its shapes are admissible.
+    """
+
+    curve: int
+    piece: Piece
+    residual: float
+    limit: Limit
+
+
+def residual_tolerance(nodes: int) -> float:
+    """Largest residual of a state that counts as solved on a number of nodes."""
+    return RESIDUAL_TOLERANCE if nodes <= MANY_NODES else ROUNDED_TOLERANCE
+
+
+def guess_from(segment: Segment, pieces: Pieces) -> RodStates:
+    """Guess states at Chebyshev points by quadratics through the three nearest steps."""
+    position = chebyshev_nodes(STATES_ALONG_PIECE[0])
+    march = _of_pieces(RodStates.stack(segment.steps), pieces.curve)
+    origin, step = segment.origin[pieces.curve], segment.step[pieces.curve]
+    place = ((pieces.value(position) - origin) / step).T
+    last = segment.last[pieces.curve]
+    first = np.clip(np.round(place).astype(int) - 1, 0, last[:, None] - 2)
+    t = place - first
+    weights = np.stack([0.5 * (t - 1) * (t - 2), -t * (t - 2), 0.5 * t * (t - 1)], axis=-1)
+    matrix = np.zeros((*place.shape, len(march)))
+    np.put_along_axis(matrix, first[..., None] + np.arange(3), weights, axis=-1)
+    # NaN times a weight of zero would spoil the sums
+    return combined(matrix, march.each(np.nan_to_num))
+
+
+def resolve(pieces: Pieces, guess: RodStates) -> Iterator[Resolved]:
+    """Solve pieces at more and more nodes and states.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    guess : RodStates
+        Path of states at Chebyshev points to start from.
+
+    Yields
+    ------
+    Resolved
+        Those pieces, or parts of them, that could be resolved.
+    """
+    # A few states tell how many nodes along the rod all of them need, and the guess where to begin.
+    every = slice(None, None, PROBE_STRIDE)
+    probe = guess.take(every)
+    position = chebyshev_nodes(len(probe))
+    begin = _nodes_needed(_rod_decay(probe), probe.nodes)
+    pending = np.zeros(len(pieces), dtype=bool)
+    for nodes in NODES_ALONG_ROD:
+        pending |= begin == nodes
+        rows = np.flatnonzero(pending)
+        if not len(rows):
+            continue
+        few, _ = _solve_at(_of_pieces(probe, rows).on_nodes(nodes), pieces.take(rows), position)
+        good = np.flatnonzero(_rod_decay(few) < DECAY_TOLERANCE)
+        if len(good):
+            start = _of_pieces(guess, rows[good]).on_nodes(nodes).copy()
+            start.put(every, _of_pieces(few, good))
+            yield from _resolve(pieces.take(rows[good]), start)
+        pending[rows[good]] = False
+
+
+def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
+    """Lowest number of nodes with which series along the rod might decay far enough.
+
+    The coefficients fall like a geometric series, or faster.
+    """
+    with np.errstate(divide="ignore"):
+        needed = nodes * np.log(DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
+    ladder = np.array(NODES_ALONG_ROD)
+    return ladder[np.searchsorted(ladder, np.minimum(CAUTION * needed, ladder[-1]))]
+
+
+def _resolve(
+    pieces: Pieces,
+    guess: RodStates,
+    inverse: SingleArray | None = None,
+    halvings: int = HALVINGS,
+) -> Iterator[Resolved]:
+    """Solve pieces with the nodes and states of the guess, or with more of the ones that lack.
+
+    `inverse` corrects the states, of shape (states, pieces, k, k).
+    """
+    count, nodes = len(guess), guess.nodes
+    path, inverse = _solve_at(guess, pieces, chebyshev_nodes(count), inverse)
+    states = _sticking_states(path, pieces)
+    rod, decay = _rod_decay(path) < DECAY_TOLERANCE, _curve_decay(states)
+    residual = np.full(len(pieces), np.inf)
+    smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
+    between = combined(halfway_interpolation(count), _of_pieces(path, smooth))
+    residual[smooth] = _largest_residual(between, pieces.take(smooth), _midpoints(count))
+    resolved = residual < residual_tolerance(nodes)
+    yield from _finished(path, pieces, states, residual, np.flatnonzero(resolved))
+
+    # More states help only where the rod itself is resolved.
+    fine, doubtful = rod & ~resolved, smooth[~resolved[smooth]]
+    at_states = _largest_residual(
+        _of_pieces(path, doubtful), pieces.take(doubtful), chebyshev_nodes(count)
+    )
+    fine[doubtful] = at_states < 0.5 * residual_tolerance(nodes)
+    coarse = np.flatnonzero(~fine & ~resolved)
+    finer = [n for n in NODES_ALONG_ROD if n > nodes]
+    if finer and len(coarse):
+        better = _updated(_of_pieces(guess, coarse), _of_pieces(path, coarse))
+        yield from _resolve(pieces.take(coarse), better.on_nodes(finer[0]), None, halvings)
+    wanted = _states_needed(decay, count)
+    for more in np.unique(wanted[fine]):
+        rows = np.flatnonzero(fine & (wanted == more))
+        known = _of_pieces(path, rows), inverse[:, rows]
+        if more <= STATES_ALONG_PIECE[-1]:
+            better_guess = _interpolated(count, chebyshev_nodes(more), *known)
+            yield from _resolve(pieces.take(rows), *better_guess, halvings)
+        elif halvings:
+            for share, half in _halves(pieces.take(rows)):
+                position = share + 0.5 * chebyshev_nodes(STATES_ALONG_PIECE[0])
+                yield from _resolve(half, *_interpolated(count, position, *known), halvings - 1)
+
+
+def _halves(pieces: Pieces) -> Iterator[tuple[float, Pieces]]:
+    """Both halves of pieces, each with the share of the length at which it begins."""
+    for share in (0.0, 0.5):
+        start = pieces.start + share * pieces.length
+        yield share, replace(pieces, start=start, length=pieces.length / 2.0)
+
+
+def _interpolated(
+    count: int, position: FloatArray, path: RodStates, inverse: SingleArray
+) -> tuple[RodStates, SingleArray]:
+    """States, and what corrects them, at other places than `count` Chebyshev points."""
+    matrix = interpolation(count, position)
+    flat = matrix.astype(np.float32) @ inverse.reshape(len(inverse), -1)
+    return combined(matrix, path), flat.reshape(-1, *inverse.shape[1:])
+
+
+def _states_needed(decay: FloatArray, count: int) -> IntArray:
+    """As many states as let the series decay far enough; more than allowed if to be halved.
+
+    The coefficients fall like a geometric series.
+    """
+    with np.errstate(divide="ignore"):
+        needed = 1 + (count - 1) * np.log(0.1 * DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
+    ladder = np.array([n for n in STATES_ALONG_PIECE if n > count] + [2 * STATES_ALONG_PIECE[-1]])
+    return ladder[np.minimum(np.searchsorted(ladder, needed), len(ladder) - 1)]
+
+
+def _of_pieces(path: RodStates, rows: IntArray) -> RodStates:
+    """Part of a path that belongs to some pieces."""
+    return path.take((slice(None), rows))
+
+
+def _updated(path: RodStates, other: RodStates) -> RodStates:
+    """Take the states of another path where it has found them."""
+    columns = other.columns
+    return replace(
+        path,
+        **{n: np.where(np.isfinite(columns[n]), columns[n], v) for n, v in path.columns.items()},
+    )
+
+
+def flat(path: RodStates) -> RodStates:
+    """All states of a path as one batch."""
+    return path.each(lambda values: values.reshape(-1, *values.shape[2:]))
+
+
+def folded(states: RodStates, count: int) -> RodStates:
+    """Inverse of `flat` for `count` states along each piece."""
+    return states.each(lambda values: values.reshape(count, -1, *values.shape[1:]))
+
+
+def combined(matrix: FloatArray, path: RodStates) -> RodStates:
+    """Combine the states along each piece linearly.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (new, old) or (pieces, new, old)
+        Weights, which add up to 1; of all pieces, or of each.
+    path : RodStates
+        With `old` states along each piece.
+
+    Returns
+    -------
+    RodStates
+    """
+
+    def along(values: FloatArray) -> FloatArray:
+        if matrix.ndim == 2:
+            return np.tensordot(matrix, values, 1)
+        return np.einsum("cab,bc...->ac...", matrix, values, optimize=True)
+
+    # A sum with weights is the same theta up to rounding alone.
+    theta = np.broadcast_to(path.theta[0], (matrix.shape[-2], path.theta.shape[1])).copy()
+    return replace(path.each(along), theta=theta)
+
+
+def _solve_at(
+    guess: RodStates, pieces: Pieces, position: FloatArray, inverse: SingleArray | None = None
+) -> tuple[RodStates, SingleArray]:
+    """Solve states at fractions of the pieces' length, all together."""
+    count = len(position)
+    known = None if inverse is None else inverse.reshape(-1, *inverse.shape[2:])
+    eta = np.tile(pieces.eta, count)
+    states, _, used = solve(flat(guess), eta, pieces.closure_at(position), known)
+    return folded(states, count), used.reshape(count, len(pieces), *used.shape[1:])
+
+
+def _midpoints(count: int) -> FloatArray:
+    """Points half-way between `count` Chebyshev points."""
+    return chebyshev_nodes(2 * count - 1)[1::2]
+
+
+def _rod_decay(path: RodStates) -> FloatArray:
+    """Largest decay of the series along the rod of each piece's states; infinite if none."""
+    decays = coefficient_decay(flat(path)).reshape(path.fx.shape).max(axis=0)
+    return np.nan_to_num(decays, nan=np.inf)
+
+
+def _largest_residual(path: RodStates, pieces: Pieces, position: FloatArray) -> FloatArray:
+    """Largest residual of each piece's states at fractions of its length."""
+    count = len(position)
+    eta = np.tile(pieces.eta, count)
+    residual = largest_residual(flat(path), eta, pieces.closure_at(position))
+    # NaN marks a state that was not found
+    return np.nan_to_num(residual, nan=np.inf).reshape(count, -1).max(axis=0)
+
+
+def _sticking_states(path: RodStates, pieces: Pieces) -> StickingState:
+    """Evaluate a path, columns of shape (states, pieces), but for the stability."""
+    offset, moment, phi1 = (values.reshape(path.fx.shape) for values in ends(flat(path)))
+    return StickingState(
+        x0=pieces.x1_init - offset,
+        reaction_fx=path.fx,
+        reaction_fy=path.fy,
+        reaction_m=moment,
+        phi1=phi1,
+        s_c=path.s_c,
+        stability=np.full(path.fx.shape, np.nan),
+    )
+
+
+def _curve_decay(states: StickingState) -> FloatArray:
+    """Size of the last Chebyshev coefficients along the pieces relative to the largest."""
+    transform = chebyshev_transform(len(states))
+    known = [name for name in StickingState.names() if name != "stability"]
+    coefficients = {name: np.abs(transform @ getattr(states, name)) for name in known}
+    force = coefficients["reaction_fy"].max(axis=0)
+    decay = np.zeros(force.shape)
+    for name, sizes in coefficients.items():
+        # On a short piece a column may be nearly zero: fx and m are judged by the size of the
+        # force, an angle or a length by its absolute size.
+        unit = force if name in FORCES else np.ones_like(force)
+        decay = np.maximum(decay, sizes[-2:].max(axis=0) / np.maximum(sizes.max(axis=0), unit))
+    # NaN marks a state that was not found
+    return np.nan_to_num(decay, nan=np.inf)
+
+
+def _finished(
+    path: RodStates, pieces: Pieces, states: StickingState, residual: FloatArray, rows: IntArray
+) -> Iterator[Resolved]:
+    """Add to resolved pieces their stability and how far their shapes are admissible."""
+    if not len(rows):
+        return
+    path, pieces = _of_pieces(path, rows), pieces.take(rows)
+    count, position = len(path), chebyshev_nodes(STATES_LOOKED_AT)
+    few = combined(interpolation(count, position), path)
+    states = replace(
+        states.take((slice(None), rows)),
+        stability=interpolation(STATES_LOOKED_AT, chebyshev_nodes(count))
+        @ _margins(few, pieces.contact),
+    )
+    if pieces.parameter is Parameter.X0:
+        states = replace(states, x0=pieces.value(chebyshev_nodes(count)))
+    eta = np.tile(pieces.eta, STATES_LOOKED_AT)
+    nearest = clearances(flat(few), eta, pieces.contact).smallest.reshape(STATES_LOOKED_AT, -1)
+    for row in range(len(pieces)):
+        start, length = float(pieces.start[row]), float(pieces.length[row])
+        limit = Limit()
+        if nearest[:, row].min() < CLOSE:
+            part = _of_pieces(path, np.array([row]))
+            share, how = _limit(part, float(pieces.eta[row]), pieces.contact)
+            limit = Limit(start + share * length, how)
+        piece = Piece(
+            contact=pieces.contact,
+            parameter=pieces.parameter,
+            start=start,
+            stop=start + length,
+            states=states.take((slice(None), row)).copy(),
+        )
+        yield Resolved(int(pieces.curve[row]), piece, float(residual[rows[row]]), limit)
+
+
+def _margins(path: RodStates, contact: Contact) -> FloatArray:
+    """Margins of stability of the states of a path, shape (states, pieces)."""
+    nodes = max(FEWEST_STABILITY_NODES, round(STABILITY_NODES * path.nodes))
+    return stability(flat(path.on_nodes(nodes)), contact).reshape(path.fx.shape)
+
+
+def _limit(path: RodStates, eta: float, contact: Contact) -> tuple[float, str]:
+    """First fraction of a piece at which its shape is inadmissible, and how; NaN if nowhere."""
+
+    def look(at: FloatArray) -> Clearance:
+        states = flat(combined(interpolation(len(path), at), path))
+        return clearances(states, np.full(len(at), eta), contact)
+
+    at = np.linspace(0.0, 1.0, LOOKS)
+    nearest = look(at).smallest
+    padded = np.pad(nearest, 1, constant_values=np.inf)
+    for k in range(LOOKS):
+        low, high = at[max(k - 1, 0)], at[min(k + 1, LOOKS - 1)]
+        beyond = float(at[k]) if nearest[k] < -TOLERANCE else np.nan
+        if np.isnan(beyond) and nearest[k] < CLOSE and nearest[k] <= min(padded[k], padded[k + 2]):
+            beyond = _dip(look, low, high)
+        if np.isfinite(beyond):
+            limit = _first_inadmissible(look, low, beyond)
+            return limit, look(np.array([limit])).reasons(0)
+    return np.nan, ""
+
+
+def _dip(look: Callable[[FloatArray], Clearance], low: float, high: float) -> float:
+    """Fraction between two at which a shape is inadmissible; NaN if none seems to be."""
+    while high - low > LIMIT_TOLERANCE:
+        at = np.linspace(low, high, ZOOM)
+        nearest = look(at).smallest
+        least = int(np.argmin(nearest))
+        if nearest[least] < -TOLERANCE:
+            return float(at[least])
+        low, high = at[max(least - 1, 0)], at[min(least + 1, ZOOM - 1)]
+    return np.nan
+
+
+def _first_inadmissible(look: Callable[[FloatArray], Clearance], low: float, high: float) -> float:
+    """First fraction from `low` on at which a shape is inadmissible, as it is at `high`."""
+    while high - low > LIMIT_TOLERANCE:
+        at = np.linspace(low, high, ZOOM)
+        first = int(np.argmax(look(at).smallest < -TOLERANCE))
+        low, high = at[max(first - 1, 0)], at[first]
+    return float(high)

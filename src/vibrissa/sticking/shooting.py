@@ -1,0 +1,373 @@
+"""The paper's own procedure: Runge–Kutta inside a Nelder–Mead search, step by step along Δx0.
+
+Kept as an independent check of `vibrissa.sticking.collocation` and as an honest baseline: MATLAB's
+``ode45`` and ``fminsearch`` are the Dormand–Prince pair and the simplex search that scipy has.
+The only additions are a check of the miss after every search, with a restart where the simplex
+collapsed on a false minimum, and the recognition of locking.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import ode
+from scipy.optimize import minimize
+
+from vibrissa.mechanics.admissibility import TOLERANCE, clearances
+from vibrissa.mechanics.buckling import CONTINUATION_START, CONTINUATION_STEPS, buckled_states
+from vibrissa.mechanics.elastica import deformed_shape, rod_equations
+from vibrissa.mechanics.equations import contact_position
+from vibrissa.mechanics.outcomes import Contact, Method, Parameter
+from vibrissa.mechanics.states import RodStates
+from vibrissa.mechanics.taper import arc_density
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.spectral import gauss_rule
+from vibrissa.sticking.curve import Limit, StickingCurve, assembled_curve, failed_curve
+from vibrissa.sticking.piece import Piece, StickingState
+
+METHOD = Method.SHOOTING
+# A curve is interpolated between steps of at most this many x1_init; a coarser Δx0 is divided
+# evenly.
+LARGEST_STEP = 0.01
+# States behind the maximum of −tan α that the walk adds, to make its interpolation two-sided.
+STEPS_BEYOND_LOCK = 4
+# The walk ends here at the latest, in units of x1_init.
+WALK_LIMIT = 1.5
+# Points of a shape at which it is looked at.
+NODES = 48
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerances:
+    """Settings of the integration and of the search.
+
+    Attributes
+    ----------
+    rtol, atol : float
+        Step control of the Runge–Kutta pair.
+    simplex : float
+        Size and spread of values at which the simplex search ends.
+    miss : float
+        Distance between tip and contact point (L) above which a search is not believed.
+    restarts : int
+        Searches that may follow one that is not believed.
+    predict : bool
+        Start each search where the last two states point to, with a simplex of the size of the
+        last change; otherwise at the last state with the simplex of ``fminsearch``.
+    """
+
+    rtol: float = 1e-10
+    atol: float = 1e-12
+    simplex: float = 1e-11
+    miss: float = 1e-9
+    restarts: int = 6
+    predict: bool = True
+
+
+PRECISE = Tolerances()
+# MATLAB's defaults and its plain warm start, as the paper has them. A miss well above the search's
+# own tolerance tells a false minimum.
+PAPER = Tolerances(rtol=1e-3, atol=1e-6, simplex=1e-4, miss=2e-4, predict=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShotState:
+    """Result of one search.
+
+    Attributes
+    ----------
+    f, alpha : float
+        Contact force magnitude (E·I0/L²) and inclination (rad).
+    x1 : float
+        Contact point relative to the clamp (L).
+    phi1 : float
+        Slope at the contact point (rad).
+    m : float
+        Clamp moment φ'(0), in units of E·I0/L.
+    miss : float
+        Distance between the rod's tip and the contact point (L).
+    searches : int
+        Searches that were needed; more than one means that a false minimum was mended.
+    """
+
+    f: float
+    alpha: float
+    x1: float
+    phi1: float
+    m: float
+    miss: float
+    searches: int
+
+
+def shoot(
+    theta: float, f: float, alpha: float, x1: float, y1: float, tolerances: Tolerances = PRECISE
+) -> tuple[float, float, float]:
+    """Integrate paper equation (2) from the clamp to the tip by Runge–Kutta 4(5).
+
+    Parameters
+    ----------
+    theta : float
+        Taper factor.
+    f, alpha : float
+        Contact force magnitude (E·I0/L²) and inclination (rad).
+    x1, y1 : float
+        Contact point relative to the clamp (L).
+    tolerances : Tolerances
+
+    Returns
+    -------
+    x, y, phi : float
+        Where the rod ends (L) and its slope there (rad).
+    """
+    solver = ode(rod_equations(theta, f, alpha, x1, y1))
+    solver.set_integrator("dopri5", rtol=tolerances.rtol, atol=tolerances.atol, nsteps=10_000)
+    solver.set_initial_value((0.0, 0.0, math.pi / 2), 0.0)
+    x, y, phi = solver.integrate(1.0)
+    return x, y, phi
+
+
+def _search(
+    theta: float,
+    y1: float,
+    start: tuple[float, float],
+    spread: tuple[float, float],
+    tolerances: Tolerances,
+    *,
+    alpha: float | None = None,
+    x1: float | None = None,
+) -> ShotState:
+    """Nelder–Mead over f and the one of α and x1 that is not given; mended until it fits."""
+
+    def state(unknowns: FloatArray) -> tuple[float, float, float]:
+        f, other = map(float, unknowns)
+        return f, other if alpha is None else alpha, other if x1 is None else x1
+
+    def miss(unknowns: FloatArray) -> float:
+        f, inclination, contact = state(unknowns)
+        x, y, _ = shoot(theta, f, inclination, contact, y1, tolerances)
+        return math.hypot(x - contact, y - y1)
+
+    best = np.asarray(start, dtype=float)
+    size = np.asarray(spread, dtype=float)
+    searches = 0
+    while True:
+        searches += 1
+        simplex = best + np.array([[0.0, 0.0], [size[0], 0.0], [0.0, size[1]]])
+        result = minimize(
+            miss,
+            best,
+            method="Nelder-Mead",
+            options={
+                "initial_simplex": simplex,
+                "xatol": tolerances.simplex,
+                "fatol": tolerances.simplex,
+                "maxiter": 400,
+                "maxfev": 800,
+            },
+        )
+        best = result.x
+        if result.fun <= tolerances.miss or searches > tolerances.restarts:
+            break
+        # A collapsed simplex cannot leave the point it sits on: open a new one, turned round and
+        # scaled to what is missing.
+        size = -np.sign(size) * np.maximum(np.abs(size), 10.0 * result.fun)
+    f, inclination, contact = state(best)
+    _, _, phi1 = shoot(theta, f, inclination, contact, y1, tolerances)
+    m = -f * (math.cos(inclination) * contact + math.sin(inclination) * y1)
+    return ShotState(
+        f=f,
+        alpha=inclination,
+        x1=contact,
+        phi1=phi1,
+        m=m,
+        miss=float(result.fun),
+        searches=searches,
+    )
+
+
+def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) -> ShotState:
+    """Search for the α = 0 state, for f and x1.
+
+    Parameters
+    ----------
+    theta, eta : float
+        Taper factor and height of the contact point (L).
+    tolerances : Tolerances
+
+    Returns
+    -------
+    ShotState
+    """
+    # A cold start far from the branch ends in the mirror image or a higher mode: come down from
+    # near the buckling load, where the mode is known.
+    top = max(eta, CONTINUATION_START)
+    buckled = buckled_states(np.array([theta], dtype=float), np.array([top]), 32)
+    guess = (-float(buckled.fy[0]), float(contact_position(buckled)[0][0]))
+    heights = [top]
+    if eta < top:
+        heights = list(np.linspace(top, eta, CONTINUATION_STEPS))
+    states: list[ShotState] = []
+    for height in heights:
+        spread = (0.02 * guess[0], 0.02 * guess[1])
+        states.append(_search(theta, height, guess, spread, tolerances, alpha=0.0))
+        guess = (states[-1].f, states[-1].x1)
+        if len(states) > 1:
+            guess = (2 * guess[0] - states[-2].f, 2 * guess[1] - states[-2].x1)
+    return states[-1]
+
+
+def walk(
+    theta: float,
+    eta: float,
+    dx0: float,
+    mu0: float | None = None,
+    tolerances: Tolerances = PRECISE,
+    start: ShotState | None = None,
+) -> list[ShotState]:
+    """Walk along a period of sticking in steps of Δx0, each search starting from the last state.
+
+    Parameters
+    ----------
+    theta, eta : float
+        Taper factor and height of the contact point (L).
+    dx0 : float
+        Footpoint displacement per step (L).
+    mu0 : float, optional
+        Stop at the first state that needs more friction than this, as the paper does. Without
+        it, or where the tip locks, the walk goes on past the maximum of −tan α.
+    tolerances : Tolerances
+    start : ShotState, optional
+        The α = 0 state, where the caller has it already.
+
+    Returns
+    -------
+    list of ShotState
+        States at x0 = 0, Δx0, 2·Δx0, ...; it ends early if a search misses the contact point by
+        more than the tolerance even after restarts, which the last state's `miss` tells.
+    """
+    states = [start or initial_state(theta, eta, tolerances)]
+    x1_init = states[0].x1
+    beyond = 0
+    while states[-1].miss <= tolerances.miss and len(states) * dx0 < WALK_LIMIT * x1_init:
+        guess, spread = _warm_start(states, tolerances)
+        x1 = x1_init - len(states) * dx0
+        states.append(_search(theta, eta, guess, spread, tolerances, x1=x1))
+        demand, previous = (-math.tan(state.alpha) for state in states[-1:-3:-1])
+        if mu0 is not None and demand > mu0:
+            break
+        beyond = beyond + 1 if demand < previous else 0
+        if beyond == STEPS_BEYOND_LOCK:
+            break
+    return states
+
+
+def _warm_start(
+    states: list[ShotState], tolerances: Tolerances
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Where the next search for (f, α) starts, and the edges of its simplex."""
+    last = states[-1]
+    if not tolerances.predict or len(states) == 1:
+        # fminsearch: 5 % of each coordinate, 0.00025 where it is zero
+        return (last.f, last.alpha), (0.05 * last.f, 0.05 * last.alpha or 0.00025)
+    before = states[-2]
+    df, dalpha = last.f - before.f, last.alpha - before.alpha
+    # The change over the last step is the scale on which the next state is unknown.
+    spread = (max(0.2 * abs(df), 1e-4), min(-0.2 * abs(dalpha), -1e-4))
+    return (last.f + df, last.alpha + dalpha), spread
+
+
+def solve_curve(
+    theta: float, eta: float, dx0: float, tolerances: Tolerances = PRECISE
+) -> StickingCurve:
+    """Sticking curve by the paper's procedure, followed until past locking.
+
+    Parameters
+    ----------
+    theta, eta : float
+        Taper factor and height of the contact point (L).
+    dx0 : float
+        Footpoint displacement step (L); divided evenly where it is coarser than
+        `LARGEST_STEP`·x1_init.
+    tolerances : Tolerances
+
+    Returns
+    -------
+    StickingCurve
+        ``failed`` if a search missed the contact point or no locking was found.
+    """
+    start = initial_state(theta, eta, tolerances)
+    step = dx0 / math.ceil(dx0 / (LARGEST_STEP * start.x1))
+    states = walk(theta, eta, step, tolerances=tolerances, start=start)
+    worst = max(state.miss for state in states)
+    if not worst <= tolerances.miss:
+        return failed_curve(
+            theta=theta,
+            eta=eta,
+            method=METHOD,
+            message=f"the search missed the contact point by {worst:.1e} at x0 = "
+            f"{step * (len(states) - 1):.6g}; use a smaller dx0 or method: collocation",
+        )
+    f, alpha, m, phi1 = np.array([(s.f, s.alpha, s.m, s.phi1) for s in states]).T
+    known = StickingState(
+        x0=step * np.arange(len(states), dtype=np.float64),
+        reaction_fx=f * np.sin(alpha),
+        reaction_fy=-f * np.cos(alpha),
+        reaction_m=m,
+        phi1=phi1,
+        s_c=np.ones_like(f),
+        stability=np.full_like(f, np.nan),
+    )
+    limit = _limit(theta, eta, known, states[0].x1 - known.x0)
+    piece = Piece(
+        contact=Contact.POINT,
+        parameter=Parameter.X0,
+        start=0.0,
+        stop=float(known.x0[-1]),
+        states=known,
+        stepped=True,
+    )
+    return assembled_curve(
+        theta=theta,
+        eta=eta,
+        method=METHOD,
+        x1_init=states[0].x1,
+        pieces=[piece],
+        residual=worst,
+        limits=[limit],
+        no_end="shooting ends at the lock; use method: collocation to follow the motion past it",
+    )
+
+
+def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) -> Limit:
+    """First of some states whose shape is inadmissible, to the step."""
+    rule = gauss_rule(NODES)
+    s = rule.from_start @ arc_density(rule.nodes, theta)
+    rows = zip(states.f, states.alpha, offset, strict=True)
+    shapes = RodStates(
+        theta=np.full(len(states), theta),
+        phi=np.stack([deformed_shape(theta, f, alpha, x1, eta, s)[2] for f, alpha, x1 in rows]),
+        fx=states.reaction_fx,
+        fy=states.reaction_fy,
+        s_c=states.s_c,
+    )
+    clearance = clearances(shapes, np.full(len(states), eta), Contact.POINT)
+    beyond = np.flatnonzero(clearance.smallest < -TOLERANCE)
+    if not len(beyond):
+        return Limit()
+    return Limit(float(states.x0[beyond[0]]), clearance.reasons(int(beyond[0])))
+
+
+def solve_curves(theta: FloatArray, eta: FloatArray, dx0: FloatArray) -> list[StickingCurve]:
+    """Solve sticking curves one after the other; see `solve_curve`.
+
+    Parameters
+    ----------
+    theta, eta, dx0 : ndarray, shape (n,)
+        Taper factors, heights of the contact point (L) and steps (L).
+
+    Returns
+    -------
+    list of StickingCurve
+        In the order of the arguments.
+    """
+    return [solve_curve(*rod) for rod in zip(theta, eta, dx0, strict=True)]

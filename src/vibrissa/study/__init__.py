@@ -1,0 +1,4 @@
+"""The study file: what may stand in it, its grids of exact decimals, its blocks of curves.
+
+Light enough for a Snakefile: no NumPy, no solver.
+"""

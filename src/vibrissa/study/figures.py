@@ -1,0 +1,172 @@
+"""Figures of a study file: for each kind, what it is drawn from and which axes it fixes."""
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal, get_args
+
+from pydantic import BeforeValidator, Field
+
+from vibrissa.decimals import spell
+from vibrissa.study.grid import AXES
+from vibrissa.study.mistakes import Location, Mistake, spell_axis, unknown_name
+from vibrissa.study.values import Dx0, Eta, Mu0, OptionalKey, Points, Section, Theta
+
+
+class Figure(Section):
+    """A figure: its kind, what it is drawn from, and a caption.
+
+    Attributes
+    ----------
+    table : str
+        Table that the kind is drawn from.
+    source : str
+        Key that names what it is drawn from, such as a grid.
+    """
+
+    table: ClassVar[str]
+    source: ClassVar[str]
+
+    caption: str = Field(default="", description="what the figure shows, one or a few sentences")
+
+    @classmethod
+    def fixed_axes(cls) -> tuple[str, ...]:
+        """Axes of which the kind shows a single value."""
+        return tuple(axis for axis in AXES if axis in cls.model_fields)
+
+    def source_names(self) -> list[str]:
+        """Names of what the figure is drawn from."""
+        return [getattr(self, self.source)]
+
+    def mistakes(self, location: Location, sections: Mapping[str, Points]) -> Iterator[Mistake]:
+        """Find what the figure is drawn from and is not there, or has several of one axis.
+
+        Parameters
+        ----------
+        location : tuple
+            Of the figure.
+        sections : mapping of Points
+            What the figure can be drawn from, by name.
+
+        Yields
+        ------
+        Mistake
+        """
+        for name in self.source_names():
+            if name not in sections:
+                yield unknown_name((*location, self.source), name, self.source, sections)
+                continue
+            for axis in self.fixed_axes():
+                value, values = getattr(self, axis), sections[name].axes[axis]
+                if value is None and len(values) > 1:
+                    text = f"missing {axis!r}; the data has several: {spell_axis(values)}"
+                    yield Mistake(location=location, text=text)
+                if value is not None and value not in values:
+                    text = f"{spell(value)} is not allowed; the data has {spell_axis(values)}"
+                    yield Mistake(location=(*location, axis), text=text)
+
+    def selection(self) -> dict[str, Any]:
+        """Rows of the table that are shown, as `vibrissa.figures.draw.draw` takes them."""
+        values = {axis: getattr(self, axis) for axis in self.fixed_axes()}
+        fixed = {axis: float(value) for axis, value in values.items() if value is not None}
+        return {self.source: getattr(self, self.source), **fixed}
+
+
+class _GridFigure(Figure):
+    table = "stiction"
+    source = "grid"
+
+    grid: str = Field(description="name of the grid the figure is drawn from")
+
+
+class TaperFigure(_GridFigure):
+    """x0,max over theta, a series for each mu0."""
+
+    kind: Literal["taper"]
+    eta: OptionalKey[Eta] = None
+    dx0: OptionalKey[Dx0] = None
+
+
+class FrictionFigure(_GridFigure):
+    """x0,max over mu0."""
+
+    kind: Literal["friction"]
+    theta: OptionalKey[Theta] = None
+    eta: OptionalKey[Eta] = None
+    dx0: OptionalKey[Dx0] = None
+
+
+class MapFigure(_GridFigure):
+    """mu_lock over theta (locking), or what happens over theta and mu0 (regimes), for each eta."""
+
+    kind: Literal["locking", "regimes"]
+
+
+class LawFigure(_GridFigure):
+    """x0_slip up to mu_lock for each theta, and its law near mu_lock."""
+
+    kind: Literal["law"]
+    eta: OptionalKey[Eta] = None
+    dx0: OptionalKey[Dx0] = None
+
+
+class ScanFigure(Figure):
+    """One scan: its shapes (scan), those of its first period (period) or its signals (signals)."""
+
+    table = "scans"
+    source = "scan"
+
+    kind: Literal["scan", "period", "signals"]
+    scan: str = Field(description="name of the scan the figure is drawn from")
+    theta: Theta
+    mu0: Mu0
+    eta: OptionalKey[Eta] = None
+    dx0: OptionalKey[Dx0] = None
+
+
+def _listed(names: Any) -> Any:
+    return [names] if isinstance(names, str) else names
+
+
+class StateFigure(Figure):
+    """Shape of one state, or of several of the same eta."""
+
+    table = "states"
+    source = "state"
+
+    kind: Literal["state"]
+    state: Annotated[
+        list[str],
+        Field(
+            min_length=1,
+            description="name of the state the figure is drawn from, or a list of names",
+        ),
+        BeforeValidator(
+            _listed, json_schema_input_type=str | Annotated[list[str], Field(min_length=1)]
+        ),
+    ]
+
+    def source_names(self) -> list[str]:
+        """Names of what the figure is drawn from."""
+        return self.state
+
+
+class ModelsFigure(Figure):
+    """Errors of the point model over theta, for each mu0."""
+
+    table = "comparisons"
+    source = "comparison"
+
+    kind: Literal["models"]
+    comparison: str = Field(description="name of the comparison the figure is drawn from")
+    eta: OptionalKey[Eta] = None
+
+
+_Kind = (
+    TaperFigure | FrictionFigure | MapFigure | LawFigure | ScanFigure | StateFigure | ModelsFigure
+)
+KINDS: tuple[type[Figure], ...] = get_args(_Kind)
+AnyFigure = Annotated[
+    _Kind,
+    Field(
+        discriminator="kind", description="a figure: its kind, what it is drawn from, and a caption"
+    ),
+]

@@ -1,0 +1,210 @@
+"""The study grid: axes of exact decimals, named grids, and the curves that their points lie on.
+
+A *point* is (θ, μ0, η, Δx0). A *curve key* names what has to be solved for it: (θ, η), and Δx0 as
+well where the solver walks along the steps. Everything here is light enough for a Snakefile.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from itertools import product
+from operator import attrgetter
+from typing import NamedTuple
+
+from vibrissa.decimals import exact, spell
+from vibrissa.errors import ArgumentError
+
+# The axes of a grid, in their order in names, tables and messages.
+AXES = ("theta", "mu0", "eta", "dx0")
+# Longer axes are typing errors: 10^6 points are three axes of 100.
+LONGEST_AXIS = 1_000_000
+
+
+class CurveKey(NamedTuple):
+    """What a sticking curve is solved for.
+
+    Attributes
+    ----------
+    theta, eta : Decimal
+        Taper factor and distance between clamp and surface (L).
+    dx0 : Decimal or None
+        Step of the clamp (L) that the solver walks in; None where one curve serves all steps.
+    """
+
+    theta: Decimal
+    eta: Decimal
+    dx0: Decimal | None = None
+
+
+class Point(NamedTuple):
+    """A grid point, in exact decimals."""
+
+    theta: Decimal
+    mu0: Decimal
+    eta: Decimal
+    dx0: Decimal
+
+    def curve_key(self, by_step: bool) -> CurveKey:
+        """Key of the curve that the point lies on; see `curve_keys` for `by_step`."""
+        return CurveKey(theta=self.theta, eta=self.eta, dx0=self.dx0 if by_step else None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grid:
+    """Product of four axes.
+
+    Attributes
+    ----------
+    theta, mu0, eta, dx0 : tuple of Decimal
+        Distinct values, increasing.
+    """
+
+    theta: tuple[Decimal, ...]
+    mu0: tuple[Decimal, ...]
+    eta: tuple[Decimal, ...]
+    dx0: tuple[Decimal, ...]
+
+    def points(self) -> Iterable[Point]:
+        """All points of the grid."""
+        return (Point(*values) for values in product(self.theta, self.mu0, self.eta, self.dx0))
+
+    def curve_keys(self, by_step: bool) -> Iterable[CurveKey]:
+        """Return the curves that the grid needs, one for each step size if `by_step`."""
+        steps = self.dx0 if by_step else (None,)
+        return (
+            CurveKey(theta=theta, eta=eta, dx0=dx0)
+            for eta in self.eta
+            for theta in self.theta
+            for dx0 in steps
+        )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CurvePoints:
+    """Grid points on one curve, ordered by μ0, then Δx0.
+
+    Attributes
+    ----------
+    mu0, dx0 : tuple of Decimal, length n
+        Friction coefficient and step of each point.
+    grids : list of list of str, length n
+        Names of the grids that have the point.
+    """
+
+    mu0: tuple[Decimal, ...]
+    dx0: tuple[Decimal, ...]
+    grids: list[list[str]]
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.mu0)
+
+
+def equal_steps(start: Decimal, stop: Decimal, step: Decimal) -> tuple[Decimal, ...]:
+    """Values from start to stop, both included, in equal steps.
+
+    Parameters
+    ----------
+    start, stop, step : Decimal
+        The step is positive.
+
+    Returns
+    -------
+    tuple of Decimal
+
+    Raises
+    ------
+    ArgumentError
+        If the stop is not a whole number of steps from the start, or there are more than
+        `LONGEST_AXIS` values.
+    """
+    steps = Fraction(stop - start) / Fraction(step)
+    if steps >= LONGEST_AXIS:
+        raise ArgumentError(f"an axis has at most {LONGEST_AXIS} values")
+    if steps < 0 or steps.denominator != 1:
+        raise ArgumentError(
+            f"stop {spell(stop)} must be start {spell(start)} plus a whole number of steps of "
+            f"{spell(step)}"
+        )
+    return tuple(exact(start + i * step) for i in range(int(steps) + 1))
+
+
+def curve_keys(grids: Iterable[Grid], by_step: bool) -> list[CurveKey]:
+    """Curves that a study needs, each once, ordered by η, then θ, then Δx0.
+
+    Parameters
+    ----------
+    grids : iterable of Grid
+    by_step : bool
+        Whether a curve belongs to one Δx0 (shooting) or serves all (collocation).
+
+    Returns
+    -------
+    list of CurveKey
+    """
+    keys = dict.fromkeys(key for grid in grids for key in grid.curve_keys(by_step))
+    return sorted(keys, key=attrgetter("eta", "theta", "dx0"))
+
+
+def points_on_curves(
+    keys: Iterable[CurveKey], grids: Mapping[str, Grid]
+) -> Iterator[tuple[CurveKey, CurvePoints]]:
+    """Grid points on each of some curves.
+
+    Parameters
+    ----------
+    keys : iterable of CurveKey
+    grids : mapping of Grid
+        Grids by name.
+
+    Yields
+    ------
+    key : CurveKey
+        Of a curve that some grid uses.
+    points : CurvePoints
+        One and the same object wherever the same grids meet.
+    """
+    axes = {
+        name: (set(grid.theta), set(grid.eta), {None, *grid.dx0}) for name, grid in grids.items()
+    }
+    known: dict[tuple[tuple[str, ...], Decimal | None], CurvePoints] = {}
+    for key in keys:
+        names = tuple(
+            name
+            for name, (thetas, etas, steps) in axes.items()
+            if key.theta in thetas and key.eta in etas and key.dx0 in steps
+        )
+        if names:
+            found = names, key.dx0
+            if found not in known:
+                known[found] = _points({name: grids[name] for name in names}, key.dx0)
+            yield key, known[found]
+
+
+def study_points(grids: Mapping[str, Grid]) -> Iterator[tuple[CurveKey, CurvePoints]]:
+    """All points of a study, each once, in the order of its table: by η, θ, μ0, Δx0.
+
+    Parameters
+    ----------
+    grids : mapping of Grid
+        Grids by name.
+
+    Yields
+    ------
+    key : CurveKey
+        The points' θ and η; their steps are among the points.
+    points : CurvePoints
+        One and the same object wherever the same grids meet.
+    """
+    return points_on_curves(curve_keys(grids.values(), by_step=False), grids)
+
+
+def _points(grids: Mapping[str, Grid], step: Decimal | None) -> CurvePoints:
+    """Points of some grids, all or those of one Δx0."""
+    names: dict[tuple[Decimal, Decimal], list[str]] = {}
+    for name, grid in sorted(grids.items()):
+        for pair in product(grid.mu0, grid.dx0 if step is None else (step,)):
+            names.setdefault(pair, []).append(name)
+    mu0, dx0 = zip(*sorted(names), strict=True)
+    return CurvePoints(mu0=mu0, dx0=dx0, grids=[names[pair] for pair in sorted(names)])

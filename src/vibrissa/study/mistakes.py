@@ -1,0 +1,73 @@
+"""Mistakes in a study file: where each is, and what is allowed there."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+
+from vibrissa.decimals import spell
+
+# Characters of a value that a message shows, and values of an axis.
+SHOWN_CHARACTERS = 60
+SHOWN_VALUES = 10
+# Keys, names and places in lists that lead to a value.
+Location = tuple[str | int, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mistake:
+    """One mistake in a study file.
+
+    Attributes
+    ----------
+    location : tuple
+        The keys and places in lists that lead to it; empty for the file as a whole.
+    text : str
+        The value and what is allowed.
+    """
+
+    location: Location
+    text: str
+
+    def __str__(self) -> str:
+        """Return the message: one line."""
+        return f"{spell_location(self.location) or 'the study file'}: {self.text}"
+
+
+def spell_location(location: Location) -> str:
+    """Spell a place in the file as in ``grids.main.theta[1]``."""
+    parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in location]
+    text = "".join(parts).removeprefix(".")
+    return text if text.isprintable() else repr(text)
+
+
+def spell_value(value: object) -> str:
+    """Spell a value as it stands in the file, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."
+
+
+def spell_axis(values: Sequence[Decimal]) -> str:
+    """Spell the first values of an axis."""
+    return ", ".join(map(spell, values[:SHOWN_VALUES]))
+
+
+def unknown_name(location: Location, name: str, what: str, known: Iterable[str]) -> Mistake:
+    """Mistake of a name that nothing has.
+
+    Parameters
+    ----------
+    location : tuple
+        Of the name.
+    name : str
+    what : str
+        What should have the name, such as ``grid``.
+    known : iterable of str
+        Names that there are.
+
+    Returns
+    -------
+    Mistake
+    """
+    allowed = ", ".join(sorted(known)) or "none is defined"
+    text = f"{name!r} is not the name of a {what}; allowed: {allowed}"
+    return Mistake(location=location, text=text)

@@ -1,0 +1,211 @@
+"""The study file: its sections with their keys, and what has to fit together among them.
+
+The schema, the reference page and the messages about mistakes are made from these classes.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import Self
+
+from pydantic import Field, model_validator
+
+from vibrissa.decimals import spell
+from vibrissa.mechanics.outcomes import Contact, Method
+from vibrissa.study.claims import Claims
+from vibrissa.study.figures import AnyFigure
+from vibrissa.study.grid import CurveKey, Grid, curve_keys
+from vibrissa.study.mistakes import Mistake
+from vibrissa.study.values import (
+    X1,
+    Count,
+    Dx0Axis,
+    Eta,
+    EtaAxis,
+    Mu0Axis,
+    Name,
+    OptionalKey,
+    Points,
+    Section,
+    Theta,
+    ThetaAxis,
+)
+
+# Curves per job, by default at least so many: a collocation curve takes milliseconds, a walk by
+# shooting many seconds.
+LEAST_BLOCK_SIZE = {Method.COLLOCATION: 64, Method.SHOOTING: 1}
+# Bound on the rows of a scan, each of which carries a shape.
+LONGEST_SCAN = 1_000_000
+
+
+class ComparisonSection(Points):
+    """Points that are solved in both kinds of contact: all combinations of three axes."""
+
+    theta: ThetaAxis
+    mu0: Mu0Axis
+    eta: EtaAxis
+
+
+class GridSection(Points):
+    """Points at which a period of sticking is solved: all combinations of four axes."""
+
+    theta: ThetaAxis
+    mu0: Mu0Axis
+    eta: EtaAxis
+    dx0: Dx0Axis
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The points."""
+        return Grid(**self.axes)
+
+
+class ScanSection(GridSection):
+    """Stick-slip scans, one at each point of a grid, each of the same number of cycles."""
+
+    cycles: Count = Field(description="number of stick-slip cycles, a whole number from 1")
+
+
+class StateSection(Points):
+    """An equilibrium with a given contact point (x1, eta), the clamp at the origin."""
+
+    theta: Theta
+    eta: Eta
+    x1: X1
+    contact: OptionalKey[Contact] = Field(
+        default=None,
+        description="kind of contact of this state: point or line (default: the study's)",
+    )
+
+    @model_validator(mode="after")
+    def _is_within_reach(self) -> Self:
+        if self.x1**2 + self.eta**2 >= 1:
+            raise ValueError("out of reach: a rod of length 1 needs x1^2 + eta^2 < 1")
+        return self
+
+
+class Study(Section):
+    """One parameter study of the sticking period of a tapered rod."""
+
+    name: Name = Field(
+        alias="study",
+        description="name of the study, letters, digits, _ and -; results go to results/<study>/",
+    )
+    contact: Contact = Field(
+        default=Contact.POINT,
+        description="kind of contact: point (the tip alone touches the surface) or line (the rod "
+        "lies along the surface where it would pass through it)",
+    )
+    method: Method = Field(
+        default=Method.COLLOCATION,
+        description="how curves are solved: collocation or shooting (the paper's own, slow)",
+    )
+    block_size: OptionalKey[Count] = Field(
+        default=None,
+        description="sticking curves that one job solves, a whole number from 1 (default 64, or "
+        "more in a study of many curves; shooting 1)",
+    )
+    grids: dict[Name, GridSection] = Field(
+        min_length=1,
+        description="named grids of study points; each is the product of its four axes",
+    )
+    scans: dict[Name, ScanSection] = Field(
+        default={},
+        description="named stick-slip scans; shapes and loads on the clamp are kept step by step",
+    )
+    states: dict[Name, StateSection] = Field(
+        default={}, description="named single equilibria with a given position of the tip"
+    )
+    comparisons: dict[Name, ComparisonSection] = Field(
+        default={}, description="named sets of points that are solved in both kinds of contact"
+    )
+    claims: OptionalKey[Claims] = Field(
+        default=None,
+        description="names of the grids, the scan and the state by which the paper's statements "
+        "are judged: taper (its Figure 6), friction (7), scan (3 to 5) and state (8)",
+    )
+    figures: dict[Name, AnyFigure] = Field(
+        default={},
+        description="named figures, each drawn from one grid, scan, state or comparison",
+    )
+
+    @property
+    def solver(self) -> str:
+        """Kind of contact and method in one word: names the folders of what they computed."""
+        return f"{self.contact}-{self.method}"
+
+    @cached_property
+    def point_grids(self) -> dict[str, Grid]:
+        """Grids of the study's points, by name."""
+        return {name: section.grid for name, section in self.grids.items()}
+
+    @cached_property
+    def scan_grids(self) -> dict[str, Grid]:
+        """Grids of the points at which the study has scans, by name."""
+        return {name: section.grid for name, section in self.scans.items()}
+
+    @cached_property
+    def curve_keys(self) -> list[CurveKey]:
+        """Curves that the study needs, each once, ordered by η, then θ, then Δx0."""
+        grids = [*self.point_grids.values(), *self.scan_grids.values()]
+        return curve_keys(grids, self.method.by_step)
+
+    @property
+    def curves_per_job(self) -> int:
+        """Largest number of curves that one job solves."""
+        return self.block_size or default_block_size(self.method, len(self.curve_keys))
+
+    def mistakes(self) -> Iterator[Mistake]:
+        """Find what does not fit together, although each section is as it should be.
+
+        Yields
+        ------
+        Mistake
+        """
+        if self.contact is Contact.LINE and self.method is Method.SHOOTING:
+            text = "'shooting' is not allowed with contact: line; allowed: collocation"
+            yield Mistake(location=("method",), text=text)
+        for name, scan in self.scans.items():
+            # The clamp moves by less than the rod's length in a cycle.
+            step = min(scan.grid.dx0)
+            if (rows := scan.cycles / step) > LONGEST_SCAN:
+                text = (
+                    f"{scan.cycles} cycles in steps of dx0 = {spell(step)} can take {rows:.1g} "
+                    f"steps; allowed: cycles/dx0 up to {LONGEST_SCAN:.0e}"
+                )
+                yield Mistake(location=("scans", name), text=text)
+        named: dict[str, Mapping[str, Points]] = {
+            "grid": self.grids,
+            "scan": self.scans,
+            "state": self.states,
+            "comparison": self.comparisons,
+        }
+        for name, figure in self.figures.items():
+            yield from figure.mistakes(("figures", name), named[figure.source])
+        if self.claims is not None:
+            if self.contact is not Contact.POINT:
+                text = f"contact: {self.contact.value!r} is not allowed with it; point is"
+                yield Mistake(location=("claims",), text=text)
+            yield from self.claims.mistakes(named)
+
+
+def default_block_size(method: Method, curves: int) -> int:
+    """Curves per job where the study file does not say it.
+
+    A larger study has more jobs and longer ones: thirteen times the square root of the number of
+    curves makes 25 blocks of 10^5 curves and 244 of 10^7. A smaller one has up to eight, for the
+    cores.
+
+    Parameters
+    ----------
+    method : Method
+    curves : int
+        Number of curves that the study needs.
+
+    Returns
+    -------
+    int
+    """
+    if method is Method.SHOOTING:
+        return LEAST_BLOCK_SIZE[method]
+    return max(LEAST_BLOCK_SIZE[method], min(math.isqrt(13**2 * curves), -(-curves // 8)))

@@ -1,0 +1,167 @@
+"""Reading a study file: a study, or its mistakes in one line each."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from decimal import Decimal
+from functools import reduce
+from operator import getitem
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from vibrissa.decimals import exact
+from vibrissa.errors import StudyError
+from vibrissa.study.mistakes import Mistake, spell_value
+from vibrissa.study.model import Study
+from vibrissa.study.schema import place_of
+
+NUMBER_AS_TEXT = (
+    " (YAML reads this as text; write a number without quotes, an exponent with a decimal point: "
+    "0.001 or 1.0e-3)"
+)
+
+
+def parse_study(config: Mapping[str, Any]) -> Study:
+    """Check a study file and give its values their exact form.
+
+    Parameters
+    ----------
+    config : mapping
+        The study file as YAML reads it.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    StudyError
+        If something is wrong; its message is that of the first mistake.
+    """
+    try:
+        study = Study.model_validate(config)
+    except ValidationError as error:
+        mistakes = _in_sections(error.errors(include_url=False), config)
+    else:
+        mistakes = list(study.mistakes())
+    if mistakes:
+        raise StudyError(*map(str, mistakes))
+    return study
+
+
+def refuse_repeated_keys(text: str) -> None:
+    """Refuse a study file in which a key stands twice; YAML would silently take the last.
+
+    Parameters
+    ----------
+    text : str
+        The study file.
+
+    Raises
+    ------
+    StudyError
+        With the key and the lines.
+    """
+    pending: list[yaml.Node | None] = [yaml.compose(text, yaml.SafeLoader)]
+    mistakes = []
+    while pending:
+        node = pending.pop()
+        if isinstance(node, yaml.SequenceNode):
+            pending += node.value
+        if not isinstance(node, yaml.MappingNode):
+            continue
+        lines: dict[str, int] = {}
+        for key, value in node.value:
+            pending.append(value)
+            line = key.start_mark.line + 1
+            if key.value in lines:
+                mistakes.append(
+                    f"{key.value!r} stands twice, in lines {lines[key.value]} and {line}; a key is "
+                    "allowed once"
+                )
+            lines[key.value] = line
+    if mistakes:
+        # What an alias repeats is visited again.
+        raise StudyError(*dict.fromkeys(mistakes))
+
+
+def _in_sections(errors: Sequence[ErrorDetails], config: Any) -> list[Mistake]:
+    """Mistakes within sections, those nearest to the top of the file first.
+
+    What is wrong there explains what follows, and an unknown key may be the misspelled one that is
+    missing.
+    """
+    unknown: defaultdict[tuple[str | int, ...], list[str | int]] = defaultdict(list)
+    missing: defaultdict[tuple[str | int, ...], list[str | int]] = defaultdict(list)
+    others = []
+    for error in errors:
+        loc = error["loc"]
+        if error["type"] in ("extra_forbidden", "invalid_key"):
+            unknown[loc[:-1]].append(loc[-1])
+        elif error["type"] == "missing":
+            missing[loc[:-1]].append(loc[-1])
+        else:
+            others.append(_value_mistake(error, config))
+    mistakes = [
+        *(_unknown_keys(loc, keys) for loc, keys in unknown.items()),
+        *(_missing_keys(loc, keys) for loc, keys in missing.items()),
+        *others,
+    ]
+    return sorted(mistakes, key=lambda mistake: len(mistake.location))
+
+
+def _unknown_keys(section: Sequence[str | int], keys: Sequence[str | int]) -> Mistake:
+    place = place_of(section)
+    text = f"unknown key {', '.join(map(repr, keys))}; allowed: {', '.join(sorted(place.keys))}"
+    return Mistake(location=place.location, text=text)
+
+
+def _missing_keys(section: Sequence[str | int], keys: Sequence[str | int]) -> Mistake:
+    location = place_of(section).location
+    allowed = f"; allowed: {place_of([*section, *keys]).allowed}" if len(keys) == 1 else ""
+    return Mistake(location=location, text=f"missing {', '.join(map(repr, keys))}{allowed}")
+
+
+def _value_mistake(error: ErrorDetails, config: Any) -> Mistake:
+    """Mistake of a value, or of a section that is none or has no kind."""
+    place = place_of(error["loc"])
+    location, allowed, value = place.location, place.allowed, _written(error, config)
+    if place.kinds and isinstance(value, Mapping):
+        allowed = f"{', '.join(place.kinds[:-1])} or {place.kinds[-1]}"
+        if "kind" not in value:
+            return Mistake(location=location, text=f"missing 'kind'; allowed: {allowed}")
+        location, value = (*location, "kind"), value["kind"]
+    if error["type"] == "value_error":
+        reason = str(error["ctx"]["error"])
+    else:
+        reason = f"allowed: {allowed}"
+    text = f"{spell_value(value)} is not allowed{_hint(error)}; {reason}"
+    return Mistake(location=location, text=text)
+
+
+def _written(error: ErrorDetails, config: Any) -> Any:
+    """Value as it is written, where pydantic has what a validator made of it."""
+    if not isinstance(error["input"], Decimal):
+        return error["input"]
+    try:
+        return reduce(getitem, place_of(error["loc"]).location, config)
+    except KeyError:  # below a name that is no text, of which pydantic has the text alone
+        return error["input"]
+
+
+def _hint(error: ErrorDetails) -> str:
+    """Say why a value is no number, although it looks like one."""
+    if error["type"] == "finite_number":
+        return " (not a finite number)"
+    is_text = isinstance(error["input"], str) and error["type"] in ("decimal_type", "int_type")
+    return NUMBER_AS_TEXT if is_text and _reads_as_number(error["input"]) else ""
+
+
+def _reads_as_number(text: str) -> bool:
+    try:
+        exact(text)
+    except ValueError:
+        return False
+    return True

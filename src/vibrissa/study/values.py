@@ -1,0 +1,166 @@
+"""Names, numbers and axes as they stand in a study file: types, ranges and what each of them is.
+
+The descriptions are what a message says to be allowed, and what the reference page shows.
+"""
+
+from decimal import Decimal
+from functools import cached_property
+from typing import Annotated, Any, Self, TypeVar
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError, PydanticKnownError
+
+from vibrissa.decimals import exact
+from vibrissa.study.grid import equal_steps
+
+
+class Section(BaseModel):
+    """Part of a study file: a mapping with known keys."""
+
+    # Validators are built when the first study is read, not when a module is imported.
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+
+def _exact(value: Any) -> Decimal:
+    """Exact value of a number as YAML reads it."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise PydanticKnownError("decimal_type")
+    try:
+        return exact(value)
+    except ValueError:
+        raise PydanticKnownError("finite_number") from None
+
+
+def _given(value: Any) -> Any:
+    """Refuse a key with nothing behind it: a key that is not needed is left out."""
+    if value is None:
+        raise PydanticCustomError("nothing", "nothing")
+    return value
+
+
+T = TypeVar("T")
+# A key that may be left out; None stands for that.
+OptionalKey = Annotated[T | None, BeforeValidator(_given)]
+Count = Annotated[int, Field(strict=True, ge=1)]
+Name = Annotated[
+    str,
+    Field(
+        pattern="^[A-Za-z0-9][A-Za-z0-9_-]*$",
+        description="a name of letters, digits, _ and - (in quotes if YAML reads it as a number or "
+        "no)",
+    ),
+]
+
+_EXACT = BeforeValidator(_exact)
+_THETA = "taper factor, base over tip diameter, a number theta >= 1"
+_MU0 = "coefficient of static friction, a number mu0 > 0"
+_ETA = "distance between clamp and surface in units of L, a number 0 < eta < 1"
+_DX0 = "step of the clamp displacement in units of L, a number dx0 >= 1.0e-9"
+_X1 = "contact point's distance from the clamp along the surface in units of L, -1 < x1 < 1"
+_STEP = "distance between the values of an axis, a number > 0"
+Theta = Annotated[Decimal, Field(ge=1, description=_THETA), _EXACT]
+Mu0 = Annotated[Decimal, Field(gt=0, description=_MU0), _EXACT]
+Eta = Annotated[Decimal, Field(gt=0, lt=1, description=_ETA), _EXACT]
+Dx0 = Annotated[Decimal, Field(ge=1e-9, description=_DX0), _EXACT]
+X1 = Annotated[Decimal, Field(gt=-1, lt=1, description=_X1), _EXACT]
+Step = Annotated[Decimal, Field(gt=0, description=_STEP), _EXACT]
+
+
+class Range(Section):
+    """Equal steps from start to stop, both included."""
+
+    start: Decimal
+    stop: Decimal
+    step: Step
+
+    @cached_property
+    def values(self) -> tuple[Decimal, ...]:
+        """Values in increasing order."""
+        return equal_steps(self.start, self.stop, self.step)
+
+    @model_validator(mode="after")
+    def _ends_in_a_step(self) -> Self:
+        _ = self.values
+        return self
+
+
+class ThetaRange(Range):
+    """Taper factors in equal steps, stop included."""
+
+    start: Theta
+    stop: Theta
+
+
+class Mu0Range(Range):
+    """Friction coefficients in equal steps, stop included."""
+
+    start: Mu0
+    stop: Mu0
+
+
+class EtaRange(Range):
+    """Distances in equal steps, stop included."""
+
+    start: Eta
+    stop: Eta
+
+
+class Dx0Range(Range):
+    """Steps of the clamp displacement in equal steps, stop included."""
+
+    start: Dx0
+    stop: Dx0
+
+
+def _json_type(axis: Any) -> str | None:
+    """Type of what stands for an axis, in the words of JSON Schema."""
+    if isinstance(axis, list):
+        return "array"
+    return "object" if isinstance(axis, dict) else None
+
+
+R = TypeVar("R", bound=Range)
+# An axis of a study file: its values in any order, or a range.
+_Axis = Annotated[
+    Annotated[
+        list[T], Field(min_length=1, description="a list of at least one number"), Tag("array")
+    ]
+    | Annotated[R, Tag("object")],
+    Discriminator(_json_type),
+]
+_FORMS = "a list of numbers, or {start, stop, step} with stop included"
+_THETAS = f"taper factors, each >= 1: {_FORMS}"
+_MU0S = f"friction coefficients, each > 0: {_FORMS}"
+_ETAS = f"distances between clamp and surface in units of L, each in (0, 1): {_FORMS}"
+_DX0S = f"steps of the clamp displacement in units of L, each >= 1.0e-9: {_FORMS}"
+ThetaAxis = Annotated[_Axis[Theta, ThetaRange], Field(description=_THETAS)]
+Mu0Axis = Annotated[_Axis[Mu0, Mu0Range], Field(description=_MU0S)]
+EtaAxis = Annotated[_Axis[Eta, EtaRange], Field(description=_ETAS)]
+Dx0Axis = Annotated[_Axis[Dx0, Dx0Range], Field(description=_DX0S)]
+
+
+class Points(Section):
+    """Section that says at which points something is solved, by the values of some axes."""
+
+    @cached_property
+    def axes(self) -> dict[str, tuple[Decimal, ...]]:
+        """Distinct values of each axis in increasing order; one where the axis is a number."""
+        return {
+            name: _distinct(value)
+            for name, value in self
+            if isinstance(value, Decimal | list | Range)
+        }
+
+
+def _distinct(written: Decimal | list[Decimal] | Range) -> tuple[Decimal, ...]:
+    if isinstance(written, Range):
+        return written.values
+    return tuple(sorted(set(written))) if isinstance(written, list) else (written,)

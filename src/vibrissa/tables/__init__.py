@@ -1,0 +1,4 @@
+"""The tables: their schemas, their files, results as rows, and many files as one table.
+
+Knows the results of `vibrissa.sticking` and the keys of `vibrissa.study`.
+"""

@@ -1,0 +1,139 @@
+"""One table of many files, merged into one order.
+
+Nothing here holds more than the row groups of the files that overlap in their order.
+"""
+
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from operator import attrgetter
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+
+from vibrissa.numerics.arrays import IntArray
+from vibrissa.tables import store
+
+# Files that are open at a time.
+OPEN_FILES = 16
+# Values of the columns that a table is ordered by.
+Key = tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Collected:
+    """Many tables as one.
+
+    Attributes
+    ----------
+    schema : pyarrow.Schema
+        With the commits of the code that made the files, as files are kept when the code changes
+        elsewhere.
+    rows : int
+        How many there are.
+    parts : iterator of pyarrow.Table
+        The rows, one below the other.
+    """
+
+    schema: pa.Schema
+    rows: int
+    parts: Iterator[pa.Table]
+
+
+class _RowGroup(NamedTuple):
+    """A row group of a file, and the least key in it."""
+
+    least: Key
+    path: str | Path
+    number: int
+
+
+def collect(paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str] = ()) -> Collected:
+    """Put tables of one schema one below the other, or merge them by some columns.
+
+    Parameters
+    ----------
+    paths : sequence of path
+    schema : pyarrow.Schema
+    order : sequence of str, optional
+        Columns of numbers, the most important first; without any, the tables stay as they are.
+
+    Returns
+    -------
+    Collected
+
+    Raises
+    ------
+    TableError
+        If one of the files is damaged, holds another kind of table or cannot be opened.
+    """
+    commits, rows = set(), 0
+    groups: list[_RowGroup] = []
+    for path in paths:
+        store.check_file(path)
+        file = store.opened(path, schema)
+        commits.add(file.schema_arrow.metadata.get(b"vibrissa.commit", b"unknown"))
+        rows += file.metadata.num_rows
+        with store.reading(path):
+            for number in range(file.num_row_groups):
+                least = _least_key(file.read_row_group(number, order), order)
+                groups.append(_RowGroup(least, path, number))
+    parts = _read(sorted(groups, key=attrgetter("least")), schema)
+    told = {b"vibrissa.part_commits": b" ".join(sorted(commits))}
+    return Collected(
+        schema=schema.with_metadata({**schema.metadata, **told}),
+        rows=rows,
+        parts=_merged(parts, order),
+    )
+
+
+def _read(groups: Iterable[_RowGroup], schema: pa.Schema) -> Iterator[tuple[Key, pa.Table]]:
+    """Row groups with their least keys."""
+    opened = lru_cache(OPEN_FILES)(partial(store.opened, schema=schema))
+    for group in groups:
+        file = opened(group.path)
+        with store.reading(group.path):
+            table = file.read_row_group(group.number)
+        yield group.least, pa.Table.from_arrays(table.columns, schema=schema)
+
+
+def _merged(parts: Iterable[tuple[Key, pa.Table]], order: Sequence[str]) -> Iterator[pa.Table]:
+    """Merge tables that come in the order of their least keys."""
+    held = None
+    for least, table in parts:
+        if held is not None:
+            # No row that is still to come is less than this.
+            final = rows_below(held, least, order) if order else len(held)
+            yield held.slice(0, final)
+            if final < len(held):
+                table = pa.concat_tables([held.slice(final), table])
+        held = _in_order(table, order) if order else table
+    if held is not None:
+        yield held
+
+
+def _sorted_rows(table: pa.Table, order: Sequence[str]) -> IntArray:
+    return np.lexsort([table.column(name).to_numpy() for name in reversed(order)])
+
+
+def _least_key(table: pa.Table, order: Sequence[str]) -> Key:
+    return key_of(table, int(_sorted_rows(table, order)[0]), order) if order else ()
+
+
+def _in_order(table: pa.Table, order: Sequence[str]) -> pa.Table:
+    rows = _sorted_rows(table, order)
+    # Most are in order already: to move the rows takes longer than to look.
+    return table if (rows[1:] > rows[:-1]).all() else table.take(rows)
+
+
+def key_of(table: pa.Table, row: int, order: Sequence[str]) -> Key:
+    """Key of a row."""
+    return tuple(table.column(name)[row].as_py() for name in order)
+
+
+def rows_below(table: pa.Table, bound: Key, order: Sequence[str]) -> int:
+    """Count the rows, of a table in order, whose keys are less than another one."""
+    return bisect_left(range(len(table)), bound, key=lambda row: key_of(table, row, order))

@@ -1,0 +1,177 @@
+"""Whether a table of grid points has each point of its study once, found out as it passes."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cache
+from itertools import chain
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from vibrissa.errors import TableError
+from vibrissa.study.grid import CurveKey, CurvePoints, Grid, study_points
+from vibrissa.tables.collect import Key, key_of, rows_below
+from vibrissa.tables.schemas import STICTION
+
+# Order of the table of grid points.
+POINT_ORDER = ("eta", "theta", "mu0", "dx0")
+# Expected points that are made at a time, at least.
+ROWS = 2**14
+# Points that a message names.
+EXAMPLES = 3
+
+_POINT = pa.schema([STICTION.field(name) for name in (*POINT_ORDER, "grids")])
+
+
+class Problem(StrEnum):
+    """What may be wrong with a grid point, in the words of the message."""
+
+    MISSING = "missing"
+    DOUBLED = "doubled"
+    FOREIGN = "not in the study"
+    MISNAMED = "of other grids"
+
+
+def checked_points(parts: Iterable[pa.Table], grids: Mapping[str, Grid]) -> Iterator[pa.Table]:
+    """Pass on a table of grid points, and refuse it in the end if points are not as they should be.
+
+    Parameters
+    ----------
+    parts : iterable of pyarrow.Table
+        With the schema `STICTION`, in `POINT_ORDER`.
+    grids : mapping of Grid
+        The study's grids by name.
+
+    Yields
+    ------
+    pyarrow.Table
+        The parts.
+
+    Raises
+    ------
+    TableError
+        If a point of the grids is missing, stands twice, does not belong or names other grids;
+        with examples.
+    """
+    expected = _expected(grids)
+    found = wanted = _POINT.empty_table()
+    wrong = {problem: _Wrong() for problem in Problem}
+    for part in parts:
+        yield part
+        found = pa.concat_tables([found, part.select(_POINT.names)])
+        if len(found):
+            # The last point waits for the next part, where it may stand again.
+            last = key_of(found, -1, POINT_ORDER)
+            compared, found = _split(found, last)
+            due, wanted = _split(_read_up_to(last, wanted, expected), last)
+            _compare(compared, due, wrong)
+    for rest in chain([wanted], expected):
+        _compare(found, rest, wrong)
+        found = found.slice(len(found))
+    for problem, points in wrong.items():
+        if points.count:
+            raise TableError(
+                f"stiction: {points.count} grid points are {problem}, such as (theta, mu0, eta, "
+                f"dx0) = {points.shown()}; delete the study's blocks folder and run again"
+            )
+
+
+@dataclass
+class _Wrong:
+    """Points with one problem: how many there are, and the first few."""
+
+    count: int = 0
+    examples: list[Key] = field(default_factory=list)
+
+    def shown(self) -> str:
+        return ", ".join(
+            f"({theta:g}, {mu0:g}, {eta:g}, {dx0:g})" for eta, theta, mu0, dx0 in self.examples
+        )
+
+
+def _split(table: pa.Table, bound: Key) -> tuple[pa.Table, pa.Table]:
+    """Rows whose keys are less than one, and the others."""
+    below = rows_below(table, bound, POINT_ORDER)
+    return table.slice(0, below), table.slice(below)
+
+
+def _read_up_to(key: Key, held: pa.Table, more: Iterator[pa.Table]) -> pa.Table:
+    """Rows that are held and as many more as it takes to reach a key."""
+    while not len(held) or key_of(held, -1, POINT_ORDER) < key:
+        table = next(more, None)
+        if table is None:
+            break
+        held = pa.concat_tables([held, table])
+    return held
+
+
+def _compare(found: pa.Table, wanted: pa.Table, wrong: Mapping[Problem, _Wrong]) -> None:
+    """Note what is wrong with the points that were found in one range of keys."""
+    if not found.equals(wanted):
+        for problem, keys in _problems(found, wanted).items():
+            points = wrong[problem]
+            points.count += len(keys)
+            points.examples += keys[: EXAMPLES - len(points.examples)]
+
+
+def _expected(grids: Mapping[str, Grid]) -> Iterator[pa.Table]:
+    """Points of a study in the order of its table, some thousands at a time."""
+    pairs_of = cache(_pairs)
+    curves: list[CurveKey] = []
+    pairs: list[pa.Table] = []
+    for key, points in study_points(grids):
+        curves.append(key)
+        pairs.append(pairs_of(points))
+        if sum(map(len, pairs)) >= ROWS:
+            yield _points(curves, pairs)
+            curves, pairs = [], []
+    if curves:
+        yield _points(curves, pairs)
+
+
+def _pairs(points: CurvePoints) -> pa.Table:
+    """Points of a curve without its key."""
+    columns = {
+        "mu0": [float(mu0) for mu0 in points.mu0],
+        "dx0": [float(dx0) for dx0 in points.dx0],
+        "grids": points.grids,
+    }
+    return pa.table(columns, schema=pa.schema([STICTION.field(name) for name in columns]))
+
+
+def _points(curves: Sequence[CurveKey], pairs: Sequence[pa.Table]) -> pa.Table:
+    """Points of some curves, one below the other."""
+    sizes = [len(table) for table in pairs]
+    rest = pa.concat_tables(pairs)
+    columns = {
+        "eta": np.repeat([float(curve.eta) for curve in curves], sizes),
+        "theta": np.repeat([float(curve.theta) for curve in curves], sizes),
+        **dict(zip(rest.column_names, rest.columns, strict=True)),
+    }
+    return pa.table(columns, schema=_POINT)
+
+
+def _problems(found: pa.Table, wanted: pa.Table) -> dict[Problem, list[Key]]:
+    """Keys of points that are not as they should be, by what is wrong with them."""
+    rows, points = (
+        table.set_column(4, "grids", pc.binary_join(table["grids"], ", ")).to_pandas()
+        for table in (found, wanted)
+    )
+    keys = list(POINT_ORDER)
+    again = rows.duplicated(keys)
+    pairs = points.merge(
+        rows[~again], on=keys, how="outer", suffixes=("", "_found"), indicator="side"
+    )
+    both = pairs["side"] == "both"
+    wrong = {
+        Problem.MISSING: pairs[pairs["side"] == "left_only"],
+        Problem.DOUBLED: rows[again].drop_duplicates(keys),
+        Problem.FOREIGN: pairs[pairs["side"] == "right_only"],
+        Problem.MISNAMED: pairs[both & (pairs["grids"] != pairs["grids_found"])],
+    }
+    return {
+        problem: list(rows[keys].itertuples(index=False, name=None))
+        for problem, rows in wrong.items()
+    }

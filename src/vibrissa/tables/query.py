@@ -1,0 +1,119 @@
+"""Rows of a table in memory or in a file, of which no more is read than is asked for.
+
+Which rows is said by an expression of pyarrow: `in_grid`, `one_of`, or several joined by ``&``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
+from operator import or_
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from vibrissa.tables import store
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from pyarrow.dataset import Dataset
+
+# A table in memory, or one in a file.
+Readable: TypeAlias = "pa.Table | Dataset"
+
+
+def opened(path: str | Path, schema: pa.Schema) -> Dataset:
+    """Open a table whose rows are read when they are asked for.
+
+    Parameters
+    ----------
+    path : str or Path
+        Parquet file.
+    schema : pyarrow.Schema
+        The schema that it must have.
+
+    Returns
+    -------
+    pyarrow.dataset.Dataset
+        Its schema has the metadata of the file.
+
+    Raises
+    ------
+    TableError
+        If the file is damaged, holds another kind of table or cannot be opened.
+    """
+    # It imports pandas, which takes time.
+    from pyarrow import dataset
+
+    store.check_file(path)
+    schema = schema.with_metadata(store.opened(path, schema).schema_arrow.metadata)
+    options = dataset.ParquetFragmentScanOptions(page_checksum_verification=True)
+    format = dataset.ParquetFileFormat(default_fragment_scan_options=options)
+    with store.reading(path):
+        return dataset.dataset(path, schema, format=format)
+
+
+def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
+    """Condition that a column has one of some values."""
+    return reduce(or_, [pc.field(column) == value for value in values])
+
+
+def in_grid(name: str) -> pc.Expression:
+    """Condition that a point belongs to a grid."""
+    lines = pc.binary_join(pc.field("grids"), "\n")
+    return pc.match_substring_regex(lines, f"(?m)^{re.escape(name)}$")
+
+
+def parts(
+    table: Readable, columns: Sequence[str], where: pc.Expression | None = None
+) -> Iterator[pa.Table]:
+    """Rows of a table, a part at a time: of a long one in a file no more than a few are held.
+
+    Parameters
+    ----------
+    table : pyarrow.Table or Dataset
+    columns : sequence of str
+        Columns that are wanted.
+    where : Expression, optional
+        Rows that are wanted, instead of all. Row groups whose statistics exclude it are not read.
+
+    Yields
+    ------
+    pyarrow.Table
+
+    Raises
+    ------
+    TableError
+        If the file is damaged or cannot be opened.
+    """
+    if isinstance(table, pa.Table):
+        yield rows(table, columns, where)
+        return
+    (path,) = table.files
+    with store.reading(path):
+        for batch in table.to_batches(columns=list(columns), filter=where, use_threads=False):
+            yield pa.Table.from_batches([batch])
+
+
+def rows(table: Readable, columns: Sequence[str], where: pc.Expression | None = None) -> pa.Table:
+    """Rows as one table; see `parts`."""
+    if isinstance(table, pa.Table):
+        return (table if where is None else table.filter(where)).select(list(columns))
+    (path,) = table.files
+    with store.reading(path):
+        return table.to_table(columns=list(columns), filter=where, use_threads=False)
+
+
+def frame(
+    table: Readable, columns: Sequence[str], where: pc.Expression | None = None
+) -> pd.DataFrame:
+    """Rows as pandas has them; see `parts`."""
+    return rows(table, columns, where).to_pandas()
+
+
+def count(table: Readable) -> int:
+    """Count the rows of a table."""
+    return int(table.num_rows if isinstance(table, pa.Table) else table.count_rows())

@@ -1,0 +1,296 @@
+"""Results of computations as tables, and back: a row for each curve, point, step or state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyarrow as pa
+
+from vibrissa.mechanics.outcomes import Contact, End, Method, Parameter, Status
+from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.piece import Piece, StickingState
+from vibrissa.study.codec import decode_key, encode_columns
+from vibrissa.study.grid import CurveKey, CurvePoints, Point
+from vibrissa.tables.schemas import (
+    COMPARISONS,
+    CURVES,
+    SCANS,
+    SHAPE,
+    STATE,
+    STATES,
+    STICTION,
+    WHOLE,
+)
+from vibrissa.tables.store import LEAST_ROW_GROUP
+
+# Only their attributes are read: a job need not depend on how the others' results are computed.
+if TYPE_CHECKING:
+    from vibrissa.sticking.api import EquilibriumState
+    from vibrissa.sticking.comparison import Comparison
+    from vibrissa.sticking.cycles import Scan
+    from vibrissa.sticking.stiction import Stiction
+
+
+def _array(values: Any, kind: pa.DataType) -> pa.Array:
+    """Arrow array of a column; NaN stands for nothing."""
+    if isinstance(values, pa.Array):
+        return values
+    if isinstance(values, np.ndarray):
+        if kind == WHOLE and values.dtype.kind == "f":
+            return pa.array(np.nan_to_num(values).astype(np.int64), kind, mask=np.isnan(values))
+        return pa.array(values, kind, from_pandas=True)
+    return pa.array(values, kind)
+
+
+def _table(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
+    arrays = [_array(columns[field.name], field.type) for field in schema]
+    return pa.Table.from_arrays(arrays, schema=schema)
+
+
+def _state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
+    return {f"{name}{suffix}": getattr(state, name) for name, _, _ in STATE}
+
+
+def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> pa.Table:
+    """Table of sticking curves under the keys that they were solved for.
+
+    Parameters
+    ----------
+    keys : sequence of CurveKey
+    curves : sequence of StickingCurve
+        In the order of the keys.
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `CURVES`.
+    """
+    columns: dict[str, Any] = {**encode_columns(keys)}
+    for name in ("method", "status", "message", "end", "end_message"):
+        columns[name] = [getattr(curve, name) for curve in curves]
+    for name in _CURVE_SCALARS:
+        columns[name] = np.array([getattr(curve, name) for curve in curves])
+    columns["piece_contact"] = [[piece.contact for piece in curve.pieces] for curve in curves]
+    columns["piece_states"] = [[len(piece.states) for piece in curve.pieces] for curve in curves]
+    for name in ("parameter", "start", "stop"):
+        columns[f"piece_{name}"] = [[getattr(p, name) for p in curve.pieces] for curve in curves]
+    # Arrays from arrays: to make each number an object would take time and memory.
+    pieces = [piece.states for curve in curves for piece in curve.pieces]
+    states = StickingState.concatenate([StickingState.unknown(0), *pieces])
+    counts = [sum(states) for states in columns["piece_states"]]
+    offsets = pa.array(np.cumsum([0, *counts]), pa.int32())
+    for name, values in states.columns.items():
+        columns[name] = pa.ListArray.from_arrays(offsets, values)
+    return _table(CURVES, columns)
+
+
+_CURVE_SCALARS = ("x1_init", "residual", "x0_lock", "mu_lock", "x0_touch")
+
+
+def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
+    """Sticking curves of a table by the keys that they were solved for.
+
+    Parameters
+    ----------
+    table : pyarrow.Table
+        With the schema `CURVES`.
+
+    Returns
+    -------
+    dict
+    """
+    curves = {}
+    columns = {name: table.column(name).combine_chunks() for name in StickingState.names()}
+    states = StickingState(
+        **{name: c.flatten().to_numpy(zero_copy_only=False) for name, c in columns.items()}
+    )
+    first = 0
+    for row in table.drop_columns(list(columns)).to_pylist():
+        key = decode_key(row[name] for name in CurveKey._fields if row[name] is not None)
+        scalars = {name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS}
+        method, pieces = Method(row["method"]), []
+        names = ("contact", "parameter", "start", "stop", "states")
+        for contact, parameter, start, stop, count in zip(
+            *(row[f"piece_{name}"] for name in names), strict=True
+        ):
+            piece = Piece(
+                contact=Contact(contact),
+                parameter=Parameter(parameter),
+                start=start,
+                stop=stop,
+                states=states.take(slice(first, first + count)),
+                stepped=method is Method.SHOOTING,
+            )
+            pieces.append(piece)
+            first += count
+        curves[key] = StickingCurve(
+            theta=float(key.theta),
+            eta=float(key.eta),
+            method=method,
+            status=Status(row["status"]),
+            message=row["message"],
+            pieces=tuple(pieces),
+            **scalars,
+            end=End(row["end"]),
+            end_message=row["end_message"],
+        )
+    return curves
+
+
+def stiction_tables(
+    results: Iterable[tuple[CurvePoints, StickingCurve, Stiction]],
+) -> Iterator[pa.Table]:
+    """Tables of the grid points that were read off some curves, one row group each.
+
+    Parameters
+    ----------
+    results : iterable of (CurvePoints, StickingCurve, Stiction)
+        The points on each curve, the curve, and the periods of sticking there, in the same order.
+
+    Yields
+    ------
+    pyarrow.Table
+        With the schema `STICTION`; the points of one curve are not torn apart.
+    """
+    columns: dict[str, list[Any]] = {field.name: [] for field in STICTION}
+    rows = 0
+    for points, curve, stiction in results:
+        for name, values in _stiction_columns(points, curve, stiction).items():
+            columns[name].append(values)
+        rows += len(points)
+        if rows >= LEAST_ROW_GROUP:
+            yield _table(STICTION, {name: _joined(parts) for name, parts in columns.items()})
+            columns, rows = {name: [] for name in columns}, 0
+    if rows:
+        yield _table(STICTION, {name: _joined(parts) for name, parts in columns.items()})
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    if isinstance(parts[0], np.ndarray):
+        return np.concatenate(parts)
+    return list(chain.from_iterable(parts))
+
+
+def _stiction_columns(
+    points: CurvePoints, curve: StickingCurve, stiction: Stiction
+) -> dict[str, Any]:
+    n = len(points)
+    known = [status in (Status.SLIP, Status.LOCK) for status in stiction.status]
+    return {
+        "grids": points.grids,
+        "theta": np.full(n, curve.theta),
+        "mu0": np.array(points.mu0, dtype=float),
+        "eta": np.full(n, curve.eta),
+        "dx0": np.array(points.dx0, dtype=float),
+        "status": stiction.status,
+        "message": ["" if known_one else curve.message for known_one in known],
+        "contact": [contact or None for contact in stiction.contact],
+        "x0_slip": stiction.x0_slip,
+        "x0_max": stiction.x0_max,
+        "n_steps": stiction.n_steps,
+        "mu_lock": np.full(n, curve.mu_lock),
+        "x0_lock": np.full(n, curve.x0_lock),
+        **_state_values(stiction.init, "_init"),
+        **_state_values(stiction.last, "_last"),
+        **_state_values(stiction.slip, "_slip"),
+        "end": [end or None for end in stiction.end],
+        "x0_end": stiction.ended.x0,
+        **_state_values(stiction.ended, "_end"),
+        "x1_init": np.full(n, curve.x1_init),
+        "penetrates": [p if k else None for p, k in zip(stiction.penetrates, known, strict=True)],
+        "residual": np.full(n, curve.residual),
+    }
+
+
+def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
+    """Table of one scan, a row for each footpoint position.
+
+    Parameters
+    ----------
+    name : str
+        Name of the set of scans.
+    point : Point
+    scan : Scan
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `SCANS`; a failed scan has one row that says so.
+    """
+    failed = scan.status not in (Status.SLIP, Status.LOCK)
+    n = 1 if failed else len(scan.step)
+    columns: dict[str, Any] = {
+        "scan": [name] * n,
+        **{axis: np.full(n, float(getattr(point, axis))) for axis in Point._fields},
+        "status": [scan.status] * n,
+    }
+    values = {
+        "cycle": scan.cycle,
+        "step": scan.step,
+        "phase": scan.phase,
+        "footpoint": scan.footpoint,
+        "x0": scan.state.x0,
+        "x1": scan.x1,
+        **_state_values(scan.state),
+        "residual": scan.residual,
+    }
+    shapes = {"x": scan.x, "y": scan.y, "phi": scan.phi}
+    if failed:
+        columns |= {key: [None] for key in values}
+        columns |= {column.name: [[]] for column in SHAPE}
+    else:
+        columns |= values | {f"shape_{axis}": list(shape) for axis, shape in shapes.items()}
+        columns["shape_s"] = [scan.s] * n
+    return _table(SCANS, columns)
+
+
+def comparison_table(name: str, comparison: Comparison) -> pa.Table:
+    """Table of points in both contact models.
+
+    Parameters
+    ----------
+    name : str
+        Name of the comparison.
+    comparison : Comparison
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `COMPARISONS`.
+    """
+    columns: dict[str, Any] = {"comparison": [name] * len(comparison.theta)}
+    columns |= {key: getattr(comparison, key) for key in ("theta", "mu0", "eta", "penetrates")}
+    for model in ("point", "line"):
+        result = getattr(comparison, model)
+        columns |= {f"{key}_{model}": values for key, values in vars(result).items()}
+    return _table(COMPARISONS, columns)
+
+
+def states_table(states: Mapping[str, EquilibriumState]) -> pa.Table:
+    """Table of single equilibria with their shapes.
+
+    Parameters
+    ----------
+    states : mapping of EquilibriumState
+        By name.
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `STATES`.
+    """
+    columns: dict[str, list[Any]] = {field.name: [] for field in STATES}
+    s = np.linspace(0.0, 1.0, 101)
+    for name, state in states.items():
+        solved = state.status is Status.SOLVED
+        shape = (s, *state.shape(s)) if solved else ([], [], [], [])
+        values: dict[str, Any] = {"state": name}
+        values |= zip((column.name for column in SHAPE), shape, strict=True)
+        for field in STATES:
+            known = solved or not field.nullable
+            value = values[field.name] if field.name in values else getattr(state, field.name)
+            columns[field.name].append(value if known else None)
+    return _table(STATES, columns)

@@ -1,0 +1,221 @@
+"""The command line, units and tables."""
+
+import csv
+import subprocess
+import sys
+from importlib import import_module
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from vibrissa.cli.app import COMMANDS, app
+from vibrissa.mechanics.rod import Rod
+from vibrissa.sensor import series
+from vibrissa.sensor.quantities import Kind, Units
+from vibrissa.sensor.transducer import preset
+
+ROD = ["--modulus", "210 GPa", "--diameter", "1 mm", "--length", "100 mm"]
+WHISKER = ["--theta", "2", "--eta", "0.85"]
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_solve_says_the_same_in_both_kinds_of_units(tmp_path):
+    rod = Rod(2.1e11, 1e-3, 0.1)
+    own, si = tmp_path / "own.parquet", tmp_path / "si.parquet"
+    assert run("solve", *WHISKER, "--mu0", "0.4", "--step", "0.001", "-o", own).exit_code == 0
+    tall = ["--theta", "2", "--eta", "85 mm", "--mu0", "0.4", "--step", "0.1 mm"]
+    result = run("solve", *tall, *ROD, "-o", si)
+    assert result.exit_code == 0, result.output
+    one, other = (pq.read_table(path).to_pylist()[0] for path in (own, si))
+    assert one["status"] == "slip" and one["x0_max"] == 0.052
+    assert other["x0_max"] == pytest.approx(5.2e-3)
+    assert other["force_x"] == pytest.approx(one["force_x"] * rod.force_unit)
+    assert other["moment_z"] == pytest.approx(one["moment_z"] * rod.moment_unit)
+    assert other["strain"] == pytest.approx(one["strain"] * 0.01)
+    assert pq.read_schema(si).field("force_x").metadata[b"unit"] == b"N"
+
+
+def test_lock_is_an_answer():
+    result = run("solve", *WHISKER, "--mu0", "0.5")
+    assert result.exit_code == 0
+    assert "lock" in result.output and "0.47757" in result.output
+
+
+def test_scan_writes_signals_and_truth(tmp_path):
+    out, picture = tmp_path / "scan.csv", tmp_path / "scan.svg"
+    where = ["--step", "100 um", "--to", "50 mm", "--to", "20 mm"]
+    surface = ["--patches", "0 mm: 0.3, 60 mm: 0.4"]
+    result = run("scan", *WHISKER, *ROD, *where, *surface, "-o", out, "--picture", picture)
+    assert result.exit_code == 0, result.output
+    with out.open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 1 + 500 + 300
+    assert float(rows[-1]["footpoint [m]"]) == pytest.approx(0.02)
+    for row in rows:
+        assert float(row["mu0 [1]"]) == (0.3 if float(row["contact [m]"]) < 0.06 else 0.4)
+    assert picture.read_bytes().startswith(b"<?xml")
+
+
+def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
+    surface, out = tmp_path / "surface.csv", tmp_path / "scan.parquet"
+    surface.write_text("x [mm],mu0\n0,0.3\n500,0.4\n")
+    where = ["--step", "100 um", "--to", "50 mm", "--profile", surface]
+    sensor = ["--transducer", "nano17-si-12-0.12", "--seed", "3"]
+    assert run("scan", *WHISKER, *ROD, *where, *sensor, "-o", out).exit_code == 0
+    table = pq.read_table(out).to_pydict()
+    assert np.array(table["mu0"]) == pytest.approx(0.3 + 0.2 * np.array(table["contact"]))
+    counts = np.array(table["force_x"]) * 320
+    assert counts == pytest.approx(np.round(counts), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["solve", *WHISKER, "--mu0", "much"], "mu0 must be a number"),
+        (["solve", *WHISKER, "--mu0", "-1"], "mu0 must be positive"),
+        (["solve", "--theta", "2", "--eta", "85 mm", "--mu0", "0.3"], "the rod is not given"),
+        (["solve", *WHISKER, "--mu0", "0.3", "--length", "1 m"], "modulus, diameter missing"),
+        (["solve", *WHISKER, "--mu0", "0.3", *ROD, "--step", "3 kg"], "step must be a length"),
+        (["solve", *WHISKER, "--mu0", "0.3", "-o", "x.txt"], "ending must be"),
+        (["solve", *WHISKER, "--mu0", "0.3", "--picture", "x.gif"], "ending must be"),
+        (["scan", *WHISKER, "--step", "0.1", "--to", "1", "-o", "x.csv"], "give the surface"),
+        (
+            ["scan", *WHISKER, "--step", "0.1", "--to", "1", "-o", "x.csv", "--patches", "0:x"],
+            "mu0 of a patch",
+        ),
+        (
+            ["scan", *WHISKER, "--step", "0.1", "--to", "1", "-o", "x.csv", "--profile", "no.csv"],
+            "no such file",
+        ),
+    ],
+)
+def test_mistakes_get_one_line(arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert message in result.output
+    assert result.output.startswith("vibrissa: ") and result.output.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["solve", "scan"])
+def test_help_has_an_example(command):
+    assert f"vibrissa {command} --theta" in run(command, "--help").output.replace("\n", " ")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_list_of_commands_says_what_a_command_says_itself(name):
+    command = getattr(import_module(f"vibrissa.cli.{name}"), name)
+    assert command.__doc__.partition("\n")[0] == COMMANDS[name]
+    assert COMMANDS[name].split()[0] in run("--help").output
+
+
+def test_the_list_of_commands_does_not_wait_for_the_solvers():
+    program = """
+import sys
+from vibrissa.cli.app import app
+app(["--help"], standalone_mode=False)
+print({"numpy", "scipy", "pint", "matplotlib", "pyarrow"} & set(sys.modules))
+"""
+    listed = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert "identify" in listed.stdout and listed.stdout.endswith("set()\n")
+
+
+def test_a_mistake_in_the_program_is_not_dressed_up_as_one_of_the_input(monkeypatch):
+    def broken(*_, **__):
+        raise ValueError("a mistake")
+
+    monkeypatch.setattr("vibrissa.sensor.onset.solve_onset", broken)
+    result = run("solve", *WHISKER, "--mu0", "0.4")
+    assert isinstance(result.exception, ValueError)
+
+
+def test_units_are_exact_decimals():
+    units = Units(Rod(2.1e11, 1e-3, 0.1))
+    assert str(units.read("20 um", Kind.LENGTH, "step")) == "0.0002"
+    assert str(units.read("0.001", Kind.LENGTH, "step")) == "0.001"
+    assert units.column_factor("N*mm", Kind.MOMENT, "m") == pytest.approx(
+        1e-3 / units.rod.moment_unit
+    )
+    assert units.column_factor("E*I0/L**2", Kind.FORCE, "f") == 1.0
+
+
+@given(st.text(max_size=20))
+def test_any_text_is_a_quantity_or_refused_as_a_value_error(text):
+    try:
+        value = Units(Rod(1.0, 1.0, 1.0)).read(text, Kind.LENGTH, "step")
+    except ValueError as error:
+        assert "step" in str(error) or "number" in str(error)
+    else:
+        assert value.is_finite()
+
+
+def test_transducer_rounds_clips_and_adds_noise_of_the_size_it_says():
+    sensor = preset("nano17-si-12-0.12")
+    assert sensor.limit == (12.0, 12.0, 0.12)
+    assert sensor.resolution == pytest.approx((1 / 320, 1 / 320, 1e-3 / 64))
+    true = np.tile([1.0, -2.0, 0.05], (20000, 1))
+    read = sensor.measured(true, np.random.default_rng(1))
+    assert (read - true).std(axis=0) == pytest.approx(sensor.deviation, rel=0.03)
+    assert (read - true).mean(axis=0) == pytest.approx([0, 0, 0], abs=1e-4)
+    assert sensor.measured(true * 100, np.random.default_rng(1))[0].tolist() == [12.0, -12.0, 0.12]
+    assert sensor.saturated(np.array([[12.0, -3.0, 0.1]])).tolist() == [[True, False, False]]
+    with pytest.raises(ValueError, match="nano17"):
+        preset("nano18")
+
+
+def test_tables_come_back_as_they_were_written(tmp_path):
+    values = np.array([0.1, 1 / 3, -2e-300])
+    for ending in ("csv", "parquet"):
+        path = tmp_path / f"t.{ending}"
+        series.write(path, {"a": series.Column(values, "mm", "what it is")})
+        table = series.read(path, ["a"])
+        assert table.columns["a"].tolist() == values.tolist()
+        assert table.units == {"a": "mm"}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a,b\n1,2\n1\n", "line 3: 1 values, but the header has 2"),
+        ("a,b\n1,two\n", "line 2: b must be a number, got 'two'"),
+        ("a,b\n1,inf\n", "line 2: b must be finite"),
+        ("a\n1\n", "column b is missing"),
+        ("a,b\n", "no rows"),
+        ("a,a,b\n1,2,3\n", "twice"),
+        ("", "missing"),
+        ('a,b\n1,"2\n', "line"),
+    ],
+)
+def test_bad_tables_are_refused_with_their_line(text, message, tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        series.read(path, ["a", "b"])
+
+
+@given(st.binary(max_size=200))
+def test_any_file_is_read_or_refused_as_a_value_error(tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("fuzz") / "t.csv"
+    path.write_bytes(b"a,b\n" + data)
+    try:
+        table = series.read(path, ["a", "b"])
+    except ValueError as error:
+        assert str(error).startswith(str(path))
+    else:
+        assert len(table.columns["a"]) == len(table.line) > 0
+
+
+@pytest.mark.parametrize("cell", ["1_0", "١٢", "0x10", "1,5", "1e", "+-1", "True", "−1"])
+def test_numbers_are_written_in_one_way(cell, tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text(f'a\n"{cell}"\n', encoding="utf-8")
+    with pytest.raises(ValueError, match="line 2: a must be a number"):
+        series.read(path, ["a"])

@@ -1,0 +1,84 @@
+"""The command that designs a rod."""
+
+import csv
+import re
+
+import pyarrow.parquet as pq
+import pytest
+from typer.testing import CliRunner
+
+from vibrissa.cli.app import app
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, ["design", *(str(argument) for argument in arguments)])
+
+
+NANO = ["--transducer", "nano17-si-12-0.12", "--step", "50 um", "--mu0", "0.2 to 0.4"]
+SHAPE = ["--theta", "2", "--eta", "0.85"]
+
+
+def test_the_rod_of_the_paper_on_the_command_line(tmp_path):
+    out = tmp_path / "d.csv"
+    size = ["--diameter", "5 mm", "--length", "100 mm"]
+    result = run("--material", "steel-s235", *NANO, *SHAPE, *size, "-o", out)
+    assert result.exit_code == 1
+    assert result.output.startswith("this rod cannot be used: it violates the limits moment_z")
+    assert re.search(r"strain +0\.0363 +< 0\.000746 +48\.6 times", result.output)
+    (row,) = csv.DictReader(out.open())
+    assert row["status"] == "none" and "strain" in row["active_constraints"]
+    assert float(row["force_y_value [N]"]) == pytest.approx(1472, rel=1e-3)
+
+
+def test_a_search_on_the_command_line(coarse, tmp_path):
+    out, picture = tmp_path / "d.parquet", tmp_path / "d.png"
+    where = ["--length", "50 to 150 mm", "-o", out, "--picture", picture]
+    result = run("--material", "music-wire", *NANO, "--theta", "2", *where)
+    assert result.exit_code == 0, result.output
+    table = pq.read_table(out)
+    (row,) = table.to_pylist()
+    assert row["status"] == "found" and row["length"] <= 0.15 * (1 + 1e-6)
+    assert table.schema.field("diameter").metadata[b"unit"] == b"m"
+    assert row["relaxed_step"] < row["deviation"]
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    for name in row["active_constraints"].split():
+        assert name in result.output
+
+
+def test_without_units_on_the_command_line():
+    own = ["--step", "0.0005", "--mu0", "0.2 to 0.4", "--noise", "0.003, 0.003, 0.0002"]
+    result = run(*own, *SHAPE, "--yield-strain", "1.2")
+    assert result.exit_code == 0, result.output
+    assert "diameter" not in result.output and " L" in result.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([*NANO, "--material", "cheese"], "material must be one of"),
+        ([*NANO, "--material", "music-wire", "--modulus", "1 GPa"], "not both"),
+        ([*NANO, "--modulus", "1 GPa"], "needs a yield strain"),
+        ([*NANO, "--material", "music-wire", "--noise", "1 N, 1 N, 1 N*m"], "not both"),
+        ([*NANO[2:], "--material", "music-wire"], "give a transducer or the noise"),
+        ([*NANO[2:], "--material", "music-wire", "--noise", "1 N"], "three values"),
+        ([*NANO, *SHAPE], "cannot be used without the material"),
+        ([*NANO, "--material", "music-wire", "--eta", "85 mm"], "the rod is not given"),
+        ([*NANO, "--material", "music-wire", "--length", "3"], "length must be a length"),
+        ([*NANO, "--material", "music-wire", "--theta", "0.5"], "theta must be a range"),
+        ([*NANO, "--material", "music-wire", "--theta", "much"], "theta must be a number"),
+        ([*NANO, "--material", "music-wire", "--tip", "1 to 2 mm"], "tip must be a length"),
+        ([*NANO, "--material", "music-wire", "-o", "d.txt"], "ending must be"),
+        ([*NANO, "--material", "music-wire", *SHAPE[:3], "0.05"], "could be solved"),
+    ],
+)
+def test_mistakes_get_one_line(arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    assert message in result.output
+    assert result.output.startswith("vibrissa: ") and result.output.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_has_examples():
+    assert "vibrissa design --material" in run("--help").output.replace("\n", " ")

@@ -1,0 +1,116 @@
+"""Requirements, materials, and how they are read from text."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vibrissa.design import MATERIALS, Requirements, read_requirements
+from vibrissa.design.materials import material
+from vibrissa.errors import ArgumentError
+from vibrissa.sensor.quantities import range_of
+from vibrissa.sensor.transducer import preset
+
+WIRE = MATERIALS["music-wire"]
+SENSOR = preset("nano17-si-12-0.12")
+ASKED = {"mu0": "0.2 to 0.4", "step": "50 um"}
+REQUIREMENTS = Requirements(
+    modulus=WIRE.modulus,
+    yield_strain=WIRE.yield_strain,
+    density=WIRE.density,
+    mu0=(0.2, 0.4),
+    step=50e-6,
+    noise=SENSOR.deviation,
+    range=SENSOR.limit,
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"mu0": (0.4, 0.2)}, "mu0 must be a range"),
+        ({"mu0": (0.0, 0.2)}, "mu0 must be a range"),
+        ({"theta": (0.5, 2.0)}, "theta must be a range"),
+        ({"eta": (0.5, 1.0)}, "eta must be a range"),
+        ({"eta": (0.5, float("nan"))}, "eta must be a range"),
+        ({"step": 0.0}, "step must be positive"),
+        ({"noise": (0.0, 1.0, 1.0)}, "noise must be three positive"),
+        ({"noise": (1.0, 1.0, float("nan"))}, "noise must be three positive"),
+        ({"noise": (1.0, 1.0, float("inf"))}, "noise must be finite"),
+        ({"lock_factor": float("inf")}, "lock_factor must be at least 1"),
+        ({"steps": float("inf")}, "steps must be positive and finite"),
+        ({"tip": -1e-4}, "tip must not be negative"),
+        ({"safety": 0.5}, "at least 1"),
+        ({"density": -1.0}, "density must be positive"),
+        ({"method": "guess"}, "method must be one of forces, moment, spacing"),
+    ],
+)
+def test_impossible_requirements_are_refused(change, message):
+    with pytest.raises(ArgumentError, match=message):
+        replace(REQUIREMENTS, **change)
+
+
+def test_materials_and_transducers_have_names():
+    named = {"material": "music-wire", "transducer": "nano17-si-12-0.12"}
+    assert read_requirements(**named, **ASKED) == REQUIREMENTS
+    denser = read_requirements(**named, **ASKED, density="8 g/cm^3")
+    assert denser == replace(REQUIREMENTS, density=8000.0)
+
+
+def test_a_bare_number_is_in_units_of_a_rod_that_is_known():
+    made = {"modulus": "200 GPa", "yield_strain": 0.006, "mu0": "0.2 to 0.4", "theta": "2"}
+    own = {"step": "0.0005", "noise": "0.001, 0.001, 0.0001", "range": "10, 5 N, 3"}
+    read = read_requirements(**made, **own, diameter="1 mm", length="100 mm", eta="85 mm")
+    force = 200e9 * np.pi / 64 * 1e-3**4 / 0.1**2
+    assert read.step == pytest.approx(50e-6) and read.eta == (0.85, 0.85)
+    assert read.noise == pytest.approx((1e-3 * force, 1e-3 * force, 1e-5 * force))
+    assert read.range == pytest.approx((10 * force, 5.0, 0.3 * force))
+    si = {"noise": "1 mN, 1 mN, 0.1 mN*m", "diameter": "1 to 2 mm", "length": "100 mm"}
+    read = read_requirements(**made, **si, step="0.0005", spacing="0.05")
+    assert read.spacing == pytest.approx(5e-3) and read.noise == (1e-3, 1e-3, 1e-4)
+    with pytest.raises(ArgumentError, match="noise must be a force with a unit"):
+        read_requirements(**made, **si | {"noise": own["noise"]}, step="0.0005")
+    with pytest.raises(ArgumentError, match="step must be a length with a unit"):
+        read_requirements(**made, **si | {"length": "50 to 100 mm"}, step="0.0005")
+
+
+def test_without_a_material_everything_is_in_units_of_the_rod():
+    own = {"step": "0.0005", "noise": "0.003, 0.003, 0.0002", "mu0": "0.2 to 0.4"}
+    read = read_requirements(**own, yield_strain=1.2, spacing="0.1", eta="0.8 to 0.9")
+    assert read == Requirements.nondimensional(
+        step=0.0005,
+        noise=(0.003, 0.003, 0.0002),
+        mu0=(0.2, 0.4),
+        yield_strain=1.2,
+        spacing=0.1,
+        eta=(0.8, 0.9),
+    )
+    assert read.rigidity == read.length[0] == 1.0
+    with pytest.raises(ArgumentError, match="modulus must be given"):
+        replace(read, length=(0.1, 0.1))
+
+
+def test_materials_say_where_their_figures_stand():
+    for stuff in MATERIALS.values():
+        assert len(stuff.source) > 20 and 1e-4 < stuff.yield_strain < 0.05
+        assert 1e9 < stuff.modulus < 3e11 and 500 < stuff.density < 1e4
+    with pytest.raises(ValueError, match="music-wire"):
+        material("unobtainium")
+
+
+def test_ranges():
+    assert range_of("0.2 to 0.4") == ("0.2", "0.4")
+    assert range_of("20 to 200 mm") == ("20 mm", "200 mm")
+    assert range_of("20 um to 2 mm") == ("20 um", "2 mm")
+    assert range_of(" 5 mm") == ("5 mm", "5 mm")
+    assert range_of("0.1 to 4e-1") == ("0.1", "4e-1")
+    assert range_of("1e-1 to 4 mm") == ("1e-1 mm", "4 mm")
+    assert range_of("1 to 2 eV") == ("1 eV", "2 eV")
+
+
+def test_the_documentation_has_every_material_as_it_is():
+    page = (Path(__file__).parents[2] / "docs/design.md").read_text(encoding="utf-8")
+    for name, stuff in MATERIALS.items():
+        row = f"| `{name}` | {stuff.modulus / 1e9:.4g} | {stuff.yield_strain:.2%} | {stuff.name}. "
+        assert row + stuff.source in page

@@ -1,0 +1,173 @@
+"""Shapes that the model cannot describe are named, not returned."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import make_interp_spline
+from scipy.optimize import minimize
+
+from vibrissa import Status, solve_curve, solve_onset, solve_state, stick_slip
+from vibrissa.mechanics.admissibility import (
+    BELOW,
+    CROSSES_ITSELF,
+    CROSSES_SURFACE,
+    clearances,
+)
+from vibrissa.mechanics.elastica import deformed_shape
+from vibrissa.mechanics.equations import shape
+from vibrissa.mechanics.outcomes import Contact, End
+from vibrissa.mechanics.states import RodStates
+from vibrissa.numerics.spectral import gauss_rule
+
+
+def rod(slope, nodes=64):
+    """A cylinder with the slope phi(s) given as a function."""
+    s = gauss_rule(nodes).nodes
+    one = np.ones(1)
+    return RodStates(theta=one, phi=slope(s)[None], fx=0 * one, fy=-one, s_c=one)
+
+
+def seen(states, eta, contact=Contact.LINE):
+    return clearances(states, np.array([eta]), contact).reasons(0)
+
+
+def test_an_upright_rod_is_fine():
+    assert seen(rod(lambda s: np.pi / 2 - 0.3 * s), 0.99) == ""
+
+
+def test_a_rod_that_hangs_below_its_clamp():
+    assert BELOW in seen(rod(lambda s: np.pi / 2 - 1.6 * np.pi * s), 0.5, Contact.POINT)
+
+
+def test_a_rod_that_rises_above_the_surface_before_it_touches():
+    # Up over the line, down through it and up to it again.
+    arch = rod(lambda s: np.pi / 2 + 3.5 * np.sin(2 * np.pi * s) * s)
+    top = shape(arch, np.linspace(0, 1, 401))[1].max()
+    assert CROSSES_SURFACE in seen(arch, top - 1e-3)
+    assert CROSSES_SURFACE not in seen(arch, top + 1e-3)
+
+
+def test_a_loop_crosses_itself_and_an_open_bow_does_not():
+    loop = rod(lambda s: np.pi / 2 + 1.7 * np.pi * (s - np.sin(2 * np.pi * s) / (2 * np.pi)))
+    bow = rod(lambda s: np.pi / 2 + 1.1 * np.pi * s)
+    assert CROSSES_ITSELF in seen(loop, 0.9, Contact.POINT)
+    assert CROSSES_ITSELF not in seen(bow, 0.9, Contact.POINT)
+
+
+def test_where_a_rod_begins_to_cross_itself_agrees_with_its_drawn_shape():
+    curve = solve_curve(15.0, 0.5)
+    assert curve.end is End.OUT_OF_REACH and CROSSES_ITSELF in curve.end_message
+
+    def crossings(x0):
+        state = solve_state(15.0, 0.5, curve.x1_init - x0)
+        if state.status is not Status.SOLVED:
+            return None
+        x, y, _ = state.shape(np.linspace(0, 1, 801))
+        return count_crossings(x, y)
+
+    assert crossings(0.995 * curve.x0_end) == 0
+    beyond = solve_state(15.0, 0.5, curve.x1_init - 1.01 * curve.x0_end)
+    assert beyond.status is Status.OUT_OF_REACH and CROSSES_ITSELF in beyond.message
+    assert np.isnan(beyond.f)
+    with pytest.raises(ValueError, match="out_of_reach"):
+        beyond.shape()
+
+
+def count_crossings(x, y):
+    """By orientation of triangles, which has nothing to do with intersecting segments."""
+    p = np.stack([x, y], axis=-1)
+    a, b = p[:-1], p[1:]
+
+    def side(u, v, w):
+        along, away = v - u, w - u
+        return np.sign(along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0])
+
+    i, j = np.triu_indices(len(a), 2)
+    return int(
+        (
+            (side(a[i], b[i], a[j]) * side(a[i], b[i], b[j]) < 0)
+            & (side(a[j], b[j], a[i]) * side(a[j], b[j], b[i]) < 0)
+        ).sum()
+    )
+
+
+def integrated(curve, x0):
+    """The shape at a displacement, by a solver of initial value problems."""
+    state = curve.state(x0)
+    tip = curve.x1_init - float(state.x0)
+    force = float(state.f), float(state.alpha)
+    s = np.linspace(0.0, 1.0, 20001)
+    return s, deformed_shape(curve.theta, *force, tip, curve.eta, s, float(state.s_c))
+
+
+@pytest.mark.parametrize(
+    ("theta", "eta", "contact"),
+    [(1.0, 0.3, "point"), (1.0, 0.3126, "point"), (1.0, 0.3, "line")],
+)
+def test_a_rod_ends_exactly_where_it_comes_down_to_its_clamps_level(theta, eta, contact):
+    curve = solve_curve(theta, eta, contact=contact)
+    assert curve.end is End.OUT_OF_REACH and BELOW in curve.end_message
+    _, (_, y, _) = integrated(curve, curve.x0_end)
+    # Between the points a parabola has its lowest point this far below them.
+    assert y[200:].min() == pytest.approx(0.0, abs=1e-8)
+    _, (_, y, _) = integrated(curve, curve.x0_end - 1e-5)
+    assert y[200:].min() > 1e-7
+
+
+@pytest.mark.parametrize(
+    ("theta", "eta"), [(2.489112441604889, 0.3041897094801299), (3.0, 0.3395), (15.0, 0.5)]
+)
+def test_a_rod_ends_exactly_where_two_parts_of_it_touch(theta, eta):
+    curve = solve_curve(theta, eta)
+    assert curve.end is End.OUT_OF_REACH and CROSSES_ITSELF in curve.end_message
+
+    def nearest(x0):
+        """Distance of the two parts, by a search over both places."""
+        s, (x, y, phi) = integrated(curve, x0)
+        place = make_interp_spline(s, np.stack([x, y], axis=-1), k=5)
+        coarse = np.arange(0, len(s), 100)
+        i, j = np.triu_indices(len(coarse), 2)
+        far = np.abs(phi[coarse[j]] - phi[coarse[i]]) > np.pi - 0.2
+        i, j = coarse[i[far]], coarse[j[far]]
+        pair = np.argmin(np.hypot(x[i] - x[j], y[i] - y[j]))
+        found = minimize(
+            lambda at: np.hypot(*(place(at[0]) - place(at[1]))),
+            [s[i[pair]], s[j[pair]]],
+            method="Nelder-Mead",
+            bounds=[(0.0, 1.0), (0.0, 1.0)],
+            options={"xatol": 1e-13, "fatol": 1e-15, "maxiter": 2000},
+        )
+        return found.fun, np.hypot(x[-1] - curve.x1_init + x0, y[-1] - eta)
+
+    distance, miss = nearest(curve.x0_end)
+    # What integration from the clamp makes of a strong taper is seen at its end.
+    assert distance < 1e-9 + miss and miss < 1e-7
+    assert nearest(curve.x0_end - 1e-4)[0] > 1e-6
+
+
+def test_of_a_shape_that_only_dips_for_a_while_the_first_moment_counts():
+    # Looked at from far, the branch seems to go on to where it turns back.
+    curve = solve_curve(1.0, 0.3126)
+    assert curve.x0_end < 1.302 < solve_curve(1.0, 0.32).x0_end
+
+
+@pytest.mark.parametrize("method", ["collocation", "shooting"])
+def test_a_tip_that_slips_before_its_rod_crosses_itself_does_slip(method):
+    curve = solve_curve(2.0, 0.15, method, 0.02)
+    assert curve.status is Status.OUT_OF_REACH and curve.message == CROSSES_ITSELF
+    assert curve.x0_end == pytest.approx(0.674, abs=1.1e-3)
+    assert np.isnan(curve.mu_lock) and np.isnan(curve.x0_lock)
+    slips, not_known = curve.onset([0.3, 5.0])
+    assert slips == pytest.approx(0.04213929, abs=1e-7) and np.isnan(not_known)
+    assert float(curve.friction_demand(slips)) == pytest.approx(0.3, abs=1e-9)
+    with pytest.raises(ValueError, match="does not lock: the rod crosses itself"):
+        curve.motion_end(5.0)
+
+
+def test_points_of_a_curve_that_ends_before_its_lock_slip_or_are_out_of_reach():
+    known, unknown = (solve_onset(2.0, mu0, 0.15, dx0=0.001) for mu0 in (0.3, 5.0))
+    assert known.status is Status.SLIP and known.x0_max == 0.042
+    assert unknown.status is Status.OUT_OF_REACH and unknown.message == CROSSES_ITSELF
+    assert np.isnan(unknown.x0_slip) and unknown.n_steps is None and unknown.end == ""
+    curve = solve_curve(2.0, 0.15)
+    assert len(stick_slip(curve, 0.3, 0.01, cycles=2).step) == 11
+    assert stick_slip(curve, 5.0, 0.01, cycles=2).status is Status.OUT_OF_REACH

@@ -1,0 +1,71 @@
+"""Batches: what is done to rows is done to every column, and nothing else."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.batch import Batch
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Things(Batch):
+    size: FloatArray
+    shape: FloatArray
+    extra: FloatArray | None = None
+    kind: str = "round"
+
+
+def things(n=5, **more):
+    return Things(size=np.arange(n) * 1.0, shape=np.arange(2.0 * n).reshape(n, 2), **more)
+
+
+def test_rows_are_taken_from_every_column_and_the_rest_stays():
+    batch = things(extra=np.arange(5) * 10.0, kind="flat")
+    for index in (np.array([3, 1]), batch.size > 2.0, slice(1, 3)):
+        some = batch.take(index)
+        assert some.kind == "flat"
+        for name in ("size", "shape", "extra"):
+            assert np.array_equal(getattr(some, name), getattr(batch, name)[index])
+    assert things().take(np.array([0])).extra is None
+
+
+def test_rows_are_put_in_place_and_nowhere_else():
+    batch, other = things(), replace(things(2), size=np.array([7.0, 8.0]))
+    batch.put(np.array([4, 0]), other)
+    assert batch.size.tolist() == [8.0, 1.0, 2.0, 3.0, 7.0]
+    assert batch.shape[[4, 0]].tolist() == other.shape.tolist()
+    assert batch.shape[1].tolist() == [2.0, 3.0]
+
+
+def test_a_copy_shares_nothing():
+    batch = things()
+    copy = batch.copy()
+    copy.put(np.array([0]), things().take(np.array([3])))
+    assert batch.size[0] == 0.0 and batch.shape[0].tolist() == [0.0, 1.0]
+
+
+def test_joined_parts_are_the_whole():
+    batch = things(kind="flat")
+    joined = Things.concatenate([batch.take(slice(0, 2)), batch.take(slice(2, None))])
+    assert len(joined) == 5 and joined.kind == "flat"
+    assert all(np.array_equal(joined.columns[name], batch.columns[name]) for name in batch.columns)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Point(Batch):
+    x: FloatArray
+    y: FloatArray
+
+
+def test_a_matrix_has_the_columns_in_the_order_of_their_names():
+    point = Point(y=np.array([1.0, 2.0, 3.0]), x=np.zeros(3))
+    assert Point.names() == ("x", "y")
+    assert point.matrix().tolist() == [[0.0, 1.0], [0.0, 2.0], [0.0, 3.0]]
+    assert Point.from_matrix(point.matrix()).y.tolist() == [1.0, 2.0, 3.0]
+
+
+def test_no_column_can_be_given_by_its_place():
+    with pytest.raises(TypeError, match="positional"):
+        Point(np.zeros(3), np.zeros(3))

@@ -1,0 +1,50 @@
+"""Collocation matrices: exact for polynomials, accurate to rounding."""
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial, chebyshev
+
+from vibrissa.numerics.spectral import (
+    chebyshev_nodes,
+    chebyshev_transform,
+    gauss_rule,
+    refinement_matrix,
+)
+
+
+@pytest.mark.parametrize("n", [2, 5, 32, 72])
+def test_integrals_of_polynomials_are_exact(n):
+    rule = gauss_rule(n)
+    poly = Polynomial(np.cos(np.arange(n)) / (1 + np.arange(n)))
+    integral = poly.integ()
+    values = poly(rule.nodes)
+    total = integral(1.0) - integral(0.0)
+    assert rule.weights @ values == pytest.approx(total, abs=1e-14)
+    assert rule.from_start @ values == pytest.approx(integral(rule.nodes) - integral(0), abs=1e-14)
+    assert rule.to_end @ values == pytest.approx(integral(1) - integral(rule.nodes), abs=1e-14)
+
+
+@pytest.mark.parametrize("n", [24, 48, 108, 162])
+def test_coefficients_and_values_are_inverse_to_rounding(n):
+    values = np.cos(7 * gauss_rule(n).nodes)
+    again = refinement_matrix(n, n)[1:-1] @ values
+    assert np.abs(again - values).max() < 3e-15 * n
+
+
+def test_refinement_reaches_the_ends():
+    rule = gauss_rule(20)
+    refined = refinement_matrix(20, 45) @ np.exp(rule.nodes)
+    expected = np.exp(np.concatenate([[0.0], gauss_rule(45).nodes, [1.0]]))
+    assert np.abs(refined - expected).max() < 1e-13
+
+
+@pytest.mark.parametrize("k", [2, 9, 17])
+def test_chebyshev_points_are_nested(k):
+    assert chebyshev_nodes(2 * k - 1)[::2] == pytest.approx(chebyshev_nodes(k), abs=1e-16)
+
+
+@pytest.mark.parametrize("k", [2, 17, 129])
+def test_chebyshev_transform_gives_the_coefficients_of_the_interpolant(k):
+    coefficients = np.sin(1.0 + np.arange(k))
+    values = chebyshev.chebval(2 * chebyshev_nodes(k) - 1, coefficients)
+    assert chebyshev_transform(k) @ values == pytest.approx(coefficients, abs=1e-13)

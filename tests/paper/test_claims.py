@@ -1,0 +1,415 @@
+"""What is said to the paper's statements, and that it would be something else if they were."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import quad
+
+from vibrissa import solve_curve
+from vibrissa.errors import TableError
+from vibrissa.mechanics.bending import Bending, solve_and_measure
+from vibrissa.mechanics.elastica import rod_equations
+from vibrissa.mechanics.rod import Rod
+from vibrissa.mechanics.taper import diameter
+from vibrissa.paper.claims import CLAIMS
+from vibrissa.paper.evidence import gather
+from vibrissa.paper.judging import by_bending
+from vibrissa.paper.ledger import Verdict, claims_table, markdown, verdict_counts
+from vibrissa.sticking.shooting import PAPER, shoot
+from vibrissa.tables import schemas, store
+
+HOLDS, CONDITION, AMBIGUOUS, CONTRADICTED = Verdict
+
+
+@pytest.fixture(scope="session")
+def evidence(paper, study_tables):
+    return gather(study_tables, dict(paper.claims))
+
+
+def changed(table, **columns):
+    """Replace columns of a table of the evidence by functions of its rows."""
+
+    def change(evidence):
+        rows = getattr(evidence, table).copy()
+        for name, function in columns.items():
+            rows[name] = function(rows)
+        return replace(evidence, **{table: rows})
+
+    return change
+
+
+def state(**values):
+    return lambda evidence: replace(evidence, state={**evidence.state, **values})
+
+
+def only_slipping(evidence):
+    return replace(evidence, friction=evidence.slipping())
+
+
+def turned_over():
+    """Give θ = 1 the scans of θ = 3 and the other way round."""
+    return changed("scan", theta=lambda rows: 4.0 - rows["theta"])
+
+
+def same_friction(evidence):
+    """Give both μ0 of the scans the same steps, the second moved by nothing."""
+    rows = evidence.scan[evidence.scan["mu0"] == 0.3]
+    return replace(evidence, scan=pd.concat([rows, rows.assign(mu0=0.4)], ignore_index=True))
+
+
+def under_equal_force(evidence):
+    """Load all rods alike: the more tapered ones bend more."""
+    one = {"f_last": 0.1, "alpha_last": 0.0, "x1_init": 0.3, "x0_max": 0.0}
+    return replace(evidence, taper=evidence.taper.assign(**one))
+
+
+def with_less_force(evidence):
+    rows = under_equal_force(evidence).taper
+    return replace(evidence, taper=rows.assign(f_last=0.1 * rows["theta"] ** -9.0))
+
+
+def with_taper(function):
+    """Replace x0 of Figure 6 by a function of θ and μ0, on steps of 0.001."""
+
+    def x0(rows):
+        return function(rows["theta"], rows["mu0"])
+
+    return changed(
+        "taper",
+        x0_slip=x0,
+        x0_max=lambda rows: np.floor(x0(rows) * 1000 + 1e-9) / 1000,
+        n_steps=lambda rows: np.floor(x0(rows) * 1000 + 1e-9),
+    )
+
+
+def with_friction(function):
+    """Replace x0 of Figure 7 by a function of μ0, on steps of 0.001, where the tip slips."""
+    change = changed(
+        "friction",
+        x0_slip=lambda rows: function(rows["mu0"]),
+        x0_max=lambda rows: np.floor(function(rows["mu0"]) * 1000 + 1e-9) / 1000,
+    )
+    return lambda evidence: change(only_slipping(evidence))
+
+
+class Cylinder:
+    """A curve that is that of the cylinder, whatever the taper."""
+
+    def __new__(cls, theta, eta):
+        return solve_curve(1.0, eta)
+
+
+def straight_curves(eta):
+    """Curves on which x0 is a straight line in θ."""
+
+    class Line:
+        def __init__(self, theta):
+            self.theta = theta
+
+        def onset(self, mu0):
+            return 0.01 * self.theta * np.asarray(mu0)
+
+    return [Line(theta) for theta in np.arange(1.0, 20.5, 0.5)]
+
+
+class Folded:
+    """A curve whose moment comes back to where it was."""
+
+    def __init__(self, theta, eta):
+        self.curve = solve_curve(theta, eta)
+        self.x0_lock = self.curve.x0_lock
+        self.friction_demand = self.curve.friction_demand
+
+    def state(self, x0):
+        at = self.curve.state(x0)
+        return replace(at, reaction_m=np.abs(at.reaction_m))
+
+
+def clockwise(theta, f, alpha, x1, y1):
+    return rod_equations(theta, f, -alpha, x1, y1)
+
+
+def aim_at_nothing(theta, f, alpha, x1, y1):
+    return x1, y1, 0.0
+
+
+def one_unknown(theta, f, alpha, x1, y1):
+    return shoot(theta, f + alpha, -0.1, x1, y1)
+
+
+def line_in_theta(theta, mu0):
+    return 0.1 * mu0 * theta
+
+
+def falling(theta, mu0):
+    return 0.1 * mu0 * (5.0 - theta)
+
+
+THIN = Rod(youngs_modulus=2.1e11, base_diameter=1e-3, length=0.1)
+MIDDLE = Rod(youngs_modulus=2.1e11, base_diameter=1.8e-3, length=0.1)
+TIGHT = replace(PAPER, rtol=1e-5, atol=1e-7, simplex=1e-6)
+LOOSE = replace(PAPER, rtol=1e-2, atol=1e-4, simplex=1e-2, miss=0.1)
+
+EXPECTED = {
+    "pushed": HOLDS,
+    "event frequency": CONDITION,
+    "force unit": HOLDS,
+    "example rod": CONTRADICTED,
+    "taper of eq. (1)": CONTRADICTED,
+    "arc length": AMBIGUOUS,
+    "sense of α": HOLDS,
+    "two unknowns": CONDITION,
+    "shooting": CONDITION,
+    "sign of α": HOLDS,
+    "further deformed": CONDITION,
+    "end of sticking": CONDITION,
+    "μ0 from the load": CONDITION,
+    "longer with θ": CONDITION,
+    "deformation with θ": AMBIGUOUS,
+    "μ0 = 0.3 against 0.4": HOLDS,
+    "few steps": CONDITION,
+    "accurate drive": HOLDS,
+    "taper compensates": CONDITION,
+    "longer slides with θ": CONDITION,
+    "longer scan with θ": HOLDS,
+    "linear in θ": CONDITION,
+    "μ0 strengthens the taper's effect": CONDITION,
+    "levels of Figure 7": CONDITION,
+    "cause of the levels": HOLDS,
+    "no exact trend": CONDITION,
+    "non-linear in μ0": HOLDS,
+    "periods repeat": HOLDS,
+    "step size analysed": AMBIGUOUS,
+    "longer with μ0": CONDITION,
+    "μ0 from the moment": CONDITION,
+    "longer periods with θ and μ0": HOLDS,
+    "longer way": HOLDS,
+    "more steps": HOLDS,
+    "more events with μ0": CONTRADICTED,
+    "negative φ1 in Figure 8": HOLDS,
+    "penetration in Figure 8": HOLDS,
+    "correct in theory": HOLDS,
+    "contact along a line": CONDITION,
+}
+
+# Each statement with evidence that is not as it is, or something else put in by keyword, and the
+# verdict on that.
+UNCHANGED = changed("taper")
+OTHERWISE = [
+    ("pushed", changed("scan", x1=lambda rows: rows["footpoint"] - 0.1), {}, CONTRADICTED),
+    ("event frequency", only_slipping, {}, HOLDS),
+    ("event frequency", with_friction(lambda mu0: 0.1 + 0 * mu0), {}, CONTRADICTED),
+    ("force unit", UNCHANGED, {"rod": THIN}, CONTRADICTED),
+    ("example rod", UNCHANGED, {"rod": THIN}, HOLDS),
+    ("example rod", UNCHANGED, {"rod": MIDDLE}, CONDITION),
+    ("taper of eq. (1)", UNCHANGED, {"printed": diameter}, HOLDS),
+    ("arc length", UNCHANGED, {"length": 1.0}, HOLDS),
+    ("sense of α", UNCHANGED, {"equations": clockwise}, CONTRADICTED),
+    ("two unknowns", UNCHANGED, {"shoot": one_unknown}, CONTRADICTED),
+    ("two unknowns", UNCHANGED, {"shoot": aim_at_nothing}, CONTRADICTED),
+    ("shooting", UNCHANGED, {"tolerances": TIGHT}, HOLDS),
+    ("shooting", UNCHANGED, {"tolerances": LOOSE}, CONTRADICTED),
+    ("sign of α", changed("scan", alpha=lambda rows: -rows["alpha"]), {}, CONTRADICTED),
+    (
+        "further deformed",
+        changed("scan", phi1=lambda rows: 1.0, f=lambda rows: 1.0 - rows["x0"]),
+        {},
+        CONTRADICTED,
+    ),
+    ("end of sticking", only_slipping, {}, HOLDS),
+    ("end of sticking", changed("friction", status=lambda rows: "lock"), {}, CONTRADICTED),
+    (
+        "μ0 from the load",
+        changed("friction", reaction_fx_slip=lambda rows: 1.1 * rows["reaction_fx_slip"]),
+        {},
+        CONTRADICTED,
+    ),
+    ("longer with θ", UNCHANGED, {"sweep": straight_curves}, HOLDS),
+    ("longer with θ", with_taper(falling), {}, CONTRADICTED),
+    ("deformation with θ", under_equal_force, {}, HOLDS),
+    ("deformation with θ", with_less_force, {}, CONTRADICTED),
+    ("μ0 = 0.3 against 0.4", same_friction, {}, CONTRADICTED),
+    ("few steps", with_taper(lambda theta, mu0: 0.1 * mu0 * theta), {}, CONTRADICTED),
+    ("few steps", with_taper(lambda theta, mu0: 0.002 * mu0 * theta), {}, HOLDS),
+    ("accurate drive", with_taper(line_in_theta), {}, CONTRADICTED),
+    ("taper compensates", UNCHANGED, {"curve_of": Cylinder}, CONTRADICTED),
+    ("longer slides with θ", turned_over(), {}, CONTRADICTED),
+    ("longer slides with θ", changed("scan", footpoint=lambda r: 2 * r["footpoint"]), {}, HOLDS),
+    ("longer scan with θ", turned_over(), {}, CONTRADICTED),
+    ("linear in θ", with_taper(line_in_theta), {"sweep": straight_curves}, HOLDS),
+    ("linear in θ", with_taper(lambda t, m: 0.1 * m * (t - 1.9) ** 2), {}, CONTRADICTED),
+    ("μ0 strengthens the taper's effect", with_taper(lambda t, m: 0.1 * t ** (9 * m)), {}, HOLDS),
+    ("μ0 strengthens the taper's effect", with_taper(lambda t, m: t / m), {}, CONTRADICTED),
+    ("levels of Figure 7", with_friction(lambda mu0: 0.1 * mu0 + 0.0005), {}, HOLDS),
+    ("levels of Figure 7", with_friction(lambda mu0: 8.0 * mu0), {}, CONTRADICTED),
+    ("cause of the levels", with_friction(lambda m: np.round(m, 1)), {}, CONTRADICTED),
+    ("no exact trend", with_friction(lambda mu0: 0.1 * mu0 + 0.0003), {}, HOLDS),
+    (
+        "no exact trend",
+        changed("friction", x0_max=lambda rows: rows["x0_slip"]),
+        {},
+        CONTRADICTED,
+    ),
+    ("non-linear in μ0", with_friction(lambda mu0: 0.1 * mu0), {}, CONTRADICTED),
+    (
+        "periods repeat",
+        changed("scan", f=lambda rows: rows["f"] + 0.001 * (rows["cycle"] > 5)),
+        {},
+        CONTRADICTED,
+    ),
+    (
+        "periods repeat",
+        lambda evidence: replace(evidence, scan=evidence.scan.iloc[:-1]),
+        {},
+        CONTRADICTED,
+    ),
+    (
+        "step size analysed",
+        changed("scan", dx0=lambda rows: np.where(rows["theta"] == 1, 0.0005, 0.001)),
+        {},
+        HOLDS,
+    ),
+    ("longer with μ0", only_slipping, {}, HOLDS),
+    ("longer with μ0", with_friction(lambda mu0: 0.1 - 0.1 * mu0), {}, CONTRADICTED),
+    ("μ0 from the moment", UNCHANGED, {"curve_of": Folded}, CONTRADICTED),
+    ("longer periods with θ and μ0", turned_over(), {}, CONTRADICTED),
+    ("longer periods with θ and μ0", with_taper(falling), {}, CONTRADICTED),
+    ("longer way", turned_over(), {}, CONTRADICTED),
+    ("more steps", turned_over(), {}, CONTRADICTED),
+    (
+        "more steps",
+        changed("scan", dx0=lambda rows: np.where(rows["theta"] == 1, 0.0005, 0.001)),
+        {},
+        AMBIGUOUS,
+    ),
+    ("more events with μ0", with_taper(lambda theta, mu0: 0.01 * theta / mu0), {}, HOLDS),
+    (
+        "more events with μ0",
+        with_taper(lambda theta, mu0: 0.01 * theta * np.where(theta > 2, 1 / mu0, mu0)),
+        {},
+        AMBIGUOUS,
+    ),
+    ("negative φ1 in Figure 8", state(phi1=0.1), {}, CONTRADICTED),
+    ("penetration in Figure 8", state(shape_y=np.linspace(0.0, 0.55, 101)), {}, CONTRADICTED),
+    ("correct in theory", state(residual=1e-3), {}, CONTRADICTED),
+    ("correct in theory", state(stability=-0.1), {}, CONDITION),
+    ("contact along a line", state(penetrates=False), {}, CONTRADICTED),
+    ("contact along a line", changed("taper", penetrates=lambda rows: True), {}, HOLDS),
+]
+
+
+def named(name):
+    (found,) = [claim for claim in CLAIMS if claim.name == name]
+    return found
+
+
+def test_every_statement_is_expected_and_can_come_out_otherwise():
+    names = [claim.name for claim in CLAIMS]
+    assert names == list(EXPECTED)
+    assert {name for name, *_ in OTHERWISE} == set(names)
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_the_verdict_on_the_papers_study(evidence, name):
+    finding = named(name)(evidence)
+    assert finding.verdict == EXPECTED[name], finding
+    assert finding.reason
+    assert finding.quantities
+    assert all(np.isfinite(value) for value, _ in finding.quantities.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "other", "verdict"),
+    OTHERWISE,
+    ids=[f"{name}-{verdict}" for name, *_, verdict in OTHERWISE],
+)
+def test_another_world_gets_another_verdict(evidence, name, change, other, verdict):
+    assert verdict != EXPECTED[name]
+    finding = named(name)(change(evidence), **other)
+    assert finding.verdict == verdict, finding
+
+
+def rods(**values):
+    ones = dict.fromkeys(Bending.names(), np.ones(3))
+    return Bending(**ones | {name: np.array(value) for name, value in values.items()})
+
+
+@pytest.mark.parametrize(
+    ("after", "verdict"),
+    [
+        ({name: [1.1, 2.0, 3.0] for name in Bending.names()}, HOLDS),
+        ({"energy": [1.1, 2.0, 3.0]}, CONDITION),
+        ({"curvature": [1.1, 2.0, 3.0], "energy": [0.9, 2.0, 3.0]}, AMBIGUOUS),
+        ({name: [0.9, 2.0, 3.0] for name in Bending.names()}, CONTRADICTED),
+    ],
+)
+def test_more_bent_is_what_all_measures_say(after, verdict):
+    assert by_bending("it is", rods(), rods(**after), {}).verdict == verdict
+
+
+@pytest.mark.parametrize("theta", [1.0, 2.0, 3.0])
+def test_the_clamp_puts_in_the_energy_that_the_rod_stores(theta):
+    # dU/dx0 = -fx while the tip sticks: an independent check of the bending energy.
+    curve = solve_curve(theta, 0.85)
+    x0 = np.linspace(0.0, 0.06, 7)
+    at = curve.state(x0)
+    bent = solve_and_measure(
+        np.full(7, theta), at.f, at.alpha, curve.x1_init - x0, np.full(7, 0.85)
+    )
+    spent = [quad(lambda x: -float(curve.state(x).reaction_fx), 0.0, end)[0] for end in x0]
+    assert bent.energy - bent.energy[0] == pytest.approx(spent, abs=3e-6)
+
+
+def test_strain_and_curvature_at_the_clamp_of_a_cylinder():
+    # There the moment is largest at alpha = 0: 2·k·K, with k and K of the elastica.
+    curve = solve_curve(1.0, 0.85)
+    at = curve.state(np.zeros(1))
+    bent = solve_and_measure(
+        np.ones(1), at.f, at.alpha, np.array([curve.x1_init]), np.array([0.85])
+    )
+    assert bent.curvature == pytest.approx(-at.reaction_m, rel=1e-9)
+    assert bent.strain == pytest.approx(-at.reaction_m / 2, rel=1e-9)
+    assert bent.turn == pytest.approx(np.pi / 2 - at.phi1, abs=1e-9)
+
+
+def test_the_ledger_as_a_table_and_to_read(evidence, tmp_path):
+    table = claims_table([named("force unit"), named("example rod")], evidence)
+    store.write(table, tmp_path / "claims.parquet")
+    assert store.read(tmp_path / "claims.parquet", schemas.CLAIMS).equals(table)
+    row = table.to_pylist()[0]
+    finding = named("force unit")(evidence)
+    assert dict(zip(row["quantity_name"], row["quantity_value"], strict=True)) == {
+        name: value for name, (value, _) in finding.quantities.items()
+    }
+    assert (row["verdict"], row["reason"]) == (finding.verdict, finding.reason)
+    lines = markdown(table).splitlines()
+    assert lines[2].startswith("2 statements: 1 holds, 1 contradicted. ")
+    assert "force: 6996.8 N" in lines[6] and "**contradicted**" in lines[7]
+    # A bar inside a cell is not the cell's end.
+    assert all(line.replace("\\|", "").count("|") == 6 for line in lines[4:])
+
+
+def test_verdicts_are_counted(evidence):
+    table = claims_table(CLAIMS[1:4], evidence)
+    assert verdict_counts(table) == (
+        "3 statements: 1 holds, 1 holds with a condition, 1 contradicted"
+    )
+
+
+@pytest.mark.parametrize(
+    ("table", "status", "where"),
+    [
+        ("stiction", "failed", "grid taper"),
+        ("stiction", "lock", "grid taper"),
+        ("scans", "lock", "scan nine_cycles"),
+        ("states", "failed", "state penetrating"),
+    ],
+)
+def test_nothing_is_judged_by_what_failed(paper, study_tables, table, status, where):
+    rows = study_tables[table].to_pylist()
+    rows[0]["status"] = status
+    doctored = study_tables[table].from_pylist(rows, schema=study_tables[table].schema)
+    with pytest.raises(TableError, match=f"{where} has rows with status {status}"):
+        gather(study_tables | {table: doctored}, dict(paper.claims))

@@ -1,0 +1,520 @@
+import os
+import pty
+import signal
+import subprocess
+import sys
+from multiprocessing import Pipe
+from pathlib import Path
+
+import pytest
+
+from vibrissa.pipeline import run
+from vibrissa.pipeline.events import Failed, Finished, Job, Planned, Problem, Progress
+
+# Stands in for Snakemake: it sends events, as the last argument says where.
+STAND_IN = """
+import errno, json, os, signal, sys, time
+from pathlib import Path
+from multiprocessing.connection import Connection
+from vibrissa.pipeline.events import *
+*ARGUMENTS, _, pipe = sys.argv[1:]
+send = Connection(int(pipe), readable=False).send
+"""
+RUN = """
+import sys
+from vibrissa.pipeline import run
+run.SNAKEMAKE = [sys.executable, "stand_in.py"]
+sys.exit(run.main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config.yaml").write_text("study: here\n")
+    return tmp_path
+
+
+@pytest.fixture
+def command(folder):
+    def make(snakemake, *arguments):
+        (folder / "stand_in.py").write_text(STAND_IN + snakemake)
+        return [sys.executable, "-c", RUN, *arguments]
+
+    return make
+
+
+@pytest.fixture
+def wrapped(command):
+    """Run the study around a stand-in for Snakemake with the given code."""
+
+    def call(snakemake, *arguments):
+        return subprocess.run(command(snakemake, *arguments), capture_output=True, text=True)
+
+    return call
+
+
+def problem(message, **more):
+    """Code that sends a problem and fails."""
+    return f"send({Problem(message=message, **more)!r})\nsys.exit(1)"
+
+
+def last_lines(result, count=1):
+    return result.stderr.rstrip().splitlines()[-count:]
+
+
+def test_arguments_go_through_to_snakemake(wrapped):
+    Path("my.yaml").write_text("study: mine\n")
+    result = wrapped("print(*ARGUMENTS)", "--configfile", "my.yaml", "-n", "--cores", "3")
+    assert result.stdout.split() == [
+        *("--workflow-profile", "workflow/profiles/default"),
+        *("--configfile", "my.yaml", "-n", "--cores", "3"),
+        *("--logger", "vibrissa"),
+    ]
+    assert result.stderr.startswith("Study 'mine': snakemake --workflow-profile")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--configfile", "my.yaml"],
+        ["--configfile=my.yaml"],
+        ["--configfiles", "my.yaml"],
+        ["--configfile", "config.yaml", "my.yaml"],
+    ],
+)
+def test_the_study_that_runs_is_announced(wrapped, arguments):
+    Path("my.yaml").write_text("study: mine\n")
+    assert wrapped("", *arguments).stderr.startswith("Study 'mine': snakemake")
+
+
+def test_a_terminal_gets_progress_bars(command):
+    main, other = pty.openpty()
+    process = subprocess.run(
+        command("print(*ARGUMENTS)"),
+        stdout=subprocess.PIPE,
+        stderr=other,
+        env=os.environ | {"TERM": "xterm"},
+        text=True,
+    )
+    os.close(other)
+    os.close(main)
+    assert process.stdout.split()[-3:] == ["--logger", "vibrissa", "rich"]
+
+
+def test_a_problem_without_a_failed_job_is_shown(wrapped):
+    result = wrapped(problem("some reason"))
+    assert result.returncode == 1
+    assert last_lines(result) == ["some reason"]
+
+
+@pytest.mark.parametrize("status", [1, 2])
+def test_what_is_written_to_the_screen_stays_there_and_the_status_is_kept(wrapped, status):
+    result = wrapped(f"print('usage', file=sys.stderr)\nsys.exit({status})")
+    assert result.returncode == status
+    assert last_lines(result) == ["usage"]
+
+
+def test_a_killed_snakemake_is_reported(wrapped):
+    result = wrapped("os.kill(os.getpid(), 9)")
+    assert result.returncode == 137
+    assert last_lines(result) == [
+        "Snakemake was ended by signal 9 (SIGKILL); the same command continues."
+    ]
+    assert "The last run was killed" in wrapped("").stderr
+
+
+def test_an_interrupted_run_says_how_to_go_on(command):
+    process = subprocess.Popen(
+        command(
+            "send(Progress(done=1, total=2))\n"
+            "try:\n    time.sleep(60)\nexcept KeyboardInterrupt:\n    sys.exit(1)"
+        ),
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    with process:
+        while "50%" not in process.stderr.readline():
+            pass
+        os.killpg(process.pid, signal.SIGINT)
+        rest = process.stderr.read()
+    assert process.returncode == 130
+    assert rest.splitlines()[-1].startswith("Interrupted. Finished results are kept")
+
+
+def test_a_request_to_end_is_passed_on(command):
+    process = subprocess.Popen(
+        command(
+            "signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(3))\n"
+            "send(Progress(done=1, total=2))\ntime.sleep(60)"
+        ),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with process:
+        while "50%" not in process.stderr.readline():
+            pass
+        process.terminate()
+        process.stderr.read()
+    assert process.returncode == 3
+
+
+def test_the_end_of_a_good_run_lists_the_figures(wrapped):
+    figures = Path("results/here/figures")
+    figures.mkdir(parents=True)
+    for name in ("b.pdf", "a.svg", "a.pdf", "captions.md"):
+        (figures / name).write_text(name)
+    result = wrapped("send(Planned(jobs=2))")
+    assert result.returncode == 0
+    assert last_lines(result, 3) == [
+        "Figures in results/here/figures:",
+        "  results/here/figures/a .pdf .svg",
+        "  results/here/figures/b .pdf",
+    ]
+
+
+def test_the_verdicts_on_the_papers_statements_are_the_last_line(wrapped):
+    folder = Path("results/here")
+    folder.mkdir(parents=True)
+    (folder / "claims.md").write_text("# Title\n\n2 statements: 1 holds, 1 ambiguous. Units are\n")
+    assert last_lines(wrapped("")) == [
+        "2 statements: 1 holds, 1 ambiguous (results/here/claims.md)"
+    ]
+
+
+def test_where_the_report_is_is_the_last_line(wrapped):
+    folder = Path("results/here")
+    folder.mkdir(parents=True)
+    (folder / "claims.md").write_text("# Title\n\n2 statements: 2 holds. Units are\n")
+    (folder / "report.html").touch()
+    assert last_lines(wrapped(""), 2) == [
+        "2 statements: 2 holds (results/here/claims.md)",
+        "All on one page: results/here/report.html",
+    ]
+
+
+def test_a_study_without_figures(wrapped):
+    assert last_lines(wrapped("")) == ["No figures in results/here/figures."]
+
+
+def test_nothing_to_do_is_said(wrapped):
+    assert "Nothing to do: all results are up to date." in wrapped("send(Planned(jobs=0))").stderr
+    for more in ("send(Planned(jobs=0)); send(Planned(jobs=2))", ""):
+        assert "Nothing to do" not in wrapped(more).stderr
+
+
+def job(rule, output, log="job.log", number=4):
+    return Job(number=number, rule=rule, output=output, log=[log] if log else [])
+
+
+def failure(*events):
+    """Code that sends events and fails."""
+    return "".join(f"send({event!r})\n" for event in events) + "sys.exit(1)"
+
+
+def test_a_failed_job_is_the_last_thing_on_the_screen(wrapped):
+    code = "Path('job.log').write_text('line\\n' * 20 + 'error: the reason\\n\\n')\n"
+    failed = Failed(jobs=[job("figure", ["a.svg", "a.pdf"])])
+    result = wrapped(code + failure(failed, Problem(message="Shutting down")))
+    assert result.returncode == 1
+    assert "Shutting down" not in result.stderr
+    assert last_lines(result, 8) == [
+        "FAILED: rule figure, making a.svg, a.pdf",
+        *["    line"] * 5,
+        "    error: the reason",
+        "  log: job.log",
+    ]
+
+
+def test_only_three_failed_jobs_are_shown_in_full(wrapped):
+    code = "Path('job.log').write_text('error: the reason\\n')\n"
+    failed = [Failed(jobs=[job("curves", [f"{i}.parquet"], number=i)]) for i in range(5)]
+    lines = wrapped(code + failure(*failed)).stderr.splitlines()
+    assert [line for line in lines if line.startswith("FAILED")] == [
+        f"FAILED: rule curves, making {i}.parquet" for i in (3, 4, 0, 1, 2)
+    ]
+    assert lines.count("    error: the reason") == 3
+    assert lines[-1] == "  log: job.log"
+
+
+def watched(*events):
+    """What becomes of a run with some events."""
+    receiver, sender = Pipe(duplex=False)
+    for event in events:
+        sender.send(event)
+    sender.close()
+    outcome = run.Outcome()
+    outcome.watch(receiver, progress=True)
+    return outcome
+
+
+def explanations(*events):
+    outcome = watched(*events)
+    return [run.explain(failed).splitlines() for failed in outcome.failures]
+
+
+@pytest.mark.parametrize(
+    ("more", "shown"),
+    [
+        ({}, "(nothing in its log)"),
+        ({"signal": signal.SIGKILL}, "(ended by SIGKILL)"),
+        ({"reason": "SLURM status is: 'TIMEOUT'"}, "SLURM status is: 'TIMEOUT'"),
+    ],
+)
+def test_a_job_that_wrote_nothing_to_its_log(folder, more, shown):
+    Path("job.log").touch()
+    (lines,) = explanations(Failed(jobs=[job("curves", ["a.parquet"])], **more))
+    assert lines == [
+        "FAILED: rule curves, making a.parquet",
+        f"    {shown}",
+        "  log: job.log",
+    ]
+
+
+def test_a_job_that_succeeded_when_tried_again_did_not_fail(folder):
+    failed = Failed(jobs=[job("curves", ["a.parquet"])])
+    assert watched(failed, failed).failures == [failed]
+    assert watched(failed, failed, Finished(number=44)).failures == [failed]
+    assert watched(failed, failed, Finished(number=4)).failures == []
+
+
+def test_what_a_cluster_says_is_shown_below_the_jobs_own_log(folder):
+    Path("own.log").write_text("1.5 0.85 solved\n")
+    Path("7.log").write_text("what Snakemake says\n")
+    one = Job(number=4, rule="scan", output=["a.parquet"], log=["own.log", "7.log"])
+    assert explanations(Failed(jobs=[one], reason="SLURM status is: 'TIMEOUT'")) == [
+        [
+            "FAILED: rule scan, making a.parquet",
+            "    1.5 0.85 solved",
+            "    SLURM status is: 'TIMEOUT'",
+            "  log: own.log, 7.log",
+        ]
+    ]
+
+
+GROUP = [
+    job("curves", ["a.curves"], "curves.log", number=2),
+    job("points", ["a.points"], "points.log", number=1),
+]
+
+
+def test_of_several_rules_in_a_cluster_job_the_one_that_failed_is_shown(folder):
+    Path("curves.log").write_text("1.5 0.85 solved\n")
+    Path("points.log").write_text("error: the reason\n")
+    Path("points.failure.json").touch()
+    Path("7.log").write_text("what Snakemake says\n")
+    failed = Failed(jobs=GROUP, logs=["7.log"])
+    assert explanations(failed, failed) == [
+        [
+            "FAILED: rule points, making a.points",
+            "    error: the reason",
+            "  log: points.log, 7.log",
+        ]
+    ]
+    assert explanations(failed, Finished(number=2)) == []
+
+
+def test_a_cluster_job_that_was_killed_says_what_the_scheduler_wrote(folder):
+    Path("curves.log").touch()
+    Path("curves.failure.json").touch()
+    Path("7.log").write_text("*** JOB 7 CANCELLED DUE TO TIME LIMIT ***\n")
+    assert explanations(Failed(jobs=GROUP, logs=["7.log"])) == [
+        [
+            "FAILED: rule curves, making a.curves",
+            "    *** JOB 7 CANCELLED DUE TO TIME LIMIT ***",
+            "  log: curves.log, 7.log",
+        ]
+    ]
+
+
+def test_of_a_cluster_job_that_never_began_all_rules_are_named(folder):
+    Path("curves.log").write_text("1.5 0.85 solved\n")
+    Path("7.log").write_text("*** JOB 7 CANCELLED ***\n")
+    assert explanations(Failed(jobs=GROUP, logs=["7.log"])) == [
+        [
+            "FAILED: rule curves, points, making a.curves, a.points",
+            "    *** JOB 7 CANCELLED ***",
+            "  log: 7.log, curves.log, points.log",
+        ]
+    ]
+
+
+def test_the_log_of_an_earlier_run_is_not_shown(wrapped):
+    Path("job.log").write_text("error: long ago\n")
+    os.utime("job.log", (0, 0))
+    result = wrapped(failure(Failed(jobs=[job("figure", ["a.svg"])])))
+    assert last_lines(result, 3) == [
+        "FAILED: rule figure, making a.svg",
+        "    (nothing in its log)",
+        "  log: job.log",
+    ]
+
+
+def test_a_rule_without_log_and_output(folder):
+    assert explanations(Failed(jobs=[job("all", [], "")])) == [
+        [
+            "FAILED: rule all, making (no output)",
+            "    (nothing in its log)",
+            "  log: (the rule has no log file)",
+        ]
+    ]
+
+
+def test_a_damaged_table_is_removed_and_what_failed_is_run_again(wrapped):
+    tables = Path("results/here/tables")
+    tables.mkdir(parents=True)
+    Path("elsewhere.parquet").touch()
+    code = f"""
+print(*ARGUMENTS)
+if "--forcerun" not in ARGUMENTS:
+    Path("results/here/tables/a.parquet").touch()
+    for name in ("results/here/tables/a", "elsewhere"):
+        record = json.dumps(dict(damaged=f"{{name}}.parquet", errno=None))
+        Path(Path(name).name).with_suffix(".failure.json").write_text(record)
+    send({Failed(jobs=[job("curves", ["a", "b"], "a.log")])!r})
+    send({Failed(jobs=[job("scan", ["c"], "elsewhere.log", number=5)])!r})
+    sys.exit(1)
+"""
+    result = wrapped(code)
+    assert result.returncode == 0, result.stderr
+    first, again = result.stdout.splitlines()
+    assert "--forcerun a b c --logger" in again and "--forcerun" not in first
+    assert "tables/a.parquet is damaged" in result.stderr
+    assert not (tables / "a.parquet").exists()
+    assert Path("elsewhere.parquet").exists()
+
+
+@pytest.mark.parametrize("number", ["errno.ENOSPC", "errno.EDQUOT"])
+def test_a_full_disk_is_told_by_the_number_of_its_error(wrapped, number):
+    code = f"send(Problem(message='Traceback', errno={number}))\nsys.exit(1)"
+    (line,) = last_lines(wrapped(code))
+    assert line == (
+        "The disk of results/here (or your share of it) is full; make space and run the same "
+        "command again."
+    )
+    assert "Traceback" not in wrapped(code).stderr
+
+
+def test_progress_is_shown_every_few_percent_and_at_the_end(capsys):
+    watched(*(Progress(done=i, total=250) for i in range(1, 251)))
+    shown = capsys.readouterr().err.splitlines()
+    assert 15 <= len(shown) <= 21
+    assert shown[-1] == "250 of 250 steps (100%) done"
+
+
+def test_a_snakemake_that_is_killed_may_leave_half_an_event(capsys):
+    receiver, sender = Pipe(duplex=False)
+    sender.send(Planned(jobs=2))
+    os.write(sender.fileno(), bytes(2))
+    sender.close()
+    outcome = run.Outcome()
+    outcome.watch(receiver, progress=True)
+    assert outcome.planned == 2
+
+
+def test_two_runs_at_the_same_time_are_refused(folder):
+    Path(".snakemake/locks").mkdir(parents=True)
+    with run.acquire_lock(), pytest.raises(SystemExit, match=r"Another run .* is active"):
+        run.acquire_lock()
+    assert Path(".snakemake/locks").exists()
+
+
+def test_the_lock_of_a_killed_run_is_removed(folder, capsys):
+    Path(".snakemake/locks").mkdir(parents=True)
+    run.acquire_lock().close()
+    assert Path(".snakemake/locks").exists()
+    run.acquire_lock().close()
+    assert not Path(".snakemake/locks").exists()
+    assert "The last run was killed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("snakemake", ["", "sys.exit(1)"])
+def test_a_run_that_came_to_its_end_leaves_no_lock(wrapped, snakemake):
+    wrapped(snakemake)
+    assert "was killed" not in wrapped(snakemake).stderr
+
+
+@pytest.mark.parametrize("study", ["..", "/", "a/b", "", "a b", "7.5"])
+def test_only_the_folder_of_a_study_is_mended(wrapped, folder, study):
+    """A mistaken name must not have anything removed elsewhere."""
+    name = folder if study == "/" else study
+    (folder / "results/a/b").mkdir(parents=True)
+    Path("config.yaml").write_text(f"study: '{name}'\n")
+    home = Path("results", str(name))
+    for path in (home / "figures", home / "tables"):
+        path.mkdir(parents=True, exist_ok=True)
+        (path / "mine.svg").touch()
+        (path / ".mine-1.tmp.svg").touch()
+        (path / "mine.parquet").touch()
+    before = sorted(folder.rglob("*mine*"))
+    result = wrapped(problem("refused"))
+    assert sorted(folder.rglob("*mine*")) == before
+    assert "damaged" not in result.stderr
+
+
+def test_a_damaged_file_that_cannot_be_removed_is_named(folder, monkeypatch, capsys):
+    def refuse(path):
+        raise OSError(30, "Read-only file system")
+
+    Path("a.parquet").touch()
+    monkeypatch.setattr(Path, "unlink", refuse)
+    assert not run.remove_damaged([Path("a.parquet")], set())
+    assert capsys.readouterr().err == (
+        "a.parquet is damaged, and cannot be removed (Read-only file system).\n"
+    )
+
+
+@pytest.mark.parametrize("argument", ["-n", "--dry-run"])
+def test_a_dry_run_removes_nothing(wrapped, argument):
+    path = Path("results/here/figures/a.svg")
+    path.parent.mkdir(parents=True)
+    path.touch()
+    wrapped("", argument)
+    assert path.exists()
+    assert "results/here/figures/a.svg is damaged" in wrapped("").stderr
+    assert not path.exists()
+
+
+def test_a_lock_that_is_not_this_commands_is_explained(wrapped):
+    result = wrapped(problem("Error: Directory cannot be locked.", locked=True))
+    assert "rm -r .snakemake/locks" in last_lines(result)[0]
+
+
+def test_another_profile_takes_the_place_of_the_default_one(wrapped):
+    Path("workflow/profiles/cluster").mkdir(parents=True)
+    result = wrapped("print(*ARGUMENTS)", "--workflow-profile", "workflow/profiles/cluster")
+    assert result.stdout.split()[:2] == ["--workflow-profile", "workflow/profiles/cluster"]
+    assert "workflow/profiles/default" not in result.stdout
+
+
+def test_a_missing_profile_is_named(wrapped):
+    for name in ("default", "slurm"):
+        Path("workflow/profiles", name).mkdir(parents=True)
+    result = wrapped("print('started')", "--workflow-profile", "slurm")
+    assert result.returncode == 1
+    assert result.stderr == (
+        "No such profile: slurm; there are: workflow/profiles/default, workflow/profiles/slurm\n"
+    )
+
+
+@pytest.mark.parametrize("arguments", [["--configfile", "no.yaml"], ["--configfile=no.yaml"]])
+def test_a_missing_study_file_is_named(wrapped, arguments):
+    result = wrapped("print('started')", *arguments)
+    assert (result.returncode, result.stderr) == (1, "No such study file: no.yaml\n")
+
+
+def test_a_study_file_that_is_not_yaml_is_named(wrapped):
+    Path("bad.yaml").write_text("study: [\n")
+    result = wrapped("print('started')", "--configfile", "bad.yaml")
+    assert result.returncode == 1
+    assert result.stderr.startswith("bad.yaml is not valid YAML: ")
+    assert "Traceback" not in result.stderr
+
+
+def test_a_study_file_that_is_not_text_is_named(wrapped):
+    Path("bad.yaml").write_bytes(b"study: \xff\xfe\n")
+    result = wrapped("print('started')", "--configfile", "bad.yaml")
+    assert result.returncode == 1
+    assert "bad.yaml" in result.stderr
+    assert "Traceback" not in result.stderr

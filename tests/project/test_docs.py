@@ -1,0 +1,146 @@
+"""What README and docs say can be typed, and what they point to is there."""
+
+import re
+import shlex
+from pathlib import Path
+from pkgutil import resolve_name
+
+import pytest
+import typer
+import yaml
+from typer.testing import CliRunner
+
+from vibrissa.cli.app import app
+from vibrissa.study.parsing import parse_study
+from vibrissa.tables import schemas, store
+
+ROOT = Path(__file__).parents[2]
+PAGES = {
+    str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
+    for path in (ROOT / "README.md", ROOT / "results/README.md", *sorted(ROOT.glob("docs/*.md")))
+}
+PACKAGES = [path.parent.name for path in sorted(ROOT.glob("src/vibrissa/*/__init__.py"))]
+
+
+def blocks(language, pages=PAGES):
+    """Name of the page and text of each block of code in a language."""
+    return [
+        (page, code)
+        for page in pages
+        for code in re.findall(rf"```{language}\n(.*?)```", PAGES[page], re.DOTALL)
+    ]
+
+
+def commands():
+    """Arguments of each `vibrissa` command, in the order of the pages."""
+    lines = [line for _, code in blocks("console") for line in code.replace("\\\n", "").split("\n")]
+    words = [shlex.split(line, comments=True) for line in lines]
+    return [arguments for name, *arguments in filter(None, words) if name == "vibrissa"]
+
+
+@pytest.mark.parametrize(("page", "code"), blocks("python"))
+def test_python_runs(page, code, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for study in ("paper", "mine"):
+        folder = tmp_path / f"results/{study}/tables"
+        folder.mkdir(parents=True)
+        store.write(schemas.STICTION.empty_table(), folder / "stiction.parquet")
+    for library in re.findall(r"^import (\w+)", code, re.MULTILINE):
+        pytest.importorskip(library)
+    exec(compile(code, page, "exec"), {})
+    printed = capsys.readouterr().out
+    shown = re.findall(r"print\(.*\)  # (.*)$", code, re.MULTILINE)
+    for line, expected in zip(printed.splitlines() if shown else [], shown, strict=True):
+        # "0.528..." stands for the number's first digits
+        assert re.fullmatch(re.escape(expected).replace(r"\.\.\.", r"\d*"), line)
+
+
+@pytest.mark.parametrize("arguments", commands(), ids=" ".join)
+def test_commands_are_understood(arguments):
+    group = typer.main.get_command(app)
+    if arguments[0].startswith("-"):
+        assert arguments[0] in [name for parameter in group.params for name in parameter.opts]
+    else:
+        name, command, rest = group.resolve_command(typer.Context(group), list(arguments))
+        assert command.make_context(name, rest).params
+
+
+@pytest.mark.slow
+def test_commands_run_one_after_the_other(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    wanted = [
+        arguments for arguments in commands() if arguments[0] in ("solve", "scan", "identify")
+    ]
+    assert {arguments[0] for arguments in wanted} == {"solve", "scan", "identify"}
+    # A recording is made before it is read.
+    for arguments in sorted(wanted, key=lambda arguments: arguments[0] == "identify"):
+        result = CliRunner().invoke(app, arguments)
+        assert result.exit_code == 0, result.output
+    assert {path.name for path in tmp_path.iterdir()} == {"scan.csv", "friction.csv"}
+
+
+def test_example_study_is_valid():
+    ((_, example),) = blocks("yaml", ["docs/study.md"])
+    study = parse_study(yaml.safe_load(example))
+    assert len(list(study.point_grids["strong_taper"].points())) == 15 * 3 * 3
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.name)
+def test_further_studies_are_valid_and_named(path):
+    assert parse_study(yaml.safe_load(path.read_text())).figures
+    assert f"STUDY=studies/{path.name}" in PAGES["docs/study.md"]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_make_targets_exist(page):
+    makefile = (ROOT / "Makefile").read_text()
+    for target in set(re.findall(r"(?:^|`)make ([a-z-]+)", PAGES[page], re.MULTILINE)):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+def test_help_names_every_target():
+    makefile = (ROOT / "Makefile").read_text()
+    targets = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE)) - {"help"}
+    assert targets == set(re.findall(r'@echo "  make ([a-z-]+)', makefile))
+
+
+def anchors(text):
+    """Places in a page that a link can point to, as GitHub names them."""
+    titles = re.findall(r"^#+ (.*)$", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"""(?:\]\(|src=")([^)\s"]+)""", PAGES[page]):
+        if not target.startswith("http"):
+            name, _, anchor = target.partition("#")
+            path = (ROOT / page).parent / name if name else ROOT / page
+            assert path.exists(), target
+            assert not anchor or anchor in anchors(path.read_text(encoding="utf-8")), target
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_named_code_exists(page):
+    names = re.findall(rf"`(?:vibrissa\.)?((?:{'|'.join(PACKAGES)})\.[\w.]+)`", PAGES[page])
+    for name in (name for name in names if not name.endswith((".html", ".yaml"))):
+        resolve_name(f"vibrissa.{name}")
+
+
+def test_pages_that_code_names_exist():
+    places = [ROOT / "Makefile", *ROOT.glob("workflow/**/*.*")]
+    places += [
+        path
+        for folder in ("src", "examples", "validation")
+        for path in ROOT.glob(f"{folder}/**/*.*")
+    ]
+    for path in places:
+        if path.suffix in {".py", ".ipynb", ".yaml", ".smk", ""}:
+            for name in re.findall(r"docs/\w+\.\w+", path.read_text(encoding="utf-8")):
+                assert (ROOT / name).exists(), f"{path}: {name}"
+
+
+def test_results_folder_says_what_appears_there():
+    text = PAGES["results/README.md"]
+    for name in ("stiction", "scans", "states", "figures/", "blocks/", "logs/"):
+        assert name in text

@@ -1,0 +1,130 @@
+"""What a notebook and the command line call: units, tables, estimates, refusals."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from steel import NANO, ROD, SENSOR, SI, WHISKER
+from vibrissa import sensor, solve_onset
+from vibrissa.cli.app import app
+from vibrissa.errors import ArgumentError, RecordingError, UndeterminedError
+from vibrissa.sensor import Whisker, identify, scan, solve, surfaces
+
+
+@pytest.fixture(scope="module")
+def whisker():
+    return Whisker(theta=2.0, eta=0.85, rod=ROD)
+
+
+@pytest.fixture(scope="module")
+def signals(whisker):
+    surface = surfaces.random(5, 0.3, 0.04, 0.02)
+    return scan(whisker, surface, step="50 um", to=["40 mm"], transducer=SENSOR, seed=5)
+
+
+def test_every_public_name_is_there_and_loaded_when_used():
+    assert all(hasattr(sensor, name) for name in sensor.__all__)
+    with pytest.raises(AttributeError):
+        _ = sensor.no_such_name
+    program = "import sys, vibrissa.sensor; print({'numpy', 'scipy', 'pint'} & set(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert loaded.stdout == "set()\n"
+
+
+def test_a_whisker_is_read_with_units():
+    steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    assert Whisker.read(2.0, "85 mm", **steel) == Whisker(theta=2.0, eta=0.85, rod=ROD)
+    assert Whisker.read(2.0, 0.85) == Whisker(theta=2.0, eta=0.85)
+
+
+def test_an_onset_is_in_the_units_of_the_rod(whisker):
+    own = solve_onset(2.0, 0.4, 0.85, "0.001")
+    columns = solve(whisker, 0.4, "0.1 mm").columns()
+    assert columns["x0_max"].values == pytest.approx([own.x0_max * 0.1])
+    assert columns["force_y"].values == pytest.approx([own.slip.reaction_fy * ROD.force_unit])
+    locked = solve(whisker, 0.5).columns()
+    assert locked["status"].values == ["lock"] and "x0_slip" not in locked
+
+
+def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, signals, tmp_path):
+    found = identify(whisker, signals.frame(), transducer=SENSOR, method="moment")
+    table = found.frame()
+    truth = signals.truth.mu0[found.periods.last]
+    slip = table["status"] == "slip"
+    assert slip.sum() == len(table) - 1 > 10
+    error = (table["mu0 [1]"] - truth)[slip]
+    assert (np.abs(error / table["deviation [1]"][slip]) < 4.5).all()
+
+    signals.frame().to_csv(tmp_path / "scan.csv", index=False)
+    asked = [*WHISKER, *SI, *NANO, "--method", "moment", "-o", str(tmp_path / "found.csv")]
+    assert CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *asked]).exit_code == 0
+    written = pd.read_csv(tmp_path / "found.csv")
+    assert list(written.columns) == list(table.columns)
+    assert written["mu0 [1]"].to_numpy() == pytest.approx(table["mu0 [1]"].to_numpy(), nan_ok=True)
+
+
+def test_what_is_estimated_comes_with_the_result(signals):
+    guess = Whisker(theta=2.0, eta=0.86, rod=ROD)
+    told = []
+    found = identify(
+        guess,
+        signals.frame(),
+        transducer="nano17-si-12-0.12",
+        estimate=["eta"],
+        progress=lambda what, done, total: told.append((what, done == total)),
+    )
+    assert abs(found.setup.eta - 0.85) < 5 * found.setup.deviation[0] < 1e-3
+    assert (found.periods.common[:-1] > 0.0).all()
+    assert {("solving the rod", True), ("identifying", True)} <= set(told)
+    with pytest.raises(UndeterminedError, match="too few"):
+        identify(guess, signals.frame()[:2], transducer=SENSOR, estimate=["offset"])
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"method": "sound"}, "method must be one of forces, moment, spacing, got 'sound'"),
+        ({"method": "spacing", "law": "none"}, "law must be one of free, kinetic, energy"),
+        ({"estimate": ["theta"]}, "what to estimate must be one of eta, offset"),
+        ({"transducer": "ear"}, "transducer must be one of"),
+        ({"transducer": SENSOR, "noise": [1, 1, 1]}, "the noise or the transducer"),
+        ({"noise": [1.0, 1.0]}, "noise needs three values"),
+        ({"noise": "3 mN, 3 mN"}, "noise needs three values"),
+        ({"noise": "3 mN, 3 m, 1"}, "noise must be a force"),
+        ({"step": "1e-400 m", "method": "spacing"}, "step must have a size"),
+    ],
+)
+def test_impossible_arguments_are_refused(whisker, signals, asked, message):
+    with pytest.raises(ArgumentError, match=message):
+        identify(whisker, signals.frame()[:300], **asked)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda frame: frame.rename(columns={"force_x [N]": "force_x"}), "force_x needs its unit"),
+        (lambda frame: frame.drop(columns="force_y [N]"), "column force_y is missing"),
+        (lambda frame: frame.assign(**{"force_x [N]": "much"}), "line 1: force_x must be a number"),
+        (lambda frame: frame[:0], "no rows"),
+        (lambda frame: pd.concat([frame, frame], axis=1), "stands there twice"),
+    ],
+)
+def test_a_data_frame_that_is_no_recording_is_refused(whisker, signals, change, message):
+    with pytest.raises(RecordingError, match=message):
+        identify(whisker, change(signals.frame()[:300]))
+
+
+def test_a_transducer_needs_a_rod():
+    bare = Whisker(theta=2.0, eta=0.85)
+    with pytest.raises(ArgumentError, match="a transducer needs the rod"):
+        scan(bare, surfaces.constant(0.3), step=0.01, to=[0.1], transducer=SENSOR)
+
+
+@pytest.mark.parametrize("step", [1e-12, "1e-400 m", 0, -1])
+def test_impossible_steps_are_refused(whisker, step):
+    with pytest.raises(ArgumentError, match="step"):
+        scan(whisker, surfaces.constant(0.3), step=step, to=[0.1])

@@ -1,0 +1,178 @@
+"""Height and zeros from the recording: interpolated rods, least squares, what cannot be told."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from steel import NANO, NOISE, SI, measured, recording_of
+from vibrissa.cli.app import app
+from vibrissa.errors import NoResponseError, UndeterminedError
+from vibrissa.sensor import surfaces
+from vibrissa.sensor.heights import respond_between
+from vibrissa.sensor.identification.calibration import (
+    Unknown,
+    calibrate,
+    known_setup,
+    principal_axes,
+)
+from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
+from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import path, simulate
+
+OFFSET = np.array([0.1, -0.15, 0.02])
+BOTH = [Unknown.ETA, Unknown.OFFSET]
+
+
+@pytest.fixture(scope="module")
+def heights():
+    # What is looked for, 0.85, is not in the middle, where a rod is solved.
+    return respond_between(2.0, 0.865)
+
+
+@pytest.fixture(scope="module")
+def response():
+    return respond(2.0, 0.85)
+
+
+def recorded(response, seed=0, offset=OFFSET, stop="0.8", law="free"):
+    surface = surfaces.random(seed, 0.3, 0.04, 0.02)
+    truth = simulate(response, surface, path("0.0005", [stop]), law)
+    return truth, recording_of(truth.clamp, measured(truth.reactions + offset, [seed, 2]))
+
+
+def calibrated(heights, recording, unknown, eta=0.865):
+    return calibrate(heights, eta, recording, NOISE, unknown)
+
+
+@pytest.mark.parametrize("eta", [0.833, 0.85, 0.881])
+def test_between_heights_the_branch_is_that_of_a_rod_solved_there(heights, eta):
+    between, solved = heights.at(eta), respond(2.0, eta)
+    x = np.linspace(0.999 * solved.x0_pull, solved.x0_lock, 301)
+    assert between(x) == pytest.approx(solved(x), abs=1e-7)
+    assert between.x0_lock == pytest.approx(solved.x0_lock, abs=1e-7)
+    assert between.x1_init == pytest.approx(solved.x1_init, abs=1e-7)
+    assert between.mu_lock == pytest.approx(solved.curve.mu_lock, abs=1e-7)
+    past = np.linspace(solved.x0_lock, 0.99 * solved.x0_end, 301)
+    assert between(past) == pytest.approx(solved(past), abs=1e-3)
+
+
+def test_heights_beyond_the_range_are_refused(heights):
+    with pytest.raises(ValueError, match="eta must lie in"):
+        heights.at(0.95)
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        respond_between(2.0, 1.0)
+    with pytest.raises(NoResponseError):
+        respond_between(10.0, 0.8, "line")
+
+
+@pytest.mark.parametrize("unknown", [[Unknown.ETA], [Unknown.OFFSET], BOTH])
+def test_errors_of_the_estimates_are_of_the_size_they_say(heights, response, unknown):
+    offset = OFFSET if Unknown.OFFSET in unknown else np.zeros(3)
+    scores = []
+    for seed in range(15):
+        _, recording = recorded(response, seed, offset, "0.4")
+        setup = calibrated(heights, recording, unknown, 0.865 if "eta" in unknown else 0.85)
+        error = np.append(setup.eta - 0.85, setup.offset - offset)
+        free = setup.deviation > 0.0
+        assert free.tolist() == [Unknown.ETA in unknown, *[Unknown.OFFSET in unknown] * 3]
+        assert (error[~free] == 0.0).all()
+        scores.append(
+            error[free] @ np.linalg.solve(setup.covariance[np.ix_(free, free)], error[free])
+        )
+    # Sums of squares: chi squared of as many degrees as there are unknowns, times scans.
+    degrees = 15 * int(free.sum())
+    assert abs(np.sum(scores) - degrees) < 4.0 * np.sqrt(2.0 * degrees)
+
+
+def test_the_setup_adds_to_the_uncertainty_what_all_periods_share(heights, response):
+    truth, recording = recorded(response, 1, stop="0.1")
+    setup = calibrated(heights, recording, BOTH)
+    still = recording.without(OFFSET)
+    for method in (Method.FORCES, Method.MOMENT):
+        periods = find_periods(setup, recording, NOISE, method=method)
+        known = find_periods(known_setup(response), still, NOISE, method=method)
+        assert len(periods.status) == len(known.status) == truth.period[-1]
+        assert (known.common == 0.0).all()
+        ok = periods.status == PeriodStatus.SLIP
+        assert (periods.common[ok] > 1e-5).all()
+        total = np.hypot(known.deviation, periods.common)[ok]
+        assert periods.deviation[ok] == pytest.approx(total, rel=0.05)
+        error = periods.mu0[ok] - truth.mu0[periods.last[ok]]
+        assert np.abs(error / periods.deviation[ok]).max() < 4.5
+
+
+@pytest.mark.slow
+def test_intervals_cover_what_they_say_with_an_estimated_setup(heights, response):
+    inside = {Method.FORCES: [], Method.MOMENT: []}
+    for seed in range(40, 80):
+        truth, recording = recorded(response, seed, stop="0.3", law="kinetic")
+        setup = calibrated(heights, recording, BOTH)
+        for method, covered in inside.items():
+            periods = find_periods(setup, recording, NOISE, method=method)
+            ok = periods.status == PeriodStatus.SLIP
+            mu0 = truth.mu0[periods.last]
+            covered += list(((periods.low <= mu0) & (mu0 <= periods.high))[ok])
+    for covered in inside.values():
+        assert len(covered) > 1000
+        assert 0.93 <= np.mean(covered) <= 0.97
+
+
+def test_what_a_recording_does_not_tell_is_said(heights, response):
+    _, recording = recorded(response)
+    with pytest.raises(UndeterminedError, match="too few"):
+        calibrated(heights, recording.take(slice(3)), BOTH)
+    some = recording.take(slice(15))
+    alone = recording_of(some.clamp, np.where([False, False, True], some.readings, np.nan))
+    with pytest.raises(UndeterminedError, match=r"does not tell eta and offset: .*record more"):
+        calibrated(heights, alone, BOTH)
+    # Two centimetres off, with a rod of 100 mm: no offset makes up for that.
+    with pytest.raises(UndeterminedError, match="are others than given"):
+        calibrated(heights, recording, ["offset"], 0.83)
+
+
+def test_a_height_out_of_range_is_said(response):
+    _, recording = recorded(response, offset=np.zeros(3))
+    far = respond_between(2.0, 0.78)
+    with pytest.raises(UndeterminedError, match=r"looked for from 0.73 to 0.83|others than given"):
+        calibrated(far, recording, [Unknown.ETA], 0.78)
+
+
+def test_nothing_unknown_is_the_given_setup(heights, response):
+    _, recording = recorded(response)
+    setup = calibrated(heights, recording, [], 0.85)
+    assert setup.eta == 0.85 and not setup.covariance.any() and setup.displaced == ()
+
+
+@given(st.lists(st.floats(-2, 2), min_size=16, max_size=16), st.integers(0, 3))
+def test_squares_of_the_principal_axes_add_up_to_the_covariance(entries, known):
+    root = np.reshape(entries, (4, 4)) * [1e-4, 1e-2, 1.0, 10.0]
+    root[:, :known] = 0.0
+    covariance = root.T @ root
+    axes = principal_axes(covariance)
+    scale = np.sqrt(np.diag(covariance)) + 1e-100
+    relative = (axes.T @ axes - covariance) / np.outer(scale, scale)
+    assert np.abs(relative).max() < 1e-10
+
+
+def test_estimates_on_the_command_line(tmp_path):
+    scanned, found = tmp_path / "s.csv", tmp_path / "f.csv"
+    whisker = ["--theta", "2", *SI, *NANO]
+
+    def run(*arguments):
+        return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+    way = ["--step", "50 um", "--to", "30 mm", "--mu0", "0.3", "-o", scanned]
+    assert run("scan", *whisker, "--eta", "85 mm", *way).exit_code == 0
+    asked = ["--eta", "86 mm", "--estimate", "eta", "--estimate", "offset", "-o", found]
+    result = run("identify", scanned, *whisker, *asked)
+    assert result.exit_code == 0, result.output
+    assert "eta = 0.0850" in result.output and "correlation of eta and moment_z" in result.output
+    assert "common [1]" in found.read_text().partition("\n")[0]
+    found.unlink()
+    scanned.write_text("".join(scanned.read_text().splitlines(keepends=True)[:4]))
+    result = run("identify", scanned, *whisker, *asked)
+    assert result.exit_code == 1 and "record more periods" in result.output
+    assert not found.exists()

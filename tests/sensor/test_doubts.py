@@ -1,0 +1,91 @@
+"""Recordings that break the rules of sticking and slipping, one rule at a time."""
+
+import numpy as np
+import pytest
+
+from steel import NOISE, measured, recording_of
+from vibrissa.sensor import surfaces
+from vibrissa.sensor.identification.calibration import known_setup
+from vibrissa.sensor.identification.friction import find_periods
+from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import SlipLaw, path, simulate
+
+
+@pytest.fixture(scope="module")
+def response():
+    return respond(2.0, 0.85)
+
+
+def signals(response, law="free", turns=("0.4",), step="0.0005"):
+    """Clamp positions, readings and the first row of each period of a clean recording."""
+    truth = simulate(response, surfaces.random(3, 0.3, 0.04, 0.05), path(step, turns), law, 0.8)
+    begins = np.flatnonzero(np.diff(truth.period, prepend=0))
+    return truth.clamp.copy(), measured(truth.reactions, 4), begins
+
+
+def found(response, clamp, readings, method=Method.FORCES):
+    recording = recording_of(clamp, readings)
+    return find_periods(known_setup(response), recording, NOISE, method=method)
+
+
+@pytest.mark.parametrize("law", list(SlipLaw))
+@pytest.mark.parametrize("turns", [("0.4",), ("0.3", "0.1")])
+@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
+def test_a_clean_recording_leaves_no_doubt(response, law, turns, method):
+    clamp, readings, _ = signals(response, law, turns)
+    periods = found(response, clamp, readings, method)
+    said = {why for doubt in periods.doubt for why in doubt.split("; ")}
+    # Slips of a pulled tip are so short that they follow each other within a few steps.
+    short = {"too few samples", "too few samples after it"}
+    assert said - (short if law == "kinetic" and len(turns) > 1 else set()) == {""}
+
+
+def test_a_reading_that_stands_still_is_doubted(response):
+    clamp, readings, begins = signals(response, step="0.0001")
+    stop = begins[3]
+    readings[stop - 30 : stop] = readings[stop - 30]
+    periods = found(response, clamp, readings)
+    (doubt,) = [text for text in periods.doubt if text]
+    assert "does not fit a tip that stays where it is" in doubt
+    assert periods.doubt[2] == doubt
+    (note,) = [note for note in periods.notes if "force_y" in note]
+    assert f"line {begins[2] + 2}-{stop + 1}" in note
+
+
+def test_an_offset_of_a_channel_that_is_not_read_is_seen(response):
+    clamp, readings, _ = signals(response)
+    readings[:, 0] += 5 * NOISE[0]
+    periods = found(response, clamp, readings, Method.MOMENT)
+    assert all("force_x" in doubt and "moment_z" not in doubt for doubt in periods.doubt[:-1])
+
+
+def test_clamp_in_another_unit_is_doubted(response):
+    clamp, readings, _ = signals(response)
+    periods = found(response, clamp * 25.4, readings)
+    assert all(periods.doubt)
+    assert any("too few samples" in note for note in periods.notes)
+
+
+def test_a_recording_that_runs_backward_is_doubted(response):
+    clamp, readings, _ = signals(response)
+    periods = found(response, clamp[::-1], readings[::-1])
+    assert all("no slip goes that way" in doubt for doubt in periods.doubt[:-1])
+
+
+def test_a_jump_of_the_clamp_is_doubted(response):
+    clamp, readings, begins = signals(response)
+    clamp[begins[3] - 10 :] += 0.1
+    periods = found(response, clamp, readings)
+    doubtful = [i for i, doubt in enumerate(periods.doubt) if "the clamp jumped" in doubt]
+    assert doubtful == [2, 3]
+
+
+def test_a_clamp_that_turned_unseen_is_doubted(response):
+    clamp, readings, begins = signals(response, turns=("0.3", "0.1"))
+    top = int(np.argmax(clamp))
+    before = int(begins[begins < top][-3]) + 20
+    after = top + round((clamp[top] - clamp[before]) / 0.0005) - 1
+    keep = np.r_[:before, after : len(clamp)]
+    periods = found(response, clamp[keep], readings[keep])
+    assert any("the clamp turned" in doubt for doubt in periods.doubt)

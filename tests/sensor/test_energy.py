@@ -1,0 +1,105 @@
+"""Friction from slips by the energy law: each relation against scans, and what is read of a run."""
+
+import numpy as np
+import pytest
+
+from steel import recording_of
+from vibrissa.sensor import surfaces
+from vibrissa.sensor.identification.calibration import known_setup
+from vibrissa.sensor.identification.energy import EnergySlips, read_travels
+from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
+from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import SlipLaw, path, simulate
+
+RESPONSE = respond(2.0, 0.85)
+QUIET = np.array([1e-5, 1e-5, 1e-5])
+
+
+def scanned(seed, stop="1", ratio=0.8):
+    surface = surfaces.random(seed, 0.3, 0.04, 0.02)
+    return simulate(RESPONSE, surface, path("0.0005", [stop]), SlipLaw.ENERGY, ratio)
+
+
+def by_spacing(truth, ratio):
+    recording = recording_of(truth.clamp, truth.reactions)
+    asked = {"method": Method.SPACING, "law": "energy", "kinetic_ratio": ratio}
+    return find_periods(known_setup(RESPONSE), recording, QUIET, **asked)
+
+
+def runs(truth):
+    """First and last rows of the whole periods."""
+    begins = np.flatnonzero(np.diff(truth.period)) + 1
+    return begins[:-1], begins[1:] - 1
+
+
+@pytest.mark.parametrize("ratio", [0.7, 0.9])
+def test_rest_is_where_a_scan_says(ratio):
+    slips = EnergySlips(RESPONSE, ratio)
+    for mu0 in (0.15, 0.3, 0.4):
+        truth = simulate(
+            RESPONSE, surfaces.constant(mu0), path("0.0005", ["0.3"]), SlipLaw.ENERGY, ratio
+        )
+        begins, ends = runs(truth)
+        start = truth.x0[ends] + 0.0005
+        found = slips.rest(start[:-1], np.full(len(start) - 1, mu0))
+        assert found == pytest.approx(truth.x0[begins[1:]], abs=1e-6)
+        assert slips.onset(np.array([mu0])) == pytest.approx(RESPONSE.curve.onset([mu0]), abs=1e-6)
+
+
+def test_linear_travels_are_those_of_the_relations():
+    slips, generator = EnergySlips(RESPONSE, 0.8), np.random.default_rng(1)
+    mu0, way = generator.uniform(0.25, 0.35, 6), generator.uniform(0.25, 0.35, 5)
+    gap = np.full(5, 0.0005)
+    linear = slips.linearised(mu0, way, gap)
+    moved = generator.uniform(-1e-4, 1e-4, 11)
+    other = slips.linearised(mu0 + moved[:6], way + moved[6:], gap)
+    assert other.travel - linear.travel == pytest.approx(linear.slopes @ moved, abs=1e-6)
+    assert (np.linalg.eigvalsh(linear.errors) > 0.0).all()
+
+
+def test_the_surface_is_read_between_the_travels():
+    truth = scanned(3)
+    begins, ends = runs(truth)
+    clamp = truth.clamp
+    travel, gap = clamp[ends] - clamp[begins], np.full(len(ends), 0.0005)
+    mean, deviation = read_travels(RESPONSE, 0.8, travel, gap, truth.contact[ends])
+    error = mean - truth.mu0[ends]
+    assert np.median(np.abs(error)) < 0.01 < 0.5 * truth.mu0[ends].std()
+    assert 0.8 < np.mean(np.abs(error) < 1.96 * deviation) <= 1.0
+
+
+@pytest.mark.slow
+def test_intervals_cover_what_they_say():
+    inside = []
+    for seed in range(100, 112):
+        truth = scanned(seed)
+        periods = by_spacing(truth, 0.8)
+        mu0, ok = truth.mu0[periods.last], periods.status == PeriodStatus.SLIP
+        inside += list(((periods.low <= mu0) & (mu0 <= periods.high))[ok])
+    assert len(inside) > 500
+    assert 0.93 <= np.mean(inside) <= 0.97
+
+
+def test_slips_that_may_have_gone_back_tell_nothing():
+    # From 0.4 with kinetic friction of half of that a tip rests pulled, or slips back.
+    truth = simulate(RESPONSE, surfaces.constant(0.4), path("0.0005", ["2"]), SlipLaw.ENERGY, 0.5)
+    begins, ends = runs(truth)
+    travel = truth.clamp[ends] - truth.clamp[begins]
+    gap = np.full(len(ends), 0.0005)
+    mean, deviation = read_travels(RESPONSE, 0.5, travel, gap, truth.contact[ends])
+    assert np.isnan(mean).any() and (np.isnan(mean) == np.isnan(deviation)).all()
+
+
+def test_few_periods_give_bounds():
+    truth = scanned(3, "0.2")
+    status = by_spacing(truth, 0.8).status
+    assert PeriodStatus.UNSURE in status and PeriodStatus.SLIP not in status
+    with pytest.raises(ValueError, match="kinetic_ratio"):
+        by_spacing(truth, None)
+
+
+def test_travels_that_no_surface_has_are_not_read():
+    travel = np.random.default_rng(0).uniform(0.0, 0.2, 30)
+    mean, deviation = read_travels(RESPONSE, 0.8, travel, np.full(30, 0.0005), np.zeros(30))
+    assert np.isnan(mean).all() and np.isnan(deviation).all()

@@ -1,0 +1,297 @@
+"""Friction from signals: known surfaces, known noise, damaged recordings."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, WHISKER, measured, recording_of
+from vibrissa.cli.app import app
+from vibrissa.sensor import Units, surfaces
+from vibrissa.sensor.identification.calibration import known_setup
+from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
+from vibrissa.sensor.identification.recording import USED, Method, noise_of, read_recording
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import SlipLaw, TipPhase, path, simulate
+
+
+@pytest.fixture(scope="module")
+def response():
+    return respond(2.0, 0.85)
+
+
+def recorded(response, seed=1, turns=("1.2",), law="free", step="0.0005"):
+    surface = surfaces.random(seed, 0.3, 0.04, 0.02)
+    truth = simulate(response, surface, path(step, turns), law, 0.8)
+    return truth, recording_of(truth.clamp, measured(truth.reactions, [seed, 1]))
+
+
+def known(periods):
+    return periods.status == PeriodStatus.SLIP
+
+
+@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("turns", [("1.2",), ("0.6", "0.1")])
+def test_every_slip_is_found_and_its_friction(response, method, turns):
+    truth, recording = recorded(response, turns=turns)
+    periods = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+    assert periods.notes == ()
+    assert len(periods.status) == truth.period[-1]
+    assert (np.diff(truth.period)[periods.last[:-1]] == 1).all()
+    ok = known(periods)
+    assert (~ok).sum() == (2 if method is Method.SPACING else 1)
+    error = (periods.mu0 - truth.mu0[periods.last])[ok]
+    assert np.abs(error / periods.deviation[ok]).max() < 4.5
+    assert np.abs(error.mean()) < 4 * np.std(error) / np.sqrt(len(error))
+    assert periods.contact == pytest.approx(truth.contact[periods.last], abs=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "method"),
+    [
+        *((law, method) for law in SlipLaw for method in (Method.FORCES, Method.MOMENT)),
+        # The spacing needs slips that end at α = 0.
+        (SlipLaw.FREE, Method.SPACING),
+    ],
+)
+def test_intervals_cover_what_they_say(response, method, law):
+    inside = []
+    for seed in range(100, 125):
+        truth, recording = recorded(response, seed, law=law)
+        periods = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+        friction0, ok = truth.mu0[periods.last], known(periods)
+        inside += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
+    # 93 to 97 % is what is promised.
+    assert len(inside) > 1000
+    assert 0.93 <= np.mean(inside) <= 0.97
+
+
+def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
+    biased, corrected = [], []
+    for seed in range(5):
+        truth, recording = recorded(response, seed, step="0.002")
+        periods = find_periods(known_setup(response), recording, NOISE, method=Method.FORCES)
+        ok, last = known(periods), periods.last
+        fx, fy, _ = truth.reactions[last].T
+        ratio = fx / fy
+        biased += list((ratio - truth.mu0[last])[ok])
+        corrected += list((periods.mu0 - truth.mu0[last])[ok])
+    assert np.max(biased) <= 0.0
+    assert np.mean(biased) < -0.003
+    assert abs(np.mean(corrected)) < 0.2 * abs(np.mean(biased))
+
+
+def test_noise_is_estimated_despite_the_slips(response):
+    _, recording = recorded(response)
+    assert noise_of(recording.readings) == pytest.approx(NOISE, rel=0.1)
+    periods = find_periods(known_setup(response), recording, method=Method.MOMENT)
+    given = find_periods(known_setup(response), recording, NOISE, method=Method.MOMENT)
+    assert periods.mu0 == pytest.approx(given.mu0, abs=1e-3, nan_ok=True)
+
+
+def test_a_channel_that_was_not_recorded_has_no_noise_and_is_not_missed(response, recwarn):
+    _, recording = recorded(response)
+    readings = recording.readings * [np.nan, 1.0, 1.0]
+    assert np.isnan(noise_of(readings)).tolist() == [True, False, False]
+    alone = replace(recording, readings=readings)
+    assert known(find_periods(known_setup(response), alone, method=Method.MOMENT)).sum() > 40
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_lost_samples_widen_the_interval_and_nothing_else(response, method):
+    truth, recording = recorded(response)
+    keep = np.random.default_rng(5).random(len(recording.line)) > 0.3
+    keep[:2] = keep[-1] = True
+    lossy = recording.take(keep)
+    periods = find_periods(
+        known_setup(response), lossy, NOISE, method=method, step=0.0005, law="free"
+    )
+    ok = known(periods)
+    rows = np.flatnonzero(keep)[periods.last]
+    friction0 = truth.mu0[rows]
+    inside = ((periods.low <= friction0) & (friction0 <= periods.high))[ok]
+    assert len(inside) > 40 and inside.mean() > 0.85
+    whole = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+    assert np.nanmean(periods.deviation) > np.nanmean(whole.deviation)
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_several_samples_at_each_step_are_one_step(response, method):
+    truth, _ = recorded(response)
+    dwell = np.repeat(np.arange(len(truth)), 3)
+    recording = recording_of(truth.clamp[dwell], measured(truth.reactions[dwell], 8))
+    periods = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+    assert len(periods.status) == truth.period[-1]
+    friction0, ok = truth.mu0[dwell[periods.last]], known(periods)
+    assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
+
+
+@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
+def test_a_slower_recording_has_longer_steps(response, method):
+    truth, recording = recorded(response)
+    slow = recording.take(slice(None, None, 4))
+    periods = find_periods(known_setup(response), slow, NOISE, method=method)
+    friction0, ok = truth.mu0[::4][periods.last], known(periods)
+    assert ok.sum() > 40
+    assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
+
+
+@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
+def test_lone_spikes_are_left_out_and_named(response, method):
+    truth, recording = recorded(response)
+    readings = recording.readings.copy()
+    at = [i for i in (300, 700, 1500) if TipPhase.SLIP not in truth.phase[i - 1 : i + 3]]
+    assert at
+    readings[at, 0] += 0.3
+    readings[at, 2] -= 0.1
+    spiked = replace(recording, readings=readings)
+    periods = find_periods(known_setup(response), spiked, NOISE, method=method)
+    assert len(periods.status) == truth.period[-1]
+    (note,) = periods.notes
+    assert all(str(i + 2) in note for i in at)
+
+
+def measured_over(response, surface, turns, law="free", method=Method.FORCES):
+    """Truth and periods of a scan, readings at the transducer's limit left out."""
+    truth = simulate(response, surface, path("0.0005", turns), law, 0.8)
+    readings = measured(truth.reactions, 3)
+    rows = np.flatnonzero(~SENSOR.saturated(readings * SCALE)[:, USED[method]].any(axis=1))
+    recording = recording_of(truth.clamp[rows], readings[rows])
+    periods = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+    return truth, periods, rows[periods.last]
+
+
+@pytest.mark.parametrize("method", list(Method))
+# To where the rod snaps through, or to the end of the path somewhat past the lock.
+@pytest.mark.parametrize("stop", ["1.5", "0.6"])
+def test_a_tip_that_locks_gives_a_bound_and_no_number(response, method, stop):
+    surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
+    truth, periods, _ = measured_over(response, surface, (stop,), method=method)
+    assert truth.phase[-1] == TipPhase.LOCK
+    assert len(periods.status) == truth.period[-1]
+    assert periods.status[-1] == PeriodStatus.LOCK and PeriodStatus.LOCK not in periods.status[:-1]
+    assert periods.low[-1] == pytest.approx(response.curve.mu_lock)
+    assert np.isnan([periods.mu0[-1], periods.deviation[-1], periods.high[-1]]).all()
+
+
+@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
+@pytest.mark.parametrize("turn", ["0.55", "0.9"])
+def test_pulled_back_from_past_the_lock_a_tip_slips_and_tells_its_friction(response, method, turn):
+    # Until it is let go its moment turns back at x0 = 0.56 at the latest: 0.9 is past that.
+    surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
+    truth, periods, last = measured_over(response, surface, (turn, "0.1"), method=method)
+    assert len(periods.status) == truth.period[-1]
+    assert PeriodStatus.LOCK not in periods.status
+    ok = known(periods)
+    assert (truth.mu0[last][ok] == 0.8).any()
+    error = (periods.mu0 - truth.mu0[last])[ok]
+    assert np.abs(error / periods.deviation[ok]).max() < 4.5
+
+
+def test_a_scan_that_ends_while_the_tip_sticks_gives_a_bound(response):
+    truth, periods, _ = measured_over(response, surfaces.constant(0.4), ("0.44",))
+    assert periods.status[-1] == PeriodStatus.OPEN
+    needed = response.demand(truth.x0[-1])
+    assert needed - 0.01 < periods.low[-1] < needed
+
+
+def test_another_rod_is_refused(response):
+    _, recording = recorded(response)
+    with pytest.raises(ValueError, match=r"no state of this rod, first in line \d+"):
+        find_periods(known_setup(respond(3.0, 0.85)), recording, NOISE, method=Method.FORCES)
+
+
+def test_noiseless_readings_need_a_noise(response):
+    still = recording_of(np.arange(5.0) / 1e3, np.tile([-0.1, -1.2, -0.4], (5, 1)))
+    with pytest.raises(ValueError, match="noise"):
+        find_periods(known_setup(response), still)
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path, method):
+    out, found, picture = (tmp_path / name for name in ("s.csv", "f.parquet", "m.png"))
+    way = ["--step", "50 um", "--to", "100 mm", "--patches", "0 mm: 0.25, 90 mm: 0.35"]
+    assert run("scan", *WHISKER, *SI, *NANO, *way, "-o", out).exit_code == 0
+    asked = ["--method", method.value, "--law", "free", "-o", found, "--picture", picture]
+    result = run("identify", out, *WHISKER, *SI, *NANO, *asked)
+    assert result.exit_code == 0, result.output
+    rows = [row for row in pq.read_table(found).to_pylist() if row["status"] == "slip"]
+    assert len(rows) > 30
+    for row in rows:
+        if abs(row["contact"] - 0.09) > 1e-3:
+            expected = 0.25 if row["contact"] < 0.09 else 0.35
+            assert abs(row["mu0"] - expected) < 5 * row["deviation"]
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+HEADER = "time [s],footpoint [mm],force_x [N],force_y [N],moment_z [N*mm]\n"
+GOOD = "0,0,-0.01,-1.2,-50\n1,0.1,-0.02,-1.2,-49\n2,0.2,-0.03,-1.2,-48\n"
+
+
+def read(tmp_path, text, method=Method.FORCES):
+    file = tmp_path / "r.csv"
+    file.write_text(text)
+    return read_recording(file, Units(ROD), method, SENSOR)
+
+
+def test_recording_is_converted(tmp_path):
+    recording = read(tmp_path, HEADER + GOOD)
+    assert recording.clamp == pytest.approx([0, 0.001, 0.002])
+    assert recording.readings[0] == pytest.approx(np.array([-0.01, -1.2, -0.05]) / SCALE)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (HEADER + "0,0,1,1,1\n0,1,1,1,1\n", "line 3: time does not increase"),
+        (HEADER + "0,0,1,1,1\nnan,1,1,1,1\n", "line 3: time does not increase"),
+        (HEADER + "0,0,1,x,1\n", "line 2: force_y must be a number"),
+        (HEADER + "0,0,1e308,1,1\n", "line 2: force_x must be a reading"),
+        ("footpoint [mm],force_x [N]\n0,1\n", "force_y is missing"),
+        ("footpoint,force_x [N],force_y [N]\n0,1,1\n", "footpoint needs its unit"),
+        ("footpoint [N],force_x [N],force_y [N]\n0,1,1\n", "footpoint must be a length"),
+    ],
+)
+def test_bad_recordings_are_refused_with_their_line(tmp_path, text, message):
+    with pytest.raises(ValueError, match=message):
+        read(tmp_path, text)
+
+
+def test_rows_without_values_and_saturated_ones_are_left_out_and_named(tmp_path):
+    recording = read(tmp_path, HEADER + GOOD + "3,0.3,,-1.2,-47\n4,0.4,12,-1.2,-46\n")
+    assert recording.line.tolist() == [2, 3, 4]
+    missing, full = recording.notes
+    assert "line 5" in missing and "line 6" in full
+    # The moment alone does not mind.
+    spared = read(tmp_path, HEADER + GOOD + "3,0.3,,-1.2,-47\n", Method.MOMENT)
+    assert spared.line.tolist() == [2, 3, 4, 5]
+
+
+CELLS = st.sampled_from(["0", "0.1", "-1.2", "", "nan", "1e400", "x", "-50", "12", "1e-300"])
+
+
+@given(st.lists(st.lists(CELLS, min_size=4, max_size=6), max_size=12), st.sampled_from(Method))
+def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factory, rows, method):
+    file: Path = tmp_path_factory.mktemp("fuzz") / "r.csv"
+    file.write_text(HEADER.partition(",")[2] + "".join(",".join(row) + "\n" for row in rows))
+    try:
+        recording = read_recording(file, Units(ROD), method, SENSOR)
+        periods = find_periods(known_setup(FUZZED), recording, NOISE, method=method, law="free")
+    except ValueError as error:
+        assert str(error)
+    else:
+        assert (periods.low <= periods.high)[known(periods)].all()
+
+
+FUZZED = respond(2.0, 0.85)

@@ -1,0 +1,86 @@
+"""The response of a rod that is pulled and pushed."""
+
+import numpy as np
+import pytest
+
+from vibrissa import solve_state
+from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.mechanics.bending import solve_and_measure
+from vibrissa.sensor.response import largest_strain, respond
+
+
+@pytest.fixture(scope="module", params=[(2.0, 0.85, "point"), (2.0, 0.6, "line")])
+def response(request):
+    return respond(*request.param)
+
+
+def contact_of(response):
+    return "point" if response.curve.eta == 0.85 else "line"
+
+
+def test_pushed_it_is_the_sticking_curve(response):
+    x0 = np.linspace(0.0, response.curve.x0_lock, 400)
+    state = response.curve.state(x0)
+    expected = np.array([state.reaction_fx, state.reaction_fy, state.reaction_m]).T
+    assert response(x0) == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("part", [0.02, 0.37, 0.71, 0.98])
+def test_pulled_it_is_the_equilibrium(response, part):
+    x0 = part * response.x0_pull
+    curve = response.curve
+    state = solve_state(curve.theta, curve.eta, curve.x1_init - x0, contact_of(response))
+    expected = [state.reaction_fx, state.reaction_fy, state.reaction_m]
+    assert response(x0) == pytest.approx(expected, abs=1e-7)
+
+
+def test_pulling_ends_where_the_surface_would_have_to_pull(response):
+    fx, fy, _ = response(response.x0_pull)
+    assert fx > 0.1
+    assert fy == pytest.approx(0.0, abs=1e-7)
+
+
+def test_energy_is_the_rod_s():
+    response = respond(2.0, 0.85)
+    x0 = np.array([0.0, 0.03, 0.1, 0.6 * response.x0_pull])
+    fx, fy, _ = response(x0).T
+    x1 = response.curve.x1_init - x0
+    one = np.ones_like(x0)
+    bent = solve_and_measure(2 * one, np.hypot(fx, fy), np.arctan2(fx, -fy), x1, 0.85 * one)
+    assert response.energy(x0) == pytest.approx(bent.energy - bent.energy[0], abs=1e-5)
+
+
+@pytest.mark.parametrize("mu0", [0.05, 0.2, 0.4])
+def test_limits_are_where_friction_is_used_up(response, mu0):
+    high, locks = response.push_limit(mu0)
+    low = response.pull_limit(mu0)
+    assert not locks
+    assert high == pytest.approx(float(response.curve.onset(mu0)), abs=1e-9)
+    assert response.demand([low, high]) == pytest.approx([-mu0, mu0], rel=1e-9)
+
+
+def test_lock_is_said_with_the_end_of_the_motion(response):
+    mu0 = response.curve.mu_lock * 1.01
+    high, locks = response.push_limit(mu0)
+    assert locks
+    assert high == response.curve.motion_end(mu0)[1].x0[0]
+
+
+def test_without_pulling_there_is_no_lower_limit():
+    response = respond(2.0, 0.85, pull=False)
+    assert response.x0_pull == 0.0
+    assert response.pull_limit(0.3) == -np.inf
+
+
+def test_unsolved_curve_is_refused_with_its_message():
+    with pytest.raises(ValueError, match="theta"):
+        respond(0.5, 0.85)
+    assert issubclass(NoResponseError, ArgumentError)
+
+
+def test_strain_of_a_rod_with_little_taper_is_largest_where_the_moment_is():
+    state = solve_state(1.0, 0.85, 0.4694)
+    one = type("State", (), {"f": state.f, "alpha": state.alpha, "s_c": 1.0})
+    # Without taper |φ'| is the moment, at the clamp; the radius is half the diameter.
+    strain = largest_strain(1.0, 0.85, 0.4694, one)
+    assert strain == pytest.approx(abs(state.reaction_m) / 2.0, rel=1e-8)

@@ -1,0 +1,187 @@
+"""Scans over surfaces, and where a slip ends."""
+
+from decimal import Decimal
+
+import numpy as np
+import pytest
+
+from vibrissa import stick_slip
+from vibrissa.sensor import surfaces
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import Outcome, SlipLaw, TipPhase, path, simulate
+
+
+@pytest.fixture(scope="module")
+def response():
+    return respond(2.0, 0.85)
+
+
+def slips(result):
+    return result.phase == TipPhase.SLIP
+
+
+def test_free_slips_on_one_friction_are_the_paper_s_cycles(response):
+    paper = stick_slip(response.curve, Decimal("0.4"), Decimal("0.004"), cycles=3)
+    result = simulate(response, surfaces.constant(0.4), path("0.004", ["0.168"]), "free")
+    assert slips(result).tolist() == [phase == "slip" for phase in paper.phase]
+    assert result.contact == pytest.approx(paper.x1, abs=1e-13)
+    assert result.reactions[:, 0] == pytest.approx(paper.state.reaction_fx, abs=1e-8)
+    assert result.reactions[:, 2] == pytest.approx(paper.state.reaction_m, abs=1e-8)
+
+
+@pytest.mark.parametrize("law", list(SlipLaw))
+def test_friction_is_never_exceeded_and_would_be_without_the_slip(response, law):
+    surface = surfaces.random(3, 0.3, 0.05, 0.02)
+    result = simulate(response, surface, path("0.0005", ["1", "0.3", "0.8"]), law, 0.6)
+    assert result.outcome is Outcome.COMPLETE
+    fx, fy, _ = result.reactions.T
+    assert (np.abs(fx / fy) <= result.mu0 * (1 + 1e-9)).all()
+    at = np.flatnonzero(slips(result))
+    assert len(at) > 50
+    stuck = result.x0[at - 1] + result.clamp[at] - result.clamp[at - 1]
+    inside = stuck > response.x0_pull
+    assert (np.abs(response.demand(stuck[inside])) > result.mu0[at - 1][inside]).all()
+    # The tip moves only when it slips, pushed the way the clamp moves.
+    moved = np.diff(result.contact)
+    assert (moved[~slips(result)[1:]] == 0.0).all()
+    assert set(np.sign(result.x0[at - 1])) == {-1.0, 1.0}
+    assert (result.mu0 == surface(result.contact)).all()
+
+
+def test_kinetic_slip_stops_where_kinetic_friction_holds(response):
+    result = simulate(response, surfaces.constant(0.3), path("0.001", ["0.5"]), "kinetic", 0.7)
+    rest = result.x0[slips(result)]
+    assert response.demand(rest) == pytest.approx(0.21, abs=1e-6)
+
+
+def test_energy_of_a_slip_is_consumed_by_friction(response):
+    result = simulate(response, surfaces.constant(0.3), path("0.001", ["0.5"]), "energy", 0.7)
+    at = np.flatnonzero(slips(result))
+    start, rest = result.x0[at - 1] + 0.001, result.x0[at]
+    released = response.energy(start) - response.energy(rest)
+    work = [
+        0.3 * 0.7 * np.trapezoid(-response(x)[:, 1], x)
+        for x in (np.linspace(a, b, 4001) for a, b in zip(rest, start, strict=True))
+    ]
+    assert released == pytest.approx(work, rel=1e-5)
+    # It passes the state in which kinetic friction balances the force.
+    assert (response.demand(rest) < 0.21).all()
+
+
+def test_limits_of_the_slip_laws(response):
+    def rest(law, ratio):
+        positions = path("0.00001", ["0.035"])
+        result = simulate(response, surfaces.constant(0.3), positions, law, ratio)
+        return result.x0[slips(result)][0]
+
+    onset = float(response.curve.onset(0.3))
+    # As kinetic friction approaches the static one there is nothing left to slip.
+    assert rest("kinetic", 1.0) == pytest.approx(onset, abs=1e-5)
+    assert rest("energy", 0.999) == pytest.approx(onset, abs=2e-4)
+    # Without kinetic friction the tip creeps to α = 0.
+    assert rest("kinetic", 1e-6) == pytest.approx(0.0, abs=1e-7)
+    # Near α = 0 the reactions are linear: the energy law goes twice as far as the kinetic one.
+    small = surfaces.constant(0.003)
+    positions = path("0.0000001", ["0.001"])
+    start = float(response.curve.onset(0.003))
+    stops = [
+        simulate(response, small, positions, law, 0.8).x0
+        for law in (SlipLaw.KINETIC, SlipLaw.ENERGY)
+    ]
+    first = [x[np.flatnonzero(np.diff(x) < 0.0)[0] + 1] for x in stops]
+    assert start - first[1] == pytest.approx(2.0 * (start - first[0]), rel=0.01)
+
+
+def test_lock_ends_the_scan_with_its_place(response):
+    surface = surfaces.patches([0.0, 0.6], [0.3, 0.5])
+    result = simulate(response, surface, path("0.001", ["3"]))
+    assert result.outcome is Outcome.LOCK
+    assert "mu_lock = 0.477" in result.message
+    assert result.phase[-1] == TipPhase.LOCK
+    assert result.contact[-1] > 0.6
+    end = float(response.curve.motion_end(0.5)[1].x0[0])
+    assert end - 0.001 < result.x0[-1] <= end
+
+
+def test_turned_back_in_time_a_locked_tip_is_free_again(response):
+    surface = surfaces.patches([0.0, 0.6], [0.3, 0.5])
+    result = simulate(response, surface, path("0.001", ["0.5", "-0.1"]))
+    assert result.outcome is Outcome.COMPLETE
+    assert TipPhase.LOCK in result.phase and result.phase[-1] != TipPhase.LOCK
+    assert result.contact[-1] < 0.6
+
+
+def test_tip_that_stops_at_the_edge_of_a_rougher_patch_sticks_on_it(response):
+    surface = surfaces.patches([0.0, 0.6], [0.3, 0.6])
+    result = simulate(response, surface, path("0.0005", ["0.4"]), "kinetic", 0.8)
+    at_edge = np.abs(result.contact - 0.6) < 1e-9
+    # Its demand is below what would stop it beyond the edge, above what would stop it before.
+    first = np.flatnonzero(at_edge)[0]
+    assert 0.8 * 0.3 <= response.demand(result.x0[first]) <= 0.8 * 0.6
+    assert result.phase[-1] == TipPhase.LOCK and result.mu0[-1] == 0.6
+
+
+def test_slip_from_high_to_no_friction_lifts_the_tip_off(response):
+    # Let go near the lock, onto ice: more energy than the branch can take up to where fy = 0.
+    surface = surfaces.patches([0.0, 0.4174], [0.47, 0.01])
+    result = simulate(response, surface, path("0.001", ["0.3"]), "energy", 0.5)
+    assert result.outcome is Outcome.LOST and "lifts off" in result.message
+    start = result.x0[-1] + 0.001
+    spare = response.energy(start) - response.energy(response.x0_pull)
+    friction_work = (
+        0.5 * 0.01 * (response.normal_path(start) - response.normal_path(response.x0_pull))
+    )
+    assert spare > friction_work > 0.0
+
+
+def test_step_longer_than_a_period_slips_every_time(response):
+    result = simulate(response, surfaces.constant(0.1), path("0.01", ["0.05"]))
+    assert slips(result).tolist() == [False, *[True] * 5]
+
+
+def test_path_goes_to_each_turn():
+    positions = path("0.1", ["0.35", "-0.2", "0"])
+    assert positions.tolist() == [0.0, 0.1, 0.2, 0.3, 0.2, 0.1, 0.0, -0.1, -0.2, -0.1, 0.0]
+
+
+@pytest.mark.parametrize(("step", "turns"), [("0", ["1"]), ("0.1", ["0.05"]), ("-1", ["1"])])
+def test_impossible_paths_are_refused(step, turns):
+    with pytest.raises(ValueError, match="step"):
+        path(step, turns)
+
+
+def test_pulling_needs_a_response_with_it():
+    response = respond(2.0, 0.85, pull=False)
+    with pytest.raises(ValueError, match="backward"):
+        simulate(response, surfaces.constant(0.3), path("0.001", ["0.2", "0.1"]))
+
+
+def test_surfaces():
+    patched = surfaces.patches([0.0, 0.5], [0.2, 0.4])
+    assert patched(np.array([-1.0, 0.49, 0.5, 3.0])).tolist() == [0.2, 0.2, 0.4, 0.4]
+    measured = surfaces.profile([0.0, 1.0], [0.2, 0.4])
+    assert measured(0.25) == pytest.approx(0.25)
+    x = np.linspace(0.0, 400.0, 20001)
+    one, same, other = (surfaces.random(seed, 0.3, 0.02, 0.05)(x) for seed in (1, 1, 2))
+    assert (one == same).all() and (one != other).any()
+    assert one.mean() == pytest.approx(0.3, abs=0.002)
+    assert one.std() == pytest.approx(0.02, rel=0.1)
+    apart = surfaces.random(1, 0.3, 0.02, 5.0)(np.arange(0.0, 20000.0, 5.0))
+    assert np.corrcoef(apart[:-1], apart[1:])[0, 1] == pytest.approx(np.exp(-0.5), abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: surfaces.constant(0.0), "mu0 must be positive"),
+        (lambda: surfaces.patches([0.5, 0.1], [0.2, 0.3]), "in order"),
+        (lambda: surfaces.patches([0.5], [0.2, 0.3]), "as many"),
+        (lambda: surfaces.profile([0.0, 0.0], [0.2, 0.3]), "must increase"),
+        (lambda: surfaces.random(1, 0.3, 0.1, 0.0), "correlation"),
+        (lambda: surfaces.profile([0.0, 1.0], [0.2, 0.3])(1.5), "known from"),
+        (lambda: surfaces.patches([0.0], [-0.2])(1.5), "positive everywhere"),
+    ],
+)
+def test_impossible_surfaces_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()

@@ -1,0 +1,26 @@
+"""A steel whisker read by a real transducer, as several tests of the sensor use it."""
+
+import numpy as np
+
+from vibrissa.mechanics.rod import Rod
+from vibrissa.sensor import Recording, Units, preset
+
+ROD = Rod(2.1e11, 1e-3, 0.1)
+SENSOR = preset("nano17-si-12-0.12")
+SCALE = Units(ROD).channels
+NOISE = np.array(SENSOR.deviation) / SCALE
+
+# The same on the command line.
+SI = ["--modulus", "210 GPa", "--diameter", "1 mm", "--length", "100 mm"]
+WHISKER = ["--theta", "2", "--eta", "0.85"]
+NANO = ["--transducer", "nano17-si-12-0.12"]
+
+
+def measured(reactions, seed):
+    """Readings of clamp reactions, both nondimensional."""
+    return SENSOR.measured(reactions * SCALE, np.random.default_rng(seed)) / SCALE
+
+
+def recording_of(clamp, readings, first_line=2):
+    """A recording of which nothing was left out."""
+    return Recording(clamp=clamp, readings=readings, line=np.arange(len(clamp)) + first_line)

@@ -1,0 +1,133 @@
+"""The public functions, as a person uses them in a notebook."""
+
+import doctest
+import importlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import vibrissa
+from vibrissa import Status, solve_curve, solve_onset, solve_state
+
+
+def test_figure_8_state():
+    state = solve_state(theta=1, eta=0.55, x1=0.15)
+    assert state.status is Status.SOLVED
+    assert state.f == pytest.approx(22.983, abs=5e-4)
+    assert np.tan(state.alpha) == pytest.approx(-0.805, abs=5e-4)
+    assert state.phi1 == pytest.approx(-0.495, abs=5e-4)
+    assert state.penetrates
+    assert state.shape()[1].max() == pytest.approx(0.6175, abs=5e-5)
+
+
+@pytest.mark.parametrize("theta", [1.0, 2.5, 4.0])
+def test_a_state_lies_on_its_sticking_curve(theta):
+    curve = solve_curve(theta, 0.85)
+    x0 = 0.6 * curve.x0_lock
+    state, on_curve = solve_state(theta, 0.85, curve.x1_init - x0), curve.state(x0)
+    for name in ("f", "alpha", "phi1", "reaction_fx", "reaction_fy", "reaction_m"):
+        assert getattr(state, name) == pytest.approx(float(getattr(on_curve, name)), abs=1e-11)
+
+
+def test_shape_ends_at_the_contact_point():
+    x, y, phi = (state := solve_state(2.0, 0.85, 0.4)).shape(np.array([0.0, 1.0]))
+    assert (x[-1], y[-1], phi[-1]) == pytest.approx((0.4, 0.85, state.phi1), abs=1e-10)
+    assert (x[0], y[0], phi[0]) == pytest.approx((0.0, 0.0, np.pi / 2))
+
+
+def test_pulling_is_the_other_side_of_the_same_branch():
+    x1_init = solve_curve(2.0, 0.85).x1_init
+    assert solve_state(2.0, 0.85, x1_init + 0.02).alpha > 0
+    assert solve_state(2.0, 0.85, x1_init - 0.02).alpha < 0
+
+
+def test_state_beyond_the_branch_is_failed_and_says_so():
+    state = solve_state(1.0, 0.85, -0.5)
+    assert state.status is Status.FAILED
+    assert "followed" in state.message
+    assert np.isnan(state.f)
+    with pytest.raises(ValueError, match="no shape"):
+        state.shape()
+
+
+def test_onset_that_slips():
+    onset = solve_onset(theta=3, mu0=0.4, eta=0.85, dx0=0.001)
+    assert onset.status is Status.SLIP
+    assert (onset.n_steps, onset.x0_max) == (76, 0.076)
+    assert onset.x0_slip == pytest.approx(0.076423, abs=5e-7)
+    assert -np.tan(onset.slip.alpha) == pytest.approx(0.4)
+    assert onset.residual <= 1e-12
+
+
+def test_onset_without_a_step_has_no_steps():
+    onset = solve_onset(theta=3, mu0=0.4, eta=0.85)
+    assert onset.n_steps is None and np.isnan(onset.x0_max)
+
+
+def test_onset_that_locks_names_the_limit():
+    onset = solve_onset(theta=2, mu0=0.48, eta=0.85, dx0=0.001)
+    assert onset.status is Status.LOCK
+    assert "mu_lock = 0.477571" in onset.message
+    assert np.isnan(onset.x0_slip) and onset.n_steps is None
+
+
+def test_onset_that_cannot_be_solved_is_failed():
+    onset = solve_onset(theta=1000, mu0=0.3, eta=0.05)
+    assert onset.status is Status.FAILED
+    assert "try a larger eta" in onset.message
+
+
+def test_onset_out_of_reach_says_why():
+    onset = solve_onset(theta=3.1, mu0=5.0, eta=0.15)
+    assert onset.status is Status.OUT_OF_REACH
+    assert "crosses itself" in onset.message and np.isnan(onset.x0_slip)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ({"theta": 0.99}, "theta"),
+        ({"theta": float("nan")}, "theta"),
+        ({"eta": 0.0}, "eta"),
+        ({"eta": 1.0}, "eta"),
+        ({"mu0": 0.0}, "mu0"),
+        ({"mu0": -0.1}, "mu0"),
+        ({"dx0": 0.0}, "dx0"),
+        ({"method": "magic"}, "method"),
+        ({"method": "shooting", "dx0": None}, "dx0"),
+    ],
+)
+def test_arguments_out_of_range_are_refused_by_name(arguments, named):
+    good = {"theta": 2.0, "mu0": 0.3, "eta": 0.85, "dx0": 0.001}
+    with pytest.raises(ValueError, match=named):
+        solve_onset(**(good | arguments))
+
+
+def test_contact_point_out_of_reach_is_refused():
+    with pytest.raises(ValueError, match="out of reach"):
+        solve_state(1.0, 0.8, 0.7)
+
+
+def test_every_public_name_exists():
+    for name in vibrissa.__all__:
+        assert getattr(vibrissa, name).__module__.startswith("vibrissa.")
+    with pytest.raises(AttributeError, match="nothing_like_it"):
+        vibrissa.nothing_like_it  # noqa: B018
+
+
+@pytest.mark.parametrize("module", ["sticking.api", "mechanics.rod"])
+def test_examples_in_the_docstrings(module):
+    result = doctest.testmod(importlib.import_module(f"vibrissa.{module}"))
+    assert result.attempted > 0 and result.failed == 0
+
+
+def test_parsing_the_workflow_imports_nothing_heavy():
+    # Every cluster job parses the Snakefile again.
+    code = (
+        "import sys, vibrissa.study.grid, vibrissa.study.blocks, vibrissa.pipeline.sources\n"
+        "print(*{'numpy', 'scipy', 'pandas', 'pyarrow', 'matplotlib'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""

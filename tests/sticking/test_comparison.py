@@ -1,0 +1,41 @@
+"""Both contact models side by side."""
+
+import numpy as np
+import pytest
+
+from vibrissa import Status, solve_onset
+from vibrissa.sticking.comparison import compare
+
+THETA, MU0, ETA = [1.0, 4.0, 8.0], [0.2, 0.3, 0.45], [0.85]
+
+
+@pytest.fixture(scope="module")
+def both():
+    return compare(THETA, MU0, ETA)
+
+
+def test_every_combination_is_solved_as_by_itself(both):
+    points = list(zip(both.theta, both.mu0, both.eta, strict=True))
+    assert points == [(t, m, e) for e in ETA for t in THETA for m in MU0]
+    for model in ("point", "line"):
+        result = getattr(both, model)
+        for i, point in enumerate(points):
+            alone = solve_onset(*point, contact=model)
+            assert result.status[i] is alone.status
+            assert result.mu_lock[i] == pytest.approx(alone.mu_lock, abs=1e-12)
+            assert result.x0_slip[i] == pytest.approx(alone.x0_slip, abs=1e-11, nan_ok=True)
+            assert result.f_slip[i] == pytest.approx(float(alone.slip.f), abs=1e-9, nan_ok=True)
+            assert (result.status[i] is Status.LOCK) == np.isnan(result.reaction_m_slip[i])
+
+
+def test_the_models_differ_where_the_point_model_penetrates_and_only_there(both):
+    slip = np.isfinite(both.point.x0_slip) & np.isfinite(both.line.x0_slip)
+    differ = np.abs(both.point.x0_slip / both.line.x0_slip - 1) > 1e-9
+    assert (differ[slip] == both.penetrates[slip]).all()
+    assert both.penetrates.any() and not both.penetrates.all()
+
+
+def test_what_cannot_be_solved_is_named():
+    result = compare([3.1], [5.0], [0.15]).point
+    assert result.status == [Status.OUT_OF_REACH]
+    assert np.isnan([result.x0_slip[0], result.mu_lock[0]]).all()

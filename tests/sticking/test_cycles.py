@@ -1,0 +1,102 @@
+"""Stick-slip scans."""
+
+from decimal import Decimal
+
+import numpy as np
+import pytest
+
+from vibrissa import Status, solve_curve, stick_slip
+from vibrissa.mechanics.outcomes import End
+from vibrissa.sticking.curve import failed_curve
+
+D = Decimal
+
+
+@pytest.fixture(scope="module")
+def curve():
+    return solve_curve(2.0, 0.85)
+
+
+@pytest.fixture(scope="module")
+def scan(curve):
+    return stick_slip(curve, D("0.4"), D("0.004"), cycles=3)
+
+
+def test_one_row_for_each_footpoint_position(scan):
+    # x0_slip = 0.0528: 13 sticking steps of 0.004, the slip at the 14th.
+    assert len(scan.footpoint) == 3 * 14 + 1
+    assert scan.footpoint == pytest.approx(0.004 * np.arange(43), abs=1e-15)
+    assert scan.cycle.tolist() == [1] * 15 + [2] * 14 + [3] * 14
+    assert scan.step.tolist() == [0, *range(1, 15), *range(1, 15), *range(1, 15)]
+    assert [i for i, phase in enumerate(scan.phase) if phase == "slip"] == [14, 28, 42]
+
+
+def test_contact_point_moves_only_when_the_tip_slips(scan):
+    slips = np.array([phase == "slip" for phase in scan.phase])
+    moved = np.diff(scan.x1)
+    assert moved[~slips[1:]] == pytest.approx(0.0, abs=1e-15)
+    # By the clamp's travel: the next period is the same, translated.
+    assert moved[slips[1:]] == pytest.approx(0.056, abs=1e-15)
+
+
+def test_tip_slips_to_where_no_friction_is_needed(scan):
+    slips = np.array([phase == "slip" for phase in scan.phase])
+    assert scan.state.alpha[slips] == pytest.approx(0.0, abs=1e-13)
+    assert scan.state.x0[slips].tolist() == [0.0, 0.0, 0.0]
+
+
+def test_friction_is_never_exceeded_and_would_be_one_step_later(curve, scan):
+    assert (-np.tan(scan.state.alpha) <= 0.4).all()
+    assert curve.friction_demand(14 * 0.004) > 0.4
+
+
+def test_periods_repeat_translated(scan):
+    first, second = slice(1, 15), slice(15, 29)
+    for values in (scan.state.f, scan.state.reaction_m, scan.y):
+        assert np.array_equal(values[first], values[second])
+    assert scan.x[second] - scan.x[first] == pytest.approx(0.056, abs=1e-14)
+
+
+def test_shapes_run_from_clamp_to_contact_point(scan):
+    assert scan.x[:, 0] == pytest.approx(scan.footpoint, abs=1e-15)
+    assert scan.x[:, -1] == pytest.approx(scan.x1, abs=1e-10)
+    assert scan.y[:, -1] == pytest.approx(0.85, abs=1e-10)
+    assert scan.phi[:, 0] == pytest.approx(np.pi / 2)
+    assert scan.phi[:, -1] == pytest.approx(scan.state.phi1, abs=1e-9)
+    assert scan.residual.max() < 1e-10
+    length = np.hypot(np.diff(scan.x), np.diff(scan.y)).sum(axis=1)
+    assert length == pytest.approx(1.0, abs=2e-4)  # 50 chords
+
+
+def test_locked_scan_is_one_period_on_past_the_lock(curve):
+    scan = stick_slip(curve, D("0.5"), D("0.01"), cycles=9)
+    assert scan.status is Status.LOCK
+    assert set(scan.phase) == {"stick"} and set(scan.cycle) == {1}
+    (end,), ended = curve.motion_end(0.5)
+    assert end is End.SNAPS
+    assert curve.x0_lock < ended.x0[0] - 0.01 < scan.footpoint[-1] <= ended.x0[0]
+    assert scan.residual.max() < 1e-9
+
+
+def test_step_longer_than_the_period_slips_every_time(curve):
+    scan = stick_slip(curve, D("0.1"), D("0.01"), cycles=2)
+    assert scan.phase == ["stick", "slip", "slip"]
+    assert scan.cycle.tolist() == [1, 1, 2]
+
+
+def test_failed_curve_gives_an_empty_failed_scan():
+    scan = stick_slip(
+        failed_curve(theta=1.0, eta=0.5, method="collocation", message="why"),
+        D("0.3"),
+        D("0.01"),
+        2,
+    )
+    assert scan.status is Status.FAILED
+    assert len(scan.step) == 0 and scan.x.shape == (0, 101)
+
+
+@pytest.mark.parametrize(("argument", "value"), [("cycles", 0), ("shape_points", 1)])
+def test_impossible_arguments_are_refused(curve, argument, value):
+    arguments = {"cycles": 1, "shape_points": 5, argument: value}
+    with pytest.raises(ValueError, match=argument):
+        stick_slip(curve, D("0.3"), D("0.01"), **arguments)

@@ -1,0 +1,265 @@
+"""Contact along a line: against an independent shooting, exact laws and the point model."""
+
+import pickle
+from decimal import Decimal
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import reference
+from vibrissa import Status, solve_curve, solve_state, stick_slip
+from vibrissa.mechanics.equations import Closure, contact_position, largest_residual
+from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.outcomes import Contact
+from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.continuation import StepSizes, begin, follow, switch_states
+
+LYING = [(3.0, 0.7), (5.0, 0.7), (2.0, 0.5), (1.0, 0.3), (8.0, 0.85), (15.0, 0.9)]
+TOUCHING = [(3.0, 0.85), (1.0, 0.55), (4.0, 0.85)]
+
+
+def line(theta, eta):
+    return solve_curve(theta, eta, contact="line")
+
+
+@pytest.mark.parametrize("pair", LYING + TOUCHING)
+def test_states_agree_with_an_independent_shooting(pair):
+    curve = line(*pair)
+    assert curve.status is Status.SOLVED and curve.residual <= 1e-12
+    start = max(curve.x0_touch, 0.0)
+    for part in (0.1, 0.6, 0.95):
+        x0 = start + part * (curve.x0_lock - start)
+        state = curve.state(x0)
+        assert curve.contact(x0) == ["line"]
+        guess = (state.s_c * 0.9999, -state.reaction_fy * 1.0001, state.reaction_fx * 1.0001)
+        s_c, p, q = reference.solve_line_offset(*pair, curve.x1_init - x0, guess)
+        assert state.s_c == pytest.approx(s_c, abs=1e-10)
+        assert state.reaction_fy == pytest.approx(-p, rel=1e-9)
+        assert state.reaction_fx == pytest.approx(q, rel=1e-9)
+        m = reference.shoot_from_line(pair[0], s_c, p, q)[3]
+        assert state.reaction_m == pytest.approx(m, rel=1e-8, abs=1e-9)
+
+
+def test_first_state_that_lies_along_the_surface():
+    curve = line(3.0, 0.7)
+    first = curve.state(0.0)
+    assert (float(first.f), float(first.s_c)) == pytest.approx((0.9866, 0.9479), abs=5e-5)
+    assert first.alpha == pytest.approx(0.0, abs=1e-13)
+
+
+@pytest.mark.parametrize("eta", [0.3, 0.4, 0.5, 0.55])
+def test_a_cylinder_locks_at_exactly_45_degrees(eta):
+    # B·φ'' = f·cos(φ - α) has the first integral φ'²/2 = f·(sin(φ - α) + sin α) when φ and m
+    # vanish together at s_c. At the clamp, φ = π/2, the curvature is real only if
+    # cos α + sin α >= 0: the friction angle cannot pass 45 degrees.
+    curve = line(1.0, eta)
+    assert curve.mu_lock == pytest.approx(1.0, abs=1e-12)
+    locked = curve.state(curve.x0_lock)
+    assert locked.alpha == pytest.approx(-np.pi / 4, abs=1e-9)
+    # There the clamp is free of moment.
+    assert locked.reaction_m == pytest.approx(0.0, abs=1e-4)
+
+
+def test_locking_friction_of_strong_taper():
+    assert line(5.0, 0.7).mu_lock == pytest.approx(0.456, abs=5e-4)
+    assert solve_curve(5.0, 0.7).mu_lock == pytest.approx(0.662, abs=5e-4)
+
+
+def assert_states_agree(states, others):
+    """But for the margin of stability, which is interpolated between fewer states."""
+    for name in set(states.names()) - {"stability"}:
+        assert getattr(states, name) == pytest.approx(getattr(others, name), abs=1e-10)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(1.0, 3.0), st.floats(0.8, 0.95))
+def test_both_models_agree_as_long_as_the_tip_alone_touches(theta, eta):
+    point, lying = solve_curve(theta, eta), line(theta, eta)
+    end = point.x0_touch if np.isfinite(point.x0_touch) else point.x0_lock
+    x0 = np.linspace(0.0, min(end, lying.x0_lock), 9)
+    assert_states_agree(point.state(x0), lying.state(x0))
+    # Interpolated between fewer states, and higher where the rod lies down.
+    margins = point.state(x0[:-1]).stability, lying.state(x0[:-1]).stability
+    assert margins[0] == pytest.approx(margins[1], abs=1e-5)
+
+
+@pytest.mark.parametrize("pair", TOUCHING)
+def test_the_contact_changes_its_kind_without_a_jump(pair):
+    curve, point = line(*pair), solve_curve(*pair)
+    assert curve.x0_touch == pytest.approx(point.x0_touch, abs=1e-11)
+    assert [piece.contact for piece in curve.pieces][:2] == [Contact.POINT, Contact.LINE]
+    before, after = (piece.at_x0(np.array(curve.x0_touch)) for piece in curve.pieces[:2])
+    assert_states_agree(before, after)
+    # The margin of stability does jump: lying down is one constraint more.
+    assert after.stability > before.stability
+    assert curve.contact([0.0, curve.x0_touch + 1e-9]) == ["point", "line"]
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(1.0, 20.0), st.floats(0.3, 0.999))
+# The contact changes just before the end of the curve
+@example(1.2, 0.7109375)
+@example(1.5, 0.753203125)
+@example(3.5, 0.8885546875)
+@example(8.0, 0.951689453125)
+# and just after its beginning
+@example(1.2, 0.5099609375)
+@example(2.0, 0.6584130859375)
+@example(3.5, 0.79525146484375)
+@example(8.0, 0.914794921875)
+def test_whole_range_is_solved_in_both_models(theta, eta):
+    for model in Contact:
+        (curve,) = solve_curves(np.array([theta]), np.array([eta]), model)
+        assert curve.status is Status.SOLVED, curve.message
+        # Where more than 100 nodes are needed rounding alone comes near 1e-12.
+        assert curve.residual <= (1e-12 if model is Contact.LINE else 1e-11)
+        if model is Contact.LINE:
+            states = curve.state(np.linspace(0.0, curve.x0_lock, 50))
+            assert (states.phi1 >= -1e-9).all()
+            assert (states.s_c <= 1.0 + 1e-12).all() and (states.s_c > 0.0).all()
+
+
+@pytest.mark.parametrize("pair", [(3.0, 0.85), (3.0, 0.7), (1.0, 0.3)])
+def test_work_of_the_clamp_is_the_gain_of_bending_energy(pair):
+    curve = line(*pair)
+    end = 0.9 * curve.x0_lock
+
+    def energy(x0):
+        state = curve.state(x0)
+        s = np.linspace(0.0, float(state.s_c), 4001)
+        x1 = curve.x1_init - x0
+        where = solve_state(*pair, x1, contact="line")
+        _, _, phi = where.shape(s)
+        curvature = np.gradient(phi, s, edge_order=2)
+        stiffness = (1 - (1 - 1 / pair[0]) * s) ** 4
+        return np.trapezoid(0.5 * stiffness * curvature**2, s)
+
+    x0 = np.linspace(0.0, end, 2001)
+    work = np.trapezoid(-curve.state(x0).reaction_fx, x0)
+    assert energy(end) - energy(0.0) == pytest.approx(work, rel=1e-4)
+
+
+def test_sticking_equilibria_are_stable_up_to_the_lock():
+    for contact in Contact:
+        for theta, eta in [(1.0, 0.85), (3.0, 0.85), (3.0, 0.7), (8.0, 0.6), (1.0, 0.3)]:
+            curve = solve_curve(theta, eta, contact=contact)
+            for part in (0.0, 0.5, 1.0):
+                x1 = curve.x1_init - part * curve.x0_lock
+                assert solve_state(theta, eta, x1, contact).stability > 0
+
+
+def test_stability_is_lost_where_the_branch_turns_back():
+    # At a turning point the margin falls like a square root: its square is linear in x0 and says
+    # where the branch ends, which is where no equilibrium is found any more.
+    x1_init = solve_curve(1.0, 0.85).x1_init
+    u = np.array([1.900, 1.904])
+    margins = np.array([solve_state(1.0, 0.85, x1_init * (1 - v)).stability for v in u])
+    end = u[0] + margins[0] ** 2 * (u[1] - u[0]) / (margins[0] ** 2 - margins[1] ** 2)
+    assert end == pytest.approx(1.905, abs=1e-3)
+    beyond = solve_state(1.0, 0.85, x1_init * (1 - (end + 2e-3)))
+    assert beyond.status is Status.FAILED and "may end before" in beyond.message
+
+
+def test_changing_contact_is_a_state_of_both_kinds():
+    branch, _ = begin(np.array([3.0]), np.array([0.85]), StepSizes(40, 0.05, 0.15), Contact.LINE)
+    eta = np.array([0.85])
+    states, found, _ = solve(branch.steps[0], eta, Closure.at_switch(1))
+    assert found[0]
+    assert largest_residual(states, eta, Closure.at_switch(1))[0] < 1e-12
+    assert states.s_c[0] == 1.0
+
+
+def test_scan_shows_the_rod_lying_on_the_surface():
+    curve = line(3.0, 0.7)
+    scan = stick_slip(curve, Decimal("0.3"), Decimal("0.005"), cycles=2)
+    assert scan.residual.max() < 1e-9
+    assert scan.y.max() <= 0.7 + 1e-9
+    lying = scan.s > scan.state.s_c[:, None] + 1e-9
+    assert lying.any(axis=1).all()
+    assert scan.y[lying] == pytest.approx(0.7, abs=1e-9)
+    assert scan.x[:, -1] == pytest.approx(scan.x1, abs=1e-9)
+
+
+def test_shape_of_a_single_state_lies_on_the_surface():
+    state = solve_state(1.0, 0.55, 0.6, contact="line")
+    x, y, phi = state.shape()
+    assert state.contact == "line" and state.s_c < 1.0
+    assert y.max() <= 0.55 + 1e-10
+    assert (x[-1], y[-1], phi[-1]) == pytest.approx((0.6, 0.55, 0.0), abs=1e-9)
+
+
+def test_unknown_contact_is_refused():
+    with pytest.raises(ValueError, match="contact must be one of point, line"):
+        solve_curve(1.0, 0.85, contact="plane")
+    with pytest.raises(ValueError, match="contact 'point' alone"):
+        solve_curve(1.0, 0.85, method="shooting", dx0=0.01, contact="line")
+
+
+@pytest.mark.parametrize("contact", ["point", "line"])
+def test_only_the_tip_alone_can_pass_through_the_surface(contact):
+    x1_init = solve_curve(3.0, 0.85, contact=contact).x1_init
+    states = [solve_state(3.0, 0.85, x1_init - x0, contact) for x0 in np.linspace(0.12, 0.2, 9)]
+    assert {state.penetrates for state in states} == {contact == "point"}
+    assert all((state.phi1 == 0.0) == (contact == "line") for state in states)
+
+
+def test_a_rod_that_lies_down_is_held_more_firmly():
+    # psi(s_c) = 0 is one constraint more than the same shape has in point contact: the margin of
+    # stability is higher, and jumps where the contact changes.
+    curve = line(3.0, 0.85)
+    x1 = curve.x1_init - curve.x0_touch
+    before = solve_state(3.0, 0.85, x1 + 1e-6, "line")
+    after = solve_state(3.0, 0.85, x1 - 1e-6, "line")
+    assert (before.contact, after.contact) == ("point", "line")
+    assert after.stability > before.stability + 0.01
+    # Interlacing: one constraint cannot lift the least margin above the next one.
+    assert after.stability < 1.0
+
+
+def test_a_rod_rolls_on_and_off():
+    # The contact changes back far beyond the lock.
+    eta = np.array([0.85])
+    branch, _ = begin(np.array([3.0]), eta, StepSizes(48, 0.05, 0.15), Contact.LINE)
+    branch = follow(branch, 34, Contact.LINE)
+    kinds = "".join("L" if kind else "P" for kind in branch.line[:, 0])
+    assert kinds.strip("P").strip("L") == "" and kinds[0] == kinds[-1] == "P" and "L" in kinds
+    on, off = kinds.index("L"), kinds.rindex("L") + 1
+    for touching, lo, hi in ((branch.steps[on - 1], on - 1, on), (branch.steps[off], off - 1, off)):
+        x0 = branch.branches.x1_init - contact_position(switch_states(touching, eta))[0]
+        assert lo * branch.step <= x0 <= hi * branch.step
+
+
+@pytest.mark.parametrize(("theta", "eta"), [(2.3877, 0.8215), (1.0784, 0.6471), (2.38771, 0.82151)])
+def test_a_lock_in_a_kink_lies_where_the_contact_changes(theta, eta):
+    curve = line(theta, eta)
+    assert curve.x0_lock == curve.x0_touch == curve.pieces[1].first_x0
+    assert curve.contact(curve.x0_lock) == ["line"]
+    assert curve.x0_touch == pytest.approx(solve_curve(theta, eta).x0_touch, abs=1e-11)
+
+
+def test_a_solved_curve_can_be_sent_to_another_process():
+    curve = line(3.0, 0.85)
+    again = pickle.loads(pickle.dumps(curve))
+    assert np.array_equal(again.onset([0.1, 0.3]), curve.onset([0.1, 0.3]))
+
+
+@pytest.mark.parametrize("contact", ["point", "line"])
+@pytest.mark.parametrize("pair", [(8.0, 0.5), (8.0, 0.97), (14.0, 0.7), (20.0, 0.85)])
+def test_onset_and_force_of_strong_taper_agree_with_an_independent_shooting(pair, contact):
+    curve = solve_curve(*pair, contact=contact)
+    mu0 = 0.9 * curve.mu_lock
+    x0 = float(curve.onset(mu0))
+    state = curve.state(x0)
+    near = -state.reaction_fy * (1 + 1e-7), state.reaction_fx * (1 + 1e-7)
+    offset = curve.x1_init - x0
+    if curve.contact(x0) == ["point"]:
+        _, p, q = reference.solve_offset(*pair, offset, (state.phi1 + 1e-7, *near))
+    else:
+        _, p, q = reference.solve_line_offset(*pair, offset, (state.s_c * (1 - 1e-7), *near))
+    assert np.hypot(p, q) == pytest.approx(float(state.f), rel=1e-10)
+    # What is missing to the friction angle, as a displacement.
+    h = 1e-6
+    slope = (curve.friction_demand(x0 + h) - curve.friction_demand(x0 - h)) / (2 * h)
+    assert (-q / p - mu0) / slope == pytest.approx(0.0, abs=1e-10)

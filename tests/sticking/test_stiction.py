@@ -1,0 +1,106 @@
+"""Reading periods of sticking off a curve."""
+
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibrissa import Status, solve_curve
+from vibrissa.sticking.curve import failed_curve
+from vibrissa.sticking.stiction import read_curve
+
+D = Decimal
+
+
+@pytest.fixture(scope="module")
+def curve():
+    return solve_curve(2.0, 0.85)
+
+
+def read(curve, mu0, dx0):
+    return read_curve(curve, [D(mu0)], [D(dx0)])
+
+
+def test_papers_period(curve):
+    stiction = read(curve, "0.4", "0.001")
+    assert stiction.status == [Status.SLIP]
+    assert stiction.n_steps[0] == 52
+    assert stiction.x0_max[0] == 0.052
+    assert stiction.x0_slip[0] == pytest.approx(0.052838, abs=5e-7)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.001, 0.477), st.decimals("0.00005", "0.2", places=5))
+def test_last_step_sticks_and_the_next_one_slips(curve, mu0, dx0):
+    mu0 = D(repr(mu0))
+    stiction = read_curve(curve, [mu0], [dx0])
+    n, onset = int(stiction.n_steps[0]), Fraction(float(stiction.x0_slip[0]))
+    # Displacements of the step grid are doubles: half a unit in the last place either way.
+    slack = Fraction(np.spacing(float(onset)))
+    assert n * Fraction(dx0) <= onset + slack
+    assert (n + 1) * Fraction(dx0) > onset - slack
+    assert curve.friction_demand(stiction.x0_max[0]) <= float(mu0) + 1e-13
+
+
+def test_onset_on_a_step_counts_as_sticking(curve, monkeypatch):
+    # 0.3 is three steps of 0.1, though 0.3/0.1 is less than 3 in floating point.
+    monkeypatch.setattr(type(curve), "onset", lambda self, mu0: np.full(len(mu0), 0.3))
+    monkeypatch.setattr("vibrissa.sticking.stiction._states_where", lambda curve, x0: None)
+    assert read(curve, "0.4", "0.1").n_steps[0] == 3
+
+
+def test_states_belong_to_their_displacements(curve):
+    stiction = read(curve, "0.4", "0.001")
+    assert stiction.init.alpha[0] == pytest.approx(0.0, abs=1e-13)
+    assert stiction.last.x0[0] == stiction.x0_max[0]
+    assert -np.tan(stiction.slip.alpha[0]) == pytest.approx(0.4, abs=1e-13)
+    assert stiction.slip.f[0] == pytest.approx(
+        np.hypot(stiction.slip.reaction_fx[0], stiction.slip.reaction_fy[0])
+    )
+
+
+def test_locking_has_no_last_state(curve):
+    stiction = read(curve, "0.48", "0.001")
+    assert stiction.status == [Status.LOCK]
+    for missing in (stiction.x0_slip, stiction.x0_max, stiction.n_steps, stiction.slip.f):
+        assert np.isnan(missing[0])
+    assert np.isfinite(stiction.init.f[0])
+
+
+def test_step_longer_than_the_period_slips_at_once(curve):
+    stiction = read(curve, "0.1", "0.01")
+    assert stiction.n_steps[0] == 0 and stiction.x0_max[0] == 0.0
+    assert stiction.last.f[0] == stiction.init.f[0]
+
+
+def test_pairs_are_answered_in_their_order(curve):
+    mu0 = [D("0.4"), D("0.1"), D("0.5"), D("0.4")]
+    dx0 = [D("0.001"), D("0.001"), D("0.002"), D("0.002")]
+    together = read_curve(curve, mu0, dx0)
+    for i in range(4):
+        alone = read_curve(curve, [mu0[i]], [dx0[i]])
+        assert together.status[i] == alone.status[0]
+        assert np.array_equal(together.x0_max[i], alone.x0_max[0], equal_nan=True)
+
+
+def test_penetration_starts_where_the_slope_changes_sign():
+    curve = solve_curve(3.0, 0.85)
+    at = float(curve.friction_demand(curve.x0_touch))
+    before, after = D(repr(round(at - 0.001, 6))), D(repr(round(at + 0.001, 6)))
+    fine = D("0.00001")
+    assert read_curve(curve, [before, after], [fine, fine]).penetrates.tolist() == [False, True]
+
+
+def test_penetration_from_the_first_state():
+    assert read(solve_curve(3.0, 0.7), "0.01", "0.1").penetrates[0]
+
+
+def test_failed_curve_gives_failed_points():
+    stiction = read(
+        failed_curve(theta=1.0, eta=0.5, method="collocation", message="why"), "0.3", "0.001"
+    )
+    assert stiction.status == [Status.FAILED]
+    assert np.isnan(stiction.init.f[0]) and np.isnan(stiction.x0_slip[0])

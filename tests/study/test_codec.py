@@ -1,0 +1,62 @@
+import json
+from decimal import Decimal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibrissa.decimals import exact
+from vibrissa.study.codec import decode_grid, decode_key, encode_columns, encode_grid, encode_key
+from vibrissa.study.grid import CurveKey, Grid
+
+decimals = st.decimals(-1000, 1000, places=9).map(exact)
+keys = st.builds(CurveKey, theta=decimals, eta=decimals, dx0=st.none() | decimals)
+axes = st.lists(decimals, min_size=1, unique=True).map(lambda values: tuple(sorted(values)))
+
+
+@given(keys)
+def test_a_key_comes_back_from_its_plain_form(key):
+    assert decode_key(json.loads(json.dumps(encode_key(key)))) == key
+
+
+@given(st.lists(keys))
+def test_keys_come_back_from_columns(written):
+    columns = encode_columns(written)
+    assert list(columns) == ["theta", "eta", "dx0"]
+    rows = zip(*columns.values(), strict=True)
+    assert [decode_key(text for text in row if text is not None) for row in rows] == written
+
+
+@given(st.builds(Grid, theta=axes, mu0=axes, eta=axes, dx0=axes))
+def test_a_grid_comes_back_from_its_plain_form(grid):
+    assert decode_grid(json.loads(json.dumps(encode_grid(grid)))) == grid
+
+
+def test_the_plain_form_has_no_exponents():
+    key = CurveKey(Decimal("10"), Decimal("0.85"), Decimal("1E-7"))
+    assert encode_key(key) == ["10", "0.85", "0.0000001"]
+    assert encode_key(key._replace(dx0=None)) == ["10", "0.85"]
+    grid = Grid(theta=(key.theta,), mu0=(Decimal("0.3"),), eta=(key.eta,), dx0=(key.dx0,))
+    assert encode_grid(grid) == {
+        "theta": ["10"],
+        "mu0": ["0.3"],
+        "eta": ["0.85"],
+        "dx0": ["0.0000001"],
+    }
+
+
+def test_equal_keys_have_one_form():
+    assert decode_key(["1.50", "0.850"]) == decode_key(["1.5", "0.85"])
+    assert encode_key(decode_key(["1.50", "0.850"])) == ["1.5", "0.85"]
+
+
+@pytest.mark.parametrize("texts", [["1"], ["1", "2", "3", "4"], [None, "1"], 1, [[], []]])
+def test_what_is_no_key_is_refused(texts):
+    with pytest.raises((TypeError, ValueError)):
+        decode_key(texts)
+
+
+@pytest.mark.parametrize("text", ["", "x", "nan", "inf"])
+def test_what_is_no_number_is_refused(text):
+    with pytest.raises(ValueError, match="number"):
+        decode_key([text, "0.85"])

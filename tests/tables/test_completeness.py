@@ -1,0 +1,74 @@
+"""Grid points that are missing, doubled or foreign are found as a table passes."""
+
+import pyarrow as pa
+import pytest
+
+from made_up import COMPLETE, GRIDS, grid
+from vibrissa.errors import TableError
+from vibrissa.tables import completeness
+from vibrissa.tables.completeness import checked_points
+from vibrissa.tables.schemas import STICTION
+
+
+@pytest.fixture(params=[1, 10, completeness.ROWS], autouse=True)
+def compared_together(request, monkeypatch):
+    """How many points are compared together, at least."""
+    monkeypatch.setattr(completeness, "ROWS", request.param)
+
+
+@pytest.mark.parametrize("size", [1, 7, 8, 100, 1000])
+def test_a_complete_table_passes_in_parts_of_any_size(size):
+    made = [COMPLETE.slice(i, size) for i in range(0, len(COMPLETE), size)]
+    assert pa.concat_tables(checked_points(made, GRIDS)).equals(COMPLETE)
+
+
+def without(*rows):
+    return COMPLETE.take([i for i in range(len(COMPLETE)) if i not in rows])
+
+
+def renamed(row, names):
+    grids = COMPLETE["grids"].to_pylist()
+    grids[row] = names
+    return COMPLETE.set_column(0, STICTION.field(0), pa.array(grids, STICTION.field(0).type))
+
+
+@pytest.mark.parametrize("size", [1, 13, 1000])
+@pytest.mark.parametrize(
+    ("table", "count", "problem", "example"),
+    [
+        (without(0), 1, "missing", "(0.1, 0.1, 0.1, 0.1)"),
+        (without(4, 13), 2, "missing", "(0.1, 0.3, 0.1, 0.1), (0.2, 0.2, 0.1, 0.2)"),
+        (without(*range(10)), 10, "missing", "(0.1, 0.1, 0.1, 0.1), (0.1, 0.1, 0.1, 0.2), (0.1"),
+        (COMPLETE.slice(0, len(COMPLETE) - 9), 9, "missing", "(0.5, 0.4, 0.5, 0.2), (0.6, 0.1, 0"),
+        (COMPLETE.slice(0, 0), len(COMPLETE), "missing", "(0.1, 0.1, 0.1, 0.1)"),
+        (
+            pa.concat_tables([COMPLETE.slice(0, 12), COMPLETE.slice(11)]),
+            1,
+            "doubled",
+            "(0.2, 0.1, 0.1, 0.2)",
+        ),
+        (renamed(2, ["main"]), 1, "of other grids", "(0.1, 0.2, 0.1, 0.1)"),
+    ],
+    ids=["first", "two", "curve", "last", "all", "doubled", "grids"],
+)
+def test_a_wrong_set_of_points_is_refused_with_examples(table, count, problem, example, size):
+    made = [table.slice(i, size) for i in range(0, len(table), size)]
+    message = rf"{count} grid points are {problem}, such as \(theta, mu0, eta, dx0\) = "
+    with pytest.raises(TableError, match=message) as error:
+        list(checked_points(made, GRIDS))
+    assert example in str(error.value)
+    assert "delete the study's blocks folder and run again" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("grids", "count", "example"),
+    [
+        ({"main": grid(), "more": grid(theta=2)}, 20, "(0.1, 0.5, 0.1, 0.1)"),
+        ({"main": grid(eta=4), "more": grid(theta=2, mu0=5, eta=4)}, 52, "(0.1, 0.1, 0.5, 0.1)"),
+    ],
+    ids=["pairs", "curves"],
+)
+def test_points_that_do_not_belong_are_refused(grids, count, example):
+    with pytest.raises(TableError, match=f"{count} grid points are not in the study") as error:
+        list(checked_points([COMPLETE], grids))
+    assert example in str(error.value)

@@ -1,0 +1,99 @@
+"""Rows of a table: which are found, and how little is read for them."""
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from pyarrow import dataset
+
+from made_up import COMPLETE, GRIDS, all_points, grid, point_table
+from vibrissa.errors import DamagedTableError, TableError
+from vibrissa.tables import query, store
+from vibrissa.tables.schemas import STICTION
+
+
+@pytest.fixture
+def long_table(tmp_path):
+    """A table of many row groups, its path, and the bytes of each group."""
+    grids = {"g": grid(theta=40, mu0=50, eta=30, dx0=1)}
+    path = tmp_path / "long.parquet"
+    store.write(point_table(all_points(grids)), path, "the study")
+    return path
+
+
+def test_a_query_for_one_rod_and_height_reads_one_row_group_or_two(long_table):
+    table = query.opened(long_table, STICTION)
+    (fragment,) = table.get_fragments()
+    assert len(fragment.row_groups) == 4 and query.count(table) == 60_000
+    for theta, eta in ((0.1, 0.1), (2.3, 1.1), (4.0, 3.0)):
+        here = query.one_of("theta", [theta]) & query.one_of("eta", [eta])
+        assert len(fragment.subset(here).row_groups) <= 2
+        found = query.rows(table, ["mu0"], here)
+        assert found["mu0"].to_pylist() == [(i + 1) / 10 for i in range(50)]
+
+
+def in_file_and_in_memory(path):
+    return query.opened(path, STICTION), store.read(path, STICTION)
+
+
+def test_what_is_read_of_a_table_is_what_was_asked_for(long_table):
+    frame = store.read(long_table, STICTION).to_pandas()
+    wanted = frame[frame["theta"].isin([0.5, 4]) & (frame["mu0"] == 1)]
+    wanted = wanted[["mu0", "status", "eta"]].reset_index(drop=True)
+    where = query.one_of("theta", [0.5, 4]) & query.one_of("mu0", [1]) & query.in_grid("g")
+    for table in in_file_and_in_memory(long_table):
+        assert query.frame(table, ("mu0", "status", "eta"), where).equals(wanted)
+        read = list(query.parts(table, ("mu0", "status", "eta"), where))
+        assert pa.concat_tables(read).to_pandas().equals(wanted)
+        assert len(query.rows(table, ["mu0"], query.in_grid("other"))) == 0
+        assert len(query.rows(table, ["mu0"], query.one_of("theta", [9]))) == 0
+        assert query.frame(table, STICTION.names).equals(frame)
+
+
+def test_a_table_is_read_in_parts_with_its_units(long_table):
+    table = query.opened(long_table, STICTION)
+    read = list(query.parts(table, ["eta"]))
+    assert len(read) == 4 and pa.concat_tables(read).equals(query.rows(table, ["eta"]))
+    assert table.schema.field("eta").metadata == STICTION.field("eta").metadata
+    assert table.schema.metadata[b"vibrissa.study"] == b"the study"
+
+
+@pytest.mark.parametrize("name", ["main", "more", "mai", "m.in", "in\nmore"])
+def test_rows_are_known_by_the_grids_they_belong_to(name):
+    rows = COMPLETE.slice(3).append_column("row", pa.array(range(len(COMPLETE) - 3)))
+    expected = [i for i, names in enumerate(rows["grids"].to_pylist()) if name in names]
+    assert rows.filter(query.in_grid(name))["row"].to_pylist() == expected
+    assert bool(expected) == (name in GRIDS)
+
+
+def test_a_damaged_table_is_not_opened(long_table):
+    long_table.write_bytes(long_table.read_bytes()[:-9])
+    with pytest.raises(DamagedTableError, match="cannot be read"):
+        query.opened(long_table, STICTION)
+
+
+def test_a_table_that_is_damaged_while_it_is_read_is_named(long_table):
+    table = query.opened(long_table, STICTION)
+    data = bytearray(long_table.read_bytes())
+    data[len(data) // 2 - 3000 : len(data) // 2] = bytes(3000)
+    long_table.write_bytes(data)
+    for read in (query.rows, lambda *asked: list(query.parts(*asked))):
+        with pytest.raises(DamagedTableError, match=f"{long_table} cannot be read") as error:
+            read(table, STICTION.names)
+        assert error.value.path == long_table
+    long_table.unlink()
+    with pytest.raises(TableError, match=f"{long_table} cannot be read .*; see why") as error:
+        query.rows(table, ["eta"])
+    assert not isinstance(error.value, DamagedTableError)
+
+
+def test_pandas_and_arrow_read_the_file_and_its_statistics(long_table):
+    here = [("theta", "==", 2.3), ("eta", "==", 1.1)]
+    frame = pd.read_parquet(long_table, columns=["theta", "eta", "mu0"], filters=here)
+    assert len(frame) == 50 and set(frame["theta"]) == {2.3}
+    data = dataset.dataset(long_table)
+    condition = query.one_of("theta", [2.3]) & query.one_of("eta", [1.1])
+    (fragment,) = data.get_fragments()
+    assert len(fragment.subset(condition).row_groups) <= 2
+    assert len(data.to_table(filter=condition)) == 50
+    assert pq.read_metadata(long_table).row_group(0).column(1).is_stats_set

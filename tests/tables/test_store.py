@@ -1,0 +1,411 @@
+import re
+from dataclasses import fields, replace
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from vibrissa import __version__, solve_curve, solve_state, stick_slip
+from vibrissa.errors import TableError
+from vibrissa.mechanics.outcomes import Contact, Method, Parameter, Status
+from vibrissa.mechanics.states import ContactState
+from vibrissa.sticking.api import EquilibriumState
+from vibrissa.sticking.comparison import compare
+from vibrissa.sticking.curve import assembled_curve, failed_curve
+from vibrissa.sticking.piece import Piece
+from vibrissa.sticking.stiction import read_curve
+from vibrissa.study.codec import decode_grid, decode_key
+from vibrissa.study.grid import points_on_curves
+from vibrissa.tables import records, schemas, store
+from vibrissa.tables.schemas import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION
+
+SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}
+SCHEMAS |= {"comparisons": COMPARISONS}
+UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1"}
+AGAIN = "delete it and run again, it is made anew"
+
+
+def curve_by_shooting(curve, states):
+    """A curve as the shooting method makes it, from states of another one."""
+    x0 = np.linspace(0.0, 1.05 * curve.x0_lock, states)
+    piece = Piece(
+        contact=Contact.POINT,
+        parameter=Parameter.X0,
+        start=0.0,
+        stop=float(x0[-1]),
+        states=replace(curve.state(x0), stability=np.full(states, np.nan)),
+        stepped=True,
+    )
+    return assembled_curve(
+        theta=curve.theta,
+        eta=curve.eta,
+        method=Method.SHOOTING,
+        x1_init=curve.x1_init,
+        pieces=[piece],
+        residual=1e-10,
+    )
+
+
+COLLOCATION = solve_curve(theta=2, eta=0.85)
+FAILED = failed_curve(theta=3.0, eta=0.85, method="collocation", message="no luck; try less")
+LINE = solve_curve(theta=5, eta=0.85, contact="line")  # in two pieces
+CURVE_TABLES = {
+    "collocation": {
+        decode_key(["2", "0.85"]): COLLOCATION,
+        decode_key(["3", "0.85"]): FAILED,
+        decode_key(["5", "0.85"]): LINE,
+    },
+    "shooting": {decode_key(["2", "0.85", "0.001"]): curve_by_shooting(COLLOCATION, 60)},
+}
+
+
+def grid(theta=("2",), mu0=("0.2", "0.4"), eta=("0.85",), dx0=("0.001",)):
+    return decode_grid({"theta": theta, "mu0": mu0, "eta": eta, "dx0": dx0})
+
+
+def stiction_table(curve, key, grids):
+    ((_, points),) = points_on_curves([decode_key(key)], grids)
+    stiction = read_curve(curve, points.mu0, points.dx0)
+    (table,) = records.stiction_tables([(points, curve, stiction)])
+    return table
+
+
+def scan_table(curve, mu0, cycles=2):
+    (point,) = grid(mu0=(mu0,), dx0=("0.01",)).points()
+    return records.scan_table("runs", point, stick_slip(curve, point.mu0, point.dx0, cycles))
+
+
+def failed_state():
+    return EquilibriumState(
+        **dict.fromkeys(ContactState.names(), float("nan")),
+        status=Status.FAILED,
+        message="no luck",
+        contact="point",
+        theta=1.0,
+        x1=0.1,
+        eta=0.5,
+        residual=float("nan"),
+    )
+
+
+# A table of each kind with every status that it can have
+GRIDS = {"more": grid(mu0=("0.3", "0.4", "5")), "main": grid()}
+TABLES = {
+    "curves": records.curves_table(*zip(*CURVE_TABLES["collocation"].items(), strict=True)),
+    "stiction": store.joined(
+        [
+            stiction_table(COLLOCATION, ("2", "0.85"), GRIDS),
+            stiction_table(FAILED, ("3", "0.85"), {"main": grid(theta=("3",))}),
+        ],
+        STICTION,
+    ),
+    "scans": store.joined(
+        [scan_table(COLLOCATION, "0.3"), scan_table(COLLOCATION, "5"), scan_table(FAILED, "0.3")],
+        SCANS,
+    ),
+    "states": records.states_table({"a": solve_state(1, 0.55, 0.15), "b": failed_state()}),
+    "comparisons": records.comparison_table("both", compare([1, 8], [0.2, 9], [0.85])),
+}
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "table.parquet"
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_every_column_has_a_unit_and_a_description(kind):
+    for field in SCHEMAS[kind]:
+        assert field.metadata[b"unit"].decode() in UNITS, field.name
+        assert field.metadata[b"description"].strip(), field.name
+
+
+def test_columns_of_the_stiction_table():
+    reactions = ("reaction_fx", "reaction_fy", "reaction_m")
+    states = ("f", "alpha", "phi1", "s_c", *reactions, "stability")
+    assert STICTION.names == [
+        *("grids", "theta", "mu0", "eta", "dx0", "status", "message", "contact"),
+        *("x0_slip", "x0_max", "n_steps", "mu_lock", "x0_lock"),
+        *(f"{name}{suffix}" for suffix in ("_init", "_last", "_slip") for name in states),
+        *("end", "x0_end", *(f"{name}_end" for name in states)),
+        *("x1_init", "penetrates", "residual"),
+    ]
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_a_table_comes_back_from_its_file(kind, path):
+    store.write(TABLES[kind], path)
+    table = store.read(path, SCHEMAS[kind])
+    assert table.equals(TABLES[kind])
+    assert [f.metadata for f in table.schema] == [f.metadata for f in SCHEMAS[kind]]
+
+
+@pytest.mark.parametrize("method", CURVE_TABLES)
+def test_curves_come_back_bit_for_bit(method, path):
+    curves = CURVE_TABLES[method]
+    store.write(records.curves_table(list(curves), list(curves.values())), path)
+    restored = records.curves_from_table(store.read(path, CURVES))
+    assert list(restored) == list(curves)
+    for key, curve in curves.items():
+        assert len(curve.pieces) == len(restored[key].pieces)
+        scalars = [field.name for field in fields(curve) if field.name != "pieces"]
+        pairs = [(getattr(curve, name), getattr(restored[key], name)) for name in scalars]
+        for old, new in zip(curve.pieces, restored[key].pieces, strict=True):
+            known = [f.name for f in fields(old) if f.name != "states"]
+            pairs += [(getattr(old, name), getattr(new, name)) for name in known]
+            pairs += [(values, new.states.columns[n]) for n, values in old.states.columns.items()]
+        for old, new in pairs:
+            old, new = np.asarray(old), np.asarray(new)
+            assert (old.dtype, old.tobytes()) == (new.dtype, new.tobytes())
+        if curve.status is Status.SOLVED:
+            x0 = np.linspace(0, curve.x0_end, 7)
+            state, again = curve.state(x0).matrix(), restored[key].state(x0).matrix()
+            assert np.array_equal(state, again, equal_nan=True)
+
+
+def test_points_of_several_curves_come_in_tables_of_a_row_group(monkeypatch):
+    monkeypatch.setattr(records, "LEAST_ROW_GROUP", 5)
+    curves = [("2", COLLOCATION), ("3", FAILED), ("2", COLLOCATION)]
+    read = []
+    for theta, curve in curves:
+        grids = {"g": grid((theta,), ("0.1", "0.2", "9"))}
+        ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
+        read.append((points, curve, read_curve(curve, points.mu0, points.dx0)))
+    several = list(records.stiction_tables(iter(read)))
+    assert [len(table) for table in several] == [6, 3]
+    alone = [table for one in read for table in records.stiction_tables([one])]
+    assert pa.concat_tables(several).equals(pa.concat_tables(alone))
+
+
+def rows(kind, status):
+    """Rows of a status, and the columns that hold nothing in each of them."""
+    found = [row for row in TABLES[kind].to_pylist() if row["status"] == status]
+    assert found
+    return found, [{name for name, value in row.items() if value is None} for row in found]
+
+
+def states(suffix):
+    return [f"{name}{suffix}" for name, _, _ in STATE]
+
+
+def nullable(schema):
+    return {field.name for field in schema if field.nullable}
+
+
+@pytest.mark.parametrize(
+    ("kind", "status", "nothing"),
+    [
+        ("curves", "failed", nullable(CURVES)),
+        ("stiction", "slip", {"end", "x0_end", *states("_end")}),
+        ("stiction", "lock", {"x0_slip", "x0_max", "n_steps", *states("_last"), *states("_slip")}),
+        ("stiction", "failed", nullable(STICTION)),
+        ("scans", "slip", set()),
+        ("scans", "lock", set()),
+        ("scans", "failed", nullable(SCANS)),
+        ("states", "solved", set()),
+        ("states", "failed", nullable(STATES)),
+    ],
+)
+def test_what_does_not_exist_is_null_and_nothing_else(kind, status, nothing):
+    found, nulls = rows(kind, status)
+    assert nulls == [nothing] * len(found)
+    assert not any(
+        isinstance(value, float) and np.isnan(value) for row in found for value in row.values()
+    )
+
+
+def test_a_lock_has_no_onset():
+    _, (nulls,) = rows("stiction", "lock")
+    ends = {name for name in STICTION.names if name.endswith(("_last", "_slip"))}
+    assert nulls == ends | {"x0_slip", "x0_max", "n_steps"}
+
+
+@pytest.mark.parametrize("kind", ["scans", "states"])
+def test_what_failed_has_no_shape(kind):
+    (row,), _ = rows(kind, "failed")
+    assert [row[f"shape_{axis}"] for axis in ("s", "x", "y", "phi")] == [[]] * 4
+
+
+def test_a_failed_curve_says_why():
+    (row,), _ = rows("curves", "failed")
+    assert (row["theta"], row["eta"], row["message"]) == ("3", "0.85", "no luck; try less")
+
+
+def test_a_point_names_its_grids():
+    found, _ = rows("stiction", "slip")
+    assert [(row["mu0"], row["grids"]) for row in found] == [
+        (0.2, ["main"]),
+        (0.3, ["more"]),
+        (0.4, ["main", "more"]),
+    ]
+
+
+def test_the_columns_of_a_scan_are_the_scan():
+    scan = stick_slip(COLLOCATION, Decimal("0.3"), Decimal("0.01"), 2)
+    found, _ = rows("scans", "slip")
+    assert [row["shape_x"] for row in found] == scan.x.tolist()
+    assert [row["shape_phi"] for row in found] == scan.phi.tolist()
+    assert [row["shape_s"] for row in found] == [scan.s.tolist()] * len(found)
+    for name in ("footpoint", "x1", "step", "cycle", "residual", "phase"):
+        assert [row[name] for row in found] == list(getattr(scan, name))
+    for name in ("x0", "f", "alpha", "reaction_m"):
+        assert [row[name] for row in found] == getattr(scan.state, name).tolist()
+
+
+def test_the_columns_of_a_state_are_the_state():
+    state = solve_state(1, 0.55, 0.15)
+    (row,), _ = rows("states", "solved")
+    for name in ("theta", "eta", "x1", "f", "alpha", "phi1", "reaction_fx", "penetrates"):
+        assert row[name] == getattr(state, name)
+    x, y, phi = state.shape(np.array(row["shape_s"]))
+    assert [row["shape_x"], row["shape_y"], row["shape_phi"]] == [
+        *map(np.ndarray.tolist, (x, y, phi))
+    ]
+
+
+def test_a_file_tells_where_it_is_from(path):
+    store.write(TABLES["states"], path, study_file="study: paper\n")
+    metadata = store.read(path, STATES).schema.metadata
+    assert metadata[b"vibrissa.table"] == b"states"
+    assert metadata[b"vibrissa.version"] == __version__.encode()
+    assert metadata[b"vibrissa.commit"] == store.commit().encode()
+    assert metadata[b"vibrissa.study"] == b"study: paper\n"
+
+
+def test_the_commit_is_known_or_said_to_be_unknown(monkeypatch, tmp_path):
+    assert re.fullmatch(r"[0-9a-f]{40}(-dirty)?|unknown", store.commit())
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert store.commit() == "unknown"
+
+
+def test_a_missing_file_is_refused(path):
+    with pytest.raises(TableError, match=f"{path} cannot be read .*; see why, and run again"):
+        store.read(path, CURVES)
+
+
+def test_a_file_cut_short_anywhere_is_refused(path):
+    store.write(TABLES["curves"], path)
+    data = path.read_bytes()
+    for length in [*range(0, len(data), 97), len(data) - 1]:
+        path.write_bytes(data[:length])
+        with pytest.raises(TableError, match=f"{path} cannot be read .*{AGAIN}"):
+            store.read(path, CURVES)
+
+
+def flipped(data, position, bits):
+    return data[:position] + bytes([data[position] ^ bits]) + data[position + 1 :]
+
+
+@pytest.mark.parametrize(("start", "bits"), [(0, 1), (3, 16), (6, 128), (9, 255)])
+def test_a_changed_byte_never_changes_the_table_silently(path, start, bits):
+    store.write(TABLES["curves"], path)
+    data = path.read_bytes()
+    refused = 0
+    for position in range(start, len(data), 17):
+        path.write_bytes(flipped(data, position, bits))
+        try:
+            table = store.read(path, CURVES)
+        except TableError as error:
+            assert str(path) in str(error) and str(error).endswith(AGAIN)
+            refused += 1
+        else:
+            # The name of the digest was hit.
+            assert store.DIGEST not in pq.read_metadata(path).metadata
+            assert table.equals(TABLES["curves"]), position
+    assert refused > len(data) / 17 / 2
+
+
+@pytest.mark.parametrize("key", [b"vibrissa.table", b"vibrissa.schema"])
+@pytest.mark.parametrize("value", [b"", b"9", b"\xb3", b"\x00"])
+def test_another_kind_or_version_of_table_is_refused_however_it_is_spelled(path, key, value):
+    table = TABLES["curves"]
+    store.write(table.replace_schema_metadata({**table.schema.metadata, key: value}), path)
+    with pytest.raises(TableError, match=f"{path} has {key.decode()} = .*{AGAIN}"):
+        store.read(path, CURVES)
+
+
+def test_another_schema_version_is_refused(path):
+    table = TABLES["states"]
+    store.write(
+        table.replace_schema_metadata({**table.schema.metadata, b"vibrissa.schema": b"0"}), path
+    )
+    message = f"{path} has vibrissa.schema = 0 where {schemas.SCHEMA_VERSION} is needed; {AGAIN}"
+    with pytest.raises(TableError, match=message):
+        store.read(path, STATES)
+
+
+def test_a_table_of_another_kind_is_refused(path):
+    store.write(TABLES["states"], path)
+    with pytest.raises(TableError, match=r"has vibrissa.table = states where scans is needed"):
+        store.read(path, SCANS)
+
+
+def test_a_file_of_another_program_is_refused(path):
+    pq.write_table(pa.table({"x": [1]}), path)
+    with pytest.raises(TableError, match=f"{path} has vibrissa.table = none .*{AGAIN}"):
+        store.read(path, CURVES)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda table: table.drop_columns(["residual"]),
+        lambda table: table.append_column("more", pa.array([1] * len(table))),
+        lambda table: pa.table(
+            table.columns, [*table.column_names[:-1], "x0_land"], metadata=table.schema.metadata
+        ),
+        lambda table: table.select(table.column_names[::-1]),
+        lambda table: table.set_column(8, "x1_init", pa.array([1] * len(table))),
+    ],
+    ids=["missing", "more", "names", "order", "type"],
+)
+def test_other_columns_are_refused(path, change):
+    store.write(change(TABLES["curves"]), path)
+    with pytest.raises(TableError, match=f"{path} has other columns .*{AGAIN}"):
+        store.read(path, CURVES)
+
+
+@pytest.mark.parametrize("column", ["status", "eta"])
+def test_a_gap_in_a_required_column_is_refused(path, column):
+    table = TABLES["states"]
+    index = STATES.get_field_index(column)
+    gap = pa.array([None, *table.column(column).to_pylist()[1:]], STATES.field(index).type)
+    with pytest.raises(TableError, match=f"{path}: column {column} must not be empty"):
+        store.write(table.set_column(index, STATES.field(index), gap), path)
+    assert not path.exists()
+
+
+def test_a_failed_write_leaves_the_old_table(path, monkeypatch):
+    store.write(TABLES["states"], path)
+    before = path.read_bytes()
+
+    def full_disk(writer, table):
+        Path(writer.where).write_bytes(b"half")
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr(pq.ParquetWriter, "write_table", full_disk)
+    with pytest.raises(OSError, match="No space left"):
+        store.write(TABLES["states"], path)
+    assert path.read_bytes() == before
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_statuses_are_counted():
+    table = TABLES["stiction"]
+    assert store.status_counts([table]) == {"failed": 2, "lock": 1, "slip": 3}
+    assert store.status_counts([table.slice(0, 2), table.slice(2)]) == {
+        "failed": 2,
+        "lock": 1,
+        "slip": 3,
+    }
+    assert store.status_counts([]) == {}
+
+
+def test_longer_tables_have_larger_row_groups():
+    sizes = [store.row_group_size(10**n) for n in range(10)]
+    assert sizes == sorted(sizes) and sizes[0] == sizes[6] == 2**14
+    # The end of the file stays a small part of it.
+    assert all(10**n / size * 8_000 < 1e8 for n, size in enumerate(sizes))

@@ -1,0 +1,42 @@
+"""The closed form behind `make taper` says what the identification says of itself."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vibrissa.sensor import Method, Recording, Units, path, respond, simulate, surfaces
+from vibrissa.sensor.identification.calibration import known_setup
+from vibrissa.sensor.identification.friction import find_periods
+
+TAPER = runpy.run_path(str(Path(__file__).parents[2] / "validation/taper.py"))
+
+
+@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize(("theta", "step"), [(1.0, 0.0005), (3.0, 0.0005), (3.0, 0.002)])
+def test_prediction_agrees_with_what_the_identification_states(theta, step, method):
+    response = respond(theta, TAPER["ETA"], TAPER["CONTACT"], pull=False)
+    rod = TAPER["rods"](theta)[2]
+    noise, scale = TAPER["noise_in"](rod), Units(rod).channels
+    truth = simulate(response, surfaces.random(1, 0.3, 0.02, 0.02), path(step, [0.6]))
+    sensor = TAPER["SENSOR"]
+    readings = sensor.measured(truth.reactions * scale, np.random.default_rng(1)) / scale
+    recording = Recording(clamp=truth.clamp, readings=readings, line=np.arange(len(readings)))
+    asked = {"method": method, "step": step, "law": "free"}
+    found = find_periods(known_setup(response), recording, noise, **asked)
+    expected = TAPER["predicted"](response, truth.mu0[found.last], step, noise, method)
+    ratio = (found.deviation / expected)[np.isfinite(found.deviation)]
+    assert len(ratio) > 8
+    # The reading's own noise and where it stands in its step move single periods.
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("theta", [2.0, 3.0])
+def test_rods_are_alike_in_what_their_design_says(theta):
+    (force, strain), (force1, strain1) = TAPER["onset"](theta), TAPER["onset"](1.0)
+    same, strained, pressed = TAPER["rods"](theta)
+    (cylinder, *_) = TAPER["rods"](1.0)
+    assert same.base_diameter == cylinder.base_diameter
+    assert strain * strained.base_diameter == pytest.approx(strain1 * cylinder.base_diameter)
+    assert force * pressed.force_unit == pytest.approx(force1 * cylinder.force_unit)

@@ -1,0 +1,526 @@
+"""The workflow end to end: real Snakemake runs in temporary copies of the project."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from itertools import product
+from pathlib import Path
+
+import pytest
+import yaml
+
+from vibrissa.figures import style
+from vibrissa.figures.draw import draw
+from vibrissa.study.parsing import parse_study
+from vibrissa.tables import schemas, store
+from vibrissa.tables.completeness import checked_points
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).parents[2]
+# In the order of the rule: what is saved first fixes the layout for all.
+ENDINGS = ("svg", "pdf", "png")
+SNAKEMAKE = [
+    *(sys.executable, "-m", "snakemake", "--cores", "2", "--scheduler", "greedy"),
+    *("--workflow-profile", "workflow/profiles/default"),
+]
+RUN = [sys.executable, "workflow/run.py", "--cores", "2"]
+
+TINY = """
+study: tiny
+block_size: 1
+grids:
+  main: {theta: [1.5, 2], mu0: [0.3, 5], eta: [0.85], dx0: [0.005]}
+scans:
+  runs: {theta: [2], mu0: [0.3], eta: [0.85], dx0: [0.005], cycles: 2}
+states:
+  inside: {theta: 1, eta: 0.55, x1: 0.15}
+figures:
+  taper: {kind: taper, grid: main}
+  friction: {kind: friction, grid: main, theta: 2}
+  scan: {kind: scan, scan: runs, theta: 2, mu0: 0.3, caption: Two cycles.}
+  period: {kind: period, scan: runs, theta: 2, mu0: 0.3}
+  state: {kind: state, state: inside}
+"""
+STICTION = "results/tiny/tables/stiction.parquet"
+LONGER_THETA = ("[1.5, 2]", "[1, 1.5, 1.75, 2, 2.5]")
+LONGER_MU0 = ("[0.3, 5]", "[0.2, 0.3, 0.4, 5]")
+
+
+class Copy:
+    """A copy of the project with a study file, whose code is what runs."""
+
+    def __init__(self, root):
+        self.root = root
+
+    def write(self, name, text):
+        (self.root / name).write_text(text)
+
+    def edit(self, name, old, new):
+        text = (self.root / name).read_text()
+        assert text.count(old) == 1
+        self.write(name, text.replace(old, new))
+
+    def call(self, command, *arguments, study="tiny.yaml"):
+        environment = os.environ | {
+            "PYTHONPATH": str(self.root / "src"),
+            "XDG_CACHE_HOME": str(self.root / ".cache"),
+        }
+        study = ["--configfile", study] if study else []
+        command = [*command, *arguments, *study]
+        return subprocess.run(
+            command, cwd=self.root, env=environment, capture_output=True, text=True
+        )
+
+    def snakemake(self, *arguments, study="tiny.yaml"):
+        result = self.call(SNAKEMAKE, *arguments, study=study)
+        assert result.returncode == 0, result.stderr
+        return result
+
+    def jobs(self, *arguments, study="tiny.yaml"):
+        """What a run would do: number of jobs by rule."""
+        report = self.snakemake("-n", *arguments, study=study)
+        return {
+            rule: int(count)
+            for rule, count in re.findall(r"^(\w+) +(\d+)$", report.stdout + report.stderr, re.M)
+            if rule not in ("all", "total")
+        }
+
+    def path(self, pattern):
+        (found,) = self.root.glob(pattern)
+        return found
+
+    def blocks(self, kind):
+        """Time of the last change of each block file by its name."""
+        found = self.root.glob(f"results/*/blocks/*/*.{kind}.parquet")
+        return {path.name: path.stat().st_mtime_ns for path in found}
+
+    def stiction(self, study="tiny"):
+        return store.read(self.root / f"results/{study}/tables/stiction.parquet", schemas.STICTION)
+
+
+@pytest.fixture(scope="module")
+def pristine(tmp_path_factory):
+    root = tmp_path_factory.mktemp("pristine") / "project"
+    root.mkdir()
+    for name in ("src", "workflow"):
+        shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("Snakefile", "config.yaml"):
+        shutil.copy(ROOT / name, root)
+    copy = Copy(root)
+    copy.edit("src/vibrissa/__init__.py", '__version__ = "', '__version__ = "copy of ')
+    copy.write("tiny.yaml", TINY)
+    return copy
+
+
+@pytest.fixture(scope="module")
+def finished(pristine, tmp_path_factory):
+    """A copy in which the tiny study was run; not to be changed."""
+    root = tmp_path_factory.mktemp("finished") / "project"
+    shutil.copytree(pristine.root, root)
+    copy = Copy(root)
+    copy.snakemake("--quiet", "all")
+    return copy
+
+
+@pytest.fixture
+def fresh(pristine, tmp_path):
+    """A copy in which nothing was run yet."""
+    shutil.copytree(pristine.root, tmp_path / "project")
+    return Copy(tmp_path / "project")
+
+
+@pytest.fixture
+def done(finished, tmp_path):
+    """A copy of its own for a test that goes on from the finished study."""
+    shutil.copytree(finished.root, tmp_path / "project")
+    return Copy(tmp_path / "project")
+
+
+def parsed(text):
+    return parse_study(yaml.safe_load(text))
+
+
+def test_the_tables_hold_the_study(finished):
+    table = finished.stiction()
+    list(checked_points([table], parsed(TINY).point_grids))
+    rows = table.to_pylist()
+    assert [(r["theta"], r["mu0"], r["status"]) for r in rows] == [
+        (theta, mu0, status)
+        for theta, (mu0, status) in product((1.5, 2), ((0.3, "slip"), (5, "lock")))
+    ]
+    folder = finished.root / "results/tiny/tables"
+    scans = store.read(folder / "scans.parquet", schemas.SCANS).to_pylist()
+    (last,) = (r["n_steps"] for r in rows if (r["theta"], r["status"]) == (2, "slip"))
+    assert [r["status"] for r in scans] == ["slip"] * (2 * (last + 1) + 1)
+    assert [r["step"] for r in scans] == [*range(last + 2), *range(1, last + 2)]
+    states = store.read(folder / "states.parquet", schemas.STATES).to_pylist()
+    assert [(r["state"], r["status"], r["penetrates"]) for r in states] == [
+        ("inside", "solved", True)
+    ]
+
+
+def test_only_the_given_study_is_run_and_written_down(finished):
+    assert [path.name for path in (finished.root / "results").iterdir()] == ["tiny"]
+    for name in ("stiction", "scans", "states"):
+        path = finished.root / f"results/tiny/tables/{name}.parquet"
+        metadata = store.read(path, getattr(schemas, name.upper())).schema.metadata
+        section = {"stiction": "grids"}.get(name, name)
+        answered = yaml.safe_load(metadata[b"vibrissa.study"])
+        whole = yaml.safe_load(TINY)
+        assert answered == {key: whole[key] for key in answered}
+        assert {"study", section} <= answered.keys() <= {"study", "contact", "method", section}
+        assert metadata[b"vibrissa.version"].startswith(b"copy of ")
+
+
+@pytest.mark.parametrize(
+    ("name", "table"),
+    [
+        ("taper", "stiction"),
+        ("friction", "stiction"),
+        ("scan", "scans"),
+        ("period", "scans"),
+        ("state", "states"),
+    ],
+)
+def test_the_figures_are_drawn_from_the_tables_alone(finished, tmp_path, name, table):
+    results = finished.root / "results/tiny"
+    rows = store.read(results / f"tables/{table}.parquet", getattr(schemas, table.upper()))
+    selection = yaml.safe_load(TINY)["figures"][name]
+    kind = selection.pop("kind")
+    selection.pop("caption", "")
+    paths = [tmp_path / f"{name}.{ending}" for ending in ENDINGS]
+    style.save(draw(kind, rows, selection), paths)
+    for path in paths:
+        assert path.read_bytes() == (results / "figures" / path.name).read_bytes()
+
+
+def test_the_captions_are_written(finished):
+    text = finished.path("results/tiny/figures/captions.md").read_text()
+    assert "**scan.** Two cycles.\n" in text
+    assert text.count("**") == 10
+
+
+def test_the_report_has_what_was_found_and_what_was_run(finished):
+    text = finished.path("results/tiny/report.html").read_text()
+    assert text.count("<img ") == 5 and "Two cycles." in text
+    assert "block_size: 1" in text and "tiny.yaml" in text
+    assert str(finished.root) not in text
+    (curves,) = re.findall(r"<td>curves</td><td>(\d+)</td>", text)
+    assert int(curves) == 2
+
+
+@pytest.mark.parametrize("name", ["report/page.js", "report/page.css", "report/page.html"])
+def test_editing_the_page_redraws_the_page_alone(done, name):
+    path = done.root / "src/vibrissa" / name
+    path.write_text(path.read_text() + "\n")
+    assert done.jobs() == REPORT
+
+
+def test_a_comment_in_the_study_file_redraws_the_page_that_shows_it(done):
+    done.write("tiny.yaml", f"# A comment\n{TINY}")
+    assert done.jobs() == REPORT
+    done.snakemake("--quiet", "all")
+    assert "# A comment" in done.path("results/tiny/report.html").read_text()
+    assert done.jobs() == {}
+
+
+def test_the_page_says_what_the_command_line_changed(fresh):
+    text = "study: one\ngrids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}\n"
+    fresh.write("one.yaml", text)
+    arguments = ("--quiet", "all", "--config", "contact=line")
+    fresh.snakemake(*arguments, study="one.yaml")
+    page = fresh.path("results/one/report.html").read_text()
+    assert "changes on the command line" in page and "contact: line" in page
+    for nothing in ("<img ", "<canvas", "<script", 'id="claims"'):
+        assert nothing not in page
+
+
+def test_the_logs_say_what_was_computed(finished):
+    log = finished.path("results/tiny/logs/stiction.log").read_text()
+    assert log == "2 lock, 2 slip\n"
+    curves = [p.read_text() for p in finished.root.glob("results/tiny/logs/curves/*.log")]
+    assert sorted(text.split()[:3] for text in curves) == [
+        ["1.5", "0.85", "solved"],
+        ["2", "0.85", "solved"],
+    ]
+
+
+def test_a_second_run_does_nothing(done):
+    assert "Nothing to be done" in done.snakemake().stderr
+
+
+def test_without_a_study_file_it_is_the_papers_study(fresh):
+    jobs = fresh.jobs(study=None)
+    paper = yaml.safe_load((ROOT / "config.yaml").read_text())
+    assert jobs["figure"] == len(paper["figures"])
+    assert jobs["claims"] == 1
+    captions = f"results/{paper['study']}/figures/captions.md"
+    fresh.snakemake(captions, study=None)
+    assert [path.name for path in (fresh.root / "results").iterdir()] == [paper["study"]]
+
+
+def test_a_longer_theta_axis_computes_only_what_is_new(done):
+    before = {kind: done.blocks(kind) for kind in ("curves", "points")}
+    rows = done.stiction().to_pylist()
+    done.edit("tiny.yaml", *LONGER_THETA)
+    done.snakemake(STICTION)
+    for kind, blocks in before.items():
+        after = done.blocks(kind)
+        assert len(blocks) == 2 and len(after) == 5
+        assert blocks.items() <= after.items()
+    longer = done.stiction().to_pylist()
+    assert sorted({r["theta"] for r in longer}) == [1, 1.5, 1.75, 2, 2.5]
+    assert len(longer) == 10
+    assert [row for row in longer if row["theta"] in (1.5, 2)] == rows
+
+
+def test_a_longer_friction_axis_solves_nothing(done):
+    before = done.blocks("curves")
+    done.edit("tiny.yaml", *LONGER_MU0)
+    assert done.jobs(STICTION) == {"points": 2, "stiction": 1}
+    done.snakemake(STICTION)
+    assert done.blocks("curves") == before
+    assert [r["mu0"] for r in done.stiction().to_pylist()] == 2 * [0.2, 0.3, 0.4, 5]
+
+
+ALL_FIGURES = {"figure": 5}
+COLLECTED = {"stiction": 1, "scans": 1}
+REPORT = {"report": 1}
+SOLVED = {"curves": 2, "points": 2, "scan": 1, "states": 1}
+EVERYTHING = SOLVED | COLLECTED | ALL_FIGURES | REPORT
+
+
+@pytest.mark.parametrize(
+    ("module", "jobs"),
+    [
+        ("mechanics/equations", EVERYTHING),
+        ("sticking/stiction", {"points": 2, "stiction": 1, "states": 1, "figure": 3} | REPORT),
+        ("sticking/cycles", {"scan": 1, "scans": 1, "figure": 2} | REPORT),
+        ("figures/draw", ALL_FIGURES | REPORT),
+        ("sticking/shooting", {"states": 1, "figure": 1} | REPORT),
+        ("report/animation", REPORT),
+        ("study/model", {}),
+    ],
+)
+def test_editing_a_module_reruns_what_depends_on_it(done, module, jobs):
+    with (done.root / f"src/vibrissa/{module}.py").open("a") as file:
+        file.write("# edited\n")
+    assert done.jobs() == jobs
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("theta: [1.5, 2]", "theta: [0.5, 2]", "grids.main.theta[0]: 0.5 is not allowed; allowed:"),
+        ("theta: [1.5, 2]", "theta: [1], theta: [2]", "'theta' stands twice, in lines 5 and 5"),
+        ("grid: main}", "grid: other}", "figures.taper.grid: 'other' is not the name of a grid"),
+    ],
+)
+@pytest.mark.parametrize("command", [SNAKEMAKE, RUN], ids=["snakemake", "run.py"])
+def test_a_bad_study_stops_with_one_message(fresh, command, old, new, message):
+    fresh.edit("tiny.yaml", old, new)
+    result = fresh.call(command)
+    assert result.returncode != 0
+    assert result.stderr.count(message) == 1
+    assert "Traceback" not in result.stderr
+    assert not (fresh.root / "results").exists()
+    if command is RUN:
+        assert message in result.stderr.splitlines()[-1]
+
+
+def test_both_methods_find_the_same(fresh):
+    fresh.write(
+        "one.yaml",
+        "study: one\ngrids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}\n",
+    )
+    found = []
+    for arguments in ([], ["--config", "method=shooting"]):
+        fresh.snakemake("--quiet", "all", *arguments, study="one.yaml")
+        found += fresh.stiction("one").to_pylist()
+    collocation, shooting = found
+    assert shooting["n_steps"] == collocation["n_steps"] == 1
+    assert shooting["x0_slip"] == pytest.approx(collocation["x0_slip"], abs=1e-8)
+    assert shooting["residual"] != collocation["residual"]
+    assert {p.parent.name for p in fresh.root.glob("results/one/blocks/*/*.curves.parquet")} == {
+        "point-collocation",
+        "point-shooting",
+    }
+
+
+def test_a_study_goes_on_where_a_curve_cannot_be_solved(fresh):
+    """Rods that are 1000 times thicker at their base, at the bottom of their reach."""
+    text = TINY.replace("[1.5, 2]", "[1000, 2000]").replace("[0.85]", "[0.01]")
+    fresh.write("tiny.yaml", re.sub(r"theta: (\[?)2\b", r"theta: \g<1>1000", text))
+    result = fresh.call(RUN)
+    assert result.returncode == 0, result.stderr
+    assert {row["status"] for row in fresh.stiction().to_pylist()} == {"failed"}
+    log = fresh.path("results/tiny/logs/stiction.log").read_text()
+    assert log == "4 failed\n"
+    assert "1000 0.01 failed" in "".join(
+        path.read_text() for path in fresh.root.glob("results/tiny/logs/curves/*.log")
+    )
+    assert len(list(fresh.root.glob("results/tiny/figures/*.svg"))) == 5
+
+
+@pytest.mark.parametrize(
+    ("kind", "edit", "rule"),
+    [("points", LONGER_THETA, "stiction"), ("curves", LONGER_MU0, "points")],
+)
+def test_a_damaged_block_is_named_last_and_running_again_repairs_the_study(done, kind, edit, rule):
+    """The block keeps its time, so that Snakemake does not notice; an edit has it read again."""
+    path = sorted(done.root.glob(f"results/tiny/blocks/*/*.{kind}.parquet"))[0]
+    times = path.stat()
+    data = bytearray(path.read_bytes())
+    data[100] ^= 1
+    path.write_bytes(data)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    done.edit("tiny.yaml", *edit)
+
+    result = done.call(SNAKEMAKE, STICTION)
+    name = str(path.relative_to(done.root))
+    assert result.returncode != 0
+    assert f"rule {rule}:" in result.stderr
+    logs = "".join(path.read_text() for path in done.root.glob(f"results/tiny/logs/{rule}*/*.log"))
+    logs += "".join(path.read_text() for path in done.root.glob(f"results/tiny/logs/{rule}.log"))
+    (reason,) = [line for line in logs.splitlines() if line.startswith("error: ")]
+    assert reason.startswith(f"error: {name} cannot be read")
+    assert reason.endswith("delete it and run again, it is made anew")
+
+    result = done.call(RUN, STICTION)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr.count(f"{name} is damaged or does not belong there: removed") == 1
+    grids = parsed((done.root / "tiny.yaml").read_text()).point_grids
+    list(checked_points([done.stiction()], grids))
+    store.check_file(path)
+
+
+def test_of_a_cluster_job_the_rule_that_failed_and_its_reason_are_named_last(fresh):
+    """With a scheduler that runs each job at once."""
+    fresh.edit("workflow/scripts/points.py", "    grids = {", "    grids = nothing_here or {")
+    cluster = ("--executor", "cluster-generic", "--cluster-generic-submit-cmd", "sh", "--jobs", "1")
+    groups = ("--groups", "curves=block", "points=block", "--seconds-between-status-checks", "0")
+    result = fresh.call(RUN, STICTION, *cluster, *groups)
+    assert result.returncode == 1
+    title, *_, reason, log = result.stderr.splitlines()[-7:]
+    assert title.startswith("FAILED: rule points, making results/tiny/blocks/")
+    assert reason == "    NameError: name 'nothing_here' is not defined"
+    assert "results/tiny/logs/points/" in log
+
+
+def test_a_table_that_is_damaged_again_is_not_made_for_ever(done):
+    """As when the disk is broken."""
+    done.edit("src/vibrissa/tables/store.py", "file.write(digest)", "file.write(digest[::-1])")
+    result = done.call(RUN, STICTION)
+    assert result.returncode != 0
+    assert result.stderr.count("Running again.") == 1
+    title, reason, log = result.stderr.splitlines()[-3:]
+    assert title.startswith("FAILED: rule points, making results/tiny/blocks/point-collocation/")
+    assert re.match("    error: results/tiny/blocks/.* cannot be read .* run again, it is", reason)
+    assert reason.strip() in (done.root / log.removeprefix("  log: ")).read_text()
+
+
+def test_a_damaged_table_is_made_anew(done):
+    path = done.root / STICTION
+    before = path.read_bytes()
+    path.write_bytes(before[:-100])
+    result = done.call(RUN)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr.startswith(f"{STICTION} is damaged or does not belong there: removed")
+    assert path.read_bytes() == before
+
+
+def test_a_killed_run_goes_on(finished, fresh):
+    """At one moment; tests/faults has more of them, and other faults."""
+    environment = os.environ | {"PYTHONPATH": str(fresh.root / "src")}
+    process = subprocess.Popen(
+        [*RUN, "--configfile", "tiny.yaml"],
+        cwd=fresh.root,
+        env=environment,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    while not list(fresh.root.glob("results/tiny/blocks/*/*.curves.parquet")):
+        assert process.poll() is None
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    result = fresh.call(RUN)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr.startswith("The last run was killed; its finished results are kept")
+    for name in ("stiction", "scans", "states"):
+        path = f"results/tiny/tables/{name}.parquet"
+        assert (fresh.root / path).read_bytes() == (finished.root / path).read_bytes()
+
+
+def test_a_dry_run_plans_nothing(fresh):
+    assert fresh.jobs()["curves"] == 2
+    assert not (fresh.root / "results").exists()
+
+
+def test_a_figures_folder_that_is_a_file_is_named_last(fresh):
+    fresh.edit("tiny.yaml", TINY[TINY.index("scans:") : TINY.index("figures:")], "")
+    for name in ("scan", "period", "state", "friction"):
+        text = (fresh.root / "tiny.yaml").read_text()
+        fresh.write("tiny.yaml", re.sub(rf"\n  {name}: .*", "", text))
+    folder = fresh.root / "results/tiny/figures"
+    folder.parent.mkdir(parents=True)
+    folder.write_text("")
+    result = fresh.call(RUN)
+    assert result.returncode != 0
+    assert result.stderr.startswith("results/tiny/figures is a file where a folder is needed; move")
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_a_damaged_plan_stops_with_its_remedy(done):
+    plan = done.path("results/tiny/blocks/*.json")
+    whole = plan.read_bytes()
+    plan.write_bytes(whole[:-10])
+    result = done.call(RUN)
+    name = plan.relative_to(done.root)
+    assert result.returncode != 0
+    assert f"the plan of blocks is damaged; delete {name}" in result.stderr.splitlines()[-1]
+    plan.unlink()
+    assert done.jobs() == {}
+    assert not plan.exists()
+    assert "Nothing to be done" in done.snakemake().stderr
+    assert plan.read_bytes() == whole
+
+
+def test_editing_a_caption_touches_captions_and_plots_alone(done):
+    done.edit("tiny.yaml", "Two cycles.", "Two cycles of stick and slip.")
+    assert set(done.jobs()) <= {"figure", "captions", "report", "all"}
+
+
+def test_a_rod_may_lie_down_along_the_surface(fresh):
+    fresh.write("tiny.yaml", TINY.replace("study: tiny", "study: tiny\ncontact: line"))
+    fresh.edit("tiny.yaml", "[1.5, 2]", "[2, 5]")
+    assert fresh.call(RUN, STICTION, "results/tiny/tables/states.parquet").returncode == 0
+    slips = fresh.stiction().to_pandas().query("status == 'slip'").set_index("theta")
+    assert slips["contact"].to_dict() == {2.0: "point", 5.0: "line"}
+    assert slips.loc[5.0, "s_c_slip"] < 1.0 == slips.loc[2.0, "s_c_slip"]
+    assert not slips["penetrates"].any()
+    states = store.read(fresh.root / "results/tiny/tables/states.parquet", schemas.STATES)
+    (state,) = states.to_pylist()
+    assert state["contact"] == "line" and not state["penetrates"] and state["stability"] > 0
+
+
+def test_check_is_a_target(done):
+    def check():
+        result = done.call(SNAKEMAKE, "check")
+        return result.returncode, result.stdout + result.stderr
+
+    status, text = check()
+    assert status and "tests/regression/tiny has no reference tables" in text
+    done.call([sys.executable, "workflow/check.py", "--bless"])
+    status, text = check()
+    assert not status and "Nothing moved: results/tiny has" in text
+    done.edit("tests/regression/tiny/states.csv", "inside,solved,", "inside,failed,")
+    status, text = check()
+    assert status and "states.status: 1 of 1 rows moved; at state inside (failed -> solved)" in text
+    log = done.path("results/tiny/logs/check.log").read_text()
+    assert log.splitlines()[-1] == "1 differences between results/tiny and tests/regression/tiny"

@@ -1,0 +1,234 @@
+"""Whether `make check` notices: break the physics in a copy of the project, once for each mutation.
+
+Usage: python validation/mutations.py
+
+Runs the paper's study in each copy, compares it with the reference tables and writes what came of
+it into docs/regression.md. Exit status 1 if a mutation went unnoticed. Takes some minutes.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+from vibrissa.files import write_atomically
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs/regression.md"
+BEGIN, END = "<!-- made by make mutations -->\n", "<!-- end -->"
+TABLES = [f"results/paper/tables/{name}.parquet" for name in ("stiction", "scans", "states")]
+
+
+class Mutation(NamedTuple):
+    """A text that stands once in a module, and what is put in its place."""
+
+    module: str
+    what: str
+    old: str
+    new: str
+
+
+MUTATIONS = [
+    Mutation(
+        "mechanics/equations",
+        "sign of the horizontal force in the equilibrium",
+        "gradient = states.fx[:, None] * sin - states.fy[:, None] * cos",
+        "gradient = -states.fx[:, None] * sin - states.fy[:, None] * cos",
+    ),
+    Mutation(
+        "mechanics/equations",
+        "sign of the clamp's moment",
+        "moment=-(gradient @ rule.weights)",
+        "moment=gradient @ rule.weights",
+    ),
+    Mutation(
+        "mechanics/equations",
+        "sign of the tip's turn",
+        "phi1=CLAMP_SLOPE + bend @ rule.weights",
+        "phi1=CLAMP_SLOPE - bend @ rule.weights",
+    ),
+    Mutation(
+        "mechanics/stability",
+        "sign of the load's part in the second variation",
+        "margin[found] = 1.0 + np.linalg.eigvalsh",
+        "margin[found] = 1.0 - np.linalg.eigvalsh",
+    ),
+    Mutation(
+        "mechanics/newton",
+        "the iteration ends at a correction of 0.01",
+        "tolerance: float = 1e-12,",
+        "tolerance: float = 1e-2,",
+    ),
+    Mutation(
+        "mechanics/taper",
+        "bending compliance of a weaker taper",
+        "compliance = free / g**3 * square",
+        "compliance = free / g**2 * h",
+    ),
+    Mutation(
+        "mechanics/taper",
+        "arc length by the diameter, not its square",
+        "arc = free * g / square",
+        "arc = free / h",
+    ),
+    Mutation(
+        "mechanics/elastica",
+        "third power of the diameter in the integrated shapes",
+        "flexibility = theta**4 / (theta * s - theta - s) ** 4",
+        "flexibility = -(theta**3) / (theta * s - theta - s) ** 3",
+    ),
+    Mutation(
+        "mechanics/elastica",
+        "sign of the horizontal force in the integrated shapes",
+        "moment = f * (cos_alpha * (x - x1) + sin_alpha * (y - y1))",
+        "moment = f * (cos_alpha * (x - x1) - sin_alpha * (y - y1))",
+    ),
+    Mutation(
+        "mechanics/elastica",
+        "shapes integrated to 1e-6 instead of 1e-12",
+        "SHAPE_TOLERANCE = 1e-12",
+        "SHAPE_TOLERANCE = 1e-6",
+    ),
+    Mutation(
+        "mechanics/buckling",
+        "mirror image of the rod",
+        "(bending_moment(states) < 0).all(axis=1)",
+        "(bending_moment(states) > 0).all(axis=1)",
+    ),
+    Mutation(
+        "sticking/curve",
+        "slip where the sine, not the tangent, of α reaches μ0",
+        "return mu0 * state.reaction_fy - state.reaction_fx",
+        "return -mu0 * np.hypot(state.reaction_fx, state.reaction_fy) - state.reaction_fx",
+    ),
+    Mutation(
+        "sticking/piece",
+        "crossings taken from the nearest sample, not located",
+        "found[inside] = bracketed_root(excess, low, t[after], levels[inside], value, guess=guess)",
+        "found[inside] = t[after]",
+    ),
+    Mutation(
+        "sticking/piece",
+        "lock taken from the nearest sample, not located",
+        "return float(bracketed_root(sloped, around[:1], around[1:])[0])",
+        "return float(around[0])",
+    ),
+    Mutation(
+        "mechanics/states",
+        "α counted clockwise",
+        "return np.arctan2(self.reaction_fx, -self.reaction_fy)",
+        "return np.arctan2(-self.reaction_fx, -self.reaction_fy)",
+    ),
+    Mutation(
+        "numerics/steps",
+        "first step of slip for the last of stiction",
+        "    return step\n",
+        "    return step + 1\n",
+    ),
+    Mutation(
+        "sticking/stiction",
+        "last state of stiction a step early",
+        "n_steps[rows], x0_max[rows] = count, step_position(count, step)",
+        "n_steps[rows], x0_max[rows] = count - 1, step_position(count - 1, step)",
+    ),
+    Mutation(
+        "sticking/stiction",
+        "penetration judged the other way round",
+        "(curve.x0_touch < sticks_until)",
+        "~(curve.x0_touch < sticks_until)",
+    ),
+    Mutation(
+        "sticking/cycles",
+        "slip a step earlier",
+        "_numbered(last, 1 if",
+        "_numbered(last - 1, 1 if",
+    ),
+    Mutation(
+        "sticking/cycles",
+        "contact point on the other side of the clamp",
+        "offset = curve.x1_init - period.x0",
+        "offset = curve.x1_init + period.x0",
+    ),
+    Mutation(
+        "sticking/collocation",
+        "single state solved 1e-6 off its place",
+        "closure = Closure.at_offset(np.array([offset]), contact)",
+        "closure = Closure.at_offset(np.array([offset + 1e-6]), contact)",
+    ),
+    Mutation(
+        "numerics/spectral",
+        "every Gauss weight a billionth too large",
+        "weights = 0.5 * w\n",
+        "weights = 0.5 * w * (1.0 + 1e-9)\n",
+    ),
+]
+
+
+def mutate(mutation: Mutation, root: Path) -> None:
+    """Put a mutation into a copy of the project."""
+    path = root / f"src/vibrissa/{mutation.module}.py"
+    text = path.read_text(encoding="utf-8")
+    if text.count(mutation.old) != 1:
+        sys.exit(f"{mutation.module}.py has {mutation.old!r} {text.count(mutation.old)} times")
+    path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
+
+
+def outcome(mutation: Mutation | None) -> tuple[int, list[str]]:
+    """Exit status and lines of the check in a mutated copy; status 2 where the run itself fails."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder)
+        for name in ("src", "workflow", "tests/regression"):
+            shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        for name in ("Snakefile", "config.yaml"):
+            shutil.copy(ROOT / name, root)
+        if mutation:
+            mutate(mutation, root)
+        environment = os.environ | {
+            "PYTHONPATH": str(root / "src"),
+            "XDG_CACHE_HOME": str(root / ".cache"),
+        }
+        run = [sys.executable, "-m", "snakemake", "--cores", "all", "--scheduler", "greedy"]
+        for command in ([*run, *TABLES], [sys.executable, "workflow/check.py"]):
+            result = subprocess.run(
+                command, cwd=root, env=environment, capture_output=True, text=True
+            )
+            if command[-1] in TABLES and result.returncode:
+                return 2, result.stderr.splitlines()
+    return result.returncode, result.stdout.splitlines()
+
+
+def main() -> int:
+    status, lines = outcome(None)
+    if status:
+        print("Without a mutation the check is red already:", *lines, sep="\n")
+        return 1
+    rows, unnoticed = [], 0
+    for number, mutation in enumerate(MUTATIONS, 1):
+        status, lines = outcome(mutation)
+        columns = [line.partition(":")[0] for line in lines[:-1]]
+        shown = ", ".join(f"`{name}`" for name in columns[:3]) + (", ..." if columns[3:] else "")
+        seen = {0: "**green**", 1: f"red: {shown} ({len(columns)})", 2: "the run itself fails"}
+        unnoticed += status == 0
+        rows.append(f"| {number} | `{mutation.module}` | {mutation.what} | {seen[status]} |")
+        print(rows[-1], flush=True)
+    # A run that fails counts as noticed: it must not have been for some other reason.
+    status, lines = outcome(None)
+    if status:
+        print("Without a mutation the check is red in the end:", *lines, sep="\n")
+        return 1
+    page = PAGE.read_text(encoding="utf-8")
+    before, _, rest = page.partition(BEGIN)
+    table = "\n".join(
+        ["| | module | what was broken | `make check` |", "| --- | --- | --- | --- |", *rows]
+    )
+    with write_atomically(PAGE) as temporary:
+        temporary.write_text(f"{before}{BEGIN}\n{table}\n\n{END}{rest.partition(END)[2]}", "utf-8")
+    print(f"{len(MUTATIONS) - unnoticed} of {len(MUTATIONS)} mutations noticed; {PAGE} is written")
+    return 1 if unnoticed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

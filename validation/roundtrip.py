@@ -1,0 +1,214 @@
+"""A random surface, a scan of it, a real transducer, and back to friction: bias and coverage.
+
+A steel whisker of 100 mm and 1 mm at the base (θ = 2, η = 0.85) moves 150 mm in steps of 50 µm over
+a random texture (μ0 0.30 ± 0.04, correlated over 2 mm) and is read by an ATI Nano17 SI-12-0.12.
+Where height and offsets are estimated, the transducer's zero is off by tenths of a newton and the
+height is looked for near another one.
+"""
+
+import argparse
+import multiprocessing
+from collections import defaultdict
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vibrissa.errors import VibrissaError
+from vibrissa.files import write_atomically
+from vibrissa.mechanics.rod import Rod
+from vibrissa.sensor import (
+    Method,
+    PeriodStatus,
+    Recording,
+    SlipLaw,
+    Units,
+    Unknown,
+    path,
+    preset,
+    respond,
+    simulate,
+    surfaces,
+)
+from vibrissa.sensor.heights import respond_between
+from vibrissa.sensor.identification.calibration import calibrate, known_setup
+from vibrissa.sensor.identification.friction import find_periods
+from vibrissa.sensor.scanning import Outcome
+
+ROD = Rod(youngs_modulus=2.1e11, base_diameter=1e-3, length=0.1)
+SENSOR = preset("nano17-si-12-0.12")
+SCALE = Units(ROD).channels
+DEVIATION = np.array(SENSOR.deviation) / SCALE
+THETA, ETA, GUESS = 2.0, 0.85, 0.87
+POSITIONS = path("0.0005", ["1.5"])
+RATIO = 0.8
+# Standard deviations of the transducer's zero (N, N, N·m), where it is estimated.
+ZERO = np.array([0.3, 0.3, 0.01])
+# What is identified, and how: method, what is estimated, whether the slip law is given.
+ALL = [Unknown.ETA, Unknown.OFFSET]
+CASES = {
+    "forces": (Method.FORCES, [], True),
+    "moment": (Method.MOMENT, [], True),
+    "spacing": (Method.SPACING, [], True),
+    "spacing, law not given": (Method.SPACING, [], False),
+    "forces, η and bias estimated": (Method.FORCES, ALL, True),
+    "moment, η and bias estimated": (Method.MOMENT, ALL, True),
+}
+SHOWN = [
+    (SlipLaw.FREE, "forces"),
+    (SlipLaw.FREE, "moment"),
+    (SlipLaw.FREE, "spacing"),
+    (SlipLaw.KINETIC, "spacing"),
+    (SlipLaw.ENERGY, "spacing"),
+    (SlipLaw.FREE, "moment, η and bias estimated"),
+]
+BEGIN, END = "<!-- table of make roundtrip -->", "<!-- end of the table -->"
+
+
+@cache
+def rod():
+    """Response of the rod, solved once in each process."""
+    return respond(THETA, ETA)
+
+
+@cache
+def heights():
+    """Response of the rod near a height that it does not have."""
+    return respond_between(THETA, GUESS)
+
+
+def one(seed, drift, crosstalk):
+    """Scan one surface and identify it: what was found, by law and case."""
+    flawed = replace(
+        SENSOR, drift=tuple(drift * step for step in SENSOR.resolution), crosstalk=crosstalk
+    )
+    surface = surfaces.random(seed, 0.3, 0.04, 0.02)
+    zero = np.random.default_rng([seed, 2]).normal(0.0, ZERO)
+    results = {}
+    for law in SlipLaw:
+        truth = simulate(rod(), surface, POSITIONS, law, RATIO)
+
+        def recorded(zero, truth=truth):
+            reactions = truth.reactions * SCALE + zero
+            readings = flawed.measured(reactions, np.random.default_rng([seed, 1])) / SCALE
+            return Recording(clamp=truth.clamp, readings=readings, line=np.arange(len(truth)))
+
+        ready, raw = recorded(0.0), recorded(zero)
+        try:
+            setup = calibrate(heights(), GUESS, raw, DEVIATION, ALL)
+        except VibrissaError:
+            setup = None
+        for name, (method, unknown, told) in CASES.items():
+            if unknown and setup is None:
+                continue
+            try:
+                found = find_periods(
+                    setup if unknown else known_setup(rod()),
+                    raw if unknown else ready,
+                    DEVIATION,
+                    method=method,
+                    law=law if told else None,
+                    kinetic_ratio=RATIO,
+                )
+            except VibrissaError:
+                continue  # refused: no state of this rod
+            results[law, name] = outcome(truth, found)
+    return results
+
+
+def outcome(truth, found):
+    """Errors, whether the intervals cover, deviations, their common part, and counts."""
+    # Where there is no friction at all: bounds.
+    some = PeriodStatus.SLIP in found.status
+    known = found.status == (PeriodStatus.SLIP if some else PeriodStatus.UNSURE)
+    mu0 = truth.mu0[found.last][known]
+    covers = (found.low[known] <= mu0) & (mu0 <= found.high[known])
+    ended = truth.outcome is not Outcome.COMPLETE
+    counts = int(truth.period[-1]), len(found.status), ended
+    return (
+        found.mu0[known] - mu0,
+        covers,
+        found.deviation[known],
+        found.common[known],
+        found.high[known] - found.low[known],
+        counts,
+    )
+
+
+def table(gathered):
+    """Rows of the table, in Markdown."""
+    yield (
+        "| slips | method | ended early | periods, found | bias | rms error | predicted "
+        "| coverage |"
+    )
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
+    for law in SlipLaw:
+        for name in CASES:
+            parts = gathered[law, name]
+            error, covers, stated, common, width = (
+                np.concatenate([part[i] for part in parts]) for i in range(5)
+            )
+            there, found, ended = np.sum([part[5] for part in parts], axis=0)
+            if np.isnan(error).all():
+                figures = f"– | – | interval {width.mean():.2f} wide"
+            else:
+                size = f"{np.nanmean(stated):.1e}"
+                if common.any():
+                    size += f" ({common.mean():.0e} correlated)"
+                figures = f"{np.nanmean(error):+.0e} | {np.sqrt(np.nanmean(error**2)):.1e} | {size}"
+            yield (
+                f"| {law} | {name} | {ended} | {there}, {found} | {figures} "
+                f"| {100.0 * covers.mean():.1f} % |"
+            )
+
+
+def main():
+    """Print or write the table, draw the figure."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--workers", type=int, default=None)
+    parser.add_argument("--docs", type=Path, help="page into which the table is written")
+    parser.add_argument("--figure", type=Path, help="where to draw the errors (.png, .svg, .pdf)")
+    parser.add_argument(
+        "--drift", type=float, default=0.0, help="of the zero, in steps of resolution per √sample"
+    )
+    parser.add_argument("--crosstalk", type=float, default=0.0, help="part of full scale")
+    arguments = parser.parse_args()
+
+    gathered = defaultdict(list)
+    with multiprocessing.Pool(arguments.workers) as pool:
+        scanned = partial(one, drift=arguments.drift, crosstalk=arguments.crosstalk)
+        for results in pool.imap_unordered(scanned, range(arguments.seeds), chunksize=5):
+            for key, value in results.items():
+                gathered[key].append(value)
+    rows = "\n".join([f"{arguments.seeds} surfaces:\n", *table(gathered)])
+    print(rows)
+    if arguments.docs is not None:
+        before, _, rest = arguments.docs.read_text(encoding="utf-8").partition(BEGIN)
+        after = rest.partition(END)[2]
+        text = f"{before}{BEGIN}\n{rows}\n{END}{after}"
+        with write_atomically(arguments.docs) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    if arguments.figure is not None:
+        errors = {
+            key: np.concatenate([part[0] for part in parts]) for key, parts in gathered.items()
+        }
+        draw(errors, arguments.figure)
+
+
+def draw(errors, path):
+    """Draw a histogram of the errors for some laws and methods."""
+    figure = Figure(figsize=(11.0, 2.8), layout="constrained")
+    for axes, (law, name) in zip(figure.subplots(1, len(SHOWN)), SHOWN, strict=True):
+        axes.hist(errors[law, name], bins=np.linspace(-0.007, 0.007, 71), color="0.35")
+        axes.axvline(0.0, color="C3", linewidth=0.8)
+        axes.set_title(f"{name.replace(', ', chr(10), 1)}\nslips: {law}", fontsize=9)
+        axes.set(yticks=[], xticks=[-0.005, 0.0, 0.005], xlabel="error of μ0")
+    with write_atomically(path) as temporary:
+        figure.savefig(temporary, dpi=130)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,74 @@
+"""Solve random points of the whole range in both contact models and count how they come out.
+
+Usage: python validation/survey.py [--curves 2500] [--points 20] [--seed 1]
+
+The taper is drawn log-uniformly from 1 to 20, the height uniformly from 0.3 to 0.999 and, for each
+such curve, several friction coefficients uniformly from 0 to 2. Prints the number of points by
+status and by how sticking ends past the lock, the largest residual, the least stability on the
+curves, and every curve that is not solved to its end.
+"""
+
+import argparse
+from collections import Counter
+
+import numpy as np
+from rich.progress import track
+
+from vibrissa.mechanics.outcomes import Contact, End, Status
+from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.curve import StickingCurve
+
+CHUNK = 64
+# Displacements at which stability is asked for on each curve.
+LOOKS = 40
+
+
+def outcomes(curve: StickingCurve, mu0: np.ndarray) -> list[str]:
+    """Say how each friction coefficient comes out on a curve."""
+    if curve.status is not Status.SOLVED:
+        return [curve.status.value] * len(mu0)
+    locks = mu0 > curve.mu_lock
+    ends = curve.motion_end(mu0[locks])[0] if locks.any() else []
+    return ["slip"] * int((~locks).sum()) + [f"lock, then {end}" for end in ends]
+
+
+def survey(curves: int, points: int, seed: int) -> None:
+    """Solve the points and print what came out."""
+    random = np.random.default_rng(seed)
+    theta = np.exp(random.uniform(0.0, np.log(20.0), curves))
+    eta = random.uniform(0.3, 0.999, curves)
+    mu0 = random.uniform(0.0, 2.0, (curves, points))
+    for model in Contact:
+        counts: Counter[str] = Counter()
+        residual = {"theta <= 8": 0.0, "theta > 8": 0.0}
+        stability, odd = np.inf, []
+        for start in track(range(0, curves, CHUNK), description=model.value):
+            part = slice(start, start + CHUNK)
+            for curve, friction in zip(
+                solve_curves(theta[part], eta[part], model), mu0[part], strict=True
+            ):
+                counts.update(outcomes(curve, friction))
+                if curve.status is not Status.SOLVED or curve.end is End.NOT_FOLLOWED:
+                    odd.append(curve)
+                if curve.status is Status.SOLVED:
+                    where = "theta <= 8" if curve.theta <= 8 else "theta > 8"
+                    residual[where] = max(residual[where], curve.residual)
+                    states = curve.state(np.linspace(0.0, curve.x0_end, LOOKS))
+                    stability = min(stability, float(states.stability.min()))
+        print(f"\ncontact: {model}, {curves} curves, {sum(counts.values())} points")
+        for outcome, number in counts.most_common():
+            print(f"  {outcome:28}{number:8}")
+        for where, value in residual.items():
+            print(f"  largest residual, {where:10}{value:10.1e}")
+        print(f"  least stability             {stability:10.1e}")
+        for curve in odd:
+            message = curve.message or curve.end_message
+            print(f"  {curve.status}: theta {curve.theta!r}, eta {curve.eta!r}: {message}")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--curves", type=int, default=2500)
+    parser.add_argument("--points", type=int, default=20, help="for each curve")
+    parser.add_argument("--seed", type=int, default=1)
+    survey(**vars(parser.parse_args()))
