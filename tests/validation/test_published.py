@@ -1,0 +1,215 @@
+"""Numbers that others published: what is compared, that it agrees, and that it need not."""
+
+from dataclasses import replace
+from decimal import Decimal
+
+import numpy as np
+import published
+import pytest
+from published import Rounding, compare, dead_load, printed
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import OptimizeResult, brentq
+from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
+
+SOURCES = {source.title: source for source in published.read_sources()}
+NUMBERS = [number for source in SOURCES.values() for number in source.numbers]
+
+pytestmark = pytest.mark.slow
+
+
+def test_there_are_enough_numbers_and_sources():
+    assert len(NUMBERS) >= 40
+    assert len(SOURCES) >= 5
+    assert all(
+        "Read " in source.notes or "transcribed" in source.notes for source in SOURCES.values()
+    )
+    assert all(number.place for number in NUMBERS)
+
+
+@pytest.mark.parametrize("title", SOURCES)
+def test_published_numbers_are_ours(title):
+    unexpected = [number for number in SOURCES[title].numbers if not compare(number).expected]
+    assert unexpected == []
+
+
+def test_the_one_number_that_differs_is_named():
+    (number,) = (number for number in NUMBERS if number.known_difference)
+    assert (number.quantity, number.argument.text, number.value.text) == (
+        "conical_column",
+        "0.1",
+        "1.202",
+    )
+    assert compare(number).difference == pytest.approx(0.00102, abs=5e-6)
+
+
+@pytest.mark.parametrize("title", SOURCES)
+def test_a_doctored_number_turns_red(title):
+    for number in SOURCES[title].numbers:
+        exact = number.argument.rounding is Rounding.EXACT
+        change = 2 * number.value.digit if exact else number.value.value / 10
+        for doctored in (number.value.value + change, number.value.value - change):
+            value = replace(number.value, text=str(doctored))
+            assert not compare(replace(number, value=value)).agrees, (number, doctored)
+
+
+@pytest.fixture
+def one_source(tmp_path, monkeypatch):
+    """A copy of the smallest source and of the page."""
+    folder, page = tmp_path / "published", tmp_path / "published.md"
+    folder.mkdir()
+    copy = folder / "clamped_hinged_column.csv"
+    copy.write_text((published.SOURCES / copy.name).read_text())
+    page.write_text(published.PAGE.read_text())
+    monkeypatch.setattr(published, "SOURCES", folder)
+    monkeypatch.setattr(published, "PAGE", page)
+    return copy
+
+
+def test_the_command_writes_the_page(one_source):
+    assert published.main() == 0
+    assert "| 1 | 20.19 | 20.1907 |" in published.PAGE.read_text()
+
+
+def test_the_command_fails_and_names_a_number_that_differs(one_source, capsys):
+    one_source.write_text(one_source.read_text().replace("20.19,,", "20.18,,"))
+    assert published.main() == 1
+    assert "differs: clamped_hinged_column | 1 | 20.18 |" in capsys.readouterr().err
+    assert "**differs**" in published.PAGE.read_text()
+
+
+def test_the_command_fails_if_a_known_difference_is_none(one_source, capsys):
+    one_source.write_text(one_source.read_text().replace("13-10d,", "13-10d,misprinted"))
+    assert published.main() == 1
+    assert "agrees, which was not expected" in capsys.readouterr().err
+
+
+def test_the_page_holds_the_verdicts_of_today():
+    compared = [(source, [compare(n) for n in source.numbers]) for source in SOURCES.values()]
+    assert "\n".join(published.summary(compared)) in published.PAGE.read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "rounding", "low", "high"),
+    [
+        ("1.20", "nearest", 1.195, 1.205),
+        ("1.20", "nearest or cut", 1.195, 1.21),
+        ("-1.20", "nearest or cut", -1.21, -1.195),
+        ("1.20", "twice", 1.1945, 1.2055),
+        ("1.20", "exact", 1.2, 1.2),
+        ("4.2E-06", "nearest", 4.15e-6, 4.25e-6),
+    ],
+)
+def test_the_last_digit_says_what_is_allowed(text, rounding, low, high):
+    assert printed(text, rounding).bounds() == pytest.approx((low, high), rel=1e-12)
+
+
+def test_a_rounded_argument_widens_what_is_allowed(monkeypatch):
+    monkeypatch.setitem(published.QUANTITIES, "conical_column", lambda x: 3.0 * float(x))
+    number = replace(
+        NUMBERS[0],
+        quantity="conical_column",
+        argument=printed("2.0", "nearest"),
+        value=printed("6.1", "nearest"),
+    )
+    assert compare(number).allowed == pytest.approx((-0.2, 0.2))
+    assert compare(replace(number, argument=printed("2.0", "exact"))).allowed == pytest.approx(
+        (-0.05, 0.05)
+    )
+
+
+# --- Our side of the comparison, by closed forms and integrations that share no code with it. ---
+
+
+def elastica(force, alpha):
+    """Tip of a cylinder under a dead force: x1, η, and the angle by which it has turned.
+
+    γ, the angle between the tangent and the direction against the force, obeys the equation of a
+    pendulum, γ'' = −f·sin γ, with γ = α at the clamp and γ' = 0 at the tip.
+    """
+
+    def incomplete(tip):
+        k = np.sin(tip / 2.0)
+        return k, np.arcsin(min(1.0, np.sin(alpha / 2.0) / k))
+
+    def excess_length(tip):
+        k, start = incomplete(tip)
+        return ellipk(k**2) - ellipkinc(start, k**2) - np.sqrt(force)
+
+    tip = brentq(excess_length, alpha + 1e-9, np.pi - 1e-9, xtol=1e-14)
+    k, start = incomplete(tip)
+    root = np.sqrt(force)
+    against = 2.0 * (ellipe(k**2) - ellipeinc(start, k**2)) / root - 1.0
+    across = 2.0 * k * np.cos(start) / root
+    sin, cos = np.sin(alpha), np.cos(alpha)
+    return across * cos - against * sin, against * cos + across * sin, tip - alpha
+
+
+@pytest.mark.parametrize("direction", [45.0, 90.0, 135.0])
+@pytest.mark.parametrize("load", ["0.2", "1.8", "9.5"])
+def test_dead_load_is_the_elastica(load, direction):
+    state = dead_load(1.0, Decimal(load), direction)
+    expected = elastica(float(load), np.radians(direction))
+    found = (state.x1, state.eta, np.pi / 2.0 - state.phi1)
+    assert found == pytest.approx(expected, abs=1e-10)
+
+
+def test_a_dead_load_that_is_not_found_is_an_error(monkeypatch):
+    lost = OptimizeResult(x=np.array([0.1, 0.6]), fun=np.array([0.0, 1e-3]), message="no progress")
+    monkeypatch.setattr(published, "root", lambda *_, **__: lost)
+    with pytest.raises(ArithmeticError, match=r"load 0\.123 at 90\.0°: no progress"):
+        dead_load(1.0, Decimal("0.123"), 90.0)
+
+
+@pytest.mark.parametrize("angle", ["60", "80", "100", "120"])
+def test_post_buckled_states_are_the_elastica(angle):
+    k = np.sin(np.radians(float(angle)) / 2.0)
+    complete, second = ellipk(k**2), ellipe(k**2)
+    found = (
+        published.post_buckled_load(Decimal(angle)),
+        published.post_buckled_deflection(Decimal(angle)),
+        published.post_buckled_shortening(Decimal(angle)),
+    )
+    expected = (
+        4.0 * complete**2 / np.pi**2,
+        200.0 * k / complete,
+        200.0 * (1.0 - second / complete),
+    )
+    assert found == pytest.approx(expected, rel=1e-9)
+    load = Decimal(repr(found[0]))
+    assert published.post_buckled_deflection_under(load) == pytest.approx(found[1] / 200, rel=1e-8)
+    assert published.post_buckled_shortening_under(load) == pytest.approx(found[2] / 200, rel=1e-8)
+
+
+@pytest.mark.parametrize("ratio", ["0.1", "0.5", "0.9"])
+def test_conical_column_is_a_root_of_the_linear_beam(ratio):
+    theta = float(ratio) ** -0.25
+
+    def slope_at_clamp(load):
+        # B·y'' = m and m'' = −P·y'', from the tip, where m = 0, to the clamp, where y' = −m'/P = 0.
+        def beam(s, values):
+            moment, derivative = values
+            return derivative, -load * moment / (1.0 - (1.0 - 1.0 / theta) * s) ** 4
+
+        return solve_ivp(beam, (1.0, 0.0), (0.0, 1.0), rtol=1e-11, atol=1e-13).y[1, -1]
+
+    load = brentq(slope_at_clamp, 0.8, 2.6, xtol=1e-12)
+    assert published.conical_column(Decimal(ratio)) == pytest.approx(load, abs=1e-9)
+
+
+def test_small_forces_are_linear_beam_theory():
+    # Radius 0.1 m at the clamp, 0.05 m at the tip, L = 1 m, E = 2e11 Pa, 100 N.
+    def curvature(s):
+        return 100.0 * (1.0 - s) / (2e11 * np.pi * (0.1 - 0.05 * s) ** 4 / 4.0)
+
+    rotation = quad(curvature, 0.0, 1.0, epsabs=0.0, epsrel=1e-12)[0]
+    deflection = quad(lambda s: (1.0 - s) * curvature(s), 0.0, 1.0, epsabs=0.0, epsrel=1e-12)[0]
+    assert published.small_rotation(Decimal(100)) == pytest.approx(rotation, rel=1e-8)
+    assert published.small_deflection(Decimal(100)) == pytest.approx(deflection, rel=1e-8)
+    assert published.small_stress(Decimal(100)) == pytest.approx(
+        2e11 * 0.1 * curvature(0.0), rel=1e-8
+    )
+
+
+def test_clamped_hinged_column_is_eulers():
+    wave_number = brentq(lambda kappa: np.sin(kappa) - kappa * np.cos(kappa), 4.0, 4.7, xtol=1e-14)
+    assert published.clamped_hinged_column(Decimal(1)) == pytest.approx(wave_number**2, rel=2e-7)
