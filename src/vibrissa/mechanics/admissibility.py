@@ -95,15 +95,23 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     Clearance
     """
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
+    # Without a slope of 0 or π inside there is no lowest or highest point.
+    high, low = states.phi.max(axis=1), states.phi.min(axis=1)
+    turns = (high > np.pi - NEAR) | (low < 0.0) | (high - low > HALF_TURN)
+    near = np.flatnonzero(turns)
+    if not len(near):
+        return found
     # A tip that passes through the surface is no arch.
-    touches = np.full(len(states), True) if contact is Contact.LINE else ends(states).phi1 >= 0.0
-    near = np.flatnonzero(_comes_near(states, eta, touches))
+    touches = np.full(len(near), True)
+    if contact is Contact.POINT:
+        touches = ends(states.take(near)).phi1 >= 0.0
+    close = _comes_near(states.take(near), eta[near], touches)
+    near, touches = near[close], touches[close]
     if len(near):
-        close = states.take(near)
-        shapes = _Shapes.of(close.on_nodes(max(CLOSE_LOOK, 2 * states.nodes)))
+        shapes = _Shapes.of(states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes)))
         found.clamp[near] = shapes.extreme(lowest=True)
         arch = eta[near] - shapes.extreme(lowest=False)
-        found.surface[near] = np.where(touches[near], arch, np.inf)
+        found.surface[near] = np.where(touches, arch, np.inf)
         found.itself[near] = shapes.gaps()
     return found
 
@@ -115,8 +123,7 @@ def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolA
     x = (density * np.cos(states.phi)) @ rule.from_start.T
     y = (density * np.sin(states.phi)) @ rule.from_start.T
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
-    # Without a slope of 0 or π inside there is no lowest or highest point; near the clamp the rod
-    # stands upright.
+    # Near the clamp the rod stands upright.
     comes_down = y[:, states.nodes // 8 :].min(axis=1) < FAR
     turned_up = np.where(states.phi > CLAMP_SLOPE, y, -np.inf).max(axis=1) > eta - FAR
     near = (high > np.pi - NEAR) & (comes_down | (touches & turned_up))
@@ -166,7 +173,7 @@ class _Shapes(Batch):
         )
 
     def at(self, tau: FloatArray) -> "_Places":
-        """Evaluate at places, of each shape its own, shape (n, places)."""
+        """Evaluate at places, of each shape its own or of all the same, shape (n or 1, places)."""
         values, integrals = legendre_series(self.slope.shape[1], tau)
 
         def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
@@ -179,6 +186,13 @@ class _Shapes(Batch):
             y=summed(integrals, self.up),
             speed=np.hypot(summed(values, self.along), summed(values, self.up)),
         )
+
+    def steepness(self, tau: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Evaluate sin φ and its derivative at one place of each of some shapes."""
+        values, _ = legendre_series(self.slope.shape[1], tau)
+        slope, bend = self.slope[rows.astype(int)], self.bend[rows.astype(int)]
+        phi = np.vecdot(values, slope)
+        return np.sin(phi), np.cos(phi) * np.vecdot(values[:, : bend.shape[1]], bend)
 
     def extreme(self, *, lowest: bool) -> FloatArray:
         """Height of the lowest or highest point inside each shape; infinite if there is none."""
@@ -193,14 +207,11 @@ class _Shapes(Batch):
         found = np.full(len(self), sign * np.inf)
         if len(rows):
 
-            def level(tau: FloatArray, row: FloatArray) -> tuple[FloatArray, FloatArray]:
-                place = self.take(row.astype(int)).at(tau[:, None])
-                return np.sin(place.phi[:, 0]), (np.cos(place.phi) * place.bend)[:, 0]
-
+            turning, index = self.take(rows), np.arange(len(rows))
             tau = gauss_rule(self.phi.shape[1]).nodes
             low, high = tau[before[rows]], tau[before[rows] + 1]
-            at = bracketed_root(level, low, high, rows.astype(float))
-            found[rows] = self.take(rows).at(at[:, None]).y[:, 0]
+            at = bracketed_root(turning.steepness, low, high, index.astype(float))
+            found[rows] = turning.at(at[:, None]).y[:, 0]
         return found
 
     def gaps(self) -> FloatArray:
@@ -210,7 +221,7 @@ class _Shapes(Batch):
         which the other part then is.
         """
         tau = np.append(gauss_rule(self.phi.shape[1]).nodes[::STRIDE], 1.0)
-        seen = self.at(np.broadcast_to(tau, (len(self), len(tau))))
+        seen = self.at(tau[None])
         one, other = np.triu_indices(len(tau), 2)
         found, start = np.full(len(self), np.inf), np.zeros((len(self), 2))
         for row in np.flatnonzero(np.ptp(seen.phi, axis=1) > HALF_TURN):

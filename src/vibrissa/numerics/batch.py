@@ -86,5 +86,8 @@ class Batch:
 
         Columns that are known otherwise take the place of the matrix's.
         """
-        columns = {name: matrix[..., index] for index, name in enumerate(cls.names())}
-        return cls(**(columns | known))
+        # Not by the constructor, as in `each`.
+        named = object.__new__(cls)
+        for index, name in enumerate(cls.__dataclass_fields__):
+            named.__dict__[name] = known[name] if name in known else matrix[..., index]
+        return named

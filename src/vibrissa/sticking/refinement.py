@@ -433,7 +433,11 @@ def _dip(look: Callable[[FloatArray], Clearance], low: float, high: float) -> fl
         least = int(np.argmin(nearest))
         if nearest[least] < -TOLERANCE:
             return float(at[least])
-        low, high = at[max(least - 1, 0)], at[min(least + 1, ZOOM - 1)]
+        around = [max(least - 1, 0), min(least + 1, ZOOM - 1)]
+        # Between two looks a dip, be it a kink, falls by no more than it rises to the next one.
+        if nearest[least] > nearest[around].max() - nearest[least]:
+            return np.nan
+        low, high = at[around]
     return np.nan
 
 
