@@ -206,7 +206,6 @@ class _Shapes(Batch):
         rows = np.flatnonzero(turns.any(axis=1))
         found = np.full(len(self), sign * np.inf)
         if len(rows):
-
             turning, index = self.take(rows), np.arange(len(rows))
             tau = gauss_rule(self.phi.shape[1]).nodes
             low, high = tau[before[rows]], tau[before[rows] + 1]
