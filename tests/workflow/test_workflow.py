@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+import venv
 from itertools import product
 from pathlib import Path
 
@@ -524,3 +525,17 @@ def test_check_is_a_target(done):
     assert status and "states.status: 1 of 1 rows moved; at state inside (failed -> solved)" in text
     log = done.path("results/tiny/logs/check.log").read_text()
     assert log.splitlines()[-1] == "1 differences between results/tiny and tests/regression/tiny"
+
+
+def test_folders_may_have_spaces_and_umlauts(pristine, tmp_path):
+    """With an interpreter below such a folder, as `make reproduce` has in .venv."""
+    copy = Copy(tmp_path / "a b" / "ü")
+    shutil.copytree(pristine.root, copy.root)
+    venv.create(copy.root / ".venv")
+    python = copy.root / ".venv/bin/python"
+    paths = [path for path in sys.path if path.endswith("site-packages")]
+    (packages,) = copy.root.glob(".venv/lib/*/site-packages")
+    (packages / "all.pth").write_text("\n".join(paths))
+    result = copy.call([str(python), *RUN[1:], "results/tiny/figures/captions.md"])
+    assert result.returncode == 0, result.stderr
+    assert "Two cycles." in copy.path("results/tiny/figures/captions.md").read_text()

@@ -17,5 +17,5 @@ rule check:
     message:
         "comparing the tables with {params.reference}"
     shell:
-        "{params.python:q} {params.program:q} --results {params.results:q}"
+        "{params.python} {params.program:q} --results {params.results:q}"
         " --reference {params.reference:q} 2>&1 | tee {log:q}"

@@ -1,4 +1,5 @@
 # What all rules share: the checked study, its folder, and the blocks its curves are solved in.
+import shlex
 import sys
 
 import yaml
@@ -10,6 +11,12 @@ from vibrissa.study.codec import encode_grid, encode_key, encode_values
 from vibrissa.study.parsing import parse_study, refuse_repeated_keys
 
 ENDINGS = ["pdf", "svg", "png"]
+
+# Snakemake (9.27) writes the path of its Python into shell commands, of `script:` rules and of cluster
+# jobs, as it stands. Without quotes no job would start in a folder with a space in its name. A path
+# that is quoted already, by an earlier reading of this file, names no file.
+if Path(sys.executable).is_file():
+    sys.executable = shlex.quote(sys.executable)
 
 try:
     for path in workflow.configfiles:
