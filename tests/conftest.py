@@ -37,7 +37,13 @@ def study_tables(paper):
         for key, points in points_on_curves(curves, paper.point_grids)
     )
     scans = [
-        records.scan_table(name, point, stick_slip(curve, point.mu0, point.dx0, scan.cycles))
+        records.scan_table(
+            name,
+            point,
+            stick_slip(curve, point.mu0, point.dx0, scan.cycles),
+            study=paper.name,
+            method=curve.method,
+        )
         for name, scan in paper.scans.items()
         for point in scan.grid.points()
         for curve in [curves[point.curve_key(by_step=False)]]
@@ -47,9 +53,11 @@ def study_tables(paper):
         for name, state in paper.states.items()
     }
     return {
-        "stiction": store.joined(list(records.stiction_tables(points)), schemas.STICTION),
+        "stiction": store.joined(
+            list(records.stiction_tables(points, paper.name)), schemas.STICTION
+        ),
         "scans": store.joined(scans, schemas.SCANS),
-        "states": records.states_table(states),
+        "states": records.states_table(states, paper.name),
     }
 
 

@@ -13,7 +13,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from vibrissa.errors import TableError
+from vibrissa.errors import ComparisonError, VibrissaError
 from vibrissa.pipeline import regression
 from vibrissa.pipeline.run import study_name
 
@@ -33,9 +33,7 @@ def check(results: Path, reference: Path, bless: bool) -> int:
         path.stem: regression.read(path) for path in reference.glob("*.csv") if path.stem in layouts
     }
     if not stored and not bless:
-        raise regression.RegressionError(
-            f"{reference} has no reference tables; make them with: make bless"
-        )
+        raise ComparisonError(f"{reference} has no reference tables; make them with: make bless")
     lines = [f"{name}: the whole table is missing" for name in sorted(stored.keys() - found)]
     for name, text in found.items():
         if name in stored:
@@ -74,7 +72,7 @@ def main(argv: list[str]) -> int:
     reference = options.reference or Path("tests/regression", study)
     try:
         return check(results, reference, options.bless)
-    except (regression.RegressionError, TableError, OSError) as error:
+    except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
 

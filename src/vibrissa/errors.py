@@ -46,8 +46,13 @@ class DamagedTableError(TableError):
         The file.
     """
 
-    def __init__(self, path: str | Path, reason: str) -> None:
-        super().__init__(f"{path} {reason}; delete it and run again, it is made anew")
+    def __init__(
+        self,
+        path: str | Path,
+        reason: str,
+        remedy: str = "delete it and run again, it is made anew",
+    ) -> None:
+        super().__init__(f"{path} {reason}; {remedy}")
         self.path = Path(path)
 
 

@@ -34,7 +34,7 @@ def points_table(grids, curves):
         (eta,) = {eta for axes in grids.values() for eta in axes.eta}
         ((_, points),) = points_on_curves([decode_key([theta, str(eta)])], grids)
         stiction = read_curve(curve, points.mu0, points.dx0)
-        parts += records.stiction_tables([(points, curve, stiction)])
+        parts += records.stiction_tables([(points, curve, stiction)], "a")
     # Rows in no order that a figure could rely on
     table = store.joined(parts, schemas.STICTION)
     return table.take(np.random.default_rng(1).permutation(len(table)))
@@ -42,7 +42,8 @@ def points_table(grids, curves):
 
 def scan_table(curve, theta, mu0):
     (point,) = grid((theta,), (mu0,), ("0.01",)).points()
-    return records.scan_table("runs", point, stick_slip(curve, point.mu0, point.dx0, 3))
+    scan = stick_slip(curve, point.mu0, point.dx0, 3)
+    return records.scan_table("runs", point, scan, study="a", method=curve.method)
 
 
 def failed_state():
@@ -76,7 +77,8 @@ TABLES = {
             "inside": solve_state(1, 0.55, 0.15),
             "outside": solve_state(2, 0.85, 0.3),
             "lost": failed_state(),
-        }
+        },
+        "a",
     ),
 }
 FIGURES = {
@@ -353,7 +355,7 @@ def test_regime_map_colours_each_point_by_what_happens_there(plane):
             if row["eta"] == eta:
                 place = [0.1, 0.4, 0.6].index(row["mu0"]), [1, 3, 5].index(row["theta"])
                 slips = {"point": 0, "line": 1}[row["contact"]]
-                locks = {"slips_back": 2, "snaps": 3}.get(row["end"])
+                locks = {"slips_back": 2, "snaps": 3}.get(row["ends_by"])
                 expected = locks if row["status"] == "lock" else slips
                 assert field[place] == expected
                 seen.add(expected)
@@ -378,7 +380,7 @@ def test_the_law_near_the_lock_is_a_square_root_except_in_a_kink():
 
 
 def test_models_figure_marks_what_penetrates():
-    table = records.comparison_table("models", compare([1, 4, 8], [0.2], [0.85]))
+    table = records.comparison_table("models", compare([1, 4, 8], [0.2], [0.85]), "a")
     figure = draw("models", table, {"comparison": "models"})
     line, marks = figure.axes[0].lines
     assert np.isfinite(line.get_ydata()).all()
@@ -396,7 +398,7 @@ def test_signals_of_a_locking_tip_show_its_stability_fall():
 
 def test_several_states_stand_in_one_figure():
     lying = solve_state(1, 0.55, 0.15, "line")
-    table = records.states_table({"paper": solve_state(1, 0.55, 0.15), "lying": lying})
+    table = records.states_table({"paper": solve_state(1, 0.55, 0.15), "lying": lying}, "a")
     figure = draw("state", table, {"state": ["paper", "lying"]})
     text = " ".join(text.get_text() for text in figure.axes[0].texts)
     assert "point contact" in text and "line contact" in text and "passes through" in text

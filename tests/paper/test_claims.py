@@ -375,7 +375,9 @@ def test_strain_and_curvature_at_the_clamp_of_a_cylinder():
 
 
 def test_the_ledger_as_a_table_and_to_read(evidence, tmp_path):
-    table = claims_table([named("force unit"), named("example rod")], evidence)
+    table = claims_table(
+        [named("force unit"), named("example rod")], evidence, study="paper", method="collocation"
+    )
     store.write(table, tmp_path / "claims.parquet")
     assert store.read(tmp_path / "claims.parquet", schemas.CLAIMS).equals(table)
     row = table.to_pylist()[0]
@@ -392,7 +394,7 @@ def test_the_ledger_as_a_table_and_to_read(evidence, tmp_path):
 
 
 def test_verdicts_are_counted(evidence):
-    table = claims_table(CLAIMS[1:4], evidence)
+    table = claims_table(CLAIMS[1:4], evidence, study="paper", method="collocation")
     assert verdict_counts(table) == (
         "3 statements: 1 holds, 1 holds with a condition, 1 contradicted"
     )

@@ -8,9 +8,9 @@ import mutations
 import pandas as pd
 import pytest
 
+from vibrissa.errors import ComparisonError
 from vibrissa.pipeline.regression import (
     Layout,
-    RegressionError,
     Tolerance,
     as_text,
     blessed,
@@ -168,12 +168,12 @@ def test_blessing_keeps_the_digits_of_what_did_not_move():
     ],
 )
 def test_a_layout_that_says_nothing_is_refused(text):
-    with pytest.raises(RegressionError, match=r"^my\.yaml does not say what to compare"):
+    with pytest.raises(ComparisonError, match=r"^my\.yaml does not say what to compare"):
         parse_layouts(text, "my.yaml")
 
 
 def test_a_column_that_is_not_there_is_named():
-    with pytest.raises(RegressionError, match="points has no column y; it has theta, "):
+    with pytest.raises(ComparisonError, match="points has no column y; it has theta, "):
         as_text(TABLE, Layout(("theta",), {"y": None}), "points")
 
 

@@ -68,7 +68,9 @@ def whole(study_tables, paper):
         )
         for verdict in ledger.Verdict
     ]
-    return names | {"claims": ledger.claims_table(claims, found)}
+    return names | {
+        "claims": ledger.claims_table(claims, found, study="paper", method="collocation")
+    }
 
 
 def test_the_same_tables_make_the_same_page(whole):

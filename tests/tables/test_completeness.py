@@ -29,7 +29,8 @@ def without(*rows):
 def renamed(row, names):
     grids = COMPLETE["grids"].to_pylist()
     grids[row] = names
-    return COMPLETE.set_column(0, STICTION.field(0), pa.array(grids, STICTION.field(0).type))
+    position = STICTION.get_field_index("grids")
+    return COMPLETE.set_column(position, STICTION.field(position), pa.array(grids))
 
 
 @pytest.mark.parametrize("size", [1, 13, 1000])

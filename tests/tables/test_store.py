@@ -69,13 +69,14 @@ def grid(theta=("2",), mu0=("0.2", "0.4"), eta=("0.85",), dx0=("0.001",)):
 def stiction_table(curve, key, grids):
     ((_, points),) = points_on_curves([decode_key(key)], grids)
     stiction = read_curve(curve, points.mu0, points.dx0)
-    (table,) = records.stiction_tables([(points, curve, stiction)])
+    (table,) = records.stiction_tables([(points, curve, stiction)], "a")
     return table
 
 
 def scan_table(curve, mu0, cycles=2):
     (point,) = grid(mu0=(mu0,), dx0=("0.01",)).points()
-    return records.scan_table("runs", point, stick_slip(curve, point.mu0, point.dx0, cycles))
+    scan = stick_slip(curve, point.mu0, point.dx0, cycles)
+    return records.scan_table("runs", point, scan, study="a", method=curve.method)
 
 
 def failed_state():
@@ -106,8 +107,8 @@ TABLES = {
         [scan_table(COLLOCATION, "0.3"), scan_table(COLLOCATION, "5"), scan_table(FAILED, "0.3")],
         SCANS,
     ),
-    "states": records.states_table({"a": solve_state(1, 0.55, 0.15), "b": failed_state()}),
-    "comparisons": records.comparison_table("both", compare([1, 8], [0.2, 9], [0.85])),
+    "states": records.states_table({"a": solve_state(1, 0.55, 0.15), "b": failed_state()}, "a"),
+    "comparisons": records.comparison_table("both", compare([1, 8], [0.2, 9], [0.85]), "a"),
 }
 
 
@@ -127,10 +128,10 @@ def test_columns_of_the_stiction_table():
     reactions = ("reaction_fx", "reaction_fy", "reaction_m")
     states = ("f", "alpha", "phi1", "s_c", *reactions, "stability")
     assert STICTION.names == [
-        *("grids", "theta", "mu0", "eta", "dx0", "status", "message", "contact"),
+        *("study", "method", "grids", "theta", "mu0", "eta", "dx0", "status", "message", "contact"),
         *("x0_slip", "x0_max", "n_steps", "mu_lock", "x0_lock"),
         *(f"{name}{suffix}" for suffix in ("_init", "_last", "_slip") for name in states),
-        *("end", "x0_end", *(f"{name}_end" for name in states)),
+        *("ends_by", "x0_end", *(f"{name}_end" for name in states)),
         *("x1_init", "penetrates", "residual"),
     ]
 
@@ -174,9 +175,9 @@ def test_points_of_several_curves_come_in_tables_of_a_row_group(monkeypatch):
         grids = {"g": grid((theta,), ("0.1", "0.2", "9"))}
         ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
         read.append((points, curve, read_curve(curve, points.mu0, points.dx0)))
-    several = list(records.stiction_tables(iter(read)))
+    several = list(records.stiction_tables(iter(read), "a"))
     assert [len(table) for table in several] == [6, 3]
-    alone = [table for one in read for table in records.stiction_tables([one])]
+    alone = [table for one in read for table in records.stiction_tables([one], "a")]
     assert pa.concat_tables(several).equals(pa.concat_tables(alone))
 
 
@@ -199,7 +200,7 @@ def nullable(schema):
     ("kind", "status", "nothing"),
     [
         ("curves", "failed", nullable(CURVES)),
-        ("stiction", "slip", {"end", "x0_end", *states("_end")}),
+        ("stiction", "slip", {"ends_by", "x0_end", *states("_end")}),
         ("stiction", "lock", {"x0_slip", "x0_max", "n_steps", *states("_last"), *states("_slip")}),
         ("stiction", "failed", nullable(STICTION)),
         ("scans", "slip", set()),
@@ -318,34 +319,52 @@ def test_a_changed_byte_never_changes_the_table_silently(path, start, bits):
     assert refused > len(data) / 17 / 2
 
 
-@pytest.mark.parametrize("key", [b"vibrissa.table", b"vibrissa.schema"])
+@pytest.mark.parametrize(
+    ("key", "words"), [(store.TABLE, "holds the table"), (store.VERSION, "has version")]
+)
 @pytest.mark.parametrize("value", [b"", b"9", b"\xb3", b"\x00"])
-def test_another_kind_or_version_of_table_is_refused_however_it_is_spelled(path, key, value):
+def test_another_kind_or_version_of_table_is_refused_however_it_is_spelled(path, key, words, value):
     table = TABLES["curves"]
     store.write(table.replace_schema_metadata({**table.schema.metadata, key: value}), path)
-    with pytest.raises(TableError, match=f"{path} has {key.decode()} = .*{AGAIN}"):
+    with pytest.raises(TableError, match=f"{path} {words} "):
         store.read(path, CURVES)
 
 
-def test_another_schema_version_is_refused(path):
+def test_a_table_of_another_version_says_what_to_do(path):
     table = TABLES["states"]
-    store.write(
-        table.replace_schema_metadata({**table.schema.metadata, b"vibrissa.schema": b"0"}), path
-    )
-    message = f"{path} has vibrissa.schema = 0 where {schemas.SCHEMA_VERSION} is needed; {AGAIN}"
-    with pytest.raises(TableError, match=message):
+    older = table.replace_schema_metadata({**table.schema.metadata, store.VERSION: b"4"})
+    store.write(older, path)
+    with pytest.raises(TableError) as caught:
         store.read(path, STATES)
+    assert str(caught.value) == (
+        f"{path} has version 4 of the columns, and this program reads version "
+        f"{schemas.SCHEMA_VERSION}; run its study again, or read it with the program that wrote it "
+        f"(version {__version__}, commit {store.commit()})"
+    )
+
+
+def test_every_row_says_where_it_is_from():
+    for name in ("stiction", "scans", "states", "comparisons"):
+        rows = TABLES[name].select(["study", "method"]).to_pylist()
+        assert rows == [{"study": "a", "method": "collocation"}] * len(TABLES[name])
+    (curve,) = CURVE_TABLES["shooting"].values()
+    ((_, points),) = points_on_curves(CURVE_TABLES["shooting"], {"g": grid()})
+    stiction = read_curve(curve, points.mu0, points.dx0)
+    (table,) = records.stiction_tables([(points, curve, stiction)], "b")
+    assert set(table["method"].to_pylist()) == {"shooting"}
 
 
 def test_a_table_of_another_kind_is_refused(path):
     store.write(TABLES["states"], path)
-    with pytest.raises(TableError, match=r"has vibrissa.table = states where scans is needed"):
+    with pytest.raises(TableError, match=r"holds the table states where scans is needed"):
         store.read(path, SCANS)
 
 
 def test_a_file_of_another_program_is_refused(path):
     pq.write_table(pa.table({"x": [1]}), path)
-    with pytest.raises(TableError, match=f"{path} has vibrissa.table = none .*{AGAIN}"):
+    with pytest.raises(
+        TableError, match=f"{path} holds the table none where curves is needed; {AGAIN}"
+    ):
         store.read(path, CURVES)
 
 

@@ -23,6 +23,8 @@ rule claims:
         f"{RESULTS}/benchmarks/claims.tsv"
     threads: 1
     params:
+        study=STUDY.name,
+        method=STUDY.method.value,
         names=dict(STUDY.claims or {}),
         study_file=study_file("claims"),
     message:

@@ -14,6 +14,7 @@ rule scan:
         f"{RESULTS}/benchmarks/scan/{{scan}}.tsv"
     threads: 1
     params:
+        study=STUDY.name,
         grid=lambda wildcards: encode_grid(STUDY.scan_grids[wildcards.scan]),
         cycles=lambda wildcards: STUDY.scans[wildcards.scan].cycles,
         by_step=STUDY.method.by_step,
@@ -54,6 +55,7 @@ rule states:
         f"{RESULTS}/benchmarks/states.tsv"
     threads: 1
     params:
+        study=STUDY.name,
         states={
             name: {
                 "theta": float(state.theta),
@@ -81,6 +83,7 @@ rule comparisons:
         f"{RESULTS}/benchmarks/comparisons.tsv"
     threads: 1
     params:
+        study=STUDY.name,
         comparisons={
             name: {axis: encode_values(values) for axis, values in comparison.axes.items()}
             for name, comparison in STUDY.comparisons.items()

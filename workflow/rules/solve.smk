@@ -33,6 +33,7 @@ rule points:
         f"{RESULTS}/benchmarks/points/{{block}}.tsv"
     threads: 1
     params:
+        study=STUDY.name,
         grids=lambda wildcards: {
             name: encode_grid(part) for name, part in BLOCK_GRIDS[wildcards.block].items()
         },

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from vibrissa.files import write_atomically
+from vibrissa.mechanics.outcomes import Method
 from vibrissa.paper import claims, evidence, ledger
 from vibrissa.pipeline import jobs
 from vibrissa.tables import query, schemas, store
@@ -13,7 +14,12 @@ with jobs.logged(snakemake.log[0]):
         for name in ("stiction", "scans", "states")
     }
     found = evidence.gather(tables, snakemake.params.names)
-    table = ledger.claims_table(claims.CLAIMS, found)
+    table = ledger.claims_table(
+        claims.CLAIMS,
+        found,
+        study=snakemake.params.study,
+        method=Method(snakemake.params.method),
+    )
     store.write(table, snakemake.output.table, snakemake.params.study_file)
     with write_atomically(Path(snakemake.output.text)) as temporary:
         temporary.write_text(ledger.markdown(table), encoding="utf-8")

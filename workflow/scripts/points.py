@@ -13,4 +13,5 @@ with jobs.logged(snakemake.log[0]):
         (points, curves[key], read_curve(curves[key], points.mu0, points.dx0))
         for key, points in points_on_curves(curves, grids)
     )
-    store.write_parts(records.stiction_tables(results), schemas.STICTION, snakemake.output[0])
+    tables = records.stiction_tables(results, snakemake.params.study)
+    store.write_parts(tables, schemas.STICTION, snakemake.output[0])

@@ -16,6 +16,12 @@ with jobs.logged(snakemake.log[0]):
             curve = curves[point.curve_key(snakemake.params.by_step)]
             scan = stick_slip(curve, point.mu0, point.dx0, snakemake.params.cycles)
             print(*point, scan.status, curve.message)
-            yield records.scan_table(snakemake.wildcards.scan, point, scan)
+            yield records.scan_table(
+                snakemake.wildcards.scan,
+                point,
+                scan,
+                study=snakemake.params.study,
+                method=curve.method,
+            )
 
     store.write_parts(parts(), schemas.SCANS, snakemake.output[0])

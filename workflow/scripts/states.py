@@ -6,4 +6,5 @@ from vibrissa.tables import records, store
 
 with jobs.logged(snakemake.log[0]):
     states = {name: solve_state(**point) for name, point in snakemake.params.states.items()}
-    store.write(records.states_table(states), snakemake.output[0], snakemake.params.study_file)
+    table = records.states_table(states, snakemake.params.study)
+    store.write(table, snakemake.output[0], snakemake.params.study_file)

@@ -50,7 +50,7 @@ def locking(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-@kind("regimes", columns=(*POINT, "contact", "end", "mu_lock"))
+@kind("regimes", columns=(*POINT, "contact", "ends_by", "mu_lock"))
 def regimes(rows: pd.DataFrame) -> Figure:
     """Map over θ and μ0, a panel for each η: slips in point or in line contact, or locks."""
     # One step size stands for all: the regime does not depend on it.
@@ -78,7 +78,7 @@ def regimes(rows: pd.DataFrame) -> Figure:
 
 def _regime_numbers(rows: pd.DataFrame) -> Sequence[int]:
     """Place in `REGIMES` of what happens at each point."""
-    slips, locks = rows["contact"].map(SLIPS), rows["end"].map(LOCKS)
+    slips, locks = rows["contact"].map(SLIPS), rows["ends_by"].map(LOCKS)
     names = slips.where(rows["status"] == "slip", locks).fillna(NO_RESULT)
     return [REGIMES.index(name) for name in names]
 

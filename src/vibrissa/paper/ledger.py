@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import pyarrow as pa
 
+from vibrissa.mechanics.outcomes import Method
 from vibrissa.paper.evidence import Evidence
 from vibrissa.tables.schemas import CLAIMS, NONE
 
@@ -98,13 +99,23 @@ def claim(
     )
 
 
-def claims_table(claims: Iterable[Claim], evidence: Evidence) -> pa.Table:
+def claims_table(
+    claims: Iterable[Claim],
+    evidence: Evidence,
+    *,
+    study: str,
+    method: Method,
+) -> pa.Table:
     """Judge claims.
 
     Parameters
     ----------
     claims : iterable of Claim
     evidence : Evidence
+    study : str
+        Name of the study.
+    method : Method
+        Its solver of the sticking equilibria.
 
     Returns
     -------
@@ -116,6 +127,8 @@ def claims_table(claims: Iterable[Claim], evidence: Evidence) -> pa.Table:
         finding = one(evidence)
         rows.append(
             {
+                "study": study,
+                "method": method,
                 "claim": one.name,
                 "section": one.section,
                 "statement": one.statement,

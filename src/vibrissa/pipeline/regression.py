@@ -14,6 +14,7 @@ import pandas as pd
 import pyarrow as pa
 import yaml
 
+from vibrissa.errors import ComparisonError
 from vibrissa.files import write_atomically
 from vibrissa.tables import schemas, store
 
@@ -21,10 +22,6 @@ from vibrissa.tables import schemas, store
 DIGITS = 12
 # Rows that a message names.
 SHOWN = 3
-
-
-class RegressionError(RuntimeError):
-    """Something that cannot be compared; the message says what and what to do."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +66,7 @@ def parse_layouts(text: str, where: str) -> dict[str, Layout]:
 
     Raises
     ------
-    RegressionError
+    ComparisonError
     """
     try:
         content = yaml.safe_load(text)
@@ -81,7 +78,7 @@ def parse_layouts(text: str, where: str) -> dict[str, Layout]:
             for name, table in content.items()
         }
     except (yaml.YAMLError, KeyError, TypeError, AttributeError, ValueError) as error:
-        raise RegressionError(
+        raise ComparisonError(
             f"{where} does not say what to compare ({error}); allowed: for each table keys: a "
             "list, and columns: each exact or {absolute: number, relative: number}"
         ) from None
@@ -111,13 +108,13 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
 
     Raises
     ------
-    RegressionError
+    ComparisonError
         If there are no results.
     TableError
         If a table is damaged.
     """
     if not (folder / "tables/stiction.parquet").is_file():
-        raise RegressionError(f"{folder} has no tables/stiction.parquet; run the study first")
+        raise ComparisonError(f"{folder} has no tables/stiction.parquet; run the study first")
     found = {
         name: store.read(path, schema)
         for name, schema in (
@@ -146,7 +143,15 @@ def condense(found: Mapping[str, pa.Table]) -> dict[str, pd.DataFrame]:
     """
     # Nullable types: whole numbers stay whole where a row holds nothing.
     rows = found["stiction"].to_pandas(types_mapper=_nullable)
-    of_curve = ["theta", "eta", "x1_init", "mu_lock", *(n for n in rows if n.endswith("_init"))]
+    of_curve = [
+        "study",
+        "method",
+        "theta",
+        "eta",
+        "x1_init",
+        "mu_lock",
+        *(n for n in rows if n.endswith("_init")),
+    ]
     result = {
         "stiction": rows,
         "curves": rows[list(dict.fromkeys(of_curve))].drop_duplicates(),
@@ -182,6 +187,8 @@ def _cycles(table: pa.Table) -> pd.DataFrame:
     return (
         rows.groupby(keys, dropna=False)
         .agg(
+            study=("study", "last"),
+            method=("method", "last"),
             status=("status", "last"),
             steps=("step", "max"),
             slips=("phase", lambda phase: int((phase == "slip").sum())),
@@ -219,12 +226,12 @@ def as_text(frame: pd.DataFrame, layout: Layout, name: str) -> pd.DataFrame:
 
     Raises
     ------
-    RegressionError
+    ComparisonError
         If a column is not there.
     """
     names = [*layout.keys, *layout.columns]
     if unknown := [column for column in names if column not in frame]:
-        raise RegressionError(
+        raise ComparisonError(
             f"{name} has no column {', '.join(unknown)}; it has {', '.join(map(str, frame))}"
         )
     ordered = frame.sort_values(list(layout.keys))
@@ -254,13 +261,13 @@ def read(path: Path) -> pd.DataFrame:
 
     Raises
     ------
-    RegressionError
+    ComparisonError
         If the file is not a table.
     """
     try:
         return pd.read_csv(path, dtype=str, keep_default_na=False, index_col=False)
     except ValueError as error:  # pandas' own errors and undecodable bytes are among them
-        raise RegressionError(
+        raise ComparisonError(
             f"{path} is not a table ({str(error).strip()}); restore it from version control, or "
             "delete it and make it anew with: make bless"
         ) from None

@@ -69,8 +69,9 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
         With the schema `CURVES`.
     """
     columns: dict[str, Any] = {**encode_columns(keys)}
-    for name in ("method", "status", "message", "end", "end_message"):
+    for name in ("method", "status", "message", "end_message"):
         columns[name] = [getattr(curve, name) for curve in curves]
+    columns["ends_by"] = [curve.end for curve in curves]
     for name in _CURVE_SCALARS:
         columns[name] = np.array([getattr(curve, name) for curve in curves])
     columns["piece_contact"] = [[piece.contact for piece in curve.pieces] for curve in curves]
@@ -134,14 +135,14 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
             message=row["message"],
             pieces=tuple(pieces),
             **scalars,
-            end=End(row["end"]),
+            end=End(row["ends_by"]),
             end_message=row["end_message"],
         )
     return curves
 
 
 def stiction_tables(
-    results: Iterable[tuple[CurvePoints, StickingCurve, Stiction]],
+    results: Iterable[tuple[CurvePoints, StickingCurve, Stiction]], study: str
 ) -> Iterator[pa.Table]:
     """Tables of the grid points that were read off some curves, one row group each.
 
@@ -149,6 +150,8 @@ def stiction_tables(
     ----------
     results : iterable of (CurvePoints, StickingCurve, Stiction)
         The points on each curve, the curve, and the periods of sticking there, in the same order.
+    study : str
+        Name of the study.
 
     Yields
     ------
@@ -160,6 +163,7 @@ def stiction_tables(
     for points, curve, stiction in results:
         for name, values in _stiction_columns(points, curve, stiction).items():
             columns[name].append(values)
+        columns["study"].append([study] * len(points))
         rows += len(points)
         if rows >= LEAST_ROW_GROUP:
             yield _table(STICTION, {name: _joined(parts) for name, parts in columns.items()})
@@ -180,6 +184,7 @@ def _stiction_columns(
     n = len(points)
     known = [status in (Status.SLIP, Status.LOCK) for status in stiction.status]
     return {
+        "method": [curve.method] * n,
         "grids": points.grids,
         "theta": np.full(n, curve.theta),
         "mu0": np.array(points.mu0, dtype=float),
@@ -196,7 +201,7 @@ def _stiction_columns(
         **_state_values(stiction.init, "_init"),
         **_state_values(stiction.last, "_last"),
         **_state_values(stiction.slip, "_slip"),
-        "end": [end or None for end in stiction.end],
+        "ends_by": [end or None for end in stiction.end],
         "x0_end": stiction.ended.x0,
         **_state_values(stiction.ended, "_end"),
         "x1_init": np.full(n, curve.x1_init),
@@ -205,7 +210,7 @@ def _stiction_columns(
     }
 
 
-def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
+def scan_table(name: str, point: Point, scan: Scan, *, study: str, method: Method) -> pa.Table:
     """Table of one scan, a row for each footpoint position.
 
     Parameters
@@ -214,6 +219,10 @@ def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
         Name of the set of scans.
     point : Point
     scan : Scan
+    study : str
+        Name of the study.
+    method : Method
+        By which its curve was solved.
 
     Returns
     -------
@@ -223,6 +232,8 @@ def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
     failed = scan.status not in (Status.SLIP, Status.LOCK)
     n = 1 if failed else len(scan.step)
     columns: dict[str, Any] = {
+        "study": [study] * n,
+        "method": [method] * n,
         "scan": [name] * n,
         **{axis: np.full(n, float(getattr(point, axis))) for axis in Point._fields},
         "status": [scan.status] * n,
@@ -247,7 +258,7 @@ def scan_table(name: str, point: Point, scan: Scan) -> pa.Table:
     return _table(SCANS, columns)
 
 
-def comparison_table(name: str, comparison: Comparison) -> pa.Table:
+def comparison_table(name: str, comparison: Comparison, study: str) -> pa.Table:
     """Table of points in both contact models.
 
     Parameters
@@ -255,13 +266,17 @@ def comparison_table(name: str, comparison: Comparison) -> pa.Table:
     name : str
         Name of the comparison.
     comparison : Comparison
+    study : str
+        Name of the study.
 
     Returns
     -------
     pyarrow.Table
         With the schema `COMPARISONS`.
     """
-    columns: dict[str, Any] = {"comparison": [name] * len(comparison.theta)}
+    n = len(comparison.theta)
+    columns: dict[str, Any] = {"comparison": [name] * n, "study": [study] * n}
+    columns["method"] = [Method.COLLOCATION] * n
     columns |= {key: getattr(comparison, key) for key in ("theta", "mu0", "eta", "penetrates")}
     for model in ("point", "line"):
         result = getattr(comparison, model)
@@ -269,13 +284,15 @@ def comparison_table(name: str, comparison: Comparison) -> pa.Table:
     return _table(COMPARISONS, columns)
 
 
-def states_table(states: Mapping[str, EquilibriumState]) -> pa.Table:
+def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table:
     """Table of single equilibria with their shapes.
 
     Parameters
     ----------
     states : mapping of EquilibriumState
         By name.
+    study : str
+        Name of the study.
 
     Returns
     -------
@@ -287,7 +304,7 @@ def states_table(states: Mapping[str, EquilibriumState]) -> pa.Table:
     for name, state in states.items():
         solved = state.status is Status.SOLVED
         shape = (s, *state.shape(s)) if solved else ([], [], [], [])
-        values: dict[str, Any] = {"state": name}
+        values: dict[str, Any] = {"study": study, "method": Method.COLLOCATION, "state": name}
         values |= zip((column.name for column in SHAPE), shape, strict=True)
         for field in STATES:
             known = solved or not field.nullable

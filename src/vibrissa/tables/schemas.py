@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pyarrow as pa
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
-SCHEMA_VERSION = "4"
+SCHEMA_VERSION = "5"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
@@ -22,6 +22,11 @@ def _schema(name: str, columns: Sequence[pa.Field]) -> pa.Schema:
     return pa.schema(columns, {"vibrissa.table": name, "vibrissa.schema": SCHEMA_VERSION})
 
 
+# Tables of several studies may be put one below the other: every row says where it is from.
+ORIGIN = (
+    _column("study", TEXT, NONE, "name of the study"),
+    _column("method", TEXT, NONE, "solver of the sticking equilibria: collocation or shooting"),
+)
 AXES = (
     _column("theta", NUMBER, NONE, "taper factor, base over tip diameter"),
     _column("mu0", NUMBER, NONE, "coefficient of static friction"),
@@ -60,7 +65,7 @@ CURVES = _schema(
         _column("method", TEXT, NONE, "collocation or shooting"),
         _column("status", TEXT, NONE, "solved, out_of_reach or failed"),
         _column("message", TEXT, NONE, "what went wrong and what to try, or empty"),
-        _column("end", TEXT, NONE, "snaps, out_of_reach, lifts_off or not_followed"),
+        _column("ends_by", TEXT, NONE, "snaps, out_of_reach, lifts_off or not_followed"),
         _column("end_message", TEXT, NONE, "more about the end of the curve, or empty"),
         _column("x1_init", NUMBER, LENGTH, "contact point at alpha = 0, clamp at 0", True),
         _column("residual", NUMBER, NONE, RESIDUAL, True),
@@ -85,6 +90,7 @@ CURVES = _schema(
 STICTION = _schema(
     "stiction",
     [
+        *ORIGIN,
         _column("grids", pa.list_(TEXT), NONE, "names of the grids that the point belongs to"),
         *AXES,
         _column(
@@ -103,7 +109,7 @@ STICTION = _schema(
         *_state_columns("_init", ", at alpha = 0", True),
         *_state_columns("_last", ", at the last state of stiction", True),
         *_state_columns("_slip", ", at the exact onset of slip", True),
-        _column("end", TEXT, NONE, "past the lock: slips_back, snaps, out_of_reach", True),
+        _column("ends_by", TEXT, NONE, "past the lock: slips_back, snaps, out_of_reach", True),
         _column(
             "x0_end", NUMBER, LENGTH, "displacement at which sticking past the lock ends", True
         ),
@@ -136,6 +142,7 @@ def _model_columns(suffix: str) -> list[pa.Field]:
 COMPARISONS = _schema(
     "comparisons",
     [
+        *ORIGIN,
         _column("comparison", TEXT, NONE, "name of the comparison"),
         *AXES[:3],
         _column(
@@ -159,6 +166,7 @@ _SHAPE_RESIDUAL = (
 SCANS = _schema(
     "scans",
     [
+        *ORIGIN,
         _column("scan", TEXT, NONE, "name of the set of scans"),
         *AXES,
         _column(
@@ -182,6 +190,7 @@ SCANS = _schema(
 STATES = _schema(
     "states",
     [
+        *ORIGIN,
         _column("state", TEXT, NONE, "name of the state"),
         _column("theta", NUMBER, NONE, "taper factor, base over tip diameter"),
         _column("eta", NUMBER, LENGTH, "distance between clamp and contact line"),
@@ -200,6 +209,7 @@ STATES = _schema(
 CLAIMS = _schema(
     "claims",
     [
+        *ORIGIN,
         _column("claim", TEXT, NONE, "short name of the statement"),
         _column("section", TEXT, NONE, "section of the paper that makes it"),
         _column("statement", TEXT, NONE, "what it says, in other words"),

@@ -9,7 +9,7 @@ import math
 import os
 import subprocess
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -24,6 +24,8 @@ from vibrissa.tables.schemas import NUMBERS
 
 # Tables up to this long are one row group: some 7 MB in memory.
 LEAST_ROW_GROUP = 2**14
+# Kind of table and version of its columns, in a file's metadata as in those of its schema.
+TABLE, VERSION = b"vibrissa.table", b"vibrissa.schema"
 # Name of the digest in a file's metadata, and what stands in its place while it is computed.
 DIGEST = b"vibrissa.sha256"
 NO_DIGEST = b"0" * hashlib.sha256().digest_size * 2
@@ -204,14 +206,26 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
     with reading(path):
         file = pq.ParquetFile(path, page_checksum_verification=True)
         found = file.schema_arrow
-    metadata = found.metadata or {}
-    for key, value in schema.metadata.items():
-        if (other := metadata.get(key, b"none")) != value:
-            reason = f"has {key.decode()} = {other.decode(errors='replace')}"
-            raise DamagedTableError(path, f"{reason} where {value.decode()} is needed")
+    said = {name: value.decode(errors="replace") for name, value in (found.metadata or {}).items()}
+    kind, wanted = said.get(TABLE, "none"), schema.metadata[TABLE].decode()
+    if kind != wanted:
+        raise DamagedTableError(path, f"holds the table {kind} where {wanted} is needed")
+    version, current = said.get(VERSION, "none"), schema.metadata[VERSION].decode()
+    if version != current:
+        raise DamagedTableError(
+            path,
+            f"has version {version} of the columns, and this program reads version {current}",
+            f"run its study again, or read it with the program that wrote it ({_writer(said)})",
+        )
     if not found.equals(schema):
         raise DamagedTableError(path, "has other columns than its schema says")
     return file
+
+
+def _writer(said: Mapping[bytes, str]) -> str:
+    """Version and commit of the program that wrote a file, from its metadata."""
+    version, commit = said.get(b"vibrissa.version"), said.get(b"vibrissa.commit")
+    return f"version {version or 'unknown'}, commit {commit or 'unknown'}"
 
 
 def read(path: str | Path, schema: pa.Schema) -> pa.Table:
