@@ -46,9 +46,9 @@ CAUTION = 0.85
 PROBE_STRIDE = 8
 # Accuracy with which the end of the admissible shapes is located, relative to a piece.
 LIMIT_TOLERANCE = 1e-11
-# A piece with less clearance than this (L) is looked at closely: at so many of its states, and so
-# many in each interval in which a place is sought.
-CLOSE, LOOKS, ZOOM = 0.1, 65, 17
+# A piece with less clearance than this (L) is looked at closely, at so many states in each interval
+# in which a place is sought.
+CLOSE, ZOOM = 0.1, 17
 # Columns that are judged by the size of the contact force.
 FORCES = ("reaction_fx", "reaction_fy", "reaction_m")
 # How often a piece is halved.
@@ -380,13 +380,18 @@ def _finished(
     if pieces.parameter is Parameter.X0:
         states = replace(states, x0=pieces.value(chebyshev_nodes(count)))
     eta = np.tile(pieces.eta, STATES_LOOKED_AT)
-    nearest = clearances(flat(few), eta, pieces.contact).smallest.reshape(STATES_LOOKED_AT, -1)
+    looked = clearances(flat(few), eta, pieces.contact).each(
+        lambda values: values.reshape(STATES_LOOKED_AT, -1)
+    )
+    nearest = looked.smallest
     for row in range(len(pieces)):
         start, length = float(pieces.start[row]), float(pieces.length[row])
         limit = Limit()
         if nearest[:, row].min() < CLOSE:
             part = _of_pieces(path, np.array([row]))
-            share, how = _limit(part, float(pieces.eta[row]), pieces.contact)
+            share, how = _limit(
+                part, looked.take((slice(None), row)), float(pieces.eta[row]), pieces.contact
+            )
             limit = Limit(start + share * length, how)
         piece = Piece(
             contact=pieces.contact,
@@ -404,32 +409,38 @@ def _margins(path: RodStates, contact: Contact) -> FloatArray:
     return stability(flat(path.on_nodes(nodes)), contact).reshape(path.fx.shape)
 
 
-def _limit(path: RodStates, eta: float, contact: Contact) -> tuple[float, str]:
-    """First fraction of a piece at which its shape is inadmissible, and how; NaN if nowhere."""
+def _limit(
+    path: RodStates, looked: Clearance, eta: float, contact: Contact
+) -> tuple[float, str]:
+    """First fraction of a piece at which its shape is inadmissible, and how; NaN if nowhere.
+
+    The clearances are known at `STATES_LOOKED_AT` Chebyshev points; the place is sought between.
+    """
 
     def look(at: FloatArray) -> Clearance:
         states = flat(combined(interpolation(len(path), at), path))
         return clearances(states, np.full(len(at), eta), contact)
 
-    at = np.linspace(0.0, 1.0, LOOKS)
-    nearest = look(at).smallest
-    padded = np.pad(nearest, 1, constant_values=np.inf)
-    for k in range(LOOKS):
-        low, high = at[max(k - 1, 0)], at[min(k + 1, LOOKS - 1)]
-        beyond = float(at[k]) if nearest[k] < -TOLERANCE else np.nan
-        if np.isnan(beyond) and nearest[k] < CLOSE and nearest[k] <= min(padded[k], padded[k + 2]):
-            beyond = _dip(look, low, high)
+    at = chebyshev_nodes(STATES_LOOKED_AT)
+    for k in range(STATES_LOOKED_AT):
+        before, after = max(k - 1, 0), min(k + 1, STATES_LOOKED_AT - 1)
+        beyond = float(at[k]) if looked.smallest[k] < -TOLERANCE else np.nan
+        # Each is smooth by itself; the smallest of them is not.
+        for name, values in looked.columns.items():
+            lowest = values[k] < CLOSE and values[k] <= min(values[before], values[after])
+            if np.isnan(beyond) and lowest:
+                beyond = _dip(lambda at, name=name: look(at).columns[name], at[before], at[after])
         if np.isfinite(beyond):
-            limit = _first_inadmissible(look, low, beyond)
+            limit = _first_inadmissible(look, at[before], beyond)
             return limit, look(np.array([limit])).reasons(0)
     return np.nan, ""
 
 
-def _dip(look: Callable[[FloatArray], Clearance], low: float, high: float) -> float:
-    """Fraction between two at which a shape is inadmissible; NaN if none seems to be."""
+def _dip(clearance: Callable[[FloatArray], FloatArray], low: float, high: float) -> float:
+    """Fraction between two at which a clearance is negative; NaN if it is nowhere, as it seems."""
     while high - low > LIMIT_TOLERANCE:
         at = np.linspace(low, high, ZOOM)
-        nearest = look(at).smallest
+        nearest = clearance(at)
         least = int(np.argmin(nearest))
         if nearest[least] < -TOLERANCE:
             return float(at[least])
