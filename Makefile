@@ -58,8 +58,8 @@ help:
 	@echo "  make setup                install the locked packages into .venv; the others do it too"
 	@echo "  make notebooks            run the notebooks of examples/ and keep their outputs"
 	@echo "  make architecture         bring docs/architecture.md in line with the imports"
-	@echo "  make schema               bring docs/study_file.md and the study file's schema in line"
-	@echo "                            with its model"
+	@echo "  make schema               bring docs/study_file.md, docs/tables.md and the study file's"
+	@echo "                            schema in line with the code"
 	@echo "  make sketch               draw docs/sketch.svg"
 	@echo "  make format               let ruff and snakefmt rewrite the source files"
 	@echo "  make lock                 bring requirements.lock in line with pyproject.toml"
@@ -162,6 +162,7 @@ architecture: $(STAMP)
 
 schema: $(STAMP)
 	@$(PY) docs/study_file.py
+	@$(PY) docs/tables.py
 
 sketch: $(STAMP)
 	@$(PY) docs/sketch.py

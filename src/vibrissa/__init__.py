@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vibrissa.sticking.curve import StickingCurve
     from vibrissa.sticking.cycles import Scan, stick_slip
     from vibrissa.sticking.piece import StickingState
+    from vibrissa.tables.frames import read_table
 
 __version__ = "0.1.0"
 
@@ -35,6 +36,7 @@ _HOMES = {
     "stick_slip": "sticking.cycles",
     "Status": "mechanics.outcomes",
     "Rod": "mechanics.rod",
+    "read_table": "tables.frames",
 }
 
 __all__ = [
@@ -45,6 +47,7 @@ __all__ = [
     "Status",
     "StickingCurve",
     "StickingState",
+    "read_table",
     "solve_curve",
     "solve_onset",
     "solve_state",

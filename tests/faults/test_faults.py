@@ -108,7 +108,7 @@ def assert_same(project, other, again=True, said=""):
     mine, theirs = (sorted(p.results.glob("tables/*.parquet")) for p in (project, other))
     assert [path.name for path in mine] == [path.name for path in theirs]
     for one, two in zip(mine, theirs, strict=True):
-        schema = getattr(schemas, one.stem.upper())
+        schema = schemas.TABLES[one.stem]
         table = store.read(one, schema)
         assert table.equals(store.read(two, schema), check_metadata=True), one
         assert one.read_bytes() == two.read_bytes(), one

@@ -255,7 +255,7 @@ def test_every_kind_that_a_study_file_may_name_can_be_drawn_and_no_other():
 
 @pytest.mark.parametrize("model", study.KINDS)
 def test_the_columns_of_a_kind_are_those_of_its_table_and_say_what_failed(model):
-    known = set(getattr(schemas, model.table.upper()).names)
+    known = set(schemas.TABLES[model.table].names)
     for name in kind_names(model):
         columns = set(KINDS[name].columns)
         assert columns <= known

@@ -123,7 +123,7 @@ def test_links_lead_somewhere(page):
 @pytest.mark.parametrize("page", PAGES)
 def test_named_code_exists(page):
     names = re.findall(rf"`(?:vibrissa\.)?((?:{'|'.join(PACKAGES)})\.[\w.]+)`", PAGES[page])
-    for name in (name for name in names if not name.endswith((".html", ".yaml"))):
+    for name in (name for name in names if not name.endswith((".html", ".md", ".yaml"))):
         resolve_name(f"vibrissa.{name}")
 
 

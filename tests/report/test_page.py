@@ -90,6 +90,14 @@ def test_the_page_holds_what_the_tables_say(whole):
         assert f"1 {verdict}" in text
 
 
+def test_the_page_says_what_every_column_is(whole):
+    text = report.page("paper", whole, [], RUN)
+    dictionary = text.partition('id="dictionary"')[2].partition("</details>")[0]
+    rows = re.findall("<tr><td><code>(.*?)</code></td>", dictionary)
+    assert rows == [name for table in whole.values() for name in table.schema.names]
+    assert "<td>E·I0/L²</td>" in dictionary and "<td>fx = f·sin α</td>" in dictionary
+
+
 def test_the_page_refers_to_nothing_outside(whole):
     page = Elements(report.page("paper", whole, [picture()], RUN))
     for tag, attributes in page.found:

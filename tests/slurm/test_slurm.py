@@ -83,7 +83,7 @@ class Project:
         return {path.stem: path for path in sorted(folder.glob("*.parquet"))}
 
     def table(self, name):
-        return store.read(self.tables()[name], getattr(schemas, name.upper()))
+        return store.read(self.tables()[name], schemas.TABLES[name])
 
 
 def slurm(command):

@@ -95,6 +95,6 @@ def test_every_key_is_described():
 
 def test_tables_have_what_figures_are_selected_by():
     for kind in KINDS:
-        columns = getattr(schemas, kind.table.upper()).names
+        columns = schemas.TABLES[kind.table].names
         source = {"grid": "grids"}.get(kind.source, kind.source)
         assert {source, *kind.fixed_axes()} <= set(columns)

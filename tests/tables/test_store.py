@@ -24,6 +24,8 @@ from vibrissa.tables.schemas import COMPARISONS, CURVES, SCANS, STATE, STATES, S
 
 SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}
 SCHEMAS |= {"comparisons": COMPARISONS}
+ENDS = {"−∞": -np.inf, "−π": -np.pi, "−π/2": -np.pi / 2, "0": 0, "1": 1}
+ENDS |= {"π/2": np.pi / 2, "π": np.pi, "∞": np.inf}
 UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1"}
 AGAIN = "delete it and run again, it is made anew"
 
@@ -117,11 +119,29 @@ def path(tmp_path):
     return tmp_path / "table.parquet"
 
 
-@pytest.mark.parametrize("kind", SCHEMAS)
+@pytest.mark.parametrize("kind", schemas.TABLES)
 def test_every_column_has_a_unit_and_a_description(kind):
-    for field in SCHEMAS[kind]:
+    for field in schemas.TABLES[kind]:
         assert field.metadata[b"unit"].decode() in UNITS, field.name
         assert field.metadata[b"description"].strip(), field.name
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_every_value_is_in_the_range_of_its_column(kind):
+    for field in SCHEMAS[kind]:
+        values = TABLES[kind].column(field.name).combine_chunks().drop_null()
+        if pa.types.is_list(field.type):
+            values = values.flatten()
+        range = field.metadata[schemas.RANGE].decode()
+        if interval := re.fullmatch(r"([\[(])(.+), (.+)([\])])", range):
+            opening, *ends, closing = interval.groups()
+            low, high = (ENDS[end] for end in ends)
+            numbers = values.to_numpy(zero_copy_only=False).astype(float)
+            numbers = numbers[~np.isnan(numbers)]  # the stability of a failed path
+            assert ((numbers >= low) if opening == "[" else (numbers > low)).all(), field.name
+            assert ((numbers <= high) if closing == "]" else (numbers < high)).all(), field.name
+        elif range and field.name != "study":
+            assert set(values.to_pylist()) <= set(range.split(", ")), field.name
 
 
 def test_columns_of_the_stiction_table():
@@ -189,7 +209,7 @@ def rows(kind, status):
 
 
 def states(suffix):
-    return [f"{name}{suffix}" for name, _, _ in STATE]
+    return [f"{column.name}{suffix}" for column in STATE]
 
 
 def nullable(schema):

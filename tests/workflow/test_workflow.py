@@ -169,7 +169,7 @@ def test_only_the_given_study_is_run_and_written_down(finished):
     assert [path.name for path in (finished.root / "results").iterdir()] == ["tiny"]
     for name in ("stiction", "scans", "states"):
         path = finished.root / f"results/tiny/tables/{name}.parquet"
-        metadata = store.read(path, getattr(schemas, name.upper())).schema.metadata
+        metadata = store.read(path, schemas.TABLES[name]).schema.metadata
         section = {"stiction": "grids"}.get(name, name)
         answered = yaml.safe_load(metadata[b"vibrissa.study"])
         whole = yaml.safe_load(TINY)
@@ -190,7 +190,7 @@ def test_only_the_given_study_is_run_and_written_down(finished):
 )
 def test_the_figures_are_drawn_from_the_tables_alone(finished, tmp_path, name, table):
     results = finished.root / "results/tiny"
-    rows = store.read(results / f"tables/{table}.parquet", getattr(schemas, table.upper()))
+    rows = store.read(results / f"tables/{table}.parquet", schemas.TABLES[table])
     selection = yaml.safe_load(TINY)["figures"][name]
     kind = selection.pop("kind")
     selection.pop("caption", "")

@@ -10,7 +10,7 @@ from vibrissa.tables import query, schemas, store
 
 with jobs.logged(snakemake.log[0]):
     tables = {
-        name: query.opened(snakemake.input[name], getattr(schemas, name.upper()))
+        name: query.opened(snakemake.input[name], schemas.TABLES[name])
         for name in ("stiction", "scans", "states")
     }
     found = evidence.gather(tables, snakemake.params.names)

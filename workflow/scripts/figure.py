@@ -6,7 +6,6 @@ from vibrissa.pipeline import jobs
 from vibrissa.tables import query, schemas
 
 with jobs.logged(snakemake.log[0]):
-    schema = getattr(schemas, snakemake.params.table.upper())
-    table = query.opened(snakemake.input.table, schema)
+    table = query.opened(snakemake.input.table, schemas.TABLES[snakemake.params.table])
     figure = draw(snakemake.params.kind, table, snakemake.params.selection)
     style.save(figure, snakemake.output)

@@ -11,7 +11,7 @@ from vibrissa.tables import query, schemas
 with jobs.logged(snakemake.log[0]):
     names = ("stiction", "scans", "states", "comparisons", "claims")
     found = {
-        name: query.opened(snakemake.input[name], getattr(schemas, name.upper()))
+        name: query.opened(snakemake.input[name], schemas.TABLES[name])
         for name in names
         if snakemake.input[name]
     }

@@ -17,6 +17,7 @@ import yaml
 from vibrissa.errors import ComparisonError
 from vibrissa.files import write_atomically
 from vibrissa.tables import schemas, store
+from vibrissa.tables.frames import to_pandas
 
 # Fewer than a double has, more than any tolerance asks for.
 DIGITS = 12
@@ -116,12 +117,8 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     if not (folder / "tables/stiction.parquet").is_file():
         raise ComparisonError(f"{folder} has no tables/stiction.parquet; run the study first")
     found = {
-        name: store.read(path, schema)
-        for name, schema in (
-            ("stiction", schemas.STICTION),
-            ("scans", schemas.SCANS),
-            ("states", schemas.STATES),
-        )
+        name: store.read(path, schemas.TABLES[name])
+        for name in ("stiction", "scans", "states")
         if (path := folder / f"tables/{name}.parquet").is_file()
     }
     return condense(found)
@@ -141,8 +138,7 @@ def condense(found: Mapping[str, pa.Table]) -> dict[str, pd.DataFrame]:
         ``stiction``; ``curves``, one row for each θ and η; ``scans``, one row for each cycle;
         ``states``.
     """
-    # Nullable types: whole numbers stay whole where a row holds nothing.
-    rows = found["stiction"].to_pandas(types_mapper=_nullable)
+    rows = to_pandas(found["stiction"])
     of_curve = [
         "study",
         "method",
@@ -159,17 +155,9 @@ def condense(found: Mapping[str, pa.Table]) -> dict[str, pd.DataFrame]:
     if "scans" in found:
         result["scans"] = _cycles(found["scans"])
     if "states" in found:
-        states = found["states"].to_pandas(types_mapper=_nullable)
+        states = to_pandas(found["states"])
         result["states"] = states.assign(top=[_largest(shape) for shape in states["shape_y"]])
     return result
-
-
-def _nullable(kind: pa.DataType) -> Any:
-    return {
-        pa.int64(): pd.Int64Dtype(),
-        pa.bool_(): pd.BooleanDtype(),
-        pa.string(): pd.StringDtype(),
-    }.get(kind)
 
 
 def _largest(values: Any) -> float:
@@ -178,7 +166,7 @@ def _largest(values: Any) -> float:
 
 def _cycles(table: pa.Table) -> pd.DataFrame:
     """One row for each cycle of each scan."""
-    rows = table.to_pandas(types_mapper=_nullable)
+    rows = to_pandas(table)
     # Of each shape where its middle is and how high it reaches.
     rows["middle_x"] = [shape[len(shape) // 2] if len(shape) else np.nan for shape in rows.shape_x]
     rows["middle_y"] = [shape[len(shape) // 2] if len(shape) else np.nan for shape in rows.shape_y]

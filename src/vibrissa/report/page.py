@@ -12,6 +12,7 @@ import jinja2
 from markupsafe import Markup
 
 from vibrissa.report import animation, facts, tables
+from vibrissa.tables.dictionary import entries
 from vibrissa.tables.query import Readable
 
 # An SVG of more bytes shows so many lines that the PNG looks the same and is smaller.
@@ -93,6 +94,7 @@ def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture],
         verdicts=facts.verdict_counts(claims),
         claims=claims,
         tables=tables.sections(found),
+        dictionary={name: entries(table.schema) for name, table in found.items()},
         origins=[facts.origin(name, table) for name, table in found.items()],
         job_times=facts.job_times(run.benchmarks),
         run=run,

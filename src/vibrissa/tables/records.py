@@ -51,7 +51,7 @@ def _table(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
 
 
 def _state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
-    return {f"{name}{suffix}": getattr(state, name) for name, _, _ in STATE}
+    return {f"{column.name}{suffix}": getattr(state, column.name) for column in STATE}
 
 
 def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> pa.Table:

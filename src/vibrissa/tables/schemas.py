@@ -1,21 +1,69 @@
-"""The Arrow schema of each table, with a description and a unit on every column."""
+"""The Arrow schema of each table. It is the data dictionary, too: every column says what it is.
+
+The metadata of a column are its unit, the range of its values, what null means in it, the equation
+that it satisfies, and a description. Equations with a number or a letter are those of
+docs/model.md. docs/tables.md and the report show all of it.
+"""
 
 from collections.abc import Sequence
 
 import pyarrow as pa
+
+from vibrissa.mechanics.outcomes import Contact, End, Method, Parameter, Status
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
 SCHEMA_VERSION = "5"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
-NUMBERS = pa.list_(NUMBER)
+NUMBERS, TEXTS = pa.list_(NUMBER), pa.list_(TEXT)
+# Ranges of numbers as intervals.
+ANY, POSITIVE, NOT_NEGATIVE = "(−∞, ∞)", "(0, ∞)", "[0, ∞)"
+# What null means.
+NO_RESULT = "no result"
+NO_SLIP = "the tip is self-locking, or no result"
+NO_LOCK = "the tip slips forward, or no result"
+NO_END = "the tip slips forward, its path was not followed to the end, or no result"
+# Names of what is in a column's metadata, in the order in which they are shown.
+UNIT, RANGE, NULL, EQUATION, DESCRIPTION = b"unit", b"range", b"null", b"equation", b"description"
+
+
+def _words(*words: str) -> str:
+    """Range of a column of words."""
+    return ", ".join(words)
 
 
 def _column(
-    name: str, kind: pa.DataType, unit: str, description: str, nullable: bool = False
+    name: str,
+    kind: pa.DataType,
+    unit: str,
+    description: str,
+    *,
+    range: str = "",
+    null: str = "",
+    equation: str = "",
 ) -> pa.Field:
-    return pa.field(name, kind, nullable, {"unit": unit, "description": description})
+    """Column that holds null only if it is said what null means."""
+    said = zip(
+        (UNIT, RANGE, NULL, EQUATION, DESCRIPTION),
+        (unit, range, null, equation, description),
+        strict=True,
+    )
+    return pa.field(name, kind, bool(null), {key: text.encode() for key, text in said})
+
+
+def _changed(column: pa.Field, suffix: str, when: str, null: str) -> pa.Field:
+    """Column of the same quantity under another name, at another state."""
+    said = {key: value.decode() for key, value in column.metadata.items()}
+    return _column(
+        f"{column.name}{suffix}",
+        column.type,
+        said[UNIT],
+        said[DESCRIPTION] + when,
+        range=said[RANGE],
+        null=f"{null}; or method shooting" if null and column.name == STABILITY else null,
+        equation=said[EQUATION],
+    )
 
 
 def _schema(name: str, columns: Sequence[pa.Field]) -> pa.Schema:
@@ -24,66 +72,203 @@ def _schema(name: str, columns: Sequence[pa.Field]) -> pa.Schema:
 
 # Tables of several studies may be put one below the other: every row says where it is from.
 ORIGIN = (
-    _column("study", TEXT, NONE, "name of the study"),
-    _column("method", TEXT, NONE, "solver of the sticking equilibria: collocation or shooting"),
+    _column("study", TEXT, NONE, "name of the study", range="letters, digits, _ and -"),
+    _column("method", TEXT, NONE, "how the sticking equilibria were solved", range=_words(*Method)),
 )
+THETA = _column(
+    "theta",
+    NUMBER,
+    NONE,
+    "taper factor: diameter of the base over diameter of the tip",
+    range="[1, ∞)",
+    equation="θ = d0/d1 (1)",
+)
+ETA = _column("eta", NUMBER, LENGTH, "clamp–surface distance", range="(0, 1)", equation="y(1) = η")
 AXES = (
-    _column("theta", NUMBER, NONE, "taper factor, base over tip diameter"),
-    _column("mu0", NUMBER, NONE, "coefficient of static friction"),
-    _column("eta", NUMBER, LENGTH, "distance between clamp and contact line"),
-    _column("dx0", NUMBER, LENGTH, "footpoint displacement step"),
+    THETA,
+    _column("mu0", NUMBER, NONE, "coefficient of static friction", range=POSITIVE),
+    ETA,
+    _column("dx0", NUMBER, LENGTH, "step of the clamp", range=POSITIVE),
 )
+STABILITY = "stability"
 STATE = (
-    ("f", FORCE, "contact force magnitude"),
-    ("alpha", ANGLE, "contact force inclination; the force on the rod is f*(sin, -cos)(alpha)"),
-    ("phi1", ANGLE, "slope at the contact point"),
-    ("s_c", LENGTH, "arc length of the contact point, 1 in point contact"),
-    ("reaction_fx", FORCE, "clamp reaction along the surface, f*sin(alpha)"),
-    ("reaction_fy", FORCE, "clamp reaction normal to the surface, -f*cos(alpha)"),
-    ("reaction_m", MOMENT, "clamp reaction moment, phi'(0)"),
-    ("stability", NONE, "least second variation per bending energy, positive where stable"),
+    _column(
+        "f",
+        NUMBER,
+        FORCE,
+        "contact force of the surface on the rod, magnitude",
+        range=POSITIVE,
+        equation="(fx, fy) = f·(sin α, −cos α)",
+    ),
+    _column(
+        "alpha",
+        NUMBER,
+        ANGLE,
+        "inclination of the contact force against the normal of the surface",
+        range="(−π/2, π/2)",
+        equation="tan α = −fx/fy",
+    ),
+    _column(
+        "phi1",
+        NUMBER,
+        ANGLE,
+        "tangent angle at the contact point",
+        range="(−π, π)",
+        equation="φ1 = φ(s_c)",
+    ),
+    _column(
+        "s_c",
+        NUMBER,
+        LENGTH,
+        "arc length of the contact point; 1 in tip contact",
+        range="(0, 1]",
+        equation="s_c = 1 (E4a) or φ(s_c) = 0 (E4b)",
+    ),
+    _column(
+        "reaction_fx",
+        NUMBER,
+        FORCE,
+        "load of the rod on the clamp, force along the surface",
+        range=ANY,
+        equation="fx = f·sin α",
+    ),
+    _column(
+        "reaction_fy",
+        NUMBER,
+        FORCE,
+        "load of the rod on the clamp, force along the normal of the surface",
+        range="(−∞, 0)",
+        equation="fy = −f·cos α",
+    ),
+    _column(
+        "reaction_m",
+        NUMBER,
+        MOMENT,
+        "load of the rod on the clamp, moment",
+        range=ANY,
+        equation="m(0) = φ'(0)",
+    ),
+    _column(
+        STABILITY,
+        NUMBER,
+        NONE,
+        "smallest eigenvalue of the second variation; positive where the rod is stable",
+        range="(−∞, 1]",
+        equation="(8)",
+    ),
 )
 RESIDUAL = (
-    "largest equilibrium misfit of the sticking curve: collocation, of the slope (rad) and the "
-    "closing conditions (L), also between its nodes and states; shooting, of the tip's position (L)"
+    "largest residual of the equilibrium path: by collocation of E1 to E4, in rad and L, also "
+    "between its nodes and its states; by shooting the distance of the tip from the contact point "
+    "in L"
 )
 
 
-def _state_columns(suffix: str, when: str, nullable: bool) -> list[pa.Field]:
-    return [
-        _column(f"{name}{suffix}", NUMBER, unit, f"{description}{when}", nullable)
-        for name, unit, description in STATE
-    ]
+def _state_columns(suffix: str = "", when: str = "", null: str = "") -> list[pa.Field]:
+    return [_changed(column, suffix, when, null) for column in STATE]
 
+
+def _state_lists() -> list[pa.Field]:
+    """Columns of those quantities of the states of a path from which the others follow."""
+    followed = ("reaction_fx", "reaction_fy", "reaction_m", "phi1", "s_c", STABILITY)
+    columns = {column.name: _changed(column, "", ", of the states", "") for column in STATE}
+    return [columns[name].with_type(NUMBERS) for name in followed]
+
+
+def _status(*statuses: Status) -> pa.Field:
+    return _column("status", TEXT, NONE, "outcome", range=_words(*statuses))
+
+
+MESSAGE = _column("message", TEXT, NONE, "why there is no result, and what to try; or empty")
+X1_INIT = _column(
+    "x1_init",
+    NUMBER,
+    LENGTH,
+    "position of the contact point at α = 0, with the clamp at 0",
+    range=POSITIVE,
+    null=NO_RESULT,
+    equation="α = 0 (E3b)",
+)
+MU_LOCK = _column(
+    "mu_lock",
+    NUMBER,
+    NONE,
+    "critical friction coefficient: above it the tip is self-locking; infinite where it lifts off",
+    range="(0, ∞]",
+    null=NO_RESULT,
+    equation="μ_lock = max −tan α(x0)",
+)
+X0_LOCK = _column(
+    "x0_lock",
+    NUMBER,
+    LENGTH,
+    "clamp displacement of the critical state",
+    range=NOT_NEGATIVE,
+    null=NO_RESULT,
+    equation="−tan α(x0_lock) = μ_lock",
+)
+X0_SLIP = _column(
+    "x0_slip",
+    NUMBER,
+    LENGTH,
+    "clamp displacement at the exact onset of slip",
+    range=NOT_NEGATIVE,
+    null=NO_SLIP,
+    equation="−tan α(x0_slip) = μ0",
+)
+CONTACT = _column("contact", TEXT, NONE, "kind of contact", range=_words(*Contact), null=NO_RESULT)
 
 CURVES = _schema(
     "curves",
     [
-        _column("theta", TEXT, NONE, "taper factor, exact decimal"),
-        _column("eta", TEXT, LENGTH, "distance between clamp and contact line, exact decimal"),
-        _column("dx0", TEXT, LENGTH, "step of the walk, exact decimal; null: serves all", True),
-        _column("method", TEXT, NONE, "collocation or shooting"),
-        _column("status", TEXT, NONE, "solved, out_of_reach or failed"),
-        _column("message", TEXT, NONE, "what went wrong and what to try, or empty"),
-        _column("ends_by", TEXT, NONE, "snaps, out_of_reach, lifts_off or not_followed"),
-        _column("end_message", TEXT, NONE, "more about the end of the curve, or empty"),
-        _column("x1_init", NUMBER, LENGTH, "contact point at alpha = 0, clamp at 0", True),
-        _column("residual", NUMBER, NONE, RESIDUAL, True),
-        _column("x0_lock", NUMBER, LENGTH, "displacement at which -tan(alpha) is largest", True),
-        _column("mu_lock", NUMBER, NONE, "largest value of -tan(alpha)", True),
-        _column("x0_touch", NUMBER, LENGTH, "first displacement with phi1 = 0, if any", True),
-        _column("piece_contact", pa.list_(TEXT), NONE, "kind of contact of each smooth piece"),
+        _column("theta", TEXT, NONE, "taper factor, exact decimal", range="[1, ∞)"),
+        _column("eta", TEXT, LENGTH, "clamp–surface distance, exact decimal", range="(0, 1)"),
+        _column(
+            "dx0",
+            TEXT,
+            LENGTH,
+            "step of the clamp at which the path was followed, exact decimal",
+            range=POSITIVE,
+            null="the path serves all steps (method collocation)",
+        ),
+        ORIGIN[1],
+        _status(Status.SOLVED, Status.OUT_OF_REACH, Status.FAILED),
+        MESSAGE,
+        _column(
+            "ends_by",
+            TEXT,
+            NONE,
+            "how the path ends",
+            range=_words(End.SNAPS, End.OUT_OF_REACH, End.LIFTS_OFF, End.NOT_FOLLOWED),
+        ),
+        _column("end_message", TEXT, NONE, "more about the end of the path, or empty"),
+        X1_INIT,
+        _column("residual", NUMBER, NONE, RESIDUAL, range=NOT_NEGATIVE, null=NO_RESULT),
+        X0_LOCK,
+        MU_LOCK,
+        _column(
+            "x0_touch",
+            NUMBER,
+            LENGTH,
+            "first clamp displacement at which the rod touches the surface tangentially",
+            range=NOT_NEGATIVE,
+            null="it does so nowhere on the path, or no result",
+            equation="φ1(x0_touch) = 0",
+        ),
+        _column("piece_contact", TEXTS, NONE, "kind of contact of each smooth piece of the path"),
         _column("piece_states", pa.list_(WHOLE), NONE, "number of states on each smooth piece"),
-        _column("piece_parameter", pa.list_(TEXT), NONE, "x0 or advance: what counts the states"),
+        _column(
+            "piece_parameter",
+            TEXTS,
+            NONE,
+            "parameter that orders the states: clamp displacement, or continuation parameter",
+            range=_words(*Parameter),
+            equation="(9)",
+        ),
         _column("piece_start", NUMBERS, NONE, "first value of the parameter (x0 in L)"),
         _column("piece_stop", NUMBERS, NONE, "last value of the parameter (x0 in L)"),
-        _column("x0", NUMBERS, LENGTH, "footpoint displacements of the states, piece by piece"),
-        _column("reaction_fx", NUMBERS, FORCE, "f*sin(alpha) of the states"),
-        _column("reaction_fy", NUMBERS, FORCE, "-f*cos(alpha) of the states"),
-        _column("reaction_m", NUMBERS, MOMENT, "phi'(0) of the states"),
-        _column("phi1", NUMBERS, ANGLE, "slope at the contact point of the states"),
-        _column("s_c", NUMBERS, LENGTH, "arc length of the contact point of the states"),
-        _column("stability", NUMBERS, NONE, "least second variation of the states"),
+        _column("x0", NUMBERS, LENGTH, "clamp displacement, of the states", range=NOT_NEGATIVE),
+        *_state_lists(),
     ],
 )
 
@@ -91,51 +276,90 @@ STICTION = _schema(
     "stiction",
     [
         *ORIGIN,
-        _column("grids", pa.list_(TEXT), NONE, "names of the grids that the point belongs to"),
+        _column("grids", TEXTS, NONE, "names of the grids that the point belongs to"),
         *AXES,
         _column(
             "status",
             TEXT,
             NONE,
-            "slip, lock (the tip never slips forward), out_of_reach or failed",
+            "outcome: the tip slips forward, or is self-locking; the shape is inadmissible; or no "
+            "result of the promised accuracy",
+            range=_words(Status.SLIP, Status.LOCK, Status.OUT_OF_REACH, Status.FAILED),
         ),
-        _column("message", TEXT, NONE, "why there is no result, or empty"),
-        _column("contact", TEXT, NONE, "point or line, at the onset of slip or the lock", True),
-        _column("x0_slip", NUMBER, LENGTH, "exact onset of slip", True),
-        _column("x0_max", NUMBER, LENGTH, "last state of stiction on the step grid", True),
-        _column("n_steps", WHOLE, NONE, "steps to the last state of stiction", True),
-        _column("mu_lock", NUMBER, NONE, "largest friction at which the tip slips", True),
-        _column("x0_lock", NUMBER, LENGTH, "onset of slip at that friction", True),
-        *_state_columns("_init", ", at alpha = 0", True),
-        *_state_columns("_last", ", at the last state of stiction", True),
-        *_state_columns("_slip", ", at the exact onset of slip", True),
-        _column("ends_by", TEXT, NONE, "past the lock: slips_back, snaps, out_of_reach", True),
+        MESSAGE,
+        _changed(CONTACT, "", " at the onset of slip, or in the critical state", NO_RESULT),
+        X0_SLIP,
         _column(
-            "x0_end", NUMBER, LENGTH, "displacement at which sticking past the lock ends", True
+            "x0_max",
+            NUMBER,
+            LENGTH,
+            "clamp displacement of the last sticking state on the step grid; the paper's x0,max",
+            range=NOT_NEGATIVE,
+            null=NO_SLIP,
+            equation="x0,max = n_steps·Δx0",
         ),
-        *_state_columns("_end", ", where sticking past the lock ends", True),
-        _column("x1_init", NUMBER, LENGTH, "contact point at alpha = 0, clamp at 0", True),
+        _column(
+            "n_steps",
+            WHOLE,
+            NONE,
+            "steps of the clamp to the last sticking state",
+            range=NOT_NEGATIVE,
+            null=NO_SLIP,
+            equation="n_steps = ⌊x0_slip/Δx0⌋",
+        ),
+        MU_LOCK,
+        X0_LOCK,
+        *_state_columns("_init", ", at α = 0", NO_RESULT),
+        *_state_columns("_last", ", in the last sticking state on the step grid", NO_SLIP),
+        *_state_columns("_slip", ", at the exact onset of slip", NO_SLIP),
+        _column(
+            "ends_by",
+            TEXT,
+            NONE,
+            "how sticking ends after self-locking",
+            range=_words(End.SLIPS_BACK, End.SNAPS, End.OUT_OF_REACH, End.NOT_FOLLOWED),
+            null=NO_LOCK,
+        ),
+        _column(
+            "x0_end",
+            NUMBER,
+            LENGTH,
+            "clamp displacement at which sticking ends after self-locking",
+            range=NOT_NEGATIVE,
+            null=NO_END,
+            equation="tan α(x0_end) = μ0 (slips_back), x0_end = max x0 (snaps)",
+        ),
+        *_state_columns("_end", ", where sticking ends after self-locking", NO_END),
+        X1_INIT,
         _column(
             "penetrates",
             FLAG,
             NONE,
-            "point contact with phi1 < 0 up to the last state of stiction, or up to the lock",
-            True,
+            "whether the rod passes through the surface at its tip, up to the last sticking state "
+            "or the critical state",
+            null=NO_RESULT,
+            equation="φ1 < 0 and s_c = 1",
         ),
-        _column("residual", NUMBER, NONE, RESIDUAL, True),
+        _column("residual", NUMBER, NONE, RESIDUAL, range=NOT_NEGATIVE, null=NO_RESULT),
     ],
 )
 
 
-def _model_columns(suffix: str) -> list[pa.Field]:
-    """Column of a comparison for one contact model."""
+def _model_columns(suffix: str, contact: str) -> list[pa.Field]:
+    """Columns of a comparison for one kind of contact."""
+    state = {column.name: column for column in STATE}
     return [
-        _column(f"status{suffix}", TEXT, NONE, "slip, lock, out_of_reach or failed"),
-        _column(f"x0_slip{suffix}", NUMBER, LENGTH, "exact onset of slip", True),
-        _column(f"f_slip{suffix}", NUMBER, FORCE, "contact force at the onset", True),
-        _column(f"reaction_m_slip{suffix}", NUMBER, MOMENT, "clamp moment at the onset", True),
-        _column(f"mu_lock{suffix}", NUMBER, NONE, "largest friction at which the tip slips", True),
-        _column(f"residual{suffix}", NUMBER, NONE, RESIDUAL, True),
+        _changed(STICTION.field("status"), suffix, contact, ""),
+        _changed(X0_SLIP, suffix, contact, NO_SLIP),
+        _changed(state["f"], f"_slip{suffix}", f", at the exact onset of slip{contact}", NO_SLIP),
+        _changed(
+            state["reaction_m"],
+            f"_slip{suffix}",
+            f", at the exact onset of slip{contact}",
+            NO_SLIP,
+        ),
+        _changed(MU_LOCK, suffix, contact, NO_RESULT),
+        _changed(STICTION.field("residual"), suffix, contact, NO_RESULT),
     ]
 
 
@@ -146,21 +370,44 @@ COMPARISONS = _schema(
         _column("comparison", TEXT, NONE, "name of the comparison"),
         *AXES[:3],
         _column(
-            "penetrates", FLAG, NONE, "point contact with phi1 < 0 up to the onset or to the lock"
+            "penetrates",
+            FLAG,
+            NONE,
+            "whether the rod in tip contact passes through the surface, up to the onset of slip or "
+            "the critical state",
+            equation="φ1 < 0 and s_c = 1",
         ),
-        *_model_columns("_point"),
-        *_model_columns("_line"),
+        *_model_columns("_point", ", in tip contact"),
+        *_model_columns("_line", ", in line contact"),
     ],
 )
 
 SHAPE = (
-    _column("shape_s", NUMBERS, LENGTH, "arc lengths of the shape's points"),
-    _column("shape_x", NUMBERS, LENGTH, "positions along the surface of the shape's points"),
-    _column("shape_y", NUMBERS, LENGTH, "positions normal to the surface of the shape's points"),
-    _column("shape_phi", NUMBERS, ANGLE, "slopes of the shape's points"),
-)
-_SHAPE_RESIDUAL = (
-    "distance of the contact point from the end of the shape, integrated independently"
+    _column("shape_s", NUMBERS, LENGTH, "arc lengths of points of the rod", range="[0, 1]"),
+    _column(
+        "shape_x",
+        NUMBERS,
+        LENGTH,
+        "positions of these points along the surface",
+        range=ANY,
+        equation="x' = cos φ (2)",
+    ),
+    _column(
+        "shape_y",
+        NUMBERS,
+        LENGTH,
+        "positions of these points from the clamp towards the surface",
+        range=ANY,
+        equation="y' = sin φ (2)",
+    ),
+    _column(
+        "shape_phi",
+        NUMBERS,
+        ANGLE,
+        "tangent angles at these points",
+        range=ANY,
+        equation="(2)",
+    ),
 )
 
 SCANS = _schema(
@@ -173,16 +420,61 @@ SCANS = _schema(
             "status",
             TEXT,
             NONE,
-            "slip, lock (one period, on past the lock), out_of_reach or failed",
+            "outcome; a self-locking tip has one period, to where sticking ends",
+            range=_words(Status.SLIP, Status.LOCK, Status.OUT_OF_REACH, Status.FAILED),
         ),
-        _column("cycle", WHOLE, NONE, "stick-slip cycle, from 1; it ends with its slip", True),
-        _column("step", WHOLE, NONE, "steps since the cycle began", True),
-        _column("phase", TEXT, NONE, "slip where the tip has just slipped, stick otherwise", True),
-        _column("footpoint", NUMBER, LENGTH, "position of the clamp", True),
-        _column("x0", NUMBER, LENGTH, "clamp displacement since the last alpha = 0 state", True),
-        _column("x1", NUMBER, LENGTH, "position of the contact point", True),
-        *_state_columns("", "", True),
-        _column("residual", NUMBER, LENGTH, _SHAPE_RESIDUAL, True),
+        _column(
+            "cycle",
+            WHOLE,
+            NONE,
+            "number of the stick-slip cycle; a cycle ends with its slip",
+            range="[1, ∞)",
+            null=NO_RESULT,
+        ),
+        _column(
+            "step",
+            WHOLE,
+            NONE,
+            "steps of the clamp since the cycle began",
+            range=NOT_NEGATIVE,
+            null=NO_RESULT,
+        ),
+        _column(
+            "phase",
+            TEXT,
+            NONE,
+            "whether the tip has slipped in this step",
+            range=_words("slip", "stick"),
+            null=NO_RESULT,
+        ),
+        _column("footpoint", NUMBER, LENGTH, "clamp position", range=NOT_NEGATIVE, null=NO_RESULT),
+        _column(
+            "x0",
+            NUMBER,
+            LENGTH,
+            "clamp displacement since the last state with α = 0",
+            range=NOT_NEGATIVE,
+            null=NO_RESULT,
+            equation="x0 = step·Δx0 (stick), x0 = 0 (slip)",
+        ),
+        _column(
+            "x1",
+            NUMBER,
+            LENGTH,
+            "position of the contact point",
+            range=POSITIVE,
+            null=NO_RESULT,
+            equation="x1 = x1_init + clamp position of the last slip",
+        ),
+        *_state_columns(null=NO_RESULT),
+        _column(
+            "residual",
+            NUMBER,
+            LENGTH,
+            "distance of the contact point from the end of the shape, integrated independently",
+            range=NOT_NEGATIVE,
+            null=NO_RESULT,
+        ),
         *SHAPE,
     ],
 )
@@ -192,19 +484,39 @@ STATES = _schema(
     [
         *ORIGIN,
         _column("state", TEXT, NONE, "name of the state"),
-        _column("theta", NUMBER, NONE, "taper factor, base over tip diameter"),
-        _column("eta", NUMBER, LENGTH, "distance between clamp and contact line"),
-        _column("x1", NUMBER, LENGTH, "contact point, clamp at 0"),
-        _column("status", TEXT, NONE, "solved, out_of_reach or failed"),
-        _column("message", TEXT, NONE, "what went wrong and what to try, or empty"),
-        _column("contact", TEXT, NONE, "point or line", True),
-        *_state_columns("", "", True),
-        _column("penetrates", FLAG, NONE, "whether phi1 < 0: the shape passes the surface", True),
-        _column("residual", NUMBER, NONE, RESIDUAL.replace(" of the sticking curve", ""), True),
+        THETA,
+        ETA,
+        _column(
+            "x1",
+            NUMBER,
+            LENGTH,
+            "position of the contact point, with the clamp at 0",
+            range=ANY,
+            equation="x(1) = x1 (3)",
+        ),
+        _status(Status.SOLVED, Status.OUT_OF_REACH, Status.FAILED),
+        MESSAGE,
+        CONTACT,
+        *_state_columns(null=NO_RESULT),
+        _column(
+            "penetrates",
+            FLAG,
+            NONE,
+            "whether the rod passes through the surface at its tip",
+            null=NO_RESULT,
+            equation="φ1 < 0 and s_c = 1",
+        ),
+        _column(
+            "residual",
+            NUMBER,
+            NONE,
+            "largest residual of E1 to E4, in rad and L",
+            range=NOT_NEGATIVE,
+            null=NO_RESULT,
+        ),
         *SHAPE,
     ],
 )
-
 
 CLAIMS = _schema(
     "claims",
@@ -214,10 +526,24 @@ CLAIMS = _schema(
         _column("section", TEXT, NONE, "section of the paper that makes it"),
         _column("statement", TEXT, NONE, "what it says, in other words"),
         _column("computed", TEXT, NONE, "what was computed to decide it"),
-        _column("quantity_name", pa.list_(TEXT), NONE, "what each computed quantity is"),
-        _column("quantity_value", NUMBERS, NONE, "computed quantities, each in its unit"),
-        _column("quantity_unit", pa.list_(TEXT), NONE, "unit of each quantity"),
-        _column("verdict", TEXT, NONE, "holds, holds with a condition, ambiguous or contradicted"),
+        _column("quantity_name", TEXTS, NONE, "what each computed quantity is"),
+        _column(
+            "quantity_value", NUMBERS, NONE, "computed quantities, each in its unit", range=ANY
+        ),
+        _column("quantity_unit", TEXTS, NONE, "unit of each quantity"),
+        _column(
+            "verdict",
+            TEXT,
+            NONE,
+            "verdict on the statement",
+            range=_words("holds", "holds with a condition", "ambiguous", "contradicted"),
+        ),
         _column("reason", TEXT, NONE, "the condition or the reason"),
     ],
 )
+
+# By name: the tables of a study, and at last what its blocks hold.
+TABLES = {
+    schema.metadata[b"vibrissa.table"].decode(): schema
+    for schema in (STICTION, SCANS, STATES, COMPARISONS, CLAIMS, CURVES)
+}

@@ -228,6 +228,19 @@ def _writer(said: Mapping[bytes, str]) -> str:
     return f"version {version or 'unknown'}, commit {commit or 'unknown'}"
 
 
+def kind(path: str | Path) -> str:
+    """Name of the table that a file holds; empty for a file of another program.
+
+    Raises
+    ------
+    TableError
+        If it is damaged or cannot be opened.
+    """
+    with reading(path):
+        metadata = pq.read_metadata(path).metadata or {}
+    return metadata.get(TABLE, b"").decode(errors="replace")
+
+
 def read(path: str | Path, schema: pa.Schema) -> pa.Table:
     """Read a table and refuse one that is damaged or of another kind.
 

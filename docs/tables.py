@@ -1,0 +1,51 @@
+"""Bring the data dictionary of docs/tables.md in line with the tables' schemas: `make schema`."""
+
+from pathlib import Path
+
+from vibrissa.tables.dictionary import Entry, entries
+from vibrissa.tables.schemas import TABLES
+
+PAGE = Path(__file__).with_name("tables.md")
+BEGIN, END = "<!-- made by make schema -->\n", "<!-- end of what make schema made -->"
+ROWS = {
+    "stiction": "One row for each grid point.",
+    "scans": "One row for each step of the clamp.",
+    "states": "One row for each single equilibrium.",
+    "comparisons": "One row for each point that is solved in both kinds of contact.",
+    "claims": "One row for each statement of the paper.",
+    "curves": "One row for each equilibrium path: the files in `results/<study>/blocks/`.",
+}
+
+
+def row(entry: Entry) -> str:
+    """Row of a column."""
+    texts = (entry.type, entry.unit, entry.range, entry.null, entry.equation, entry.description)
+    cells = [f"`{entry.name}`", *(text.replace("|", "\\|") or "–" for text in texts)]
+    return f"| {' | '.join(cells)} |"
+
+
+def text() -> str:
+    """Write the data dictionary, in Markdown."""
+    lines = []
+    for name, schema in TABLES.items():
+        lines += [
+            f"### `{name}`",
+            "",
+            ROWS[name],
+            "",
+            "| column | type | unit | range | null means | equation | what it is |",
+            "| --- | --- | --- | --- | --- | --- | --- |",
+            *map(row, entries(schema)),
+            "",
+        ]
+    return "\n".join(lines)
+
+
+def replaced(page: str) -> str:
+    """Put the data dictionary between its marks in the page."""
+    before, _, rest = page.partition(BEGIN)
+    return before + BEGIN + text() + END + rest.partition(END)[2]
+
+
+if __name__ == "__main__":
+    PAGE.write_text(replaced(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
