@@ -14,8 +14,8 @@ from scipy.integrate import solve_bvp
 from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
 from vibrissa.mechanics.newton import solve
-from vibrissa.mechanics.outcomes import Contact, Parameter
 from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
+from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking import shooting
 from vibrissa.sticking.collocation import STEP_SIZES, solve_curves
 from vibrissa.sticking.continuation import first_segment

@@ -14,7 +14,7 @@ from collections import Counter
 import numpy as np
 from rich.progress import track
 
-from vibrissa.mechanics.outcomes import Contact, End, Status
+from vibrissa.outcomes import Contact, End, Status
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 

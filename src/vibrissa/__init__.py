@@ -8,8 +8,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vibrissa.mechanics.outcomes import Status
     from vibrissa.mechanics.rod import Rod
+    from vibrissa.outcomes import Status
     from vibrissa.sticking.api import (
         EquilibriumState,
         Onset,
@@ -34,7 +34,7 @@ _HOMES = {
     "StickingState": "sticking.piece",
     "Scan": "sticking.cycles",
     "stick_slip": "sticking.cycles",
-    "Status": "mechanics.outcomes",
+    "Status": "outcomes",
     "Rod": "mechanics.rod",
     "read_table": "tables.frames",
 }

@@ -15,8 +15,8 @@ from vibrissa.design import MATERIALS, DesignStatus, Requirements, design, read_
 from vibrissa.design.limits import GRAVITY, limits_of
 from vibrissa.design.shapes import survey
 from vibrissa.design.sizes import best_sizes, deviations, nearest_sizes
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.mechanics.rod import Rod
+from vibrissa.outcomes import Contact
 from vibrissa.sensor import (
     Method,
     PeriodStatus,

@@ -8,8 +8,8 @@ from matplotlib.colors import to_hex
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.figures import style
 from vibrissa.figures.draw import KINDS, draw
-from vibrissa.mechanics.outcomes import Status
 from vibrissa.mechanics.states import ContactState
+from vibrissa.outcomes import Status
 from vibrissa.sticking.api import EquilibriumState
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve

@@ -14,9 +14,9 @@ from vibrissa.mechanics.admissibility import (
 )
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.equations import shape
-from vibrissa.mechanics.outcomes import Contact, End
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import gauss_rule
+from vibrissa.outcomes import Contact, End
 
 
 def rod(slope, nodes=64):

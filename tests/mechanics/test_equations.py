@@ -20,10 +20,10 @@ from vibrissa.mechanics.equations import (
     residuals,
 )
 from vibrissa.mechanics.newton import solve
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density, densities
 from vibrissa.numerics.spectral import gauss_rule
+from vibrissa.outcomes import Contact
 
 
 def sticking(theta, eta, travel, nodes=40):

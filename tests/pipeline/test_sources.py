@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 import vibrissa
-from vibrissa.mechanics.outcomes import Method
+from vibrissa.outcomes import Method
 from vibrissa.pipeline import sources as module
 from vibrissa.pipeline.sources import sources
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vibrissa import Status, solve_curve, stick_slip
-from vibrissa.mechanics.outcomes import End
+from vibrissa.outcomes import End
 from vibrissa.sticking.curve import failed_curve
 
 D = Decimal

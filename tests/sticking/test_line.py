@@ -12,7 +12,7 @@ import reference
 from vibrissa import Status, solve_curve, solve_state, stick_slip
 from vibrissa.mechanics.equations import Closure, contact_position, largest_residual
 from vibrissa.mechanics.newton import solve
-from vibrissa.mechanics.outcomes import Contact
+from vibrissa.outcomes import Contact
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.continuation import StepSizes, begin, follow, switch_states
 

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import reference
 from vibrissa import Status, solve_curve, solve_onset, solve_state
-from vibrissa.mechanics.outcomes import Contact, End
+from vibrissa.outcomes import Contact, End
 
 PAIRS = [(1.0, 0.85), (2.0, 0.85), (4.0, 0.7), (1.5, 0.5)]
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from vibrissa.decimals import spell
 from vibrissa.errors import StudyError
-from vibrissa.mechanics.outcomes import Contact, Method
+from vibrissa.outcomes import Contact, Method
 from vibrissa.study.model import Study, default_block_size
 from vibrissa.study.parsing import parse_study, refuse_repeated_keys
 from vibrissa.study.schema import study_schema

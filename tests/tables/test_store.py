@@ -10,8 +10,8 @@ import pytest
 
 from vibrissa import __version__, solve_curve, solve_state, stick_slip
 from vibrissa.errors import TableError
-from vibrissa.mechanics.outcomes import Contact, Method, Parameter, Status
 from vibrissa.mechanics.states import ContactState
+from vibrissa.outcomes import Contact, Method, Parameter, Status
 from vibrissa.sticking.api import EquilibriumState
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import assembled_curve, failed_curve

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from vibrissa.files import write_atomically
-from vibrissa.mechanics.outcomes import Method
+from vibrissa.outcomes import Method
 from vibrissa.paper import claims, evidence, ledger
 from vibrissa.pipeline import jobs
 from vibrissa.tables import query, schemas, store

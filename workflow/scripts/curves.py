@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrissa.mechanics.outcomes import Contact, Method
+from vibrissa.outcomes import Contact, Method
 from vibrissa.pipeline import jobs
 from vibrissa.study.codec import decode_key, encode_key
 from vibrissa.tables import records, store

@@ -20,7 +20,7 @@ from vibrissa.cli.options import (
 from vibrissa.design import MATERIALS, Design, DesignStatus, Requirements, read_requirements
 from vibrissa.design import design as find_design
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.outcomes import Contact
+from vibrissa.outcomes import Contact
 from vibrissa.sensor import Method, series
 from vibrissa.sensor.quantities import Kind
 

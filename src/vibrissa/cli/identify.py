@@ -23,7 +23,7 @@ from vibrissa.cli.options import (
     check_files,
     progress_bars,
 )
-from vibrissa.mechanics.outcomes import Contact
+from vibrissa.outcomes import Contact
 from vibrissa.sensor import Identification, Method, PeriodStatus, SlipLaw, Unknown, series
 from vibrissa.sensor.identification.calibration import NAMES
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.outcomes import Contact
+from vibrissa.outcomes import Contact
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.series import Column, check_ending
 from vibrissa.sensor.transducer import PRESETS

@@ -20,7 +20,7 @@ from vibrissa.cli.options import (
     check_files,
     progress_bars,
 )
-from vibrissa.mechanics.outcomes import Contact
+from vibrissa.outcomes import Contact
 from vibrissa.sensor import SlipLaw, series, surfaces
 
 app = typer.Typer(**ALONE)

@@ -19,7 +19,7 @@ from vibrissa.cli.options import (
     shown,
 )
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.outcomes import Contact, Status
+from vibrissa.outcomes import Contact, Status
 from vibrissa.sensor import series
 
 app = typer.Typer(**ALONE)

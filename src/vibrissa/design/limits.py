@@ -11,8 +11,8 @@ import numpy as np
 
 from vibrissa.design.requirements import Range, Requirements
 from vibrissa.design.shapes import Shapes
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.outcomes import Contact
 from vibrissa.sensor.identification.periods import JUMP
 from vibrissa.sensor.identification.recording import USED, Method
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.outcomes import Contact
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.quantities import CHANNEL_KINDS, chosen
 

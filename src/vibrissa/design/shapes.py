@@ -12,9 +12,9 @@ import numpy as np
 from scipy.integrate import cumulative_simpson
 
 from vibrissa.mechanics.bending import strains
-from vibrissa.mechanics.outcomes import Contact, Status
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.outcomes import Contact, Status
 from vibrissa.sensor.response import tabulated
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve

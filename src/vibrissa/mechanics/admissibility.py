@@ -23,12 +23,12 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from vibrissa.mechanics.equations import ends
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.mechanics.states import CLAMP_SLOPE, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
+from vibrissa.outcomes import Contact
 
 # A shape touches itself or the surface where its clearance is below this (L).
 TOLERANCE = 1e-12

@@ -33,12 +33,12 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.mechanics.states import CLAMP_SLOPE, RodStates
 from vibrissa.mechanics.taper import bending_coordinate, density_growth
 from vibrissa.numerics.arrays import FloatArray, SingleArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import gauss_rule, legendre_series, refinement_matrix
+from vibrissa.outcomes import Contact
 
 # What a force grown by its first value adds to the advance: so weighted it increases along every
 # curve, in both kinds of contact.

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.mechanics.equations import Closure, jacobian, residuals
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, SingleArray
 from vibrissa.numerics.spectral import refinement_matrix
+from vibrissa.outcomes import Contact
 
 MAX_ITERATIONS = 25
 # Part of the nodes on which corrections are found, and the fewest that make sense.

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
+from vibrissa.outcomes import Contact
 
 
 def stability(states: RodStates, contact: Contact) -> FloatArray:

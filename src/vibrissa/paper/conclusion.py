@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from vibrissa.decimals import exact
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.numerics.steps import last_step_within, step_position
+from vibrissa.outcomes import Contact
 from vibrissa.paper.evidence import Evidence, bending_at_the_last_state
 from vibrissa.paper.judging import (
     AMBIGUOUS,

@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 
 from vibrissa.errors import TableError
 from vibrissa.mechanics.bending import Bending, measure, solve_and_measure
-from vibrissa.mechanics.outcomes import Status
+from vibrissa.outcomes import Status
 from vibrissa.tables import query
 
 

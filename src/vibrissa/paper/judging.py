@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from vibrissa.mechanics.bending import Bending
-from vibrissa.mechanics.outcomes import Status
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.outcomes import Status
 from vibrissa.paper.ledger import Finding, Quantities, Verdict
 from vibrissa.sticking import collocation
 from vibrissa.sticking.curve import StickingCurve

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import pyarrow as pa
 
-from vibrissa.mechanics.outcomes import Method
+from vibrissa.outcomes import Method
 from vibrissa.paper.evidence import Evidence
 from vibrissa.tables.schemas import CLAIMS, NONE
 

@@ -13,9 +13,9 @@ from numpy.polynomial.chebyshev import chebvander
 from scipy.interpolate import CubicSpline
 
 from vibrissa.errors import ArgumentError, NoResponseError
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.outcomes import Contact
 from vibrissa.sensor.response import Branch, Response, joined, respond
 
 # Heights at which the rod is solved, and displacements on each stretch.

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.mechanics.outcomes import Status
+from vibrissa.outcomes import Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.response import largest_strain
 from vibrissa.sensor.series import Column

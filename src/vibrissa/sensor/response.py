@@ -18,10 +18,10 @@ from scipy.optimize import brentq
 
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.bending import strains
-from vibrissa.mechanics.outcomes import Contact, Status
 from vibrissa.mechanics.states import ContactState
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState

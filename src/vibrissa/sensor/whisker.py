@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from vibrissa.errors import NoResponseError
-from vibrissa.mechanics.outcomes import Contact
 from vibrissa.mechanics.rod import Rod
+from vibrissa.outcomes import Contact
 from vibrissa.sensor.heights import Heights, respond_between
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
 from vibrissa.sensor.response import Response, respond

@@ -8,10 +8,10 @@ import numpy as np
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.equations import ends, shape
-from vibrissa.mechanics.outcomes import Contact, End, Method, Status
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.outcomes import Contact, End, Method, Status
 from vibrissa.sticking import collocation
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
@@ -99,7 +99,7 @@ class Onset:
         State at the exact onset.
     end : str
         How sticking ends past the lock where the tip locks
-        (`vibrissa.mechanics.outcomes.End`); else empty.
+        (`vibrissa.outcomes.End`); else empty.
     ended : StickingState
         The state in which it does, with its displacement x0.
     residual : float

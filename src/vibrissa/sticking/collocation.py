@@ -21,10 +21,10 @@ from vibrissa.mechanics.equations import (
     largest_residual,
 )
 from vibrissa.mechanics.newton import solve
-from vibrissa.mechanics.outcomes import Contact, End, Method, Parameter, Status
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.outcomes import Contact, End, Method, Parameter, Status
 from vibrissa.sticking.continuation import (
     Segment,
     StepSizes,

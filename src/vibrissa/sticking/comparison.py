@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.mechanics.outcomes import Contact, Status
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 

@@ -20,10 +20,10 @@ import numpy as np
 from vibrissa.mechanics.buckling import initial_states
 from vibrissa.mechanics.equations import Closure, advance, contact_position, ends
 from vibrissa.mechanics.newton import extrapolated, solve
-from vibrissa.mechanics.outcomes import Contact, Parameter
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.outcomes import Contact, Parameter
 
 # Height at which lowering the surface begins, and numbers of steps to try.
 HIGHEST = 0.999

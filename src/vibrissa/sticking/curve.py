@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.outcomes import Contact, End, Parameter, Status
 from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.outcomes import Contact, End, Parameter, Status
 from vibrissa.sticking.piece import Jet, Piece, StickingState
 
 # Displacements that are nearer to each other are one: where two pieces meet.

@@ -14,9 +14,9 @@ import numpy as np
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.mechanics.outcomes import Status
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
+from vibrissa.outcomes import Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from vibrissa.mechanics.outcomes import Contact, Parameter
 from vibrissa.mechanics.states import ContactState, Values
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import bracketed_root
@@ -19,6 +18,7 @@ from vibrissa.numerics.spectral import (
     even_derivative,
     even_interpolation,
 )
+from vibrissa.outcomes import Contact, Parameter
 
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SAMPLES = 257

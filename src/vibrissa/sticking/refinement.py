@@ -18,7 +18,6 @@ import numpy as np
 from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.equations import Closure, coefficient_decay, ends, largest_residual
 from vibrissa.mechanics.newton import solve
-from vibrissa.mechanics.outcomes import Contact, Parameter
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray, IntArray, SingleArray
@@ -28,6 +27,7 @@ from vibrissa.numerics.spectral import (
     halfway_interpolation,
     interpolation,
 )
+from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking.continuation import Branches, Segment
 from vibrissa.sticking.curve import Limit
 from vibrissa.sticking.piece import Piece, StickingState
@@ -409,9 +409,7 @@ def _margins(path: RodStates, contact: Contact) -> FloatArray:
     return stability(flat(path.on_nodes(nodes)), contact).reshape(path.fx.shape)
 
 
-def _limit(
-    path: RodStates, looked: Clearance, eta: float, contact: Contact
-) -> tuple[float, str]:
+def _limit(path: RodStates, looked: Clearance, eta: float, contact: Contact) -> tuple[float, str]:
     """First fraction of a piece at which its shape is inadmissible, and how; NaN if nowhere.
 
     The clearances are known at `STATES_LOOKED_AT` Chebyshev points; the place is sought between.

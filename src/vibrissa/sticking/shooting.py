@@ -17,11 +17,11 @@ from vibrissa.mechanics.admissibility import TOLERANCE, clearances
 from vibrissa.mechanics.buckling import CONTINUATION_START, CONTINUATION_STEPS, buckled_states
 from vibrissa.mechanics.elastica import deformed_shape, rod_equations
 from vibrissa.mechanics.equations import contact_position
-from vibrissa.mechanics.outcomes import Contact, Method, Parameter
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
+from vibrissa.outcomes import Contact, Method, Parameter
 from vibrissa.sticking.curve import Limit, StickingCurve, assembled_curve, failed_curve
 from vibrissa.sticking.piece import Piece, StickingState
 

@@ -10,9 +10,9 @@ from decimal import Decimal
 
 import numpy as np
 
-from vibrissa.mechanics.outcomes import Contact, Status
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.steps import last_step_within, step_position
+from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 
@@ -40,7 +40,7 @@ class Stiction:
         States at α = 0, at the last sticking step and at the exact onset; NaN where there is none.
     end : list of str
         Where the tip locks, how sticking ends past the lock
-        (`vibrissa.mechanics.outcomes.End`); empty elsewhere.
+        (`vibrissa.outcomes.End`); empty elsewhere.
     ended : StickingState
         The state in which it does; NaN elsewhere and where the curve was not followed.
     """

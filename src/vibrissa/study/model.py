@@ -11,7 +11,7 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from vibrissa.decimals import spell
-from vibrissa.mechanics.outcomes import Contact, Method
+from vibrissa.outcomes import Contact, Method
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import AnyFigure
 from vibrissa.study.grid import CurveKey, Grid, curve_keys

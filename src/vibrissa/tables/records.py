@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.mechanics.outcomes import Contact, End, Method, Parameter, Status
+from vibrissa.outcomes import Contact, End, Method, Parameter, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import Piece, StickingState
 from vibrissa.study.codec import decode_key, encode_columns
