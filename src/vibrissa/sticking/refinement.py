@@ -419,6 +419,9 @@ def _limit(path: RodStates, looked: Clearance, eta: float, contact: Contact) -> 
         states = flat(combined(interpolation(len(path), at), path))
         return clearances(states, np.full(len(at), eta), contact)
 
+    def clearance(name: str) -> Callable[[FloatArray], FloatArray]:
+        return lambda at: look(at).columns[name]
+
     at = chebyshev_nodes(STATES_LOOKED_AT)
     for k in range(STATES_LOOKED_AT):
         before, after = max(k - 1, 0), min(k + 1, STATES_LOOKED_AT - 1)
@@ -427,7 +430,7 @@ def _limit(path: RodStates, looked: Clearance, eta: float, contact: Contact) -> 
         for name, values in looked.columns.items():
             lowest = values[k] < CLOSE and values[k] <= min(values[before], values[after])
             if np.isnan(beyond) and lowest:
-                beyond = _dip(lambda at, name=name: look(at).columns[name], at[before], at[after])
+                beyond = _dip(clearance(name), at[before], at[after])
         if np.isfinite(beyond):
             limit = _first_inadmissible(look, at[before], beyond)
             return limit, look(np.array([limit])).reasons(0)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import pyarrow as pa
 
-from vibrissa.mechanics.outcomes import Contact, End, Method, Parameter, Status
+from vibrissa.outcomes import Contact, End, Method, Parameter, Status
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
 SCHEMA_VERSION = "5"
