@@ -67,7 +67,7 @@ def regimes(rows: pd.DataFrame) -> Figure:
     for axes in panels[-1]:
         axes.set_xlabel(style.TAPER)
     for axes in panels[:, 0]:
-        axes.set_ylabel(r"friction coefficient $\mu_0$")
+        axes.set_ylabel(style.FRICTION)
     patches = [
         Patch(facecolor=REGIME_COLORS(i), edgecolor=style.SURFACE, label=REGIMES[i])
         for i in sorted(rows["regime"].unique())

@@ -147,7 +147,10 @@ def respond_between(
         for branch in solved
     }
     if len(landmarks) > 1 or len({branch.curve.end for branch in solved}) > 1:
-        raise NoResponseError(f"the rod changes contact or end {where}: give the height")
+        raise NoResponseError(
+            f"{where} the kind of contact or the end of the curve changes, so that the height "
+            "cannot be estimated: give the height"
+        )
     # Between the nodes the interpolation must agree with a branch that it has not seen.
     between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
     resolved = _agrees(found.at(between), respond(theta, between, contact, pull))

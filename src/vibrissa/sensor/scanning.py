@@ -162,7 +162,7 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
     parts = [np.zeros(1, dtype=np.int64)]
     for begin, end in pairwise(counts):
         if begin == end:
-            raise ArgumentError(f"each part of the path must be longer than a step of {step}")
+            raise ArgumentError(f"each part of the path must be at least one step of {step} long")
         sign = 1 if end > begin else -1
         parts.append(np.arange(begin + sign, end + sign, sign))
     return step_position(np.concatenate(parts), size)
@@ -219,7 +219,9 @@ def simulate(
     """
     positions = np.asarray(positions, dtype=float)
     if response.x0_pull == 0.0 and (np.diff(positions) < 0.0).any():
-        raise ArgumentError("this path goes backward, which needs a response with pulling")
+        raise ArgumentError(
+            "this path goes backward, but the response was solved for forward motion only"
+        )
     slips = _Slips(
         response=response, surface=surface, law=chosen(SlipLaw, law, "law"), ratio=kinetic_ratio
     )

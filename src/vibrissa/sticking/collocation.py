@@ -61,16 +61,13 @@ BATCH = 256
 NO_INITIAL_STATE = (
     "no first-mode state with alpha = 0 found; try a larger eta or a theta closer to 1"
 )
-NO_LOCK = (
-    "the march along x0 ended before -tan(alpha) had a maximum; try a larger eta or a theta closer "
-    "to 1"
-)
+NO_LOCK = "no maximum of -tan(alpha) was found along x0; try a larger eta or a theta closer to 1"
 NO_SWITCH = (
-    "a change of the kind of contact could not be located, or there is more than one within a step "
-    "of the march; try a slightly different eta or theta"
+    "a change of the kind of contact could not be located, or two of them lie within one step; "
+    "try a slightly different eta or theta"
 )
 NOT_FOLLOWED = (
-    "the branch that begins at alpha = 0 could not be followed to this offset; it may end before"
+    "no state at this x1 was found on the branch that begins at alpha = 0; it may end before"
 )
 NOT_RESOLVED = (
     f"residual or series decay above {RESIDUAL_TOLERANCE:g} with {NODES_ALONG_ROD[-1]} nodes along "

@@ -208,8 +208,8 @@ def _covariance(fit: "_Fit", values: FloatArray) -> FloatArray:
     excess = float(np.mean(fit.residuals(values[fit.free]) ** 2))
     if excess > MOST_EXCESS:
         raise UndeterminedError(
-            f"the squared errors that remain are {excess:.3g} times those of the noise: rod, "
-            "height, units or noise are others than given"
+            f"the squared errors that remain are {excess:.3g} times those of the noise: the rod, "
+            "height, units or noise that were given do not match the recording"
         )
     jacobian = fit.jacobian(values[fit.free])
     information = jacobian.T @ jacobian

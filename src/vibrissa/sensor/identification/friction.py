@@ -216,7 +216,7 @@ def _stage_step(clamp: FloatArray, step: float | None) -> float:
         return step
     moved = np.abs(np.diff(clamp))
     if not moved.any():
-        raise RecordingError("column footpoint stands still")
+        raise RecordingError("the clamp never moves: column footpoint has one value")
     return float(np.median(moved[moved > 0.0]))
 
 
@@ -230,7 +230,8 @@ def _channels(
     unknown = [CHANNELS[i] for i in used if not LEAST_NOISE < noise[i] < np.inf]
     if unknown:
         raise RecordingError(
-            f"the noise of column {', '.join(unknown)} cannot be estimated from it: give the noise"
+            f"the noise of column {', '.join(unknown)} cannot be estimated from the readings: "
+            "give the noise"
         )
     return noise, Channels(used=used, noise=noise[used])
 

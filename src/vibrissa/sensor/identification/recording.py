@@ -138,8 +138,8 @@ def _nondimensional(table: series.Table, name: str, kind: Kind, units: Units) ->
     large = np.abs(values) > LARGEST
     if large.any():
         raise RecordingError(
-            f"{table.place(int(np.argmax(large)))}: {name} must be a reading, got one of more than "
-            f"{LARGEST:g} of the rod's own units"
+            f"{table.place(int(np.argmax(large)))}: {name} is larger than {LARGEST:g} in units "
+            "of the rod: check its unit"
         )
     return np.asarray(values)
 
