@@ -2,7 +2,8 @@
 
 A tip that sticks stays at one place, and every channel fits the rod with its tip there. A slip, by
 whatever law it ends, follows the clamp, begins in a state that is loaded in the direction of the
-slip, and releases energy. Where the clamp jumps samples are missing, and a few samples may be a spike.
+slip, and releases energy. Where the clamp jumps samples are missing, and a few samples may be a
+spike.
 """
 
 import numpy as np
