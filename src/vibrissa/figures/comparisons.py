@@ -1,7 +1,5 @@
 """Figures of points that are solved in both contact models."""
 
-from itertools import cycle
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -9,6 +7,7 @@ from matplotlib.figure import Figure
 
 from vibrissa.figures import style
 from vibrissa.figures.kinds import kind
+from vibrissa.figures.series import Series
 from vibrissa.figures.style import COLORS
 
 LOCKS = {"tip contact": "mu_lock_point", "line contact": "mu_lock_line"}
@@ -31,7 +30,7 @@ def models(rows: pd.DataFrame) -> Figure:
     for (contact, column), color in zip(LOCKS.items(), COLORS, strict=False):
         # Infinite where the tip lifts off instead: no point to draw.
         mu_lock = curves[column].replace(np.inf, np.nan)
-        locks.plot(curves["theta"], mu_lock, color=color, label=contact)
+        locks.plot(curves["theta"], mu_lock, color=color, marker=style.alone(curves), label=contact)
     locks.set_ylabel(style.LOCKING_FRICTION)
     locks.set_ylim(bottom=0)
     locks.legend(fontsize=8)
@@ -42,17 +41,26 @@ def models(rows: pd.DataFrame) -> Figure:
 
 def _onset_errors(axes: Axes, rows: pd.DataFrame) -> None:
     """Draw the point model's relative error, with marks where its rod penetrates the surface."""
-    for (mu0, points), color in zip(rows.groupby("mu0"), cycle(COLORS), strict=False):
+    series = Series(rows["mu0"], r"\mu_0")
+    for mu0, points in rows.groupby("mu0"):
+        color = series.color(mu0)
         percent = 100.0 * (points["x0_slip_point"] / points["x0_slip_line"] - 1.0)
-        axes.plot(points["theta"], percent, color=color, linewidth=0.7)
+        axes.plot(
+            points["theta"],
+            percent,
+            color=color,
+            linewidth=0.7,
+            marker=style.alone(points),
+            markerfacecolor="white",
+        )
         axes.plot(
             points["theta"],
             percent.where(points["penetrates"]),
             "o",
-            markersize=2.5,
+            markersize=series.marker_size(2.5),
             color=color,
-            label=rf"$\mu_0 = {mu0:g}$",
+            label=series.label(mu0),
         )
     axes.set_ylabel(r"error of $x_{0,\mathrm{slip}}$ in tip contact / %")
     axes.set_title(rf"$\eta = {rows['eta'].iloc[0]:g}$; marks: penetrates")
-    axes.legend(fontsize=8)
+    series.explain(axes, fontsize=8)

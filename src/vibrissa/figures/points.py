@@ -1,6 +1,5 @@
 """Figures of grid points along one axis: how far the clamp moves in one period of sticking."""
 
-from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,8 @@ from numpy.typing import NDArray
 
 from vibrissa.figures import style
 from vibrissa.figures.kinds import POINT, kind
-from vibrissa.figures.style import COLORS, MARKERS
+from vibrissa.figures.series import Series
+from vibrissa.figures.style import COLORS
 
 # The inset shows the lowest levels of the step grid, where there are many.
 SHOWN_LEVELS, MANY_LEVELS = 7, 20
@@ -21,14 +21,18 @@ SHOWN_LEVELS, MANY_LEVELS = 7, 20
 def taper(rows: pd.DataFrame) -> Figure:
     """x0,max over θ for each μ0: the step grid's marks and the exact onset (paper Figure 6)."""
     figure, axes = style.axes(4.2)
-    series = rows.sort_values("theta").groupby("mu0")
-    for (mu0, points), color, marker in zip(series, cycle(COLORS), cycle(MARKERS), strict=False):
+    series = Series(rows["mu0"], r"\mu_0")
+    for mu0, points in rows.sort_values("theta").groupby("mu0"):
+        color = series.color(mu0)
         axes.plot(points["theta"], points["x0_slip"], color=color, linewidth=0.8)
         through = points["penetrates"].fillna(False).astype(bool)
-        marks: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 5}
+        marks: dict[str, Any] = {
+            "linestyle": "none",
+            "marker": series.marker(mu0),
+            "markersize": series.marker_size(5),
+        }
         inside, passing = points[~through], points[through]
-        label = rf"$\mu_0 = {mu0:g}$"
-        axes.plot(inside["theta"], inside["x0_max"], color=color, label=label, **marks)
+        axes.plot(inside["theta"], inside["x0_max"], color=color, label=series.label(mu0), **marks)
         axes.plot(
             passing["theta"], passing["x0_max"], color=color, markerfacecolor="white", **marks
         )
@@ -43,7 +47,7 @@ def taper(rows: pd.DataFrame) -> Figure:
     axes.set_ylabel(style.DISPLACEMENT)
     axes.set_ylim(bottom=0)
     axes.margins(x=0.03)
-    axes.legend()
+    series.explain(axes)
     return figure
 
 
@@ -60,9 +64,10 @@ def friction(rows: pd.DataFrame) -> Figure:
     axes.set_ylabel(style.DISPLACEMENT)
     axes.set_ylim(bottom=0)
     axes.margins(x=0.03)
-    axes.legend(loc="upper left", bbox_to_anchor=(0.0, 1.0))
     levels = np.unique(slips["n_steps"])
-    if len(levels) >= MANY_LEVELS:
+    enlarged = len(levels) >= MANY_LEVELS
+    axes.legend(loc="upper left" if enlarged else "best")
+    if enlarged:
         _enlarge_levels(axes, slips, levels[:SHOWN_LEVELS], first["dx0"])
     return figure
 

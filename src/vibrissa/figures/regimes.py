@@ -1,8 +1,8 @@
 """Figures of where a tip slips and where it locks."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import cycle
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from vibrissa.figures import style
 from vibrissa.figures.kinds import POINT, kind
-from vibrissa.figures.style import COLORS
+from vibrissa.figures.series import Series
 from vibrissa.numerics.arrays import FloatArray
 
 SLIPS = {"point": "slips in point contact", "line": "slips in line contact"}
@@ -31,22 +31,35 @@ REGIME_COLORS = ListedColormap(
 # Points next to the lock to which its law is fitted, and how far it is drawn, relative to mu_lock.
 FITTED_POINTS = 16
 NEAR_LOCK = 0.1
+# Maps side by side, and the height of one and the size of its type (inch, points), by how many
+# there are at most.
+PANELS = {6: (2, 2.6, 10.0), 20: (4, 1.6, 8.0), math.inf: (8, 0.9, 6.0)}
 
 
 @kind("locking", columns=("theta", "eta", "status", "message", "mu_lock"))
 def locking(rows: pd.DataFrame) -> Figure:
     """μ_lock over θ for each η."""
     figure, axes = style.axes(4.2)
-    curves = rows.drop_duplicates(["theta", "eta"]).sort_values("theta").groupby("eta")
-    for (eta, series), color in zip(curves, cycle(COLORS), strict=False):
+    curves = rows.drop_duplicates(["theta", "eta"]).sort_values("theta")
+    series = Series(curves["eta"], r"\eta")
+    for eta, curve in curves.groupby("eta"):
         # Infinite where the tip lifts off instead: no point to draw.
-        mu_lock = series["mu_lock"].replace(np.inf, np.nan)
-        axes.plot(series["theta"], mu_lock, color=color, linewidth=1.2, label=rf"$\eta = {eta:g}$")
+        mu_lock = curve["mu_lock"].replace(np.inf, np.nan)
+        axes.plot(
+            curve["theta"],
+            mu_lock,
+            color=series.color(eta),
+            linewidth=1.2,
+            marker=style.alone(curve),
+            label=series.label(eta),
+        )
     axes.set_xlabel(style.TAPER)
     axes.set_ylabel(style.LOCKING_FRICTION)
     axes.set_ylim(bottom=0)
     axes.margins(x=0.03)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    if series.few:
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    series.colorbar(axes)
     return figure
 
 
@@ -57,22 +70,28 @@ def regimes(rows: pd.DataFrame) -> Figure:
     rows = rows.drop_duplicates(["theta", "mu0", "eta"])
     rows = rows.assign(regime=_regime_numbers(rows))
     heights = rows.groupby("eta")
-    figure = style.page(0.6 + 2.6 * len(heights) / 2)
-    panels = figure.subplots(-(-len(heights) // 2), 2, sharex=True, sharey=True, squeeze=False)
-    for axes, (eta, points) in zip(panels.flat, heights, strict=False):
+    columns, height, size = next(PANELS[most] for most in PANELS if len(heights) <= most)
+    columns = min(columns, len(heights))
+    lines = -(-len(heights) // columns)
+    figure = style.page(0.6 + height * lines)
+    # All have the same axes, as a grid is a product; axes that matplotlib shares take much longer.
+    panels = figure.subplots(lines, columns, squeeze=False)
+    for i, (axes, (eta, points)) in enumerate(zip(panels.flat, heights, strict=False)):
         _regime_map(axes, points)
-        axes.set_title(rf"$\eta = {eta:g}$")
+        axes.set_title(rf"$\eta = {eta:g}$", fontsize=size)
+        axes.locator_params(nbins=int(size) // 2)
+        axes.tick_params(
+            labelsize=size, labelleft=i % columns == 0, labelbottom=i + columns >= len(heights)
+        )
     for axes in panels.flat[len(heights) :]:
         axes.set_visible(False)
-    for axes in panels[-1]:
-        axes.set_xlabel(style.TAPER)
-    for axes in panels[:, 0]:
-        axes.set_ylabel(style.FRICTION)
+    figure.supxlabel(style.TAPER, fontsize=10)
+    figure.supylabel(style.FRICTION, fontsize=10)
     patches = [
         Patch(facecolor=REGIME_COLORS(i), edgecolor=style.SURFACE, label=REGIMES[i])
         for i in sorted(rows["regime"].unique())
     ]
-    figure.legend(handles=patches, loc="outside lower center", ncols=2, fontsize=9)
+    figure.legend(handles=patches, loc="outside upper center", ncols=2, fontsize=9)
     return figure
 
 
@@ -86,18 +105,27 @@ def _regime_numbers(rows: pd.DataFrame) -> Sequence[int]:
 def _regime_map(axes: Axes, points: pd.DataFrame) -> None:
     """Colour the points of one η by regime, and draw the locking friction."""
     field = points.pivot(index="mu0", columns="theta", values="regime")
-    axes.pcolormesh(
-        field.columns,
-        field.index,
-        field,
-        cmap=REGIME_COLORS,
-        vmin=0,
-        vmax=len(REGIMES) - 1,
-        shading="nearest",
-    )
+    thetas, mu0 = _cells(field.columns), _cells(field.index)
+    axes.pcolormesh(thetas, mu0, field, cmap=REGIME_COLORS, vmin=0, vmax=len(REGIMES) - 1)
     curves = points.drop_duplicates("theta").sort_values("theta")
-    axes.plot(curves["theta"], curves["mu_lock"], color="black", linewidth=1.0)
-    axes.set_ylim(field.index.min(), field.index.max())
+    axes.plot(
+        curves["theta"],
+        curves["mu_lock"].replace(np.inf, np.nan),
+        color="black",
+        linewidth=1.0,
+        marker=style.alone(curves),
+    )
+    axes.set_ylim(mu0[0], mu0[-1])
+
+
+def _cells(centres: pd.Index) -> FloatArray:
+    """Bounds of the cells around the values of an axis; there may be a single one."""
+    values = np.asarray(centres, dtype=float)
+    if len(values) == 1:
+        return np.array([0.9, 1.1]) * values
+    between = 0.5 * (values[1:] + values[:-1])
+    first, last = 2.0 * values[0] - between[0], 2.0 * values[-1] - between[-1]
+    return np.array([first, *between, last])
 
 
 @kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"))
@@ -105,36 +133,23 @@ def law(rows: pd.DataFrame) -> Figure:
     """x0_slip over μ0 up to the lock for each θ, and the power law near it."""
     figure = style.page(3.6)
     axes, near = figure.subplots(1, 2)
-    slips = rows[rows["status"] == "slip"].sort_values("mu0")
-    for (_, points), color in zip(slips.groupby("theta"), cycle(COLORS), strict=False):
-        _approach_lock(axes, near, points, color)
-    axes.plot([], [], color="black", linewidth=0.8, label="fitted power law")
+    slips = rows[(rows["status"] == "slip") & np.isfinite(rows["mu_lock"])].sort_values("mu0")
+    series = Series(slips["theta"], r"\theta")
+    laws = {
+        theta: _approach_lock(axes, near, points, series)
+        for theta, points in slips.groupby("theta")
+    }
+    near.plot([], [], color="black", linewidth=0.8, label="black: fitted power law")
     axes.set_xlabel(style.FRICTION)
     axes.set_ylabel(r"onset of slip $x_{0,\mathrm{slip}}$ / $L$")
     axes.set_title(rf"$\eta = {rows['eta'].iloc[0]:g}$")
-    axes.legend(fontsize=8)
     near.set_xlabel(r"$\mu_\mathrm{lock} - \mu_0$")
     near.set_ylabel(r"$x_{0,\mathrm{lock}} - x_{0,\mathrm{slip}}$")
     near.set_title("distance from the critical state")
-    near.legend(fontsize=8, loc="upper left")
+    series.explain(near, beside=0)
+    if not series.few:
+        _exponents(near, {theta: law.exponent for theta, law in laws.items()}, series)
     return figure
-
-
-def _approach_lock(axes: Axes, near: Axes, points: pd.DataFrame, color: str) -> None:
-    """Draw the onsets of one θ up to the lock in `axes`, and their distance from it in `near`."""
-    mu_lock, x0_lock = points["mu_lock"].iloc[0], points["x0_lock"].iloc[0]
-    gap = (mu_lock - points["mu0"]).to_numpy()
-    distance = (x0_lock - points["x0_slip"]).to_numpy()
-    fitted = _fitted_law(gap, distance)
-    label = rf"$\theta = {points['theta'].iloc[0]:g}$"
-    axes.plot(points["mu0"], points["x0_slip"], ".", markersize=2, color=color, label=label)
-    axes.plot(mu_lock, x0_lock, "o", color=color)
-    close = gap[gap < NEAR_LOCK * mu_lock]
-    axes.plot(mu_lock - close, x0_lock - fitted(close), color="black", linewidth=0.8)
-    near.loglog(gap, distance, ".", markersize=3, color=color)
-    line = np.geomspace(gap.min(), NEAR_LOCK * mu_lock, 50)
-    exponent = f"{label}: exponent {fitted.exponent:.3f}"
-    near.loglog(line, fitted(line), color=color, linewidth=0.8, label=exponent)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,6 +167,35 @@ class PowerLaw:
     def __call__(self, gap: FloatArray) -> FloatArray:
         """Distance x0_lock − x0_slip (L) where μ0 is `gap` below the locking friction."""
         return self.scale * gap**self.exponent * (1.0 + np.sqrt(gap)) ** self.correction
+
+
+def _exponents(near: Axes, exponents: dict[float, float], series: Series) -> None:
+    """Show the exponents of many laws over θ, in an inset where the laws leave room."""
+    inset = near.inset_axes((0.14, 0.66, 0.4, 0.22))
+    colors = [series.color(theta) for theta in exponents]
+    inset.scatter(list(exponents), list(exponents.values()), s=4, c=colors)
+    inset.set_title(r"exponent over $\theta$", fontsize=8)
+    inset.set_ylim(bottom=0.0)
+    inset.tick_params(labelsize=7)
+
+
+def _approach_lock(axes: Axes, near: Axes, points: pd.DataFrame, series: Series) -> PowerLaw:
+    """Draw the onsets of one θ up to the lock in `axes`, and their distance from it in `near`."""
+    mu_lock, x0_lock = points["mu_lock"].iloc[0], points["x0_lock"].iloc[0]
+    theta = points["theta"].iloc[0]
+    color, label = series.color(theta), series.label(theta)
+    gap = (mu_lock - points["mu0"]).to_numpy()
+    distance = (x0_lock - points["x0_slip"]).to_numpy()
+    fitted = _fitted_law(gap, distance)
+    axes.plot(points["mu0"], points["x0_slip"], ".", markersize=2, color=color, label=label)
+    axes.plot(mu_lock, x0_lock, "o", markersize=series.marker_size(6), color=color)
+    close = gap[gap < NEAR_LOCK * mu_lock]
+    axes.plot(mu_lock - close, x0_lock - fitted(close), color="black", linewidth=0.8)
+    near.loglog(gap, distance, ".", markersize=3, color=color)
+    line = np.geomspace(gap.min(), NEAR_LOCK * mu_lock, 50)
+    exponent = f"{label}: exponent {fitted.exponent:.3f}" if label else None
+    near.loglog(line, fitted(line), color=color, linewidth=0.8, label=exponent)
+    return fitted
 
 
 def _fitted_law(gap: FloatArray, distance: FloatArray) -> PowerLaw:

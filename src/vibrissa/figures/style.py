@@ -68,7 +68,7 @@ def shape_axes(rows: pd.DataFrame, beside: float = 0.0) -> tuple[Figure, Axes]:
     eta = rows["eta"].iloc[0]
     height = max(y.max(), eta) + 0.1
     width = x.max() - x.min() + 0.1 + beside
-    figure, panel = axes(min(6.0, max(3.2, 5.6 * height / width)) + 0.9)
+    figure, panel = axes(min(6.0, max(1.6, 5.6 * height / width)) + 0.9)
     panel.set_aspect("equal")
     panel.axhline(eta, color=SURFACE, linewidth=1.2)
     panel.axhspan(eta, eta + 0.03, facecolor="none", edgecolor="#aaaaaa", hatch="////", linewidth=0)
@@ -77,6 +77,11 @@ def shape_axes(rows: pd.DataFrame, beside: float = 0.0) -> tuple[Figure, Axes]:
     panel.set_xlabel(r"$x$ / $L$")
     panel.set_ylabel(r"$y$ / $L$")
     return figure, panel
+
+
+def alone(points: pd.DataFrame) -> str:
+    """Marker of a line: one of a single point would not be seen."""
+    return "o" if len(points) == 1 else ""
 
 
 def save(figure: Figure, paths: Sequence[str | Path]) -> None:
@@ -90,6 +95,9 @@ def save(figure: Figure, paths: Sequence[str | Path]) -> None:
     """
     FigureCanvasAgg(figure)
     with applied():
+        # Laid out once: the formats measure type differently.
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
         for path in map(Path, paths):
             with write_atomically(path) as temporary:
                 figure.savefig(

@@ -1,0 +1,103 @@
+"""Series of a figure: what tells them apart, whether there are two or a hundred."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
+
+from vibrissa.figures.style import COLORS, MARKERS
+
+# The dark part of the colour map: its yellow end cannot be seen on white.
+GRADED, DARK = "viridis", 0.93
+# Series that a legend beside the data names; that of more would cover them.
+BESIDE = 3
+# Values at a colourbar: all of so many, or so many of more.
+ALL_TICKS, SOME_TICKS = 20, 11
+
+
+class Series:
+    """Looks of the series of a quantity's values.
+
+    Few series have the colours and markers of the paper's figures, and a legend. More have colours
+    that go from dark to light with the value, and a colourbar. Neighbours differ as much however
+    far apart their values are.
+
+    Parameters
+    ----------
+    values : iterable of float
+        One for each series, or several that are equal.
+    symbol : str
+        Of the quantity, in TeX.
+
+    Attributes
+    ----------
+    values : tuple of float
+        Each once, increasing.
+    few : bool
+        Whether a legend names each series.
+    """
+
+    def __init__(self, values: Iterable[float], symbol: str) -> None:
+        self.values = tuple(sorted(set(values)))
+        self.symbol = symbol
+        self.few = len(self.values) <= len(COLORS)
+        if self.few:
+            self._colors: tuple[str, ...] = COLORS
+        else:
+            shades = matplotlib.colormaps[GRADED](np.linspace(0.0, DARK, len(self.values)))
+            self._colors = tuple(map(to_hex, shades))
+
+    def color(self, value: float) -> str:
+        """Colour of the series of a value."""
+        return self._colors[self.values.index(value)]
+
+    def marker(self, value: float) -> str:
+        """Marker of the series of a value; of many series all have the same."""
+        return MARKERS[self.values.index(value)] if self.few else "o"
+
+    def marker_size(self, few: float) -> float:
+        """Size of markers, from the one that they have where there are few series (points)."""
+        return few if self.few else 0.5 * few
+
+    def label(self, value: float) -> str | None:
+        """Label of a series in a legend; none where a colourbar tells the values."""
+        return rf"${self.symbol} = {value:g}$" if self.few else None
+
+    def explain(self, axes: Axes, beside: int = BESIDE, **look: Any) -> None:
+        """Put a legend into the axes, or below where it would cover the data, and a colourbar.
+
+        Parameters
+        ----------
+        axes : Axes
+            With the series and what else is to be named.
+        beside : int, optional
+            Number of series that a legend in the axes may name.
+        **look
+            Of a legend in the axes.
+        """
+        handles, _ = axes.get_legend_handles_labels()
+        if len(self.values) <= beside:
+            axes.legend(**look)
+        elif handles:
+            axes.figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
+        self.colorbar(axes)
+
+    def colorbar(self, axes: Axes) -> None:
+        """Put a colourbar beside axes, if a legend cannot name all the series."""
+        if self.few:
+            return
+        count = len(self.values)
+        shown = np.linspace(0, count - 1, count if count <= ALL_TICKS else SOME_TICKS).round()
+        colors = ScalarMappable(
+            BoundaryNorm(np.arange(count + 1) - 0.5, count), ListedColormap(self._colors)
+        )
+        bar = axes.figure.colorbar(colors, ax=axes, ticks=shown, aspect=30)
+        bar.ax.set_yticklabels([f"{self.values[int(place)]:.4g}" for place in shown])
+        bar.ax.tick_params(labelsize=8, length=2)
+        bar.ax.minorticks_off()
+        bar.outline.set_visible(False)
+        bar.set_label(f"${self.symbol}$")
