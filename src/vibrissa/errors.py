@@ -11,6 +11,10 @@ class VibrissaError(Exception):
     """Something outside the program is not as it should be; the message says what to do."""
 
 
+class MissingExtraError(VibrissaError, ImportError):
+    """A library that is not installed; the message says how to install it."""
+
+
 class ArgumentError(VibrissaError, ValueError):
     """An argument that is out of range; the message names it, its value and what is allowed."""
 

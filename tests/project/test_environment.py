@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,15 +42,16 @@ TEXTS = Texts(
 
 
 def direct_dependencies(pyproject: str) -> dict[str, SpecifierSet]:
-    """Name -> allowed range, of the dependencies including `dev` and the build backend."""
+    """Name -> allowed range, of the dependencies with all extras and the build backend."""
     data = tomllib.loads(pyproject)
     lines = [
         *data["project"]["dependencies"],
-        *data["project"]["optional-dependencies"]["dev"],
+        *chain.from_iterable(data["project"]["optional-dependencies"].values()),
         *data["build-system"]["requires"],
     ]
     requirements = [Requirement(line) for line in lines]
-    return {canonicalize_name(r.name): r.specifier for r in requirements}
+    # An extra may contain others, as in vibrissa[tables].
+    return {canonicalize_name(r.name): r.specifier for r in requirements if r.name != "vibrissa"}
 
 
 def locked(lock: str) -> dict[str, Version]:

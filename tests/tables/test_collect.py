@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from made_up import COMPLETE
 from vibrissa.errors import DamagedTableError
+from vibrissa.provenance import commit
 from vibrissa.tables import store
 from vibrissa.tables.collect import _merged, collect
 from vibrissa.tables.completeness import POINT_ORDER
@@ -39,7 +40,7 @@ def test_tables_stand_one_below_the_other(parts):
     found = collect(parts([more, COMPLETE]), STICTION)
     assert found.rows == len(COMPLETE) + 50
     assert found.schema.metadata.items() >= STICTION.metadata.items()
-    assert found.schema.metadata[b"vibrissa.part_commits"] == store.commit().encode()
+    assert found.schema.metadata[b"vibrissa.part_commits"] == commit().encode()
     assert not {b"vibrissa.study", b"vibrissa.file"} & found.schema.metadata.keys()
     assert whole(found).equals(pa.concat_tables([more, COMPLETE]))
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from vibrissa.errors import ArgumentError
+from vibrissa.extras import require
 from vibrissa.outcomes import Contact
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.series import Column, check_ending
@@ -50,7 +51,7 @@ AlsoOut = Annotated[
 
 
 def check_files(output: Path | None, picture: Path | None) -> None:
-    """Refuse files that cannot be written before anything is computed."""
+    """Refuse files that cannot be written, before anything is computed."""
     if output is not None:
         check_ending(output)
     if picture is None:
@@ -59,6 +60,7 @@ def check_files(output: Path | None, picture: Path | None) -> None:
         raise ArgumentError(f"{picture}: the ending must be one of {', '.join(PICTURES)}")
     if not picture.parent.is_dir():
         raise ArgumentError(f"{picture}: there is no folder {picture.parent}")
+    require("plots", "matplotlib")
 
 
 def progress_bars() -> Callable[[str, int, int], None]:

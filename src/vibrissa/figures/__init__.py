@@ -6,3 +6,7 @@ kind, its keys in the study file and the table that it is drawn from. A drawing 
 rows of that table and `vibrissa.figures.style`, and no file. Lengths are in units of the rod's
 length L.
 """
+
+from vibrissa.extras import require
+
+require("plots", "matplotlib")

@@ -2,3 +2,7 @@
 
 No other package imports it.
 """
+
+from vibrissa.extras import require
+
+require("workflow", "snakemake", "grimp", "yaml")

@@ -1,1 +1,5 @@
 """One web page of a study: tables, figures, animation and the paper's claims."""
+
+from vibrissa.extras import require
+
+require("workflow", "jinja2")

@@ -15,6 +15,7 @@ import pyarrow.compute as pc
 
 from vibrissa import __version__
 from vibrissa.paper.ledger import Verdict
+from vibrissa.provenance import commit
 from vibrissa.report.spelling import NO_RESULT, spell, spell_unit
 from vibrissa.report.tables import SCAN, spell_counts
 from vibrissa.tables import query, store
@@ -121,7 +122,7 @@ def environment() -> dict[str, str]:
         Neither the machine's name nor any path: the page is for others.
     """
     return {
-        "vibrissa": f"{__version__}, commit {store.commit()}",
+        "vibrissa": f"{__version__}, commit {commit()}",
         "Python": platform.python_version(),
         **{name: metadata.version(name) for name in LIBRARIES},
         "system": f"{platform.system()}, {platform.machine()}",

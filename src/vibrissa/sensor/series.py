@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.extras import require
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 
@@ -43,11 +44,13 @@ class Column:
 
 
 def check_ending(path: Path) -> None:
-    """Refuse a file whose ending says neither CSV nor Parquet, or whose folder is missing."""
+    """Refuse a file that cannot be: an ending of another kind, no folder, no library for it."""
     if path.suffix.lower() not in ENDINGS:
         raise ArgumentError(f"{path}: the ending must be {' or '.join(ENDINGS)}")
     if not path.parent.is_dir():
         raise ArgumentError(f"{path}: there is no folder {path.parent}")
+    if path.suffix.lower() == ".parquet":
+        require("tables", "pyarrow")
 
 
 def titles(columns: Mapping[str, Column]) -> list[str]:
@@ -57,6 +60,7 @@ def titles(columns: Mapping[str, Column]) -> list[str]:
 
 def to_frame(columns: Mapping[str, Column]) -> "DataFrame":
     """Make a DataFrame of columns, which are called by name and unit."""
+    require("tables", "pandas")
     import pandas as pd  # takes half a second to load
 
     return pd.DataFrame(

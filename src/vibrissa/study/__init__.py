@@ -2,3 +2,7 @@
 
 Light enough for a Snakefile: no NumPy, no solver.
 """
+
+from vibrissa.extras import require
+
+require("workflow", "pydantic", "yaml")

@@ -2,3 +2,7 @@
 
 Knows the results of `vibrissa.sticking` and the keys of `vibrissa.study`.
 """
+
+from vibrissa.extras import require
+
+require("tables", "pandas", "pyarrow")

@@ -7,7 +7,6 @@ all its bytes and, where it belongs to one, the study file.
 import hashlib
 import math
 import os
-import subprocess
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -20,6 +19,7 @@ import pyarrow.parquet as pq
 from vibrissa import __version__
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.files import write_atomically
+from vibrissa.provenance import commit
 from vibrissa.tables.schemas import NUMBERS
 
 # Tables up to this long are one row group: some 7 MB in memory.
@@ -267,21 +267,6 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
         table = file.read()
     schema = schema.with_metadata(file.schema_arrow.metadata)
     return pa.Table.from_arrays(table.columns, schema=schema)
-
-
-def commit() -> str:
-    """Commit of the code that is running, with ``-dirty`` if it was edited; or ``unknown``."""
-
-    def git(*arguments: str) -> str:
-        command = ["git", "-C", str(Path(__file__).parent), *arguments]
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-
-    try:
-        # Installed inside somebody else's repository, that repository's commit says nothing.
-        git("ls-files", "--error-unmatch", __file__)
-        return git("describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
 
 
 def _check(table: pa.Table, where: str | Path) -> None:

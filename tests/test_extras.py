@@ -1,0 +1,74 @@
+"""Without an extra, one line says what to install; solver and command line need none."""
+
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import distribution
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+ROOT = Path(__file__).parents[1]
+SOLVE = ("solve", "--theta", "2", "--mu0", "0.4", "--eta", "0.85", "--step", "0.001")
+
+
+def needed(lines, extras=frozenset({""})):
+    """Names of the packages that pip installs for some requirements."""
+    found = set()
+    for requirement in map(Requirement, lines):
+        marker = requirement.marker
+        if not marker or any(marker.evaluate({"extra": extra}) for extra in extras):
+            own = distribution(requirement.name).requires or ()
+            found |= {requirement.name} | needed(own, requirement.extras or {""})
+    return found
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory):
+    """A folder of packages as after `pip install vibrissa` without an extra."""
+    folder = tmp_path_factory.mktemp("bare")
+    (folder / "vibrissa").symlink_to(ROOT / "src/vibrissa")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    for name in needed(project["dependencies"]):
+        package = distribution(name)
+        for top in {path.parts[0] for path in package.files} - {"..", "__pycache__"}:
+            (folder / top).symlink_to(package.locate_file(top))
+    return folder
+
+
+def call(bare, code, *arguments, cwd):
+    code = f"import sys; sys.path.append({str(bare)!r})\n{code}"
+    command = [sys.executable, "-I", "-S", "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "line"),
+    [
+        (("-o", "a.csv"), 0, ""),
+        (("-o", "a.parquet"), 2, "vibrissa: this needs pyarrow: pip install 'vibrissa[tables]'\n"),
+        (
+            ("--picture", "a.png"),
+            2,
+            "vibrissa: this needs matplotlib: pip install 'vibrissa[plots]'\n",
+        ),
+    ],
+)
+def test_commands_need_no_extra_but_say_where_they_do(bare, tmp_path, arguments, status, line):
+    code = "from vibrissa.cli.app import app; app()"
+    result = call(bare, code, *SOLVE, *arguments, cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (status, line)
+
+
+@pytest.mark.parametrize(
+    ("module", "line"),
+    [
+        ("tables.store", "this needs pandas, pyarrow: pip install 'vibrissa[tables]'"),
+        ("figures.draw", "this needs matplotlib: pip install 'vibrissa[plots]'"),
+        ("report.page", "this needs jinja2: pip install 'vibrissa[workflow]'"),
+    ],
+)
+def test_an_import_says_what_to_install(bare, tmp_path, module, line):
+    result = call(bare, f"import vibrissa.{module}", cwd=tmp_path)
+    assert result.stderr.splitlines()[-1] == f"vibrissa.errors.MissingExtraError: {line}"

@@ -1,0 +1,63 @@
+"""Which commit the code is from: in a clone, without git, and in a wheel."""
+
+import re
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from vibrissa import provenance
+from vibrissa.provenance import commit
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_commit_is_known_or_said_to_be_unknown(monkeypatch, tmp_path):
+    assert re.fullmatch(r"[0-9a-f]{40}(-dirty)?|unknown", commit())
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert commit() == "unknown"
+
+
+def test_what_a_build_recorded_counts(monkeypatch, tmp_path):
+    (tmp_path / provenance.COMMIT_FILE).write_text("0123456789-dirty\n")
+    monkeypatch.setattr(provenance, "_PACKAGE", tmp_path)
+    assert commit() == "0123456789-dirty"
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """A wheel, and a source distribution, as `pip` has them made."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = "import sys; from hatchling.build import *; print({}(sys.argv[1]))"
+    names = [
+        subprocess.run(
+            [sys.executable, "-c", build.format(f"build_{kind}"), str(folder)],
+            cwd=ROOT,
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout.split()[-1]
+        for kind in ("wheel", "sdist")
+    ]
+    return [folder / name for name in names]
+
+
+def test_a_wheel_has_commit_schema_and_workflow(wheel):
+    archive, source = wheel
+    with zipfile.ZipFile(archive) as files:
+        assert files.read("vibrissa/commit.txt").decode().strip() == commit()
+        names = set(files.namelist())
+    workflow = [path for path in (ROOT / "workflow").rglob("*") if path.is_file()]
+    for path in (ROOT / "config.yaml", *workflow):
+        assert "__pycache__" in path.parts or f"vibrissa/{path.relative_to(ROOT)}" in names
+    assert {name.partition("/")[0] for name in names} == {
+        "vibrissa",
+        archive.name.removesuffix("-py3-none-any.whl") + ".dist-info",
+    }
+    assert not [name for name in names if "__pycache__" in name]
+    with tarfile.open(source) as files:
+        (recorded,) = [name for name in files.getnames() if name.endswith("commit.txt")]
+        assert files.extractfile(recorded).read().decode().strip() == commit()
