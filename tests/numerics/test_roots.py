@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import BPoly
 from scipy.special import lambertw
 
-from vibrissa.numerics.roots import bracketed_root
+from vibrissa.numerics.roots import bracketed_root, first_fall
 
 
 @given(st.lists(st.floats(1e-6, 50.0), min_size=1, max_size=5))
@@ -39,3 +40,26 @@ def test_newton_leads_out_of_no_bracket():
         np.array([1.0, 1.0]),
     )
     assert root == pytest.approx([0.9, 0.9], abs=1e-14)
+
+
+def bernstein(*pieces):
+    """Piecewise polynomial on [0, 1], [1, 2] ... from its Bernstein coefficients."""
+    return BPoly(np.array(pieces, dtype=float).T, np.arange(len(pieces) + 1.0))
+
+
+@pytest.mark.parametrize(
+    ("pieces", "expected"),
+    [
+        ([[1, 1, 1], [1, 1, 2]], np.nan),
+        ([[1, 0, -1]], 0.5),
+        ([[1, 1, 1], [1, 0, -1]], 1.5),
+        ([[1, 1, 1], [-1, 1, 1]], 1.0),  # a jump
+        ([[0, 1, 1], [1, 0, -1]], 1.5),  # it may begin at zero
+        ([[0, 1, -1]], 2 / 3),
+        ([[0, -1, 1]], 0.0),
+        ([[1, -0.5, 1]], np.nan),  # a coefficient below zero without a root
+        ([[1, -2, 1]], 0.5 - np.sqrt(1 / 12)),  # two roots in one piece
+    ],
+)
+def test_first_fall(pieces, expected):
+    assert first_fall(bernstein(*pieces)) == pytest.approx(expected, abs=1e-14, nan_ok=True)

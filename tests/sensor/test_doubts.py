@@ -9,7 +9,8 @@ from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response import respond
-from vibrissa.sensor.scanning import SlipLaw, path, simulate
+from vibrissa.sensor.scanning import path, simulate
+from vibrissa.sensor.slips import SlipLaw
 
 
 @pytest.fixture(scope="module")

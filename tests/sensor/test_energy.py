@@ -10,7 +10,8 @@ from vibrissa.sensor.identification.energy import EnergySlips, read_travels
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response import respond
-from vibrissa.sensor.scanning import SlipLaw, path, simulate
+from vibrissa.sensor.scanning import path, simulate
+from vibrissa.sensor.slips import SlipLaw
 
 RESPONSE = respond(2.0, 0.85)
 QUIET = np.array([1e-5, 1e-5, 1e-5])

@@ -17,7 +17,8 @@ from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import USED, Method, noise_of, read_recording
 from vibrissa.sensor.response import respond
-from vibrissa.sensor.scanning import SlipLaw, TipPhase, path, simulate
+from vibrissa.sensor.scanning import TipPhase, path, simulate
+from vibrissa.sensor.slips import SlipLaw
 
 
 @pytest.fixture(scope="module")

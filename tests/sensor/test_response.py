@@ -55,8 +55,9 @@ def test_limits_are_where_friction_is_used_up(response, mu0):
     high, locks = response.push_limit(mu0)
     low = response.pull_limit(mu0)
     assert not locks
-    assert high == pytest.approx(float(response.curve.onset(mu0)), abs=1e-9)
-    assert response.demand([low, high]) == pytest.approx([-mu0, mu0], rel=1e-9)
+    assert high == float(response.curve.onset(mu0))
+    assert response.curve.friction_demand(high) == pytest.approx(mu0, rel=1e-12)
+    assert response.demand([low, high]) == pytest.approx([-mu0, mu0], abs=1e-9)
 
 
 def test_lock_is_said_with_the_end_of_the_motion(response):

@@ -4,11 +4,14 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from vibrissa import stick_slip
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.response import respond
-from vibrissa.sensor.scanning import Outcome, SlipLaw, TipPhase, path, simulate
+from vibrissa.sensor.scanning import Outcome, TipPhase, path, simulate
+from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sticking.stiction import read_curve
 
 
 @pytest.fixture(scope="module")
@@ -132,6 +135,81 @@ def test_slip_from_high_to_no_friction_lifts_the_tip_off(response):
         0.5 * 0.01 * (response.normal_path(start) - response.normal_path(response.x0_pull))
     )
     assert spare > friction_work > 0.0
+
+
+def test_energy_slip_over_an_edge_of_friction(response):
+    surface = surfaces.patches([0.0, 0.424493], [0.3, 0.1])
+    result = simulate(response, surface, np.array([0.0, 0.026436]), "energy", 0.8)
+    start, energy, normal = 0.026436, response.energy, response.normal_path
+    edge = start + response.x1_init - 0.424493
+    rough = 0.8 * 0.3 * (normal(start) - normal(edge))
+
+    def forth(x0):
+        return energy(start) - energy(x0) - rough - 0.8 * 0.1 * (normal(edge) - normal(x0))
+
+    # It slides past α = 0 to where it cannot stick, and back.
+    turn = brentq(forth, response.x0_pull, -0.001)
+
+    def back(x0):
+        return energy(turn) - energy(x0) - 0.8 * 0.1 * (normal(x0) - normal(turn))
+
+    assert response.demand(turn) < -0.1
+    assert result.x0[1] == pytest.approx(brentq(back, 0.5 * turn, edge), abs=1e-12)
+    assert result.x0[1] == pytest.approx(0.005285, abs=5e-7)
+
+
+@pytest.mark.parametrize("width", [2e-4, 1e-7, 1e-13])
+@pytest.mark.parametrize("law", ["kinetic", "energy"])
+def test_no_stripe_is_too_narrow_to_stop_a_slip(response, width, law):
+    # Of so narrow a stripe only an extreme friction stops a tip that has kinetic energy.
+    rough = 2.0 if law == "kinetic" else 1e-3 / width
+    surface = surfaces.patches([0.0, 0.4213, 0.4213 + width], [0.3, rough, 0.3])
+    positions = path("0.0002", ["0.04"])
+    result = simulate(response, surface, positions, law, 0.6)
+    assert 0.4213 <= result.contact[-1] < 0.4213 + width
+    assert result.mu0[-1] == rough and result.outcome is Outcome.COMPLETE
+
+
+def test_friction_given_as_a_function_is_followed_where_it_jumps(response):
+    edges, values = [0.0, 0.4213, 0.4253], [0.3, 0.45, 0.2]
+    known = surfaces.patches(edges, values)
+    function = surfaces.Surface(name="own", mu0=known.mu0)
+    for law in ("kinetic", "energy"):
+        runs = [
+            simulate(response, surface, path("0.0007", ["0.15"]), law, 0.8)
+            for surface in (known, function)
+        ]
+        assert runs[1].contact == pytest.approx(runs[0].contact, abs=1e-9)
+
+
+def test_friction_too_fine_to_be_followed_is_refused(response):
+    surface = surfaces.Surface(name="own", mu0=lambda x: 0.3 + 0.1 * np.sin(1e7 * x))
+    with pytest.raises(ValueError, match="own surface varies too finely near x ="):
+        simulate(response, surface, path("0.001", ["0.2"]), "energy", 0.8)
+
+
+def test_surface_is_asked_no_further_than_the_tip_comes(response):
+    ends = surfaces.profile([0.0, 0.45], [0.3, 0.3])
+    goes_on = surfaces.constant(0.3)
+    runs = [
+        simulate(response, surface, path("0.001", ["0.04"]), "energy", 0.8)
+        for surface in (ends, goes_on)
+    ]
+    assert runs[0].contact == pytest.approx(runs[1].contact, abs=1e-14)
+    with pytest.raises(ValueError, match="known from x = 0 to"):
+        simulate(response, ends, path("0.001", ["0.2"]), "energy", 0.8)
+
+
+@pytest.mark.parametrize("k", range(1, 121, 7))
+def test_a_step_that_ends_on_the_onset_sticks_everywhere(response, k):
+    dx0 = Decimal("0.001")
+    mu0 = float(response.curve.friction_demand(k * float(dx0)))
+    stiction = read_curve(response.curve, [Decimal(repr(mu0))], [dx0])
+    assert stiction.n_steps[0] == k
+    assert list(stick_slip(response.curve, mu0, dx0, 1).phase).index("slip") == k + 1
+    positions = path(dx0, [(k + 2) * dx0])
+    scan = simulate(response, surfaces.constant(mu0), positions)
+    assert np.flatnonzero(slips(scan))[0] == k + 1
 
 
 def test_step_longer_than_a_period_slips_every_time(response):

@@ -12,7 +12,8 @@ from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.identification.spacing import spacing
 from vibrissa.sensor.response import respond
-from vibrissa.sensor.scanning import SlipLaw, path, simulate
+from vibrissa.sensor.scanning import path, simulate
+from vibrissa.sensor.slips import SlipLaw
 
 RESPONSE = respond(2.0, 0.85)
 QUIET = np.array([1e-5, 1e-5, 1e-5])

@@ -1,19 +1,27 @@
-"""Roots in brackets, element by element.
+"""Roots in brackets, element by element, and of piecewise polynomials.
 
 SciPy's own search takes a third of a second to import and many evaluations: it is asked only where
 Newton's iteration does not converge.
 """
 
 from collections.abc import Callable
+from math import comb
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
 
+if TYPE_CHECKING:
+    from scipy.interpolate import BPoly
+
 # Most steps of Newton's iteration, and the step, relative to the bracket, whose square is below
 # rounding.
 NEWTON_STEPS = 12
 NEWTON_TOLERANCE = 1e-9
+# Imaginary part below which a root of a polynomial on [0, 1] is taken as real: a double root that
+# was split by rounding.
+REAL = 1e-7
 
 
 def bracketed_root(
@@ -67,3 +75,36 @@ def _searched_root(
     result = elementwise.find_root(function, (low, high), args=args)
     at_low = np.abs(function(low, *args)) <= np.abs(function(high, *args))
     return np.where(result.success, result.x, np.where(at_low, low, high))
+
+
+def first_fall(function: "BPoly") -> float:
+    """Find where a piecewise polynomial first falls to zero or below.
+
+    Parameters
+    ----------
+    function : BPoly
+        May jump where its pieces meet, and may begin at zero.
+
+    Returns
+    -------
+    float
+        NaN if it stays positive.
+
+    Notes
+    -----
+    A piece lies between the least and the largest of its Bernstein coefficients: where all are
+    positive there is no root, and no other piece is searched.
+    """
+    degree = len(function.c) - 1
+    for piece in np.flatnonzero(function.c.min(axis=0) <= 0.0):
+        bernstein = function.c[:, piece]
+        # Powers of the part of the piece, highest first.
+        power = [comb(degree, k) * np.diff(bernstein, k)[0] for k in range(degree, -1, -1)]
+        roots = np.roots(power)
+        real = roots.real[np.abs(roots.imag) < REAL]
+        places = np.concatenate([[0.0], np.sort(real[(real > 0.0) & (real < 1.0)]), [1.0]])
+        fallen = np.polyval(power, 0.5 * (places[1:] + places[:-1])) <= 0.0
+        if fallen.any():
+            low, high = function.x[piece : piece + 2]
+            return float(low + (high - low) * places[int(np.argmax(fallen))])
+    return float("nan")

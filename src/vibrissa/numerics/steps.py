@@ -1,4 +1,8 @@
-"""The step grid: footpoint displacements that are whole multiples of an exact Δx0."""
+"""The step grid: footpoint displacements that are whole multiples of an exact Δx0.
+
+Where a step ends on the onset of slip, to rounding, the tip still sticks: one rule for every table
+and every scan (`passes`).
+"""
 
 from decimal import Decimal
 from fractions import Fraction
@@ -6,10 +10,12 @@ from fractions import Fraction
 import numpy as np
 
 from vibrissa.errors import ArgumentError
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 
 # Integers up to here are exact in a double.
 EXACT_INTEGER = 2**53
+# An onset is known to about this: a step that ends within it of the onset ends on the onset (L).
+ONSET_ACCURACY = 1e-12
 
 
 def step_position(step: IntArray, dx0: Decimal) -> FloatArray:
@@ -35,8 +41,25 @@ def step_position(step: IntArray, dx0: Decimal) -> FloatArray:
     return np.array([int(k) * numerator / denominator for k in step.ravel()]).reshape(step.shape)
 
 
+def passes(x0: FloatArray, onset: FloatArray | float) -> BoolArray:
+    """Whether displacements lie beyond an onset of slip, so that the tip slips.
+
+    Parameters
+    ----------
+    x0, onset : ndarray
+        Displacements (L).
+
+    Returns
+    -------
+    ndarray of bool
+        False up to `ONSET_ACCURACY` beyond the onset: the tip slips where |tan α| > μ0, and
+        sticks where both are equal.
+    """
+    return np.asarray(x0 > onset + ONSET_ACCURACY)
+
+
 def last_step_within(x0: FloatArray, dx0: Decimal) -> IntArray:
-    """Largest number of steps whose displacement does not exceed `x0`.
+    """Largest number of steps whose displacement does not pass `x0`.
 
     Parameters
     ----------
@@ -53,16 +76,12 @@ def last_step_within(x0: FloatArray, dx0: Decimal) -> IntArray:
     ------
     ArgumentError
         If there are more steps than a double can count.
-
-    Notes
-    -----
-    floor(x0/Δx0) in floating point is wrong where x0 is a multiple of Δx0: 0.3/0.1 falls just
-    short of 3. Comparing the correctly rounded positions themselves is not.
     """
     x0 = np.asarray(x0, dtype=float)
     if np.any(x0 > EXACT_INTEGER * float(dx0)):
         raise ArgumentError(f"dx0 = {dx0} is too small a step for displacements up to {x0.max():g}")
-    step = np.floor(x0 / float(dx0)).astype(np.int64)
-    step += step_position(step + 1, dx0) <= x0
-    step -= step_position(step, dx0) > x0
+    step = np.floor((x0 + ONSET_ACCURACY) / float(dx0)).astype(np.int64)
+    # The quotient is rounded: 0.3/0.1 falls just short of 3. The positions themselves decide.
+    step += ~passes(step_position(step + 1, dx0), x0)
+    step -= passes(step_position(step, dx0), x0)
     return step

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
     from vibrissa.sensor.onset import WhiskerOnset, solve
     from vibrissa.sensor.quantities import Units
     from vibrissa.sensor.response import Response, respond
-    from vibrissa.sensor.scanning import SlipLaw, SurfaceScan, path, simulate
+    from vibrissa.sensor.scanning import SurfaceScan, path, simulate
     from vibrissa.sensor.signals import Signals, scan
+    from vibrissa.sensor.slips import SlipLaw
     from vibrissa.sensor.surfaces import Surface
     from vibrissa.sensor.transducer import Transducer, preset
     from vibrissa.sensor.whisker import Whisker
@@ -29,8 +30,9 @@ _HOMES = {
     "onset": ("WhiskerOnset", "solve"),
     "quantities": ("Units",),
     "response": ("Response", "respond"),
-    "scanning": ("SlipLaw", "SurfaceScan", "path", "simulate"),
+    "scanning": ("SurfaceScan", "path", "simulate"),
     "signals": ("Signals", "scan"),
+    "slips": ("SlipLaw",),
     "surfaces": ("Surface",),
     "transducer": ("Transducer", "preset"),
     "whisker": ("Whisker",),

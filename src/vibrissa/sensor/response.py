@@ -133,14 +133,6 @@ class Response(Branch):
     curve: StickingCurve
 
     @cached_property
-    def _ascent(self) -> tuple[FloatArray, FloatArray]:
-        """Knots up to the lock, and the largest −tan α so far."""
-        x = self.reactions.x
-        x = np.append(x[(x >= 0.0) & (x < self.curve.x0_lock)], self.curve.x0_lock)
-        with np.errstate(divide="ignore"):
-            return x, np.maximum.accumulate(self.demand(x))
-
-    @cached_property
     def _descent(self) -> tuple[FloatArray, FloatArray]:
         """Knots from 0 down to where pulling ends, and the largest tan α so far."""
         x = self.reactions.x[self.reactions.x <= 0.0][::-1]
@@ -155,21 +147,18 @@ class Response(Branch):
             end = float(state.x0[0])
             # If the motion was not followed past the lock, nothing is known beyond the lock.
             return (end if np.isfinite(end) else self.curve.x0_lock), True
-        return self._crossing(*self._ascent, mu0, 1.0), False
+        return float(self.curve.onset(mu0)), False
 
     def pull_limit(self, mu0: float) -> float:
         """Least x0 down to which a pulled tip sticks (L); −infinity without pulling."""
         if self.x0_pull == 0.0:
             return -np.inf
-        return self._crossing(*self._descent, mu0, -1.0)
-
-    def _crossing(self, x: FloatArray, demand: FloatArray, mu0: float, sign: float) -> float:
-        """Find the first displacement at which the demand exceeds μ0."""
+        x, demand = self._descent
         after = int(np.clip(np.searchsorted(demand, mu0), 1, len(x) - 1))
 
         def excess(x0: float) -> float:
             fx, fy, _ = self.reactions(x0)
-            return float(mu0 * fy - sign * fx)
+            return float(mu0 * fy + fx)
 
         low, high = float(x[after - 1]), float(x[after])
         if excess(low) * excess(high) >= 0.0:  # a root at an end, up to rounding

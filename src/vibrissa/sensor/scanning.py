@@ -12,50 +12,21 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.numerics.steps import step_position
+from vibrissa.numerics.steps import passes, step_position
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response import Response
+from vibrissa.sensor.slips import SlipLaw, Slips
 from vibrissa.sensor.surfaces import Surface
 
-# Displacements that differ by less are the same: a step that ends on the onset sticks.
-ROUNDING = 1e-12
-# Accuracy of a root (L).
-ROOT = 1e-14
-# Relative rounding of a demand that mobilises all friction.
-FULL = 1e-9
 # More steps than these fill the memory.
 MOST_STEPS = 10**8
 # Steps that are searched together for the end of a period.
 BLOCK = 4096
-# Points of a slide before the first knot of the response, as parts of the way to that knot.
-FIRST_STEPS = np.geomspace(1e-6, 0.5, 20)
-# A tip that comes to rest where it cannot stick slides back; each slide is shorter than the last.
-REVERSALS = 100
-
-
-class SlipLaw(StrEnum):
-    """Where a slip ends.
-
-    Attributes
-    ----------
-    FREE
-        At α = 0, where no friction is needed (the paper's assumption).
-    KINETIC
-        Where |tan α| has fallen to the kinetic friction μk: the tip creeps, without inertia.
-    ENERGY
-        Where kinetic friction has dissipated the bending energy that was released: the tip passes
-        the state of the kinetic law and stops when its velocity is zero.
-    """
-
-    FREE = "free"
-    KINETIC = "kinetic"
-    ENERGY = "energy"
 
 
 class TipPhase(StrEnum):
@@ -222,7 +193,7 @@ def simulate(
         raise ArgumentError(
             "this path goes backward, but the response was solved for forward motion only"
         )
-    slips = _Slips(
+    slips = Slips(
         response=response, surface=surface, law=chosen(SlipLaw, law, "law"), ratio=kinetic_ratio
     )
     periods, outcome, message = [], Outcome.COMPLETE, ""
@@ -304,7 +275,7 @@ def _period(
     end, beyond = len(positions), np.nan
     for first in range(begin + 1, len(positions), BLOCK):
         x0 = positions[first : first + BLOCK] - positions[begin] + rest
-        out = np.flatnonzero((x0 > high + ROUNDING) | (x0 < low - ROUNDING))
+        out = np.flatnonzero(passes(x0, high) | passes(-x0, -low))
         if len(out):
             end, beyond = first + int(out[0]), float(x0[out[0]])
             break
@@ -318,78 +289,3 @@ def _period(
         below=beyond < low,
         locks=locks,
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Slips:
-    """Where slips end on a surface, by one law."""
-
-    response: Response
-    surface: Surface
-    law: SlipLaw
-    ratio: float
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.ratio <= 1.0:
-            raise ArgumentError(f"kinetic_ratio must lie above 0 and up to 1, got {self.ratio!r}")
-
-    def rest(self, clamp: float, x0: float) -> float:
-        """Displacement at which a tip that slips from x0 comes to rest; NaN if it does not."""
-        if self.law is SlipLaw.FREE:
-            return 0.0
-        response = self.response
-        x0 = float(np.clip(x0, response.x0_pull, response.x0_end))
-        for _ in range(REVERSALS):
-            x0 = self._slide(clamp, x0)
-            if np.isnan(x0):
-                return x0
-            holds = float(self.surface(clamp + response.x1_init - x0))
-            if abs(float(response.demand(x0))) <= holds * (1.0 + FULL):
-                return x0
-        raise ArgumentError(f"the slip with the clamp at {clamp:.6g} does not come to rest")
-
-    def _slide(self, clamp: float, x0: float) -> float:
-        """Where a slide in one direction ends; NaN if it does not."""
-        x = self._points(x0)
-        excess = self._excess_force if self.law is SlipLaw.KINETIC else self._excess_energy
-        left = excess(clamp, x)
-        stops = np.flatnonzero(left[1:] <= 0.0)
-        if not len(stops):
-            return np.nan
-        after = int(stops[0]) + 1
-        if left[after - 1] <= 0.0:
-            return float(x[after])
-
-        def at(stop: float) -> float:
-            return float(excess(clamp, np.append(x[:after], stop))[-1])
-
-        stop = float(brentq(at, x[after - 1], x[after], xtol=ROOT))
-        # On the side where it stops: at the edge of a patch that is the rougher one.
-        return stop + np.sign(x[after] - x0) * 2.0 * ROOT if at(stop) > 0.0 else stop
-
-    def _points(self, x0: float) -> FloatArray:
-        """Displacements ahead of a slide: knots of the response, more of them at the beginning."""
-        knots = self.response.reactions.x
-        # A pushed tip slides to lower x0, a pulled one to higher.
-        ahead = knots[knots < x0][::-1] if x0 > 0.0 else knots[knots > x0]
-        if self.law is SlipLaw.KINETIC:
-            ahead = np.append(ahead[ahead * x0 > 0.0], 0.0)
-        nearest = ahead[0] - x0 if len(ahead) else 0.0
-        return np.concatenate([[x0], x0 + nearest * FIRST_STEPS, ahead])
-
-    def _static_friction(self, clamp: float, x0: FloatArray) -> FloatArray:
-        return self.surface(clamp + self.response.x1_init - x0)
-
-    def _excess_force(self, clamp: float, x0: FloatArray) -> FloatArray:
-        """Tangential force beyond kinetic friction (E·I0/L²)."""
-        fx, fy, _ = np.moveaxis(self.response(x0), -1, 0)
-        return np.asarray(np.abs(fx) - np.abs(fy) * self.ratio * self._static_friction(clamp, x0))
-
-    def _excess_energy(self, clamp: float, x0: FloatArray) -> FloatArray:
-        """Kinetic energy: what the rod has released and friction has not dissipated (E·I0/L)."""
-        # Friction is taken at the middle between points, the normal force is integrated.
-        middle = self.ratio * self._static_friction(clamp, 0.5 * (x0[1:] + x0[:-1]))
-        lost = middle * np.abs(np.diff(self.response.normal_path(x0)))
-        left = self.response.energy(x0[0]) - self.response.energy(x0)
-        left[1:] -= np.cumsum(lost)
-        return np.asarray(left)

@@ -8,8 +8,9 @@ import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind, Quantity, Units
-from vibrissa.sensor.scanning import SlipLaw, SurfaceScan, TipPhase, path, simulate
+from vibrissa.sensor.scanning import SurfaceScan, TipPhase, path, simulate
 from vibrissa.sensor.series import Column, to_frame
+from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet

@@ -21,8 +21,8 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, End, Parameter, Status
 from vibrissa.sticking.piece import Jet, Piece, StickingState
 
-# Displacements that are nearer to each other are one: where two pieces meet.
-KINK_TOLERANCE = 1e-12
+# Displacements that are nearer to each other are one: where two pieces meet, and at the end.
+SAME = 1e-12
 NO_MAXIMUM = "the curve has no locking maximum where sought"
 
 
@@ -135,7 +135,7 @@ class StickingCurve:
         """
         self._need_states("states on")
         x0 = np.asarray(x0, dtype=float)
-        if np.any(~(x0 >= 0.0)) or np.any(~(x0 <= self.x0_end)):
+        if np.any(~(x0 >= 0.0)) or np.any(~(x0 <= self.x0_end + SAME)):
             raise ArgumentError(
                 f"x0 must lie on the curve, between 0 and {self.x0_end:.6g}; got {x0!r}"
             )
@@ -143,7 +143,7 @@ class StickingCurve:
         for index, piece in enumerate(self.pieces):
             on_piece = place == index
             if np.any(on_piece):
-                states.put(on_piece, piece.at_x0(x0[on_piece]))
+                states.put(on_piece, piece.at_x0(np.minimum(x0[on_piece], piece.last_x0)))
         return replace(states, x0=x0)
 
     def friction_demand(self, x0: ArrayLike) -> FloatArray:
@@ -371,7 +371,7 @@ def _lock(pieces: Sequence[Piece]) -> tuple[float, float, list[Piece]]:
             x0_lock, mu_lock = top, demand
     # A maximum in a kink belongs to both pieces: put it where the second one begins.
     for piece in pieces[1:]:
-        if abs(piece.first_x0 - x0_lock) <= KINK_TOLERANCE:
+        if abs(piece.first_x0 - x0_lock) <= SAME:
             x0_lock = piece.first_x0
     return x0_lock, mu_lock, list(pieces)
 

@@ -39,7 +39,7 @@ from vibrissa.sensor.identification.uncertainty import (
 )
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response import Branch
-from vibrissa.sensor.scanning import SlipLaw
+from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS
 
 # If more than this part of the samples is no state of the rod, it is another rod or has a bias.

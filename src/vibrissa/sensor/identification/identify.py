@@ -15,8 +15,8 @@ from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Method, Recording, noise_of, read_recording
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
-from vibrissa.sensor.scanning import SlipLaw
 from vibrissa.sensor.series import Column, to_frame
+from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 

@@ -1,0 +1,81 @@
+"""Scans over random patches and stripes against a scan that shares no code with the package."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import independent_scan
+from vibrissa.sensor import surfaces
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import simulate
+
+# θ, η; φ1 and force near those at α = 0; a range of x0 from beyond the end of pulling to beyond
+# the lock.
+RODS = (
+    (2.0, 0.85, (0.55, 1.16), -0.0268, 0.16),
+    (1.0, 0.8, (0.66, 2.75), -0.0116, 0.125),
+)
+
+
+@cache
+def rods(number):
+    theta, eta, *rest = RODS[number]
+    return respond(theta, eta), independent_scan.Rod.solved(theta, eta, *rest)
+
+
+def surface(random, x1_init):
+    """Edges and friction of random patches, with stripes of all widths upon them."""
+    edges = x1_init + np.cumsum(random.uniform(0.002, 0.08, 12))
+    mu0 = random.uniform(0.05, 0.42, 13)
+    for begin in random.uniform(edges[0], edges[-1], random.integers(0, 5)):
+        stop = begin + 10.0 ** random.uniform(-7.0, -2.0)
+        if np.searchsorted(edges, begin) == np.searchsorted(edges, stop):
+            at = int(np.searchsorted(edges, begin))
+            # Sometimes a stripe holds the tip until it locks.
+            rough = random.uniform(0.05, 0.45) if random.random() < 0.8 else random.uniform(0.5, 2)
+            edges = np.insert(edges, at, [begin, stop])
+            mu0 = np.insert(mu0, at + 1, [rough, mu0[at]])
+    return edges, mu0
+
+
+def path(random):
+    step = random.uniform(0.001, 0.005)
+    turn = random.uniform(0.15, 0.3)
+    forth = np.arange(0.0, turn, step)
+    if random.random() < 0.5:
+        return forth
+    return np.append(forth, np.arange(forth[-1] - step, forth[-1] - 0.1, -step))
+
+
+def compared(seed, number):
+    """Run both scans with one rod; how far apart they are, and how many slips there were."""
+    random = np.random.default_rng(seed)
+    response, rod = rods(number)
+    edges, mu0 = surface(random, rod.x1_init)
+    positions = path(random)
+    law = ("kinetic", "energy", "free")[int(random.choice(3, p=[0.4, 0.5, 0.1]))]
+    ratio = random.uniform(0.4, 0.95)
+    expected = independent_scan.scan(rod, edges, mu0, positions, law, ratio)
+    patched = surfaces.patches([rod.x1_init - 1.0, *edges], mu0)
+    found = simulate(response, patched, positions, law, ratio)
+    n = len(expected.contact)
+    assert found.outcome == expected.outcome or expected.outcome == "lock", seed
+    # A locked tip sticks on beyond the states that are known here.
+    assert len(found) == n or (expected.outcome == "lock" and len(found) > n), seed
+    assert (found.period[:n] == expected.period).all(), seed
+    return np.abs(found.contact[:n] - expected.contact).max(), int(expected.period[-1]) - 1
+
+
+def test_random_scans_are_those_of_an_independent_scan():
+    error, slips = zip(*(compared(seed, 0) for seed in range(12)), strict=True)
+    assert max(error) < 1e-6
+    assert sum(slips) > 200
+
+
+@pytest.mark.slow
+def test_200_random_scans_are_those_of_an_independent_scan():
+    seeds = range(100, 300)
+    error, slips = zip(*(compared(seed, seed % len(RODS)) for seed in seeds), strict=True)
+    assert max(error) < 1e-6
+    assert sum(slips) > 5000
