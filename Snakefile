@@ -5,6 +5,9 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
+from vibrissa.errors import ClusterError
+from vibrissa.pipeline import slurm
+
 min_version("9.0")
 
 # A configfile directive alone would merge the two files.
@@ -20,6 +23,14 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/check.smk"
+
+
+onstart:
+    if workflow.executor_plugin.name == "slurm":
+        try:
+            slurm.watch(workflow)
+        except ClusterError as error:
+            raise WorkflowError(str(error)) from None
 
 
 rule all:

@@ -60,6 +60,10 @@ class DamagedTableError(TableError):
         self.path = Path(path)
 
 
+class ClusterError(VibrissaError):
+    """A cluster that does not answer or does not take the jobs; the message has its words."""
+
+
 class ComparisonError(VibrissaError):
     """Tables that cannot be compared with their references."""
 

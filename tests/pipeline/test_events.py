@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from vibrissa.pipeline.events import Failed, Finished, Job, Planned, Problem, Progress
+from vibrissa.pipeline.events import Failed, Finished, Job, Planned, Problem, Progress, Queued
 
 pytestmark = pytest.mark.slow
 
@@ -129,6 +129,23 @@ def test_a_cluster_says_why(events):
     assert "see the cluster/cloud log" in failed.reason
 
 
+def test_why_a_cluster_refuses_a_group_is_told(events):
+    rules = (
+        'rule one:\n    output: "one"\n    log: "one.log"\n    shell: "touch one"\n'
+        'rule a:\n    input: "one"\n    output: "a"\n    log: "a.log"\n    shell: "touch a"\n'
+    )
+    arguments = [*CLUSTER]
+    arguments[arguments.index("sh")] = "echo no such queue; false"
+    (failed,) = of(Failed, events(rules, *arguments)[0])
+    assert failed.reason == "no such queue"
+
+
+def test_a_line_about_the_queue(events):
+    start = 'onstart: logger.info("SLURM: 1 running", extra={"slurm_run": "vibrissa_1"})\n'
+    found, *_ = events("from snakemake.logging import logger\n" + start + MAKES)
+    assert of(Queued, found) == [Queued(run="vibrissa_1", text="SLURM: 1 running")]
+
+
 def test_an_error_of_the_operating_system_is_told_by_its_number(events):
     found, status, _ = events("raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))")
     (problem,) = of(Problem, found)
@@ -138,7 +155,7 @@ def test_an_error_of_the_operating_system_is_told_by_its_number(events):
 
 def test_where_our_own_errors_were_raised_is_not_told(events):
     found, _, _ = events("raise StudyError('theta is missing')")
-    assert found == [Problem(message="theta is missing")]
+    assert found == [Problem(message="theta is missing", ours=True)]
 
 
 def test_where_a_mistake_in_the_workflow_is_is_told(events):

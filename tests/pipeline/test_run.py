@@ -24,6 +24,7 @@ RUN = """
 import sys
 from vibrissa.pipeline import run
 run.SNAKEMAKE = [sys.executable, "stand_in.py"]
+run.GRACE = {grace}
 sys.exit(run.main(sys.argv[1:]))
 """
 
@@ -37,9 +38,9 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.fixture
 def command(folder):
-    def make(snakemake, *arguments):
+    def make(snakemake, *arguments, grace=60):
         (folder / "stand_in.py").write_text(STAND_IN + snakemake)
-        return [sys.executable, "-c", RUN, *arguments]
+        return [sys.executable, "-c", RUN.format(grace=grace), *arguments]
 
     return make
 
@@ -158,6 +159,73 @@ def test_a_request_to_end_is_passed_on(command):
         process.terminate()
         process.stderr.read()
     assert process.returncode == 3
+
+
+@pytest.fixture
+def scancel(folder, monkeypatch):
+    """Make SLURM's command from a line of shell."""
+
+    def make(line):
+        (folder / "scancel").write_text(f"#!/bin/sh\n{line}\n")
+        (folder / "scancel").chmod(0o755)
+        monkeypatch.setenv("PATH", f"{folder}:{os.environ['PATH']}")
+
+    return make
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_run_on_slurm_that_is_stopped_leaves_no_job_there(command, folder, scancel, number):
+    scancel("echo $@ > cancelled")
+    process = subprocess.Popen(
+        command(
+            "send(Queued(run='vibrissa_1', text='SLURM: 2 running'))\n"
+            "try:\n    time.sleep(60)\nexcept KeyboardInterrupt:\n    sys.exit(1)"
+        ),
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    with process:
+        while "SLURM: 2 running" not in process.stderr.readline():
+            pass
+        if number == signal.SIGINT:
+            os.killpg(process.pid, number)
+        else:
+            process.send_signal(number)
+        process.stderr.read()
+    assert process.returncode == 130
+    assert (folder / "cancelled").read_text() == "--me --name=vibrissa_1\n"
+
+
+def test_a_snakemake_that_does_not_end_is_killed_and_leaves_no_lock(command, folder, scancel):
+    scancel("echo 'no controller' >&2; exit 1")
+    (folder / ".snakemake/locks").mkdir(parents=True)
+    process = subprocess.Popen(
+        command(
+            "signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+            "send(Queued(run='vibrissa_1', text='SLURM: 2 running'))\ntime.sleep(60)",
+            grace=0.2,
+        ),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    with process:
+        while "SLURM: 2 running" not in process.stderr.readline():
+            pass
+        process.terminate()
+        said = process.stderr.read()
+    assert process.returncode == 130
+    assert "Interrupted." in said
+    assert "scancel --name=vibrissa_1 ends them. (no controller)" in said
+    assert not (folder / ".snakemake/locks").exists()
+    assert (folder / ".snakemake/run.lock").read_text() == ""
+
+
+def test_our_own_error_is_shown_without_warnings_before_it(wrapped):
+    warning = f"send({Problem(message='No account given')!r})\n"
+    result = wrapped(warning + problem("SLURM does not take the jobs", ours=True))
+    assert last_lines(result) == ["SLURM does not take the jobs"]
+    assert "No account" not in result.stderr
 
 
 def test_the_end_of_a_good_run_lists_the_figures(wrapped):

@@ -61,15 +61,24 @@ class Failed:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Queued:
+    """What SLURM does with the run's jobs."""
+
+    run: str  # the name that the jobs share in SLURM
+    text: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Problem:
     """Snakemake warns or stops."""
 
     message: str
+    ours: bool = False  # one of our own errors, whose message says all
     locked: bool = False  # another Snakemake holds the folder
     errno: int | None = None
 
 
-Event = Planned | Progress | Finished | Failed | Problem
+Event = Planned | Progress | Finished | Failed | Queued | Problem
 
 
 def has_terminal() -> bool:
@@ -112,19 +121,23 @@ def event_of(record: logging.LogRecord) -> Event | None:
             return Finished(number=fields["job_id"])
         case LogEvent.GROUP_ERROR:
             jobs = [_job(job) for job in fields["job_error_info"]]
-            return Failed(jobs=jobs, logs=fields["aux_logs"], errno=errno)
+            # Snakemake drops the scheduler's words if it refuses a group.
+            reason = _words(errors)
+            return Failed(jobs=jobs, logs=fields["aux_logs"], reason=reason, errno=errno)
         # After the error of a group comes one for each of its jobs, with an indent.
         case LogEvent.JOB_ERROR if not fields["indent"]:
             ends = (error.returncode for error in errors if isinstance(error, CalledProcessError))
             signal = next((-end for end in ends if end < 0), None)
-            reason = fields["rule_msg"] or ""
+            reason = _words(errors) or fields["rule_msg"] or ""
             return Failed(jobs=[_job(fields)], reason=reason, signal=signal, errno=errno)
+        case None if "slurm_run" in fields:
+            return Queued(run=fields["slurm_run"], text=record.getMessage())
         case LogEvent.ERROR | None if record.levelno >= logging.WARNING:
             ours = any(isinstance(error, VibrissaError) for error in errors)
             locked = any(isinstance(error, LockException) for error in errors)
             # The reader of our own errors does not need their places in the workflow's code.
             message = str(errors[0]) if ours else record.getMessage()
-            return Problem(message=message, locked=locked, errno=errno)
+            return Problem(message=message, ours=ours, locked=locked, errno=errno)
     return None
 
 
@@ -133,6 +146,13 @@ def _chain(error: BaseException | None) -> Iterator[BaseException]:
     while error is not None:
         yield error
         error = error.__cause__ or error.__context__
+
+
+def _words(errors: list[BaseException]) -> str:
+    """Return what the command said that failed; nothing if it was not listened to."""
+    outputs = (error.output for error in errors if isinstance(error, CalledProcessError))
+    output = next(filter(None, outputs), "")
+    return (output.decode(errors="replace") if isinstance(output, bytes) else output).strip()
 
 
 def _job(fields: dict[str, Any]) -> Job:

@@ -26,11 +26,13 @@ from dataclasses import dataclass, field, replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from pathlib import Path
+from threading import Timer
 from typing import IO
 
 import yaml
 
-from vibrissa.pipeline import jobs, repair
+from vibrissa.errors import ClusterError
+from vibrissa.pipeline import jobs, repair, slurm
 from vibrissa.pipeline.events import (
     Failed,
     Finished,
@@ -38,6 +40,7 @@ from vibrissa.pipeline.events import (
     Planned,
     Problem,
     Progress,
+    Queued,
     has_terminal,
 )
 
@@ -49,6 +52,10 @@ STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 FIGURE_SUFFIXES = {".pdf", ".svg", ".png"}
 # Percents between two progress lines, lines of a log, and jobs that are shown with their lines.
 STEP, TAIL, IN_FULL = 5, 6, 3
+# Seconds until an interrupted Snakemake that has jobs on a cluster is killed: it may wait for
+# minutes before it looks after them.
+GRACE = 10
+SHOW_CURSOR = "\033[?25h"
 
 
 @dataclass
@@ -62,6 +69,7 @@ class Outcome:
     since: float = 0  # when it was started, by the clock of the file system
     status: int = 0  # exit status, or the negative number of a signal
     interrupted: bool = False  # by Ctrl-C
+    slurm_run: str = ""  # name that the jobs share in SLURM, if they are there
 
     def watch(self, pipe: Connection, progress: bool) -> None:
         """Gather the events until Snakemake ends; print the progress, if asked to."""
@@ -81,6 +89,10 @@ class Outcome:
                         self.failed[tuple(job.number for job in event.jobs)] = event
                     case Finished(number=number):
                         self.failed = {n: f for n, f in self.failed.items() if number not in n}
+                    case Queued(run=name, text=text):
+                        self.slurm_run = name
+                        if progress:
+                            say(text)
                     case Problem():
                         self.problems.append(event)
 
@@ -197,9 +209,6 @@ def explain(failed: Failed, since: float = 0) -> str:
 def run_snakemake(arguments: list[str], lock: IO[str]) -> Outcome:
     """Run Snakemake to its end."""
     outcome = Outcome(since=os.fstat(lock.fileno()).st_mtime)
-    interrupts: list[int] = []
-    # Ctrl-C reaches Snakemake, too; wait until it has ended its jobs.
-    signal.signal(signal.SIGINT, lambda number, frame: interrupts.append(number))
     terminal = has_terminal()
     receiver, sender = Pipe(duplex=False)
     loggers = ["--logger", "vibrissa", *(["rich"] if terminal else [])]
@@ -209,12 +218,39 @@ def run_snakemake(arguments: list[str], lock: IO[str]) -> Outcome:
         # If this process is killed, the running Snakemake keeps the lock.
         pass_fds=[lock.fileno(), sender.fileno()],
     )
-    signal.signal(signal.SIGTERM, lambda number, frame: child.send_signal(number))
+
+    def stop(number: int, frame: object) -> None:
+        # Ctrl-C reaches Snakemake, too, which then ends its jobs.
+        by_hand = number == signal.SIGINT
+        if outcome.slurm_run and not outcome.interrupted:
+            # At SIGTERM Snakemake would wait for all jobs in the queue.
+            if not by_hand:
+                child.send_signal(signal.SIGINT)
+            timer = Timer(GRACE, child.kill)
+            timer.daemon = True
+            timer.start()
+        elif not (by_hand or outcome.slurm_run):
+            child.send_signal(number)
+        outcome.interrupted |= by_hand or bool(outcome.slurm_run)
+
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
     sender.close()
     outcome.watch(receiver, progress=not terminal)
     outcome.status = child.wait()
-    outcome.interrupted = bool(interrupts)
+    if outcome.slurm_run and (outcome.interrupted or outcome.status < 0):
+        cancel(outcome.slurm_run)
+    if terminal and outcome.status < 0:
+        print(SHOW_CURSOR, end="", file=sys.stderr)
     return outcome
+
+
+def cancel(slurm_run: str) -> None:
+    """Cancel the jobs that an interrupted or killed Snakemake left in SLURM's queue."""
+    try:
+        slurm.cancel(slurm_run)
+    except ClusterError as error:
+        say(f"Jobs may be left in the queue: scancel --name={slurm_run} ends them. ({error})")
 
 
 def run_and_heal(arguments: list[str], folder: Path, removed: set[Path], lock: IO[str]) -> Outcome:
@@ -245,7 +281,7 @@ def report_failure(outcome: Outcome, folder: Path) -> None:
             say(text.splitlines()[0])
         say("\n".join(texts[:IN_FULL]))
     elif not has_terminal():  # on a terminal `rich` has shown them
-        for problem in outcome.problems:
+        for problem in [p for p in outcome.problems if p.ours] or outcome.problems:
             # A full disk stops Snakemake anywhere; where, is of no use to the reader.
             if not (obstacles and problem.errno):
                 say(problem.message)
@@ -316,8 +352,10 @@ def main(arguments: list[str]) -> int:
         remove_damaged(repair.cut_short(folder), removed)
     say(f"Study '{study}': {shlex.join(['snakemake', *arguments])}")
     outcome = run_and_heal(arguments, folder, removed, lock)
-    # A killed Snakemake leaves its own lock, which the next run then removes.
-    if outcome.status >= 0:
+    # A killed Snakemake leaves its own lock, which the next run removes if nobody does it here.
+    if outcome.status < 0 and outcome.interrupted:
+        shutil.rmtree(SNAKEMAKE_LOCKS, ignore_errors=True)
+    if outcome.status >= 0 or outcome.interrupted:
         lock.truncate(0)
     if outcome.interrupted:
         say("\nInterrupted. Finished results are kept: the same command continues from here.")
