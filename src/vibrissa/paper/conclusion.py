@@ -1,7 +1,6 @@
 """Claims of the paper's Section V, its conclusions."""
 
 import math
-from collections.abc import Callable
 from decimal import Decimal
 
 import numpy as np
@@ -22,8 +21,7 @@ from vibrissa.paper.judging import (
     rises,
 )
 from vibrissa.paper.ledger import Finding, claim
-from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
-from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.api import solve_curve, solve_state
 
 
 @claim(
@@ -95,12 +93,10 @@ def longer_with_friction(evidence: Evidence) -> Finding:
     computed="whether −tan α is a one-to-one function of the clamp moment up to the lock, at "
     "θ = 1, 2 and 3",
 )
-def friction_from_moment(
-    evidence: Evidence, curve_of: Callable[[float, float], StickingCurve] = solve_curve
-) -> Finding:
+def friction_from_moment(evidence: Evidence) -> Finding:
     quantities, monotone, sign_changes = {}, [], 0
     for theta in (1.0, 2.0, 3.0):
-        curve = curve_of(theta, evidence.eta)
+        curve = solve_curve(theta, evidence.eta)
         state = curve.state(np.linspace(0.0, curve.x0_lock, 401))
         monotone.append(rises(state.reaction_m) and rises(curve.friction_demand(state.x0)))
         sign_changes += int((np.diff(np.sign(state.reaction_m)) != 0).sum())
@@ -254,13 +250,11 @@ def correct_in_theory(evidence: Evidence) -> Finding:
     "considered.",
     computed="points of Figures 6 and 7 whose rods penetrate; Figure 8's rod in line contact",
 )
-def line_contact(
-    evidence: Evidence, solve: Callable[..., EquilibriumState] = solve_state
-) -> Finding:
+def line_contact(evidence: Evidence) -> Finding:
     points = pd.concat([evidence.taper, evidence.friction])
     passing = int(points["penetrates"].astype(bool).sum())
     theta, eta, x1 = (float(evidence.state[name]) for name in ("theta", "eta", "x1"))
-    lying = solve(theta, eta, x1, Contact.LINE)
+    lying = solve_state(theta, eta, x1, Contact.LINE)
     quantities = {
         "points of Figures 6 and 7 that penetrate": (passing, "1"),
         "points": (len(points), "1"),

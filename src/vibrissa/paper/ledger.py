@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import pyarrow as pa
 
@@ -75,24 +75,19 @@ class Claim:
     computed : str
         What is computed to decide it.
     judge : callable
-        Returns the `Finding`; takes the evidence and, by keyword, replacements of what it would
-        compute or look up.
+        Returns the `Finding` on the evidence.
     """
 
     name: str
     section: str
     statement: str
     computed: str
-    judge: Callable[..., Finding]
-
-    def __call__(self, evidence: Evidence, **replacements: Any) -> Finding:
-        """Judge the statement."""
-        return self.judge(evidence, **replacements)
+    judge: Callable[[Evidence], Finding]
 
 
 def claim(
     *, name: str, section: str, statement: str, computed: str
-) -> Callable[[Callable[..., Finding]], Claim]:
+) -> Callable[[Callable[[Evidence], Finding]], Claim]:
     """Make a claim of the function that judges it; see `Claim`."""
     return lambda judge: Claim(
         name=name, section=section, statement=statement, computed=computed, judge=judge
@@ -124,7 +119,7 @@ def claims_table(
     """
     rows = []
     for one in claims:
-        finding = one(evidence)
+        finding = one.judge(evidence)
         rows.append(
             {
                 "study": study,

@@ -1,15 +1,12 @@
 """Claims of the paper's abstract and Sections II and III, up to the model."""
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
 from vibrissa.mechanics.bending import solve_and_measure
 from vibrissa.mechanics.elastica import rod_equations
-from vibrissa.mechanics.rod import Rod
 from vibrissa.mechanics.taper import diameter
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.paper.evidence import Evidence, bending_of_steps
@@ -24,7 +21,7 @@ from vibrissa.paper.judging import (
 )
 from vibrissa.paper.ledger import Finding, claim
 from vibrissa.sticking import shooting
-from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
+from vibrissa.sticking.api import solve_curve, solve_state
 
 # The force on the example rod, in units of E·I0/L² and in N.
 EXAMPLE_F, EXAMPLE_FORCE = 10.86, 7000.0
@@ -43,13 +40,13 @@ STEEL_STRENGTH = 2.45e9
     computed="x1 − x0 in every state of the scans; distance that the clamp can move the other way "
     "at θ = 2, μ0 = 0.4 until tan α is μ0",
 )
-def pushed(evidence: Evidence, solve: Callable[..., EquilibriumState] = solve_state) -> Finding:
+def pushed(evidence: Evidence) -> Finding:
     offset = (evidence.scan["x1"] - evidence.scan["footpoint"]).to_numpy()
     forward = all(rises(rows["footpoint"].to_numpy()) for rows in evidence.scans())
     x1 = solve_curve(2.0, evidence.eta).x1_init
 
     def excess(x0: float) -> float:
-        state = solve(2.0, evidence.eta, x1 + x0)
+        state = solve_state(2.0, evidence.eta, x1 + x0)
         return state.reaction_fx + 0.4 * state.reaction_fy
 
     pulled = brentq(excess, 0.0, 0.9 * (math.sqrt(1.0 - evidence.eta**2) - x1), xtol=1e-10)
@@ -97,9 +94,9 @@ def event_frequency(evidence: Evidence) -> Finding:
     statement="For the example rod of steel, a dimensionless force of 10.86 is a force of 7000 N.",
     computed="f·E·I0/L² with I0 = π·d0⁴/64",
 )
-def force_unit(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
-    force = EXAMPLE_F * rod.force_unit
-    quantities = {"force": (force, "N"), "unit of force": (rod.force_unit, "N")}
+def force_unit(evidence: Evidence) -> Finding:
+    force = EXAMPLE_F * EXAMPLE.force_unit
+    quantities = {"force": (force, "N"), "unit of force": (EXAMPLE.force_unit, "N")}
     if abs(force / EXAMPLE_FORCE - 1.0) < EXAMPLE_TOLERANCE:
         return HOLDS.because("it is, rounded", quantities)
     return CONTRADICTED.because("it is another force", quantities)
@@ -113,9 +110,9 @@ def force_unit(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
     "strength over E of the strongest carbon steel wire (music wire, ASTM A228, by "
     "makeitfrom.com)",
 )
-def example_rod(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
-    slenderness = rod.base_diameter / rod.length
-    limit = STEEL_STRENGTH / rod.youngs_modulus
+def example_rod(evidence: Evidence) -> Finding:
+    slenderness = EXAMPLE.base_diameter / EXAMPLE.length
+    limit = STEEL_STRENGTH / EXAMPLE.youngs_modulus
     strain = slenderness * bending_of_steps(evidence.scan).strain
     first, largest = strain[evidence.scan["x0"] == 0.0].min(), strain.max()
     quantities = {
@@ -127,7 +124,7 @@ def example_rod(evidence: Evidence, rod: Rod = EXAMPLE) -> Finding:
         ),
         "tensile strength of the wire": (STEEL_STRENGTH / 1e6, "MPa"),
         "strain at this strength": (100 * limit, "%"),
-        "largest base diameter below it": (1e3 * rod.base_diameter * limit / largest, "mm"),
+        "largest base diameter below it": (1e3 * EXAMPLE.base_diameter * limit / largest, "mm"),
     }
     if first > limit:
         reason = "even the first states exceed the strength of the strongest carbon steel"
@@ -157,11 +154,9 @@ def printed_diameter(s: float, theta: float, length: float = 1.0) -> float:
     statement="Equation (1) describes the tapered rod, θ = d0/d1, from which equation (2) follows.",
     computed="tip diameter by (1) as printed and by the stiffness in (2), for the θ of Figure 6",
 )
-def printed_taper(
-    evidence: Evidence, printed: Callable[[float, float], float] = printed_diameter
-) -> Finding:
+def printed_taper(evidence: Evidence) -> Finding:
     tapers = evidence.by_theta("x0_slip").index.to_numpy()
-    by_1 = np.array([printed(1.0, theta) for theta in tapers])
+    by_1 = np.array([printed_diameter(1.0, theta) for theta in tapers])
     # The stiffness is the reciprocal of the curvature under unit moment.
     state = np.array([0.0, 0.0, math.pi / 2])
     by_2 = np.array(
@@ -195,15 +190,16 @@ def printed_taper(
     computed="tip diameter by (1), its misprint corrected, at s = 1 and θ = 2, with L = 1 and with "
     "L = 100 mm",
 )
-def arc_length(evidence: Evidence, length: float = 1e3 * EXAMPLE.length) -> Finding:
+def arc_length(evidence: Evidence) -> Finding:
     def tip(length: float) -> float:
         return 1.0 - (1.0 - 1.0 / 2.0) / length * 1.0
 
+    in_mm = tip(1e3 * EXAMPLE.length)
     quantities = {
         "tip diameter with L = 1": (tip(1.0), "d0"),
-        "tip diameter with L = 100": (tip(length), "d0"),
+        "tip diameter with L = 100": (in_mm, "d0"),
     }
-    if abs(tip(length) - tip(1.0)) < NEGLIGIBLE:
+    if abs(in_mm - tip(1.0)) < NEGLIGIBLE:
         return HOLDS.because("s and L have one unit", quantities)
     reason = "in (2) s is in units of L; in (1) only if L means 1, and otherwise in mm"
     return AMBIGUOUS.because(reason, quantities)
@@ -216,16 +212,15 @@ def arc_length(evidence: Evidence, length: float = 1e3 * EXAMPLE.length) -> Find
     computed="moment in (2) compared with that of the force (0, −f) turned by α and by −α, at many "
     "states",
 )
-def sense_of_alpha(
-    evidence: Evidence, equations: Callable[..., Callable[..., Any]] = rod_equations
-) -> Finding:
+def sense_of_alpha(evidence: Evidence) -> Finding:
     rows = evidence.scan.iloc[:: max(1, len(evidence.scan) // 50)]
     deviation = {1: 0.0, -1: 0.0}
     for row in rows.itertuples():
         s, x, y, phi = (
             values[25] for values in (row.shape_s, row.shape_x, row.shape_y, row.shape_phi)
         )
-        bent = equations(row.theta, row.f, row.alpha, row.x1, row.eta)(s, np.array((x, y, phi)))[2]
+        slopes = rod_equations(row.theta, row.f, row.alpha, row.x1, row.eta)
+        bent = slopes(s, np.array((x, y, phi)))[2]
         for sense in deviation:
             fx, fy = row.f * math.sin(sense * row.alpha), -row.f * math.cos(row.alpha)
             moment = (row.x1 - x) * fy - (row.eta - y) * fx
@@ -247,15 +242,13 @@ def sense_of_alpha(
     computed="singular values of the derivative of the boundary conditions with respect to f and α "
     "at θ = 2: of the tip's position, and of it together with a given φ1",
 )
-def two_unknowns(
-    evidence: Evidence, shoot: Callable[..., tuple[float, float, float]] = shooting.shoot
-) -> Finding:
+def two_unknowns(evidence: Evidence) -> Finding:
     curve = solve_curve(2.0, evidence.eta)
     state = curve.state(0.5 * curve.x0_lock)
     x1 = curve.x1_init - 0.5 * curve.x0_lock
 
     def misses(f: float, alpha: float) -> FloatArray:
-        x, y, phi = shoot(2.0, f, alpha, x1, evidence.eta)
+        x, y, phi = shooting.shoot(2.0, f, alpha, x1, evidence.eta)
         return np.array([x - x1, y - evidence.eta, phi])
 
     f, alpha, h = float(state.f), float(state.alpha), 1e-4
@@ -292,14 +285,12 @@ def two_unknowns(
     computed="the same procedure with MATLAB's default tolerances for the periods of Figures 4 and "
     "5",
 )
-def default_shooting(
-    evidence: Evidence, tolerances: shooting.Tolerances = shooting.PAPER
-) -> Finding:
+def default_shooting(evidence: Evidence) -> Finding:
     off: list[int] = []
     worst = 0.0
     for rows in evidence.first_periods():
         theta, mu0, steps = rows["theta"].iloc[0], rows["mu0"].iloc[0], len(rows) - 1
-        walk = shooting.walk(theta, evidence.eta, evidence.dx0, mu0, tolerances)
+        walk = shooting.walk(theta, evidence.eta, evidence.dx0, mu0, shooting.PAPER)
         off.append(abs(len(walk) - 2 - steps))
         shot = np.array([state.f for state in walk[: steps + 1]])
         exact = rows["f"].to_numpy()[: len(shot)]

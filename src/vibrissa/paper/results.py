@@ -1,6 +1,5 @@
 """Claims of the paper's Section IV, its results."""
 
-from collections.abc import Callable
 from decimal import Decimal
 
 import numpy as np
@@ -25,7 +24,6 @@ from vibrissa.paper.judging import (
 )
 from vibrissa.paper.ledger import Finding, claim
 from vibrissa.sticking.api import solve_curve
-from vibrissa.sticking.curve import StickingCurve
 
 # "A few" steps are at most so many.
 FEW = 10
@@ -143,11 +141,9 @@ def friction_from_forces(evidence: Evidence) -> Finding:
     statement="For each μ0 a stronger taper makes one period of sticking longer.",
     computed="x0 at the exact onset over the θ of Figure 6, and up to θ = 20, in tip contact",
 )
-def longer_with_taper(
-    evidence: Evidence, sweep: Callable[[float], tuple[StickingCurve, ...]] = wide_sweep
-) -> Finding:
+def longer_with_taper(evidence: Evidence) -> Finding:
     shown = evidence.by_theta("x0_slip")
-    curves = sweep(evidence.eta)
+    curves = wide_sweep(evidence.eta)
     wide = np.array([curve.onset(shown.columns.to_numpy()) for curve in curves])
     longest = [curves[i].theta for i in np.nanargmax(wide, axis=0)]
     ratio = shown.iloc[-1] / shown.iloc[0]
@@ -237,9 +233,9 @@ def few_steps(evidence: Evidence) -> Finding:
     computed="values of μ0 of Figure 6 at which a step of 0.01 leaves no sticking state after "
     "the first",
 )
-def accurate_drive(evidence: Evidence, coarse: Decimal = Decimal("0.01")) -> Finding:
+def accurate_drive(evidence: Evidence) -> Finding:
     onset = evidence.by_theta("x0_slip")
-    missed = (last_step_within(onset.to_numpy(), coarse) == 0).sum(axis=1)
+    missed = (last_step_within(onset.to_numpy(), Decimal("0.01")) == 0).sum(axis=1)
     shortest = onset.loc[1.0].min()
     quantities = {
         "values missed at θ = 1": (missed[0], "1"),
@@ -259,13 +255,11 @@ def accurate_drive(evidence: Evidence, coarse: Decimal = Decimal("0.01")) -> Fin
     computed="rise of −tan α per displacement at the onset, d(−tan α)/dx0, at θ = 1 compared with "
     "θ = 2 and 3",
 )
-def taper_compensates(
-    evidence: Evidence, curve_of: Callable[[float, float], StickingCurve] = solve_curve
-) -> Finding:
+def taper_compensates(evidence: Evidence) -> Finding:
     frictions = evidence.by_theta("x0_slip").columns.to_numpy()
     slope = {}
     for theta in (1.0, 2.0, 3.0):
-        curve = curve_of(theta, evidence.eta)
+        curve = solve_curve(theta, evidence.eta)
         at, h = curve.onset(frictions), 1e-6
         slope[theta] = (curve.friction_demand(at + h) - curve.friction_demand(at - h)) / (2 * h)
     least = {theta: (slope[1.0] / slope[theta]).min() for theta in (2.0, 3.0)}
@@ -332,15 +326,13 @@ def longer_scan(evidence: Evidence) -> Finding:
     computed="straight lines through the points of Figure 6, their R² and largest deviation; the "
     "same up to θ = 20, in tip contact",
 )
-def linear_in_taper(
-    evidence: Evidence, sweep: Callable[[float], tuple[StickingCurve, ...]] = wide_sweep
-) -> Finding:
+def linear_in_taper(evidence: Evidence) -> Finding:
     stepped, onset = evidence.by_theta("x0_max"), evidence.by_theta("x0_slip")
     tapers, frictions = onset.index.to_numpy(), onset.columns
     lines = {mu0: line_fit(tapers, onset[mu0].to_numpy()) for mu0 in frictions}
     worst = min(line_fit(tapers, stepped[mu0].to_numpy()).r_squared for mu0 in frictions)
     deviation = max(line.deviation for line in lines.values())
-    curves = sweep(evidence.eta)
+    curves = wide_sweep(evidence.eta)
     wide_tapers = np.array([curve.theta for curve in curves])
     wide = np.array([curve.onset(frictions.to_numpy()) for curve in curves])
     beyond = min(line_fit(wide_tapers, column).r_squared for column in wide.T)
@@ -475,14 +467,12 @@ def no_exact_trend(evidence: Evidence) -> Finding:
     computed="slope of the exact onset at both ends of Figure 7; power of x0_lock − x0 in "
     "μ_lock − μ0 close to the lock, by solving θ = 2",
 )
-def nonlinear_in_friction(
-    evidence: Evidence, curve_of: Callable[[float, float], StickingCurve] = solve_curve
-) -> Finding:
+def nonlinear_in_friction(evidence: Evidence) -> Finding:
     rows = evidence.slipping()
     mu0, onset = rows["mu0"].to_numpy(), rows["x0_slip"].to_numpy()
     slope = np.diff(onset) / np.diff(mu0)
     deviation = line_fit(mu0, onset).deviation
-    curve = curve_of(float(rows["theta"].iloc[0]), evidence.eta)
+    curve = solve_curve(float(rows["theta"].iloc[0]), evidence.eta)
     below = curve.mu_lock * np.geomspace(1e-6, 1e-4, 9)
     left = curve.x0_lock - curve.onset(curve.mu_lock - below)
     power = line_fit(np.log(below), np.log(left)).slope
