@@ -106,9 +106,3 @@ def test_short_curves_are_walked_in_short_steps(eta):
     spectral = solve_curve(2.0, eta)
     mu0 = 0.8 * spectral.mu_lock
     assert float(shot.onset(mu0)) == pytest.approx(float(spectral.onset(mu0)), rel=1e-5)
-
-
-def test_several_curves_are_solved_one_after_the_other(monkeypatch):
-    monkeypatch.setattr(shooting, "solve_curve", lambda theta, eta, dx0: (theta, eta, dx0))
-    rods = [(1.0, 0.85, 0.01), (2.0, 0.9, 0.02)]
-    assert shooting.solve_curves(*np.transpose(rods)) == rods

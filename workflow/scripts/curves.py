@@ -18,7 +18,7 @@ with jobs.logged(snakemake.log[0]):
     else:
         from vibrissa.sticking import shooting
 
-        curves = shooting.solve_curves(theta, eta, dx0)
+        curves = [shooting.solve_curve(*rod) for rod in zip(theta, eta, dx0, strict=True)]
     for key, curve in zip(keys, curves, strict=True):
         print(*encode_key(key), curve.status, f"residual {curve.residual:.1e}", curve.message)
     store.write(records.curves_table(keys, curves), snakemake.output[0])

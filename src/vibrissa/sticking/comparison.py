@@ -9,6 +9,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.piece import StickingState
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -87,23 +88,15 @@ def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) 
 
 def _read(curves: Sequence[StickingCurve], friction: FloatArray) -> ModelResult:
     """Read all friction coefficients off all curves."""
-    status: list[Status] = []
-    x0_slip = np.full((len(curves), len(friction)), np.nan)
-    f_slip, reaction_m_slip = x0_slip.copy(), x0_slip.copy()
-    for row, curve in enumerate(curves):
-        if not curve.pieces:
-            status += [curve.status] * len(friction)
-            continue
-        x0_slip[row] = curve.onset(friction)
-        slips = np.isfinite(x0_slip[row])
-        state = curve.state(x0_slip[row, slips])
-        f_slip[row, slips], reaction_m_slip[row, slips] = state.f, state.reaction_m
-        status += [Status.SLIP if slip else curve.without_slip for slip in slips]
+    x0_slip, statuses = zip(*(curve.outcomes(friction) for curve in curves), strict=True)
+    slip = StickingState.concatenate(
+        [curve.states_where_known(x0) for curve, x0 in zip(curves, x0_slip, strict=True)]
+    )
     return ModelResult(
-        status=status,
-        x0_slip=x0_slip.ravel(),
-        f_slip=f_slip.ravel(),
-        reaction_m_slip=reaction_m_slip.ravel(),
+        status=[status for some in statuses for status in some],
+        x0_slip=slip.x0,
+        f_slip=slip.f,
+        reaction_m_slip=slip.reaction_m,
         mu_lock=np.repeat([curve.mu_lock for curve in curves], len(friction)),
         residual=np.repeat([curve.residual for curve in curves], len(friction)),
     )

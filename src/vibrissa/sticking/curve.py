@@ -96,11 +96,6 @@ class StickingCurve:
         """Last displacement of the curve (L); NaN where it has no states."""
         return self.pieces[-1].last_x0 if self.pieces else np.nan
 
-    @property
-    def without_slip(self) -> Status:
-        """What becomes of a tip that does not slip on the curve: ``lock``, if that is known."""
-        return Status.LOCK if self.status is Status.SOLVED else self.status
-
     def _need_states(self, what: str) -> None:
         if not self.pieces:
             raise ArgumentError(f"no {what} a curve with status {self.status}: {self.message}")
@@ -111,9 +106,10 @@ class StickingCurve:
         return np.searchsorted(inner, x0, side="right")
 
     def contact(self, x0: ArrayLike) -> list[str]:
-        """Kind of contact at given displacements on the curve."""
-        pieces = self._piece_of(np.atleast_1d(np.asarray(x0, dtype=float)))
-        return [self.pieces[index].contact.value for index in pieces]
+        """Kind of contact at given displacements on the curve; empty at NaN."""
+        x0 = np.atleast_1d(np.asarray(x0, dtype=float))
+        on = zip(x0, self._piece_of(x0), strict=True)
+        return ["" if np.isnan(at) else self.pieces[i].contact.value for at, i in on]
 
     def state(self, x0: ArrayLike) -> StickingState:
         """Sticking state at the given footpoint displacements.
@@ -130,7 +126,7 @@ class StickingCurve:
 
         Raises
         ------
-        ValueError
+        ArgumentError
             If the curve was not solved or a displacement lies outside it.
         """
         self._need_states("states on")
@@ -177,7 +173,7 @@ class StickingCurve:
 
         Raises
         ------
-        ValueError
+        ArgumentError
             If the curve was not solved or a coefficient is not positive.
         """
         mu0 = np.asarray(mu0, dtype=float)
@@ -193,6 +189,32 @@ class StickingCurve:
             t, demand = self._demand_up_to_the_lock(piece)
             onset[sought] = piece.first(demand, mu0[sought], _slips_ahead, places=t)
         return onset
+
+    def outcomes(self, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
+        """Exact onset of slip, and what becomes of the tip, also on a curve without states.
+
+        Parameters
+        ----------
+        mu0 : ndarray, shape (n,)
+            Coefficients of static friction, positive.
+
+        Returns
+        -------
+        x0_slip : ndarray, shape (n,)
+            Displacements in units of L; NaN where there is no onset.
+        status : list of Status
+            ``slip``, ``lock``, or what the curve has instead of states.
+        """
+        x0_slip = self.onset(mu0) if self.pieces else np.full(mu0.shape, np.nan)
+        otherwise = Status.LOCK if self.status is Status.SOLVED else self.status
+        return x0_slip, [Status.SLIP if slips else otherwise for slips in np.isfinite(x0_slip)]
+
+    def states_where_known(self, x0: FloatArray) -> StickingState:
+        """States at the displacements that are not NaN; NaN elsewhere."""
+        states, known = StickingState.unknown(x0.shape), np.isfinite(x0)
+        if known.any():
+            states.put(known, self.state(x0[known]))
+        return states
 
     def _demand_up_to_the_lock(self, piece: Piece) -> tuple[FloatArray, FloatArray]:
         """Sample −tan α on a piece; the last value is μ_lock where the tip locks on it."""
@@ -220,7 +242,7 @@ class StickingCurve:
 
         Raises
         ------
-        ValueError
+        ArgumentError
             If the curve was not solved or a coefficient is not larger than μ_lock.
         """
         self._need_states("end of")

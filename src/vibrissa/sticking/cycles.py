@@ -143,8 +143,7 @@ def stick_slip(
 
 def _end_of_sticking(curve: StickingCurve, mu0: float, dx0: Decimal) -> tuple[Status, int]:
     """Whether the tip slips or locks, and the last step of the footpoint before its motion ends."""
-    until = float(curve.onset(mu0)) if curve.pieces else np.nan
-    status = Status.SLIP if np.isfinite(until) else curve.without_slip
+    (until,), (status,) = curve.outcomes(np.array([mu0]))
     if status is Status.LOCK:
         end = float(curve.motion_end(mu0)[1].x0[0])
         until = end if np.isfinite(end) else curve.x0_lock

@@ -355,19 +355,3 @@ def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) 
     if not len(beyond):
         return Limit()
     return Limit(float(states.x0[beyond[0]]), clearance.reasons(int(beyond[0])))
-
-
-def solve_curves(theta: FloatArray, eta: FloatArray, dx0: FloatArray) -> list[StickingCurve]:
-    """Solve sticking curves one after the other; see `solve_curve`.
-
-    Parameters
-    ----------
-    theta, eta, dx0 : ndarray, shape (n,)
-        Taper factors, heights of the contact point (L) and steps (L).
-
-    Returns
-    -------
-    list of StickingCurve
-        In the order of the arguments.
-    """
-    return [solve_curve(*rod) for rod in zip(theta, eta, dx0, strict=True)]

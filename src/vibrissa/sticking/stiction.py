@@ -72,10 +72,8 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
     Stiction
     """
     n = len(mu0)
-    if not curve.pieces:
-        return _nothing_read(curve.status, n)
     friction = np.array([float(mu) for mu in mu0])
-    x0_slip = curve.onset(friction)
+    x0_slip, status = curve.outcomes(friction)
     slips = np.isfinite(x0_slip)
     n_steps, x0_max = np.full(n, np.nan), np.full(n, np.nan)
     for step in set(dx0):
@@ -86,14 +84,15 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
     touches = all(piece.contact is Contact.POINT for piece in curve.pieces)
     sticks_until = np.where(slips, x0_max, curve.x0_lock)
     end, ended = [""] * n, StickingState.unknown(n)
-    status = [Status.SLIP if slip else curve.without_slip for slip in slips]
     locks = np.flatnonzero([what is Status.LOCK for what in status])
     if len(locks):
         ends, states = curve.motion_end(friction[locks])
         for row, how in zip(locks, ends, strict=True):
             end[row] = how.value
         ended.put(locks, states)
-    kinds = zip(curve.contact(np.where(slips, x0_slip, curve.x0_lock)), status, strict=True)
+    init = StickingState.unknown(n)
+    if curve.pieces:
+        init = curve.state(np.zeros(1)).take(np.zeros(n, dtype=np.int64))
     return Stiction(
         status=status,
         x0_slip=x0_slip,
@@ -101,36 +100,10 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
         x0_max=x0_max,
         # At 0 already, or strictly before the last sticking state; NaN compares as no.
         penetrates=touches & ((curve.x0_touch == 0.0) | (curve.x0_touch < sticks_until)),
-        contact=[kind if what in (Status.SLIP, Status.LOCK) else "" for kind, what in kinds],
-        init=curve.state(np.zeros(1)).take(np.zeros(n, dtype=np.int64)),
-        last=_states_where(curve, x0_max),
-        slip=_states_where(curve, x0_slip),
+        contact=curve.contact(np.where(slips, x0_slip, curve.x0_lock)),
+        init=init,
+        last=curve.states_where_known(x0_max),
+        slip=curve.states_where_known(x0_slip),
         end=end,
         ended=ended,
     )
-
-
-def _nothing_read(status: Status, n: int) -> Stiction:
-    """Periods on a curve without states."""
-    nan, nothing = np.full(n, np.nan), StickingState.unknown(n)
-    return Stiction(
-        status=[status] * n,
-        x0_slip=nan,
-        n_steps=nan,
-        x0_max=nan,
-        penetrates=np.zeros(n, dtype=bool),
-        contact=[""] * n,
-        init=nothing,
-        last=nothing,
-        slip=nothing,
-        end=[""] * n,
-        ended=nothing,
-    )
-
-
-def _states_where(curve: StickingCurve, x0: FloatArray) -> StickingState:
-    """States at the displacements that are not NaN, NaN elsewhere."""
-    states, exists = StickingState.unknown(x0.shape), np.isfinite(x0)
-    if exists.any():
-        states.put(exists, curve.state(x0[exists]))
-    return states
