@@ -35,7 +35,8 @@ help:
 	@echo "  make beyond               studies/beyond.yaml: strong taper, line contact, self-locking"
 	@echo "  make check                compare the results with the reference tables"
 	@echo "  make bless                update the reference tables; review them with git diff"
-	@echo "                            (check and bless take STUDY=my.yaml and REFERENCE=folder)"
+	@echo "                            (check and bless take STUDY=my.yaml and REFERENCE=folder;"
+	@echo "                            check writes a summary, JSON and a diff to OUTPUT=folder)"
 	@echo "Tests:"
 	@echo "  make test                 all tests (ARGS='tests/sensor -x' for some)"
 	@echo "  make test-slurm           a study on a SLURM that is set up for it (Debian, as root)"
@@ -80,7 +81,7 @@ study: $(STAMP)
 	@$(RUN) --configfile "$(STUDY)"
 
 CHECK := workflow/check.py $(if $(STUDY),--configfile "$(STUDY)") \
-    $(if $(REFERENCE),--reference "$(REFERENCE)")
+    $(if $(REFERENCE),--reference "$(REFERENCE)") $(if $(OUTPUT),--output "$(OUTPUT)")
 
 check: $(STAMP)
 	@$(PY) $(CHECK)

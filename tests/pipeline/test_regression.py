@@ -1,6 +1,7 @@
 """Reference tables: what moved is found and said, and what did not is left alone."""
 
 import importlib.util
+import json
 import re
 from pathlib import Path
 
@@ -44,6 +45,10 @@ REFERENCE = as_text(TABLE, LAYOUT, "points")
 def against(**columns):
     """What is said where some columns are other ones."""
     return compare(REFERENCE, as_text(TABLE.assign(**columns), LAYOUT, "points"), LAYOUT, "points")
+
+
+def texts(differences):
+    return list(map(str, differences))
 
 
 def x(*values):
@@ -116,7 +121,7 @@ def test_what_moves_within_its_tolerance_does_not_move(values):
     ],
 )
 def test_what_moved_is_said(columns, line):
-    assert against(**columns) == [line]
+    assert texts(against(**columns)) == [line]
 
 
 @pytest.mark.parametrize("value", [float("inf"), 0.004625])
@@ -130,7 +135,7 @@ def test_infinity_is_near_to_itself_alone(value):
 
 def test_rows_that_are_missing_extra_or_doubled_are_said():
     found = pd.concat([REFERENCE.iloc[[0, 0, 1]], REFERENCE.iloc[[2]].assign(theta="3")])
-    assert compare(REFERENCE, found, LAYOUT, "points") == [
+    assert texts(compare(REFERENCE, found, LAYOUT, "points")) == [
         "points: 1 rows stand twice in the results: theta 1, mu0 0.2",
         "points: 2 rows are missing: theta 2, mu0 0.2; theta 2, mu0 0.4",
         "points: 1 rows are extra: theta 3, mu0 0.2",
@@ -139,9 +144,9 @@ def test_rows_that_are_missing_extra_or_doubled_are_said():
 
 def test_other_columns_are_said():
     lines = compare(REFERENCE.rename(columns={"n": "m"}), REFERENCE, LAYOUT, "points")
-    assert lines == ["points: other columns than the reference: new n, gone m"]
+    assert texts(lines) == ["points: other columns than the reference: new n, gone m"]
     lines = compare(REFERENCE.drop(columns="theta"), REFERENCE, LAYOUT, "points")
-    assert lines == ["points: other columns than the reference: new theta, gone none"]
+    assert texts(lines) == ["points: other columns than the reference: new theta, gone none"]
 
 
 def test_blessing_keeps_the_digits_of_what_did_not_move():
@@ -204,7 +209,7 @@ def test_a_curve_that_disagrees_with_itself_is_found(study_tables):
     curves = as_text(condense({"stiction": doctored})["curves"], LAYOUTS["curves"], "curves")
     reference = read(ROOT / "tests/regression/paper/curves.csv")
     (line, *_) = compare(reference, curves, LAYOUTS["curves"], "curves")
-    assert "1 rows stand twice in the results" in line
+    assert "1 rows stand twice in the results" in line.text
 
 
 def test_the_example_of_the_documentation(frames):
@@ -215,7 +220,7 @@ def test_the_example_of_the_documentation(frames):
     found = found[~((found["theta"] == "3") & (found["mu0"] == "0.4"))]
     (example,) = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
     lines = compare(reference, found, LAYOUTS["stiction"], "stiction")
-    assert sorted(example.splitlines()[:-1]) == sorted(lines)
+    assert sorted(example.splitlines()[:-1]) == sorted(texts(lines))
 
 
 @pytest.fixture
@@ -230,7 +235,7 @@ def folder(study_tables, tmp_path, monkeypatch):
     return tmp_path
 
 
-MINE = ["--configfile", "my.yaml"]
+MINE = ["--configfile", "my.yaml", "--results", "results/mine"]
 
 
 def test_blessed_results_pass_until_they_change(folder, study_tables, capsys):
@@ -315,3 +320,36 @@ def test_a_mutation_breaks_what_it_says_and_the_page_lists_it(mutation):
     (row,) = [line for line in PAGE.splitlines() if f"| {mutation.what} |" in line]
     assert f"| `{mutation.module}` |" in row
     assert "| red: " in row
+
+
+def test_ci_gets_a_summary_a_json_file_annotations_and_a_diff(folder, monkeypatch, capsys):
+    summary = folder / "summary.md"
+    summary.write_text("# Before\n")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    output = ["--reference", "kept", "--output", "out"]
+    assert check.main([*MINE, *output, "--bless"]) == 0
+    assert check.main([*MINE, *output]) == 0
+    assert json.loads((folder / "out/check.json").read_text())["passed"] is True
+    assert (folder / "out/reference.diff").read_text() == ""
+    assert "::error" not in capsys.readouterr().out
+
+    states = folder / "kept/states.csv"
+    states.write_text(states.read_text().replace(",solved,", ",failed,"))
+    assert check.main([*MINE, *output]) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        "::error file=kept/states.csv,title=Reference table::states.status: 1 of 1 rows moved; "
+        "at state penetrating (failed -> solved)"
+    )
+    assert "+paper,collocation" not in (folder / "out/reference.diff").read_text()
+    assert "+penetrating,paper,collocation,solved" in (folder / "out/reference.diff").read_text()
+    text = summary.read_text()
+    assert text.startswith("# Before\n## ✅ Study mine") and "## ❌ Study mine" in text
+    assert (folder / "out/check.md").read_text() in text
+
+
+def test_an_error_is_shown_in_ci_too(folder, monkeypatch, capsys):
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    assert check.main(MINE) == 2
+    out = capsys.readouterr().out
+    assert out.startswith("::error title=make check::tests/regression/mine has no reference tables")

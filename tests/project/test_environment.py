@@ -134,7 +134,8 @@ def check_python(texts: Texts) -> list[str]:
     lines = [e for e in conda_entries(texts.conda) if re.match(r"python\b(?!-)", e)]
     conda = minor_versions(lines[0].removeprefix("python")) if lines else []
     jobs = yaml.safe_load(texts.ci)["jobs"].values()
-    ci = [str(v) for job in jobs for v in job["strategy"]["matrix"]["python-version"]]
+    tests = [job for job in jobs if "strategy" in job]
+    ci = [str(v) for job in tests for v in job["strategy"]["matrix"]["python-version"]]
     problems = [] if wanted else ["pyproject allows no Python version"]
     if conda != wanted:
         problems.append(f"environment.yml: Python {conda}, pyproject: {wanted}")

@@ -520,7 +520,7 @@ def test_check_is_a_target(done):
     done.call([sys.executable, "workflow/check.py", "--bless"])
     status, text = check()
     assert not status and "Nothing moved: results/tiny has" in text
-    done.edit("tests/regression/tiny/states.csv", "inside,solved,", "inside,failed,")
+    done.edit("tests/regression/tiny/states.csv", ",solved,", ",failed,")
     status, text = check()
     assert status and "states.status: 1 of 1 rows moved; at state inside (failed -> solved)" in text
     log = done.path("results/tiny/logs/check.log").read_text()
@@ -539,3 +539,18 @@ def test_folders_may_have_spaces_and_umlauts(pristine, tmp_path):
     result = copy.call([str(python), *RUN[1:], "results/tiny/figures/captions.md"])
     assert result.returncode == 0, result.stderr
     assert "Two cycles." in copy.path("results/tiny/figures/captions.md").read_text()
+
+
+def test_check_refuses_tables_that_are_older_than_the_code(done):
+    def check(*arguments):
+        result = done.call([sys.executable, "workflow/check.py"], *arguments)
+        return result.returncode, (result.stdout + result.stderr).splitlines()[-1]
+
+    assert check("--bless") == (0, "tests/regression/tiny is written: review it with git diff")
+    done.edit("src/vibrissa/sticking/cycles.py", '"""Stick', '"""A stick')
+    assert check() == (
+        2,
+        "error: the tables in results/tiny are older than the code or the study file (to be run: "
+        "scan, scans); run make study STUDY=tiny.yaml first",
+    )
+    assert check("--results", "results/tiny")[0] == 0

@@ -4,8 +4,9 @@ A results folder is condensed to a few tables with one row for each key. Floats 
 `DIGITS` digits; what a table holds and how far a number may move is said by its `Layout`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,84 @@ class Layout:
 
     keys: tuple[str, ...]
     columns: dict[str, Tolerance | None]
+
+
+class Problem(StrEnum):
+    """What is different.
+
+    Attributes
+    ----------
+    GONE, NEW
+        A table that the reference or the results alone have.
+    COLUMNS
+        Other columns.
+    DOUBLED
+        Rows that stand twice.
+    MISSING, EXTRA
+        Rows that the reference or the results alone have.
+    MOVED
+        Values of a column.
+    """
+
+    GONE = "table gone"
+    NEW = "table new"
+    COLUMNS = "other columns"
+    DOUBLED = "rows doubled"
+    MISSING = "rows missing"
+    EXTRA = "rows extra"
+    MOVED = "moved"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Change:
+    """A value before and after, as text, empty for nothing; and the row that it stands in."""
+
+    row: Mapping[str, str]
+    before: str
+    after: str
+    size: float | None  # absolute or relative; None where it is no number
+
+    def __str__(self) -> str:
+        """Say where it is, and the values."""
+        before, after = self.before or "nothing", self.after or "nothing"
+        return f"at {_spell_row(self.row)} ({before} -> {after})"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Difference:
+    """Something that is not as its reference.
+
+    Attributes
+    ----------
+    table : str
+    problem : Problem
+    text : str
+        One line for people.
+    column : str
+        The column that moved, or empty.
+    rows : int
+        How many rows are concerned.
+    of : int
+        Rows in which a column was compared.
+    absolute, relative : Change or None
+        Largest changes of a column of numbers.
+    examples : list
+        Keys of the first rows that are missing, extra or doubled.
+    """
+
+    table: str
+    problem: Problem
+    text: str
+    column: str = ""
+    rows: int = 0
+    of: int = 0
+    absolute: Change | None = None
+    relative: Change | None = None
+    examples: Sequence[Mapping[str, str]] = ()
+
+    def __str__(self) -> str:
+        """Return the line for people."""
+        return self.text
 
 
 def parse_layouts(text: str, where: str) -> dict[str, Layout]:
@@ -283,8 +362,10 @@ def _moved(old: pd.Series, new: pd.Series, tolerance: Tolerance | None) -> Any:
     return differs & ~(near & np.isfinite(was))
 
 
-def compare(reference: pd.DataFrame, found: pd.DataFrame, layout: Layout, name: str) -> list[str]:
-    """Say what moved.
+def compare(
+    reference: pd.DataFrame, found: pd.DataFrame, layout: Layout, name: str
+) -> list[Difference]:
+    """Find what moved.
 
     Parameters
     ----------
@@ -296,78 +377,99 @@ def compare(reference: pd.DataFrame, found: pd.DataFrame, layout: Layout, name: 
 
     Returns
     -------
-    list of str
-        A line for each column that moved, and for rows that are missing, extra or doubled; empty
-        if nothing moved.
+    list of Difference
+        One for each column that moved, and for rows that are missing, extra or doubled; empty if
+        nothing moved.
     """
-    lines = []
-    if list(reference.columns) != [*layout.keys, *layout.columns]:
-        absent = [c for c in (*layout.keys, *layout.columns) if c not in reference]
-        more = [c for c in reference if c not in (*layout.keys, *layout.columns)]
-        lines.append(
-            f"{name}: other columns than the reference: new {', '.join(absent) or 'none'}, gone "
-            f"{', '.join(more) or 'none'}"
-        )
+    differences = []
+    columns = [*layout.keys, *layout.columns]
+    if list(reference.columns) != columns:
+        absent = ", ".join(column for column in columns if column not in reference) or "none"
+        more = ", ".join(column for column in reference if column not in columns) or "none"
+        text = f"{name}: other columns than the reference: new {absent}, gone {more}"
+        differences.append(Difference(table=name, problem=Problem.COLUMNS, text=text))
         if set(layout.keys) - set(reference):
-            return lines
+            return differences
     keys = list(layout.keys)
     old, new = reference.set_index(keys), found.set_index(keys)
-    for index, what in ((old.index, "the reference"), (new.index, "the results")):
-        if (twice := index[index.duplicated()]).size:
-            lines.append(f"{name}: {len(twice)} rows stand twice in {what}{_such_as(keys, twice)}")
+    for index, where in ((old.index, "the reference"), (new.index, "the results")):
+        twice = index[index.duplicated()]
+        differences += _rows(name, Problem.DOUBLED, f"stand twice in {where}", keys, twice)
     old, new = (rows[~rows.index.duplicated()] for rows in (old, new))
-    for what, rows in (
-        ("missing", old.index.difference(new.index)),
-        ("extra", new.index.difference(old.index)),
-    ):
-        if len(rows):
-            lines.append(f"{name}: {len(rows)} rows are {what}{_such_as(keys, rows)}")
+    gone, more = old.index.difference(new.index), new.index.difference(old.index)
+    differences += _rows(name, Problem.MISSING, "are missing", keys, gone)
+    differences += _rows(name, Problem.EXTRA, "are extra", keys, more)
     common = old.index.intersection(new.index, sort=False)
     old, new = old.loc[common], new.loc[common]
     for column, tolerance in layout.columns.items():
         if column in old:
             moved = _moved(old[column], new[column], tolerance)
             if moved.any():
-                lines.append(
-                    f"{name}.{column}: {moved.sum()} of {len(common)} rows moved; "
-                    + _largest_change(old[column][moved], new[column][moved], keys)
-                )
-    return lines
+                differences.append(_moved_column(name, old[column][moved], new[column][moved], old))
+    return differences
 
 
-def _row(keys: list[str], row: Any) -> str:
-    values = row if isinstance(row, tuple) else (row,)
-    return ", ".join(f"{key} {value}" for key, value in zip(keys, values, strict=True))
+def _rows(
+    table: str, problem: Problem, words: str, keys: Sequence[str], rows: pd.Index
+) -> list[Difference]:
+    """Difference of rows that stand in one of two tables alone, or twice; empty for no rows."""
+    if not len(rows):
+        return []
+    examples = [_row(keys, row) for row in rows[:SHOWN]]
+    shown = "; ".join(map(_spell_row, examples)) + ("; ..." if len(rows) > SHOWN else "")
+    text = f"{table}: {len(rows)} rows {words}: {shown}"
+    return [Difference(table=table, problem=problem, rows=len(rows), text=text, examples=examples)]
 
 
-def _such_as(keys: list[str], rows: pd.Index) -> str:
-    shown = "; ".join(_row(keys, row) for row in rows[:SHOWN])
-    return f": {shown}{'; ...' if len(rows) > SHOWN else ''}"
+def _row(keys: Sequence[str], row: Any) -> dict[str, str]:
+    """Keys of a row by their names."""
+    return dict(zip(keys, row if isinstance(row, tuple) else (row,), strict=True))
 
 
-def _largest_change(old: pd.Series, new: pd.Series, keys: list[str]) -> str:
-    """Largest absolute and relative change and where; an example where none is a number."""
+def _spell_row(row: Mapping[str, str]) -> str:
+    return ", ".join(f"{key} {value}" for key, value in row.items())
+
+
+def _moved_column(table: str, old: pd.Series, new: pd.Series, every: pd.DataFrame) -> Difference:
+    """Difference of a column, of whose values those that moved are given."""
+    absolute, relative, text = _largest_change(old, new, every.index.names)
+    return Difference(
+        table=table,
+        column=str(old.name),
+        problem=Problem.MOVED,
+        rows=len(old),
+        of=len(every),
+        absolute=absolute,
+        relative=relative,
+        text=f"{table}.{old.name}: {len(old)} of {len(every)} rows moved; {text}",
+    )
+
+
+def _largest_change(
+    old: pd.Series, new: pd.Series, keys: Sequence[str]
+) -> tuple[Change | None, Change | None, str]:
+    """Largest absolute and relative change and where, if any is a number; and both in words."""
     was, now = _numbers(old), _numbers(new)
     with np.errstate(invalid="ignore"):
         change = np.abs(now - was)
 
-    def at(index: int) -> str:
-        before, after = old.iloc[index] or "nothing", new.iloc[index] or "nothing"
-        return f"at {_row(keys, old.index[index])} ({before} -> {after})"
+    def at(index: int, size: float | None) -> Change:
+        row = _row(keys, old.index[index])
+        return Change(row=row, before=old.iloc[index], after=new.iloc[index], size=size)
 
     if not np.isfinite(change).any():
-        return at(0)
+        return None, None, str(at(0, None))
     with np.errstate(divide="ignore", invalid="ignore"):
         share = change / np.maximum(np.abs(was), np.abs(now))
     far, much = int(np.nanargmax(change)), int(np.nanargmax(share))
-    text = f"by up to {change[far]:.2g} {at(far)}, relative {share[much]:.2g}"
+    absolute, relative = at(far, float(change[far])), at(much, float(share[much]))
+    text = f"by up to {change[far]:.2g} {absolute}, relative {share[much]:.2g}"
     if much != far:
-        text += f" {at(much)}"
+        text += f" {relative}"
     if lost := int(np.isnan(change).sum()):
-        text += (
-            f"; {lost} of them to or from nothing, such as {at(int(np.argmax(np.isnan(change))))}"
-        )
-    return text
+        example = at(int(np.argmax(np.isnan(change))), None)
+        text += f"; {lost} of them to or from nothing, such as {example}"
+    return absolute, relative, text
 
 
 def blessed(reference: pd.DataFrame | None, found: pd.DataFrame, layout: Layout) -> pd.DataFrame:
