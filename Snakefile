@@ -1,19 +1,28 @@
 # A parameter study of the sticking period of a tapered rod. One study file decides what is
 # computed: config.yaml, or the one given with --configfile, which then takes its place.
+import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
-from vibrissa.errors import ClusterError
-from vibrissa.pipeline import slurm
-
 min_version("9.0")
+
+HERE = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
+
+try:
+    from vibrissa.errors import ClusterError
+    from vibrissa.pipeline import slurm
+except ImportError as error:
+    raise WorkflowError(
+        f"the workflow's own Python package is missing or incomplete ({error}). Run make reproduce "
+        f"in {HERE}, or install it for {sys.executable}: pip install '{HERE}[workflow]'"
+    ) from None
 
 # A configfile directive alone would merge the two files.
 if not workflow.overwrite_configfiles:
 
-    configfile: Path(workflow.basedir, "config.yaml")
+    configfile: HERE / "config.yaml"
 
 
 include: "workflow/rules/common.smk"

@@ -32,7 +32,7 @@ class Hook(BuildHookInterface[Any]):
         if not (ROOT / "src/vibrissa" / COMMIT_FILE).exists():
             added[str(recorded)] = f"{package}/{COMMIT_FILE}"
         if self.target_name == "wheel":
-            for name in ("workflow", "config.yaml"):
+            for name in ("Snakefile", "config.yaml", "workflow"):
                 added[str(ROOT / name)] = f"{package}/{name}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:

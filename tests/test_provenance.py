@@ -1,5 +1,6 @@
 """Which commit the code is from: in a clone, without git, and in a wheel."""
 
+import os
 import re
 import subprocess
 import sys
@@ -51,7 +52,7 @@ def test_a_wheel_has_commit_schema_and_workflow(wheel):
         assert files.read("vibrissa/commit.txt").decode().strip() == commit()
         names = set(files.namelist())
     workflow = [path for path in (ROOT / "workflow").rglob("*") if path.is_file()]
-    for path in (ROOT / "config.yaml", *workflow):
+    for path in (ROOT / "Snakefile", ROOT / "config.yaml", *workflow):
         assert "__pycache__" in path.parts or f"vibrissa/{path.relative_to(ROOT)}" in names
     assert {name.partition("/")[0] for name in names} == {
         "vibrissa",
@@ -61,3 +62,23 @@ def test_a_wheel_has_commit_schema_and_workflow(wheel):
     with tarfile.open(source) as files:
         (recorded,) = [name for name in files.getnames() if name.endswith("commit.txt")]
         assert files.extractfile(recorded).read().decode().strip() == commit()
+
+
+def test_a_wheel_runs_the_workflow_that_it_contains(wheel, tmp_path):
+    archive, _ = wheel
+    zipfile.ZipFile(archive).extractall(tmp_path / "packages")
+    (tmp_path / "my.yaml").write_text(
+        "study: mine\ngrids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}\n"
+        "figures: {f: {kind: friction, grid: g, caption: One point.}}\n"
+    )
+    captions = "results/mine/figures/captions.md"
+    result = subprocess.run(
+        [sys.executable, "-m", "vibrissa.pipeline.run", captions, "--configfile", "my.yaml"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(tmp_path / "packages")},
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == 0, result.stderr
+    assert "--snakefile packages/vibrissa/Snakefile" in result.stderr
+    assert "One point." in (tmp_path / captions).read_text()

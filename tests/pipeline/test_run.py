@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from vibrissa.pipeline import run
+from vibrissa.pipeline import places, run
 from vibrissa.pipeline.events import Failed, Finished, Job, Planned, Problem, Progress
 
 # Stands in for Snakemake: it sends events, as the last argument says where.
@@ -21,10 +21,11 @@ from vibrissa.pipeline.events import *
 send = Connection(int(pipe), readable=False).send
 """
 RUN = """
-import sys
+import os, sys
 from vibrissa.pipeline import run
-run.SNAKEMAKE = [sys.executable, "stand_in.py"]
+run.SNAKEMAKE = [sys.executable, os.path.abspath("stand_in.py")]
 run.GRACE = {grace}
+run.places.PAPER = "config.yaml"
 sys.exit(run.main(sys.argv[1:]))
 """
 
@@ -68,11 +69,13 @@ def test_arguments_go_through_to_snakemake(wrapped):
     Path("my.yaml").write_text("study: mine\n")
     result = wrapped("print(*ARGUMENTS)", "--configfile", "my.yaml", "-n", "--cores", "3")
     assert result.stdout.split() == [
-        *("--workflow-profile", "workflow/profiles/default"),
-        *("--configfile", "my.yaml", "-n", "--cores", "3"),
+        *("--configfile", "my.yaml"),
+        *("--snakefile", str(places.SNAKEFILE)),
+        *("--workflow-profile", str(places.PROFILES / "default")),
+        *("-n", "--cores", "3"),
         *("--logger", "vibrissa"),
     ]
-    assert result.stderr.startswith("Study 'mine': snakemake --workflow-profile")
+    assert result.stderr.startswith("Study 'mine': snakemake --configfile my.yaml")
 
 
 @pytest.mark.parametrize(
@@ -549,21 +552,35 @@ def test_a_lock_that_is_not_this_commands_is_explained(wrapped):
     assert "rm -r .snakemake/locks" in last_lines(result)[0]
 
 
-def test_another_profile_takes_the_place_of_the_default_one(wrapped):
-    Path("workflow/profiles/cluster").mkdir(parents=True)
-    result = wrapped("print(*ARGUMENTS)", "--workflow-profile", "workflow/profiles/cluster")
-    assert result.stdout.split()[:2] == ["--workflow-profile", "workflow/profiles/cluster"]
-    assert "workflow/profiles/default" not in result.stdout
+@pytest.mark.parametrize(
+    ("name", "path"),
+    [
+        ("workflow/profiles/mine", "workflow/profiles/mine"),
+        ("workflow/profiles/slurm", str(places.PROFILES / "slurm")),
+        ("slurm", str(places.PROFILES / "slurm")),
+        ("none", "none"),
+    ],
+)
+def test_a_profile_is_found_by_its_path_or_name(wrapped, name, path):
+    Path("workflow/profiles/mine").mkdir(parents=True)
+    arguments = wrapped("print(*ARGUMENTS)", "--workflow-profile", name).stdout.split()
+    assert arguments[2:4] == ["--workflow-profile", path]
 
 
 def test_a_missing_profile_is_named(wrapped):
-    for name in ("default", "slurm"):
-        Path("workflow/profiles", name).mkdir(parents=True)
-    result = wrapped("print('started')", "--workflow-profile", "slurm")
-    assert result.returncode == 1
-    assert result.stderr == (
-        "No such profile: slurm; there are: workflow/profiles/default, workflow/profiles/slurm\n"
-    )
+    result = wrapped("print('started')", "--workflow-profile", "slrum")
+    assert result.returncode == 1 and not result.stdout
+    assert result.stderr == ("No such profile: slrum; there are: cluster-generic, default, slurm\n")
+
+
+def test_the_study_runs_in_the_folder_that_is_named(wrapped, folder):
+    Path("my.yaml").write_text("study: mine\n")
+    code = "print(*ARGUMENTS); Path('here').touch()"
+    result = wrapped(code, "--configfile", "my.yaml", "-d", "a/b", "all")
+    assert result.returncode == 0, result.stderr
+    assert (folder / "a/b/here").exists()
+    assert result.stdout.split()[:2] == ["--configfile", str(folder / "my.yaml")]
+    assert "-d" not in result.stdout.split()
 
 
 @pytest.mark.parametrize("arguments", [["--configfile", "no.yaml"], ["--configfile=no.yaml"]])

@@ -66,15 +66,15 @@ class Copy:
         assert text.count(old) == 1
         self.write(name, text.replace(old, new))
 
-    def call(self, command, *arguments, study="tiny.yaml"):
+    def call(self, command, *arguments, study="tiny.yaml", cwd=None, packages="src"):
         environment = os.environ | {
-            "PYTHONPATH": str(self.root / "src"),
+            "PYTHONPATH": str(self.root / packages),
             "XDG_CACHE_HOME": str(self.root / ".cache"),
         }
         study = ["--configfile", study] if study else []
         command = [*command, *arguments, *study]
         return subprocess.run(
-            command, cwd=self.root, env=environment, capture_output=True, text=True
+            command, cwd=cwd or self.root, env=environment, capture_output=True, text=True
         )
 
     def snakemake(self, *arguments, study="tiny.yaml"):
@@ -112,6 +112,7 @@ def pristine(tmp_path_factory):
         shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("Snakefile", "config.yaml"):
         shutil.copy(ROOT / name, root)
+    (root / "profiles").symlink_to("workflow/profiles")
     copy = Copy(root)
     copy.edit("src/vibrissa/__init__.py", '__version__ = "', '__version__ = "copy of ')
     copy.write("tiny.yaml", TINY)
@@ -554,3 +555,67 @@ def test_check_refuses_tables_that_are_older_than_the_code(done):
         "scan, scans); run make study STUDY=tiny.yaml first",
     )
     assert check("--results", "results/tiny")[0] == 0
+
+
+CAPTIONS = "results/tiny/figures/captions.md"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["{root}/workflow/run.py", CAPTIONS],
+        ["-m", "snakemake", CAPTIONS, "-s", "{root}/workflow/Snakefile", "--cores", "1"],
+    ],
+    ids=["run.py", "snakemake"],
+)
+def test_a_study_runs_from_another_folder(fresh, tmp_path, command):
+    here = tmp_path / "here"
+    here.mkdir()
+    command = [sys.executable, *(word.format(root=fresh.root) for word in command)]
+    result = fresh.call(command, study=str(fresh.root / "tiny.yaml"), cwd=here)
+    assert result.returncode == 0, result.stderr
+    assert (here / CAPTIONS).exists() and not (fresh.root / "results").exists()
+
+
+def test_a_study_runs_into_another_folder(fresh):
+    """Bare, with the profile that is found beside the Snakefile: all cores."""
+    fresh.call([sys.executable, "-m", "snakemake", CAPTIONS, "--directory", "scratch"])
+    assert (fresh.root / "scratch" / CAPTIONS).exists()
+    assert not (fresh.root / "results").exists()
+
+
+def test_another_workflow_may_contain_this_one(fresh, tmp_path):
+    """As its module; `check` says that there are no reference tables yet."""
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "mine.yaml").write_text(yaml.safe_dump({"sensor": yaml.safe_load(TINY)}))
+    (here / "Snakefile").write_text(
+        f"""
+configfile: "mine.yaml"
+module vibrissa:
+    snakefile: {str(fresh.root / "Snakefile")!r}
+    config: config["sensor"]
+use rule * from vibrissa as sensor_*
+rule mine:
+    default_target: True
+    input: {CAPTIONS!r}
+"""
+    )
+    snakemake = [sys.executable, "-m", "snakemake", "--cores", "1"]
+    result = fresh.call(snakemake, study=None, cwd=here)
+    assert result.returncode == 0, result.stderr
+    assert (here / CAPTIONS).exists()
+    result = fresh.call(snakemake, "-n", "-p", "sensor_check", study=None, cwd=here)
+    program, reference = re.search(r"python (\S+) .* --reference (\S+)", result.stdout).groups()
+    assert program == str(fresh.root / "workflow/check.py")
+    assert reference == "tests/regression/tiny"
+
+
+def test_without_its_package_the_workflow_says_how_to_get_it(fresh):
+    (fresh.root / "none").mkdir()
+    (fresh.root / "none/vibrissa.py").write_text("raise ImportError('not here')")
+    result = fresh.call([sys.executable, "-m", "snakemake", "-n"], packages="none")
+    assert result.returncode == 1 and "Traceback" not in result.stderr
+    _, line = result.stdout.split("package is missing or incomplete ")
+    assert line.startswith(f"(not here). Run make reproduce in {fresh.root}, or install it for ")
+    assert f": pip install '{fresh.root}[workflow]'\n" in line

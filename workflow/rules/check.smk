@@ -11,8 +11,8 @@ rule check:
     threads: 1
     params:
         python=sys.executable,
-        program=Path(workflow.basedir, "workflow/check.py"),
-        reference=f"tests/regression/{STUDY.name}",
+        program=places.CHECK,
+        reference=places.reference_tables(STUDY.name),
         results=lambda wildcards, input: Path(input.stiction).parents[1],
     message:
         "comparing the tables with {params.reference}"

@@ -5,6 +5,7 @@ import sys
 import yaml
 
 from vibrissa.errors import PlanError, StudyError
+from vibrissa.pipeline import places
 from vibrissa.pipeline.sources import sources
 from vibrissa.study.blocks import grids_of_block, planned_blocks
 from vibrissa.study.codec import encode_grid, encode_key, encode_values

@@ -32,7 +32,7 @@ from typing import IO
 import yaml
 
 from vibrissa.errors import ClusterError
-from vibrissa.pipeline import jobs, repair, slurm
+from vibrissa.pipeline import jobs, places, repair, slurm
 from vibrissa.pipeline.events import (
     Failed,
     Finished,
@@ -45,7 +45,6 @@ from vibrissa.pipeline.events import (
 )
 
 SNAKEMAKE = [sys.executable, "-m", "vibrissa.pipeline"]
-PROFILES = Path("workflow/profiles")
 SNAKEMAKE_LOCKS = Path(".snakemake/locks")
 # As `vibrissa.study.values.Name` has it; a run need not wait for pydantic.
 STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
@@ -119,7 +118,7 @@ def say(text: str) -> None:
 def study_name(configfiles: list[str]) -> str:
     """Return the study's name; a study file given takes the place of config.yaml."""
     study = None
-    for path in configfiles or ["config.yaml"]:
+    for path in configfiles or [str(places.PAPER)]:
         if not Path(path).is_file():
             sys.exit(f"No such study file: {path}")
         try:
@@ -129,6 +128,17 @@ def study_name(configfiles: list[str]) -> str:
         if isinstance(config, dict):
             study = config.get("study", study)
     return str(study)
+
+
+def find_profile(name: str) -> Path:
+    """Find a profile by its path, also as seen from the workflow, or by its name."""
+    if name == "none":  # Snakemake's word for no profile
+        return Path(name)
+    for path in (Path(name), places.HOME / name, places.PROFILES / name):
+        if path.is_dir():
+            return path.absolute()
+    there = ", ".join(path.name for path in sorted(places.PROFILES.glob("*")))
+    sys.exit(f"No such profile: {name}; there are: {there}")
 
 
 def acquire_lock() -> IO[str]:
@@ -326,16 +336,26 @@ def main(arguments: list[str]) -> int:
     """Run the workflow with Snakemake's arguments; return the exit status."""
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
-    parser.add_argument("--config", nargs="+", default=[])
-    parser.add_argument("--workflow-profile")
-    known, _ = parser.parse_known_args(arguments)
+    parser.add_argument("--config", "-C", nargs="+", default=[])
+    parser.add_argument("--workflow-profile", default="default")
+    parser.add_argument("--snakefile", "-s", default=places.SNAKEFILE, type=Path)
+    parser.add_argument("--directory", "-d", type=Path)
+    known, others = parser.parse_known_args(arguments)
+    profile = find_profile(known.workflow_profile)
+    if known.directory:
+        known.configfile = [str(Path(path).absolute()) for path in known.configfile]
+        known.snakefile = known.snakefile.absolute()
+        known.directory.mkdir(parents=True, exist_ok=True)
+        os.chdir(known.directory)
+    arguments = [
+        *(["--configfile", *known.configfile] if known.configfile else []),
+        *(["--config", *known.config] if known.config else []),
+        *("--snakefile", str(places.near(known.snakefile))),
+        *("--workflow-profile", str(places.near(profile))),
+        *others,
+    ]
     study = study_name(known.configfile)
     study = dict(entry.split("=", 1) for entry in known.config if "=" in entry).get("study", study)
-    if known.workflow_profile is None:
-        arguments = ["--workflow-profile", str(PROFILES / "default"), *arguments]
-    elif known.workflow_profile != "none" and not Path(known.workflow_profile).is_dir():
-        there = ", ".join(str(path) for path in sorted(PROFILES.glob("*")))
-        sys.exit(f"No such profile: {known.workflow_profile}; there are: {there}")
     folder = Path("results", study)
     # The workflow refuses any other name, and its folder is not to be changed.
     named_well = re.fullmatch(STUDY_NAME, study) is not None
@@ -365,3 +385,7 @@ def main(arguments: list[str]) -> int:
         return outcome.status if outcome.status > 0 else 128 - outcome.status
     report_results(outcome, folder)
     return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
