@@ -122,7 +122,7 @@ $(STAMP): requirements.lock pyproject.toml
 	@echo "$(CURDIR)" > $(STAMP)
 
 test: $(STAMP)
-	@$(ONE_THREAD) $(PY) -m pytest $(ARGS)
+	@$(ONE_THREAD) $(PY) -m pytest -n logical --dist worksteal -p no:benchmark $(ARGS)
 
 # Apart from `test`, as it installs SLURM; it says so and succeeds where that is not possible.
 test-slurm: $(STAMP)
