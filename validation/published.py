@@ -34,7 +34,7 @@ LOAD_STEP = Decimal("0.5")
 # Heights between which a cylinder under α = 0 is sought; the published tips turn by 20° to 120°.
 HEIGHTS = (0.1, 0.9999)
 # Loads (E·I0/L²) and shortenings (L) from which a limit at zero is extrapolated.
-SMALL_LOAD, SMALL_SHORTENING = Decimal("0.01"), 0.001
+SMALL_LOAD, SMALL_SHORTENING = Decimal("0.04"), 0.001
 
 
 class Rounding(enum.Enum):
@@ -497,11 +497,15 @@ def _tapered() -> Rod:
 
 
 def _per_small_load(measure: Callable[[EquilibriumState], float]) -> float:
-    """Extrapolate a measure per force, which is even in the force, to none."""
-    half, whole = (
-        measure(dead_load(2.0, load, 90.0)) / float(load) for load in (SMALL_LOAD / 2, SMALL_LOAD)
+    """Extrapolate a measure per force, which is even in the force, to none.
+
+    Three forces remove the second and the fourth power; smaller forces would show rounding.
+    """
+    quarter, half, whole = (
+        measure(dead_load(2.0, SMALL_LOAD / part, 90.0)) * part / float(SMALL_LOAD)
+        for part in (4, 2, 1)
     )
-    return (4.0 * half - whole) / 3.0
+    return (64.0 * quarter - 20.0 * half + whole) / 45.0
 
 
 # --- Reading and comparing. ---

@@ -46,7 +46,7 @@ def test_pulling_is_the_other_side_of_the_same_branch():
 def test_state_beyond_the_branch_is_failed_and_says_so():
     state = solve_state(1.0, 0.85, -0.5)
     assert state.status is Status.FAILED
-    assert "followed" in state.message
+    assert "no state at this x1" in state.message
     assert np.isnan(state.f)
     with pytest.raises(ValueError, match="no shape"):
         state.shape()
