@@ -13,7 +13,7 @@ import reference
 from vibrissa import solve_curve, solve_onset, solve_state
 from vibrissa.design import MATERIALS, DesignStatus, Requirements, design, read_requirements, search
 from vibrissa.design.limits import GRAVITY, limits_of
-from vibrissa.design.shapes import survey
+from vibrissa.design.pairs import survey
 from vibrissa.design.sizes import best_sizes, deviations, nearest_sizes
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact
@@ -78,7 +78,7 @@ def test_what_is_promised_is_what_comes_out_of_scans_that_are_read_back(best):
 )
 def test_strain_is_that_of_an_independent_shape(theta, eta, mu0):
     frictions = np.array([0.1, mu0])
-    shapes, _ = survey(np.array([float(theta)]), np.array([eta]), frictions, Contact.POINT)
+    pairs, _ = survey(np.array([float(theta)]), np.array([eta]), frictions, Contact.POINT)
     curve = solve_curve(theta, eta)
     r = np.linspace(0, 1, 2001)
     middle = 1 - 0.5 * (r[1:] + r[:-1])
@@ -92,7 +92,7 @@ def test_strain_is_that_of_an_independent_shape(theta, eta, mu0):
         phi = reference.integrated(theta, 1.0, phi1, p, tan * p, r)[2]
         strain.append((np.abs(np.diff(phi) / np.diff(r)) * diameter / 2).max())
     assert (strain[0] > strain[1]) == (theta == 1)
-    assert shapes.strain[0] == pytest.approx(max(strain), rel=1e-3)
+    assert pairs.strain[0] == pytest.approx(max(strain), rel=1e-3)
 
 
 def test_a_rod_that_is_given_is_checked_by_what_one_onset_says():
@@ -130,12 +130,12 @@ def some_size(requirements, thick, long):
     return [low * (high / low) ** part for (low, high), part in ranges]
 
 
-def uses(requirements, shapes, diameter, length):
+def uses(requirements, pairs, diameter, length):
     """How much of each limit is used."""
     with np.errstate(divide="ignore"):
         return [
             (limit.value(diameter, length) / limit.bound) ** (1.0 if limit.upper else -1.0)
-            for limit in limits_of(requirements, shapes)
+            for limit in limits_of(requirements, pairs)
         ]
 
 
@@ -144,30 +144,30 @@ UNIT = st.floats(0, 1)
 
 @given(UNIT, UNIT, UNIT)
 def test_no_other_size_within_the_limits_measures_better(best, thick, long, near):
-    r, shapes = best.requirements, best.shapes
-    sizes = best_sizes(r, shapes)
+    r, pairs = best.requirements, best.pairs
+    sizes = best_sizes(r, pairs)
     possible = np.isfinite(sizes.cost)
-    shapes, sizes = shapes.take(possible), sizes.take(possible)
+    pairs, sizes = pairs.take(possible), sizes.take(possible)
     diameter, length = sizes.diameter, sizes.length
-    assert np.max(uses(r, shapes, diameter, length)) < 1 + 1e-5
+    assert np.max(uses(r, pairs, diameter, length)) < 1 + 1e-5
     any_diameter, any_length = some_size(r, thick, long)
     # Rods near the best as well as anywhere.
     diameter = diameter**near * any_diameter ** (1 - near)
     length = length**near * any_length ** (1 - near)
-    allowed = np.max(uses(r, shapes, diameter, length), axis=0) <= 1
-    other = deviations(r, shapes, diameter, length).largest
+    allowed = np.max(uses(r, pairs, diameter, length), axis=0) <= 1
+    other = deviations(r, pairs, diameter, length).largest
     assert (other[allowed] >= sizes.cost[allowed] * (1 - 1e-4)).all()
 
 
 @settings(max_examples=20)
 @given(UNIT, UNIT)
 def test_no_other_size_violates_the_limits_less(best, thick, long):
-    r, shapes = best.requirements, best.shapes.take(np.arange(0, 24, 3))
-    nearest = nearest_sizes(r, shapes)
-    least = np.max(uses(r, shapes, nearest.diameter, nearest.length), axis=0)
+    r, pairs = best.requirements, best.pairs.take(np.arange(0, 24, 3))
+    nearest = nearest_sizes(r, pairs)
+    least = np.max(uses(r, pairs, nearest.diameter, nearest.length), axis=0)
     violated = (0 < nearest.cost) & (nearest.cost < 50)
     assert least[violated] == pytest.approx(np.exp(nearest.cost[violated]), rel=1e-6)
-    other = np.max(uses(r, shapes, *some_size(r, thick, long)), axis=0)
+    other = np.max(uses(r, pairs, *some_size(r, thick, long)), axis=0)
     assert (other >= np.exp(nearest.cost) * (1 - 1e-6)).all()
 
 

@@ -16,7 +16,7 @@ from vibrissa.mechanics.taper import diameter
 from vibrissa.paper.claims import CLAIMS
 from vibrissa.paper.evidence import gather
 from vibrissa.paper.judging import by_bending
-from vibrissa.paper.ledger import Verdict, claims_table, markdown, verdict_counts
+from vibrissa.paper.ledger import Verdict, claims_table, markdown, summary
 from vibrissa.sticking.shooting import PAPER, shoot
 from vibrissa.tables import schemas, store
 
@@ -399,9 +399,7 @@ def test_the_ledger_as_a_table_and_to_read(evidence, tmp_path):
 
 def test_verdicts_are_counted(evidence):
     table = claims_table(CLAIMS[1:4], evidence, study="paper", method="collocation")
-    assert verdict_counts(table) == (
-        "3 statements: 1 holds, 1 holds with a condition, 1 contradicted"
-    )
+    assert summary(table) == ("3 statements: 1 holds, 1 holds with a condition, 1 contradicted")
 
 
 @pytest.mark.parametrize(

@@ -23,4 +23,4 @@ with jobs.logged(snakemake.log[0]):
     store.write(table, snakemake.output.table, snakemake.params.study_file)
     with write_atomically(Path(snakemake.output.text)) as temporary:
         temporary.write_text(ledger.markdown(table), encoding="utf-8")
-    print(ledger.verdict_counts(table))
+    print(ledger.summary(table))

@@ -73,12 +73,12 @@ def design(found: Design) -> Figure:
         left.plot(found.mu0, values, label=label)
     left.set(xlabel="static friction μ0", ylabel="standard deviation of μ0", ylim=(0.0, None))
     left.legend()
-    shapes = found.shapes
-    if shapes is not None:
-        good = np.isfinite(found.shape_deviation)
-        right.plot(shapes.theta[~good], shapes.eta[~good], ".", color="0.8", label="no rod")
-        values = found.shape_deviation[good]
-        dots = right.scatter(shapes.theta[good], shapes.eta[good], c=values, norm="log", s=18)
+    pairs = found.pairs
+    if pairs is not None:
+        good = np.isfinite(found.pair_deviation)
+        right.plot(pairs.theta[~good], pairs.eta[~good], ".", color="0.8", label="no rod")
+        values = found.pair_deviation[good]
+        dots = right.scatter(pairs.theta[good], pairs.eta[good], c=values, norm="log", s=18)
         if good.any():
             figure.colorbar(dots, ax=right, label="largest standard deviation of μ0")
         right.plot(found.theta, found.eta, "*", color="C3", markersize=12, label="the rod")

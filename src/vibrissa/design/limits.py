@@ -9,13 +9,14 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import Range, Requirements
-from vibrissa.design.shapes import Shapes
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.sensor.identification.periods import JUMP
 from vibrissa.sensor.identification.recording import USED, Method
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
+from vibrissa.sensor.transducer import CHANNELS
 
 GRAVITY = 9.80665
 # Powers of L with which forces and moments grow.
@@ -121,13 +122,13 @@ class Line:
     q: int
 
 
-def limits_of(requirements: Requirements, shapes: Shapes) -> list[Limit]:
+def limits_of(requirements: Requirements, pairs: Pairs) -> list[Limit]:
     """Limits that the requirements set to rods of given (θ, η).
 
     Parameters
     ----------
     requirements : Requirements
-    shapes : Shapes
+    pairs : Pairs
 
     Returns
     -------
@@ -135,27 +136,26 @@ def limits_of(requirements: Requirements, shapes: Shapes) -> list[Limit]:
         Without those that allow everything.
     """
     kinds = (_loads, _periods, _stability, _sizes, _model)
-    limits = (limit for kind in kinds for limit in kind(requirements, shapes))
+    limits = (limit for kind in kinds for limit in kind(requirements, pairs))
     relaxed = [limit.relaxed(requirements.room.get(limit.name, 1.0)) for limit in limits]
     return [limit for limit in relaxed if limit.restricts]
 
 
-def _loads(r: Requirements, shapes: Shapes) -> Iterator[Limit]:
+def _loads(r: Requirements, pairs: Pairs) -> Iterator[Limit]:
     """Limit what the material and the transducer bear."""
     yield Limit(
         name="strain",
         meaning="largest strain; allowed: the yield strain over the safety factor",
-        coefficient=shapes.strain,
+        coefficient=pairs.strain,
         p=1,
         q=-1,
         bound=r.yield_strain / r.safety,
     )
-    names = ("force_x", "force_y", "moment_z")
-    for i, (name, kind) in enumerate(zip(names, CHANNEL_KINDS, strict=True)):
+    for i, (name, kind) in enumerate(zip(CHANNELS, CHANNEL_KINDS, strict=True)):
         yield Limit(
             name=name,
             meaning=f"largest {kind}; allowed: the range of the transducer",
-            coefficient=shapes.largest_reaction[:, i] * r.rigidity,
+            coefficient=pairs.largest_reaction[:, i] * r.rigidity,
             p=4,
             q=LENGTH_POWERS[kind],
             bound=r.range[i],
@@ -163,13 +163,13 @@ def _loads(r: Requirements, shapes: Shapes) -> Iterator[Limit]:
         )
 
 
-def _periods(r: Requirements, shapes: Shapes) -> Iterator[Limit]:
+def _periods(r: Requirements, pairs: Pairs) -> Iterator[Limit]:
     """Limit periods of sticking to those that can be measured."""
-    shortest = np.nan_to_num(shapes.x0_slip[:, 0], nan=0.0)
+    shortest = np.nan_to_num(pairs.x0_slip[:, 0], nan=0.0)
     yield Limit(
         name="lock",
         meaning="critical friction coefficient; allowed: the largest friction times its factor",
-        coefficient=shapes.mu_lock,
+        coefficient=pairs.mu_lock,
         bound=r.lock_factor * r.mu0[1],
         upper=False,
         room=r.lock_factor,
@@ -186,7 +186,7 @@ def _periods(r: Requirements, shapes: Shapes) -> Iterator[Limit]:
     yield Limit(
         name="slips",
         meaning="shortest period over the threshold of a slip",
-        coefficient=shortest * _resolution(r, shapes) / (np.sqrt(2.0) * JUMP),
+        coefficient=shortest * _resolution(r, pairs) / (np.sqrt(2.0) * JUMP),
         p=4,
         q=LENGTH_POWERS[Kind.MOMENT if r.method is Method.MOMENT else Kind.FORCE],
         bound=CLEARLY,
@@ -196,16 +196,16 @@ def _periods(r: Requirements, shapes: Shapes) -> Iterator[Limit]:
     yield Limit(
         name="spacing",
         meaning="largest clamp travel between slips",
-        coefficient=shapes.x0_end,
+        coefficient=pairs.x0_end,
         q=1,
         bound=r.spacing,
         kind=Kind.LENGTH,
     )
 
 
-def _resolution(r: Requirements, shapes: Shapes) -> FloatArray:
+def _resolution(r: Requirements, pairs: Pairs) -> FloatArray:
     """Inverse standard deviation of x0 from one reading where it is least, at d0 = L = 1."""
-    slope = shapes.least_slope * r.rigidity / np.array(r.noise)
+    slope = pairs.least_slope * r.rigidity / np.array(r.noise)
     if r.method is Method.MOMENT:
         # Where the moment falls it does not tell states apart.
         slope = np.maximum(slope, 0.0)[:, USED[Method.MOMENT]]
@@ -214,30 +214,30 @@ def _resolution(r: Requirements, shapes: Shapes) -> FloatArray:
     return np.asarray(np.linalg.norm(slope, axis=1))
 
 
-def _stability(_: Requirements, shapes: Shapes) -> Iterator[Limit]:
+def _stability(_: Requirements, pairs: Pairs) -> Iterator[Limit]:
     """Limit equilibria to stable ones."""
     yield Limit(
         name="stability",
         meaning="smallest eigenvalue of the second variation",
-        coefficient=np.maximum(shapes.stability, 0.0),
+        coefficient=np.maximum(pairs.stability, 0.0),
         bound=STABLE,
         upper=False,
         room=1.0,
     )
 
 
-def _sizes(r: Requirements, shapes: Shapes) -> Iterator[Limit]:
+def _sizes(r: Requirements, pairs: Pairs) -> Iterator[Limit]:
     """Limit sizes to what can be made."""
     yield Limit(
         name="tip",
         meaning="diameter of the tip",
-        coefficient=1.0 / shapes.theta,
+        coefficient=1.0 / pairs.theta,
         p=1,
         bound=r.tip,
         kind=Kind.LENGTH,
         upper=False,
     )
-    one = np.ones(len(shapes))
+    one = np.ones(len(pairs))
     yield from _ends("diameter", r.diameter, "thinnest", "thickest", one, p=1)
     yield from _ends("length", r.length, "shortest", "longest", one, q=1)
 
@@ -261,24 +261,24 @@ def _ends(
         )
 
 
-def _model(r: Requirements, shapes: Shapes) -> Iterator[Limit]:
+def _model(r: Requirements, pairs: Pairs) -> Iterator[Limit]:
     """Limit rods to those of which the model holds: contact with the tip, no gravity."""
     if r.contact is Contact.POINT:
         yield Limit(
             name="touch",
             meaning="displacement at which more than the tip would touch, over the longest period",
-            coefficient=shapes.x0_touch / shapes.x0_end,
+            coefficient=pairs.x0_touch / pairs.x0_end,
             bound=1.0,
             upper=False,
             room=1.0,
         )
     if r.density is not None:
         # Volume of the rod over d0²·L.
-        volume = np.pi / 12.0 * (1.0 + 1.0 / shapes.theta + 1.0 / shapes.theta**2)
+        volume = np.pi / 12.0 * (1.0 + 1.0 / pairs.theta + 1.0 / pairs.theta**2)
         yield Limit(
             name="weight",
             meaning="weight over the least normal force",
-            coefficient=r.density * GRAVITY * volume / (shapes.least_normal_force * r.rigidity),
+            coefficient=r.density * GRAVITY * volume / (pairs.least_normal_force * r.rigidity),
             p=-2,
             q=3,
             bound=r.weight,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.design.limits import Check
+from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import FRICTIONS, Requirements
-from vibrissa.design.shapes import Shapes
 from vibrissa.design.sizes import Deviations
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
@@ -68,9 +68,9 @@ class Design:
     relaxed : dict
         Largest standard deviation of μ0 with half the noise, half the step, or twice the room at an
         active constraint.
-    shapes : Shapes or None
+    pairs : Pairs or None
         All pairs (θ, η) that were solved.
-    shape_deviation : ndarray, shape (n,)
+    pair_deviation : ndarray, shape (n,)
         Standard deviation of μ0 with the best size of each pair; infinite where no size keeps to
         all limits.
     """
@@ -88,8 +88,8 @@ class Design:
     checks: list[Check] = field(default_factory=list)
     active_constraints: list[str] = field(default_factory=list)
     relaxed: dict[str, float] = field(default_factory=dict)
-    shapes: Shapes | None = None
-    shape_deviation: FloatArray = field(default_factory=lambda: np.empty(0))
+    pairs: Pairs | None = None
+    pair_deviation: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @property
     def mu0(self) -> FloatArray:

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vibrissa.design.limits import Check, limits_of
+from vibrissa.design.pairs import Pairs, survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.design.result import Design, DesignStatus
-from vibrissa.design.shapes import Shapes, survey
 from vibrissa.design.sizes import ROUNDING, Sizes, best_sizes, deviations, nearest_sizes
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.whisker import Progress, quiet
@@ -60,9 +60,9 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
         message = f"no such rod could be solved: {search.failures[0]}"
         return Design(status=DesignStatus.FAILED, message=message, requirements=requirements)
     best = search.refine(requirements, ROUNDS)
-    found = _result(requirements, search.shapes, best)
+    found = _result(requirements, search.pairs, best)
     if found.status is DesignStatus.FOUND and not requirements.given:
-        changes = _relaxed(requirements, search.shapes, found.active_constraints)
+        changes = _relaxed(requirements, search.pairs, found.active_constraints)
         bests = {name: search.refine(new, RELAXED_ROUNDS) for name, new in changes.items()}
         relaxed = {name: float(other.deviation.min()) for name, other in bests.items()}
         found = replace(found, relaxed=relaxed)
@@ -111,13 +111,13 @@ class _Best:
     deviation: FloatArray
 
 
-def _best(requirements: Requirements, shapes: Shapes) -> _Best:
+def _best(requirements: Requirements, pairs: Pairs) -> _Best:
     """Choose the pair with the smallest standard deviation, or the smallest violation of limits."""
-    sizes = best_sizes(requirements, shapes)
+    sizes = best_sizes(requirements, pairs)
     deviation = sizes.cost
     found = bool(np.isfinite(deviation).any())
     if not found:
-        sizes = nearest_sizes(requirements, shapes)
+        sizes = nearest_sizes(requirements, pairs)
     return _Best(found=found, row=int(np.argmin(sizes.cost)), sizes=sizes, deviation=deviation)
 
 
@@ -130,7 +130,7 @@ class _Search:
         self.tapers = _Axis(start=theta, stop=theta_end, count=TAPERS)
         self.gaps = _Axis(start=1.0 - eta, stop=1.0 - eta_end, count=HEIGHTS)
         self.known: set[tuple[float, float]] = set()
-        self.parts: list[Shapes] = []
+        self.parts: list[Pairs] = []
         self.failures: list[str] = []
         nodes = self.tapers.nodes, self.gaps.nodes
         # About so many curves will be solved.
@@ -139,17 +139,17 @@ class _Search:
         self._solve(*nodes)
 
     @property
-    def shapes(self) -> Shapes:
+    def pairs(self) -> Pairs:
         """All pairs that were solved."""
-        return Shapes.concatenate(self.parts)
+        return Pairs.concatenate(self.parts)
 
     def refine(self, requirements: Requirements, rounds: int) -> _Best:
         """Halve the mesh around the best pair so often, and return the best."""
-        best = _best(requirements, self.shapes)
+        best = _best(requirements, self.pairs)
         for done in range(1, rounds + 1):
-            theta, eta = (float(x[best.row]) for x in (self.shapes.theta, self.shapes.eta))
+            theta, eta = (float(x[best.row]) for x in (self.pairs.theta, self.pairs.eta))
             self._solve(self.tapers.around(theta, done), self.gaps.around(1.0 - eta, done))
-            best = _best(requirements, self.shapes)
+            best = _best(requirements, self.pairs)
         return best
 
     def _solve(self, u: FloatArray, v: FloatArray) -> None:
@@ -162,17 +162,17 @@ class _Search:
             some = new[start : start + BATCH]
             taper, eta = np.array(some).T
             frictions, contact = self.requirements.frictions, self.requirements.contact
-            shapes, failures = survey(taper, eta, frictions, contact)
-            self.parts += [] if shapes is None else [shapes]
+            solved, failures = survey(taper, eta, frictions, contact)
+            self.parts += [] if solved is None else [solved]
             self.failures += failures
             self.known |= set(some)
             self.progress("solving", min(len(self.known), self.total - 1), self.total)
 
 
-def _result(requirements: Requirements, shapes: Shapes, best: _Best) -> Design:
+def _result(requirements: Requirements, pairs: Pairs, best: _Best) -> Design:
     """Check the best rod against the limits, and put together what is known of it."""
     row = slice(best.row, best.row + 1)
-    rod, size = shapes.take(row), best.sizes.take(row)
+    rod, size = pairs.take(row), best.sizes.take(row)
     limits = [limit for limit in limits_of(requirements, rod) if not limit.given]
     checks = [limit.check(size.diameter, size.length) for limit in limits]
     theta, eta, diameter, length = (
@@ -186,7 +186,7 @@ def _result(requirements: Requirements, shapes: Shapes, best: _Best) -> Design:
         message = f"{'this' if requirements.given else 'the best'} rod keeps to all limits"
         message += f"; active constraints: {', '.join(active)}" if active else ""
     else:
-        message = _why_none(requirements, shapes, checks, active)
+        message = _why_none(requirements, pairs, checks, active)
     return Design(
         status=DesignStatus.FOUND if best.found else DesignStatus.NONE,
         message=message,
@@ -200,8 +200,8 @@ def _result(requirements: Requirements, shapes: Shapes, best: _Best) -> Design:
         deviations=deviations(requirements, rod, size.diameter, size.length).take(0),
         checks=checks,
         active_constraints=active,
-        shapes=shapes,
-        shape_deviation=best.deviation,
+        pairs=pairs,
+        pair_deviation=best.deviation,
     )
 
 
@@ -217,11 +217,11 @@ def _at_ends(requirements: Requirements, theta: float, eta: float) -> list[str]:
 
 
 def _relaxed(
-    requirements: Requirements, shapes: Shapes, active: Sequence[str]
+    requirements: Requirements, pairs: Pairs, active: Sequence[str]
 ) -> dict[str, Requirements]:
     """Relax one thing at a time: noise, step, and each active constraint."""
     x, y, z = requirements.noise
-    limits = limits_of(requirements, shapes)
+    limits = limits_of(requirements, pairs)
     rooms = {limit.name: limit.room for limit in limits if limit.room > 1.0}
     return {
         "noise": replace(requirements, noise=(0.5 * x, 0.5 * y, 0.5 * z)),
@@ -230,7 +230,7 @@ def _relaxed(
 
 
 def _why_none(
-    requirements: Requirements, shapes: Shapes, checks: Sequence[Check], violated: Sequence[str]
+    requirements: Requirements, pairs: Pairs, checks: Sequence[Check], violated: Sequence[str]
 ) -> str:
     """Say which limits leave no rod."""
     factors = ", ".join(
@@ -243,7 +243,7 @@ def _why_none(
     alone = []
     for check in checks:
         others = replace(requirements, room={check.name: np.inf})
-        if check.use >= USED_UP and np.isfinite(best_sizes(others, shapes).cost).any():
+        if check.use >= USED_UP and np.isfinite(best_sizes(others, pairs).cost).any():
             alone.append(check.name)
     advice = "no single limit is the cause"
     if alone:

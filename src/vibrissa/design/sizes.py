@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import linprog
 
 from vibrissa.design.limits import HUGE, Line, limits_of
+from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import Requirements
-from vibrissa.design.shapes import Shapes
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.recording import Method
@@ -53,14 +53,14 @@ class Deviations(Batch):
 
 
 def deviations(
-    requirements: Requirements, shapes: Shapes, diameter: FloatArray, length: FloatArray
+    requirements: Requirements, pairs: Pairs, diameter: FloatArray, length: FloatArray
 ) -> Deviations:
     """Compute the standard deviation of μ0 from one period of sticking that begins at α = 0.
 
     Parameters
     ----------
     requirements : Requirements
-    shapes : Shapes
+    pairs : Pairs
         n pairs (θ, η).
     diameter, length : ndarray, shape (n, ...)
         Sizes of rods of each pair (m).
@@ -79,8 +79,8 @@ def deviations(
     # One axis for the pairs, those of the sizes, one for the friction coefficients.
     others = (1,) * (length.ndim - 1)
     slope, fx, fy, information = (
-        values.reshape(len(shapes), *others, -1)
-        for values in (shapes.demand_slope, shapes.fx, shapes.fy, shapes.moment_information)
+        values.reshape(len(pairs), *others, -1)
+        for values in (pairs.demand_slope, pairs.fx, pairs.fy, pairs.moment_information)
     )
     diameter, length = diameter[..., None], length[..., None]
     force = r.rigidity * diameter**4 / length**2
@@ -114,13 +114,13 @@ class Sizes(Batch):
     cost: FloatArray
 
 
-def best_sizes(requirements: Requirements, shapes: Shapes) -> Sizes:
+def best_sizes(requirements: Requirements, pairs: Pairs) -> Sizes:
     """Sizes with the smallest standard deviation of μ0 within the limits.
 
     Parameters
     ----------
     requirements : Requirements
-    shapes : Shapes
+    pairs : Pairs
         n pairs (θ, η).
 
     Returns
@@ -129,14 +129,14 @@ def best_sizes(requirements: Requirements, shapes: Shapes) -> Sizes:
         The cost is the standard deviation at that μ0 where it is largest. Where no size keeps to
         all limits it is infinite, and the sizes are NaN.
     """
-    lines = [limit.line for limit in limits_of(requirements, shapes)]
+    lines = [limit.line for limit in limits_of(requirements, pairs)]
     low, high, possible = _lengths(lines)
     part = np.linspace(0.0, 1.0, LENGTHS)
-    rows = np.arange(len(shapes))
+    rows = np.arange(len(pairs))
     for _ in range(2):
         log_length = low[:, None] + (high - low)[:, None] * part
         log_diameter = _largest_diameter(lines, log_length)
-        cost = deviations(requirements, shapes, np.exp(log_diameter), np.exp(log_length)).largest
+        cost = deviations(requirements, pairs, np.exp(log_diameter), np.exp(log_length)).largest
         best = np.argmin(np.nan_to_num(cost, nan=np.inf), axis=1)
         low = log_length[rows, np.maximum(best - 1, 0)]
         high = log_length[rows, np.minimum(best + 1, LENGTHS - 1)]
@@ -187,13 +187,13 @@ def _lengths(lines: Sequence[Line]) -> tuple[FloatArray, FloatArray, BoolArray]:
     return np.clip(low, -HUGE, HUGE), np.clip(high, -HUGE, HUGE), possible
 
 
-def nearest_sizes(requirements: Requirements, shapes: Shapes) -> Sizes:
+def nearest_sizes(requirements: Requirements, pairs: Pairs) -> Sizes:
     """Sizes within their ranges that violate the limits least.
 
     Parameters
     ----------
     requirements : Requirements
-    shapes : Shapes
+    pairs : Pairs
         n pairs (θ, η).
 
     Returns
@@ -201,7 +201,7 @@ def nearest_sizes(requirements: Requirements, shapes: Shapes) -> Sizes:
     Sizes
         The cost is the logarithm of the largest factor by which a limit is violated.
     """
-    limits = limits_of(requirements, shapes)
+    limits = limits_of(requirements, pairs)
     lines = [limit.line for limit in limits]
     # Unknown are ln d0, ln L and the violation that all limits but those to sizes may have.
     matrix = [

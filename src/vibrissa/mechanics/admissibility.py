@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from vibrissa.mechanics.equations import ends
-from vibrissa.mechanics.states import CLAMP_SLOPE, RodStates
+from vibrissa.mechanics.equations import CLAMP_SLOPE, ends
+from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root

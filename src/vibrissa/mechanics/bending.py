@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import simpson, solve_ivp
 
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.mechanics.states import CLAMP_SLOPE
+from vibrissa.mechanics.equations import CLAMP_SLOPE
 from vibrissa.mechanics.taper import diameter, stiffness
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
@@ -69,7 +69,7 @@ def measure(
     """
     column = [np.asarray(value, dtype=float)[:, None] for value in (theta, f, alpha, x1, y1)]
     theta, f, alpha, x1, y1 = column
-    moment = f * (np.cos(alpha) * (x - x1) + np.sin(alpha) * (y - y1))
+    moment = _moment(f, alpha, x - x1, y - y1)
     curvature = np.abs(moment / stiffness(s, theta))
     return Bending(
         energy=0.5 * simpson(np.abs(moment) * curvature, x=s, axis=1),
@@ -77,6 +77,11 @@ def measure(
         strain=(curvature * diameter(s, theta) / 2.0).max(axis=1),
         turn=CLAMP_SLOPE - np.asarray(phi1, dtype=float),
     )
+
+
+def _moment(f: FloatArray, alpha: FloatArray, dx: FloatArray, dy: FloatArray) -> FloatArray:
+    """Bending moment at places (dx, dy) from the contact point (E·I0/L)."""
+    return f * (np.cos(alpha) * dx + np.sin(alpha) * dy)
 
 
 def solve_and_measure(
@@ -120,14 +125,10 @@ def strains(
     ndarray, shape (n,)
         In units of d0/L.
     """
-    cos_alpha, sin_alpha = np.cos(alpha), np.sin(alpha)
-
-    def moment(x: FloatArray, y: FloatArray) -> FloatArray:
-        return f * (cos_alpha * (x - x_c) + sin_alpha * (y - y_c))
 
     def derivative(part: float, state: FloatArray) -> FloatArray:
         x, y, phi = state.reshape(3, -1)
-        bent = moment(x, y) / stiffness(part * s_c, theta)
+        bent = _moment(f, alpha, x - x_c, y - y_c) / stiffness(part * s_c, theta)
         return (np.stack([np.cos(phi), np.sin(phi), bent]) * s_c).ravel()
 
     zero = np.zeros(len(f))
@@ -143,6 +144,5 @@ def strains(
     )
     x, y, _ = result.y.reshape(3, len(f), -1).transpose(0, 2, 1)
     # |φ'|·d/2 = |m|/(2·d³), as B = d⁴.
-    return np.asarray(
-        (0.5 * np.abs(moment(x, y)) / diameter(parts[:, None] * s_c, theta) ** 3).max(axis=0)
-    )
+    moment = np.abs(_moment(f, alpha, x - x_c, y - y_c))
+    return np.asarray((0.5 * moment / diameter(parts[:, None] * s_c, theta) ** 3).max(axis=0))

@@ -6,9 +6,9 @@ scaled to the height η, starts Newton's iteration for the large deflection.
 
 import numpy as np
 
-from vibrissa.mechanics.equations import Closure, bending_moment
+from vibrissa.mechanics.equations import CLAMP_SLOPE, Closure, bending_moment
 from vibrissa.mechanics.newton import extrapolated, solve
-from vibrissa.mechanics.states import CLAMP_SLOPE, RodStates
+from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.roots import bracketed_root

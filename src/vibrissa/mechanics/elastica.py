@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from vibrissa.mechanics.states import CLAMP_SLOPE
+from vibrissa.mechanics.equations import CLAMP_SLOPE
 from vibrissa.numerics.arrays import FloatArray
 
 SHAPE_TOLERANCE = 1e-12

@@ -33,13 +33,15 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from vibrissa.mechanics.states import CLAMP_SLOPE, RodStates
+from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import bending_coordinate, density_growth
 from vibrissa.numerics.arrays import FloatArray, SingleArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import gauss_rule, legendre_series, refinement_matrix
 from vibrissa.outcomes import Contact
 
+# The boundary condition at the clamp: φ(0) in E1 (rad).
+CLAMP_SLOPE = np.pi / 2
 # What a force grown by its first value adds to the advance: so weighted it increases along every
 # curve, in both kinds of contact.
 WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, -0.1
@@ -68,25 +70,22 @@ class Closure(Batch):
     value: FloatArray
 
     @classmethod
+    def _prescribing(cls, value: FloatArray, contact: Contact, **of: FloatArray | float) -> Self:
+        """Prescribe a sum in which only some coefficients are not zero."""
+        names = ("of_offset", "of_fx", "of_fy", "of_phi1")
+        coefficients = {name: np.zeros_like(value) + of.get(name, 0.0) for name in names}
+        return cls(contact=contact, value=value, **coefficients)
+
+    @classmethod
     def at_offset(cls, offset: FloatArray, contact: Contact = Contact.POINT) -> Self:
         """Prescribe x1 − x0, in units of L: E3a."""
-        no = np.zeros_like(offset)
-        return cls(
-            contact=contact, of_offset=no + 1.0, of_fx=no, of_fy=no, of_phi1=no, value=offset
-        )
+        return cls._prescribing(offset, contact, of_offset=1.0)
 
     @classmethod
     def at_inclination(cls, alpha: FloatArray, contact: Contact = Contact.POINT) -> Self:
         """Prescribe the inclination of the contact force, in rad: E3b."""
-        no = np.zeros_like(alpha)
-        return cls(
-            contact=contact,
-            of_offset=no,
-            of_fx=np.cos(alpha),
-            of_fy=np.sin(alpha),
-            of_phi1=no,
-            value=no,
-        )
+        zero = np.zeros_like(alpha)
+        return cls._prescribing(zero, contact, of_fx=np.cos(alpha), of_fy=np.sin(alpha))
 
     @classmethod
     def at_advance(
@@ -97,22 +96,18 @@ class Closure(Batch):
         contact: Contact = Contact.POINT,
     ) -> Self:
         """Prescribe the advance from α = 0 states of known offset (L) and force (E·I0/L²): E3c."""
-        return cls(
-            contact=contact,
+        return cls._prescribing(
+            advance - 1.0,
+            contact,
             of_offset=-1.0 / x1_init,
             of_fx=WEIGHT_OF_FX / force,
             of_fy=WEIGHT_OF_FY / force,
-            of_phi1=np.zeros_like(advance),
-            value=advance - 1.0,
         )
 
     @classmethod
     def at_switch(cls, count: int) -> Self:
         """Prescribe that the contact is about to change its kind: E3d with E4a."""
-        no = np.zeros(count)
-        return cls(
-            contact=Contact.POINT, of_offset=no, of_fx=no, of_fy=no, of_phi1=no + 1.0, value=no
-        )
+        return cls._prescribing(np.zeros(count), Contact.POINT, of_phi1=1.0)
 
     def residual(self, offset: FloatArray, states: RodStates, phi1: FloatArray) -> FloatArray:
         """Left minus right side of E3."""

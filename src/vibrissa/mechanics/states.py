@@ -12,8 +12,6 @@ from vibrissa.numerics.spectral import refinement_matrix
 
 # A column of a batch, or a number where there is one state alone.
 Values: TypeAlias = Any
-# The clamp is upright: φ(0).
-CLAMP_SLOPE = np.pi / 2
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import pyarrow as pa
 
@@ -153,23 +153,20 @@ def markdown(table: pa.Table) -> str:
     lines = [
         "# The paper's statements, judged by computation",
         "",
-        f"{verdict_counts(table)}. Where no other unit is given, lengths are in units of the rod's "
+        f"{summary(table)}. Where no other unit is given, lengths are in units of the rod's "
         "length L, forces in E·I0/L², moments and energies in E·I0/L.",
         "",
         "| § | statement | what was computed | quantities | verdict |",
         "| --- | --- | --- | --- | --- |",
     ]
     for row in table.to_pylist():
-        quantities = zip(
-            row["quantity_name"], row["quantity_value"], row["quantity_unit"], strict=True
-        )
         cells = [
             row["section"],
             f"**{row['claim']}.** {row['statement']}",
             row["computed"],
             "; ".join(
                 f"{name}: {value:.5g}{'' if unit == NONE else f' {unit}'}"
-                for name, value, unit in quantities
+                for name, value, unit in quantities_of(row)
             ),
             f"**{row['verdict']}**: {row['reason']}",
         ]
@@ -177,8 +174,19 @@ def markdown(table: pa.Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def verdict_counts(table: pa.Table) -> str:
-    """How many statements got which verdict, as text."""
-    counts = Counter(table.column("verdict").to_pylist())
-    shown = [f"{counts[verdict]} {verdict}" for verdict in Verdict if counts[verdict]]
-    return f"{len(table)} statements: {', '.join(shown)}"
+def summary(table: pa.Table) -> str:
+    """How many statements there are, and how many of them have which verdict, as text."""
+    counts = verdict_counts(table.column("verdict").to_pylist())
+    return f"{len(table)} statements: {', '.join(f'{n} {name}' for name, n in counts.items())}"
+
+
+def verdict_counts(verdicts: Iterable[str]) -> dict[Verdict, int]:
+    """How many statements have which verdict, of those verdicts that occur."""
+    counts = Counter(verdicts)
+    return {verdict: counts[verdict] for verdict in Verdict if counts[verdict]}
+
+
+def quantities_of(row: Mapping[str, Any]) -> Iterable[tuple[str, float, str]]:
+    """Name, value and unit of each quantity of a row of the ledger."""
+    columns = (row[f"quantity_{what}"] for what in ("name", "value", "unit"))
+    return zip(*columns, strict=True)

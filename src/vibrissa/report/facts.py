@@ -14,7 +14,7 @@ import pandas as pd
 import pyarrow.compute as pc
 
 from vibrissa import __version__
-from vibrissa.paper.ledger import Verdict
+from vibrissa.paper.ledger import quantities_of
 from vibrissa.provenance import commit
 from vibrissa.report.spelling import NO_RESULT, spell, spell_unit
 from vibrissa.report.tables import SCAN, spell_counts
@@ -75,19 +75,11 @@ def claim_rows(claims: Readable) -> list[dict[str, Any]]:
     """Rows of the ledger, with ``quantities``, the name and the text of each quantity."""
     rows = [row for part in query.parts(claims, claims.schema.names) for row in part.to_pylist()]
     for row in rows:
-        numbers = zip(
-            row["quantity_name"], row["quantity_value"], row["quantity_unit"], strict=True
-        )
         row["quantities"] = [
-            (name, f"{spell(value)} {spell_unit(unit)}".strip()) for name, value, unit in numbers
+            (name, f"{spell(value)} {spell_unit(unit)}".strip())
+            for name, value, unit in quantities_of(row)
         ]
     return rows
-
-
-def verdict_counts(claims: Sequence[Mapping[str, Any]]) -> dict[str, int]:
-    """How many statements have which verdict, of those verdicts that occur."""
-    counts = Counter(row["verdict"] for row in claims)
-    return {verdict: counts[verdict] for verdict in Verdict if counts[verdict]}
 
 
 @dataclass(frozen=True, kw_only=True)

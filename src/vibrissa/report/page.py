@@ -11,6 +11,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
+from vibrissa.paper.ledger import verdict_counts
 from vibrissa.report import animation, facts, tables
 from vibrissa.tables.dictionary import entries
 from vibrissa.tables.query import Readable
@@ -91,7 +92,7 @@ def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture],
         runs=runs,
         motion_notes=facts.motion_notes(runs, found["scans"]) if runs else [],
         pictures=list(pictures),
-        verdicts=facts.verdict_counts(claims),
+        verdicts=verdict_counts(row["verdict"] for row in claims),
         claims=claims,
         tables=tables.sections(found),
         dictionary={name: entries(table.schema) for name, table in found.items()},

@@ -25,7 +25,7 @@ STATES, STRAIN_STATES = 129, 9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Shapes(Batch):
+class Pairs(Batch):
     """Pairs (θ, η) and their longest period of sticking, nondimensional.
 
     The longest period ends where the tip slips at the largest of the k friction coefficients, or
@@ -80,7 +80,7 @@ class Shapes(Batch):
 
 def survey(
     theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
-) -> tuple[Shapes | None, list[str]]:
+) -> tuple[Pairs | None, list[str]]:
     """Solve pairs (θ, η) for what a design needs to know of them.
 
     Parameters
@@ -92,7 +92,7 @@ def survey(
 
     Returns
     -------
-    Shapes or None
+    Pairs or None
         Those that were solved, if there are any.
     list of str
         Why the others were not.
@@ -104,11 +104,11 @@ def survey(
         return None, failures
     rows = [_longest_period(curve, frictions) for curve in solved]
     columns = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
-    return Shapes(**columns, strain=_largest_strains(solved, columns["x0_end"])), failures
+    return Pairs(**columns, strain=_largest_strains(solved, columns["x0_end"])), failures
 
 
 def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, Any]:
-    """One row of `Shapes`, without the strain."""
+    """One row of `Pairs`, without the strain."""
     response, x0_slip = tabulated(curve), curve.onset(frictions)
     end = float(x0_slip[-1]) if np.isfinite(x0_slip[-1]) else curve.x0_lock
     x0 = np.linspace(0.0, end, STATES)
