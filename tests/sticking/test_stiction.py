@@ -103,4 +103,5 @@ def test_failed_curve_gives_failed_points():
         failed_curve(theta=1.0, eta=0.5, method="collocation", message="why"), "0.3", "0.001"
     )
     assert stiction.status == [Status.FAILED]
+    assert (stiction.contact, stiction.end) == ([""], [""]) and not stiction.penetrates[0]
     assert np.isnan(stiction.init.f[0]) and np.isnan(stiction.x0_slip[0])
