@@ -65,7 +65,7 @@ def test_heights_beyond_the_range_are_refused(heights):
     with pytest.raises(ValueError, match="between 0 and 1"):
         respond_between(2.0, 1.0)
     with pytest.raises(NoResponseError):
-        respond_between(10.0, 0.8, "line")
+        respond_between(3.0, 0.85, "line")
 
 
 @pytest.mark.parametrize("unknown", [[Unknown.ETA], [Unknown.OFFSET], BOTH])

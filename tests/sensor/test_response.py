@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import reference
 from vibrissa import solve_state
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.bending import solve_and_measure
@@ -85,3 +86,20 @@ def test_strain_of_a_rod_with_little_taper_is_largest_where_the_moment_is():
     # Without taper |φ'| is the moment, at the clamp; the radius is half the diameter.
     strain = largest_strain(1.0, 0.85, 0.4694, one)
     assert strain == pytest.approx(abs(state.reaction_m) / 2.0, rel=1e-8)
+
+
+@pytest.mark.parametrize(("theta", "eta", "pull"), [(8.0, 0.7, -0.067879), (6.0, 0.4, -0.041078)])
+def test_strongly_tapered_rod_in_line_contact_is_pulled_to_where_it_has_no_normal_force(
+    theta, eta, pull
+):
+    response = respond(theta, eta, "line")
+    assert response.x0_pull == pytest.approx(pull, abs=5e-6)
+    fx, fy, _ = response(response.x0_pull)
+    assert fx > 0.0 and fy == pytest.approx(0.0, abs=1e-9)
+    # Near where the tip alone is left s_c runs steeply.
+    tip = response.bounds[1]
+    for x0 in (0.5 * tip, tip + 1e-4, tip + 1e-5):
+        state = solve_state(theta, eta, response.x1_init - x0, "line")
+        near = (state.s_c + 1e-6, -state.reaction_fy, state.reaction_fx)
+        _, p, q = reference.solve_line_offset(theta, eta, response.x1_init - x0, near)
+        assert response(x0)[:2] == pytest.approx([q, -p], abs=1e-6 * q)

@@ -28,14 +28,18 @@ from vibrissa.sticking.piece import StickingState
 
 # Knots on each smooth piece of the curve; the spline between them is good to about 1e-9.
 KNOTS = 641
-# States solved on each smooth piece where the clamp pulls, and the error allowed between them.
+# States solved on each smooth stretch where the clamp pulls, the error allowed between them, and
+# how often a stretch is halved until it is met.
 PULL_NODES = 25
 PULL_TOLERANCE = 1e-7
+PULL_HALVINGS = 3
+# s_c runs steeply towards the tip: there states stand more closely, by this power of equal steps.
+PULL_GRADE = 4
 # A normal force below this is none (E·I0/L²).
 TINY = 1e-9
 
 
-def joined(splines: Sequence[CubicSpline]) -> PPoly:
+def joined(splines: Sequence[PPoly]) -> PPoly:
     """Put splines over adjacent intervals together."""
     return PPoly(
         np.concatenate([spline.c for spline in splines], axis=1),
@@ -197,20 +201,20 @@ def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool =
     return tabulated(curve, _pulled(curve, contact) if pull else [])
 
 
-def tabulated(curve: StickingCurve, pulled: Sequence[CubicSpline] = ()) -> Response:
+def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
     """Tabulate the response of a solved curve.
 
     Parameters
     ----------
     curve : StickingCurve
-    pulled : sequence of CubicSpline
+    pulled : sequence of PPoly
         Reactions at x0 < 0, if they are known.
 
     Returns
     -------
     Response
     """
-    parts = list(pulled)
+    parts: list[PPoly] = list(pulled)
     for piece in curve.pieces:
         # Equal steps of the continuation parameter: near a limit point they are short in x0.
         states = piece.at(np.linspace(piece.start, piece.stop, KNOTS))
@@ -228,7 +232,7 @@ def tabulated(curve: StickingCurve, pulled: Sequence[CubicSpline] = ()) -> Respo
     )
 
 
-def _pulled(curve: StickingCurve, contact: str) -> list[CubicSpline]:
+def _pulled(curve: StickingCurve, contact: str) -> list[PPoly]:
     """Splines of the reactions from the state without normal force to the α = 0 state."""
 
     def state(x0: float) -> EquilibriumState:
@@ -238,10 +242,13 @@ def _pulled(curve: StickingCurve, contact: str) -> list[CubicSpline]:
         return found
 
     end = _pull_end(curve, state)
-    bounds = [end, 0.0]
-    if state(0.0).s_c < 1.0 and state(end).s_c == 1.0:
-        bounds = [end, _tip_alone(state, end), 0.0]
-    return [_pulled_spline(state, start, stop) for start, stop in pairwise(bounds)]
+    if not (state(0.0).s_c < 1.0 and state(end).s_c == 1.0):
+        return [_pulled_spline(state, lambda part: end * (1.0 - part))]
+    tip = _tip_alone(state, end)
+    return [
+        _pulled_spline(state, lambda part: end + (tip - end) * part),
+        _pulled_spline(state, lambda part: tip * (1.0 - part**PULL_GRADE)),
+    ]
 
 
 def _pull_end(curve: StickingCurve, state: Callable[[float], EquilibriumState]) -> float:
@@ -264,24 +271,45 @@ def _tip_alone(state: Callable[[float], EquilibriumState], end: float) -> float:
 
 
 def _pulled_spline(
-    state: Callable[[float], EquilibriumState], start: float, stop: float
-) -> CubicSpline:
-    """Spline of the reactions on a smooth stretch, through a Chebyshev series that is verified."""
-    nodes = start + (stop - start) * chebyshev_nodes(PULL_NODES)
-    values = np.array([_reactions(state(float(x0))) for x0 in nodes])
+    state: Callable[[float], EquilibriumState],
+    place: Callable[[FloatArray], FloatArray],
+    begin: float = 0.0,
+    end: float = 1.0,
+    halvings: int = PULL_HALVINGS,
+) -> PPoly:
+    """Spline of the reactions on a smooth stretch, through Chebyshev series that are verified.
+
+    `place` maps parts of the stretch, from 0 to 1, to x0; the spline covers those from `begin` to
+    `end`.
+    """
+    nodes = chebyshev_nodes(PULL_NODES)
+
+    def x0(node: FloatArray) -> FloatArray:
+        return place(begin + (end - begin) * node)
+
+    def solved(node: FloatArray) -> FloatArray:
+        return np.array([_reactions(state(float(x))) for x in x0(node)])
+
+    values = solved(nodes)
     series = chebyshev_transform(PULL_NODES) @ values
 
-    def at(x0: ArrayLike) -> FloatArray:
-        position = 2.0 * (np.asarray(x0) - start) / (stop - start) - 1.0
-        return np.stack([np.polynomial.chebyshev.chebval(position, c) for c in series.T], -1)
+    def at(node: FloatArray) -> FloatArray:
+        return np.stack(
+            [np.polynomial.chebyshev.chebval(2.0 * node - 1.0, c) for c in series.T], -1
+        )
 
     # Between the nodes the series must agree with states that it has not seen.
-    for x0 in (nodes[:2].mean(), nodes[PULL_NODES // 2 :][:2].mean(), nodes[-2:].mean()):
-        error = np.abs(at(x0) - _reactions(state(float(x0)))).max()
-        if error > PULL_TOLERANCE * np.abs(values).max():
-            raise NoResponseError(f"pulling is not covered: not resolved at x0 = {x0:.6g}")
-    x = np.linspace(start, stop, KNOTS)
-    return CubicSpline(x, at(x))
+    middle = PULL_NODES // 2
+    unseen = 0.5 * (nodes[[0, middle, -2]] + nodes[[1, middle + 1, -1]])
+    error = np.abs(at(unseen) - solved(unseen)).max()
+    if error > PULL_TOLERANCE * np.abs(values).max():
+        if not halvings:
+            where = float(x0(unseen)[0])
+            raise NoResponseError(f"pulling is not covered: not resolved near x0 = {where:.6g}")
+        parts = pairwise((begin, 0.5 * (begin + end), end))
+        return joined([_pulled_spline(state, place, *part, halvings - 1) for part in parts])
+    knots = np.linspace(0.0, 1.0, KNOTS)
+    return CubicSpline(x0(knots), at(knots))
 
 
 def _reactions(state: ContactState) -> FloatArray:

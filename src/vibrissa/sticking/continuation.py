@@ -308,17 +308,22 @@ def with_active_contact(
     states, found = _solve_kinds(guess, eta, closure, line)
     if model is Contact.LINE:
         impossible = found & np.where(line, states.s_c > 1.0, ends(states).phi1 < 0.0)
-        other = np.flatnonzero(impossible)
+        # Where a pulled rod has peeled off up to its tip, no state lies along the surface.
+        other = np.flatnonzero(impossible | (line & ~found))
         if len(other):
             line = line.copy()
             line[other] = ~line[other]
-            start = replace(states.take(other), s_c=np.ones(len(other)))
+            start = guess.take(other)
+            start.put(found[other], states.take(other[found[other]]))
+            start = replace(start, s_c=np.ones(len(other)))
             solution, again = _solve_kinds(start, eta[other], closure.take(other), line[other])
             states.put(other, solution)
             slope = ends(solution).phi1
             found[other] = again & np.where(line[other], solution.s_c <= 1.0, slope >= 0.0)
     # s_c runs away where the rod would lie down altogether
-    return states, line, found & (states.s_c > 0.0)
+    found &= states.s_c > 0.0
+    states.put(~found, states.unsolved().take(~found))
+    return states, line, found
 
 
 def _solve_kinds(
