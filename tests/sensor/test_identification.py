@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
-from vibrissa.sensor import Units, surfaces
+from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import USED, Method, noise_of, read_recording
@@ -296,3 +296,12 @@ def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factor
 
 
 FUZZED = respond(2.0, 0.85)
+
+
+def test_slips_hidden_in_noise_give_no_bound():
+    whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
+    signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["20 mm"], law="kinetic")
+    found = identify(whisker, signals.frame(), noise="50 mN, 50 mN, 0.3 N*mm").periods
+    # Nothing that was seen says that friction is above 0.3.
+    assert found.status.tolist() == [PeriodStatus.BEYOND]
+    assert np.isnan(found.low).all() and np.isnan(found.mu0).all()

@@ -66,7 +66,8 @@ class PeriodStatus(StrEnum):
     UNSURE
         By the spacing, which needs a slip law: `low` and `high` hold for every law.
     BEYOND
-        Its last sticking state is none from which this rod slips: μ0 is not known.
+        Its last sticking state is none from which this rod slips, or the clamp went further than
+        the tip can stick, so that noise has hidden slips: μ0 is not known.
     """
 
     SLIP = "slip"
@@ -279,11 +280,12 @@ def _cut(setup: Setup, samples: Samples, channels: Channels, method: Method) -> 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Seen:
-    """Periods as one setup shows them: contacts, least friction (p,) and last sticking states."""
+    """Periods as one setup shows them: contacts, least friction and locks (p,), last states."""
 
     branch: Branch
     contacts: Contacts
     least: FloatArray
+    locked: BoolArray
     last: LastStates
 
 
@@ -301,14 +303,15 @@ class _Recorded:
         """Read the periods with a branch, and offsets of the channels."""
         samples, periods = self.samples.without(offset), self.periods
         contacts = fitted(branch, samples, self.channels, periods, self.start)
-        least = least_friction(
-            branch,
-            np.minimum.reduceat(samples.clamp, periods.begins) - contacts.place,
-            np.maximum.reduceat(samples.clamp, periods.begins) - contacts.place,
-            contacts.deviation,
+        low = np.minimum.reduceat(samples.clamp, periods.begins) - contacts.place
+        high = np.maximum.reduceat(samples.clamp, periods.begins) - contacts.place
+        return _Seen(
+            branch=branch,
+            contacts=contacts,
+            least=least_friction(branch, low, high, contacts.deviation),
+            locked=high - HALF_WIDTH * contacts.deviation >= branch.x0_lock,
+            last=self._last_states(branch, samples, contacts),
         )
-        last = self._last_states(branch, samples, contacts)
-        return _Seen(branch=branch, contacts=contacts, least=least, last=last)
 
     def _last_states(self, branch: Branch, samples: Samples, contacts: Contacts) -> LastStates:
         clamp, ends = samples.clamp, self.periods.ends
@@ -387,25 +390,37 @@ def _statuses(seen: _Seen, found: Summary, unsure: BoolArray, from_slip: bool) -
     opened[-1] = True
     opened[0] |= from_slip
     # Pulled back from past the lock a tip slips after all, but not pushed on.
-    locked = (seen.least >= seen.branch.mu_lock) & (opened | (seen.last.sign > 0.0))
+    locked = seen.locked & (opened | (seen.last.sign > 0.0))
+    # A tip that slipped when pushed has not stuck to more than that when it was pulled.
+    never = np.isnan(seen.least) | (
+        ~(locked | opened) & (seen.last.sign > 0.0) & (seen.least > seen.branch.mu_lock)
+    )
     return np.select(
-        [locked, opened, np.isnan(found.mean), unsure],
-        [PeriodStatus.LOCK, PeriodStatus.OPEN, PeriodStatus.BEYOND, PeriodStatus.UNSURE],
+        [never, locked, opened, np.isnan(found.mean), unsure],
+        [
+            PeriodStatus.BEYOND,
+            PeriodStatus.LOCK,
+            PeriodStatus.OPEN,
+            PeriodStatus.BEYOND,
+            PeriodStatus.UNSURE,
+        ],
         PeriodStatus.SLIP,
     )
 
 
 def _where_known(found: Summary, status: StrArray, least: FloatArray, seen: _Seen) -> Summary:
     """Keep what the status leaves: the whole distribution, bounds, or a lower bound alone."""
-    unsure = status == PeriodStatus.UNSURE
-    bounded = (status == PeriodStatus.LOCK) | (status == PeriodStatus.OPEN)
+    unsure, unknown = status == PeriodStatus.UNSURE, status == PeriodStatus.BEYOND
+    locked = status == PeriodStatus.LOCK
+    bounded = locked | (status == PeriodStatus.OPEN)
+    least = np.where(locked, np.minimum(least, seen.branch.mu_lock), least)
     # As it slipped, pushed, it did not lock.
     most = np.where(seen.last.sign > 0.0, seen.branch.mu_lock, np.nan)
     return Summary(
-        mean=np.where(bounded | unsure, np.nan, found.mean),
-        deviation=np.where(bounded | unsure, np.nan, found.deviation),
-        low=np.where(bounded, least, found.low),
-        high=np.select([bounded, unsure], [np.nan, most], found.high),
+        mean=np.where(bounded | unsure | unknown, np.nan, found.mean),
+        deviation=np.where(bounded | unsure | unknown, np.nan, found.deviation),
+        low=np.select([unknown, bounded], [np.nan, least], found.low),
+        high=np.select([bounded | unknown, unsure], [np.nan, most], found.high),
     )
 
 

@@ -204,11 +204,14 @@ def least_friction(
     Returns
     -------
     ndarray, shape (n,)
-        Lower end of the central 95 %; μ_lock, up to rounding, from the lock on.
+        Lower end of the central 95 %; at least μ_lock, up to rounding, from the lock on; NaN where
+        the tip cannot have stuck in all these states.
     """
-    margin = HALF_WIDTH * deviation
-    pushed = branch.demand(np.clip(x_high - margin, 0.0, branch.x0_lock))
+    low, high = x_low + HALF_WIDTH * deviation, x_high - HALF_WIDTH * deviation
+    pushed = branch.demand(np.clip(high, 0.0, branch.x0_lock))
     # Where pulling ends, any friction would be needed.
-    pulled = -branch.demand(np.clip(x_low + margin, 0.999 * branch.x0_pull, 0.0))
-    pushed = np.where(x_high - margin >= branch.x0_lock, branch.mu_lock, pushed)
-    return np.asarray(np.maximum(0.0, np.maximum(pushed, pulled)))
+    pulled = -branch.demand(np.clip(low, 0.999 * branch.x0_pull, 0.0))
+    pushed = np.where(high >= branch.x0_lock, branch.mu_lock, pushed)
+    # Without pulling nothing is known of x0 < 0.
+    slipped = (high > branch.x0_end) | ((low < branch.x0_pull) & (branch.x0_pull < 0.0))
+    return np.asarray(np.where(slipped, np.nan, np.maximum(0.0, np.maximum(pushed, pulled))))
