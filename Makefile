@@ -182,7 +182,7 @@ lint: $(STAMP)
 	$(PY) -m ruff check
 	$(PY) -m ruff format --check
 	$(PY) -m snakefmt --check Snakefile workflow
-	$(PY) workflow/lint.py
+	$(PY) -m snakemake --lint
 	$(VENV)/bin/lint-imports --no-cache --no-logo
 	$(PY) -m mypy src
 

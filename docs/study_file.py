@@ -1,4 +1,8 @@
-"""Write docs/study_file.md and the JSON Schema of study files from their model: `make schema`."""
+"""Write what describes study files from their model: `make schema`.
+
+That is docs/study_file.md, the same as config/README.md for Snakemake's workflow catalogue, and the
+JSON Schema.
+"""
 
 import json
 from pathlib import Path
@@ -18,6 +22,7 @@ from vibrissa.study.schema import study_schema
 from vibrissa.study.values import Section
 
 PAGE = Path(__file__).with_name("study_file.md")
+CATALOGUE = PAGE.parents[1] / "config/README.md"
 SCHEMA = PAGE.parents[1] / "workflow/schemas/study.schema.json"
 SECTIONS = {
     "grids": GridSection,
@@ -107,6 +112,15 @@ def page() -> str:
     return "\n".join(lines) + "\n"
 
 
+def catalogue_page() -> str:
+    """Write the page that the workflow catalogue shows: the same from another folder."""
+    return (
+        page()
+        .replace("# Keys of a study file", "# Configuration", 1)
+        .replace("](study.md)", "](../docs/study.md)")
+    )
+
+
 def schema_text() -> str:
     """Write the JSON Schema."""
     return json.dumps(study_schema(), indent=2) + "\n"
@@ -114,4 +128,5 @@ def schema_text() -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    CATALOGUE.write_text(catalogue_page(), encoding="utf-8")
     SCHEMA.write_text(schema_text(), encoding="utf-8")

@@ -17,7 +17,8 @@ from vibrissa.tables import schemas, store
 ROOT = Path(__file__).parents[2]
 PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
-    for path in (ROOT / "README.md", ROOT / "results/README.md", *sorted(ROOT.glob("docs/*.md")))
+    for pattern in ("*.md", "results/*.md", "config/*.md", "docs/*.md")
+    for path in sorted(ROOT.glob(pattern))
 }
 PACKAGES = [path.parent.name for path in sorted(ROOT.glob("src/vibrissa/*/__init__.py"))]
 

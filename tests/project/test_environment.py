@@ -7,8 +7,11 @@ return what is wrong, so that the second half of this file can show that they do
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
 import tomllib
+import venv
 from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
@@ -20,6 +23,8 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 from packaging.version import Version
+
+import vibrissa
 
 ROOT = Path(__file__).parents[2]
 
@@ -200,3 +205,43 @@ HASHED = r"^numpy==(\S+) \\\n(?:    --hash=\S+(?: \\)?\n)+"
 )
 def test_checks_find_mistakes(check: Check, file: str, pattern: str, replacement: str) -> None:
     assert check(edited(file, pattern, replacement)) != []
+
+
+def test_the_environment_of_jobs_has_the_versions_of_the_whole_one() -> None:
+    jobs = conda_pins((ROOT / "workflow/envs/vibrissa.yaml").read_text(encoding="utf-8"))
+    assert jobs.pop("snakemake-minimal") == conda_pins(TEXTS.conda)["snakemake"]
+    assert jobs.items() <= conda_pins(TEXTS.conda).items()
+    extras = tomllib.loads(TEXTS.pyproject)["project"]["optional-dependencies"]
+    core = tomllib.loads(TEXTS.pyproject)["project"]["dependencies"]
+    needed = {Requirement(line).name for line in (*core, *extras["tables"], *extras["plots"])}
+    assert needed <= jobs.keys()
+
+
+def test_an_environment_of_jobs_finds_the_package(tmp_path: Path) -> None:
+    """A virtual environment stands for the one that conda has made and activated."""
+    venv.create(tmp_path, symlinks=True)
+    (tmp_path / "lib/here").mkdir()
+    (tmp_path / "lib/here/vibrissa.py").touch()
+    variables = os.environ | {"PATH": f"{tmp_path}/bin:{os.environ['PATH']}"}
+    script = ROOT / "workflow/envs/vibrissa.post-deploy.sh"
+    variables["VIBRISSA_PACKAGES"] = str(tmp_path / "lib/here")
+    subprocess.run(["sh", script], env=variables, check=True)
+    subprocess.run(["python", "-I", "-c", "import vibrissa"], env=variables, check=True)
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    version = tomllib.loads(TEXTS.pyproject)["project"]["version"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    released = [title for title in re.findall(r"^## (\S+)", changelog, re.M) if title[0].isdigit()]
+    assert version == vibrissa.__version__ == citation["version"] == released[0]
+
+
+def test_the_workflow_catalogue_finds_what_it_looks_for() -> None:
+    """In the places that its standardized usage names."""
+    settings = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())
+    assert settings["usage"]["software-stack-deployment"]
+    for name in ("workflow/Snakefile", "config/README.md", "config/config.yaml"):
+        assert (ROOT / name).is_file()
+    readme = (ROOT / "README.md").read_text(encoding="utf-8").lower()
+    assert "snakemake" in readme and "workflow" in readme

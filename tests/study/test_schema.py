@@ -27,6 +27,7 @@ def made():
 
 def test_the_page_and_the_schema_are_those_of_the_model(made):
     assert made.PAGE.read_text(encoding="utf-8") == made.page(), "run make schema"
+    assert made.CATALOGUE.read_text(encoding="utf-8") == made.catalogue_page(), "run make schema"
     assert made.SCHEMA.read_text(encoding="utf-8") == made.schema_text(), "run make schema"
 
 

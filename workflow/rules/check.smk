@@ -8,6 +8,8 @@ rule check:
         states=f"{RESULTS}/tables/states.parquet" if STUDY.states else [],
     log:
         f"{RESULTS}/logs/check.log",
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         python=sys.executable,

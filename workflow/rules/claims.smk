@@ -21,6 +21,8 @@ rule claims:
         f"{RESULTS}/logs/claims.log",
     benchmark:
         f"{RESULTS}/benchmarks/claims.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         study=STUDY.name,

@@ -1,9 +1,11 @@
 # What all rules share: the checked study, its folder, and the blocks its curves are solved in.
+import os
 import shlex
 import sys
 
 import yaml
 
+import vibrissa
 from vibrissa.errors import PlanError, StudyError
 from vibrissa.pipeline import places
 from vibrissa.pipeline.sources import sources
@@ -18,6 +20,15 @@ ENDINGS = ["pdf", "svg", "png"]
 # that is quoted already, by an earlier reading of this file, names no file.
 if Path(sys.executable).is_file():
     sys.executable = shlex.quote(sys.executable)
+
+# For envs/vibrissa.post-deploy.sh.
+os.environ.update(VIBRISSA_PACKAGES=str(Path(vibrissa.__file__).parents[1]))
+
+
+# The image that `--sdm apptainer` runs jobs in, below the working directory as Snakemake takes no
+# path with a space; docs/study.md says how it is made.
+container: "vibrissa.sif"
+
 
 try:
     for path in workflow.configfiles:

@@ -19,6 +19,8 @@ rule figure:
     benchmark:
         f"{RESULTS}/benchmarks/figure/{{figure}}.tsv"
     localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         kind=lambda wildcards: STUDY.figures[wildcards.figure].kind,
@@ -41,6 +43,8 @@ rule captions:
     benchmark:
         f"{RESULTS}/benchmarks/captions.tsv"
     localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         captions={name: figure.caption for name, figure in STUDY.figures.items()},

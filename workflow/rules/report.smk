@@ -18,6 +18,8 @@ rule report:
     benchmark:
         f"{RESULTS}/benchmarks/report.tsv"
     localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         study=STUDY.name,

@@ -12,6 +12,8 @@ rule scan:
         f"{RESULTS}/logs/scan/{{scan}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/scan/{{scan}}.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         study=STUDY.name,
@@ -35,6 +37,8 @@ rule scans:
     benchmark:
         f"{RESULTS}/benchmarks/scans.tsv"
     localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         study_file=study_file("scans"),
@@ -53,6 +57,8 @@ rule states:
         f"{RESULTS}/logs/states.log",
     benchmark:
         f"{RESULTS}/benchmarks/states.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         study=STUDY.name,
@@ -81,6 +87,8 @@ rule comparisons:
         f"{RESULTS}/logs/comparisons.log",
     benchmark:
         f"{RESULTS}/benchmarks/comparisons.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         study=STUDY.name,

@@ -10,6 +10,8 @@ rule curves:
         f"{RESULTS}/logs/curves/{{block}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/curves/{{block}}.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         method=STUDY.method.value,
@@ -31,6 +33,8 @@ rule points:
         f"{RESULTS}/logs/points/{{block}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/points/{{block}}.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         study=STUDY.name,
@@ -54,6 +58,8 @@ rule stiction:
     benchmark:
         f"{RESULTS}/benchmarks/stiction.tsv"
     localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
     threads: 1
     params:
         grids={name: encode_grid(grid) for name, grid in STUDY.point_grids.items()},
