@@ -28,7 +28,7 @@ STUDY = yaml.safe_load((HERE / "study.yaml").read_text())
 AXES = {"theta": [1.5, 2, 2.5], "mu0": [0.3, 5], "eta": [0.8, 0.85], "dx0": [0.001]}
 SMALL = {"study": "small", "block_size": 3, "grids": {"main": AXES}}
 # The plugin waits 40 s before it looks after its first jobs.
-SOON = ("--slurm-init-seconds-before-status-checks", "10")
+SOON = ("--slurm-init-seconds-before-status-checks", "5")
 
 
 class Project:
@@ -37,6 +37,7 @@ class Project:
     def __init__(self, root, study, cluster=""):
         self.root = root
         self.study = study
+        self.screen = root / "screen.txt"
         skip = shutil.ignore_patterns("__pycache__")
         for name in ("src", "workflow"):
             shutil.copytree(ROOT / name, root / name, ignore=skip)
@@ -50,26 +51,30 @@ class Project:
         }
 
     @contextlib.contextmanager
-    def running(self, profile, *arguments):
-        """Run the study while the caller does something; the run must come to a good end."""
+    def running(self, profile, *arguments, status=0):
+        """Run the study while the caller does something with it; it must end with the status."""
         command = [sys.executable, "workflow/run.py", "--configfile", "study.yaml"]
         command += ["--workflow-profile", f"workflow/profiles/{profile}", *arguments]
         process = subprocess.Popen(
-            command, cwd=self.root, env=self.environment, stderr=subprocess.PIPE, text=True
+            command, cwd=self.root, env=self.environment, stderr=self.screen.open("w")
         )
         try:
-            yield
-            said = process.communicate(timeout=300)[1]
+            yield process
+            process.wait(timeout=240)
         finally:
             if process.poll() is None:
                 process.terminate()
-                process.communicate()
-        assert process.returncode == 0, f"{said}\n{self.log()}"
-        self.said = said
+                process.wait()
+        assert process.returncode == status, f"{self.said}\n{self.log()}"
 
-    def run(self, profile, *arguments):
+    @property
+    def said(self):
+        """What the last run wrote to the screen."""
+        return self.screen.read_text()
+
+    def run(self, profile, *arguments, status=0):
         """Run the study; return what was on the screen."""
-        with self.running(profile, *arguments):
+        with self.running(profile, *arguments, status=status):
             pass
         return self.said
 
@@ -119,11 +124,26 @@ def cluster():
     shutil.rmtree(folder)
 
 
+@pytest.fixture
+def hold(cluster):
+    """Make jobs wait when they have started, until the file is removed."""
+    path = cluster / "hold"
+    path.touch()
+    yield path
+    path.unlink(missing_ok=True)
+
+
 def local(study, folder):
     """The project after a run of a study on this machine."""
     project = Project(folder / "project", study)
     project.run("default")
     return project
+
+
+@pytest.fixture
+def project(cluster, tmp_path):
+    """The small study, which has not been run."""
+    return Project(tmp_path / "project", SMALL, cluster)
 
 
 @pytest.fixture(scope="module")
@@ -140,12 +160,14 @@ def assert_same_tables(project, other):
         assert path.read_bytes() == other.tables()[name].read_bytes(), (name, differ)
 
 
-def test_the_tables_are_the_same_as_without_a_cluster(cluster, tmp_path):
+def test_the_tables_are_the_same_as_without_a_cluster(cluster, hold, tmp_path):
     start = time.monotonic()
     here = local(STUDY, tmp_path / "here")
     seconds = [time.monotonic() - start]
     project = Project(tmp_path / "there", STUDY, cluster)
-    said = project.run("slurm", *SOON)
+    with project.running("slurm", *SOON):
+        wait_for(lambda: len(running_on("n1,n2")) == 4, "four jobs at work")
+        hold.unlink()
     seconds.append(time.monotonic() - start - seconds[0])
 
     points = project.table("stiction")
@@ -164,7 +186,8 @@ def test_the_tables_are_the_same_as_without_a_cluster(cluster, tmp_path):
         f"\n{len(points)} points, bit for bit the same: {seconds[0]:.0f} s on this machine, "
         f"{seconds[1]:.0f} s as {len(jobs)} jobs of SLURM"
     )
-    assert "(100%) done" in said
+    assert "SLURM: 4 running, 1 pending: Resources" in project.said
+    assert "(100%) done" in project.said
     assert "Nothing to do" in project.run("slurm", *SOON)
 
 
@@ -172,17 +195,22 @@ def running_on(node):
     return slurm(f"squeue -h --states=RUNNING --nodelist={node} -o %i")
 
 
-def lose(node, cluster):
-    """Kill the daemon of a node and all that runs on it, as if somebody had pulled its plug."""
-    os.kill(int((cluster / node / "slurmd.pid").read_text()), signal.SIGKILL)
-    sessions = set()
+def processes_on(node, cluster):
+    """Processes of jobs on a node."""
+    found = []
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error):
             environment = process.environ()
             if environment.get("VIBRISSA_SLURM") == str(cluster):
                 if environment.get("SLURMD_NODENAME") == node:
-                    sessions.add(os.getsid(process.pid))
-    assert sessions
+                    found.append(process)
+    return found
+
+
+def lose(node, cluster):
+    """Kill the daemon of a node and all that runs on it, as if somebody had pulled its plug."""
+    os.kill(int((cluster / node / "slurmd.pid").read_text()), signal.SIGKILL)
+    sessions = {os.getsid(process.pid) for process in processes_on(node, cluster)}
     for process in psutil.process_iter():
         # SLURM's own part of a job has overwritten its environment, but shares the session.
         with contextlib.suppress(psutil.Error, ProcessLookupError):
@@ -192,26 +220,77 @@ def lose(node, cluster):
     slurm(f"scontrol update nodename={node} state=down reason=lost")
 
 
-def test_a_node_lost_in_the_middle_of_a_job_changes_nothing(cluster, small, tmp_path):
-    project = Project(tmp_path / "project", SMALL, cluster)
+def test_a_node_lost_in_the_middle_of_a_job_changes_nothing(cluster, small, project, hold):
     with project.running("slurm", *SOON):
-        wait_for(lambda: running_on("n1"), "job on n1")
-        time.sleep(2)
-        lost = running_on("n1")
+        lost = wait_for(lambda: running_on("n1"), "job on n1")
+        wait_for(lambda: processes_on("n1", cluster), "process on n1")
         lose("n1", cluster)
+        hold.unlink()
     # SLURM itself started the jobs again, and Snakemake did not have to.
-    assert lost
     for job in lost:
         assert " Restarts=1 " in slurm(f"scontrol show job -o {job}")[0]
     assert "Trying to restart" not in project.log()
     assert_same_tables(project, small)
 
 
-def test_another_scheduler_and_a_job_cancelled_by_hand(cluster, small, tmp_path):
+def test_another_scheduler_and_a_job_cancelled_by_hand(cluster, small, project, hold):
     """SLURM, as any scheduler. Snakemake by itself would wait for the job for ever."""
-    project = Project(tmp_path / "project", SMALL, cluster)
     with project.running("cluster-generic", "--seconds-between-status-checks", "3"):
         cancelled, *_ = wait_for(lambda: running_on("n1,n2"), "job")
         slurm(f"scancel {cancelled}")
+        hold.unlink()
     assert project.log().count("Trying to restart") == 1
     assert_same_tables(project, small)
+
+
+REFUSALS = {
+    "a wrong partition": (
+        ["slurm_partition=nowhere"],
+        ["Invalid partition name specified", "asked for: sbatch -p nowhere"],
+    ),
+    "more time than the partition allows": (
+        ["slurm_partition=short", "runtime=2"],
+        ["Partition short allows 1 minutes", "short (up, 1 min)"],
+    ),
+    "more memory than a node has": (
+        ["mem_mb=100000000"],
+        ["Requested node configuration is not available"],
+    ),
+}
+
+
+@pytest.mark.parametrize("resources, words", REFUSALS.values(), ids=REFUSALS)
+def test_a_refusal_ends_the_run_with_slurms_words(cluster, project, resources, words):
+    said = project.run("slurm", "--default-resources", *resources, status=1)
+    assert [word for word in ["SLURM does not take the jobs:", *words] if word not in said] == []
+    assert "Traceback" not in said
+
+
+def test_without_sbatch(cluster, project):
+    folder = project.root / "bin"
+    folder.mkdir()
+    for name in ("env", "sh", "which"):
+        (folder / name).symlink_to(shutil.which(name))
+    project.environment["PATH"] = str(folder)
+    assert "There is no command sbatch here" in project.run("slurm", status=1)
+
+
+def test_without_a_controller(cluster, project):
+    """A wrong port stands for it; SLURM then tries for MessageTimeout."""
+    text = (cluster / "vibrissa-slurm.conf").read_text()
+    conf = project.root / "slurm.conf"
+    conf.write_text(text.replace("SlurmctldPort=26817", "SlurmctldPort=26899\nMessageTimeout=2"))
+    project.environment["SLURM_CONF"] = str(conf)
+    assert "Unable to contact slurm controller" in project.run("slurm", status=1)
+
+
+def test_jobs_that_stay_pending_are_told_and_sigterm_ends_the_run(cluster, project):
+    """SLURM takes the jobs, and gives the reason for which it does not start them."""
+    closed = ("--default-resources", "slurm_partition=closed")
+    with project.running("slurm", *closed, status=130) as process:
+        wait_for(lambda: "2 pending: PartitionDown (the" in project.said, "reason on the screen")
+        process.terminate()
+        process.wait(timeout=30)
+    assert "Interrupted. Finished results are kept" in project.said
+    assert slurm("squeue -h --partition=closed --states=PENDING -o %i") == []
+    assert not (project.root / ".snakemake/locks").exists()

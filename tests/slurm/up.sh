@@ -113,9 +113,17 @@ fi)
 NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=26821 CPUs=2 RealMemory=$memory
 NodeName=n2 NodeHostname=$host NodeAddr=127.0.0.1 Port=26822 CPUs=2 RealMemory=$memory
 PartitionName=main Nodes=n1,n2 Default=YES State=UP
+# The one refuses long jobs, the other starts none.
+PartitionName=short Nodes=n1,n2 MaxTime=1 State=UP
+PartitionName=closed Nodes=n1,n2 State=DOWN
 CONF
-# A job's environment is the submitter's: without this, down.sh would not know it.
-printf '#!/bin/sh\necho export VIBRISSA_SLURM=%s\n' "$folder" >"$folder/mark"
+# A job's environment is the submitter's: without this, down.sh would not know it. A test that has to
+# meet jobs at work holds them with a file.
+cat >"$folder/mark" <<MARK
+#!/bin/sh
+echo export VIBRISSA_SLURM=$folder
+while [ -e $folder/hold ]; do sleep 0.2; done
+MARK
 chmod +x "$folder/mark"
 mkdir -p /etc/slurm
 ln -s "$folder/vibrissa-slurm.conf" $conf
@@ -170,7 +178,7 @@ slurmctld || failed "slurmctld did not start; see $folder/log/slurmctld.log"
 for node in n1 n2; do
     slurmd -N $node || failed "slurmd did not start; see $folder/log/$node.log"
 done
-both_idle() { [ "$(sinfo -h -N -t idle -o %N | wc -l)" = 2 ]; }
+both_idle() { [ "$(sinfo -h -N -p main -t idle -o %N | wc -l)" = 2 ]; }
 wait_until 30 both_idle || failed "the nodes do not come up; see $folder/log"
 [ "$(srun -n1 -t1 echo works)" = works ] || failed "no job runs; see $folder/log"
 echo "SLURM is up: two nodes of two CPUs, in $folder"
