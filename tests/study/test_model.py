@@ -459,9 +459,9 @@ def test_other_studies_leave_the_papers_statements_alone():
 
 
 @pytest.mark.parametrize(
-    ("curves", "size"), [(1, 64), (400, 64), (1600, 200), (10_000, 1250), (100_000, 4110)]
+    ("curves", "size"), [(1, 64), (400, 64), (1600, 200), (10_000, 1250), (100_000, 6000)]
 )
-def test_larger_studies_have_more_jobs_and_longer_ones(curves, size):
-    assert default_block_size(Method.COLLOCATION, curves) == size
-    assert default_block_size(Method.SHOOTING, curves) == 1
-    assert default_block_size(Method.COLLOCATION, 4 * curves) >= size
+def test_a_job_has_an_eighth_of_the_curves_but_no_more_than_ten_minutes_of_them(curves, size):
+    assert default_block_size(Method.COLLOCATION, curves, 0.1 * curves) == size
+    assert default_block_size(Method.COLLOCATION, curves, 100 * curves) == 64
+    assert default_block_size(Method.SHOOTING, curves, 120 * curves) == 1

@@ -9,6 +9,7 @@ import vibrissa
 from vibrissa.errors import PlanError, StudyError
 from vibrissa.pipeline import places
 from vibrissa.pipeline.sources import sources
+from vibrissa.study import costs
 from vibrissa.study.blocks import grids_of_block, planned_blocks
 from vibrissa.study.codec import encode_grid, encode_key, encode_values
 from vibrissa.study.parsing import parse_study, refuse_repeated_keys
@@ -82,6 +83,19 @@ BLOCK_GRIDS = {
     for block, members in BLOCKS.items()
     if (grids := grids_of_block(members, STUDY.point_grids))
 }
+
+# At most so many points are read off a curve.
+POINTS_ON_CURVE = sum(len(grid.mu0) * len(grid.dx0) for grid in STUDY.point_grids.values())
+
+
+def minutes_of_block(block):
+    """What solving the curves of a block may take."""
+    return costs.minutes(costs.curve_seconds(BLOCKS[block], STUDY.method, STUDY.contact))
+
+
+def megabytes_of_blocks(blocks):
+    """What a job may need that holds the curves of some blocks."""
+    return costs.megabytes(sum(len(BLOCKS[block]) for block in blocks), len(STUDY.curve_keys))
 
 
 def blocks_of_scan(scan):

@@ -15,6 +15,15 @@ rule scan:
     conda:
         "../envs/vibrissa.yaml"
     threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt
+        * costs.minutes(
+            costs.scan_seconds(
+                STUDY.scan_grids[wildcards.scan], STUDY.scans[wildcards.scan].cycles
+            )
+        ),
+        mem_mb=lambda wildcards, attempt: attempt
+        * megabytes_of_blocks(blocks_of_scan(wildcards.scan)),
     params:
         study=STUDY.name,
         grid=lambda wildcards: encode_grid(STUDY.scan_grids[wildcards.scan]),
@@ -60,6 +69,8 @@ rule states:
     conda:
         "../envs/vibrissa.yaml"
     threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt * costs.minutes(costs.STATE * len(STUDY.states)),
     params:
         study=STUDY.name,
         states={
@@ -90,6 +101,14 @@ rule comparisons:
     conda:
         "../envs/vibrissa.yaml"
     threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt
+        * costs.minutes(
+            sum(
+                costs.comparison_seconds(comparison.axes["theta"], comparison.axes["eta"])
+                for comparison in STUDY.comparisons.values()
+            )
+        ),
     params:
         study=STUDY.name,
         comparisons={

@@ -13,6 +13,9 @@ rule curves:
     conda:
         "../envs/vibrissa.yaml"
     threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt * minutes_of_block(wildcards.block),
+        mem_mb=lambda wildcards, attempt: attempt * megabytes_of_blocks([wildcards.block]),
     params:
         method=STUDY.method.value,
         contact=STUDY.contact.value,
@@ -36,6 +39,10 @@ rule points:
     conda:
         "../envs/vibrissa.yaml"
     threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt
+        * costs.minutes(costs.POINT * POINTS_ON_CURVE * len(BLOCKS[wildcards.block])),
+        mem_mb=lambda wildcards, attempt: attempt * megabytes_of_blocks([wildcards.block]),
     params:
         study=STUDY.name,
         grids=lambda wildcards: {

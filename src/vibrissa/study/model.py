@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from vibrissa.decimals import spell
 from vibrissa.outcomes import Contact, Method
 from vibrissa.study.claims import Claims
+from vibrissa.study.costs import LONGEST_JOB, curve_seconds
 from vibrissa.study.figures import AnyFigure
 from vibrissa.study.grid import CurveKey, Grid, curve_keys
 from vibrissa.study.mistakes import Mistake
@@ -102,8 +103,8 @@ class Study(Section):
     )
     block_size: OptionalKey[Count] = Field(
         default=None,
-        description="sticking curves that one job solves, a whole number from 1 (default 64, or "
-        "more in a study of many curves; shooting 1)",
+        description="sticking curves that one job solves, a whole number from 1 (default: an "
+        "eighth of them, at least 64, at most ten minutes of work; shooting 1)",
     )
     grids: dict[Name, GridSection] = Field(
         min_length=1,
@@ -153,7 +154,10 @@ class Study(Section):
     @property
     def curves_per_job(self) -> int:
         """Largest number of curves that one job solves."""
-        return self.block_size or default_block_size(self.method, len(self.curve_keys))
+        if self.block_size:
+            return self.block_size
+        seconds = curve_seconds(self.curve_keys, self.method, self.contact)
+        return default_block_size(self.method, len(self.curve_keys), seconds)
 
     def mistakes(self) -> Iterator[Mistake]:
         """Find what does not fit together, although each section is as it should be.
@@ -189,18 +193,19 @@ class Study(Section):
             yield from self.claims.mistakes(named)
 
 
-def default_block_size(method: Method, curves: int) -> int:
+def default_block_size(method: Method, curves: int, seconds: float) -> int:
     """Curves per job where the study file does not say it.
 
-    A larger study has more jobs and longer ones: thirteen times the square root of the number of
-    curves makes 25 blocks of 10^5 curves and 244 of 10^7. A smaller one has up to eight, for the
-    cores.
+    An eighth of the curves, for eight cores, but at least `LEAST_BLOCK_SIZE` and, if that allows
+    it, no more than take `LONGEST_JOB`.
 
     Parameters
     ----------
     method : Method
     curves : int
         Number of curves that the study needs.
+    seconds : float
+        What they may take together.
 
     Returns
     -------
@@ -208,4 +213,5 @@ def default_block_size(method: Method, curves: int) -> int:
     """
     if method is Method.SHOOTING:
         return LEAST_BLOCK_SIZE[method]
-    return max(LEAST_BLOCK_SIZE[method], min(math.isqrt(13**2 * curves), -(-curves // 8)))
+    longest = int(LONGEST_JOB * curves / seconds)
+    return max(LEAST_BLOCK_SIZE[method], min(math.ceil(curves / 8), longest))

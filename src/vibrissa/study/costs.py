@@ -1,0 +1,85 @@
+"""What solving and reading cost, for the size of a job and what it asks a cluster for.
+
+Measured on one core of a busy machine, for η from 0.3 to 0.95, and rounded up; docs/cluster.md has
+the numbers. Where η > 0.75 and θ <= 4, a curve takes a tenth of it.
+"""
+
+import math
+from collections.abc import Sequence
+from decimal import Decimal
+
+from vibrissa.outcomes import Contact, Method
+from vibrissa.study.grid import CurveKey, Grid
+
+# Seconds that a job should work at most: with room for slower machines, twice this fits in the
+# half hour that short partitions allow.
+LONGEST_JOB = 600
+# Seconds for a curve: in line contact; in tip contact, times θ; by shooting.
+LINE, TIP, SHOOTING = 0.04, 0.03, 120
+# Seconds for a point that is read off a curve, for a step of a scan, and for a single state.
+POINT, STEP, STATE = 15e-6, 250e-6, 1
+# Minutes: for a job to start, and what requests are rounded up to (with few different ones).
+START, ROUND = 5, 5
+# MB: three processes of Snakemake and one that solves; for each curve that this one solves; for
+# each curve of the study, in the plan that Snakemake reads.
+PROCESSES, CURVE, PLANNED = 800, 0.1, 0.002
+MB_ROUND = 100
+
+
+def curve_seconds(keys: Sequence[CurveKey], method: Method, contact: Contact) -> float:
+    """Return the seconds that solving some curves may take.
+
+    Parameters
+    ----------
+    keys : sequence of CurveKey
+    method : Method
+    contact : Contact
+
+    Returns
+    -------
+    float
+    """
+    if method is Method.SHOOTING:
+        return SHOOTING * len(keys)
+    if contact is Contact.LINE:
+        return LINE * len(keys)
+    return TIP * sum(float(key.theta) for key in keys)
+
+
+def scan_seconds(grid: Grid, cycles: int) -> float:
+    """Return the seconds that scans at the points of a grid may take, some cycles each.
+
+    The clamp moves by less than the rod's length in a cycle.
+    """
+    scans = len(grid.theta) * len(grid.mu0) * len(grid.eta)
+    return STEP * scans * cycles * float(sum(1 / step for step in grid.dx0))
+
+
+def comparison_seconds(theta: Sequence[Decimal], eta: Sequence[Decimal]) -> float:
+    """Return the seconds that solving curves in both kinds of contact may take."""
+    keys = [CurveKey(theta=value, eta=eta[0]) for value in theta]
+    kinds = (curve_seconds(keys, Method.COLLOCATION, contact) for contact in Contact)
+    return len(eta) * sum(kinds)
+
+
+def minutes(seconds: float) -> int:
+    """Return the minutes to ask a cluster for: twice the work, and the start of the job."""
+    return ROUND * math.ceil((START + 2 * seconds / 60) / ROUND)
+
+
+def megabytes(curves: int, planned: int) -> int:
+    """Return the memory to ask a cluster for.
+
+    Parameters
+    ----------
+    curves : int
+        Curves that the job holds in memory.
+    planned : int
+        Curves of the study.
+
+    Returns
+    -------
+    int
+        MB.
+    """
+    return MB_ROUND * math.ceil((PROCESSES + CURVE * curves + PLANNED * planned) / MB_ROUND)

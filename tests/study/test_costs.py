@@ -1,0 +1,49 @@
+from decimal import Decimal
+
+import pytest
+
+from vibrissa.outcomes import Contact, Method
+from vibrissa.study import costs
+from vibrissa.study.grid import CurveKey, Grid
+from vibrissa.study.model import default_block_size
+
+
+def keys(*thetas):
+    return [CurveKey(theta=Decimal(theta), eta=Decimal("0.8")) for theta in thetas]
+
+
+def test_curves_cost_more_the_stronger_the_taper_in_tip_contact_alone():
+    tip = [costs.curve_seconds(keys(t), Method.COLLOCATION, Contact.POINT) for t in (1, 2, 20)]
+    line = [costs.curve_seconds(keys(t), Method.COLLOCATION, Contact.LINE) for t in (1, 20)]
+    assert tip == pytest.approx([0.03, 0.06, 0.6])
+    assert line == pytest.approx([0.04, 0.04])
+    assert costs.curve_seconds(keys(1, 2), Method.SHOOTING, Contact.POINT) == 240
+
+
+@pytest.mark.parametrize(
+    ("seconds", "minutes"), [(0, 5), (1, 10), (150, 10), (151, 15), (600, 25), (3600, 125)]
+)
+def test_a_job_asks_for_its_start_and_twice_its_work(seconds, minutes):
+    assert costs.minutes(seconds) == minutes
+
+
+@pytest.mark.parametrize("theta", [1, 4, 20])
+@pytest.mark.parametrize("contact", Contact)
+@pytest.mark.parametrize("curves", [100, 10_000, 1_000_000])
+def test_a_block_of_the_default_size_fits_half_an_hour(theta, contact, curves):
+    one = costs.curve_seconds(keys(theta), Method.COLLOCATION, contact)
+    size = default_block_size(Method.COLLOCATION, curves, one * curves)
+    points = 100 * size
+    assert costs.minutes(one * size) + costs.minutes(costs.POINT * points) <= 35
+    assert costs.megabytes(size, curves) <= 5000
+
+
+def test_a_scan_and_a_comparison():
+    grid = Grid(
+        theta=(Decimal(1), Decimal(2)),
+        mu0=(Decimal("0.3"),),
+        eta=(Decimal("0.8"),),
+        dx0=(Decimal("0.001"), Decimal("0.01")),
+    )
+    assert costs.scan_seconds(grid, 9) == pytest.approx(250e-6 * 2 * 9 * 1100)
+    assert costs.comparison_seconds(grid.theta, grid.eta) == pytest.approx(0.03 + 0.06 + 2 * 0.04)
