@@ -8,6 +8,7 @@ from itertools import dropwhile
 from pathlib import Path
 
 from vibrissa.errors import ComparisonError
+from vibrissa.pipeline.places import SNAKEFILE
 
 # First column of Snakemake's table of files, and what it says of a file that it would not make.
 HEAD, CURRENT = "output_file", "no update"
@@ -19,7 +20,8 @@ def outdated_rules(tables: Sequence[Path], configfile: str | None) -> list[str]:
     Parameters
     ----------
     tables : sequence of Path
-        Files of the study in ``results/<study>/tables``, relative to the working directory.
+        Files of the study in ``results/<study>/tables``, relative to the working directory; without
+        any, all that the study makes.
     configfile : str or None
         Study file, instead of config.yaml.
 
@@ -34,9 +36,9 @@ def outdated_rules(tables: Sequence[Path], configfile: str | None) -> list[str]:
         If Snakemake cannot plan the study.
     """
     study = ["--configfile", configfile] if configfile else []
-    command = [sys.executable, "-m", "snakemake", "--dry-run", "--summary"]
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
     result = subprocess.run(
-        [*command, *map(str, tables), *study],
+        [*command, "--dry-run", "--summary", *map(str, tables), *study],
         capture_output=True,
         text=True,
         check=False,
@@ -51,8 +53,18 @@ def outdated_rules(tables: Sequence[Path], configfile: str | None) -> list[str]:
     return sorted({row["rule"] for row in rows if row["plan"] != CURRENT})
 
 
-def need_current(results: Path, configfile: str | None) -> None:
+def need_current(results: Path, configfile: str | None, *, everything: bool = False) -> None:
     """Refuse tables that are older than the code or the study file.
+
+    Parameters
+    ----------
+    results : Path
+        ``results/<study>``.
+    configfile : str or None
+        Study file, instead of config.yaml.
+    everything : bool, optional
+        Whether this goes for all results, and not for those tables alone that are compared and are
+        there.
 
     Raises
     ------
@@ -61,9 +73,13 @@ def need_current(results: Path, configfile: str | None) -> None:
     """
     names = ("stiction", "scans", "states")
     tables = [path for name in names if (path := results / f"tables/{name}.parquet").is_file()]
-    if rules := outdated_rules(tables, configfile) if tables else []:
+    if everything:
+        what, rules = "results", outdated_rules([], configfile)
+    else:
+        what, rules = "tables", outdated_rules(tables, configfile) if tables else []
+    if rules:
         run = f"make study STUDY={configfile}" if configfile else "make reproduce"
         raise ComparisonError(
-            f"the tables in {results} are older than the code or the study file (to be run: "
+            f"the {what} in {results} are older than the code or the study file (to be run: "
             f"{', '.join(rules)}); run {run} first"
         )

@@ -1,0 +1,153 @@
+"""A study as one file, and whether it makes its results again."""
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pyarrow as pa
+import pytest
+from rocrate.rocrate import ROCrate
+
+from made_up import COMPLETE
+from vibrissa.pipeline import archive, reproduction
+from vibrissa.pipeline.archive import ArchiveError
+from vibrissa.tables import store
+
+ROOT = Path(__file__).parents[2]
+STUDY = """
+study: whisker
+grids:
+  main: {theta: [2], mu0: [0.3, 5], eta: [0.85], dx0: [0.005]}
+"""
+TABLE = "results/whisker/tables/stiction.parquet"
+COMMIT = "0123456789abcdef"
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory):
+    """An archive of made-up results."""
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "whisker.yaml").write_text(STUDY)
+    results = folder / "results/whisker"
+    for name in ("tables", "figures", "logs"):
+        (results / name).mkdir(parents=True)
+    store.write(COMPLETE, results / "tables/stiction.parquet")
+    for name in ("figures/taper.svg", "report.html", "logs/all.log"):
+        (results / name).write_text(name)
+    output = folder / "whisker.zip"
+    archive.write_archive(ROOT, results, folder / "whisker.yaml", COMMIT, output)
+    return output
+
+
+@pytest.fixture
+def unpacked(packed, tmp_path):
+    with zipfile.ZipFile(packed) as file:
+        file.extractall(tmp_path / "a b")
+    return tmp_path / "a b"
+
+
+def test_an_archive_holds_what_makes_the_results(unpacked):
+    recorded = reproduction.checksums(unpacked)
+    assert {"Snakefile", "requirements.lock", "studies/whisker.yaml", "README.md"} <= set(recorded)
+    assert {name for name in recorded if name.startswith("results/")} == {
+        *(TABLE, "results/whisker/figures/taper.svg", "results/whisker/report.html")
+    }
+    assert list(reproduction.damaged(unpacked, recorded)) == []
+    assert not [name for name in recorded if "__pycache__" in name]
+    assert (unpacked / "src/vibrissa/commit.txt").read_text() == f"{COMMIT}\n"
+    assert f"commit {COMMIT}" in (unpacked / "README.md").read_text()
+
+
+def test_its_metadata_name_every_file_the_run_and_the_license(unpacked):
+    crate = ROCrate(unpacked)
+    files = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*.*")}
+    described = {entity.id for entity in crate.data_entities}
+    assert set(reproduction.checksums(unpacked)) < described
+    assert {name for name in files if (unpacked / name).is_file()} - described == {
+        "ro-crate-metadata.json"
+    }
+    run = crate.get(archive.RUN)
+    assert run["instrument"].id == crate.mainEntity.id == "Snakefile"
+    assert run["object"].id == "studies/whisker.yaml" == reproduction.study_file(unpacked)
+    assert TABLE in [entity.id for entity in run["result"]]
+    assert crate.license.id == "https://spdx.org/licenses/MIT"
+    assert crate.root_dataset["version"] == COMMIT
+    assert crate.root_dataset["author"]["name"] == "Vibrissa developers"
+
+
+def test_a_damaged_archive_is_found_out(unpacked):
+    recorded = reproduction.checksums(unpacked)
+    (unpacked / "config.yaml").write_text("study: other\n")
+    (unpacked / TABLE).unlink()
+    assert sorted(reproduction.damaged(unpacked, recorded)) == [
+        "config.yaml was changed",
+        f"{TABLE} is gone",
+    ]
+    with pytest.raises(ArchiveError, match="is not an unpacked archive: it has no checksums"):
+        reproduction.checksums(unpacked / "results")
+
+
+def test_what_differs_is_said(unpacked, tmp_path):
+    recorded = reproduction.checksums(unpacked)
+    again = tmp_path / "again"
+
+    def differences():
+        return list(reproduction.differences(unpacked, again, recorded))
+
+    shutil.copytree(unpacked / "results", again / "results")
+    (again / "results/whisker/report.html").write_text("of another day")
+    assert differences() == []
+    (again / "results/whisker/figures/taper.svg").unlink()
+    other = {**COMPLETE.schema.metadata, b"other": b"x"}
+    store.write(COMPLETE.replace_schema_metadata(other), again / TABLE)
+    assert sorted(differences()) == [
+        "results/whisker/figures/taper.svg was not made",
+        f"{TABLE}: the same values; other metadata (other)",
+    ]
+    moved = pa.array(COMPLETE["mu0"].to_pylist()[::-1])
+    index = COMPLETE.schema.get_field_index("mu0")
+    store.write(COMPLETE.set_column(index, COMPLETE.schema.field(index), moved), again / TABLE)
+    assert differences()[1] == f"{TABLE}: other values in mu0"
+    store.write(COMPLETE.slice(1), again / TABLE)
+    assert differences()[1].startswith(f"{TABLE}: rows and columns were (")
+
+
+def test_code_that_no_commit_names_is_refused(tmp_path):
+    with pytest.raises(ArchiveError, match="edited since commit abc; commit the changes"):
+        archive.write_archive(ROOT, tmp_path, ROOT / "config.yaml", "abc-dirty", tmp_path / "a.zip")
+    with pytest.raises(ArchiveError, match=r"has no Snakefile, .*; make archive needs a clone"):
+        archive.write_archive(tmp_path, tmp_path, ROOT / "config.yaml", "abc", tmp_path / "a.zip")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_an_archive_makes_its_results_again_bit_for_bit(tmp_path):
+    project = tmp_path / "project"
+    for name in archive.CODE:
+        (project / name).parent.mkdir(parents=True, exist_ok=True)
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, project / name)
+    (project / "whisker.yaml").write_text(STUDY)
+
+    def call(folder, *arguments):
+        environment = os.environ | {"PYTHONPATH": str(folder / "src")}
+        return subprocess.run(
+            [sys.executable, *arguments],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+
+    study = ("--configfile", "whisker.yaml")
+    assert call(project, "workflow/run.py", *study).returncode == 0
+    made = call(project, "workflow/archive.py", *study)
+    assert made.returncode == 0, made.stderr
+    with zipfile.ZipFile(project / "results/whisker.crate.zip") as file:
+        file.extractall(tmp_path / "else where")
+    again = call(tmp_path / "else where", "workflow/verify.py")
+    assert again.stdout == "1 of 1 results are the same, bit for bit.\n", again.stderr
+    assert again.returncode == 0
