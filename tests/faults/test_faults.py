@@ -281,8 +281,7 @@ def empty(path, generator, undisturbed):
 
 def flip(path, generator, undisturbed):
     data = bytearray(path.read_bytes())
-    pages = int(pq.read_metadata(path).metadata[b"vibrissa.bytes"])
-    data[generator.randrange(pages)] ^= 1 << generator.randrange(8)
+    data[generator.randrange(len(data))] ^= 1 << generator.randrange(8)
     path.write_bytes(data)
 
 
