@@ -63,7 +63,7 @@ def test_imports_are_followed_through_modules_functions_and_circles(package):
     assert names(sources("alone", "d")) == {"", "a", "alone", "b", "c", "d"}
 
 
-def test_modules_of_nested_packages_need_their_packages(package):
+def test_modules_of_nested_packages_need_their_packages_and_what_these_import(package):
     package(
         **{
             "low.__init__": "",
@@ -73,7 +73,7 @@ def test_modules_of_nested_packages_need_their_packages(package):
             "high.c": "from pkg.low.a import thing",
         }
     )
-    assert names(sources("high.c")) == {"", "high", "high.c", "low", "low.a"}
+    assert names(sources("high.c")) == {"", "high", "high.c", "low", "low.a", "low.b"}
 
 
 def test_a_page_of_a_module_belongs_to_it(package):

@@ -37,13 +37,15 @@ def sources(*modules: str) -> list[str]:
     wanted = {f"{PACKAGE}.{module}" for module in modules}
     if unknown := sorted(wanted - graph.modules):
         raise ValueError(f"no module {', '.join(unknown)}")
-    found = wanted.union(*(graph.find_upstream_modules(module) for module in wanted))
-    # Python imports the packages that a module is in, too.
-    parents = {
-        module.rsplit(".", n)[0] for module in found for n in range(1, module.count(".") + 1)
-    }
+    found, new = set[str](), wanted
+    while new:
+        found |= new
+        # Python imports the packages that a module is in, too, and what these import.
+        parents = {m.rsplit(".", n)[0] for m in new for n in range(1, m.count(".") + 1)}
+        imported = (graph.find_modules_directly_imported_by(module) for module in new)
+        new = parents.union(*imported) - found
     here = Path.cwd()
-    paths = sorted(path for module in found | parents for path in _files(module))
+    paths = sorted(path for module in found for path in _files(module))
     return [str(path.relative_to(here) if path.is_relative_to(here) else path) for path in paths]
 
 
