@@ -42,7 +42,7 @@ def test_a_whisker_is_read_with_units():
 
 
 def test_an_onset_is_in_the_units_of_the_rod(whisker):
-    own = solve_onset(2.0, 0.4, 0.85, "0.001")
+    own = solve_onset(2.0, 0.4, 0.85, 0.001)
     columns = solve(whisker, 0.4, "0.1 mm").columns()
     assert columns["x0_max"].values == pytest.approx([own.x0_max * 0.1])
     assert columns["force_y"].values == pytest.approx([own.slip.reaction_fy * ROD.force_unit])

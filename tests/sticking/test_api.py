@@ -10,6 +10,7 @@ import pytest
 
 import vibrissa
 from vibrissa import Status, solve_curve, solve_onset, solve_state
+from vibrissa.errors import ArgumentError
 
 
 def test_figure_8_state():
@@ -103,6 +104,22 @@ def test_arguments_out_of_range_are_refused_by_name(arguments, named):
     good = {"theta": 2.0, "mu0": 0.3, "eta": 0.85, "dx0": 0.001}
     with pytest.raises(ValueError, match=named):
         solve_onset(**(good | arguments))
+
+
+@pytest.mark.parametrize("name", ["theta", "mu0", "eta", "dx0"])
+@pytest.mark.parametrize("value", ["0.4", np.array([0.4]), [0.4], True])
+def test_what_is_no_number_is_refused_by_name(name, value):
+    good = {"theta": 2.0, "mu0": 0.3, "eta": 0.85, "dx0": 0.001}
+    with pytest.raises(ArgumentError, match=f"{name} must be one number"):
+        solve_onset(**(good | {name: value}))
+
+
+def test_a_state_at_the_limit_point_says_so():
+    curve = solve_curve(1.0, 0.85)
+    state = solve_state(1.0, 0.85, curve.x1_init - curve.x0_end)
+    assert state.status is Status.FAILED
+    assert "the branch turns back here" in state.message and "eta" not in state.message
+    assert solve_state(1.0, 0.85, curve.x1_init - curve.x0_end + 1e-9).status is Status.SOLVED
 
 
 def test_contact_point_out_of_reach_is_refused():

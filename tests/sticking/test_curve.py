@@ -1,5 +1,6 @@
 """Sticking curves: onset, locking and accuracy, against solutions that share no code."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -209,3 +210,9 @@ def test_locking_friction_varies_smoothly_up_to_lifting_off():
     values = [solve_curve(1.0, eta).mu_lock for eta in (0.3, 0.25, 0.2, 0.19)]
     assert values[-1] == np.inf
     assert all(low < high for low, high in pairwise(values))
+
+
+def test_no_margin_of_stability_exceeds_one():
+    piece = solve_curve(2.0, 0.85).pieces[0]
+    states = replace(piece.states, stability=np.full(len(piece.states), 1.0001))
+    assert replace(piece, states=states).at(np.array([0.05])).stability <= 1.0

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from decimal import Decimal
+from numbers import Real
 
 import numpy as np
 
@@ -118,12 +119,19 @@ class Onset:
     residual: float
 
 
+def _check_numbers(**values: object) -> None:
+    for name, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, Real | Decimal):
+            raise ArgumentError(f"{name} must be one number, got {value!r}")
+
+
 def _check(
     theta: float,
     eta: float,
     method: str = Method.COLLOCATION,
     contact: str = Contact.POINT,
 ) -> None:
+    _check_numbers(theta=theta, eta=eta)
     if not (np.isfinite(theta) and theta >= 1.0):
         raise ArgumentError(
             f"theta is base over tip diameter and must be at least 1, got {theta!r}"
@@ -158,7 +166,8 @@ def solve_state(
     Returns
     -------
     EquilibriumState
-        The state on the branch that begins at α = 0, the one of lowest force.
+        The state on the branch that begins at α = 0. With the tip ahead of the clamp, x1 > 0, it is
+        the one of lowest force; for x1 < 0 another branch may need less.
 
     Raises
     ------
@@ -174,6 +183,7 @@ def solve_state(
     22.983 -0.495 True
     """
     _check(theta, eta, contact=contact)
+    _check_numbers(x1=x1)
     if not np.hypot(x1, eta) < 1.0:
         raise ArgumentError(
             f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
@@ -246,6 +256,8 @@ def solve_curve(
     _check(theta, eta, method, contact)
     if method == Method.COLLOCATION:
         return collocation.solve_curves(np.array([theta]), np.array([eta]), Contact(contact))[0]
+    if dx0 is not None:
+        _check_numbers(dx0=dx0)
     if dx0 is None or not dx0 > 0.0:
         raise ArgumentError(f"shooting needs a positive step dx0, got {dx0!r}")
     # SciPy's integrators and searches take half a second to load: only who asks for them waits.
@@ -294,6 +306,7 @@ def solve_onset(
     >>> print(f"{onset.x0_slip:.6f} {onset.x0_max}")
     0.052838 0.052
     """
+    _check_numbers(mu0=mu0, **({} if dx0 is None else {"dx0": dx0}))
     friction = exact(mu0)
     if not friction > 0:
         raise ArgumentError(f"mu0 must be positive, got {mu0!r}")

@@ -58,6 +58,8 @@ STEP_SIZES = (
 # Curves that are solved together: bounds the memory and stays in the processor's cache.
 BATCH = 256
 
+# A state with a smaller margin of stability stands at a limit point.
+FOLD_MARGIN = 1e-3
 NO_INITIAL_STATE = (
     "no first-mode state with alpha = 0 found; try a larger eta or a theta closer to 1"
 )
@@ -72,6 +74,10 @@ NOT_FOLLOWED = (
 NOT_RESOLVED = (
     f"residual or series decay above {RESIDUAL_TOLERANCE:g} with {NODES_ALONG_ROD[-1]} nodes along "
     f"the rod; try an eta between 0.3 and 0.9999 and a theta up to 20"
+)
+AT_FOLD = (
+    "the branch turns back here: at its limit point no state can be resolved; try an x1 that is "
+    "larger by 1e-9 or more"
 )
 NO_END = "the curve could not be followed from the lock to where it turns back"
 
@@ -172,7 +178,8 @@ def _resolved_state(guess: RodStates, eta: FloatArray, closure: Closure) -> Stat
             if how := clearances(state, eta, closure.contact).reasons(0):
                 return StateSolution(None, residual, Status.OUT_OF_REACH, how)
             return StateSolution(state, residual, Status.SOLVED, "")
-    return StateSolution(None, residual, Status.FAILED, NOT_RESOLVED)
+    at_fold = stability(guess, closure.contact)[0] < FOLD_MARGIN
+    return StateSolution(None, residual, Status.FAILED, AT_FOLD if at_fold else NOT_RESOLVED)
 
 
 def _is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolArray:

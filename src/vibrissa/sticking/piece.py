@@ -122,6 +122,8 @@ class Piece:
             width = flat.shape[-1] // (order + 1)
             parts = [flat[..., width * i : width * (i + 1)] for i in range(order + 1)]
         states = StickingState.from_matrix(parts[0], **self._prescribed(t))
+        # No margin exceeds 1, but between the states the interpolant may.
+        states = replace(states, stability=np.minimum(states.stability, 1.0))
         return states, *map(StickingState.from_matrix, parts[1:])
 
     def _prescribed(self, t: FloatArray) -> dict[str, FloatArray]:
