@@ -245,23 +245,23 @@ def test_another_scheduler_and_a_job_cancelled_by_hand(cluster, small, project, 
 
 REFUSALS = {
     "a wrong partition": (
-        ["slurm_partition=nowhere"],
+        ["--default-resources", "slurm_partition=nowhere"],
         ["Invalid partition name specified", "asked for: sbatch -p nowhere"],
     ),
     "more time than the partition allows": (
-        ["slurm_partition=short", "runtime=2"],
+        ["--default-resources", "slurm_partition=short"],
         ["Partition short allows 1 minutes", "short (up, 1 min)"],
     ),
     "more memory than a node has": (
-        ["mem_mb=100000000"],
+        ["--set-resources", "curves:mem_mb=100000000"],
         ["Requested node configuration is not available"],
     ),
 }
 
 
-@pytest.mark.parametrize("resources, words", REFUSALS.values(), ids=REFUSALS)
-def test_a_refusal_ends_the_run_with_slurms_words(cluster, project, resources, words):
-    said = project.run("slurm", "--default-resources", *resources, status=1)
+@pytest.mark.parametrize("arguments, words", REFUSALS.values(), ids=REFUSALS)
+def test_a_refusal_ends_the_run_with_slurms_words(cluster, project, arguments, words):
+    said = project.run("slurm", *arguments, status=1)
     assert [word for word in ["SLURM does not take the jobs:", *words] if word not in said] == []
     assert "Traceback" not in said
 
