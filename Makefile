@@ -80,6 +80,11 @@ beyond: $(STAMP)
 ifeq ($(MAKECMDGOALS)$(STUDY),study)
 $(error Say which study: make study STUDY=path/to/my.yaml)
 endif
+ifeq ($(MAKECMDGOALS),study)
+ifneq ($(shell test -f "$(STUDY)" && test -r "$(STUDY)" && echo readable),readable)
+$(error No such study file, or it cannot be read: $(STUDY))
+endif
+endif
 study: $(STAMP)
 	@$(RUN) --configfile "$(STUDY)"
 

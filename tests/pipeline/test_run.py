@@ -20,6 +20,7 @@ from vibrissa.pipeline.events import *
 *ARGUMENTS, _, pipe = sys.argv[1:]
 send = Connection(int(pipe), readable=False).send
 """
+GRIDS = "grids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}\n"
 RUN = """
 import os, sys
 from vibrissa.pipeline import run
@@ -33,7 +34,7 @@ sys.exit(run.main(sys.argv[1:]))
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "config.yaml").write_text("study: here\n")
+    (tmp_path / "config.yaml").write_text(f"study: here\n{GRIDS}")
     return tmp_path
 
 
@@ -66,7 +67,7 @@ def last_lines(result, count=1):
 
 
 def test_arguments_go_through_to_snakemake(wrapped):
-    Path("my.yaml").write_text("study: mine\n")
+    Path("my.yaml").write_text(f"study: mine\n{GRIDS}")
     result = wrapped("print(*ARGUMENTS)", "--configfile", "my.yaml", "-n", "--cores", "3")
     assert result.stdout.split() == [
         *("--configfile", "my.yaml"),
@@ -84,11 +85,10 @@ def test_arguments_go_through_to_snakemake(wrapped):
         ["--configfile", "my.yaml"],
         ["--configfile=my.yaml"],
         ["--configfiles", "my.yaml"],
-        ["--configfile", "config.yaml", "my.yaml"],
     ],
 )
 def test_the_study_that_runs_is_announced(wrapped, arguments):
-    Path("my.yaml").write_text("study: mine\n")
+    Path("my.yaml").write_text(f"study: mine\n{GRIDS}")
     assert wrapped("", *arguments).stderr.startswith("Study 'mine': snakemake")
 
 
@@ -511,7 +511,7 @@ def test_only_the_folder_of_a_study_is_mended(wrapped, folder, study):
     """A mistaken name must not have anything removed elsewhere."""
     name = folder if study == "/" else study
     (folder / "results/a/b").mkdir(parents=True)
-    Path("config.yaml").write_text(f"study: '{name}'\n")
+    Path("config.yaml").write_text(f"study: '{name}'\n{GRIDS}")
     home = Path("results", str(name))
     for path in (home / "figures", home / "tables"):
         path.mkdir(parents=True, exist_ok=True)
@@ -574,7 +574,7 @@ def test_a_missing_profile_is_named(wrapped):
 
 
 def test_the_study_runs_in_the_folder_that_is_named(wrapped, folder):
-    Path("my.yaml").write_text("study: mine\n")
+    Path("my.yaml").write_text(f"study: mine\n{GRIDS}")
     code = "print(*ARGUMENTS); Path('here').touch()"
     result = wrapped(code, "--configfile", "my.yaml", "-d", "a/b", "all")
     assert result.returncode == 0, result.stderr
@@ -593,7 +593,7 @@ def test_a_study_file_that_is_not_yaml_is_named(wrapped):
     Path("bad.yaml").write_text("study: [\n")
     result = wrapped("print('started')", "--configfile", "bad.yaml")
     assert result.returncode == 1
-    assert result.stderr.startswith("bad.yaml is not valid YAML: ")
+    assert result.stderr.startswith("bad.yaml:2: not valid YAML: ")
     assert "Traceback" not in result.stderr
 
 
@@ -603,3 +603,27 @@ def test_a_study_file_that_is_not_text_is_named(wrapped):
     assert result.returncode == 1
     assert "bad.yaml" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_all_mistakes_of_a_study_file_are_told_before_the_run(wrapped):
+    Path("bad.yaml").write_text("study: a b\ncontact: tip\n" + GRIDS)
+    result = wrapped("print('started')", "--configfile", "bad.yaml")
+    assert (result.returncode, result.stdout) == (1, "")
+    first, second = result.stderr.splitlines()
+    assert first.startswith("bad.yaml:1: study: 'a b' is not allowed")
+    assert second.startswith("bad.yaml:2: contact: 'tip' is not allowed")
+
+
+def test_two_study_files_are_refused(wrapped):
+    Path("my.yaml").write_text(f"study: mine\n{GRIDS}")
+    result = wrapped("print('started')", "--configfile", "config.yaml", "my.yaml")
+    assert (result.returncode, result.stdout) == (1, "")
+    assert result.stderr.startswith("2 study files are given (config.yaml, my.yaml); one is")
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [("study=other", "Study 'other'"), ("study=a b", "config.yaml:1: study: 'a b'")],
+)
+def test_changes_of_the_command_line_are_checked_with_the_file(wrapped, change, name):
+    assert wrapped("", "--config", change).stderr.startswith(name)

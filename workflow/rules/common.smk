@@ -12,7 +12,8 @@ from vibrissa.pipeline.sources import sources
 from vibrissa.study import costs
 from vibrissa.study.blocks import grids_of_block, planned_blocks
 from vibrissa.study.codec import encode_grid, encode_key, encode_values
-from vibrissa.study.parsing import parse_study, refuse_repeated_keys
+from vibrissa.study.effort import effort
+from vibrissa.study.reading import read_study, retyped
 
 ENDINGS = ["pdf", "svg", "png"]
 
@@ -31,12 +32,14 @@ os.environ.update(VIBRISSA_PACKAGES=str(Path(vibrissa.__file__).parents[1]))
 container: "vibrissa.sif"
 
 
+for key, value in workflow.config_settings.config.items():
+    if config.get(key) == value:
+        config[key] = retyped(value)
+
 try:
-    for path in workflow.configfiles:
-        refuse_repeated_keys(Path(path).read_text(encoding="utf-8"))
-    STUDY = parse_study(config)
+    STUDY = read_study(workflow.overwrite_configfiles or workflow.configfiles[-1:], config)
 except StudyError as error:
-    raise WorkflowError(f"the study file cannot be run: {error}") from None
+    sys.exit("\n".join(error.mistakes))
 
 RESULTS = f"results/{STUDY.name}"
 
@@ -75,6 +78,13 @@ try:
     )
 except PlanError as error:
     raise WorkflowError(str(error)) from None
+
+if workflow.is_main_process:
+    print(
+        effort(STUDY, BLOCKS, is_solved, workflow.resource_settings.cores or 1),
+        file=sys.stderr,
+        flush=True,
+    )
 
 # Blocks whose curves have grid points on them, and the grids' parts there; a scan may have blocks of
 # its own.

@@ -29,9 +29,7 @@ from pathlib import Path
 from threading import Timer
 from typing import IO
 
-import yaml
-
-from vibrissa.errors import ClusterError
+from vibrissa.errors import ClusterError, StudyError
 from vibrissa.pipeline import jobs, places, repair, slurm
 from vibrissa.pipeline.events import (
     Failed,
@@ -43,11 +41,12 @@ from vibrissa.pipeline.events import (
     Queued,
     has_terminal,
 )
+from vibrissa.study.reading import as_text_says, read_study, read_yaml
 
 SNAKEMAKE = [sys.executable, "-m", "vibrissa.pipeline"]
 SNAKEMAKE_LOCKS = Path(".snakemake/locks")
 # As `vibrissa.study.values.Name` has it; a run need not wait for pydantic.
-STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
+STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]{0,99}"
 FIGURE_SUFFIXES = {".pdf", ".svg", ".png"}
 # Percents between two progress lines, lines of a log, and jobs that are shown with their lines.
 STEP, TAIL, IN_FULL = 5, 6, 3
@@ -115,19 +114,23 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def study_name(configfiles: list[str]) -> str:
-    """Return the study's name; a study file given takes the place of config.yaml."""
-    study = None
-    for path in configfiles or [str(places.PAPER)]:
-        if not Path(path).is_file():
-            sys.exit(f"No such study file: {path}")
-        try:
-            config = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            sys.exit(f"{path} is not valid YAML: {error}")
-        if isinstance(config, dict):
-            study = config.get("study", study)
-    return str(study)
+def study_name(
+    configfiles: list[str], changes: list[str] | None = None, is_study: bool = True
+) -> str:
+    """Return the study's name, or end with all mistakes of its file.
+
+    A study file given takes the place of config.yaml; `changes` are what stands after --config.
+    A workflow of which this is a module has a file of its own: `is_study` is false.
+    """
+    paths = [Path(path) for path in configfiles or [str(places.PAPER)]]
+    try:
+        config = read_yaml(paths[0]).config
+        for key, equals, value in (change.partition("=") for change in changes or ()):
+            if equals:
+                config[key] = as_text_says(value)
+        return read_study(paths, config).name if is_study else str(config.get("study"))
+    except StudyError as error:
+        sys.exit("\n".join(error.mistakes))
 
 
 def find_profile(name: str) -> Path:
@@ -354,8 +357,8 @@ def main(arguments: list[str]) -> int:
         *("--workflow-profile", str(places.near(profile))),
         *others,
     ]
-    study = study_name(known.configfile)
-    study = dict(entry.split("=", 1) for entry in known.config if "=" in entry).get("study", study)
+    is_study = known.snakefile.resolve() in (places.SNAKEFILE, places.HOME / "workflow/Snakefile")
+    study = study_name(known.configfile, known.config, is_study)
     folder = Path("results", study)
     # The workflow refuses any other name, and its folder is not to be changed.
     named_well = re.fullmatch(STUDY_NAME, study) is not None

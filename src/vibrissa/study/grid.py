@@ -119,6 +119,12 @@ def equal_steps(start: Decimal, stop: Decimal, step: Decimal) -> tuple[Decimal, 
         If the stop is not a whole number of steps from the start, or there are more than
         `LONGEST_AXIS` values.
     """
+    count = count_of_steps(start, stop, step) + 1
+    return tuple(exact(start + i * step) for i in range(count))
+
+
+def count_of_steps(start: Decimal, stop: Decimal, step: Decimal) -> int:
+    """Count the equal steps from start to stop; see `equal_steps`."""
     steps = Fraction(stop - start) / Fraction(step)
     if steps >= LONGEST_AXIS:
         raise ArgumentError(f"an axis has at most {LONGEST_AXIS} values")
@@ -127,7 +133,7 @@ def equal_steps(start: Decimal, stop: Decimal, step: Decimal) -> tuple[Decimal, 
             f"stop {spell(stop)} must be start {spell(start)} plus a whole number of steps of "
             f"{spell(step)}"
         )
-    return tuple(exact(start + i * step) for i in range(int(steps) + 1))
+    return int(steps)
 
 
 def curve_keys(grids: Iterable[Grid], by_step: bool) -> list[CurveKey]:

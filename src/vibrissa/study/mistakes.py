@@ -23,10 +23,16 @@ class Mistake:
         The keys and places in lists that lead to it; empty for the file as a whole.
     text : str
         The value and what is allowed.
+    line : int
+        Of the file, from 1, where the location does not say it.
+    key : str or int or None
+        Below the location, which then is of a section, what the mistake is about.
     """
 
     location: Location
     text: str
+    line: int = 0
+    key: str | int | None = None
 
     def __str__(self) -> str:
         """Return the message: one line."""

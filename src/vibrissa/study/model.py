@@ -35,6 +35,10 @@ from vibrissa.study.values import (
 # Curves per job, by default at least so many: a collocation curve takes milliseconds, a walk by
 # shooting many seconds.
 LEAST_BLOCK_SIZE = {Method.COLLOCATION: 64, Method.SHOOTING: 1}
+# Points of a study, if it does not say otherwise: those of a table of 1 GB.
+MAX_POINTS = 10_000_000
+# Travel of the clamp in a cycle, by which the steps of scans are estimated; few are longer (L).
+TRAVEL = 0.1
 # Bound on the rows of a scan, each of which carries a shape.
 LONGEST_SCAN = 1_000_000
 
@@ -106,6 +110,11 @@ class Study(Section):
         description="sticking curves that one job solves, a whole number from 1 (default: an "
         "eighth of them, at least 64, at most ten minutes of work; shooting 1)",
     )
+    max_points: Count = Field(
+        default=MAX_POINTS,
+        description="largest number of points that the study may have, and of steps of its scans, "
+        "a whole number from 1; it stops a slip of the pen before any work",
+    )
     grids: dict[Name, GridSection] = Field(
         min_length=1,
         description="named grids of study points; each is the product of its four axes",
@@ -159,6 +168,35 @@ class Study(Section):
         seconds = curve_seconds(self.curve_keys, self.method, self.contact)
         return default_block_size(self.method, len(self.curve_keys), seconds)
 
+    def scan_steps(self, travel: float) -> int:
+        """Estimate the steps of all scans from how far the clamp moves in a cycle (L)."""
+        return sum(
+            int(scan.count / len(scan.grid.dx0) * scan.cycles * travel / float(step)) + 1
+            for scan in self.scans.values()
+            for step in scan.grid.dx0
+        )
+
+    def _excess(self) -> Mistake | None:
+        """Find whether there are too many points, without making one."""
+        named: dict[str, Mapping[str, Points]] = {
+            "grids": self.grids,
+            "scans": self.scans,
+            "comparisons": self.comparisons,
+        }
+        counts = {
+            (section, name): points.count
+            for section, entries in named.items()
+            for name, points in entries.items()
+        }
+        if (total := sum(counts.values())) <= self.max_points:
+            return None
+        largest = max(counts, key=counts.__getitem__)
+        text = (
+            f"{counts[largest]:,} points, of {total:,} of the study, are not allowed; allowed: up "
+            f"to {self.max_points:,} in all (the key max_points sets this limit)"
+        )
+        return Mistake(location=largest, text=text)
+
     def mistakes(self) -> Iterator[Mistake]:
         """Find what does not fit together, although each section is as it should be.
 
@@ -169,6 +207,9 @@ class Study(Section):
         if self.contact is Contact.LINE and self.method is Method.SHOOTING:
             text = "'shooting' is not allowed with contact: line; allowed: collocation"
             yield Mistake(location=("method",), text=text)
+        if (excess := self._excess()) is not None:
+            yield excess
+            return  # the rest looks at the points
         for name, scan in self.scans.items():
             # The clamp moves by less than the rod's length in a cycle.
             step = min(scan.grid.dx0)
@@ -178,6 +219,12 @@ class Study(Section):
                     f"steps; allowed: cycles/dx0 up to {LONGEST_SCAN:.0e}"
                 )
                 yield Mistake(location=("scans", name), text=text)
+        if self.scans and (steps := self.scan_steps(TRAVEL)) > self.max_points:
+            text = (
+                f"some {steps:,} steps in all are not allowed; allowed: up to {self.max_points:,} "
+                "(the key max_points sets this limit)"
+            )
+            yield Mistake(location=("scans",), text=text)
         named: dict[str, Mapping[str, Points]] = {
             "grid": self.grids,
             "scan": self.scans,

@@ -1,21 +1,21 @@
 """Reading a study file: a study, or its mistakes in one line each."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
 from functools import reduce
 from operator import getitem
 from typing import Any
 
-import yaml
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from vibrissa.decimals import exact
 from vibrissa.errors import StudyError
-from vibrissa.study.mistakes import Mistake, spell_value
+from vibrissa.study.figures import KINDS
+from vibrissa.study.mistakes import Mistake, spell_value, unknown_name
 from vibrissa.study.model import Study
-from vibrissa.study.schema import place_of
+from vibrissa.study.schema import FOR_ANCHORS, MAY_BE_EMPTY, place_of
 
 NUMBER_AS_TEXT = (
     " (YAML reads this as text; write a number without quotes, an exponent with a decimal point: "
@@ -40,51 +40,50 @@ def parse_study(config: Mapping[str, Any]) -> Study:
     StudyError
         If something is wrong; its message is that of the first mistake.
     """
-    try:
-        study = Study.model_validate(config)
-    except ValidationError as error:
-        mistakes = _in_sections(error.errors(include_url=False), config)
-    else:
-        mistakes = list(study.mistakes())
-    if mistakes:
+    study, mistakes = examine(config)
+    if study is None or mistakes:
         raise StudyError(*map(str, mistakes))
     return study
 
 
-def refuse_repeated_keys(text: str) -> None:
-    """Refuse a study file in which a key stands twice; YAML would silently take the last.
+def examine(config: Mapping[str, Any]) -> tuple[Study | None, list[Mistake]]:
+    """Find the mistakes of a study file.
 
     Parameters
     ----------
-    text : str
-        The study file.
+    config : mapping
+        The study file as YAML reads it.
 
-    Raises
-    ------
-    StudyError
-        With the key and the lines.
+    Returns
+    -------
+    study : Study or None
+        None where the sections by themselves are not as they should be.
+    mistakes : list of Mistake
+        Those nearest to the top of the file first.
     """
-    pending: list[yaml.Node | None] = [yaml.compose(text, yaml.SafeLoader)]
-    mistakes = []
-    while pending:
-        node = pending.pop()
-        if isinstance(node, yaml.SequenceNode):
-            pending += node.value
-        if not isinstance(node, yaml.MappingNode):
-            continue
-        lines: dict[str, int] = {}
-        for key, value in node.value:
-            pending.append(value)
-            line = key.start_mark.line + 1
-            if key.value in lines:
-                mistakes.append(
-                    f"{key.value!r} stands twice, in lines {lines[key.value]} and {line}; a key is "
-                    "allowed once"
-                )
-            lines[key.value] = line
-    if mistakes:
-        # What an alias repeats is visited again.
-        raise StudyError(*dict.fromkeys(mistakes))
+    if isinstance(config, Mapping):
+        config = {
+            key: value
+            for key, value in config.items()
+            if not (str(key).startswith(FOR_ANCHORS) or (key in MAY_BE_EMPTY and value is None))
+        }
+    try:
+        study = Study.model_validate(config)
+    except ValidationError as error:
+        mistakes = _in_sections(error.errors(include_url=False), config)
+        return None, mistakes + list(_unknown_names(config))
+    return study, list(study.mistakes())
+
+
+def _unknown_names(config: Any) -> Iterator[Mistake]:
+    """Find names that nothing has in figures of a file that is no study for other reasons."""
+    figures = config.get("figures") if isinstance(config, Mapping) else None
+    for name, figure in figures.items() if isinstance(figures, Mapping) else ():
+        for source in {kind.source for kind in KINDS}:
+            known = config.get(f"{source}s", {})
+            wanted = figure.get(source) if isinstance(figure, Mapping) else None
+            if isinstance(wanted, str) and isinstance(known, Mapping) and wanted not in known:
+                yield unknown_name(("figures", name, source), wanted, source, map(str, known))
 
 
 def _in_sections(errors: Sequence[ErrorDetails], config: Any) -> list[Mistake]:
@@ -115,7 +114,7 @@ def _in_sections(errors: Sequence[ErrorDetails], config: Any) -> list[Mistake]:
 def _unknown_keys(section: Sequence[str | int], keys: Sequence[str | int]) -> Mistake:
     place = place_of(section)
     text = f"unknown key {', '.join(map(repr, keys))}; allowed: {', '.join(sorted(place.keys))}"
-    return Mistake(location=place.location, text=text)
+    return Mistake(location=place.location, text=text, key=keys[0])
 
 
 def _missing_keys(section: Sequence[str | int], keys: Sequence[str | int]) -> Mistake:

@@ -14,6 +14,10 @@ from vibrissa.study.model import Study
 # How pydantic says that the name of an entry is wrong, and not what stands under it.
 KEY = "[key]"
 Schema = dict[str, Any]
+# Keys at the top of the file that only hold anchors begin like this.
+FOR_ANCHORS = "x-"
+# Sections that may have nothing below them.
+MAY_BE_EMPTY = ("scans", "states", "comparisons", "figures")
 
 
 class _StudyFile(GenerateJsonSchema):
@@ -49,7 +53,15 @@ def study_schema() -> Schema:
     for definition in schema["$defs"].values():
         # Attributes of a class are no matter of the file.
         definition["description"] = definition["description"].partition("\n\n")[0]
-    return {"$schema": _StudyFile.schema_dialect} | schema | {"title": "Study file"}
+    for name in MAY_BE_EMPTY:
+        schema["properties"][name]["type"] = ["object", "null"]
+    anchors = {f"^{FOR_ANCHORS}": {"description": "anything; holds what anchors name"}}
+    return {
+        "$schema": _StudyFile.schema_dialect,
+        **schema,
+        "patternProperties": anchors,
+        "title": "Study file",
+    }
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 The descriptions are what a message says to be allowed, and what the reference page shows.
 """
 
+import math
 from decimal import Decimal
 from functools import cached_property
 from typing import Annotated, Any, Self, TypeVar
@@ -19,7 +20,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
 from vibrissa.decimals import exact
-from vibrissa.study.grid import equal_steps
+from vibrissa.study.grid import count_of_steps, equal_steps
 
 
 class Section(BaseModel):
@@ -53,9 +54,9 @@ Count = Annotated[int, Field(strict=True, ge=1)]
 Name = Annotated[
     str,
     Field(
-        pattern="^[A-Za-z0-9][A-Za-z0-9_-]*$",
-        description="a name of letters, digits, _ and - (in quotes if YAML reads it as a number or "
-        "no)",
+        pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,99}$",
+        description="a name of at most 100 letters, digits, _ and - (in quotes if YAML reads it "
+        "as a number or no)",
     ),
 ]
 
@@ -86,9 +87,14 @@ class Range(Section):
         """Values in increasing order."""
         return equal_steps(self.start, self.stop, self.step)
 
+    @property
+    def count(self) -> int:
+        """Number of values."""
+        return count_of_steps(self.start, self.stop, self.step) + 1
+
     @model_validator(mode="after")
     def _ends_in_a_step(self) -> Self:
-        _ = self.values
+        _ = self.count
         return self
 
 
@@ -158,6 +164,16 @@ class Points(Section):
             for name, value in self
             if isinstance(value, Decimal | list | Range)
         }
+
+    @property
+    def count(self) -> int:
+        """Number of points, found without their values; what a list repeats counts again."""
+        lengths = [
+            value.count if isinstance(value, Range) else len(value)
+            for _, value in self
+            if isinstance(value, list | Range)
+        ]
+        return math.prod(lengths)
 
 
 def _distinct(written: Decimal | list[Decimal] | Range) -> tuple[Decimal, ...]:

@@ -1,0 +1,112 @@
+"""What a study will take, estimated before it is begun."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from vibrissa.outcomes import Method
+from vibrissa.study.blocks import Blocks
+from vibrissa.study.grid import study_points
+from vibrissa.study.model import TRAVEL, Study
+
+# Processor time (s), from docs/speed.md and from the benchmarks of the paper's study.
+START, PER_JOB, PER_POINT, PER_SCAN_STEP = 3.0, 1.0, 16e-6, 0.5e-3
+PER_CURVE = {Method.COLLOCATION: 4.5e-3, Method.SHOOTING: 10.0}
+PER_FIGURE, CLAIMS, REPORT = 1.8, 5.0, 1.0
+# Files (bytes), blocks and tables together.
+CURVE_BYTES, POINT_BYTES, SCAN_STEP_BYTES, FIGURE_BYTES = 4_400, 260, 4_500, 1_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effort:
+    """What a study has, and what of it is to be done.
+
+    Attributes
+    ----------
+    points, curves : int
+        Of the study, each once.
+    new : int
+        Curves that are not solved yet.
+    jobs : int
+        Blocks that these curves are in: one job solves each.
+    seconds : float
+        Until the report is there (s), by as many cores as were given.
+    size : float
+        Of the results when all is done (bytes).
+    """
+
+    points: int
+    curves: int
+    new: int
+    jobs: int
+    seconds: float
+    size: float
+
+    def __str__(self) -> str:
+        """Return one line for the screen."""
+        counts = f"{self.points:,} points, {self.curves:,} curves"
+        if not self.new:
+            return f"{counts} (all solved), {_size(self.size)}"
+        jobs = f"{self.jobs:,} job{'s' * (self.jobs > 1)}"
+        time = f"about {_time(self.seconds)}"
+        return f"{counts} ({self.new:,} new), {jobs}, {time}, {_size(self.size)}"
+
+
+def effort(study: Study, blocks: Blocks, is_solved: Callable[[str], bool], cores: int) -> Effort:
+    """Estimate what a study takes.
+
+    Parameters
+    ----------
+    study : Study
+    blocks : dict
+        Its blocks, by name.
+    is_solved : callable
+        Tells by its name whether a block has been solved.
+    cores : int
+        Jobs that run at the same time.
+
+    Returns
+    -------
+    Effort
+    """
+    unsolved = [members for name, members in blocks.items() if not is_solved(name)]
+    new = sum(map(len, unsolved))
+    points = sum(len(points) for _, points in study_points(study.point_grids))
+    curves = len(study.curve_keys)
+    scans = study.scan_steps(TRAVEL)
+    work = (
+        2 * len(unsolved) * PER_JOB
+        + new * PER_CURVE[study.method]
+        + points * (new / max(curves, 1)) * PER_POINT
+        + len(study.scans) * PER_JOB
+        + scans * PER_SCAN_STEP
+        + len(study.figures) * PER_FIGURE
+        + (CLAIMS if study.claims else 0.0)
+    )
+    size = (
+        curves * CURVE_BYTES
+        + points * POINT_BYTES
+        + scans * SCAN_STEP_BYTES
+        + len(study.figures) * FIGURE_BYTES
+    )
+    return Effort(
+        points=points,
+        curves=curves,
+        new=new,
+        jobs=len(unsolved),
+        seconds=START + work / max(cores, 1) + REPORT,
+        size=size,
+    )
+
+
+def _time(seconds: float) -> str:
+    for unit, length in (("d", 86_400), ("h", 3_600), ("min", 60)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
+def _size(size: float) -> str:
+    for unit, length in (("TB", 1e12), ("GB", 1e9)):
+        if size >= length:
+            return f"{size / length:.1f} {unit}"
+    return f"{max(size / 1e6, 1.0):.0f} MB"

@@ -1,0 +1,61 @@
+"""What a study will take."""
+
+import yaml
+
+from vibrissa.study.blocks import partition
+from vibrissa.study.effort import effort
+from vibrissa.study.parsing import parse_study
+
+STUDY = """
+study: a
+grids:
+  main:
+    theta: {start: 1, stop: 4.7, step: 0.1}
+    mu0: {start: 0.1, stop: 0.49, step: 0.01}
+    eta: [0.7, 0.75, 0.8, 0.85, 0.9]
+    dx0: [0.001]
+"""
+
+
+def estimate(more="", solved=(), cores=2):
+    study = parse_study(yaml.safe_load(STUDY + more))
+    blocks = partition(study.curve_keys, study.curves_per_job, {})
+    names = [list(blocks)[i] for i in solved]
+    return effort(study, blocks, names.__contains__, cores)
+
+
+def test_the_line_says_what_will_be_done():
+    assert str(estimate()) == "7,600 points, 190 curves (190 new), 3 jobs, about 7 s, 3 MB"
+    assert (
+        str(estimate(solved=[0])) == "7,600 points, 190 curves (126 new), 2 jobs, about 6 s, 3 MB"
+    )
+    assert str(estimate(solved=[0, 1, 2])) == "7,600 points, 190 curves (all solved), 3 MB"
+
+
+def test_points_of_two_grids_count_once():
+    twice = "  again: {theta: [1, 9], mu0: [0.1], eta: [0.7], dx0: [0.001]}\n"
+    assert estimate(twice).points == 7601
+
+
+def test_figures_scans_shooting_and_few_cores_take_longer():
+    figure = "figures: {f: {kind: locking, grid: main}}\n"
+    scan = "scans: {s: {theta: [1], mu0: [0.3], eta: [0.7], dx0: [0.0001], cycles: 9}}\n"
+    for more in (figure, scan, "method: shooting\n"):
+        assert estimate(more).seconds > estimate().seconds + 0.5
+    assert estimate(cores=1).seconds > estimate().seconds + 2
+    assert "about 38 min" in str(estimate("method: shooting\n", cores=1))
+
+
+def test_a_million_points_take_what_was_measured():
+    """docs/speed.md: 37 to 40 s on two cores, 253 MB."""
+    study = parse_study(
+        yaml.safe_load(
+            "study: a\ngrids: {g: {theta: {start: 1, stop: 2.99, step: 0.01}, mu0: {start: 0.01, "
+            "stop: 1, step: 0.01}, eta: {start: 0.5, stop: 0.99, step: 0.01}, dx0: [0.001]}}"
+        )
+    )
+    blocks = partition(study.curve_keys, study.curves_per_job, {})
+    found = effort(study, blocks, lambda name: False, 2)
+    assert (found.points, found.curves, found.jobs) == (1_000_000, 10_000, 8)
+    assert 30 < found.seconds < 50
+    assert 200e6 < found.size < 350e6
