@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import reference
-from vibrissa import solve_state
+from vibrissa import solve_curve, solve_state
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.bending import solve_and_measure
+from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.sensor.response import largest_strain, respond
 
 
@@ -103,3 +104,17 @@ def test_strongly_tapered_rod_in_line_contact_is_pulled_to_where_it_has_no_norma
         near = (state.s_c + 1e-6, -state.reaction_fy, state.reaction_fx)
         _, p, q = reference.solve_line_offset(theta, eta, response.x1_init - x0, near)
         assert response(x0)[:2] == pytest.approx([q, -p], abs=1e-6 * q)
+
+
+@pytest.mark.parametrize("part", [0.15, 0.45, 0.6])
+def test_largest_strain_is_that_between_the_points_too(part):
+    # In a strongly tapered rod it is a sharp peak near the tip.
+    curve = solve_curve(6.0, 0.7)
+    x0 = part * curve.x0_lock
+    state = curve.state(np.array(x0))
+    f, alpha, x1 = float(state.f), float(state.alpha), curve.x1_init - x0
+    s = np.linspace(0.0, 1.0, 20001)
+    x, y, _ = deformed_shape(6.0, f, alpha, x1, 0.7, s)
+    moment = f * (np.cos(alpha) * (x - x1) + np.sin(alpha) * (y - 0.7))
+    expected = (0.5 * np.abs(moment) / (1.0 - s * 5.0 / 6.0) ** 3).max()
+    assert largest_strain(6.0, 0.7, x1, state) == pytest.approx(expected, rel=2e-5)

@@ -14,7 +14,7 @@ from vibrissa.numerics.batch import Batch
 # Equally spaced points of a shape: Simpson's rule then has the energy to about 1e-6.
 POINTS = 51
 # Many rods are integrated together for their strains, to this accuracy.
-STRAIN_POINTS, STRAIN_TOLERANCE = 101, 1e-9
+STRAIN_POINTS, STRAIN_TOLERANCE = 201, 1e-9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -145,4 +145,17 @@ def strains(
     x, y, _ = result.y.reshape(3, len(f), -1).transpose(0, 2, 1)
     # |φ'|·d/2 = |m|/(2·d³), as B = d⁴.
     moment = np.abs(_moment(f, alpha, x - x_c, y - y_c))
-    return np.asarray((0.5 * moment / diameter(parts[:, None] * s_c, theta) ** 3).max(axis=0))
+    return _peak(0.5 * moment / diameter(parts[:, None] * s_c, theta) ** 3)
+
+
+def _peak(values: FloatArray) -> FloatArray:
+    """Largest values over equally spaced points, shape (points, n), and between them.
+
+    Around the largest one a parabola goes through three, unless it stands at an end.
+    """
+    largest = values.argmax(axis=0)
+    middle = np.clip(largest, 1, len(values) - 2)
+    before, at, after = (values[middle + k, np.arange(values.shape[1])] for k in (-1, 0, 1))
+    bend = 2.0 * at - before - after
+    rise = np.divide((after - before) ** 2, 8.0 * bend, out=np.zeros_like(at), where=bend > 0.0)
+    return np.asarray(np.where(largest == middle, at + rise, values.max(axis=0)))
