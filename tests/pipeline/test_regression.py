@@ -231,7 +231,8 @@ def folder(study_tables, tmp_path, monkeypatch):
     path.mkdir(parents=True)
     for name in ("stiction", "states"):
         store.write(study_tables[name], path / f"{name}.parquet")
-    (tmp_path / "my.yaml").write_text("study: mine\n")
+    axes = "{theta: [1], mu0: [0.1], eta: [0.85], dx0: [0.001]}"
+    (tmp_path / "my.yaml").write_text(f"study: mine\ngrids: {{own: {axes}}}\n")
     return tmp_path
 
 

@@ -37,7 +37,8 @@ for key, value in workflow.config_settings.config.items():
         config[key] = retyped(value)
 
 try:
-    STUDY = read_study(workflow.overwrite_configfiles or workflow.configfiles[-1:], config)
+    given = workflow.overwrite_configfiles or workflow.configfiles[-1:]
+    STUDY = read_study([Path(path) for path in given], config)
 except StudyError as error:
     sys.exit("\n".join(error.mistakes))
 
