@@ -23,7 +23,7 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce study beyond check bless archive verify test test-slurm test-faults mutations lint
+.PHONY: help reproduce study beyond check bless compare archive verify test test-slurm test-faults mutations lint
 .PHONY: survey roundtrip fuzz published designs taper bench growth
 .PHONY: setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
@@ -37,6 +37,9 @@ help:
 	@echo "  make bless                update the reference tables; review them with git diff"
 	@echo "                            (check and bless take STUDY=my.yaml and REFERENCE=folder;"
 	@echo "                            check writes a summary, JSON and a diff to OUTPUT=folder)"
+	@echo "  make compare A=results/a B=results/b"
+	@echo "                            two studies side by side: study file, rows, columns, a figure"
+	@echo "                            (OUT=folder instead of results/compare/a-b)"
 	@echo "  make archive              a study with its results and code as one file, an RO-Crate"
 	@echo "                            (takes STUDY=my.yaml and OUTPUT=file.zip)"
 	@echo "  make verify               in an unpacked archive: make its results again and compare"
@@ -96,6 +99,9 @@ check: $(STAMP)
 
 bless: $(STAMP)
 	@$(PY) $(CHECK) --bless
+
+compare: $(STAMP)
+	@$(PY) workflow/compare.py "$(A)" "$(B)" $(if $(OUT),--output "$(OUT)")
 
 archive: $(STAMP)
 	@$(PY) workflow/archive.py $(if $(STUDY),--configfile "$(STUDY)") \

@@ -4,7 +4,7 @@ A results folder is condensed to a few tables with one row for each key. Floats 
 `DIGITS` digits; what a table holds and how far a number may move is said by its `Layout`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -17,6 +17,7 @@ import yaml
 
 from vibrissa.errors import ComparisonError
 from vibrissa.files import write_atomically
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.tables import schemas, store
 from vibrissa.tables.frames import to_pandas
 
@@ -346,7 +347,7 @@ def write(text: pd.DataFrame, path: Path) -> None:
         text.to_csv(temporary, index=False, lineterminator="\n")
 
 
-def _numbers(column: pd.Series) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _numbers(column: pd.Series) -> FloatArray:
     return pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
 
 
@@ -362,8 +363,55 @@ def _moved(old: pd.Series, new: pd.Series, tolerance: Tolerance | None) -> Any:
     return differs & ~(near & np.isfinite(was))
 
 
+def moved_values(
+    reference: pd.DataFrame, found: pd.DataFrame, layout: Layout
+) -> dict[str, pd.DataFrame]:
+    """Find the values that moved, in the rows that both tables have.
+
+    Parameters
+    ----------
+    reference, found : DataFrame of str
+        As `as_text` makes them, with all columns of the layout.
+    layout : Layout
+
+    Returns
+    -------
+    dict of DataFrame
+        For each column that moved ``before`` and ``after``, text; the index has the keys.
+    """
+    old, new, _ = _matched(reference, found, layout)
+    return dict(_moved_values(old, new, layout))
+
+
+def _matched(
+    reference: pd.DataFrame, found: pd.DataFrame, layout: Layout
+) -> tuple[pd.DataFrame, pd.DataFrame, tuple[pd.Index, pd.Index]]:
+    """Rows of the same keys, in the same order; and all keys of both, where some stand twice."""
+    keys = list(layout.keys)
+    old, new = reference.set_index(keys), found.set_index(keys)
+    every = old.index, new.index
+    old, new = (rows[~rows.index.duplicated()] for rows in (old, new))
+    common = old.index.intersection(new.index, sort=False)
+    return old.loc[common], new.loc[common], every
+
+
+def _moved_values(
+    old: pd.DataFrame, new: pd.DataFrame, layout: Layout
+) -> Iterator[tuple[str, pd.DataFrame]]:
+    for column, tolerance in layout.columns.items():
+        if column in old:
+            moved = _moved(old[column], new[column], tolerance)
+            if moved.any():
+                values = {"before": old[column][moved], "after": new[column][moved]}
+                yield column, pd.DataFrame(values)
+
+
 def compare(
-    reference: pd.DataFrame, found: pd.DataFrame, layout: Layout, name: str
+    reference: pd.DataFrame,
+    found: pd.DataFrame,
+    layout: Layout,
+    name: str,
+    sides: tuple[str, str] = ("the reference", "the results"),
 ) -> list[Difference]:
     """Find what moved.
 
@@ -374,6 +422,8 @@ def compare(
     layout : Layout
     name : str
         Name of the table.
+    sides : tuple of str, optional
+        What the two tables are called.
 
     Returns
     -------
@@ -391,21 +441,17 @@ def compare(
         if set(layout.keys) - set(reference):
             return differences
     keys = list(layout.keys)
-    old, new = reference.set_index(keys), found.set_index(keys)
-    for index, where in ((old.index, "the reference"), (new.index, "the results")):
+    old, new, every = _matched(reference, found, layout)
+    for index, where in zip(every, sides, strict=True):
         twice = index[index.duplicated()]
         differences += _rows(name, Problem.DOUBLED, f"stand twice in {where}", keys, twice)
-    old, new = (rows[~rows.index.duplicated()] for rows in (old, new))
-    gone, more = old.index.difference(new.index), new.index.difference(old.index)
-    differences += _rows(name, Problem.MISSING, "are missing", keys, gone)
-    differences += _rows(name, Problem.EXTRA, "are extra", keys, more)
-    common = old.index.intersection(new.index, sort=False)
-    old, new = old.loc[common], new.loc[common]
-    for column, tolerance in layout.columns.items():
-        if column in old:
-            moved = _moved(old[column], new[column], tolerance)
-            if moved.any():
-                differences.append(_moved_column(name, old[column][moved], new[column][moved], old))
+    was, now = (index.unique() for index in every)
+    differences += _rows(name, Problem.MISSING, "are missing", keys, was.difference(now))
+    differences += _rows(name, Problem.EXTRA, "are extra", keys, now.difference(was))
+    differences += (
+        _moved_column(name, column, values, len(old))
+        for column, values in _moved_values(old, new, layout)
+    )
     return differences
 
 
@@ -430,37 +476,57 @@ def _spell_row(row: Mapping[str, str]) -> str:
     return ", ".join(f"{key} {value}" for key, value in row.items())
 
 
-def _moved_column(table: str, old: pd.Series, new: pd.Series, every: pd.DataFrame) -> Difference:
+def _moved_column(table: str, column: str, values: pd.DataFrame, of: int) -> Difference:
     """Difference of a column, of whose values those that moved are given."""
-    absolute, relative, text = _largest_change(old, new, every.index.names)
+    absolute, relative, text = _largest_change(values)
     return Difference(
         table=table,
-        column=str(old.name),
+        column=column,
         problem=Problem.MOVED,
-        rows=len(old),
-        of=len(every),
+        rows=len(values),
+        of=of,
         absolute=absolute,
         relative=relative,
-        text=f"{table}.{old.name}: {len(old)} of {len(every)} rows moved; {text}",
+        text=f"{table}.{column}: {len(values)} of {of} rows moved; {text}",
     )
 
 
-def _largest_change(
-    old: pd.Series, new: pd.Series, keys: Sequence[str]
-) -> tuple[Change | None, Change | None, str]:
-    """Largest absolute and relative change and where, if any is a number; and both in words."""
-    was, now = _numbers(old), _numbers(new)
-    with np.errstate(invalid="ignore"):
+def changes(values: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+    """Absolute and relative changes of values that moved.
+
+    Parameters
+    ----------
+    values : DataFrame of str
+        As `moved_values` has them.
+
+    Returns
+    -------
+    tuple of array, shape (rows,)
+        Magnitudes of after − before, in the unit of the column and divided by the larger of the
+        two magnitudes; NaN where one is no number.
+    """
+    was, now = _numbers(values["before"]), _numbers(values["after"])
+    with np.errstate(divide="ignore", invalid="ignore"):  # infinity less infinity
         change = np.abs(now - was)
+        return change, change / np.maximum(np.abs(was), np.abs(now))
+
+
+def change_at(values: pd.DataFrame, index: int, size: float | None) -> Change:
+    """Return one of the values that moved, by its position."""
+    row = _row(values.index.names, values.index[index])
+    before, after = values.iloc[index][["before", "after"]]
+    return Change(row=row, before=before, after=after, size=size)
+
+
+def _largest_change(values: pd.DataFrame) -> tuple[Change | None, Change | None, str]:
+    """Largest absolute and relative change and where, if any is a number; and both in words."""
+    change, share = changes(values)
 
     def at(index: int, size: float | None) -> Change:
-        row = _row(keys, old.index[index])
-        return Change(row=row, before=old.iloc[index], after=new.iloc[index], size=size)
+        return change_at(values, index, size)
 
     if not np.isfinite(change).any():
         return None, None, str(at(0, None))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = change / np.maximum(np.abs(was), np.abs(now))
     far, much = int(np.nanargmax(change)), int(np.nanargmax(share))
     absolute, relative = at(far, float(change[far])), at(much, float(share[much]))
     text = f"by up to {change[far]:.2g} {absolute}, relative {share[much]:.2g}"

@@ -215,14 +215,14 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
         raise DamagedTableError(
             path,
             f"has version {version} of the columns, and this program reads version {current}",
-            f"run its study again, or read it with the program that wrote it ({_writer(said)})",
+            f"run its study again, or read it with the program that wrote it ({writer(said)})",
         )
     if not found.equals(schema):
         raise DamagedTableError(path, "has other columns than its schema says")
     return file
 
 
-def _writer(said: Mapping[bytes, str]) -> str:
+def writer(said: Mapping[bytes, str]) -> str:
     """Version and commit of the program that wrote a file, from its metadata."""
     version, commit = said.get(b"vibrissa.version"), said.get(b"vibrissa.commit")
     return f"version {version or 'unknown'}, commit {commit or 'unknown'}"
