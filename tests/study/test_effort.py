@@ -1,5 +1,6 @@
 """What a study will take."""
 
+import pytest
 import yaml
 
 from vibrissa.study.blocks import partition
@@ -15,6 +16,7 @@ grids:
     eta: [0.7, 0.75, 0.8, 0.85, 0.9]
     dx0: [0.001]
 """
+LINE = "contact: line\n"
 
 
 def estimate(more="", solved=(), cores=2):
@@ -25,11 +27,32 @@ def estimate(more="", solved=(), cores=2):
 
 
 def test_the_line_says_what_will_be_done():
-    assert str(estimate()) == "7,600 points, 190 curves (190 new), 3 jobs, about 7 s, 3 MB"
+    assert str(estimate()) == "7,600 points, 190 curves (190 new), 3 jobs, about 8 s, 3 MB"
     assert (
         str(estimate(solved=[0])) == "7,600 points, 190 curves (126 new), 2 jobs, about 6 s, 3 MB"
     )
     assert str(estimate(solved=[0, 1, 2])) == "7,600 points, 190 curves (all solved), 3 MB"
+
+
+def test_one_is_singular():
+    one = "study: a\ngrids: {g: {theta: [1], mu0: [0.1], eta: [0.7], dx0: [0.001]}}"
+    study = parse_study(yaml.safe_load(one))
+    blocks = partition(study.curve_keys, study.curves_per_job, {})
+    text = str(effort(study, blocks, lambda name: False, 2))
+    assert text.startswith("1 point, 1 curve (1 new), 1 job, ")
+
+
+def test_strong_taper_and_line_contact_take_longer():
+    weak = "study: a\ngrids: {g: {theta: {start: 1, stop: 3, step: 0.001}, mu0: [0.1], eta: [0.7]"
+    weak += ", dx0: [0.001]}}\n"
+    seconds = []
+    for text in (weak, weak.replace("start: 1, stop: 3", "start: 8, stop: 10"), weak + LINE):
+        study = parse_study(yaml.safe_load(text))
+        blocks = partition(study.curve_keys, study.curves_per_job, {})
+        seconds.append(effort(study, blocks, lambda name: False, 1).seconds)
+    # 2,001 curves: 3 ms each, 20 ms in line contact, 57 ms of θ near 9.
+    assert seconds[2] - seconds[0] == pytest.approx(2001 * 17e-3, rel=0.05)
+    assert seconds[1] - seconds[0] == pytest.approx(2001 * 54e-3, rel=0.05)
 
 
 def test_points_of_two_grids_count_once():

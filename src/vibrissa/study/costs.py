@@ -1,7 +1,8 @@
-"""What solving and reading cost, for the size of a job and what it asks a cluster for.
+"""What solving, reading and writing cost: at most, for jobs; usually, for what a run says first.
 
-Measured on one core of a busy machine, for η from 0.3 to 0.95, and rounded up; docs/cluster.md has
-the numbers. Where η > 0.75 and θ <= 4, a curve takes a tenth of it.
+What a job may take was measured on one core of a busy machine, for η from 0.3 to 0.95, and rounded
+up. Where η > 0.75 and θ <= 4, a curve takes a tenth of it. What things usually take was measured
+with many curves in a job; docs/speed.md has the numbers.
 """
 
 import math
@@ -16,8 +17,17 @@ from vibrissa.study.grid import CurveKey, Grid
 LONGEST_JOB = 600
 # Seconds for a curve: in line contact; in tip contact, times θ; by shooting.
 LINE, TIP, SHOOTING = 0.04, 0.03, 120
-# Seconds for a point that is read off a curve, for a step of a scan, and for a single state.
+# Seconds for a point that is read off a curve; for a step of a scan, if a cycle is as long as the
+# rod; and for a single state.
 POINT, STEP, STATE = 15e-6, 250e-6, 1
+# Usual seconds for a curve: in line contact; in tip contact, times θ²; by shooting.
+USUAL_LINE, USUAL_TIP, USUAL_SHOOTING = 0.02, 0.7e-3, 10
+# Usual seconds for the start of a run, and of a job; for a step that a scan really takes; for a
+# figure, the claims and the report.
+USUAL_START, USUAL_JOB, USUAL_STEP = 3.0, 1.0, 0.5e-3
+FIGURE, CLAIMS, REPORT = 1.8, 5.0, 1.0
+# Files (bytes), blocks and tables together: for a curve, a point, a step of a scan and a figure.
+CURVE_BYTES, POINT_BYTES, STEP_BYTES, FIGURE_BYTES = 4_400, 260, 4_500, 1_000_000
 # Minutes: for a job to start, and what requests are rounded up to (with few different ones).
 START, ROUND = 5, 5
 # MB: three processes of Snakemake and one that solves; for each curve that this one solves; for
@@ -44,6 +54,15 @@ def curve_seconds(keys: Sequence[CurveKey], method: Method, contact: Contact) ->
     if contact is Contact.LINE:
         return LINE * len(keys)
     return TIP * sum(float(key.theta) for key in keys)
+
+
+def usual_curve_seconds(keys: Sequence[CurveKey], method: Method, contact: Contact) -> float:
+    """Return the seconds that solving some curves usually takes; see `curve_seconds`."""
+    if method is Method.SHOOTING:
+        return USUAL_SHOOTING * len(keys)
+    if contact is Contact.LINE:
+        return USUAL_LINE * len(keys)
+    return USUAL_TIP * sum(float(key.theta) ** 2 for key in keys)
 
 
 def scan_seconds(grid: Grid, cycles: int) -> float:

@@ -3,17 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vibrissa.outcomes import Method
+from vibrissa.study import costs
 from vibrissa.study.blocks import Blocks
 from vibrissa.study.grid import study_points
 from vibrissa.study.model import TRAVEL, Study
-
-# Processor time (s), from docs/speed.md and from the benchmarks of the paper's study.
-START, PER_JOB, PER_POINT, PER_SCAN_STEP = 3.0, 1.0, 16e-6, 0.5e-3
-PER_CURVE = {Method.COLLOCATION: 4.5e-3, Method.SHOOTING: 10.0}
-PER_FIGURE, CLAIMS, REPORT = 1.8, 5.0, 1.0
-# Files (bytes), blocks and tables together.
-CURVE_BYTES, POINT_BYTES, SCAN_STEP_BYTES, FIGURE_BYTES = 4_400, 260, 4_500, 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,12 +36,13 @@ class Effort:
 
     def __str__(self) -> str:
         """Return one line for the screen."""
-        counts = f"{self.points:,} points, {self.curves:,} curves"
+        counts = f"{_count(self.points, 'point')}, {_count(self.curves, 'curve')}"
         if not self.new:
             return f"{counts} (all solved), {_size(self.size)}"
-        jobs = f"{self.jobs:,} job{'s' * (self.jobs > 1)}"
         time = f"about {_time(self.seconds)}"
-        return f"{counts} ({self.new:,} new), {jobs}, {time}, {_size(self.size)}"
+        return (
+            f"{counts} ({self.new:,} new), {_count(self.jobs, 'job')}, {time}, {_size(self.size)}"
+        )
 
 
 def effort(study: Study, blocks: Blocks, is_solved: Callable[[str], bool], cores: int) -> Effort:
@@ -74,28 +68,32 @@ def effort(study: Study, blocks: Blocks, is_solved: Callable[[str], bool], cores
     curves = len(study.curve_keys)
     scans = study.scan_steps(TRAVEL)
     work = (
-        2 * len(unsolved) * PER_JOB
-        + new * PER_CURVE[study.method]
-        + points * (new / max(curves, 1)) * PER_POINT
-        + len(study.scans) * PER_JOB
-        + scans * PER_SCAN_STEP
-        + len(study.figures) * PER_FIGURE
-        + (CLAIMS if study.claims else 0.0)
+        2 * len(unsolved) * costs.USUAL_JOB
+        + sum(costs.usual_curve_seconds(keys, study.method, study.contact) for keys in unsolved)
+        + points * (new / max(curves, 1)) * costs.POINT
+        + len(study.scans) * costs.USUAL_JOB
+        + scans * costs.USUAL_STEP
+        + len(study.figures) * costs.FIGURE
+        + (costs.CLAIMS if study.claims else 0.0)
     )
     size = (
-        curves * CURVE_BYTES
-        + points * POINT_BYTES
-        + scans * SCAN_STEP_BYTES
-        + len(study.figures) * FIGURE_BYTES
+        curves * costs.CURVE_BYTES
+        + points * costs.POINT_BYTES
+        + scans * costs.STEP_BYTES
+        + len(study.figures) * costs.FIGURE_BYTES
     )
     return Effort(
         points=points,
         curves=curves,
         new=new,
         jobs=len(unsolved),
-        seconds=START + work / max(cores, 1) + REPORT,
+        seconds=costs.USUAL_START + work / max(cores, 1) + costs.REPORT,
         size=size,
     )
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number:,} {noun}{'s' * (number != 1)}"
 
 
 def _time(seconds: float) -> str:
