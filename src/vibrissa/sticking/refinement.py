@@ -428,8 +428,11 @@ def _limit(path: RodStates, looked: Clearance, eta: float, contact: Contact) -> 
         beyond = float(at[k]) if looked.smallest[k] < -TOLERANCE else np.nan
         # Each is smooth by itself; the smallest of them is not.
         for name, values in looked.columns.items():
-            lowest = values[k] < CLOSE and values[k] <= min(values[before], values[after])
-            if np.isnan(beyond) and lowest:
+            around = values[[before, after]]
+            lowest = values[k] < CLOSE and values[k] <= around.min()
+            # As in `_dip`; the points' distances differ by up to three times.
+            may_dip = lowest and values[k] < 4.0 * (around.max() - values[k])
+            if np.isnan(beyond) and may_dip:
                 beyond = _dip(clearance(name), at[before], at[after])
         if np.isfinite(beyond):
             limit = _first_inadmissible(look, at[before], beyond)
