@@ -88,6 +88,10 @@ def minor_versions(specifier: str) -> list[str]:
     return [f"3.{i}" for i in range(50) if SpecifierSet(specifier).contains(f"3.{i}.999")]
 
 
+# Words by which a lock would name where its packages come from.
+ORIGINS = ("http:", "https:", "file:", "index-url", "find-links")
+
+
 def check_lock_form(texts: Texts) -> list[str]:
     """Every entry of the lock is pinned once and hashed; no index, URL, path or option."""
     text = texts.lock.replace("\\\n", " ")
@@ -101,7 +105,7 @@ def check_lock_form(texts: Texts) -> list[str]:
             problems.append(f"not `name==version --hash=...`: {entry[:60]}")
     names = [canonicalize_name(entry.partition("==")[0]) for entry in entries]
     problems += [f"twice in the lock: {name}" for name in set(names) if names.count(name) > 1]
-    for word in ("http:", "https:", "file:", "index-url", "find-links"):
+    for word in ORIGINS:
         if word in texts.lock:
             problems.append(f"`{word}` in the lock")
     return problems
@@ -174,7 +178,7 @@ HASHED = r"^numpy==(\S+) \\\n(?:    --hash=\S+(?: \\)?\n)+"
         pytest.param(check_lock_form, "lock", HASHED, r"numpy==\1\n", id="entry without hash"),
         pytest.param(check_lock_form, "lock", r"^numpy==", "numpy>=", id="entry without pin"),
         pytest.param(check_lock_form, "lock", r"\A", "--no-binary :all:\n", id="option"),
-        pytest.param(check_lock_form, "lock", r"\A", "# --index-url somewhere\n", id="index"),
+        *(pytest.param(check_lock_form, "lock", r"\A", f"# {w} here\n", id=w) for w in ORIGINS),
         pytest.param(check_lock_form, "lock", r"\Z", "x @ file:///x.whl\n", id="local file"),
         pytest.param(check_lock_form, "lock", rf"({HASHED})", r"\1\1", id="entry twice"),
         pytest.param(check_lock_form, "lock", r"sha256:[0-9a-f]{4}", "sha256:", id="short hash"),
