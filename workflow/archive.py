@@ -11,8 +11,9 @@ import argparse
 import sys
 from pathlib import Path
 
+from vibrissa.archive.crate import write_archive
 from vibrissa.errors import VibrissaError
-from vibrissa.pipeline import archive, staleness
+from vibrissa.pipeline import staleness
 from vibrissa.pipeline.places import HOME, PAPER
 from vibrissa.pipeline.run import study_name
 from vibrissa.provenance import commit
@@ -29,7 +30,7 @@ def main(argv: list[str]) -> int:
     study_file = Path(options.configfile or PAPER)
     try:
         staleness.need_current(results, options.configfile, everything=True)
-        files = archive.write_archive(HOME, results, study_file, commit(), output)
+        files = write_archive(HOME, results, study_file, commit(), output)
     except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -17,22 +17,25 @@ import os
 import sys
 from pathlib import Path
 
+from vibrissa.checking import ci
+from vibrissa.checking.layouts import parse_layouts
+from vibrissa.checking.reference import Comparison, bless, compare_folders, need_reference
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
-from vibrissa.pipeline import ci, comparison, regression, staleness
+from vibrissa.pipeline import staleness
 from vibrissa.pipeline.run import study_name
 
 LAYOUT = "regression.yaml"
 
 
-def compared(results: Path, reference: Path) -> comparison.Comparison:
+def compared(results: Path, reference: Path) -> Comparison:
     own = reference / LAYOUT
     path = own if own.is_file() else Path(__file__).with_name(LAYOUT)
-    layouts = regression.parse_layouts(path.read_text(encoding="utf-8"), str(path))
-    return comparison.compare_folders(results, reference, layouts)
+    layouts = parse_layouts(path.read_text(encoding="utf-8"), str(path))
+    return compare_folders(results, reference, layouts)
 
 
-def write_output(found: comparison.Comparison, folder: Path) -> None:
+def write_output(found: Comparison, folder: Path) -> None:
     """Write the comparison for people and machines, and what `make bless` would change."""
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
@@ -45,7 +48,7 @@ def write_output(found: comparison.Comparison, folder: Path) -> None:
             temporary.write_text(text, encoding="utf-8")
 
 
-def tell_ci(found: comparison.Comparison) -> None:
+def tell_ci(found: Comparison) -> None:
     if summary := os.environ.get("GITHUB_STEP_SUMMARY"):
         with open(summary, "a", encoding="utf-8") as file:
             file.write(ci.markdown(found))
@@ -78,11 +81,11 @@ def main(argv: list[str]) -> int:
             staleness.need_current(results, options.configfile)
         found = compared(results, reference)
         if not options.bless:
-            comparison.need_reference(found)
+            need_reference(found)
         for difference in found.differences:
             print(difference)
         if options.bless:
-            comparison.bless(found)
+            bless(found)
             print(f"{reference} is written: review it with git diff")
             return 0
         print(found.verdict)

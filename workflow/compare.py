@@ -12,8 +12,9 @@ import argparse
 import sys
 from pathlib import Path
 
+from vibrissa.checking import side_by_side, side_by_side_page
+from vibrissa.checking.layouts import parse_layouts
 from vibrissa.errors import ComparisonError, VibrissaError
-from vibrissa.pipeline import regression, side_by_side, side_by_side_page
 
 LAYOUT = Path(__file__).with_name("regression.yaml")
 
@@ -32,7 +33,7 @@ def main(argv: list[str]) -> int:
     options = parser.parse_args(argv)
     try:
         a, b = folders(options.a, options.b)
-        layouts = regression.parse_layouts(LAYOUT.read_text(encoding="utf-8"), str(LAYOUT))
+        layouts = parse_layouts(LAYOUT.read_text(encoding="utf-8"), str(LAYOUT))
         found = side_by_side.side_by_side(a, b, layouts)
         names = (folder.resolve().name for folder in (a, b))
         output = options.output or Path("results/compare", "-".join(names))

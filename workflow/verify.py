@@ -12,9 +12,9 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from vibrissa.archive import reproduction
+from vibrissa.archive.crate import ArchiveError
 from vibrissa.errors import VibrissaError
-from vibrissa.pipeline import reproduction
-from vibrissa.pipeline.archive import ArchiveError
 
 
 def verify(folder: Path) -> list[str]:

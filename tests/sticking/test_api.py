@@ -143,7 +143,7 @@ def test_examples_in_the_docstrings(module):
 def test_parsing_the_workflow_imports_nothing_heavy():
     # Every cluster job parses the Snakefile again.
     code = (
-        "import sys, vibrissa.study.grid, vibrissa.study.blocks, vibrissa.pipeline.sources\n"
+        "import sys, vibrissa.study.grid, vibrissa.pipeline.blocks, vibrissa.pipeline.sources\n"
         "print(*{'numpy', 'scipy', 'pandas', 'pyarrow', 'matplotlib'} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

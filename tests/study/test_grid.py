@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from vibrissa.decimals import exact, spell
 from vibrissa.errors import ArgumentError
+from vibrissa.pipeline.blocks import grids_of_block, partition
 from vibrissa.study import grid
-from vibrissa.study.blocks import grids_of_block, partition
 from vibrissa.study.codec import decode_grid, encode_grid, encode_key
 from vibrissa.study.grid import Grid
 

@@ -8,11 +8,11 @@ import yaml
 import vibrissa
 from vibrissa.errors import PlanError, StudyError
 from vibrissa.pipeline import places
+from vibrissa.pipeline.blocks import grids_of_block, planned_blocks
+from vibrissa.pipeline.effort import effort
 from vibrissa.pipeline.sources import sources
 from vibrissa.study import costs
-from vibrissa.study.blocks import grids_of_block, planned_blocks
 from vibrissa.study.codec import encode_grid, encode_key, encode_values
-from vibrissa.study.effort import effort
 from vibrissa.study.reading import read_study, retyped
 
 ENDINGS = ["pdf", "svg", "png"]

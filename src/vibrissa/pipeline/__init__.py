@@ -1,4 +1,4 @@
-"""How the study is run: its jobs, what a run says and repairs, and the regression test.
+"""How a study is run: what its jobs are, what a run says, and what it repairs.
 
 No other package imports it.
 """

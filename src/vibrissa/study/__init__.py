@@ -1,4 +1,4 @@
-"""The study file: what may stand in it, its grids of exact decimals, its blocks of curves.
+"""The study file: what may stand in it, its grids of exact decimals, what they cost.
 
 Light enough for a Snakefile: no NumPy, no solver.
 """

@@ -8,9 +8,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from vibrissa.pipeline import ci, regression
-from vibrissa.pipeline.comparison import Comparison
-from vibrissa.pipeline.regression import Difference, Layout, Problem, Tolerance
+from vibrissa.checking import ci, texts
+from vibrissa.checking.differences import Difference, Problem, compare
+from vibrissa.checking.layouts import Layout, Tolerance
+from vibrissa.checking.reference import Comparison
 
 LAYOUT = Layout(("theta",), {"x": Tolerance(1e-9, 0.0), "status": None})
 OLD = pd.DataFrame(
@@ -28,7 +29,7 @@ def comparison(found=NEW, stored=OLD):
         layouts={"points": LAYOUT},
         stored={"points": stored},
         found={"points": found},
-        differences=regression.compare(stored, found, LAYOUT, "points"),
+        differences=compare(stored, found, LAYOUT, "points"),
     )
 
 
@@ -57,7 +58,7 @@ def test_a_long_summary_says_how_many_are_left_out():
     columns = [f"c{i}" for i in range(40)]
     layout = Layout(("theta",), dict.fromkeys(columns))
     old = pd.DataFrame({"theta": ["1"]} | {name: ["a"] for name in columns})
-    differences = regression.compare(old, old.replace("a", "b"), layout, "points")
+    differences = compare(old, old.replace("a", "b"), layout, "points")
     found = Comparison(
         results=Path("r"),
         reference=Path("k"),
@@ -109,10 +110,10 @@ def test_the_diff_makes_the_reference_what_the_results_are(tmp_path, gone):
         found = Comparison(**{**vars(found), "found": {}})
     path = tmp_path / "kept/points.csv"
     path.parent.mkdir()
-    regression.write(OLD, path)
+    texts.write(OLD, path)
     (tmp_path / "a.diff").write_text(found.diff())
     subprocess.run(["git", "apply", "--unidiff-zero", "a.diff"], cwd=tmp_path, check=True)
-    assert not path.exists() if gone else regression.read(path).equals(NEW)
+    assert not path.exists() if gone else texts.read(path).equals(NEW)
 
 
 def test_what_did_not_move_has_no_diff():

@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from vibrissa.checking.differences import Change, Difference, Problem
+from vibrissa.checking.side_by_side import Moved, SideBySide, count
 from vibrissa.figures import style
 from vibrissa.files import write_atomically
-from vibrissa.pipeline.regression import Change, Difference, Problem
-from vibrissa.pipeline.side_by_side import Moved, SideBySide, count
 
 PAGE, FIGURES = "comparison.md", ("changes.png", "changes.svg")
 NOTHING = "–"

@@ -12,13 +12,23 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from vibrissa.checking.condensing import condensed
+from vibrissa.checking.differences import (
+    Change,
+    Difference,
+    Problem,
+    change_at,
+    changes,
+    compare,
+    moved_values,
+)
+from vibrissa.checking.layouts import Layout
+from vibrissa.checking.texts import as_text
 from vibrissa.errors import ComparisonError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.pipeline import regression
-from vibrissa.pipeline.regression import Change, Difference, Layout, Problem
 from vibrissa.tables import schemas, store
 
-# Tables that are compared, as `regression.condensed` reads them.
+# Tables that are compared, as `condensed` reads them.
 TABLES = ("stiction", "scans", "states")
 # Rows with the largest changes that a page shows, and the most frequent changes of an outcome.
 WORST, OUTCOMES = 10, 3
@@ -60,7 +70,7 @@ class Moved:
     @property
     def shares(self) -> FloatArray:
         """Relative changes; without rows that are no finite number on both sides."""
-        _, relative = regression.changes(self.values)
+        _, relative = changes(self.values)
         return relative[np.isfinite(relative)]
 
     @property
@@ -127,12 +137,11 @@ class SideBySide:
         """Rows with the largest relative changes, each with the column that changed most."""
         found = []
         for one in self.moved:
-            _, shares = regression.changes(one.values)
+            _, shares = changes(one.values)
             finite = np.flatnonzero(np.isfinite(shares))
             largest = finite[np.argsort(-shares[finite], kind="stable")][:WORST]
             found += [
-                (one, regression.change_at(one.values, index, float(shares[index])))
-                for index in largest
+                (one, change_at(one.values, index, float(shares[index]))) for index in largest
             ]
         found.sort(key=lambda pair: -(pair[1].size or 0.0))
         rows: dict[tuple[str, ...], tuple[Moved, Change]] = {}
@@ -181,8 +190,8 @@ def side_by_side(a: Path, b: Path, layouts: Mapping[str, Layout]) -> SideBySide:
         if not (name in texts_a and name in texts_b):
             continue
         tables = texts_a[name], texts_b[name]
-        differences += regression.compare(*tables, layouts[name], name, sides=("A", "B"))
-        values = regression.moved_values(*tables, layouts[name])
+        differences += compare(*tables, layouts[name], name, sides=("A", "B"))
+        values = moved_values(*tables, layouts[name])
         moved += (Moved(table=name, column=key, values=value) for key, value in values.items())
     return SideBySide(
         folders=(a, b),
@@ -200,9 +209,9 @@ def _without_study(layout: Layout) -> Layout:
 
 def _texts(folder: Path, layouts: Mapping[str, Layout]) -> dict[str, pd.DataFrame]:
     """Tables of a folder as text, in the order of the layouts."""
-    frames = regression.condensed(folder)
+    frames = condensed(folder)
     return {
-        name: regression.as_text(frames[name], layout, name)
+        name: as_text(frames[name], layout, name)
         for name, layout in layouts.items()
         if name in frames
     }

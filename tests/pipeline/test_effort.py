@@ -3,8 +3,8 @@
 import pytest
 import yaml
 
-from vibrissa.study.blocks import partition
-from vibrissa.study.effort import effort
+from vibrissa.pipeline.blocks import partition
+from vibrissa.pipeline.effort import effort
 from vibrissa.study.parsing import parse_study
 
 STUDY = """

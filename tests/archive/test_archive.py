@@ -12,8 +12,8 @@ import pytest
 from rocrate.rocrate import ROCrate
 
 from made_up import COMPLETE
-from vibrissa.pipeline import archive, reproduction
-from vibrissa.pipeline.archive import ArchiveError
+from vibrissa.archive import reproduction
+from vibrissa.archive.crate import CODE, RUN, ArchiveError, write_archive
 from vibrissa.tables import store
 
 ROOT = Path(__file__).parents[2]
@@ -38,7 +38,7 @@ def packed(tmp_path_factory):
     for name in ("figures/taper.svg", "report.html", "logs/all.log"):
         (results / name).write_text(name)
     output = folder / "whisker.zip"
-    archive.write_archive(ROOT, results, folder / "whisker.yaml", COMMIT, output)
+    write_archive(ROOT, results, folder / "whisker.yaml", COMMIT, output)
     return output
 
 
@@ -69,7 +69,7 @@ def test_its_metadata_name_every_file_the_run_and_the_license(unpacked):
     assert {name for name in files if (unpacked / name).is_file()} - described == {
         "ro-crate-metadata.json"
     }
-    run = crate.get(archive.RUN)
+    run = crate.get(RUN)
     assert run["instrument"].id == crate.mainEntity.id == "Snakefile"
     assert run["object"].id == "studies/whisker.yaml" == reproduction.study_file(unpacked)
     assert TABLE in [entity.id for entity in run["result"]]
@@ -117,16 +117,16 @@ def test_what_differs_is_said(unpacked, tmp_path):
 
 def test_code_that_no_commit_names_is_refused(tmp_path):
     with pytest.raises(ArchiveError, match="edited since commit abc; commit the changes"):
-        archive.write_archive(ROOT, tmp_path, ROOT / "config.yaml", "abc-dirty", tmp_path / "a.zip")
+        write_archive(ROOT, tmp_path, ROOT / "config.yaml", "abc-dirty", tmp_path / "a.zip")
     with pytest.raises(ArchiveError, match=r"has no Snakefile, .*; make archive needs a clone"):
-        archive.write_archive(tmp_path, tmp_path, ROOT / "config.yaml", "abc", tmp_path / "a.zip")
+        write_archive(tmp_path, tmp_path, ROOT / "config.yaml", "abc", tmp_path / "a.zip")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow
 def test_an_archive_makes_its_results_again_bit_for_bit(tmp_path):
     project = tmp_path / "project"
-    for name in archive.CODE:
+    for name in CODE:
         (project / name).parent.mkdir(parents=True, exist_ok=True)
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, project / name)

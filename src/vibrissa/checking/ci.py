@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
-from vibrissa.pipeline.comparison import Comparison
-from vibrissa.pipeline.regression import Change, Difference
+from vibrissa.checking.differences import Change, Difference
+from vibrissa.checking.reference import Comparison
 
 # Differences that a summary shows, and that are put beside files: GitHub shows ten of a step.
 MOST_ROWS, MOST_NOTES = 30, 10

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrissa.errors import ArgumentError, PlanError
-from vibrissa.study.blocks import block_name, grids_of_block, partition, planned_blocks
+from vibrissa.pipeline.blocks import block_name, grids_of_block, partition, planned_blocks
 from vibrissa.study.codec import decode_grid, decode_key
 
 

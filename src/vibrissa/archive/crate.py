@@ -1,7 +1,7 @@
 """A study as one file for a repository of research data: results and code, as an RO-Crate.
 
 The archive is itself a copy of the project, as far as it runs the study. So it can be unpacked
-anywhere and make its results again; see `vibrissa.pipeline.reproduction`.
+anywhere and make its results again; see `vibrissa.archive.reproduction`.
 """
 
 import hashlib

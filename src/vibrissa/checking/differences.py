@@ -1,54 +1,18 @@
-"""Reference tables: results as text that reads well in a diff, and what moved against them.
-
-A results folder is condensed to a few tables with one row for each key. Floats are written with
-`DIGITS` digits; what a table holds and how far a number may move is said by its `Layout`.
-"""
+"""What differs between two tables of the same layout, row by row and column by column."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import yaml
 
-from vibrissa.errors import ComparisonError
-from vibrissa.files import write_atomically
+from vibrissa.checking.layouts import Layout, Tolerance
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.tables import schemas, store
-from vibrissa.tables.frames import to_pandas
 
-# Fewer than a double has, more than any tolerance asks for.
-DIGITS = 12
 # Rows that a message names.
 SHOWN = 3
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """How far a number may be from its reference: |change| ≤ absolute + relative·|reference|."""
-
-    absolute: float
-    relative: float
-
-
-@dataclass(frozen=True)
-class Layout:
-    """What a reference table holds.
-
-    Attributes
-    ----------
-    keys : tuple of str
-        Columns that tell its rows apart.
-    columns : dict
-        Tolerance of each further column; None where it must be the same.
-    """
-
-    keys: tuple[str, ...]
-    columns: dict[str, Tolerance | None]
 
 
 class Problem(StrEnum):
@@ -129,229 +93,11 @@ class Difference:
         return self.text
 
 
-def parse_layouts(text: str, where: str) -> dict[str, Layout]:
-    """Read the layouts of reference tables.
-
-    Parameters
-    ----------
-    text : str
-        YAML: for each table ``keys``, a list, and ``columns``, each ``exact`` or ``{absolute: a,
-        relative: r}``.
-    where : str
-        Name of the file, for messages.
-
-    Returns
-    -------
-    dict of Layout
-        By table.
-
-    Raises
-    ------
-    ComparisonError
-    """
-    try:
-        content = yaml.safe_load(text)
-        return {
-            name: Layout(
-                tuple(table["keys"]),
-                {column: _tolerance(value) for column, value in table["columns"].items()},
-            )
-            for name, table in content.items()
-        }
-    except (yaml.YAMLError, KeyError, TypeError, AttributeError, ValueError) as error:
-        raise ComparisonError(
-            f"{where} does not say what to compare ({error}); allowed: for each table keys: a "
-            "list, and columns: each exact or {absolute: number, relative: number}"
-        ) from None
-
-
-def _tolerance(value: Any) -> Tolerance | None:
-    if value == "exact":
-        return None
-    tolerance = Tolerance(float(value["absolute"]), float(value["relative"]))
-    if len(value) > 2 or not (tolerance.absolute >= 0.0 and tolerance.relative >= 0.0):
-        raise ValueError(f"{value} is no tolerance")
-    return tolerance
-
-
-def condensed(folder: Path) -> dict[str, pd.DataFrame]:
-    """Condense the tables of a results folder; see `condense`.
-
-    Parameters
-    ----------
-    folder : Path
-        ``results/<study>``.
-
-    Returns
-    -------
-    dict of DataFrame
-        By name of the reference table.
-
-    Raises
-    ------
-    ComparisonError
-        If there are no results.
-    TableError
-        If a table is damaged.
-    """
-    if not (folder / "tables/stiction.parquet").is_file():
-        raise ComparisonError(f"{folder} has no tables/stiction.parquet; run the study first")
-    found = {
-        name: store.read(path, schemas.TABLES[name])
-        for name in ("stiction", "scans", "states")
-        if (path := folder / f"tables/{name}.parquet").is_file()
-    }
-    return condense(found)
-
-
-def condense(found: Mapping[str, pa.Table]) -> dict[str, pd.DataFrame]:
-    """Condense tables to what is compared.
-
-    Parameters
-    ----------
-    found : mapping of pyarrow.Table
-        ``stiction`` and, where the study has them, ``scans`` and ``states``.
-
-    Returns
-    -------
-    dict of DataFrame
-        ``stiction``; ``curves``, one row for each θ and η; ``scans``, one row for each cycle;
-        ``states``.
-    """
-    rows = to_pandas(found["stiction"])
-    of_curve = [
-        "study",
-        "method",
-        "theta",
-        "eta",
-        "x1_init",
-        "mu_lock",
-        *(n for n in rows if n.endswith("_init")),
-    ]
-    result = {
-        "stiction": rows,
-        "curves": rows[list(dict.fromkeys(of_curve))].drop_duplicates(),
-    }
-    if "scans" in found:
-        result["scans"] = _cycles(found["scans"])
-    if "states" in found:
-        states = to_pandas(found["states"])
-        result["states"] = states.assign(top=[_largest(shape) for shape in states["shape_y"]])
-    return result
-
-
-def _largest(values: Any) -> float:
-    return max(values, default=np.nan)
-
-
-def _cycles(table: pa.Table) -> pd.DataFrame:
-    """One row for each cycle of each scan."""
-    rows = to_pandas(table)
-    # Of each shape where its middle is and how high it reaches.
-    rows["middle_x"] = [shape[len(shape) // 2] if len(shape) else np.nan for shape in rows.shape_x]
-    rows["middle_y"] = [shape[len(shape) // 2] if len(shape) else np.nan for shape in rows.shape_y]
-    rows["top"] = [_largest(shape) for shape in rows.shape_y]
-    keys = ["scan", "theta", "mu0", "eta", "dx0", "cycle"]
-    return (
-        rows.groupby(keys, dropna=False)
-        .agg(
-            study=("study", "last"),
-            method=("method", "last"),
-            status=("status", "last"),
-            steps=("step", "max"),
-            slips=("phase", lambda phase: int((phase == "slip").sum())),
-            footpoint_end=("footpoint", "last"),
-            x0_largest=("x0", "max"),
-            x1_begin=("x1", "first"),
-            x1_end=("x1", "last"),
-            f_largest=("f", "max"),
-            alpha_smallest=("alpha", "min"),
-            phi1_smallest=("phi1", "min"),
-            m_smallest=("reaction_m", "min"),
-            m_largest=("reaction_m", "max"),
-            middle_x_mean=("middle_x", "mean"),
-            middle_y_mean=("middle_y", "mean"),
-            top=("top", "max"),
-        )
-        .reset_index()
-    )
-
-
-def as_text(frame: pd.DataFrame, layout: Layout, name: str) -> pd.DataFrame:
-    """Text of a table, as it is written, in the order of its keys.
-
-    Parameters
-    ----------
-    frame : DataFrame
-    layout : Layout
-    name : str
-        Name of the table, for messages.
-
-    Returns
-    -------
-    DataFrame of str
-        The keys and the columns of the layout; an empty text stands for nothing.
-
-    Raises
-    ------
-    ComparisonError
-        If a column is not there.
-    """
-    names = [*layout.keys, *layout.columns]
-    if unknown := [column for column in names if column not in frame]:
-        raise ComparisonError(
-            f"{name} has no column {', '.join(unknown)}; it has {', '.join(map(str, frame))}"
-        )
-    ordered = frame.sort_values(list(layout.keys))
-    return pd.DataFrame({column: [_spell(v) for v in ordered[column]] for column in names})
-
-
-def _spell(value: Any) -> str:
-    if pd.isna(value):
-        return ""
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    if isinstance(value, float | np.floating):
-        return f"{value + 0.0:.{DIGITS}g}"  # + 0.0 turns -0.0 into 0.0
-    return str(value)
-
-
-def read(path: Path) -> pd.DataFrame:
-    """Read a reference table as text.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    DataFrame of str
-
-    Raises
-    ------
-    ComparisonError
-        If the file is not a table.
-    """
-    try:
-        return pd.read_csv(path, dtype=str, keep_default_na=False, index_col=False)
-    except ValueError as error:  # pandas' own errors and undecodable bytes are among them
-        raise ComparisonError(
-            f"{path} is not a table ({str(error).strip()}); restore it from version control, or "
-            "delete it and make it anew with: make bless"
-        ) from None
-
-
-def write(text: pd.DataFrame, path: Path) -> None:
-    """Write a reference table whole or not at all."""
-    with write_atomically(path) as temporary:
-        text.to_csv(temporary, index=False, lineterminator="\n")
-
-
 def _numbers(column: pd.Series) -> FloatArray:
     return pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
 
 
-def _moved(old: pd.Series, new: pd.Series, tolerance: Tolerance | None) -> Any:
+def moved(old: pd.Series, new: pd.Series, tolerance: Tolerance | None) -> Any:
     """Which values are not their references."""
     differs = (old != new).to_numpy()
     if tolerance is None:
@@ -400,9 +146,9 @@ def _moved_values(
 ) -> Iterator[tuple[str, pd.DataFrame]]:
     for column, tolerance in layout.columns.items():
         if column in old:
-            moved = _moved(old[column], new[column], tolerance)
-            if moved.any():
-                values = {"before": old[column][moved], "after": new[column][moved]}
+            changed = moved(old[column], new[column], tolerance)
+            if changed.any():
+                values = {"before": old[column][changed], "after": new[column][changed]}
                 yield column, pd.DataFrame(values)
 
 
@@ -536,31 +282,3 @@ def _largest_change(values: pd.DataFrame) -> tuple[Change | None, Change | None,
         example = at(int(np.argmax(np.isnan(change))), None)
         text += f"; {lost} of them to or from nothing, such as {example}"
     return absolute, relative, text
-
-
-def blessed(reference: pd.DataFrame | None, found: pd.DataFrame, layout: Layout) -> pd.DataFrame:
-    """Make a reference table anew, in which what did not move keeps its spelling.
-
-    Parameters
-    ----------
-    reference : DataFrame of str or None
-        The table that is there.
-    found : DataFrame of str
-    layout : Layout
-
-    Returns
-    -------
-    DataFrame of str
-    """
-    keys = list(layout.keys)
-    if reference is None or set(keys) - set(reference):
-        return found
-    result = found.set_index(keys)
-    old = reference.drop_duplicates(keys).set_index(keys).reindex(result.index)
-    for column, tolerance in layout.columns.items():
-        if column in old:
-            stays = old[column].notna().to_numpy()
-            before = old[column].where(stays, "")
-            stays = stays & ~_moved(before, result[column], tolerance)
-            result[column] = result[column].where(~stays, before)
-    return result.reset_index()

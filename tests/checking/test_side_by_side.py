@@ -10,10 +10,10 @@ import pyarrow as pa
 import pytest
 
 from made_up import all_points, grid, point_table
+from vibrissa.checking.layouts import parse_layouts
+from vibrissa.checking.side_by_side import side_by_side
+from vibrissa.checking.side_by_side_page import lines, markdown
 from vibrissa.errors import ComparisonError, TableError
-from vibrissa.pipeline.regression import parse_layouts
-from vibrissa.pipeline.side_by_side import side_by_side
-from vibrissa.pipeline.side_by_side_page import lines, markdown
 from vibrissa.tables import schemas, store
 
 ROOT = Path(__file__).parents[2]

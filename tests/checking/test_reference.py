@@ -9,17 +9,12 @@ import mutations
 import pandas as pd
 import pytest
 
+from vibrissa.checking.condensing import condense
+from vibrissa.checking.differences import compare
+from vibrissa.checking.layouts import Layout, Tolerance, parse_layouts
+from vibrissa.checking.reference import blessed_table
+from vibrissa.checking.texts import as_text, read
 from vibrissa.errors import ComparisonError
-from vibrissa.pipeline.regression import (
-    Layout,
-    Tolerance,
-    as_text,
-    blessed,
-    compare,
-    condense,
-    parse_layouts,
-    read,
-)
 from vibrissa.tables import schemas, store
 
 ROOT = Path(__file__).parents[2]
@@ -152,11 +147,11 @@ def test_other_columns_are_said():
 def test_blessing_keeps_the_digits_of_what_did_not_move():
     moved = TABLE.assign(x=[0.004625 * (1 + 1e-7), 0.3, 0.0142, 0.0], theta=[1.0, 1.0, 2.0, 3.0])
     found = as_text(moved, LAYOUT, "points")
-    result = blessed(REFERENCE, found, LAYOUT)
+    result = blessed_table(REFERENCE, found, LAYOUT)
     assert result["x"].tolist() == ["0.004625", "0.3", "0.0142", "0"]
     assert result["theta"].tolist() == ["1", "1", "2", "3"]
     assert compare(result, found, LAYOUT, "points") == []
-    assert blessed(None, found, LAYOUT).equals(found)
+    assert blessed_table(None, found, LAYOUT).equals(found)
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 
+from vibrissa.checking import texts
+from vibrissa.checking.condensing import condensed
+from vibrissa.checking.differences import Difference, Problem, compare, moved
+from vibrissa.checking.layouts import Layout
 from vibrissa.errors import ComparisonError
-from vibrissa.pipeline import regression
-from vibrissa.pipeline.regression import Difference, Layout, Problem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +52,7 @@ class Comparison:
     def blessed(self) -> dict[str, pd.DataFrame]:
         """Return the reference tables that `bless` would write."""
         return {
-            name: regression.blessed(self.stored.get(name), text, self.layouts[name])
+            name: blessed_table(self.stored.get(name), text, self.layouts[name])
             for name, text in self.found.items()
         }
 
@@ -99,12 +101,12 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
         If a table is damaged.
     """
     found = {
-        name: regression.as_text(frame, layouts[name], name)
-        for name, frame in regression.condensed(results).items()
+        name: texts.as_text(frame, layouts[name], name)
+        for name, frame in condensed(results).items()
         if name in layouts
     }
     stored = {
-        path.stem: regression.read(path)
+        path.stem: texts.read(path)
         for path in sorted(reference.glob("*.csv"))
         if path.stem in layouts
     }
@@ -114,7 +116,7 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
     ]
     for name, text in found.items():
         if name in stored:
-            differences += regression.compare(stored[name], text, layouts[name], name)
+            differences += compare(stored[name], text, layouts[name], name)
         else:
             line = f"{name}: a new table of {len(text)} rows"
             rows = len(text)
@@ -133,9 +135,39 @@ def bless(comparison: Comparison) -> None:
     """Write the reference tables anew, and remove those that the study has no more."""
     comparison.reference.mkdir(parents=True, exist_ok=True)
     for name, text in comparison.blessed().items():
-        regression.write(text, comparison.reference / f"{name}.csv")
+        texts.write(text, comparison.reference / f"{name}.csv")
     for name in comparison.stored.keys() - comparison.found:
         (comparison.reference / f"{name}.csv").unlink()
+
+
+def blessed_table(
+    reference: pd.DataFrame | None, found: pd.DataFrame, layout: Layout
+) -> pd.DataFrame:
+    """Make a reference table anew, in which what did not move keeps its spelling.
+
+    Parameters
+    ----------
+    reference : DataFrame of str or None
+        The table that is there.
+    found : DataFrame of str
+    layout : Layout
+
+    Returns
+    -------
+    DataFrame of str
+    """
+    keys = list(layout.keys)
+    if reference is None or set(keys) - set(reference):
+        return found
+    result = found.set_index(keys)
+    old = reference.drop_duplicates(keys).set_index(keys).reindex(result.index)
+    for column, tolerance in layout.columns.items():
+        if column in old:
+            stays = old[column].notna().to_numpy()
+            before = old[column].where(stays, "")
+            stays = stays & ~moved(before, result[column], tolerance)
+            result[column] = result[column].where(~stays, before)
+    return result.reset_index()
 
 
 def need_reference(comparison: Comparison) -> None:

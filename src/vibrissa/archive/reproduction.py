@@ -9,7 +9,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 from rocrate.rocrate import ROCrate
 
-from vibrissa.pipeline.archive import CHECKSUMS, RUN, ArchiveError, checksum
+from vibrissa.archive.crate import CHECKSUMS, RUN, ArchiveError, checksum
 
 # It holds times and the machine: it is made again, but not the same.
 TIMED = "report.html"

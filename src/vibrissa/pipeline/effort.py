@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from vibrissa.pipeline.blocks import Blocks
 from vibrissa.study import costs
-from vibrissa.study.blocks import Blocks
 from vibrissa.study.grid import study_points
 from vibrissa.study.model import TRAVEL, Study
 
