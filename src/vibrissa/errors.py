@@ -78,3 +78,7 @@ class UndeterminedError(RecordingError):
 
 class NoResponseError(ArgumentError):
     """A rod whose response was not found, or not found where the clamp pulls."""
+
+
+class NotProvedError(VibrissaError):
+    """A statement for which no proof was found; the message says at which step."""

@@ -1,0 +1,67 @@
+"""Krawczyk's test whether a box holds exactly one solution of a system of equations."""
+
+from flint import arb_mat
+
+from vibrissa.errors import NotProvedError
+
+
+def krawczyk(centre: arb_mat, values: arb_mat, box: arb_mat, slopes: arb_mat) -> arb_mat:
+    """Prove that F(z) = 0 has exactly one solution in a box, and enclose it.
+
+    With any matrix A, here the inverse of the middle of the slopes, Krawczyk's operator is
+
+        K = c − A·F(c) + (I − A·F'(Z))·(Z − c).
+
+    If K lies in the interior of Z, then F has exactly one zero in Z, and K holds it [1]_, [2]_.
+
+    Parameters
+    ----------
+    centre : arb_mat, shape (n, 1)
+        Point c of the box.
+    values : arb_mat, shape (n, 1)
+        F(c), or balls that hold it.
+    box : arb_mat, shape (n, 1)
+        Z.
+    slopes : arb_mat, shape (n, n)
+        Balls that hold F'(z) for every z of the box.
+
+    Returns
+    -------
+    arb_mat, shape (n, 1)
+        K.
+
+    Raises
+    ------
+    NotProvedError
+        If K does not lie in the interior of Z. There may be a solution nevertheless.
+
+    References
+    ----------
+    .. [1] R. Krawczyk, *Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken*,
+       Computing 4, 187-201 (1969), doi:10.1007/BF02234767.
+    .. [2] S. M. Rump, *Verification methods: Rigorous results using floating-point arithmetic*,
+       Acta Numerica 19, 287-449 (2010), doi:10.1017/S096249291000005X.
+    """
+    inverse = middle_inverse(slopes)
+    unity = arb_mat(slopes.nrows(), slopes.ncols(), 1)
+    image = centre - inverse * values + (unity - inverse * slopes) * (box - centre)
+    if not all(
+        whole.contains_interior(part)
+        for whole, part in zip(box.entries(), image.entries(), strict=True)
+    ):
+        raise NotProvedError("Krawczyk's test fails")
+    return image
+
+
+def middle_inverse(slopes: arb_mat) -> arb_mat:
+    """Invert the middle of a matrix, about.
+
+    Raises
+    ------
+    NotProvedError
+        If it is singular.
+    """
+    try:
+        return slopes.mid().inv().mid()
+    except (ZeroDivisionError, ValueError):
+        raise NotProvedError("the equations are singular") from None
