@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +12,7 @@ from vibrissa.design.sizes import Deviations
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind, Units
-from vibrissa.sensor.series import Column, to_frame
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
+from vibrissa.sensor.series import Column, Tabular
 
 
 class DesignStatus(StrEnum):
@@ -42,7 +38,7 @@ def _unknown() -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Design:
+class Design(Tabular):
     """The best rod, what limits it, and what would help.
 
     Attributes
@@ -144,7 +140,3 @@ class Design:
             f"{check.name}_bound": Column([check.bound], unit, f"{bound} value allowed"),
             f"{check.name}_use": Column([check.use], "1", "part of the limit that is used"),
         }
-
-    def frame(self) -> "DataFrame":
-        """One row, as a DataFrame."""
-        return to_frame(self.columns())

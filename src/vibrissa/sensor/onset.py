@@ -7,13 +7,13 @@ import numpy as np
 from vibrissa.outcomes import Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.response import largest_strain
-from vibrissa.sensor.series import Column
+from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, solve_onset
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WhiskerOnset:
+class WhiskerOnset(Tabular):
     """Onset of slip of a whisker, in the units of its rod.
 
     Attributes

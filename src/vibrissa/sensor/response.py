@@ -89,6 +89,10 @@ class Branch:
         """Clamp reactions fx, fy and m at displacements on the branch, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0))
 
+    def clip(self, x0: ArrayLike) -> FloatArray:
+        """Nearest displacements on the branch (L)."""
+        return np.clip(x0, self.x0_pull, self.x0_end)
+
     def slope(self, x0: ArrayLike) -> FloatArray:
         """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0, 1))

@@ -7,6 +7,7 @@ the unit in each column's metadata.
 
 import csv
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,14 +59,21 @@ def titles(columns: Mapping[str, Column]) -> list[str]:
     return [f"{name} [{c.unit}]" if c.unit else name for name, c in columns.items()]
 
 
-def to_frame(columns: Mapping[str, Column]) -> "DataFrame":
-    """Make a DataFrame of columns, which are called by name and unit."""
-    require("tables", "pandas")
-    import pandas as pd  # takes half a second to load
+class Tabular(ABC):
+    """A result that is a table: columns with units."""
 
-    return pd.DataFrame(
-        dict(zip(titles(columns), (c.values for c in columns.values()), strict=True))
-    )
+    @abstractmethod
+    def columns(self) -> dict[str, Column]:
+        """Columns by name, with units."""
+
+    def frame(self) -> "DataFrame":
+        """Make a DataFrame of the columns, which are called by name and unit."""
+        require("tables", "pandas")
+        import pandas as pd  # takes half a second to load
+
+        columns = self.columns()
+        values = (column.values for column in columns.values())
+        return pd.DataFrame(dict(zip(titles(columns), values, strict=True)))
 
 
 def write(path: Path, columns: Mapping[str, Column]) -> None:

@@ -2,25 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.scanning import SurfaceScan, TipPhase, path, simulate
-from vibrissa.sensor.series import Column, to_frame
+from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 
-if TYPE_CHECKING:
-    from pandas import DataFrame
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Signals:
+class Signals(Tabular):
     """A scan as a transducer under the clamp records it.
 
     Attributes
@@ -54,10 +50,6 @@ class Signals:
             "period": Column(truth.period, "1", "number of the period of sticking"),
             "phase": Column(truth.phase, "", ", ".join(TipPhase)),
         }
-
-    def frame(self) -> "DataFrame":
-        """One row for each step, as a DataFrame."""
-        return to_frame(self.columns())
 
 
 def scan(

@@ -153,7 +153,7 @@ class Slips:
         if self.law is SlipLaw.FREE:
             return 0.0
         response = self.response
-        x0 = float(np.clip(x0, response.x0_pull, response.x0_end))
+        x0 = float(response.clip(x0))
         for _ in range(REVERSALS):
             x0 = self._slide(clamp, x0)
             if np.isnan(x0):

@@ -301,7 +301,7 @@ class _Fit:
         start = periods.sums(self.samples.place) / periods.counts
         contacts = fitted(branch, samples, self.channels, periods, start)
         x0 = samples.clamp - periods.spread(contacts.place)
-        return branch, np.clip(x0, branch.x0_pull, branch.x0_end), samples
+        return branch, branch.clip(x0), samples
 
     def residuals(self, values: FloatArray) -> FloatArray:
         """Residuals of all readings, in standard deviations."""
@@ -331,7 +331,7 @@ class _Fit:
         """Differentiate the reactions with respect to η, by a central difference."""
         low, high = max(eta - STEP, self.heights.low), min(eta + STEP, self.heights.high)
         lower, upper = self.heights.at(low), self.heights.at(high)
-        inside = np.clip(x0, max(lower.x0_pull, upper.x0_pull), min(lower.x0_end, upper.x0_end))
+        inside = lower.clip(upper.clip(x0))
         return (upper(inside) - lower(inside)) / (high - low)
 
     def solved(self) -> FloatArray:

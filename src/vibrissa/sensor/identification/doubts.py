@@ -9,53 +9,45 @@ spike.
 import numpy as np
 from scipy.special import chdtrc
 
-from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.periods import Contacts, Partition, Samples
-from vibrissa.sensor.response import Branch
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
+from vibrissa.sensor.identification.methods import Seen
 from vibrissa.sensor.transducer import CHANNELS
 
 # Fewer samples than these do not confirm each other.
 FEW = 4
 # Usual steps from which on a step is longer than usual, and from which on samples were lost.
 LONG, LOST = 1.5, 10.0
+# Lines of so many periods are named in a note.
+NAMED = 3
 # A residual of a lower probability than this is not noise.
 UNLIKELY = 1e-9
 # Standard deviations by which a slip may seem to go the wrong way, or to gain energy.
 CERTAIN = 6.0
 
 
-def doubts(
-    branch: Branch,
-    samples: Samples,
-    noise: FloatArray,
-    periods: Partition,
-    contacts: Contacts,
-) -> dict[str, BoolArray]:
+def doubts(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
     """Tell for each reason to doubt a friction which periods it concerns.
 
     Parameters
     ----------
-    branch : Branch
-    samples : Samples
-        Without offsets.
+    seen : Seen
+        p periods.
     noise : ndarray, shape (3,)
         Standard deviation of a reading; a channel without noise is not tested.
-    periods : Partition
-        Of p periods.
-    contacts : Contacts
 
     Returns
     -------
     dict of str to ndarray of bool, shape (p,)
     """
-    found = _misfits(branch, samples, noise, periods, contacts)
+    found = _misfits(seen, noise)
+    samples, periods = seen.samples, seen.periods
     last, first = periods.ends[:-1], periods.begins[1:]
     gap = samples.clamp[first] - samples.clamp[last]
     steps = np.abs(np.diff(samples.clamp))
     usual = float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
     none = np.zeros(1, dtype=bool)
 
-    wrong = _wrong_way(branch, samples, periods, contacts, gap, usual)
+    wrong = _wrong_way(seen, gap, usual)
     found["no slip goes that way"] = np.append(wrong, none)
     lost = np.abs(gap) > LOST * usual
     found["samples are missing beside it, or the clamp jumped"] = np.append(lost, none) | np.append(
@@ -71,17 +63,11 @@ def doubts(
     return found
 
 
-def _misfits(
-    branch: Branch,
-    samples: Samples,
-    noise: FloatArray,
-    periods: Partition,
-    contacts: Contacts,
-) -> dict[str, BoolArray]:
+def _misfits(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
     """Tell for each channel in which periods it does not fit one contact."""
-    x0 = samples.clamp - periods.spread(contacts.place)
-    inside = np.clip(x0, branch.x0_pull, branch.x0_end)
-    expected, slope = branch(inside), branch.slope(inside)
+    branch, samples, periods = seen.branch, seen.samples, seen.periods
+    x0 = branch.clip(samples.clamp - periods.spread(seen.contacts.place))
+    expected, slope = branch(x0), branch.slope(x0)
     found = {}
     for i, name in enumerate(CHANNELS):
         there = np.isfinite(samples.readings[:, i]) & (noise[i] > 0.0)
@@ -91,29 +77,44 @@ def _misfits(
             periods.sums(values) for values in (miss**2, tilt * miss, tilt**2, there.astype(float))
         )
         # An error of the contact's position moves all samples of a period together.
-        squares -= mixed**2 / (tilts + 1.0 / contacts.deviation**2)
+        squares -= mixed**2 / (tilts + 1.0 / seen.contacts.deviation**2)
         chance = chdtrc(np.maximum(number, 1.0), squares)
         found[f"{name} does not fit a tip that stays where it is"] = chance < UNLIKELY
     return found
 
 
-def _wrong_way(
-    branch: Branch,
-    samples: Samples,
-    periods: Partition,
-    contacts: Contacts,
-    gap: FloatArray,
-    usual: float,
-) -> BoolArray:
+def _wrong_way(seen: Seen, gap: FloatArray, usual: float) -> BoolArray:
     """Tell which periods but the last end with a slip that no slip law allows."""
-    last, first = periods.ends[:-1], periods.begins[1:]
-    x0, deviation = samples.x0, samples.deviation
+    branch, x0, deviation = seen.branch, seen.samples.x0, seen.samples.deviation
+    last, first = seen.periods.ends[:-1], seen.periods.begins[1:]
     way = np.where(gap == 0.0, np.sign(x0[last]), np.sign(gap))
-    backward = way * np.diff(contacts.place) <= 0.0
+    backward = way * np.diff(seen.contacts.place) <= 0.0
     unloaded = way * (x0[last] + gap) < CERTAIN * deviation[last]
-    before, after = (np.clip(x0[rows], branch.x0_pull, branch.x0_end) for rows in (last, first))
+    before, after = (branch.clip(x0[rows]) for rows in (last, first))
     gained = branch.energy(after) - branch.energy(before)
     error = np.hypot(branch(before)[:, 0] * deviation[last], branch(after)[:, 0] * deviation[first])
     # Over a longer step the slip must be certain, or it was the clamp that jumped.
     limit = np.where(np.abs(gap) > LONG * usual, -CERTAIN, CERTAIN)
     return np.asarray(backward | unloaded | (gained > limit * error))
+
+
+def in_words(reasons: dict[str, BoolArray]) -> StrArray:
+    """Reasons to doubt each period, separated by semicolons."""
+    rows = np.array(list(reasons.values())).T
+    return np.array(["; ".join(np.array(list(reasons))[row]) for row in rows])
+
+
+def notes_of(
+    reasons: dict[str, BoolArray], first_line: IntArray, last_line: IntArray
+) -> tuple[str, ...]:
+    """One line for each reason to doubt, with the lines of the first periods that it concerns."""
+    notes = []
+    for why, periods in reasons.items():
+        lines = list(zip(first_line[periods], last_line[periods], strict=True))
+        if lines:
+            shown = ", ".join(f"{first}-{last}" for first, last in lines[:NAMED])
+            more = ", ..." if lines[NAMED:] else ""
+            notes.append(
+                f"in doubt, {why}: {len(lines)} of {len(periods)} periods, line {shown}{more}"
+            )
+    return tuple(notes)

@@ -21,13 +21,13 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.identification.spacing import onset_table
 from vibrissa.sensor.response import Branch
 
 # Fewer periods do not determine the surface's deviation and correlation length.
 FEWEST = 20
-# Points on the way of a slip at which friction counts, tabulated onsets, Newton steps for a rest.
+# Points on the way of a slip at which friction counts, Newton steps for a rest.
 WAY = 3
-POINTS = 4001
 NEWTON_STEPS = 12
 # So often the surface is estimated, and each time the friction and the linearisation at it.
 ROUNDS = 3
@@ -90,8 +90,7 @@ class EnergySlips:
     @cached_property
     def _onsets(self) -> tuple[FloatArray, FloatArray]:
         """Table of the onset over μ0."""
-        x = np.linspace(0.0, self.branch.x0_lock, POINTS)[:-1]
-        return np.maximum.accumulate(self.branch.demand(x)), x
+        return onset_table(self.branch, self.branch.x0_lock)
 
     @property
     def most(self) -> float:

@@ -1,22 +1,20 @@
 """From a recording to the friction of each period of sticking, with its uncertainty."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.ndimage import find_objects, label
 
-from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.calibration import Setup
-from vibrissa.sensor.identification.doubts import doubts
-from vibrissa.sensor.identification.energy import FEWEST, read_travels
+from vibrissa.sensor.identification.doubts import doubts, in_words, notes_of
+from vibrissa.sensor.identification.methods import Seen, reader_of
 from vibrissa.sensor.identification.periods import (
     MISFIT,
     Channels,
-    Contacts,
     Partition,
     Samples,
     cut,
@@ -26,19 +24,12 @@ from vibrissa.sensor.identification.periods import (
     lone_spikes,
 )
 from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
-from vibrissa.sensor.identification.spacing import spacing
 from vibrissa.sensor.identification.uncertainty import (
     HALF_WIDTH,
-    LastStates,
     Summary,
     common_deviation,
-    friction_of,
-    least_friction,
-    normal_summary,
-    ratio_deviation,
 )
 from vibrissa.sensor.quantities import chosen
-from vibrissa.sensor.response import Branch
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -48,8 +39,6 @@ MOST_OFF = 0.2
 FEWEST_SAMPLES = 3
 # Less noise than this, in the rod's own units, is none; readings in units of it can be squared.
 LEAST_NOISE = 1e-50
-# Lines of so many periods are named in a note.
-NAMED = 3
 
 
 class PeriodStatus(StrEnum):
@@ -118,15 +107,6 @@ class Periods(Batch):
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Slips:
-    """What is known of the slips, for the spacing: step of the stage (L), slip law and μk/μ0."""
-
-    step: float
-    law: SlipLaw | None
-    kinetic_ratio: float | None
-
-
 def find_periods(
     setup: Setup,
     recording: Recording,
@@ -167,30 +147,24 @@ def find_periods(
     """
     method = chosen(Method, method, "method")
     noise, channels = _channels(recording, method, noise)
-    slips = None
-    if method is Method.SPACING:
-        law = None if law is None else chosen(SlipLaw, law, "law")
-        slips = _Slips(
-            step=_stage_step(recording.clamp, step), law=law, kinetic_ratio=kinetic_ratio
-        )
+    reader = reader_of(method, recording.clamp, step, law, kinetic_ratio)
     samples, notes = _states(setup, recording, channels, progress)
-    recorded = _cut(setup, samples, channels, method)
-
-    seen = recorded.seen(setup.branch, setup.offset)
-    moved = [recorded.seen(branch, offset) for branch, offset in setup.displaced]
-    common = np.zeros(len(recorded.periods))
-    if moved:
-        means = [_friction(other, slips, common)[0].mean for other in moved]
-        common = common_deviation(_friction(seen, slips, common)[0].mean, means)
-    found, unsure = _friction(seen, slips, common)
-    least = seen.least - HALF_WIDTH * common_deviation(seen.least, [o.least for o in moved])
-    status = _statuses(seen, found, unsure, from_slip=slips is not None)
+    periods, start = _cut(setup, samples, channels)
+    seen, *displaced = (
+        Seen.fitted(branch, samples.without(offset), channels, periods, start)
+        for branch, offset in ((setup.branch, setup.offset), *setup.displaced)
+    )
+    common = np.zeros(len(periods))
+    if displaced:
+        mean, *means = (reader.friction(one, common)[0].mean for one in (seen, *displaced))
+        common = common_deviation(mean, means)
+    found, unsure = reader.friction(seen, common)
+    least = seen.least - HALF_WIDTH * common_deviation(seen.least, [one.least for one in displaced])
+    status = _statuses(seen, found, unsure, reader.from_slip)
     found = _where_known(found, status, least, seen)
 
-    reasons = doubts(
-        setup.branch, samples.without(setup.offset), noise, recorded.periods, seen.contacts
-    )
-    begins, ends = recorded.periods.begins, recorded.periods.ends
+    reasons = doubts(seen, noise)
+    begins, ends = periods.begins, periods.ends
     first_line, last_line = samples.line[begins], samples.line[ends]
     return Periods(
         status=status,
@@ -204,21 +178,9 @@ def find_periods(
         low=found.low,
         high=found.high,
         common=common,
-        doubt=_in_words(reasons),
-        notes=(*notes, *_in_doubt(reasons, first_line, last_line)),
+        doubt=in_words(reasons),
+        notes=(*notes, *notes_of(reasons, first_line, last_line)),
     )
-
-
-def _stage_step(clamp: FloatArray, step: float | None) -> float:
-    """Step of the stage: the given one, or the usual distance of successive positions."""
-    if step is not None:
-        if not step > 0.0:
-            raise ArgumentError(f"step must be positive, got {step!r}")
-        return step
-    moved = np.abs(np.diff(clamp))
-    if not moved.any():
-        raise RecordingError("the clamp never moves: column footpoint has one value")
-    return float(np.median(moved[moved > 0.0]))
 
 
 def _channels(
@@ -262,129 +224,16 @@ def _states(
     return samples, notes
 
 
-def _cut(setup: Setup, samples: Samples, channels: Channels, method: Method) -> "_Recorded":
-    """Cut samples into periods, those joined that belong together."""
-    periods = cut(samples)
+def _cut(setup: Setup, samples: Samples, channels: Channels) -> tuple[Partition, FloatArray]:
+    """Cut samples into periods, those joined that belong together; and guess their places (L)."""
+    branch, periods, without = setup.branch, cut(samples), samples.without(setup.offset)
     start = periods.sums(samples.place) / periods.counts
-    without = samples.without(setup.offset)
-    contacts = fitted(setup.branch, without, channels, periods, start)
-    own = ~joined_past_lock(setup.branch, without, channels, periods, contacts)
-    return _Recorded(
-        method=method,
-        samples=samples,
-        channels=channels,
-        periods=periods.take(own),
-        start=contacts.place[own],
-    )
+    contacts = fitted(branch, without, channels, periods, start)
+    own = ~joined_past_lock(branch, without, channels, periods, contacts)
+    return periods.take(own), contacts.place[own]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Seen:
-    """Periods as one setup shows them: contacts, least friction and locks (p,), last states."""
-
-    branch: Branch
-    contacts: Contacts
-    least: FloatArray
-    locked: BoolArray
-    last: LastStates
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Recorded:
-    """Samples (with offsets) cut into p periods, and a first guess of their places (L, (p,))."""
-
-    method: Method
-    samples: Samples
-    channels: Channels
-    periods: Partition
-    start: FloatArray
-
-    def seen(self, branch: Branch, offset: FloatArray) -> _Seen:
-        """Read the periods with a branch, and offsets of the channels."""
-        samples, periods = self.samples.without(offset), self.periods
-        contacts = fitted(branch, samples, self.channels, periods, self.start)
-        low = np.minimum.reduceat(samples.clamp, periods.begins) - contacts.place
-        high = np.maximum.reduceat(samples.clamp, periods.begins) - contacts.place
-        return _Seen(
-            branch=branch,
-            contacts=contacts,
-            least=least_friction(branch, low, high, contacts.deviation),
-            locked=high - HALF_WIDTH * contacts.deviation >= branch.x0_lock,
-            last=self._last_states(branch, samples, contacts),
-        )
-
-    def _last_states(self, branch: Branch, samples: Samples, contacts: Contacts) -> LastStates:
-        clamp, ends = samples.clamp, self.periods.ends
-        x0 = clamp[ends] - contacts.place
-        gap = clamp[np.minimum(ends + 1, len(clamp) - 1)] - clamp[ends]
-        none = np.zeros(len(ends))
-        by_moment = LastStates(
-            travel=x0,
-            deviation=contacts.deviation,
-            gap=gap,
-            gap_before=none,
-            sign=np.where(gap == 0.0, np.sign(x0), np.sign(gap)),
-            base=none,
-            ratio_deviation=none,
-        )
-        if self.method is Method.SPACING:
-            travel = clamp[ends] - clamp[self.periods.begins]
-            gap_before = np.append(0.0, gap[:-1])
-            return replace(by_moment, travel=travel, deviation=none, gap_before=gap_before)
-        if self.method is Method.FORCES:
-            # The ratio is measured in the last sticking state; the model says how it goes on.
-            fx, fy, _ = samples.readings[ends].T
-            modelled = branch.demand(np.clip(x0, branch.x0_pull, branch.x0_end))
-            error = ratio_deviation(fx, fy, *self.channels.noise)
-            return replace(
-                by_moment, deviation=none, base=fx / fy - modelled, ratio_deviation=error
-            )
-        return by_moment
-
-
-def _friction(seen: _Seen, slips: _Slips | None, common: FloatArray) -> tuple[Summary, BoolArray]:
-    """Friction of every period, and for which of them only bounds are known."""
-    if slips is None:
-        return friction_of(seen.branch, seen.last, common), np.zeros(len(common), dtype=bool)
-    last = seen.last
-    before = np.append(0.0, last.sign[:-1])
-    relation = spacing(seen.branch, slips.law, slips.kinetic_ratio)
-    found = friction_of(
-        seen.branch,
-        last,
-        common,
-        slips.step,
-        lambda travel, part: relation.onset(travel, before[part], last.sign[part]),
-    )
-    unsure = relation.gives_bounds(before, last.sign)
-    if slips.law is SlipLaw.ENERGY and slips.kinetic_ratio is not None:
-        for run in _runs(last, slips.step):
-            read = _run(seen, run, slips.kinetic_ratio, common)
-            rows = np.arange(run.start, run.stop)[~np.isnan(read.mean)]
-            found.put(rows, read.take(~np.isnan(read.mean)))
-            unsure[rows] = False
-    return found, unsure
-
-
-def _runs(last: LastStates, step: float) -> list[slice]:
-    """Periods in a row that end by slips forward in single steps, enough to be read together."""
-    plain = (last.sign > 0.0) & (last.gap > 0.5 * step) & (last.gap < 1.5 * step)
-    runs = [run for (run,) in find_objects(label(plain)[0])]
-    return [run for run in runs if run.stop - run.start >= FEWEST]
-
-
-def _run(seen: _Seen, run: slice, kinetic_ratio: float, common: FloatArray) -> Summary:
-    """Friction of a run of periods by the energy law; NaN where it is not known."""
-    last = seen.last.take(run)
-    mean, own = read_travels(
-        seen.branch, kinetic_ratio, last.travel, last.gap, seen.contacts.place[run]
-    )
-    # What came before the first of them is not known.
-    mean[0] = np.nan
-    return normal_summary(seen.branch, mean, np.hypot(own, common[run]))
-
-
-def _statuses(seen: _Seen, found: Summary, unsure: BoolArray, from_slip: bool) -> StrArray:
+def _statuses(seen: Seen, found: Summary, unsure: BoolArray, from_slip: bool) -> StrArray:
     """Tell what is known about each period, of which `from_slip` needs the slip before it."""
     opened = np.zeros(len(found), dtype=bool)
     opened[-1] = True
@@ -408,7 +257,7 @@ def _statuses(seen: _Seen, found: Summary, unsure: BoolArray, from_slip: bool) -
     )
 
 
-def _where_known(found: Summary, status: StrArray, least: FloatArray, seen: _Seen) -> Summary:
+def _where_known(found: Summary, status: StrArray, least: FloatArray, seen: Seen) -> Summary:
     """Keep what the status leaves: the whole distribution, bounds, or a lower bound alone."""
     unsure, unknown = status == PeriodStatus.UNSURE, status == PeriodStatus.BEYOND
     locked = status == PeriodStatus.LOCK
@@ -422,25 +271,3 @@ def _where_known(found: Summary, status: StrArray, least: FloatArray, seen: _See
         low=np.select([unknown, bounded], [np.nan, least], found.low),
         high=np.select([bounded | unknown, unsure], [np.nan, most], found.high),
     )
-
-
-def _in_words(reasons: dict[str, BoolArray]) -> StrArray:
-    """Reasons to doubt each period, separated by semicolons."""
-    rows = np.array(list(reasons.values())).T
-    return np.array(["; ".join(np.array(list(reasons))[row]) for row in rows])
-
-
-def _in_doubt(
-    reasons: dict[str, BoolArray], first_line: IntArray, last_line: IntArray
-) -> tuple[str, ...]:
-    """One line for each reason to doubt, with the lines of the first periods that it concerns."""
-    notes = []
-    for why, periods in reasons.items():
-        lines = list(zip(first_line[periods], last_line[periods], strict=True))
-        if lines:
-            shown = ", ".join(f"{first}-{last}" for first, last in lines[:NAMED])
-            more = ", ..." if lines[NAMED:] else ""
-            notes.append(
-                f"in doubt, {why}: {len(lines)} of {len(periods)} periods, line {shown}{more}"
-            )
-    return tuple(notes)

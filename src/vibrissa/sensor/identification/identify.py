@@ -15,7 +15,7 @@ from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Method, Recording, noise_of, read_recording
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
-from vibrissa.sensor.series import Column, to_frame
+from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
@@ -43,7 +43,7 @@ def _noise(
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Identification:
+class Identification(Tabular):
     """Friction of the periods of a recording, in the units of the rod.
 
     Attributes
@@ -75,10 +75,6 @@ class Identification:
             "last_line": Column(periods.last_line, "1", "line of the last sample"),
             "doubt": Column(periods.doubt, "", "why its friction is in doubt; empty if it is not"),
         }
-
-    def frame(self) -> "DataFrame":
-        """One row for each period, as a DataFrame."""
-        return to_frame(self.columns())
 
 
 def identify(

@@ -257,7 +257,7 @@ def fitted(
     """
     place, known = start, np.empty(0)
     for _ in range(CONTACT_STEPS):
-        x0 = np.clip(samples.clamp - periods.spread(place), branch.x0_pull, branch.x0_end)
+        x0 = branch.clip(samples.clamp - periods.spread(place))
         slope = channels.weighted(branch.slope(x0))
         miss = channels.weighted(samples.readings - branch(x0))
         known = periods.sums((slope**2).sum(axis=1))

@@ -112,12 +112,10 @@ def spacing(branch: Branch, law: SlipLaw | None, kinetic_ratio: float | None = N
             f"the spacing of {law} slips needs a kinetic_ratio above 0 and below 1, got "
             f"{kinetic_ratio!r}"
         )
-    ends = {1: branch.x0_lock, -1: -ALMOST * branch.x0_pull}
-    # Displacements in a direction up to its end, and the friction needed to get there.
-    onsets = {way: np.linspace(0.0, end, POINTS)[:-1] for way, end in ends.items()}
-    needed = {
-        way: np.maximum.accumulate(np.abs(branch.demand(way * x))) for way, x in onsets.items()
-    }
+    ends = {1: branch.x0_lock, -1: ALMOST * branch.x0_pull}
+    needed, onsets = {}, {}
+    for way, end in ends.items():
+        needed[way], onsets[way] = onset_table(branch, end)
     tables, sure = {}, set()
     for came, goes in product((1, -1), repeat=2):
         onset, mu0 = onsets[goes], needed[goes]
@@ -132,3 +130,21 @@ def spacing(branch: Branch, law: SlipLaw | None, kinetic_ratio: float | None = N
             travel = onset + np.interp(mu0, needed[-goes], onsets[-goes])
         tables[came, goes] = travel, onset
     return Spacing(tables=tables, sure=frozenset(sure))
+
+
+def onset_table(branch: Branch, end: float) -> tuple[FloatArray, FloatArray]:
+    """Tabulate the friction with which a tip sticks up to a displacement, and the displacement.
+
+    Parameters
+    ----------
+    branch : Branch
+    end : float
+        Where the table ends (L), below 0 for a tip that is pulled.
+
+    Returns
+    -------
+    mu0, x0 : ndarray
+        The friction rises; displacements as magnitudes (L).
+    """
+    x0 = np.linspace(0.0, end, POINTS)[:-1]
+    return np.maximum.accumulate(np.abs(branch.demand(x0))), np.abs(x0)

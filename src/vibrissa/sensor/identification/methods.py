@@ -1,0 +1,229 @@
+"""How friction is read from the last sticking state of each period: a class for each method."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Self
+
+import numpy as np
+from scipy.ndimage import find_objects, label
+
+from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.energy import FEWEST, read_travels
+from vibrissa.sensor.identification.periods import Channels, Contacts, Partition, Samples, fitted
+from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.identification.spacing import spacing
+from vibrissa.sensor.identification.uncertainty import (
+    HALF_WIDTH,
+    LastStates,
+    Summary,
+    friction_of,
+    least_friction,
+    normal_summary,
+    ratio_deviation,
+)
+from vibrissa.sensor.quantities import chosen
+from vibrissa.sensor.response import Branch
+from vibrissa.sensor.slips import SlipLaw
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Seen:
+    """Periods of sticking as one setup shows them.
+
+    Attributes
+    ----------
+    branch : Branch
+    samples : Samples
+        Without offsets.
+    channels : Channels
+    periods : Partition
+        Of p periods.
+    contacts : Contacts
+    """
+
+    branch: Branch
+    samples: Samples
+    channels: Channels
+    periods: Partition
+    contacts: Contacts
+
+    @classmethod
+    def fitted(
+        cls,
+        branch: Branch,
+        samples: Samples,
+        channels: Channels,
+        periods: Partition,
+        start: FloatArray,
+    ) -> Self:
+        """Fit the contacts, from a first guess of their places; see `periods.fitted`."""
+        contacts = fitted(branch, samples, channels, periods, start)
+        return cls(
+            branch=branch, samples=samples, channels=channels, periods=periods, contacts=contacts
+        )
+
+    @cached_property
+    def last(self) -> LastStates:
+        """Last sticking state of each period, by its contact alone."""
+        clamp, ends = self.samples.clamp, self.periods.ends
+        x0 = clamp[ends] - self.contacts.place
+        gap = clamp[np.minimum(ends + 1, len(clamp) - 1)] - clamp[ends]
+        none = np.zeros(len(ends))
+        return LastStates(
+            travel=x0,
+            deviation=self.contacts.deviation,
+            gap=gap,
+            gap_before=none,
+            sign=np.where(gap == 0.0, np.sign(x0), np.sign(gap)),
+            base=none,
+            ratio_deviation=none,
+        )
+
+    def _farthest(self, which: np.ufunc) -> FloatArray:
+        """Least or largest displacement in each period (L)."""
+        return which.reduceat(self.samples.clamp, self.periods.begins) - self.contacts.place
+
+    @cached_property
+    def least(self) -> FloatArray:
+        """Least friction with which the tip can have stuck so far."""
+        low, high = self._farthest(np.minimum), self._farthest(np.maximum)
+        return least_friction(self.branch, low, high, self.contacts.deviation)
+
+    @property
+    def locked(self) -> BoolArray:
+        """Whether the tip has stuck past the lock."""
+        high = self._farthest(np.maximum)
+        return np.asarray(high - HALF_WIDTH * self.contacts.deviation >= self.branch.x0_lock)
+
+
+class ByMoment:
+    """From the moment alone: the model of the rod says the rest.
+
+    Attributes
+    ----------
+    from_slip : bool
+        Whether a period needs the slip before it.
+    """
+
+    from_slip: ClassVar[bool] = False
+
+    def friction(self, seen: Seen, common: FloatArray) -> tuple[Summary, BoolArray]:
+        """Find the friction of every period, and for which of them only bounds are known.
+
+        Parameters
+        ----------
+        seen : Seen
+        common : ndarray, shape (p,)
+            Standard deviation of the error that all periods share.
+        """
+        found = friction_of(seen.branch, self._last_states(seen), common)
+        return found, np.zeros(len(found), dtype=bool)
+
+    def _last_states(self, seen: Seen) -> LastStates:
+        return seen.last
+
+
+class ByForces(ByMoment):
+    """From the ratio of the forces, measured in the last state; the model says how it goes on."""
+
+    def _last_states(self, seen: Seen) -> LastStates:
+        fx, fy, _ = seen.samples.readings[seen.periods.ends].T
+        return replace(
+            seen.last,
+            deviation=np.zeros(len(fx)),
+            base=fx / fy - seen.branch.demand(seen.branch.clip(seen.last.travel)),
+            ratio_deviation=ratio_deviation(fx, fy, *seen.channels.noise),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class BySpacing(ByMoment):
+    """From the clamp's travel from slip to slip.
+
+    Attributes
+    ----------
+    step : float
+        Step of the stage (L).
+    law : SlipLaw or None
+        Where slips end, if that is known.
+    kinetic_ratio : float or None
+        μk/μ0, for the laws that need it.
+    """
+
+    from_slip: ClassVar[bool] = True
+    step: float
+    law: SlipLaw | None
+    kinetic_ratio: float | None
+
+    def friction(self, seen: Seen, common: FloatArray) -> tuple[Summary, BoolArray]:
+        """Find the friction of every period, and for which of them only bounds are known."""
+        last = self._last_states(seen)
+        before = np.append(0.0, last.sign[:-1])
+        relation = spacing(seen.branch, self.law, self.kinetic_ratio)
+        found = friction_of(
+            seen.branch,
+            last,
+            common,
+            self.step,
+            lambda travel, part: relation.onset(travel, before[part], last.sign[part]),
+        )
+        unsure = relation.gives_bounds(before, last.sign)
+        if self.law is SlipLaw.ENERGY and self.kinetic_ratio is not None:
+            for run in self._runs(last):
+                travel, gap, place = last.travel[run], last.gap[run], seen.contacts.place[run]
+                mean, own = read_travels(seen.branch, self.kinetic_ratio, travel, gap, place)
+                # What came before the first of them is not known.
+                mean[0] = np.nan
+                known = ~np.isnan(mean)
+                rows = np.arange(run.start, run.stop)[known]
+                deviation = np.hypot(own[known], common[rows])
+                found.put(rows, normal_summary(seen.branch, mean[known], deviation))
+                unsure[rows] = False
+        return found, unsure
+
+    def _last_states(self, seen: Seen) -> LastStates:
+        clamp, periods = seen.samples.clamp, seen.periods
+        return replace(
+            seen.last,
+            travel=clamp[periods.ends] - clamp[periods.begins],
+            deviation=np.zeros(len(periods)),
+            gap_before=np.append(0.0, seen.last.gap[:-1]),
+        )
+
+    def _runs(self, last: LastStates) -> list[slice]:
+        """Periods in a row that end by slips forward in single steps, enough to read together."""
+        single = (last.gap > 0.5 * self.step) & (last.gap < 1.5 * self.step)
+        runs = [run for (run,) in find_objects(label((last.sign > 0.0) & single)[0])]
+        return [run for run in runs if run.stop - run.start >= FEWEST]
+
+
+def reader_of(
+    method: Method,
+    clamp: FloatArray,
+    step: float | None,
+    law: SlipLaw | str | None,
+    kinetic_ratio: float | None,
+) -> ByMoment:
+    """Set up a method; without a step it is the usual distance of successive clamp positions.
+
+    Raises
+    ------
+    ArgumentError
+        If the step is not positive or the law is none.
+    RecordingError
+        If the step is not known, as the clamp never moves.
+    """
+    if method is Method.MOMENT:
+        return ByMoment()
+    if method is Method.FORCES:
+        return ByForces()
+    law = None if law is None else chosen(SlipLaw, law, "law")
+    if step is None:
+        moved = np.abs(np.diff(clamp))
+        if not moved.any():
+            raise RecordingError("the clamp never moves: column footpoint has one value")
+        step = float(np.median(moved[moved > 0.0]))
+    if not step > 0.0:
+        raise ArgumentError(f"step must be positive, got {step!r}")
+    return BySpacing(step=step, law=law, kinetic_ratio=kinetic_ratio)
