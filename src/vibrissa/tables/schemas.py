@@ -35,21 +35,22 @@ def _words(*words: str) -> str:
 
 def _column(
     name: str,
-    kind: pa.DataType,
     unit: str,
     description: str,
     *,
+    kind: pa.DataType = NUMBER,
     range: str = "",
     null: str = "",
     equation: str = "",
 ) -> pa.Field:
     """Column that holds null only if it is said what null means."""
-    said = zip(
-        (UNIT, RANGE, NULL, EQUATION, DESCRIPTION),
-        (unit, range, null, equation, description),
-        strict=True,
-    )
-    return pa.field(name, kind, bool(null), {key: text.encode() for key, text in said})
+    said = {UNIT: unit, RANGE: range, NULL: null, EQUATION: equation, DESCRIPTION: description}
+    return pa.field(name, kind, bool(null), {key: text.encode() for key, text in said.items()})
+
+
+def _text(name: str, description: str, *, range: str = "", null: str = "") -> pa.Field:
+    """Column of texts."""
+    return _column(name, NONE, description, kind=TEXT, range=range, null=null)
 
 
 def _changed(column: pa.Field, suffix: str, when: str, null: str) -> pa.Field:
@@ -57,9 +58,9 @@ def _changed(column: pa.Field, suffix: str, when: str, null: str) -> pa.Field:
     said = {key: value.decode() for key, value in column.metadata.items()}
     return _column(
         f"{column.name}{suffix}",
-        column.type,
         said[UNIT],
         said[DESCRIPTION] + when,
+        kind=column.type,
         range=said[RANGE],
         null=f"{null}; or method shooting" if null and column.name == STABILITY else null,
         equation=said[EQUATION],
@@ -72,29 +73,27 @@ def _schema(name: str, columns: Sequence[pa.Field]) -> pa.Schema:
 
 # Tables of several studies may be put one below the other: every row says where it is from.
 ORIGIN = (
-    _column("study", TEXT, NONE, "name of the study", range="letters, digits, _ and -"),
-    _column("method", TEXT, NONE, "how the sticking equilibria were solved", range=_words(*Method)),
+    _text("study", "name of the study", range="letters, digits, _ and -"),
+    _text("method", "how the sticking equilibria were solved", range=_words(*Method)),
 )
 THETA = _column(
     "theta",
-    NUMBER,
     NONE,
     "taper factor: diameter of the base over diameter of the tip",
     range="[1, ∞)",
     equation="θ = d0/d1 (1)",
 )
-ETA = _column("eta", NUMBER, LENGTH, "clamp–surface distance", range="(0, 1)", equation="y(1) = η")
+ETA = _column("eta", LENGTH, "clamp–surface distance", range="(0, 1)", equation="y(1) = η")
 AXES = (
     THETA,
-    _column("mu0", NUMBER, NONE, "coefficient of static friction", range=POSITIVE),
+    _column("mu0", NONE, "coefficient of static friction", range=POSITIVE),
     ETA,
-    _column("dx0", NUMBER, LENGTH, "step of the clamp", range=POSITIVE),
+    _column("dx0", LENGTH, "step of the clamp", range=POSITIVE),
 )
 STABILITY = "stability"
 STATE = (
     _column(
         "f",
-        NUMBER,
         FORCE,
         "contact force of the surface on the rod, magnitude",
         range=POSITIVE,
@@ -102,23 +101,16 @@ STATE = (
     ),
     _column(
         "alpha",
-        NUMBER,
         ANGLE,
         "inclination of the contact force against the normal of the surface",
         range="(−π/2, π/2)",
         equation="tan α = −fx/fy",
     ),
     _column(
-        "phi1",
-        NUMBER,
-        ANGLE,
-        "tangent angle at the contact point",
-        range="(−π, π)",
-        equation="φ1 = φ(s_c)",
+        "phi1", ANGLE, "tangent angle at the contact point", range="(−π, π)", equation="φ1 = φ(s_c)"
     ),
     _column(
         "s_c",
-        NUMBER,
         LENGTH,
         "arc length of the contact point; 1 in tip contact",
         range="(0, 1]",
@@ -126,7 +118,6 @@ STATE = (
     ),
     _column(
         "reaction_fx",
-        NUMBER,
         FORCE,
         "load of the rod on the clamp, force along the surface",
         range=ANY,
@@ -134,7 +125,6 @@ STATE = (
     ),
     _column(
         "reaction_fy",
-        NUMBER,
         FORCE,
         "load of the rod on the clamp, force along the normal of the surface",
         range="(−∞, 0)",
@@ -142,7 +132,6 @@ STATE = (
     ),
     _column(
         "reaction_m",
-        NUMBER,
         MOMENT,
         "load of the rod on the clamp, moment",
         range=ANY,
@@ -150,7 +139,6 @@ STATE = (
     ),
     _column(
         STABILITY,
-        NUMBER,
         NONE,
         "smallest eigenvalue of the second variation; positive where the rod is stable",
         range="(−∞, 1]",
@@ -176,13 +164,12 @@ def _state_lists() -> list[pa.Field]:
 
 
 def _status(*statuses: Status) -> pa.Field:
-    return _column("status", TEXT, NONE, "outcome", range=_words(*statuses))
+    return _text("status", "outcome", range=_words(*statuses))
 
 
-MESSAGE = _column("message", TEXT, NONE, "why there is no result, and what to try; or empty")
+MESSAGE = _text("message", "why there is no result, and what to try; or empty")
 X1_INIT = _column(
     "x1_init",
-    NUMBER,
     LENGTH,
     "position of the contact point at α = 0, with the clamp at 0",
     range=POSITIVE,
@@ -191,7 +178,6 @@ X1_INIT = _column(
 )
 MU_LOCK = _column(
     "mu_lock",
-    NUMBER,
     NONE,
     "critical friction coefficient: above it the tip is self-locking; infinite where it lifts off",
     range="(0, ∞]",
@@ -200,7 +186,6 @@ MU_LOCK = _column(
 )
 X0_LOCK = _column(
     "x0_lock",
-    NUMBER,
     LENGTH,
     "clamp displacement of the critical state",
     range=NOT_NEGATIVE,
@@ -209,65 +194,67 @@ X0_LOCK = _column(
 )
 X0_SLIP = _column(
     "x0_slip",
-    NUMBER,
     LENGTH,
     "clamp displacement at the exact onset of slip",
     range=NOT_NEGATIVE,
     null=NO_SLIP,
     equation="−tan α(x0_slip) = μ0",
 )
-CONTACT = _column("contact", TEXT, NONE, "kind of contact", range=_words(*Contact), null=NO_RESULT)
+CONTACT = _text("contact", "kind of contact", range=_words(*Contact), null=NO_RESULT)
 
 CURVES = _schema(
     "curves",
     [
-        _column("theta", TEXT, NONE, "taper factor, exact decimal", range="[1, ∞)"),
-        _column("eta", TEXT, LENGTH, "clamp–surface distance, exact decimal", range="(0, 1)"),
+        _text("theta", "taper factor, exact decimal", range="[1, ∞)"),
+        _column("eta", LENGTH, "clamp–surface distance, exact decimal", range="(0, 1)", kind=TEXT),
         _column(
             "dx0",
-            TEXT,
             LENGTH,
             "step of the clamp at which the path was followed, exact decimal",
             range=POSITIVE,
             null="the path serves all steps (method collocation)",
+            kind=TEXT,
         ),
         ORIGIN[1],
         _status(Status.SOLVED, Status.OUT_OF_REACH, Status.FAILED),
         MESSAGE,
-        _column(
+        _text(
             "ends_by",
-            TEXT,
-            NONE,
             "how the path ends",
             range=_words(End.SNAPS, End.OUT_OF_REACH, End.LIFTS_OFF, End.NOT_FOLLOWED),
         ),
-        _column("end_message", TEXT, NONE, "more about the end of the path, or empty"),
+        _text("end_message", "more about the end of the path, or empty"),
         X1_INIT,
-        _column("residual", NUMBER, NONE, RESIDUAL, range=NOT_NEGATIVE, null=NO_RESULT),
+        _column("residual", NONE, RESIDUAL, range=NOT_NEGATIVE, null=NO_RESULT),
         X0_LOCK,
         MU_LOCK,
         _column(
             "x0_touch",
-            NUMBER,
             LENGTH,
             "first clamp displacement at which the rod touches the surface tangentially",
             range=NOT_NEGATIVE,
             null="it does so nowhere on the path, or no result",
             equation="φ1(x0_touch) = 0",
         ),
-        _column("piece_contact", TEXTS, NONE, "kind of contact of each smooth piece of the path"),
-        _column("piece_states", pa.list_(WHOLE), NONE, "number of states on each smooth piece"),
+        _column(
+            "piece_contact", NONE, "kind of contact of each smooth piece of the path", kind=TEXTS
+        ),
+        _column(
+            "piece_states", NONE, "number of states on each smooth piece", kind=pa.list_(WHOLE)
+        ),
         _column(
             "piece_parameter",
-            TEXTS,
             NONE,
             "parameter that orders the states: clamp displacement, or continuation parameter",
             range=_words(*Parameter),
             equation="(9)",
+            kind=TEXTS,
         ),
-        _column("piece_start", NUMBERS, NONE, "first value of the parameter (x0 in L)"),
-        _column("piece_stop", NUMBERS, NONE, "last value of the parameter (x0 in L)"),
-        _column("x0", NUMBERS, LENGTH, "clamp displacement, of the states", range=NOT_NEGATIVE),
+        _column("piece_start", NONE, "first value of the parameter (x0 in L)", kind=NUMBERS),
+        _column("piece_stop", NONE, "last value of the parameter (x0 in L)", kind=NUMBERS),
+        _column(
+            "x0", LENGTH, "clamp displacement, of the states", range=NOT_NEGATIVE, kind=NUMBERS
+        ),
         *_state_lists(),
     ],
 )
@@ -276,12 +263,10 @@ STICTION = _schema(
     "stiction",
     [
         *ORIGIN,
-        _column("grids", TEXTS, NONE, "names of the grids that the point belongs to"),
+        _column("grids", NONE, "names of the grids that the point belongs to", kind=TEXTS),
         *AXES,
-        _column(
+        _text(
             "status",
-            TEXT,
-            NONE,
             "outcome: the tip slips forward, or is self-locking; the shape is inadmissible; or no "
             "result of the promised accuracy",
             range=_words(Status.SLIP, Status.LOCK, Status.OUT_OF_REACH, Status.FAILED),
@@ -291,7 +276,6 @@ STICTION = _schema(
         X0_SLIP,
         _column(
             "x0_max",
-            NUMBER,
             LENGTH,
             "clamp displacement of the last sticking state on the step grid; the paper's x0,max",
             range=NOT_NEGATIVE,
@@ -300,29 +284,26 @@ STICTION = _schema(
         ),
         _column(
             "n_steps",
-            WHOLE,
             NONE,
             "steps of the clamp to the last sticking state",
             range=NOT_NEGATIVE,
             null=NO_SLIP,
             equation="n_steps = ⌊x0_slip/Δx0⌋",
+            kind=WHOLE,
         ),
         MU_LOCK,
         X0_LOCK,
         *_state_columns("_init", ", at α = 0", NO_RESULT),
         *_state_columns("_last", ", in the last sticking state on the step grid", NO_SLIP),
         *_state_columns("_slip", ", at the exact onset of slip", NO_SLIP),
-        _column(
+        _text(
             "ends_by",
-            TEXT,
-            NONE,
             "how sticking ends after self-locking",
             range=_words(End.SLIPS_BACK, End.SNAPS, End.OUT_OF_REACH, End.NOT_FOLLOWED),
             null=NO_LOCK,
         ),
         _column(
             "x0_end",
-            NUMBER,
             LENGTH,
             "clamp displacement at which sticking ends after self-locking",
             range=NOT_NEGATIVE,
@@ -333,14 +314,14 @@ STICTION = _schema(
         X1_INIT,
         _column(
             "penetrates",
-            FLAG,
             NONE,
             "whether the rod passes through the surface at its tip, up to the last sticking state "
             "or the critical state",
             null=NO_RESULT,
             equation="φ1 < 0 and s_c = 1",
+            kind=FLAG,
         ),
-        _column("residual", NUMBER, NONE, RESIDUAL, range=NOT_NEGATIVE, null=NO_RESULT),
+        _column("residual", NONE, RESIDUAL, range=NOT_NEGATIVE, null=NO_RESULT),
     ],
 )
 
@@ -353,10 +334,7 @@ def _model_columns(suffix: str, contact: str) -> list[pa.Field]:
         _changed(X0_SLIP, suffix, contact, NO_SLIP),
         _changed(state["f"], f"_slip{suffix}", f", at the exact onset of slip{contact}", NO_SLIP),
         _changed(
-            state["reaction_m"],
-            f"_slip{suffix}",
-            f", at the exact onset of slip{contact}",
-            NO_SLIP,
+            state["reaction_m"], f"_slip{suffix}", f", at the exact onset of slip{contact}", NO_SLIP
         ),
         _changed(MU_LOCK, suffix, contact, NO_RESULT),
         _changed(STICTION.field("residual"), suffix, contact, NO_RESULT),
@@ -367,15 +345,15 @@ COMPARISONS = _schema(
     "comparisons",
     [
         *ORIGIN,
-        _column("comparison", TEXT, NONE, "name of the comparison"),
+        _text("comparison", "name of the comparison"),
         *AXES[:3],
         _column(
             "penetrates",
-            FLAG,
             NONE,
             "whether the rod in tip contact passes through the surface, up to the onset of slip or "
             "the critical state",
             equation="φ1 < 0 and s_c = 1",
+            kind=FLAG,
         ),
         *_model_columns("_point", ", in tip contact"),
         *_model_columns("_line", ", in line contact"),
@@ -383,30 +361,30 @@ COMPARISONS = _schema(
 )
 
 SHAPE = (
-    _column("shape_s", NUMBERS, LENGTH, "arc lengths of points of the rod", range="[0, 1]"),
+    _column("shape_s", LENGTH, "arc lengths of points of the rod", range="[0, 1]", kind=NUMBERS),
     _column(
         "shape_x",
-        NUMBERS,
         LENGTH,
         "positions of these points along the surface",
         range=ANY,
         equation="x' = cos φ (2)",
+        kind=NUMBERS,
     ),
     _column(
         "shape_y",
-        NUMBERS,
         LENGTH,
         "positions of these points from the clamp towards the surface",
         range=ANY,
         equation="y' = sin φ (2)",
+        kind=NUMBERS,
     ),
     _column(
         "shape_phi",
-        NUMBERS,
         ANGLE,
         "tangent angles at these points",
         range=ANY,
         equation="(2)",
+        kind=NUMBERS,
     ),
 )
 
@@ -414,43 +392,38 @@ SCANS = _schema(
     "scans",
     [
         *ORIGIN,
-        _column("scan", TEXT, NONE, "name of the set of scans"),
+        _text("scan", "name of the set of scans"),
         *AXES,
-        _column(
+        _text(
             "status",
-            TEXT,
-            NONE,
             "outcome; a self-locking tip has one period, to where sticking ends",
             range=_words(Status.SLIP, Status.LOCK, Status.OUT_OF_REACH, Status.FAILED),
         ),
         _column(
             "cycle",
-            WHOLE,
             NONE,
             "number of the stick-slip cycle; a cycle ends with its slip",
             range="[1, ∞)",
             null=NO_RESULT,
+            kind=WHOLE,
         ),
         _column(
             "step",
-            WHOLE,
             NONE,
             "steps of the clamp since the cycle began",
             range=NOT_NEGATIVE,
             null=NO_RESULT,
+            kind=WHOLE,
         ),
-        _column(
+        _text(
             "phase",
-            TEXT,
-            NONE,
             "whether the tip has slipped in this step",
             range=_words("slip", "stick"),
             null=NO_RESULT,
         ),
-        _column("footpoint", NUMBER, LENGTH, "clamp position", range=NOT_NEGATIVE, null=NO_RESULT),
+        _column("footpoint", LENGTH, "clamp position", range=NOT_NEGATIVE, null=NO_RESULT),
         _column(
             "x0",
-            NUMBER,
             LENGTH,
             "clamp displacement since the last state with α = 0",
             range=NOT_NEGATIVE,
@@ -459,7 +432,6 @@ SCANS = _schema(
         ),
         _column(
             "x1",
-            NUMBER,
             LENGTH,
             "position of the contact point",
             range=POSITIVE,
@@ -469,7 +441,6 @@ SCANS = _schema(
         *_state_columns(null=NO_RESULT),
         _column(
             "residual",
-            NUMBER,
             LENGTH,
             "distance of the contact point from the end of the shape, integrated independently",
             range=NOT_NEGATIVE,
@@ -483,12 +454,11 @@ STATES = _schema(
     "states",
     [
         *ORIGIN,
-        _column("state", TEXT, NONE, "name of the state"),
+        _text("state", "name of the state"),
         THETA,
         ETA,
         _column(
             "x1",
-            NUMBER,
             LENGTH,
             "position of the contact point, with the clamp at 0",
             range=ANY,
@@ -500,15 +470,14 @@ STATES = _schema(
         *_state_columns(null=NO_RESULT),
         _column(
             "penetrates",
-            FLAG,
             NONE,
             "whether the rod passes through the surface at its tip",
             null=NO_RESULT,
             equation="φ1 < 0 and s_c = 1",
+            kind=FLAG,
         ),
         _column(
             "residual",
-            NUMBER,
             NONE,
             "largest residual of E1 to E4, in rad and L",
             range=NOT_NEGATIVE,
@@ -522,23 +491,21 @@ CLAIMS = _schema(
     "claims",
     [
         *ORIGIN,
-        _column("claim", TEXT, NONE, "short name of the statement"),
-        _column("section", TEXT, NONE, "section of the paper that makes it"),
-        _column("statement", TEXT, NONE, "what it says, in other words"),
-        _column("computed", TEXT, NONE, "what was computed to decide it"),
-        _column("quantity_name", TEXTS, NONE, "what each computed quantity is"),
+        _text("claim", "short name of the statement"),
+        _text("section", "section of the paper that makes it"),
+        _text("statement", "what it says, in other words"),
+        _text("computed", "what was computed to decide it"),
+        _column("quantity_name", NONE, "what each computed quantity is", kind=TEXTS),
         _column(
-            "quantity_value", NUMBERS, NONE, "computed quantities, each in its unit", range=ANY
+            "quantity_value", NONE, "computed quantities, each in its unit", range=ANY, kind=NUMBERS
         ),
-        _column("quantity_unit", TEXTS, NONE, "unit of each quantity"),
-        _column(
+        _column("quantity_unit", NONE, "unit of each quantity", kind=TEXTS),
+        _text(
             "verdict",
-            TEXT,
-            NONE,
             "verdict on the statement",
             range=_words("holds", "holds with a condition", "ambiguous", "contradicted"),
         ),
-        _column("reason", TEXT, NONE, "the condition or the reason"),
+        _text("reason", "the condition or the reason"),
     ],
 )
 
