@@ -100,7 +100,7 @@ class Piece:
         return value, np.hstack([value, slope]), np.hstack([value, slope, derivative @ slope])
 
     def jet(self, t: FloatArray, order: int) -> Jet:
-        """States at values of the parameter on the piece, and their derivatives.
+        """Interpolated states at values of the parameter on the piece, and their derivatives.
 
         Parameters
         ----------
@@ -121,25 +121,20 @@ class Piece:
             flat = chebyshev_series(self._series[order], position)
             width = flat.shape[-1] // (order + 1)
             parts = [flat[..., width * i : width * (i + 1)] for i in range(order + 1)]
-        states = StickingState.from_matrix(parts[0], **self._prescribed(t))
-        # No margin exceeds 1, but between the states the interpolant may.
-        states = replace(states, stability=np.minimum(states.stability, 1.0))
-        return states, *map(StickingState.from_matrix, parts[1:])
-
-    def _prescribed(self, t: FloatArray) -> dict[str, FloatArray]:
-        """Columns that are known exactly, or not at all."""
-        known = {"s_c": np.ones(t.shape)}
-        if self.contact is Contact.LINE:
-            known = {"phi1": np.zeros(t.shape)}
-        if self.parameter is Parameter.X0:
-            known["x0"] = t
-        if self.stepped:
-            known["stability"] = np.full(t.shape, np.nan)
-        return known
+        return tuple(map(StickingState.from_matrix, parts))
 
     def at(self, t: FloatArray) -> StickingState:
         """States at values of the parameter on the piece."""
-        return self.jet(t, 0)[0]
+        states = self.jet(t, 0)[0]
+        # No margin exceeds 1, but between the states the interpolant may.
+        exact = {"stability": np.minimum(states.stability, 1.0), "s_c": np.ones(t.shape)}
+        if self.contact is Contact.LINE:
+            exact |= {"s_c": states.s_c, "phi1": np.zeros(t.shape)}
+        if self.parameter is Parameter.X0:
+            exact["x0"] = t
+        if self.stepped:
+            exact["stability"] = np.full(t.shape, np.nan)
+        return replace(states, **exact)
 
     def at_x0(self, x0: FloatArray) -> StickingState:
         """States at displacements on the piece."""
