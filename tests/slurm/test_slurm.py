@@ -243,18 +243,23 @@ def test_another_scheduler_and_a_job_cancelled_by_hand(cluster, small, project, 
     assert_same_tables(project, small)
 
 
+TAKES_NONE = "SLURM does not take the jobs:"
 REFUSALS = {
     "a wrong partition": (
         ["--default-resources", "slurm_partition=nowhere"],
-        ["Invalid partition name specified", "asked for: sbatch -p nowhere"],
+        [TAKES_NONE, "Invalid partition name specified", "asked for: sbatch -p nowhere"],
+    ),
+    "a wrong account": (
+        ["--default-resources", "slurm_account=nobody"],
+        ["The given account nobody appears to be invalid", "whiskers", "Set slurm_"],
     ),
     "more time than the partition allows": (
         ["--default-resources", "slurm_partition=short"],
-        ["Partition short allows 1 minutes", "short (up, 1 min)"],
+        [TAKES_NONE, "Partition short allows 1 minutes", "short (up, 1 min)"],
     ),
     "more memory than a node has": (
         ["--set-resources", "curves:mem_mb=100000000"],
-        ["Requested node configuration is not available"],
+        [TAKES_NONE, "Requested node configuration is not available"],
     ),
 }
 
@@ -262,7 +267,7 @@ REFUSALS = {
 @pytest.mark.parametrize("arguments, words", REFUSALS.values(), ids=REFUSALS)
 def test_a_refusal_ends_the_run_with_slurms_words(cluster, project, arguments, words):
     said = project.run("slurm", *arguments, status=1)
-    assert [word for word in ["SLURM does not take the jobs:", *words] if word not in said] == []
+    assert [word for word in words if word not in said] == []
     assert "Traceback" not in said
 
 

@@ -1,11 +1,10 @@
 #!/usr/bin/env bash
-# A real SLURM on this one machine, from Debian's packages: one controller and two nodes, n1 and n2,
-# of two CPUs each (they share the real ones). No systemd, cgroups or network is needed.
+# A real SLURM on this one machine, from Debian's packages: one controller, two nodes, n1 and n2, of
+# two CPUs each (they share the real ones), and a database that knows one account. No systemd,
+# cgroups or network is needed.
 #
 #   tests/slurm/up.sh FOLDER      state, logs and configuration go to FOLDER
 #   tests/slurm/down.sh FOLDER    ends what this started; the packages stay installed
-#
-# With WITH_DBD=1 also a database and slurmdbd, so that `sacct` answers.
 #
 # Exits with 77 where this cannot be tried (not root, not Debian, or a machine that belongs to a
 # SLURM already), and 1 where it was tried and failed; in both cases the last line says why.
@@ -36,6 +35,7 @@ getent hosts "$host" >/dev/null || unable "this machine's name, $host, is not in
 # Snakemake's job steps forget SLURM_CONF, so the configuration has to be where SLURM looks first.
 # A link there whose cluster has gone is what a killed test leaves behind.
 conf=/etc/slurm/slurm.conf
+dbd=/etc/slurm/slurmdbd.conf
 if [ -e $conf ] || [ -L $conf ]; then
     [ -L $conf ] && [[ $(readlink $conf) == */vibrissa-slurm.conf ]] ||
         unable "$conf is there: this machine belongs to a SLURM already"
@@ -44,13 +44,13 @@ if [ -e $conf ] || [ -L $conf ]; then
         echo "another test cluster is up; if nobody uses it: $down $old" >&2
         exit 1
     fi
-    rm $conf
+    rm -f $conf $dbd
 fi
+[ ! -e $dbd ] || unable "$dbd is there: this machine keeps the accounts of a SLURM already"
 
 mkdir -p "$folder"/{state,log,n1,n2}
 chmod 755 "$folder"
-packages=(munge procps slurm-client slurmctld slurmd)
-[ -z "${WITH_DBD:-}" ] || packages+=(mariadb-server slurmdbd)
+packages=(mariadb-server munge procps slurm-client slurmctld slurmd slurmdbd)
 if ! dpkg-query -W -f '${Status}\n' "${packages[@]}" 2>/dev/null |
     awk '/^install ok installed$/ { n++ } END { exit n != '${#packages[@]}' }'; then
     echo "installing ${packages[*]} ..."
@@ -102,14 +102,12 @@ SlurmdParameters=config_overrides
 # A test should not wait for a scheduler that is tuned for thousands of users.
 SchedulerParameters=batch_sched_delay=0,sched_min_interval=200000,bf_interval=1
 KillWait=2
-$(if [ -n "${WITH_DBD:-}" ]; then
-    echo "AccountingStorageType=accounting_storage/slurmdbd"
-    echo "AccountingStorageHost=localhost"
-    echo "AccountingStoragePort=26819"
-    echo "AccountingStoragePass=$folder/munge.socket"
-else
-    echo "AccountingStorageType=accounting_storage/none"
-fi)
+AccountingStorageType=accounting_storage/slurmdbd
+AccountingStorageHost=localhost
+AccountingStoragePort=26819
+AccountingStoragePass=$folder/munge.socket
+# Without an account that the database knows, no job is taken.
+AccountingStorageEnforce=associations
 NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=26821 CPUs=2 RealMemory=$memory
 NodeName=n2 NodeHostname=$host NodeAddr=127.0.0.1 Port=26822 CPUs=2 RealMemory=$memory
 PartitionName=main Nodes=n1,n2 Default=YES State=UP
@@ -143,17 +141,16 @@ munged --key-file="$folder/munge.key" --socket="$folder/munge.socket" \
     --pid-file="$folder/munged.pid" --log-file="$folder/log/munged.log" \
     --seed-file="$folder/munge.seed" || failed "munged did not start"
 
-if [ -n "${WITH_DBD:-}" ]; then
-    mkdir -p "$folder/mysql"
-    chown mysql: "$folder/mysql"
-    export MYSQL_UNIX_PORT=$folder/mysql/socket # where slurmdbd looks, too
-    mariadb-install-db --no-defaults --user=mysql --datadir="$folder/mysql" \
-        >"$folder/log/mariadb.log" 2>&1 || failed "no database; see $folder/log/mariadb.log"
-    setsid mariadbd --no-defaults --user=mysql --datadir="$folder/mysql" --skip-networking \
-        --socket="$MYSQL_UNIX_PORT" </dev/null >>"$folder/log/mariadb.log" 2>&1 &
-    wait_until 30 mariadb --no-defaults -e "select 1" ||
-        failed "no database; see $folder/log/mariadb.log"
-    cat >"$folder/slurmdbd.conf" <<CONF
+mkdir -p "$folder/mysql"
+chown mysql: "$folder/mysql"
+export MYSQL_UNIX_PORT=$folder/mysql/socket # where slurmdbd looks, too
+mariadb-install-db --no-defaults --user=mysql --datadir="$folder/mysql" \
+    >"$folder/log/mariadb.log" 2>&1 || failed "no database; see $folder/log/mariadb.log"
+setsid mariadbd --no-defaults --user=mysql --datadir="$folder/mysql" --skip-networking \
+    --socket="$MYSQL_UNIX_PORT" </dev/null >>"$folder/log/mariadb.log" 2>&1 &
+wait_until 30 mariadb --no-defaults -e "select 1" ||
+    failed "no database; see $folder/log/mariadb.log"
+cat >"$folder/slurmdbd.conf" <<CONF
 DbdHost=localhost
 DbdPort=26819
 SlurmUser=root
@@ -165,14 +162,13 @@ StorageLoc=vibrissa
 PidFile=$folder/slurmdbd.pid
 LogFile=$folder/log/slurmdbd.log
 CONF
-    chmod 600 "$folder/slurmdbd.conf"
-    ln -s "$folder/slurmdbd.conf" /etc/slurm/slurmdbd.conf
-    slurmdbd || failed "slurmdbd did not start; see $folder/log/slurmdbd.log"
-    wait_until 30 sacctmgr -n list cluster || failed "no slurmdbd; see $folder/log/slurmdbd.log"
-    sacctmgr -i -Q add cluster vibrissa >/dev/null 2>&1 || true # the controller may have been faster
-    sacctmgr -i -Q add account whiskers >/dev/null || failed "no account in slurmdbd"
-    sacctmgr -i -Q add user root account=whiskers >/dev/null || failed "no user in slurmdbd"
-fi
+chmod 600 "$folder/slurmdbd.conf"
+ln -sf "$folder/slurmdbd.conf" $dbd
+slurmdbd || failed "slurmdbd did not start; see $folder/log/slurmdbd.log"
+wait_until 30 sacctmgr -n list cluster || failed "no slurmdbd; see $folder/log/slurmdbd.log"
+sacctmgr -i -Q add cluster vibrissa >/dev/null 2>&1 || true # the controller may have been faster
+sacctmgr -i -Q add account whiskers >/dev/null || failed "no account in slurmdbd"
+sacctmgr -i -Q add user root account=whiskers >/dev/null || failed "no user in slurmdbd"
 
 slurmctld || failed "slurmctld did not start; see $folder/log/slurmctld.log"
 for node in n1 n2; do

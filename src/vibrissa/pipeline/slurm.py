@@ -44,6 +44,10 @@ REMEDIES = {
     "ReqNodeNotAvail": "nodes are down or reserved: wait, or set another slurm_partition",
     "Resources": "all nodes are in use: wait",
 }
+SETTINGS = (
+    "Set slurm_partition, slurm_account, runtime, mem_mb or block_size as docs/cluster.md says, "
+    "and run the same command again."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,15 +147,15 @@ def refusal(words: str, request: Request, offered: Iterable[Partition]) -> str:
         + ("no limit of time)" if math.isinf(partition.minutes) else f"{partition.minutes:g} min)")
         for partition in offered
     )
-    lines = (f"    {line}\n" for line in words.splitlines())
     return (
-        "SLURM does not take the jobs:\n"
-        + "".join(lines)
-        + f"  asked for: sbatch {shlex.join(request.options)}\n"
-        + f"  partitions: {', '.join(there)}\n"
-        + "Set slurm_partition, slurm_account, runtime, mem_mb or block_size as docs/cluster.md "
-        "says, and run the same command again."
+        f"SLURM does not take the jobs:\n{_indented(words)}"
+        f"  asked for: sbatch {shlex.join(request.options)}\n"
+        f"  partitions: {', '.join(there)}\n{SETTINGS}"
     )
+
+
+def _indented(words: str) -> str:
+    return "".join(f"    {line}\n" for line in words.splitlines())
 
 
 def ask(*command: str) -> str:
@@ -255,7 +259,10 @@ def _request(executor: Any, job: Any) -> Request:
         }
         command = get_submit_command(job, params, settings=executor.workflow.executor_settings)
     except (WorkflowError, OSError) as error:
-        raise ClusterError(f"The plugin for SLURM cannot submit jobs: {error}") from None
+        # It looks itself whether there is the account.
+        raise ClusterError(
+            f"The plugin for SLURM cannot submit jobs:\n{_indented(str(error))}{SETTINGS}"
+        ) from None
     return Request(
         # What stands before concerns names and logs.
         options=tuple(shlex.split(command.partition(MARK)[2])),
