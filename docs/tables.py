@@ -4,9 +4,11 @@ from pathlib import Path
 
 from vibrissa.tables.dictionary import Entry, entries
 from vibrissa.tables.schemas import TABLES
+from vibrissa.wording import markdown_table
 
 PAGE = Path(__file__).with_name("tables.md")
 BEGIN, END = "<!-- made by make schema -->\n", "<!-- end of what make schema made -->"
+HEAD = ("column", "type", "unit", "range", "null means", "equation", "what it is")
 ROWS = {
     "stiction": "One row for each grid point.",
     "scans": "One row for each step of the clamp.",
@@ -17,11 +19,10 @@ ROWS = {
 }
 
 
-def row(entry: Entry) -> str:
-    """Row of a column."""
-    texts = (entry.type, entry.unit, entry.range, entry.null, entry.equation, entry.description)
-    cells = [f"`{entry.name}`", *(text.replace("|", "\\|") or "–" for text in texts)]
-    return f"| {' | '.join(cells)} |"
+def row(entry: Entry) -> tuple[str, ...]:
+    """Cells of a column."""
+    name, kind, unit = f"`{entry.name}`", entry.type, entry.unit
+    return name, kind, unit, entry.range, entry.null, entry.equation, entry.description
 
 
 def text() -> str:
@@ -33,9 +34,7 @@ def text() -> str:
             "",
             ROWS[name],
             "",
-            "| column | type | unit | range | null means | equation | what it is |",
-            "| --- | --- | --- | --- | --- | --- | --- |",
-            *map(row, entries(schema)),
+            markdown_table(HEAD, map(row, entries(schema))),
             "",
         ]
     return "\n".join(lines)

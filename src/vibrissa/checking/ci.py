@@ -8,9 +8,12 @@ from typing import Any
 
 from vibrissa.checking.differences import Change, Difference
 from vibrissa.checking.reference import Comparison
+from vibrissa.wording import markdown_table
 
 # Differences that a summary shows, and that are put beside files: GitHub shows ten of a step.
 MOST_ROWS, MOST_NOTES = 30, 10
+# Columns of a summary.
+HEAD = ("table", "column", "what", "rows", "largest change", "relative", "where")
 
 
 def markdown(comparison: Comparison) -> str:
@@ -30,32 +33,28 @@ def markdown(comparison: Comparison) -> str:
     if differences:
         lines += [
             "",
-            "| table | column | what | rows | largest change | relative | where |",
-            "| --- | --- | --- | --- | --- | --- | --- |",
-            *map(_markdown_row, differences[:MOST_ROWS]),
+            markdown_table(HEAD, map(_cells, differences[:MOST_ROWS])),
         ]
     if more := differences[MOST_ROWS:]:
         lines += ["", f"And {len(more)} more; check.json has all of them."]
     return "\n".join(lines) + "\n"
 
 
-def _markdown_row(difference: Difference) -> str:
-    rows = f"{difference.rows} of {difference.of}" if difference.of else str(difference.rows or "–")
-    where = str(difference.absolute or difference.text.partition(": ")[2])
-    cells = [
+def _cells(difference: Difference) -> list[str]:
+    rows = f"{difference.rows} of {difference.of}" if difference.of else str(difference.rows or "")
+    return [
         difference.table,
-        difference.column or "–",
+        difference.column,
         difference.problem,
         rows,
         _size(difference.absolute),
         _size(difference.relative),
-        where.replace("|", "\\|"),
+        str(difference.absolute or difference.text.partition(": ")[2]),
     ]
-    return f"| {' | '.join(cells)} |"
 
 
 def _size(change: Change | None) -> str:
-    return "–" if change is None or change.size is None else f"{change.size:.2g}"
+    return "" if change is None or change.size is None else f"{change.size:.2g}"
 
 
 def json_text(comparison: Comparison) -> str:

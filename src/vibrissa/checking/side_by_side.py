@@ -27,6 +27,7 @@ from vibrissa.checking.texts import as_text
 from vibrissa.errors import ComparisonError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.tables import schemas, store
+from vibrissa.wording import counted
 
 # Tables that are compared, as `condensed` reads them.
 TABLES = ("stiction", "scans", "states")
@@ -126,11 +127,11 @@ class SideBySide:
         tables = sum(1 for of_a, of_b in self.rows.values() if not of_a or not of_b)
         if not (keys or found or tables):
             return f"Nothing differs between {a} and {b}."
-        alone = f", {count(tables, 'table')} in one alone" if tables else ""
+        alone = f", {counted(tables, 'table')} in one alone" if tables else ""
         return (
-            f"{a} (A) and {b} (B): {count(keys, 'key')} of the study file "
-            f"{'differs' if keys == 1 else 'differ'}, {count(rows, 'row')} in one alone, "
-            f"{count(len(self.moved), 'column')} moved{alone}"
+            f"{a} (A) and {b} (B): {counted(keys, 'key')} of the study file "
+            f"{'differs' if keys == 1 else 'differ'}, {counted(rows, 'row')} in one alone, "
+            f"{counted(len(self.moved), 'column')} moved{alone}"
         )
 
     def worst(self) -> list[tuple[Moved, Change]]:
@@ -148,11 +149,6 @@ class SideBySide:
         for one, change in found:
             rows.setdefault((one.table, *change.row.values()), (one, change))
         return list(rows.values())[:WORST]
-
-
-def count(number: int, noun: str) -> str:
-    """Say how many there are of something, such as ``1 row`` or ``2,000 rows``."""
-    return f"{number:,} {noun}{'s' * (number != 1)}"
 
 
 def side_by_side(a: Path, b: Path, layouts: Mapping[str, Layout]) -> SideBySide:

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from vibrissa.checking.differences import Change, Difference, Problem
-from vibrissa.checking.side_by_side import Moved, SideBySide, count
+from vibrissa.checking.side_by_side import Moved, SideBySide
 from vibrissa.figures import style
 from vibrissa.files import write_atomically
+from vibrissa.wording import NOTHING, counted, markdown_table
 
 PAGE, FIGURES = "comparison.md", ("changes.png", "changes.svg")
-NOTHING = "–"
 # Keys of the study file that the screen shows.
 MOST_KEYS = 10
 # A row stands in one table alone.
@@ -34,18 +34,18 @@ def lines(found: SideBySide) -> Iterator[str]:
     for key, (a, b) in changes[:MOST_KEYS]:
         yield f"study file: {key}: {a or 'nothing'} -> {b or 'nothing'}"
     if more := changes[MOST_KEYS:]:
-        yield f"study file: {count(len(more), 'more key')}; {PAGE} has all of them"
+        yield f"study file: {counted(len(more), 'more key')}; {PAGE} has all of them"
     for name, (of_a, of_b) in found.rows.items():
         if not (of_a and of_b):
             where = "A" if of_a else "B"
-            yield f"{name}: the table is in {where} alone, {count(of_a or of_b, 'row')}"
+            yield f"{name}: the table is in {where} alone, {counted(of_a or of_b, 'row')}"
     for difference in found.differences:
         yield _alone(difference) if difference.problem in ALONE else difference.text
     yield found.verdict
 
 
 def _alone(difference: Difference) -> str:
-    rows = f"{count(difference.rows, 'row')} {ALONE[difference.problem]}"
+    rows = f"{counted(difference.rows, 'row')} {ALONE[difference.problem]}"
     return f"{difference.table}: {rows}: {_examples(difference)}"
 
 
@@ -101,13 +101,13 @@ def markdown(found: SideBySide) -> str:
     parts = [f"# {a.name} and {b.name}", found.verdict, "## Tables", _tables(found)]
     if changes := found.study_changes:
         rows = [(key, *values) for key, values in changes.items()]
-        parts += ["## Study file", _table(("key", "A", "B"), rows)]
+        parts += ["## Study file", markdown_table(("key", "A", "B"), rows)]
     if rest := [one for one in found.differences if one.problem is not Problem.MOVED]:
         alone = [
             (one.table, ALONE.get(one.problem, one.problem), str(one.rows), _examples(one))
             for one in rest
         ]
-        parts += ["## Rows", _table(("table", "what", "rows", "which"), alone)]
+        parts += ["## Rows", markdown_table(("table", "what", "rows", "which"), alone)]
     if found.moved:
         parts += ["## Columns that moved", _columns(found)]
     if worst := found.worst():
@@ -121,7 +121,7 @@ def markdown(found: SideBySide) -> str:
             "Each box holds the middle half of the rows that moved, its line is the median, and "
             "the whiskers end at the smallest and the largest change.",
             "## Largest relative changes",
-            _table(head, largest),
+            markdown_table(head, largest),
         ]
     return "\n\n".join(parts) + "\n"
 
@@ -135,7 +135,7 @@ def _tables(found: SideBySide) -> str:
         made = (programs_a.get(file, NOTHING), programs_b.get(file, NOTHING))
         rows.append((name, str(of_a), str(of_b), *made))
     head = ("table", f"rows of A, {found.folders[0]}", f"rows of B, {found.folders[1]}")
-    return _table((*head, "A made by", "B made by"), rows)
+    return markdown_table((*head, "A made by", "B made by"), rows)
 
 
 def _columns(found: SideBySide) -> str:
@@ -152,7 +152,7 @@ def _columns(found: SideBySide) -> str:
                     _where(one.relative) or NOTHING,
                 )
             )
-    return _table(("column", "rows", "largest change", "largest relative change"), rows)
+    return markdown_table(("column", "rows", "largest change", "largest relative change"), rows)
 
 
 def _where(change: Change | None) -> str:
@@ -161,14 +161,6 @@ def _where(change: Change | None) -> str:
 
 def _size(change: Change) -> str:
     return NOTHING if change.size is None else f"{change.size:.2g}"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    cells = [head, ["---"] * len(head), *rows]
-    return "\n".join(
-        f"| {' | '.join((cell or NOTHING).replace('|', chr(92) + '|') for cell in row)} |"
-        for row in cells
-    )
 
 
 def draw(moved: Sequence[Moved], paths: Sequence[Path]) -> None:

@@ -11,7 +11,14 @@ import pyarrow as pa
 from vibrissa.outcomes import Method
 from vibrissa.paper.evidence import Evidence
 from vibrissa.tables.schemas import CLAIMS, NONE
+from vibrissa.wording import markdown_table
 
+# What the ledger says above its table, and its columns.
+UNITS = (
+    "Where no other unit is given, lengths are in units of the rod's length L, forces in E·I0/L², "
+    "moments and energies in E·I0/L."
+)
+HEAD = ("§", "statement", "what was computed", "quantities", "verdict")
 # Value and unit of each computed quantity by its name.
 Quantities: TypeAlias = Mapping[str, tuple[float, str]]
 
@@ -150,17 +157,8 @@ def markdown(table: pa.Table) -> str:
     -------
     str
     """
-    lines = [
-        "# The paper's statements, judged by computation",
-        "",
-        f"{summary(table)}. Where no other unit is given, lengths are in units of the rod's "
-        "length L, forces in E·I0/L², moments and energies in E·I0/L.",
-        "",
-        "| § | statement | what was computed | quantities | verdict |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    for row in table.to_pylist():
-        cells = [
+    rows = (
+        (
             row["section"],
             f"**{row['claim']}.** {row['statement']}",
             row["computed"],
@@ -169,9 +167,15 @@ def markdown(table: pa.Table) -> str:
                 for name, value, unit in quantities_of(row)
             ),
             f"**{row['verdict']}**: {row['reason']}",
-        ]
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines) + "\n"
+        )
+        for row in table.to_pylist()
+    )
+    return f"""# The paper's statements, judged by computation
+
+{summary(table)}. {UNITS}
+
+{markdown_table(HEAD, rows)}
+"""
 
 
 def summary(table: pa.Table) -> str:

@@ -7,6 +7,7 @@ from vibrissa.pipeline.blocks import Blocks
 from vibrissa.study import costs
 from vibrissa.study.grid import study_points
 from vibrissa.study.model import TRAVEL, Study
+from vibrissa.wording import counted
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,12 +37,12 @@ class Effort:
 
     def __str__(self) -> str:
         """Return one line for the screen."""
-        counts = f"{_count(self.points, 'point')}, {_count(self.curves, 'curve')}"
+        counts = f"{counted(self.points, 'point')}, {counted(self.curves, 'curve')}"
         if not self.new:
             return f"{counts} (all solved), {_size(self.size)}"
         time = f"about {_time(self.seconds)}"
         return (
-            f"{counts} ({self.new:,} new), {_count(self.jobs, 'job')}, {time}, {_size(self.size)}"
+            f"{counts} ({self.new:,} new), {counted(self.jobs, 'job')}, {time}, {_size(self.size)}"
         )
 
 
@@ -90,10 +91,6 @@ def effort(study: Study, blocks: Blocks, is_solved: Callable[[str], bool], cores
         seconds=costs.USUAL_START + work / max(cores, 1) + costs.REPORT,
         size=size,
     )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number:,} {noun}{'s' * (number != 1)}"
 
 
 def _time(seconds: float) -> str:

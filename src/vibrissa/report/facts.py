@@ -20,6 +20,7 @@ from vibrissa.report.spelling import NO_RESULT, spell, spell_unit
 from vibrissa.report.tables import SCAN, spell_counts
 from vibrissa.tables import query, store
 from vibrissa.tables.query import Readable
+from vibrissa.wording import counted
 
 # Reasons for rows without a result that are listed of each table.
 MOST_REASONS = 40
@@ -178,7 +179,7 @@ def _troubles(name: str, table: Readable) -> list[str]:
         for texts, count in rows.value_counts().items():
             reasons[": ".join(spell(text) for text in texts if text)] += count
     lines = [
-        f"{name}: {count} row{'s' * (count > 1)} {reason}"
+        f"{name}: {counted(count, 'row')} {reason}"
         for reason, count in reasons.most_common(MOST_REASONS)
     ]
     if len(reasons) > MOST_REASONS:
