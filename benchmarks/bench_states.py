@@ -18,7 +18,7 @@ from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
 from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking import shooting
 from vibrissa.sticking.collocation import STEP_SIZES, solve_curves
-from vibrissa.sticking.continuation import first_segment
+from vibrissa.sticking.continuation import begin, first_segment
 from vibrissa.sticking.refinement import Pieces, combined, flat, folded, guess_from
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
@@ -70,7 +70,8 @@ def test_states_on_random_curves(benchmark):
     nodes, position = 40, np.linspace(0.0, 1.0, STATES)
 
     def run():
-        segment, _ = first_segment(theta, eta, STEP_SIZES[0], Contact.POINT)
+        begun, _ = begin(theta, eta, STEP_SIZES[0], Contact.POINT)
+        segment = first_segment(begun, STEP_SIZES[0], Contact.POINT)
         pieces = Pieces(
             **segment.branches.columns,
             contact=Contact.POINT,

@@ -47,8 +47,8 @@ MUTATIONS = [
     Mutation(
         "mechanics/equations",
         "sign of the tip's turn",
-        "phi1=CLAMP_SLOPE + bend @ rule.weights",
-        "phi1=CLAMP_SLOPE - bend @ rule.weights",
+        "phi1=_unbent(states, END, gradient)[:, 0] + bend @ rule.weights,",
+        "phi1=_unbent(states, END, gradient)[:, 0] - bend @ rule.weights,",
     ),
     Mutation(
         "mechanics/stability",

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from vibrissa.mechanics.mounting import Mounting
     from vibrissa.mechanics.rod import Rod
     from vibrissa.outcomes import Status
     from vibrissa.sticking.api import (
@@ -35,12 +36,14 @@ _HOMES = {
     "Scan": "sticking.cycles",
     "stick_slip": "sticking.cycles",
     "Status": "outcomes",
+    "Mounting": "mechanics.mounting",
     "Rod": "mechanics.rod",
     "read_table": "tables.frames",
 }
 
 __all__ = [
     "EquilibriumState",
+    "Mounting",
     "Onset",
     "Rod",
     "Scan",

@@ -227,7 +227,8 @@ def test_a_rod_rolls_on_and_off():
     assert kinds.strip("P").strip("L") == "" and kinds[0] == kinds[-1] == "P" and "L" in kinds
     on, off = kinds.index("L"), kinds.rindex("L") + 1
     for touching, lo, hi in ((branch.steps[on - 1], on - 1, on), (branch.steps[off], off - 1, off)):
-        x0 = branch.branches.x1_init - contact_position(switch_states(touching, eta))[0]
+        switch = switch_states(touching, branch.branches)
+        x0 = branch.branches.x1_init - contact_position(switch)[0]
         assert lo * branch.step <= x0 <= hi * branch.step
 
 

@@ -22,7 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import legendre
 
-from vibrissa.mechanics.equations import CLAMP_SLOPE, ends
+from vibrissa.mechanics.equations import ends
+from vibrissa.mechanics.mounting import CLAMP_SLOPE, Mountings
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
@@ -41,6 +42,8 @@ CLOSE_LOOK = 64
 HALF_TURN = np.pi - 0.3
 # Every so manyth node is looked at for where a rod comes near itself.
 STRIDE = 2
+# Parts of the tail at which its height is looked at.
+TAIL = np.linspace(0.0, 1.0, 17)[1:]
 # Steps that the search for the nearest parts takes, their bound and the one that ends it (τ).
 NEWTON_STEPS, LONGEST_STEP, CONVERGED = 12, 0.05, 1e-8
 
@@ -95,6 +98,8 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     Clearance
     """
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
+    if contact is Contact.LINE and states.mounting is not None:
+        found.surface[:] = _tail_clearance(states, states.mounting)
     # Without a slope of 0 or π inside there is no lowest or highest point.
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
     turns = (high > np.pi - NEAR) | (low < 0.0) | (high - low > HALF_TURN)
@@ -111,9 +116,21 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
         shapes = _Shapes.of(states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes)))
         found.clamp[near] = shapes.extreme(lowest=True)
         arch = eta[near] - shapes.extreme(lowest=False)
-        found.surface[near] = np.where(touches, arch, np.inf)
+        found.surface[near] = np.fmin(found.surface[near], np.where(touches, arch, np.inf))
         found.itself[near] = shapes.gaps()
     return found
+
+
+def _tail_clearance(states: RodStates, mounting: Mountings) -> FloatArray:
+    """Negative where what lies beyond the contact point rises above the surface; else infinite.
+
+    Unloaded it has its natural shape. It rises at once where it is curved towards the surface.
+    """
+    start = states.s_c[:, None]
+    stop = start + TAIL * (1.0 - start)
+    _, up, _ = mounting.tail(np.broadcast_to(start, stop.shape), stop)
+    rises = np.maximum(up.max(axis=1), mounting.natural_curvature(start)[:, 0])
+    return np.where(rises > 0.0, -rises, np.inf)
 
 
 def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolArray:

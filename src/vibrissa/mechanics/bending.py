@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import simpson, solve_ivp
 
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.mechanics.equations import CLAMP_SLOPE
+from vibrissa.mechanics.mounting import CLAMP_SLOPE
 from vibrissa.mechanics.taper import diameter, stiffness
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch

@@ -6,7 +6,8 @@ scaled to the height η, starts Newton's iteration for the large deflection.
 
 import numpy as np
 
-from vibrissa.mechanics.equations import CLAMP_SLOPE, Closure, bending_moment
+from vibrissa.mechanics.equations import Closure, bending_moment
+from vibrissa.mechanics.mounting import CLAMP_SLOPE
 from vibrissa.mechanics.newton import extrapolated, solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density

@@ -6,14 +6,19 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from vibrissa.mechanics.equations import CLAMP_SLOPE
+from vibrissa.mechanics.mounting import CLAMP_SLOPE, IDEAL, Mounting, Mountings
 from vibrissa.numerics.arrays import FloatArray
 
 SHAPE_TOLERANCE = 1e-12
 
 
 def rod_equations(
-    theta: float, f: float, alpha: float, x1: float, y1: float
+    theta: float,
+    f: float,
+    alpha: float,
+    x1: float,
+    y1: float,
+    curvature: tuple[float, ...] = (0.0,),
 ) -> Callable[[float, FloatArray], tuple[float, float, float]]:
     """Right-hand side of paper equation (2) for (x, y, φ) over s.
 
@@ -25,19 +30,25 @@ def rod_equations(
         Contact force magnitude (E·I0/L²) and inclination (rad).
     x1, y1 : float
         Contact point, in units of L.
+    curvature : tuple of float
+        Natural curvature κ0: coefficients of the powers of s, lowest first.
 
     Returns
     -------
     callable
         Maps s and (x, y, φ) to (x', y', φ').
     """
+    highest, *lower = reversed(curvature)
     cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
 
     def derivative(s: float, state: FloatArray) -> tuple[float, float, float]:
         x, y, phi = state.tolist()  # Python's numbers are faster than NumPy's, one by one
         flexibility = theta**4 / (theta * s - theta - s) ** 4
         moment = f * (cos_alpha * (x - x1) + sin_alpha * (y - y1))
-        return math.cos(phi), math.sin(phi), flexibility * moment
+        natural = highest
+        for coefficient in lower:
+            natural = natural * s + coefficient
+        return math.cos(phi), math.sin(phi), flexibility * moment + natural
 
     return derivative
 
@@ -50,6 +61,7 @@ def deformed_shape(
     y1: float,
     s: FloatArray,
     s_c: float = 1.0,
+    mounting: Mounting = IDEAL,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shape of the rod under a known contact force, with the clamp at the origin.
 
@@ -64,7 +76,8 @@ def deformed_shape(
     s : ndarray, shape (points,)
         Arc lengths from 0 to 1, increasing, in units of L.
     s_c : float
-        Arc length of the contact point; what lies beyond it lies straight on the surface.
+        Arc length of the contact point; what lies beyond it has its natural shape.
+    mounting : Mounting
 
     Returns
     -------
@@ -76,20 +89,26 @@ def deformed_shape(
     The end of the shape meets (x1, y1) only if the force is the equilibrium one: their distance
     is an independent residual of whoever found the force.
     """
-    free = s < s_c
+    free, x_c = s < s_c, x1 - (1.0 - s_c)
+    moment = -f * (math.cos(alpha) * x_c + math.sin(alpha) * y1)
+    slope = CLAMP_SLOPE + mounting.clamp_angle + mounting.clamp_compliance * moment
     result = solve_ivp(
-        rod_equations(theta, f, alpha, x1 - (1.0 - s_c), y1),
+        rod_equations(theta, f, alpha, x_c, y1, mounting.coefficients),
         (0.0, s_c),
-        (0.0, 0.0, CLAMP_SLOPE),
+        (0.0, 0.0, slope),
         method="DOP853",
         t_eval=np.append(s[free], s_c),
         rtol=SHAPE_TOLERANCE,
         atol=SHAPE_TOLERANCE,
     )
     x, y, phi = np.asarray(result.y)
-    lying = s[~free] - s_c
+    beyond = s[None, ~free]
+    along, up, turn = (
+        values[0] for values in Mountings.of([mounting]).tail(np.full_like(beyond, s_c), beyond)
+    )
+    cos, sin = np.cos(phi[-1]), np.sin(phi[-1])
     return (
-        np.append(x[:-1], x[-1] + lying * np.cos(phi[-1])),
-        np.append(y[:-1], y[-1] + lying * np.sin(phi[-1])),
-        np.append(phi[:-1], np.full_like(lying, phi[-1])),
+        np.append(x[:-1], x[-1] + along * cos - up * sin),
+        np.append(y[:-1], y[-1] + along * sin + up * cos),
+        np.append(phi[:-1], phi[-1] + turn),
     )

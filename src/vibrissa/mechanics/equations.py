@@ -3,26 +3,30 @@ r"""Equations of equilibrium of the clamped rod in contact, collocated: residual
 The rod touches the surface at arc length s_c: with its tip (point contact, s_c = 1) or, where the
 tip would pass through the surface, tangentially at s_c < 1 with the rest lying straight and
 unloaded on it (line contact). On the free part the moment obeys m' = fx·sin φ − fy·cos φ with
-m(s_c) = 0 for the contact force (fx, fy), and B·φ' = m with φ(0) = π/2. Integrated twice this is
-one equation for the slope φ alone,
+m(s_c) = 0 for the contact force (fx, fy), and B·(φ' − κ0) = m with φ(0) = π/2 + β + c·m(0), where
+β, c and κ0 belong to the mounting (`vibrissa.mechanics.mounting`; in the paper all are 0).
+Integrated twice this is one equation for the slope φ alone,
 
-    φ(s) = π/2 − ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (fx·sin φ − fy·cos φ) dv du ,                          (E1)
+    φ(s) = π/2 + β + c·m(0) + ∫₀ˢ κ0 du − ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (fx·sin φ − fy·cos φ) dv du ,
+    m(0) = −∫₀^s_c (fx·sin φ − fy·cos φ) dv ,                                            (E1)
 
 closed by the height of the contact point above the clamp, by one more condition, and by the kind
 of contact,
 
-    ∫ sin φ ds = η ,                                                                     (E2)
+    ∫ sin φ ds − tan δ·offset = η − tan δ·x1_init ,                                      (E2)
     offset = ∫ cos φ ds + 1 − s_c ,  fx·cos α + fy·sin α = 0 ,
-    (x1_init − offset)/x1_init + (3·fx − fy)/(10·force) = advance  or
+    (x1_init − offset)/scale + (3·fx − fy)/(10·force) = advance  or
     φ(s_c) = 0 ,                                                              (E3a, E3b, E3c, E3d)
     s_c = 1     or     φ(s_c) = 0 .                                               (E4a, E4b)
+
+E2 says that the clamp moves at the angle δ to the surface; with δ = 0 the height is η throughout.
 
 E3a prescribes where the tip sits relative to the clamp. While the tip sticks, the part that lies on
 the surface does not move: the rod rolls on or off it. E3b prescribes the inclination α of the
 force; α = 0 is the state in which sticking begins. E3c prescribes the *advance*, the continuation
 parameter past the lock: it adds the displacement of the clamp and the growth of the force, each
-relative to the α = 0 state, and increases also where offset and α turn back. E3d with s_c = 1 holds
-where the contact changes from one kind to the other.
+relative to the α = 0 state of the ideal mounting, and increases also where offset and α turn back.
+E3d with s_c = 1 holds where the contact changes from one kind to the other.
 
 φ is a polynomial in the bending coordinate τ (`vibrissa.mechanics.taper`) of the free part through
 Gauss–Legendre nodes. All functions work on batches: the first axis counts states.
@@ -33,23 +37,24 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from vibrissa.mechanics.mounting import CLAMP_SLOPE
 from vibrissa.mechanics.states import RodStates
-from vibrissa.mechanics.taper import bending_coordinate, density_growth
+from vibrissa.mechanics.taper import arc_length_growth, bending_coordinate, density_growth
 from vibrissa.numerics.arrays import FloatArray, SingleArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import gauss_rule, legendre_series, refinement_matrix
 from vibrissa.outcomes import Contact
 
-# The boundary condition at the clamp: φ(0) in E1 (rad).
-CLAMP_SLOPE = np.pi / 2
 # What a force grown by its first value adds to the advance: so weighted it increases along every
 # curve, in both kinds of contact.
 WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, -0.1
+# The contact point, as a place along the free part.
+END = np.ones(1)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Closure(Batch):
-    """Conditions E3 and E4 that close the equations of a batch of states.
+    """Conditions E2 to E4 that close the equations of a batch of states.
 
     All forms of E3 are linear in what they prescribe:
     of_offset·offset + of_fx·fx + of_fy·fy + of_phi1·φ1 = value.
@@ -60,6 +65,8 @@ class Closure(Batch):
         Kind of contact of all states: E4a or E4b.
     of_offset, of_fx, of_fy, of_phi1, value : ndarray, shape (n,)
         Coefficients of E3 and its right side.
+    tilt : ndarray, shape (n,), or None
+        tan δ in E2; None where the clamp moves along the surface.
     """
 
     contact: Contact
@@ -68,6 +75,7 @@ class Closure(Batch):
     of_fy: FloatArray
     of_phi1: FloatArray
     value: FloatArray
+    tilt: FloatArray | None = None
 
     @classmethod
     def _prescribing(cls, value: FloatArray, contact: Contact, **of: FloatArray | float) -> Self:
@@ -94,12 +102,17 @@ class Closure(Batch):
         x1_init: FloatArray,
         force: FloatArray,
         contact: Contact = Contact.POINT,
+        scale: FloatArray | None = None,
     ) -> Self:
-        """Prescribe the advance from α = 0 states of known offset (L) and force (E·I0/L²): E3c."""
+        """Prescribe the advance from α = 0 states of known offset (L) and force (E·I0/L²): E3c.
+
+        The displacement counts in units of `scale` (L), by default of the offset.
+        """
+        scale = x1_init if scale is None else scale
         return cls._prescribing(
-            advance - 1.0,
+            advance - x1_init / scale,
             contact,
-            of_offset=-1.0 / x1_init,
+            of_offset=-1.0 / scale,
             of_fx=WEIGHT_OF_FX / force,
             of_fy=WEIGHT_OF_FY / force,
         )
@@ -109,13 +122,22 @@ class Closure(Batch):
         """Prescribe that the contact is about to change its kind: E3d with E4a."""
         return cls._prescribing(np.zeros(count), Contact.POINT, of_phi1=1.0)
 
+    def height(self, height: FloatArray, offset: FloatArray) -> FloatArray:
+        """Left side of E2."""
+        return height if self.tilt is None else height - self.tilt * offset
+
     def residual(self, offset: FloatArray, states: RodStates, phi1: FloatArray) -> FloatArray:
         """Left minus right side of E3."""
         force = self.of_fx * states.fx + self.of_fy * states.fy
         return self.of_offset * offset + force + self.of_phi1 * phi1 - self.value
 
 
-def advance(states: RodStates, x1_init: FloatArray, force: FloatArray) -> FloatArray:
+def advance(
+    states: RodStates,
+    x1_init: FloatArray,
+    force: FloatArray,
+    scale: FloatArray | None = None,
+) -> FloatArray:
     """Advance along a curve, the left side of E3c.
 
     Parameters
@@ -123,15 +145,18 @@ def advance(states: RodStates, x1_init: FloatArray, force: FloatArray) -> FloatA
     states : RodStates
     x1_init, force : ndarray, shape (n,)
         Offset (L) and contact force (E·I0/L²) of the α = 0 states.
+    scale : ndarray, shape (n,), optional
+        In units of which the displacement counts, by default the offset (L).
 
     Returns
     -------
     ndarray, shape (n,)
-        0.1 in the α = 0 state itself.
+        0.1 in the α = 0 state itself, if it has that force.
     """
+    scale = x1_init if scale is None else scale
     offset, _ = contact_position(states)
     growth = WEIGHT_OF_FX * states.fx + WEIGHT_OF_FY * states.fy
-    return 1.0 - offset / x1_init + growth / force
+    return x1_init / scale - offset / scale + growth / force
 
 
 class _Integrands(NamedTuple):
@@ -153,6 +178,26 @@ def _integrands(states: RodStates) -> _Integrands:
     sin, cos = density * np.sin(states.phi), density * np.cos(states.phi)
     gradient = states.fx[:, None] * sin - states.fy[:, None] * cos
     return _Integrands(sin, cos, gradient, -compliance * (gradient @ rule.to_end.T))
+
+
+def _unbent(states: RodStates, tau: FloatArray, gradient: FloatArray) -> FloatArray:
+    """Slope that the rod has before it is bent, π/2 + β + c·m(0) + ∫₀ˢ κ0 in E1.
+
+    Of shape (n, len(tau)), or (1, 1) where all mountings are ideal.
+    """
+    if states.mounting is None:
+        return np.full((1, 1), CLAMP_SLOPE)
+    moment = -(gradient @ gauss_rule(gradient.shape[1]).weights)
+    turn = states.mounting.clamp_compliance * moment
+    return states.mounting.natural_slope(states.arc_length(tau)) + turn[:, None]
+
+
+def _natural_growth(states: RodStates, tau: FloatArray) -> FloatArray:
+    """Differentiate ∫₀ˢ κ0 with respect to s_c at fixed places; zero where none is curved."""
+    if states.mounting is None:
+        return np.zeros((1, 1))
+    growth = arc_length_growth(tau, states.theta[:, None], states.s_c[:, None])
+    return states.mounting.natural_curvature(states.arc_length(tau)) * growth
 
 
 def bending_moment(states: RodStates) -> FloatArray:
@@ -178,7 +223,7 @@ class Ends(NamedTuple):
     offset : ndarray, shape (n,)
         Position of the tip along the surface, ∫cos φ ds + 1 − s_c, in units of L.
     moment : ndarray, shape (n,)
-        Clamp reaction moment φ'(0) = m(0), in units of E·I0/L.
+        Clamp reaction moment m(0), φ'(0) where the rod is straight, in units of E·I0/L.
     phi1 : ndarray, shape (n,)
         Slope at the contact point, in rad.
     """
@@ -209,7 +254,7 @@ def ends(states: RodStates) -> Ends:
     return Ends(
         offset=reach @ rule.weights + 1.0 - states.s_c,
         moment=-(gradient @ rule.weights),
-        phi1=CLAMP_SLOPE + bend @ rule.weights,
+        phi1=_unbent(states, END, gradient)[:, 0] + bend @ rule.weights,
     )
 
 
@@ -256,11 +301,15 @@ def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     def at_points(series: FloatArray, nodal: FloatArray) -> FloatArray:
         return np.einsum("npk,nk->np", series, nodal @ rule.to_coefficients.T)
 
-    # Beyond the contact point the rod is straight, with the slope that it has there.
     phi = at_points(values, states.phi)
-    x = at_points(integrals, density * np.cos(states.phi)) + (s - free) * np.cos(phi)
-    y = at_points(integrals, density * np.sin(states.phi)) + (s - free) * np.sin(phi)
-    return x, y, phi
+    x = at_points(integrals, density * np.cos(states.phi))
+    y = at_points(integrals, density * np.sin(states.phi))
+    # Beyond the contact point the rod has its natural shape, with the slope that it has there.
+    if states.mounting is None:
+        return x + (s - free) * np.cos(phi), y + (s - free) * np.sin(phi), phi
+    along, up, turn = states.mounting.tail(free, np.broadcast_to(s, free.shape))
+    cos, sin = np.cos(phi), np.sin(phi)
+    return x + along * cos - up * sin, y + along * sin + up * cos, phi + turn
 
 
 def largest_residual(states: RodStates, eta: FloatArray, closure: Closure) -> FloatArray:
@@ -285,8 +334,9 @@ def largest_residual(states: RodStates, eta: FloatArray, closure: Closure) -> Fl
     fine = 2 * states.nodes + 7
     rule = gauss_rule(fine)
     phi = states.phi @ refinement_matrix(states.nodes, fine).T
-    height, reach, _, bend = _integrands(replace(states, phi=phi[:, 1:-1]))
-    expected = CLAMP_SLOPE + np.concatenate(
+    height, reach, gradient, bend = _integrands(replace(states, phi=phi[:, 1:-1]))
+    places = np.concatenate([[0.0], rule.nodes, END])
+    expected = _unbent(states, places, gradient) + np.concatenate(
         [np.zeros((len(states), 1)), bend @ rule.from_start.T, (bend @ rule.weights)[:, None]],
         axis=1,
     )
@@ -296,7 +346,7 @@ def largest_residual(states: RodStates, eta: FloatArray, closure: Closure) -> Fl
         condition /= np.hypot(states.fx, states.fy)
     parts = [
         np.abs(phi - expected).max(axis=1),
-        np.abs(height @ rule.weights - eta),
+        np.abs(closure.height(height @ rule.weights, offset) - eta),
         np.abs(condition),
         np.abs(phi1 if closure.contact is Contact.LINE else states.s_c - 1.0),
     ]
@@ -335,11 +385,13 @@ def residuals(states: RodStates, eta: FloatArray, closure: Closure) -> FloatArra
     """
     nodes = states.nodes
     rule = gauss_rule(nodes)
-    height, reach, _, bend = _integrands(states)
-    offset, phi1 = reach @ rule.weights + 1.0 - states.s_c, CLAMP_SLOPE + bend @ rule.weights
+    height, reach, gradient, bend = _integrands(states)
+    offset = reach @ rule.weights + 1.0 - states.s_c
+    phi1 = _unbent(states, END, gradient)[:, 0] + bend @ rule.weights
+    unbent = _unbent(states, rule.nodes, gradient)
     values = np.empty((len(states), nodes + 3))
-    values[:, :nodes] = states.phi - (CLAMP_SLOPE + bend @ rule.from_start.T)
-    values[:, nodes] = height @ rule.weights - eta
+    values[:, :nodes] = states.phi - (unbent + bend @ rule.from_start.T)
+    values[:, nodes] = closure.height(height @ rule.weights, offset) - eta
     values[:, nodes + 1] = closure.residual(offset, states, phi1)
     values[:, nodes + 2] = phi1 if closure.contact is Contact.LINE else states.s_c - 1.0
     return values
@@ -387,6 +439,8 @@ def jacobian(states: RodStates, closure: Closure) -> SingleArray:
     e1[:, :, by_fy] = -bend_of_fy @ rule.from_start.T
 
     e2[:, :nodes] = rule.weights * cos
+    if closure.tilt is not None:
+        e2[:, :nodes] += closure.tilt[:, None] * rule.weights * sin
 
     e3[:, :nodes] = -closure.of_offset[:, None] * rule.weights * sin
     e3[:, by_fx], e3[:, by_fy] = closure.of_fx, closure.of_fy
@@ -406,9 +460,23 @@ def jacobian(states: RodStates, closure: Closure) -> SingleArray:
             compliance_growth * (load @ rule.to_end.T) + (arc_growth * load) @ rule.to_end.T
         )
         e1[:, :, by_s_c] = bend_growth @ rule.from_start.T
-        e2[:, by_s_c] = (arc_growth * sin) @ rule.weights
-        e3[:, by_s_c] = closure.of_offset * ((arc_growth * cos) @ rule.weights - 1.0)
+        offset_growth = (arc_growth * cos) @ rule.weights - 1.0
+        e2[:, by_s_c] = closure.height((arc_growth * sin) @ rule.weights, offset_growth)
+        e3[:, by_s_c] = closure.of_offset * offset_growth
         phi1[:, by_s_c] = -(bend_growth @ rule.weights)
+    if states.mounting is not None:
+        # The turn of the clamp, c·m(0), adds the same to φ everywhere.
+        turn = np.zeros((len(states), nodes + 3), dtype=np.float32)
+        turn[:, :nodes] = -rule.weights * load_slope
+        turn[:, by_fx], turn[:, by_fy] = -sin @ rule.weights, cos @ rule.weights
+        if lies:
+            turn[:, by_s_c] = -(arc_growth * load) @ rule.weights
+            e1[:, :, by_s_c] -= _natural_growth(states, rule.nodes)
+            phi1[:, by_s_c] += _natural_growth(states, END)[:, 0]
+        turn *= states.mounting.clamp_compliance[:, None].astype(np.float32)
+        e1 -= turn[:, None]
+        phi1 += turn
+    if lies:
         e4[:] = phi1
     else:
         e4[:, by_s_c] = 1.0

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibrissa.mechanics.equations import Closure, jacobian, residuals
-from vibrissa.mechanics.states import RodStates
+from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, SingleArray
 from vibrissa.numerics.spectral import refinement_matrix
 from vibrissa.outcomes import Contact
@@ -37,11 +37,10 @@ def extrapolated(last: Sequence[RodStates]) -> RodStates:
     """
     weights = {1: (1.0,), 2: (-1.0, 2.0), 3: (1.0, -3.0, 3.0)}[len(last)]
 
-    def combined(name: str) -> FloatArray:
+    def combined(name: str) -> Any:
         return np.sum([w * getattr(s, name) for w, s in zip(weights, last, strict=True)], axis=0)
 
-    unknowns = (name for name in RodStates.names() if name != "theta")
-    return replace(last[0], **{name: combined(name) for name in unknowns})
+    return replace(last[0], **{name: combined(name) for name in UNKNOWNS})
 
 
 def coarse_inverse(states: RodStates, closure: Closure) -> SingleArray:
@@ -117,6 +116,7 @@ def corrected(
         fx=states.fx - of_fx,
         fy=states.fy - of_fy,
         s_c=states.s_c - of_s_c,
+        mounting=states.mounting,
     )
     return better, size
 

@@ -5,11 +5,14 @@ from typing import Any, Self, TypeAlias
 
 import numpy as np
 
-from vibrissa.mechanics.taper import arc_density, densities
+from vibrissa.mechanics.mounting import Mountings
+from vibrissa.mechanics.taper import arc_density, arc_length, densities
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import refinement_matrix
 
+# The columns of states that the equations determine; the others are given.
+UNKNOWNS = ("phi", "fx", "fy", "s_c")
 # A column of a batch, or a number where there is one state alone.
 Values: TypeAlias = Any
 
@@ -28,6 +31,8 @@ class RodStates(Batch):
         Contact force on the rod, in units of E·I0/L²; f·sin α and −f·cos α.
     s_c : ndarray, shape (n,)
         Arc length of the contact point, in units of L.
+    mounting : Mountings or None
+        Clamp and natural shape of each rod; None where all are as in the paper.
     """
 
     theta: FloatArray
@@ -35,6 +40,7 @@ class RodStates(Batch):
     fx: FloatArray
     fy: FloatArray
     s_c: FloatArray
+    mounting: Mountings | None = None
 
     @property
     def nodes(self) -> int:
@@ -47,8 +53,13 @@ class RodStates(Batch):
 
     def unsolved(self) -> Self:
         """Return as many states of the same rods, all unknowns NaN."""
-        unknowns = {n: np.full_like(v, np.nan) for n, v in self.columns.items() if n != "theta"}
+        columns = self.columns
+        unknowns: dict[str, Any] = {n: np.full_like(columns[n], np.nan) for n in UNKNOWNS}
         return replace(self, **unknowns)
+
+    def arc_length(self, tau: FloatArray) -> FloatArray:
+        """Arc length at bending coordinates of the free part, shape (n, len(tau))."""
+        return arc_length(tau, self.theta[:, None], self.s_c[:, None])
 
     def arc_density(self, tau: FloatArray) -> FloatArray:
         """Arc length per bending coordinate on the free part, shape (n, len(tau))."""
@@ -67,7 +78,7 @@ class ContactState(Batch):
     ----------
     reaction_fx, reaction_fy, reaction_m : ndarray or float
         Reading of a force-torque sensor under the clamp: f·sin α, −f·cos α (E·I0/L²) and
-        φ'(0) (E·I0/L).
+        m(0) (E·I0/L).
     phi1 : ndarray or float
         Slope at the contact point, in rad.
     s_c : ndarray or float

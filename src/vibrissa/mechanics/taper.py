@@ -81,6 +81,31 @@ def bending_coordinate(s: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> 
     return s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s))
 
 
+def arc_length(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
+    """Arc length s(τ) = θ·s_c·τ/h, the inverse of `bending_coordinate`.
+
+    Parameters
+    ----------
+    tau : array_like
+        Bending coordinate in [0, 1].
+    theta, s_c : array_like
+        As in `bending_coordinate`.
+
+    Returns
+    -------
+    ndarray
+        From the clamp, in units of L.
+    """
+    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
+    return np.asarray(theta * s_c * tau / _inverse_diameter(tau, theta, s_c))
+
+
+def arc_length_growth(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike) -> FloatArray:
+    """Differentiate `arc_length` with respect to s_c at a fixed τ: θ²·τ/h²."""
+    tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
+    return np.asarray(theta**2 * tau / _inverse_diameter(tau, theta, s_c) ** 2)
+
+
 def arc_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
     """Arc length per bending coordinate, ds/dτ = θ·s_c·g/h² ∝ d², g = θ − (θ − 1)·s_c.
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from vibrissa.numerics.arrays import FloatArray, Index
 class Batch:
     """Base of data classes whose fields are columns.
 
-    Every field that holds an array is a column; the first axis of all columns counts the rows. What
-    other fields hold is the same for all rows.
+    Every field that holds an array is a column; the first axis of all columns counts the rows. A
+    field may hold a batch of as many rows. What other fields hold is the same for all rows.
     """
 
     @classmethod
@@ -39,8 +39,11 @@ class Batch:
         # Not by the constructor, which takes as long as the solution of a small state.
         changed = object.__new__(type(self))
         for name, values in self.__dict__.items():
-            kept = not isinstance(values, np.ndarray)
-            changed.__dict__[name] = values if kept else change(values)
+            if isinstance(values, np.ndarray):
+                values = change(values)
+            elif isinstance(values, Batch):
+                values = values.each(change)
+            changed.__dict__[name] = values
         return changed
 
     def take(self, index: Index) -> Self:
@@ -56,20 +59,30 @@ class Batch:
         for name, values in other.__dict__.items():
             if isinstance(values, np.ndarray):
                 self.__dict__[name][index] = values
+            elif isinstance(values, Batch):
+                self.__dict__[name].put(index, values)
 
     @classmethod
     def concatenate(cls, parts: Sequence[Self]) -> Self:
         """Put batches one below the other; what is no column is taken from the first."""
-        names = parts[0].columns
-        joined = {name: np.concatenate([getattr(p, name) for p in parts]) for name in names}
-        return replace(parts[0], **joined)
+        return cls._joined(parts, np.concatenate)
 
     @classmethod
     def stack(cls, parts: Sequence[Self]) -> Self:
         """Put batches of equal length behind one another: a new first axis counts them."""
-        names = parts[0].columns
-        stacked = {name: np.stack([getattr(p, name) for p in parts]) for name in names}
-        return replace(parts[0], **stacked)
+        return cls._joined(parts, np.stack)
+
+    @classmethod
+    def _joined(cls, parts: Sequence[Self], join: Callable[..., FloatArray]) -> Self:
+        """Join the columns of some batches."""
+        joined: dict[str, Any] = {}
+        for name, values in vars(parts[0]).items():
+            columns = [vars(part)[name] for part in parts]
+            if isinstance(values, np.ndarray):
+                joined[name] = join(columns)
+            elif isinstance(values, Batch):
+                joined[name] = values._joined(columns, join)
+        return replace(parts[0], **joined)
 
     @classmethod
     def unknown(cls, shape: int | tuple[int, ...]) -> Self:

@@ -9,6 +9,7 @@ import numpy as np
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.equations import ends, shape
+from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.numerics.arrays import FloatArray
@@ -130,8 +131,11 @@ def _check(
     eta: float,
     method: str = Method.COLLOCATION,
     contact: str = Contact.POINT,
+    mounting: Mounting = IDEAL,
 ) -> None:
     _check_numbers(theta=theta, eta=eta)
+    if not isinstance(mounting, Mounting):
+        raise ArgumentError(f"mounting must be a Mounting, got {mounting!r}")
     if not (np.isfinite(theta) and theta >= 1.0):
         raise ArgumentError(
             f"theta is base over tip diameter and must be at least 1, got {theta!r}"
@@ -144,10 +148,16 @@ def _check(
         raise ArgumentError(f"contact must be one of {', '.join(Contact)}, got {contact!r}")
     if method == Method.SHOOTING and contact != Contact.POINT:
         raise ArgumentError(f"method {method!r} solves contact 'point' alone, got {contact!r}")
+    if method == Method.SHOOTING and mounting != IDEAL:
+        raise ArgumentError(f"method {method!r} solves the ideal mounting alone, got {mounting!r}")
 
 
 def solve_state(
-    theta: float, eta: float, x1: float, contact: str = Contact.POINT
+    theta: float,
+    eta: float,
+    x1: float,
+    contact: str = Contact.POINT,
+    mounting: Mounting = IDEAL,
 ) -> EquilibriumState:
     """Solve one equilibrium with the tip at (x1, eta) relative to the clamp.
 
@@ -162,6 +172,8 @@ def solve_state(
     contact : str
         ``point``: the tip alone touches, as in the paper; ``line``: the rod lies along the
         surface where it would pass through it.
+    mounting : Mounting
+        Clamp and natural shape of the rod; the stage has no part in a single state.
 
     Returns
     -------
@@ -182,13 +194,15 @@ def solve_state(
     >>> print(f"{state.f:.3f} {state.phi1:.3f} {state.penetrates}")
     22.983 -0.495 True
     """
-    _check(theta, eta, contact=contact)
+    _check(theta, eta, contact=contact, mounting=mounting)
     _check_numbers(x1=x1)
     if not np.hypot(x1, eta) < 1.0:
         raise ArgumentError(
             f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
         )
-    solution, residual, status, message = collocation.solve_offset(theta, eta, x1, Contact(contact))
+    solution, residual, status, message = collocation.solve_offset(
+        theta, eta, x1, Contact(contact), mounting
+    )
     return EquilibriumState(
         **_shown(solution),
         status=status,
@@ -228,6 +242,7 @@ def solve_curve(
     method: str = Method.COLLOCATION,
     dx0: float | None = None,
     contact: str = Contact.POINT,
+    mounting: Mounting = IDEAL,
 ) -> StickingCurve:
     """Solve the sticking curve of one rod at one height, from α = 0 past the lock to its end.
 
@@ -236,26 +251,30 @@ def solve_curve(
     theta : float
         Taper factor, at least 1.
     eta : float
-        Height of the contact point, 0 < eta < 1 (L).
+        Height of the contact point in the α = 0 state, 0 < eta < 1 (L).
     method : str
         ``collocation`` or ``shooting``.
     dx0 : float, optional
         Footpoint displacement step (L); needed by ``shooting`` alone.
     contact : str
         ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
+    mounting : Mounting
+        Clamp, natural shape and stage; other than ideal by collocation alone.
 
     Returns
     -------
     StickingCurve
+        ``out_of_reach`` also where there is no state with α = 0 to begin with.
 
     Raises
     ------
     ArgumentError
         If an argument is out of range.
     """
-    _check(theta, eta, method, contact)
+    _check(theta, eta, method, contact, mounting)
     if method == Method.COLLOCATION:
-        return collocation.solve_curves(np.array([theta]), np.array([eta]), Contact(contact))[0]
+        model = Contact(contact)
+        return collocation.solve_curves(np.array([theta]), np.array([eta]), model, [mounting])[0]
     if dx0 is not None:
         _check_numbers(dx0=dx0)
     if dx0 is None or not dx0 > 0.0:
@@ -273,6 +292,7 @@ def solve_onset(
     dx0: float | Decimal | None = None,
     method: str = Method.COLLOCATION,
     contact: str = Contact.POINT,
+    mounting: Mounting = IDEAL,
 ) -> Onset:
     """Solve for the end of one period of sticking.
 
@@ -283,13 +303,15 @@ def solve_onset(
     mu0 : float or Decimal
         Coefficient of static friction, positive.
     eta : float
-        Height of the contact point, 0 < eta < 1 (L).
+        Height of the contact point in the α = 0 state, 0 < eta < 1 (L).
     dx0 : float or Decimal, optional
         Footpoint displacement step (L) for the paper's x0,max on the step grid.
     method : str
         ``collocation`` or ``shooting``, which needs `dx0`.
     contact : str
         ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
+    mounting : Mounting
+        As in `solve_curve`.
 
     Returns
     -------
@@ -305,6 +327,13 @@ def solve_onset(
     >>> onset = solve_onset(theta=2, mu0=0.4, eta=0.85, dx0=0.001)
     >>> print(f"{onset.x0_slip:.6f} {onset.x0_max}")
     0.052838 0.052
+
+    The same rod in a clamp that leans back by two degrees:
+
+    >>> tilted = Mounting(clamp_angle=np.radians(2))
+    >>> onset = solve_onset(theta=2, mu0=0.4, eta=0.85, mounting=tilted)
+    >>> print(f"{onset.x0_slip:.6f}")
+    0.066904
     """
     _check_numbers(mu0=mu0, **({} if dx0 is None else {"dx0": dx0}))
     friction = exact(mu0)
@@ -312,7 +341,7 @@ def solve_onset(
         raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
     if dx0 is not None and not exact(dx0) > 0:
         raise ArgumentError(f"dx0 must be positive, got {dx0!r}")
-    curve = solve_curve(theta, eta, method, None if dx0 is None else float(dx0), contact)
+    curve = solve_curve(theta, eta, method, None if dx0 is None else float(dx0), contact, mounting)
     stiction = read_curve(curve, [friction], [exact(1 if dx0 is None else dx0)])
     status = stiction.status[0]
     if status is Status.SLIP:

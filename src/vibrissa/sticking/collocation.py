@@ -20,15 +20,17 @@ from vibrissa.mechanics.equations import (
     contact_position,
     largest_residual,
 )
+from vibrissa.mechanics.mounting import IDEAL, Mounting, Mountings
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.outcomes import Contact, End, Method, Parameter, Status
+from vibrissa.sticking.beginning import NO_INITIAL_STATE, Rods, begin_mounted
 from vibrissa.sticking.continuation import (
+    Branches,
     Segment,
     StepSizes,
-    begin,
     first_segment,
     follow,
     second_segment,
@@ -60,9 +62,6 @@ BATCH = 256
 
 # A state with a smaller margin of stability stands at a limit point.
 FOLD_MARGIN = 1e-3
-NO_INITIAL_STATE = (
-    "no first-mode state with alpha = 0 found; try a larger eta or a theta closer to 1"
-)
 NO_LOCK = "no maximum of -tan(alpha) was found along x0; try a larger eta or a theta closer to 1"
 NO_SWITCH = (
     "a change of the kind of contact could not be located, or two of them lie within one step; "
@@ -83,7 +82,10 @@ NO_END = "the curve could not be followed from the lock to where it turns back"
 
 
 def solve_curves(
-    theta: FloatArray, eta: FloatArray, model: Contact = Contact.POINT
+    theta: FloatArray,
+    eta: FloatArray,
+    model: Contact = Contact.POINT,
+    mountings: Sequence[Mounting] | None = None,
 ) -> list[StickingCurve]:
     """Solve sticking curves for pairs of taper and height.
 
@@ -93,18 +95,40 @@ def solve_curves(
         Taper factors (≥ 1) and heights of the contact point (0 < η < 1, in units of L).
     model : Contact
         POINT for contact with the tip alone, LINE for the kind of contact that is possible.
+    mountings : sequence of Mounting, length n, optional
+        By default all are ideal.
 
     Returns
     -------
     list of StickingCurve
-        In the order of the arguments; a pair without a resolved solution is ``failed``.
+        In the order of the arguments; a pair without a resolved solution is ``failed``, one
+        without a state to begin with ``out_of_reach``.
     """
     theta, eta = np.asarray(theta, dtype=float), np.asarray(eta, dtype=float)
-    curves: list[StickingCurve] = []
-    for start in range(0, len(theta), BATCH):
-        batch = slice(start, start + BATCH)
-        curves += _solve_batch(theta[batch], eta[batch], model)
-    return curves
+    mounted = [IDEAL] * len(theta) if mountings is None else list(mountings)
+    # What is ideal is solved without the terms of what is not.
+    kinds = [(one.is_ideal_rod, one.stage_angle == 0.0) for one in mounted]
+    curves: dict[int, StickingCurve] = {}
+    for kind in dict.fromkeys(kinds):
+        rows = np.flatnonzero([one == kind for one in kinds])
+        for start in range(0, len(rows), BATCH):
+            batch = rows[start : start + BATCH]
+            some = [mounted[row] for row in batch]
+            solved = _solve_batch(_rods(theta[batch], eta[batch], some), model)
+            for row, one, curve in zip(batch, some, solved, strict=True):
+                curves[int(row)] = curve if one == IDEAL else replace(curve, mounting=one)
+    return [curves[row] for row in range(len(theta))]
+
+
+def _rods(theta: FloatArray, eta: FloatArray, mountings: Sequence[Mounting]) -> Rods:
+    """Rods of one kind: all ideal or none, and their stages likewise."""
+    ideal, along = mountings[0].is_ideal_rod, mountings[0].stage_angle == 0.0
+    return Rods(
+        theta=theta,
+        eta=eta,
+        mounting=None if ideal else Mountings.of(mountings),
+        stage_angle=None if along else np.array([one.stage_angle for one in mountings]),
+    )
 
 
 class StateSolution(NamedTuple):
@@ -129,7 +153,11 @@ class StateSolution(NamedTuple):
 
 
 def solve_offset(
-    theta: float, eta: float, offset: float, model: Contact = Contact.POINT
+    theta: float,
+    eta: float,
+    offset: float,
+    model: Contact = Contact.POINT,
+    mounting: Mounting = IDEAL,
 ) -> StateSolution:
     """Solve one state with a prescribed offset x1 − x0 on the branch that begins at α = 0.
 
@@ -141,24 +169,31 @@ def solve_offset(
         Distance of the tip from the clamp along the surface (L).
     model : Contact
         POINT for contact with the tip alone, LINE for the kind of contact that is possible.
+    mounting : Mounting
+        Its stage has no part in a single state.
 
     Returns
     -------
     StateSolution
     """
     solution = StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)
-    thetas, etas = np.array([theta], dtype=float), np.array([eta], dtype=float)
+    rods = _rods(
+        np.array([float(theta)]), np.array([float(eta)]), [replace(mounting, stage_angle=0.0)]
+    )
     for sizes in STEP_SIZES:
-        segment, index = begin(thetas, etas, sizes, model)
+        segment, index, missing = begin_mounted(rods, sizes, model)
         if not len(index):
+            status, message = missing[0]
+            solution = solution._replace(status=status, message=message)
+            if status is Status.OUT_OF_REACH:
+                break
             continue
         # The branch is followed from α = 0 in steps no longer than those of the first segment.
-        x1_init = float(segment.branches.x1_init[0])
-        way = x1_init - offset
-        count = max(1, int(np.ceil(abs(way) / (sizes.x0 * x1_init))))
+        way = float(segment.branches.x1_init[0]) - offset
+        count = max(1, int(np.ceil(abs(way) / (sizes.x0 * segment.branches.scale[0]))))
         segment = follow(replace(segment, step=np.array([way / count])), count, model)
         if segment.last[0] < count:
-            solution = solution._replace(message=NOT_FOLLOWED)
+            solution = solution._replace(status=Status.FAILED, message=NOT_FOLLOWED)
             continue
         contact = Contact.LINE if segment.line[-1, 0] else Contact.POINT
         closure = Closure.at_offset(np.array([offset]), contact)
@@ -188,9 +223,9 @@ def _is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolAr
     return accurate & (coefficient_decay(states) < DECAY_TOLERANCE)
 
 
-def _solve_batch(theta: FloatArray, eta: FloatArray, model: Contact) -> list[StickingCurve]:
+def _solve_batch(rods: Rods, model: Contact) -> list[StickingCurve]:
     """Solve one batch, and follow those more closely that need it."""
-    results = _solve_in_steps(theta, eta, STEP_SIZES[0], model)
+    results = _solve_in_steps(rods, STEP_SIZES[0], model)
     for sizes in STEP_SIZES[1:]:
         pending = [
             i
@@ -199,7 +234,7 @@ def _solve_batch(theta: FloatArray, eta: FloatArray, model: Contact) -> list[Sti
         ]
         if not pending:
             break
-        solved = _solve_in_steps(theta[pending], eta[pending], sizes, model)
+        solved = _solve_in_steps(rods.take(np.array(pending)), sizes, model)
         for index, curve in zip(pending, solved, strict=True):
             if curve.status is not Status.FAILED or results[index].status is Status.FAILED:
                 results[index] = curve
@@ -218,18 +253,21 @@ class _Section(NamedTuple):
 _Sections = list[_Section] | None
 
 
-def _solve_in_steps(
-    theta: FloatArray, eta: FloatArray, sizes: StepSizes, model: Contact
-) -> list[StickingCurve]:
+def _solve_in_steps(rods: Rods, sizes: StepSizes, model: Contact) -> list[StickingCurve]:
     """Solve curves whose segments are followed in steps of certain sizes."""
-    results = [
-        _failed(float(t), float(e), NO_INITIAL_STATE) for t, e in zip(theta, eta, strict=True)
-    ]
-    first, index = first_segment(theta, eta, sizes, model)
+    begun, index, missing = begin_mounted(rods, sizes, model)
+    results: dict[int, StickingCurve] = {}
+    for row, (status, message) in missing.items():
+        theta, eta = float(rods.theta[row]), float(rods.eta[row])
+        results[row] = _failed(theta, eta, message, status)
     if not len(index):
-        return results
+        return [results[row] for row in range(len(rods))]
+    first = first_segment(begun, sizes, model)
     # What the pieces are cut at has to be exact, unlike the steps: solve it on more nodes.
-    first = replace(first, branches=replace(first.branches, x1_init=_exact_x1_init(first)))
+    branches = replace(first.branches, x1_init=_exact_x1_init(first))
+    if rods.mounting is None:
+        branches = replace(branches, scale=branches.x1_init)
+    first = replace(first, branches=branches)
     zero, joint = np.zeros(len(index)), first.last * first.step
     ahead = _sections(first, zero, joint)
     solved = _solve_sections(first, ahead)
@@ -252,15 +290,15 @@ def _solve_in_steps(
     passed = _passed(first)
     for row, i in enumerate(index):
         results[i] = _assembled(
-            theta=results[i].theta,
-            eta=results[i].eta,
+            theta=float(rods.theta[i]),
+            eta=float(rods.eta[i]),
             x1_init=float(first.branches.x1_init[row]),
             passed=bool(passed[row]),
             sections={Parameter.X0: ahead[row], Parameter.ADVANCE: past[row]},
             solved=solved[row],
             model=model,
         )
-    return results
+    return [results[row] for row in range(len(rods))]
 
 
 def _solve_sections(segment: Segment, sections: Sequence[_Sections]) -> list[list[Resolved]]:
@@ -302,7 +340,7 @@ def _exact_x1_init(first: Segment) -> FloatArray:
     return _exact(
         states,
         line,
-        first.branches.eta,
+        replace(first.branches, stage_angle=None),
         lambda contact, i: Closure.at_inclination(np.zeros(len(i)), contact),
         lambda states, i: contact_position(states)[0],
     )
@@ -314,7 +352,7 @@ def _exact_advance(first: Segment, x0: FloatArray) -> FloatArray:
     return _exact(
         states,
         line,
-        first.branches.eta,
+        first.branches,
         lambda contact, i: first.branches.take(i).closure(Parameter.X0, contact, x0[i]),
         lambda states, i: first.branches.take(i).value_of(Parameter.ADVANCE, states),
     )
@@ -323,12 +361,12 @@ def _exact_advance(first: Segment, x0: FloatArray) -> FloatArray:
 def _exact(
     states: RodStates,
     line: BoolArray,
-    eta: FloatArray,
+    branches: Branches,
     closure: Callable[[Contact, IntArray], Closure],
     measure: Callable[[RodStates, IntArray], FloatArray],
 ) -> FloatArray:
     """Measure states on as many nodes as they need; NaN where there never are enough."""
-    measured = np.full(len(states), np.nan)
+    measured, height = np.full(len(states), np.nan), branches.height
     for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
         rows = np.flatnonzero(kind)
         guess = states.take(rows)
@@ -336,8 +374,8 @@ def _exact(
             if not len(rows):
                 break
             conditions = closure(contact, rows)
-            solution = solve(guess.on_nodes(nodes), eta[rows], conditions).states
-            good = _is_resolved(solution, eta[rows], conditions)
+            solution = solve(guess.on_nodes(nodes), height[rows], conditions).states
+            good = _is_resolved(solution, height[rows], conditions)
             measured[rows[good]] = measure(solution.take(good), rows[good])
             rows, guess = rows[~good], guess.take(~good)
     return measured
@@ -376,12 +414,12 @@ def _switches(segment: Segment, k: int, changing: IntArray) -> FloatArray:
     branches = segment.branches.take(changing)
     # From the side on which the tip alone touches.
     side = np.where(segment.line[k], k + 1, k)
-    guess = switch_states(segment.at(side)[0].take(changing), branches.eta)
+    guess = switch_states(segment.at(side)[0].take(changing), branches)
     return _exact(
         guess,
         np.zeros(len(changing), dtype=bool),
-        branches.eta,
-        lambda contact, i: Closure.at_switch(len(i)),
+        branches,
+        lambda contact, i: branches.take(i).tilted(Closure.at_switch(len(i))),
         lambda states, i: branches.take(i).value_of(segment.parameter, states),
     )
 
@@ -406,8 +444,10 @@ def _pieces(contact: Contact, segment: Segment, sections: Sequence[_Sections]) -
     )
 
 
-def _failed(theta: float, eta: float, message: str) -> StickingCurve:
-    return failed_curve(theta=theta, eta=eta, method=METHOD, message=message)
+def _failed(
+    theta: float, eta: float, message: str, status: Status = Status.FAILED
+) -> StickingCurve:
+    return failed_curve(theta=theta, eta=eta, method=METHOD, message=message, status=status)
 
 
 def _assembled(

@@ -50,26 +50,53 @@ class Branches(Batch):
         Taper factors and heights of the surface (L).
     x1_init : ndarray, shape (n,)
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
-    force : ndarray, shape (n,)
-        Contact force in the α = 0 state (E·I0/L²).
+    scale, force : ndarray, shape (n,)
+        Contact point (L) and contact force (E·I0/L²) in the α = 0 state of the same rod in the
+        ideal mounting: the units of steps and of the advance.
+    stage_angle : ndarray, shape (n,), or None
+        Angle δ of the clamp's way to the surface (rad); None where it moves along the surface.
     """
 
     theta: FloatArray
     eta: FloatArray
     x1_init: FloatArray
+    scale: FloatArray
     force: FloatArray
+    stage_angle: FloatArray | None = None
+
+    @property
+    def height(self) -> FloatArray:
+        """Right side of E2."""
+        if self.stage_angle is None:
+            return self.eta
+        return self.eta - np.tan(self.stage_angle) * self.x1_init
 
     def closure(self, parameter: Parameter, contact: Contact, value: FloatArray) -> Closure:
         """Conditions that hold at given values of the parameter."""
         if parameter is Parameter.X0:
-            return Closure.at_offset(self.x1_init - value, contact)
-        return Closure.at_advance(value, self.x1_init, self.force, contact)
+            return self.tilted(Closure.at_offset(self.offset(value), contact))
+        return self.tilted(Closure.at_advance(value, self.x1_init, self.force, contact, self.scale))
+
+    def tilted(self, closure: Closure) -> Closure:
+        """Conditions with E2 for the way of the clamp."""
+        if self.stage_angle is None:
+            return closure
+        return replace(closure, tilt=np.tan(self.stage_angle))
 
     def value_of(self, parameter: Parameter, states: RodStates) -> FloatArray:
         """Value of the parameter in given states."""
         if parameter is Parameter.X0:
-            return self.x1_init - contact_position(states)[0]
-        return advance(states, self.x1_init, self.force)
+            return self.displacement(contact_position(states)[0])
+        return advance(states, self.x1_init, self.force, self.scale)
+
+    def offset(self, x0: FloatArray) -> FloatArray:
+        """Contact point from the clamp after displacements of the clamp (L)."""
+        return self.x1_init - (x0 if self.stage_angle is None else x0 * np.cos(self.stage_angle))
+
+    def displacement(self, offset: FloatArray) -> FloatArray:
+        """Inverse of `offset`."""
+        x0 = self.x1_init - offset
+        return x0 if self.stage_angle is None else x0 / np.cos(self.stage_angle)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -178,7 +205,13 @@ def begin(
     x1_init, _ = contact_position(states)
     segment = Segment(
         parameter=Parameter.X0,
-        branches=Branches(theta=states.theta, eta=eta[index], x1_init=x1_init, force=-states.fy),
+        branches=Branches(
+            theta=states.theta,
+            eta=eta[index],
+            x1_init=x1_init,
+            scale=x1_init,
+            force=-states.fy,
+        ),
         origin=np.zeros(len(index)),
         step=sizes.x0 * x1_init,
         steps=[states],
@@ -246,7 +279,7 @@ def follow(
         value = segment.origin[active] + len(segment.steps) * segment.step[active]
         closure = branches.closure(segment.parameter, Contact.POINT, value)
         solution, kind, found = with_active_contact(
-            extrapolated(last), branches.eta, closure, segment.line[-1][active], model
+            extrapolated(last), branches.height, closure, segment.line[-1][active], model
         )
         states, line = segment.steps[0].unsolved(), segment.line[-1].copy()
         states.put(active, solution)
@@ -351,25 +384,22 @@ def _solve_kinds(
     return states, found
 
 
-def first_segment(
-    theta: FloatArray, eta: FloatArray, sizes: StepSizes, model: Contact
-) -> tuple[Segment, IntArray]:
+def first_segment(begun: Segment, sizes: StepSizes, model: Contact) -> Segment:
     """Follow branches from α = 0 until −tan α has passed its maximum or the tip lifts off.
 
     Parameters
     ----------
-    theta, eta, sizes, model
+    begun : Segment
+        With its first state.
+    sizes, model
         As in `begin`.
 
     Returns
     -------
-    segment : Segment
-    index : ndarray of int
-        Which of the arguments the branches are.
+    Segment
     """
-    segment, index = begin(theta, eta, sizes, model)
     count = round(LIMIT_OF_X0 / sizes.x0)
-    return follow(segment, count, model, lambda segment: ~past_lock(segment)), index
+    return follow(begun, count, model, lambda segment: ~past_lock(segment))
 
 
 def second_segment(first: Segment, sizes: StepSizes, model: Contact) -> Segment:
@@ -414,19 +444,19 @@ def _along(start: RodStates, stop: RodStates, share: FloatArray) -> RodStates:
     )
 
 
-def switch_states(guess: RodStates, eta: FloatArray) -> RodStates:
+def switch_states(guess: RodStates, branches: Branches) -> RodStates:
     """Solve the states in which the contact changes its kind: s_c = 1 and φ1 = 0.
 
     Parameters
     ----------
     guess : RodStates
         States near the change.
-    eta : ndarray, shape (n,)
-        Heights of the surface (L).
+    branches : Branches
 
     Returns
     -------
     RodStates
         NaN where none was found.
     """
-    return solve(guess, eta, Closure.at_switch(len(guess))).states
+    closure = branches.tilted(Closure.at_switch(len(guess)))
+    return solve(guess, branches.height, closure).states

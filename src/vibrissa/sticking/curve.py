@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, End, Parameter, Status
 from vibrissa.sticking.piece import Jet, Piece, StickingState
@@ -50,7 +51,9 @@ class StickingCurve:
     Attributes
     ----------
     theta, eta : float
-        Taper factor and height of the contact point (L).
+        Taper factor and height of the contact point in the α = 0 state (L).
+    mounting : Mounting
+        How the rod is mounted.
     method : str
         ``collocation`` (states at Chebyshev points) or ``shooting`` (states on a step grid).
     status : Status
@@ -90,6 +93,26 @@ class StickingCurve:
     x0_touch: float = np.nan
     end: End = End.NOT_FOLLOWED
     end_message: str = ""
+    mounting: Mounting = IDEAL
+
+    def contact_point(self, x0: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Position of the tip, seen from the clamp, after displacements of the clamp.
+
+        In line contact it is where the tip would be if the rod beyond the contact point were laid
+        along the surface.
+
+        Parameters
+        ----------
+        x0 : array_like
+            Displacements (L).
+
+        Returns
+        -------
+        x, y : ndarray
+            Position (L), of the shape of `x0`.
+        """
+        x0, stage_angle = np.asarray(x0, dtype=float), self.mounting.stage_angle
+        return self.x1_init - x0 * np.cos(stage_angle), self.eta - x0 * np.sin(stage_angle)
 
     @property
     def x0_end(self) -> float:
@@ -329,7 +352,7 @@ def assembled_curve(
     """
     kept, end, message = _until_end(pieces, limits or [Limit()] * len(pieces))
     x0_lock, mu_lock, kept = _lock(kept)
-    if np.isinf(mu_lock):
+    if mu_lock == np.inf:
         end, message = End.LIFTS_OFF, ""
     elif not (kept and 0.0 < x0_lock < kept[-1].last_x0):
         if end is not End.OUT_OF_REACH or not kept:

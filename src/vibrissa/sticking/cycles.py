@@ -102,10 +102,17 @@ def stick_slip(
     Raises
     ------
     ArgumentError
-        If the step or the number of cycles is not positive or a shape has fewer than two points.
+        If the step or the number of cycles is not positive, a shape has fewer than two points, or
+        the stage changes the height, so that each cycle has another curve, and there is more than
+        one.
     """
     if cycles < 1:
         raise ArgumentError(f"cycles must be at least 1, got {cycles}")
+    if cycles > 1 and curve.mounting.stage_angle:
+        raise ArgumentError(
+            f"with a stage_angle each cycle begins at another height and has its own curve: "
+            f"cycles must be 1, got {cycles}"
+        )
     if shape_points < 2:
         raise ArgumentError(f"shape_points must be at least 2, got {shape_points}")
     dx0 = exact(dx0)
@@ -118,24 +125,25 @@ def stick_slip(
 
     # One period, k = 0 ... last; every later one is the same, translated.
     period = curve.state(step_position(np.arange(last + 1), dx0))
-    offset = curve.x1_init - period.x0
+    offset, height = curve.contact_point(period.x0)
     shapes = _shapes(curve, period, s)
-    residual = np.hypot(shapes[:, 0, -1] - offset, shapes[:, 1, -1] - curve.eta)
+    residual = np.hypot(shapes[:, 0, -1] - offset, shapes[:, 1, -1] - height)
     cycle, step = _numbered(last, 1 if status is Status.LOCK else cycles, status)
     # A slip ends at step last + 1, in the state that the period begins with.
     row = step % (last + 1)
     footpoint = step_position(np.arange(len(step)), dx0)
+    along = footpoint * np.cos(curve.mounting.stage_angle)
     return Scan(
         status=status,
         cycle=cycle,
         step=step,
         phase=[Phase.SLIP if k > last else Phase.STICK for k in step],
         footpoint=footpoint,
-        x1=footpoint + offset[row],
+        x1=along + offset[row],
         state=period.take(row),
         s=s,
-        x=footpoint[:, None] + shapes[row, 0],
-        y=shapes[row, 1],
+        x=along[:, None] + shapes[row, 0],
+        y=curve.eta - height[row, None] + shapes[row, 1],
         phi=shapes[row, 2],
         residual=residual[row],
     )
@@ -152,10 +160,12 @@ def _end_of_sticking(curve: StickingCurve, mu0: float, dx0: Decimal) -> tuple[St
 
 def _shapes(curve: StickingCurve, states: StickingState, s: FloatArray) -> FloatArray:
     """Shapes in some states of a curve, shape (n, 3, points): x, y and φ."""
-    offset = curve.x1_init - states.x0
-    rows = zip(states.f, states.alpha, offset, states.s_c, strict=True)
+    rows = zip(states.f, states.alpha, *curve.contact_point(states.x0), states.s_c, strict=True)
     return np.stack(
-        [deformed_shape(curve.theta, f, alpha, x1, curve.eta, s, s_c) for f, alpha, x1, s_c in rows]
+        [
+            deformed_shape(curve.theta, f, alpha, x1, y1, s, s_c, curve.mounting)
+            for f, alpha, x1, y1, s_c in rows
+        ]
     )
 
 

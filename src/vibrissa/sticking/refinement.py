@@ -11,15 +11,21 @@ second pieces.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
-from vibrissa.mechanics.equations import Closure, coefficient_decay, ends, largest_residual
+from vibrissa.mechanics.equations import (
+    Closure,
+    coefficient_decay,
+    contact_position,
+    ends,
+    largest_residual,
+)
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.stability import stability
-from vibrissa.mechanics.states import RodStates
+from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.numerics.arrays import FloatArray, IntArray, SingleArray
 from vibrissa.numerics.spectral import (
     chebyshev_nodes,
@@ -260,11 +266,9 @@ def _of_pieces(path: RodStates, rows: IntArray) -> RodStates:
 
 def _updated(path: RodStates, other: RodStates) -> RodStates:
     """Take the states of another path where it has found them."""
-    columns = other.columns
-    return replace(
-        path,
-        **{n: np.where(np.isfinite(columns[n]), columns[n], v) for n, v in path.columns.items()},
-    )
+    old, new = path.columns, other.columns
+    better: dict[str, Any] = {n: np.where(np.isfinite(new[n]), new[n], old[n]) for n in UNKNOWNS}
+    return replace(path, **better)
 
 
 def flat(path: RodStates) -> RodStates:
@@ -297,9 +301,12 @@ def combined(matrix: FloatArray, path: RodStates) -> RodStates:
             return np.tensordot(matrix, values, 1)
         return np.einsum("cab,bc...->ac...", matrix, values, optimize=True)
 
+    def same(values: FloatArray) -> FloatArray:
+        return np.broadcast_to(values[0], (matrix.shape[-2], *values.shape[1:])).copy()
+
     # A sum with weights is the same theta up to rounding alone.
-    theta = np.broadcast_to(path.theta[0], (matrix.shape[-2], path.theta.shape[1])).copy()
-    return replace(path.each(along), theta=theta)
+    mounting = None if path.mounting is None else path.mounting.each(same)
+    return replace(path.each(along), theta=same(path.theta), mounting=mounting)
 
 
 def _solve_at(
@@ -308,8 +315,8 @@ def _solve_at(
     """Solve states at fractions of the pieces' length, all together."""
     count = len(position)
     known = None if inverse is None else inverse.reshape(-1, *inverse.shape[2:])
-    eta = np.tile(pieces.eta, count)
-    states, _, used = solve(flat(guess), eta, pieces.closure_at(position), known)
+    height = np.tile(pieces.height, count)
+    states, _, used = solve(flat(guess), height, pieces.closure_at(position), known)
     return folded(states, count), used.reshape(count, len(pieces), *used.shape[1:])
 
 
@@ -327,8 +334,8 @@ def _rod_decay(path: RodStates) -> FloatArray:
 def _largest_residual(path: RodStates, pieces: Pieces, position: FloatArray) -> FloatArray:
     """Largest residual of each piece's states at fractions of its length."""
     count = len(position)
-    eta = np.tile(pieces.eta, count)
-    residual = largest_residual(flat(path), eta, pieces.closure_at(position))
+    height = np.tile(pieces.height, count)
+    residual = largest_residual(flat(path), height, pieces.closure_at(position))
     # NaN marks a state that was not found
     return np.nan_to_num(residual, nan=np.inf).reshape(count, -1).max(axis=0)
 
@@ -337,7 +344,7 @@ def _sticking_states(path: RodStates, pieces: Pieces) -> StickingState:
     """Evaluate a path, columns of shape (states, pieces), but for the stability."""
     offset, moment, phi1 = (values.reshape(path.fx.shape) for values in ends(flat(path)))
     return StickingState(
-        x0=pieces.x1_init - offset,
+        x0=pieces.displacement(offset),
         reaction_fx=path.fx,
         reaction_fy=path.fy,
         reaction_m=moment,
@@ -379,18 +386,15 @@ def _finished(
     )
     if pieces.parameter is Parameter.X0:
         states = replace(states, x0=pieces.value(chebyshev_nodes(count)))
-    eta = np.tile(pieces.eta, STATES_LOOKED_AT)
-    looked = clearances(flat(few), eta, pieces.contact).each(
-        lambda values: values.reshape(STATES_LOOKED_AT, -1)
-    )
+    looked = _clearances(few, pieces).each(lambda values: values.reshape(STATES_LOOKED_AT, -1))
     nearest = looked.smallest
     for row in range(len(pieces)):
         start, length = float(pieces.start[row]), float(pieces.length[row])
         limit = Limit()
         if nearest[:, row].min() < CLOSE:
-            part = _of_pieces(path, np.array([row]))
+            only = np.array([row])
             share, how = _limit(
-                part, looked.take((slice(None), row)), float(pieces.eta[row]), pieces.contact
+                _of_pieces(path, only), looked.take((slice(None), row)), pieces.take(only)
             )
             limit = Limit(start + share * length, how)
         piece = Piece(
@@ -409,15 +413,23 @@ def _margins(path: RodStates, contact: Contact) -> FloatArray:
     return stability(flat(path.on_nodes(nodes)), contact).reshape(path.fx.shape)
 
 
-def _limit(path: RodStates, looked: Clearance, eta: float, contact: Contact) -> tuple[float, str]:
+def _clearances(path: RodStates, pieces: Pieces) -> Clearance:
+    """Clearances of the states of a path, as one batch."""
+    states = flat(path)
+    height = np.tile(pieces.eta, len(path))
+    if pieces.stage_angle is not None:
+        height = contact_position(states)[1]
+    return clearances(states, height, pieces.contact)
+
+
+def _limit(path: RodStates, looked: Clearance, piece: Pieces) -> tuple[float, str]:
     """First fraction of a piece at which its shape is inadmissible, and how; NaN if nowhere.
 
     The clearances are known at `STATES_LOOKED_AT` Chebyshev points; the place is sought between.
     """
 
     def look(at: FloatArray) -> Clearance:
-        states = flat(combined(interpolation(len(path), at), path))
-        return clearances(states, np.full(len(at), eta), contact)
+        return _clearances(combined(interpolation(len(path), at), path), piece)
 
     def clearance(name: str) -> Callable[[FloatArray], FloatArray]:
         return lambda at: look(at).columns[name]

@@ -111,7 +111,9 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
     first = 0
     for row in table.drop_columns(list(columns)).to_pylist():
         key = decode_key(row[name] for name in CurveKey._fields if row[name] is not None)
-        scalars = {name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS}
+        scalars: dict[str, Any] = {
+            name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS
+        }
         method, pieces = Method(row["method"]), []
         names = ("contact", "parameter", "start", "stop", "states")
         for contact, parameter, start, stop, count in zip(

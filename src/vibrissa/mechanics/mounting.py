@@ -1,0 +1,189 @@
+"""How a rod is mounted: its clamp, its natural curvature, and the way of its stage.
+
+The paper's clamp is upright and rigid, its rod straight, and its stage moves along the surface:
+that is the *ideal* mounting. A real one differs by a few degrees or percent.
+
+- The clamp is inclined by β: without load φ(0) = π/2 + β.
+- The clamp yields to the moment of the rod: φ(0) grows by c·m(0).
+- The rod is curved without load: B·(φ' − κ0(s)) = m.
+- The stage moves at an angle δ to the surface, so that the height falls by x0·sin δ.
+
+`Mounting` holds these four for one rod, `Mountings` the first three for a batch of rods: they are
+properties of the rod and enter equation E1. The fourth enters the condition E2.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from numbers import Real
+
+import numpy as np
+
+from vibrissa.errors import ArgumentError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.spectral import gauss_rule
+
+# Slope of the ideal clamp (rad).
+CLAMP_SLOPE = np.pi / 2
+# Gauss nodes that integrate the natural shape of a part of a rod.
+TAIL_NODES = 16
+# Bound on both angles (rad): beyond it nothing stands or moves as the model says.
+RIGHT_ANGLE = np.pi / 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mounting:
+    """How one rod is mounted; by default as in the paper.
+
+    Attributes
+    ----------
+    clamp_angle : float
+        Inclination β of the clamp against the normal of the surface (rad), positive
+        counter-clockwise: the rod then leans back, against the motion of the clamp.
+    clamp_compliance : float
+        Turn c of the clamp per moment of the rod, in units of L/(E·I0); not negative.
+    curvature : float or tuple of float
+        Natural curvature κ0·L of the rod: a constant, or the coefficients of the powers of s,
+        lowest first. Where it is negative the rod turns away from the surface, towards +x.
+    stage_angle : float
+        Angle δ of the clamp's way to the surface (rad); positive where it approaches the surface.
+
+    Raises
+    ------
+    ArgumentError
+        If a value is out of range.
+    """
+
+    clamp_angle: float = 0.0
+    clamp_compliance: float = 0.0
+    curvature: float | tuple[float, ...] = 0.0
+    stage_angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check all values."""
+        for name in ("clamp_angle", "stage_angle"):
+            value = _number(name, getattr(self, name))
+            if not abs(value) < RIGHT_ANGLE:
+                raise ArgumentError(f"{name} must lie between -pi/2 and pi/2 (rad), got {value!r}")
+        compliance = _number("clamp_compliance", self.clamp_compliance)
+        if compliance < 0.0:
+            raise ArgumentError(
+                f"clamp_compliance must not be negative (L/(E I0)), got {compliance!r}"
+            )
+        # A list, or an array, is as good as a tuple.
+        object.__setattr__(self, "curvature", _listed(self.curvature))
+        for value in self.coefficients:
+            _number("curvature", value)
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Coefficients of κ0·L, lowest power first."""
+        return self.curvature if isinstance(self.curvature, tuple) else (self.curvature,)
+
+    @property
+    def is_ideal_rod(self) -> bool:
+        """Whether the clamp is upright and rigid and the rod straight."""
+        return not (self.clamp_angle or self.clamp_compliance or any(self.coefficients))
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(float(value)):
+        raise ArgumentError(f"{name} must be a finite number, got {value!r}")
+    return float(value)
+
+
+def _listed(curvature: object) -> object:
+    if isinstance(curvature, Real):
+        return curvature
+    values = tuple(curvature) if isinstance(curvature, Iterable) else ()
+    if not values:
+        raise ArgumentError(f"curvature must be a number or a list of numbers, got {curvature!r}")
+    return values
+
+
+IDEAL = Mounting()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mountings(Batch):
+    """Clamps and natural shapes of a batch of rods.
+
+    Attributes
+    ----------
+    clamp_angle : ndarray, shape (n,)
+        β (rad).
+    clamp_compliance : ndarray, shape (n,)
+        c (L/(E·I0)).
+    curvature : ndarray, shape (n, k)
+        Coefficients of κ0 (1/L), lowest power of s first.
+    """
+
+    clamp_angle: FloatArray
+    clamp_compliance: FloatArray
+    curvature: FloatArray
+
+    @classmethod
+    def of(cls, mountings: Sequence[Mounting]) -> "Mountings":
+        """Columns of some mountings."""
+        count = max(len(one.coefficients) for one in mountings)
+        curvature = np.zeros((len(mountings), count))
+        for row, one in zip(curvature, mountings, strict=True):
+            row[: len(one.coefficients)] = one.coefficients
+        return cls(
+            clamp_angle=np.array([one.clamp_angle for one in mountings], dtype=float),
+            clamp_compliance=np.array([one.clamp_compliance for one in mountings], dtype=float),
+            curvature=curvature,
+        )
+
+    def scaled(self, share: FloatArray) -> "Mountings":
+        """Mountings that differ from the ideal one by a share of these, shape (n,)."""
+        return Mountings(
+            clamp_angle=share * self.clamp_angle,
+            clamp_compliance=share * self.clamp_compliance,
+            curvature=share[:, None] * self.curvature,
+        )
+
+    def natural_curvature(self, s: FloatArray) -> FloatArray:
+        """κ0(s) at arc lengths of shape (n, points)."""
+        return _horner(self.curvature, s)
+
+    def natural_slope(self, s: FloatArray) -> FloatArray:
+        """Slope of the unloaded rod, π/2 + β + ∫₀ˢ κ0, at arc lengths of shape (n, points)."""
+        turn = s * _horner(self.curvature / np.arange(1, self.curvature.shape[1] + 1), s)
+        return turn + (CLAMP_SLOPE + self.clamp_angle)[:, None]
+
+    def tail(
+        self, start: FloatArray, stop: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Natural shape of rods between two arc lengths, seen along the slope at the first.
+
+        Parameters
+        ----------
+        start, stop : ndarray, shape (n, points)
+            Arc lengths (L).
+
+        Returns
+        -------
+        along, up : ndarray, shape (n, points)
+            Way along the slope and normal to it (L).
+        turn : ndarray, shape (n, points)
+            Angle by which the rod turns (rad).
+        """
+        begin, length = self.natural_slope(start), stop - start
+        rule = gauss_rule(TAIL_NODES)
+        # What is straight is so exactly.
+        shortening, up = np.zeros_like(length), np.zeros_like(length)
+        for node, weight in zip(rule.nodes, rule.weights, strict=True):
+            turn = self.natural_slope(start + node * length) - begin
+            shortening += weight * 2.0 * np.sin(0.5 * turn) ** 2
+            up += weight * np.sin(turn)
+        return length * (1.0 - shortening), length * up, self.natural_slope(stop) - begin
+
+
+def _horner(coefficients: FloatArray, s: FloatArray) -> FloatArray:
+    """Polynomials, coefficients of shape (n, k), at places of shape (n, points)."""
+    *lower, highest = coefficients.T
+    value = np.broadcast_to(highest[:, None], s.shape)
+    for coefficient in reversed(lower):
+        value = value * s + coefficient[:, None]
+    return value

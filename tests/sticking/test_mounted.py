@@ -1,0 +1,276 @@
+"""Sticking curves of rods in other mountings than the paper's, against independent methods."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import cumulative_simpson, quad, solve_ivp
+from scipy.optimize import minimize
+
+from vibrissa import Mounting, solve_curve, solve_onset, solve_state, stick_slip
+from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.elastica import deformed_shape
+from vibrissa.outcomes import Contact
+from vibrissa.sticking.collocation import solve_curves
+
+ALONE = {
+    "clamp_angle": Mounting(clamp_angle=0.1),
+    "leaning": Mounting(clamp_angle=-0.1),
+    "clamp_compliance": Mounting(clamp_compliance=0.2),
+    "curvature": Mounting(curvature=-0.2),
+    "towards": Mounting(curvature=0.2),
+    "polynomial": Mounting(curvature=(0.05, 0.1, -0.5)),
+    "stage_angle": Mounting(stage_angle=0.1),
+    "leaving": Mounting(stage_angle=-0.1),
+}
+TOGETHER = Mounting(
+    clamp_angle=-0.05, clamp_compliance=0.1, curvature=(-0.1, -0.2), stage_angle=0.05
+)
+MOUNTINGS = ALONE | {"together": TOGETHER}
+
+
+@cache
+def curve(theta, eta, mounting, contact=Contact.POINT):
+    return solve_curve(theta, eta, contact=contact, mounting=mounting)
+
+
+def natural(mounting):
+    return np.polynomial.Polynomial(mounting.coefficients)
+
+
+def misses(found, state):
+    """Integrate from the contact point to the clamp with DOP853; what the clamp misses."""
+    mounting, kappa = found.mounting, natural(found.mounting)
+    s_c = float(state.s_c)
+
+    def derivative(s, unknowns):
+        _, _, phi, m = unknowns
+        d = 1 - (1 - 1 / found.theta) * s
+        gradient = state.reaction_fx * np.sin(phi) - state.reaction_fy * np.cos(phi)
+        return [np.cos(phi), np.sin(phi), kappa(s) + m / d**4, gradient]
+
+    # The clamp moves along its stage, the contact point keeps its place.
+    x = found.x1_init - state.x0 * np.cos(mounting.stage_angle) - (1 - s_c)
+    y = found.eta - state.x0 * np.sin(mounting.stage_angle)
+    start = [float(x), float(y), float(state.phi1), 0.0]
+    end = solve_ivp(derivative, (s_c, 0.0), start, "DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+    slope = np.pi / 2 + mounting.clamp_angle + mounting.clamp_compliance * end[3]
+    return [end[0], end[1], end[2] - slope, end[3] - state.reaction_m]
+
+
+@pytest.mark.parametrize("name", MOUNTINGS)
+@pytest.mark.parametrize("contact", Contact)
+def test_an_integration_from_the_contact_meets_the_clamp(name, contact):
+    found = curve(3.0, 0.8, MOUNTINGS[name], contact)
+    assert found.pieces and found.residual < 1e-12
+    for piece in found.pieces:
+        state = piece.at(np.array([0.3 * piece.start + 0.7 * piece.stop])).take(0)
+        assert misses(found, state) == pytest.approx([0.0] * 4, abs=5e-12)
+
+
+def chain(found, x0, links=120):
+    """Least energy of a chain of links with a spring in each joint and one at its base.
+
+    Its tip is pinned. Returns the energy and the force on the tip.
+    """
+    mounting, h = found.mounting, 1.0 / links
+    s = np.arange(1, links) * h
+    stiffness = (1 - (1 - 1 / found.theta) * s) ** 4 / h
+    turn = h * natural(mounting)(s)
+    target = np.array(found.contact_point(x0))
+    base = np.pi / 2 + mounting.clamp_angle
+    # Half a link stands between the clamp and the middle of the first one.
+    first = mounting.clamp_compliance + h / 2
+    unbent = 0.5 * h * natural(mounting)(0.25 * h)
+
+    def energy(phi):
+        bend = np.diff(phi) - turn
+        lean = phi[0] - base - unbent
+        value = 0.5 * (stiffness * bend**2).sum() + 0.5 * lean**2 / first
+        slope = np.zeros(links)
+        slope[1:] += stiffness * bend
+        slope[:-1] -= stiffness * bend
+        slope[0] += lean / first
+        return value, slope
+
+    def gap(phi):
+        return h * np.array([np.cos(phi).sum(), np.sin(phi).sum()]) - target
+
+    def gap_slope(phi):
+        return h * np.array([-np.sin(phi), np.cos(phi)])
+
+    state = found.state(x0)
+    *_, phi = deformed_shape(
+        found.theta, state.f, state.alpha, *target, (np.arange(links) + 0.5) * h, 1.0, mounting
+    )
+    # Far enough from the continuum's shape that the chain has to find its own.
+    result = minimize(
+        energy,
+        phi + 0.02 * np.sin(np.linspace(0, 9, links)),
+        jac=True,
+        method="SLSQP",
+        constraints={"type": "eq", "fun": gap, "jac": gap_slope},
+        options={"ftol": 1e-13, "maxiter": 300},
+    )
+    force = np.linalg.lstsq(gap_slope(result.x).T, energy(result.x)[1], rcond=None)[0]
+    return result.fun, force
+
+
+@pytest.mark.parametrize("name", ["clamp_angle", "clamp_compliance", "curvature", "together"])
+def test_a_chain_of_least_energy_needs_the_same_force(name):
+    found = curve(2.0, 0.85, MOUNTINGS[name])
+    x0 = 0.5 * found.x0_lock
+    state = found.state(x0)
+    exact = np.array([state.reaction_fx, state.reaction_fy])
+    coarse, fine = (chain(found, x0, links)[1] for links in (30, 60))
+    # The error of a chain falls with the square of its links.
+    assert (4 * fine - coarse) / 3 == pytest.approx(exact, abs=5e-4)
+    assert np.abs(fine - exact).max() < 0.5 * np.abs(coarse - exact).max()
+
+
+def elastic_energy(found, x0):
+    """Energy of rod and clamp, from the shape that the force gives."""
+    s = np.linspace(0.0, 1.0, 801)
+    state, (x1, y1) = found.state(x0), found.contact_point(x0)
+    x, y, _ = deformed_shape(
+        found.theta, state.f, state.alpha, x1, y1, s, float(state.s_c), found.mounting
+    )
+    x_c = x1 - (1 - state.s_c)
+    moment = -state.reaction_fy * (x - x_c) + state.reaction_fx * (y - y1)
+    moment[s > state.s_c] = 0.0
+    density = 0.5 * moment**2 / (1 - (1 - 1 / found.theta) * s) ** 4
+    spring = 0.5 * found.mounting.clamp_compliance * state.reaction_m**2
+    return cumulative_simpson(density, x=s)[-1] + spring
+
+
+@pytest.mark.parametrize("name", ["stage_angle", "leaving", "together"])
+@pytest.mark.parametrize("contact", Contact)
+def test_work_along_the_stage_is_the_gain_of_energy(name, contact):
+    found = curve(2.0, 0.7, MOUNTINGS[name], contact)
+    end = 0.9 * found.x0_lock
+    direction = found.mounting.stage_angle
+
+    def force(x0):
+        state = found.state(x0)
+        return -(state.reaction_fx * np.cos(direction) + state.reaction_fy * np.sin(direction))
+
+    kinks = [piece.first_x0 for piece in found.pieces[1:] if piece.first_x0 < end]
+    work = quad(force, 0.0, end, points=kinks or None, epsabs=1e-11)[0]
+    gain = elastic_energy(found, end) - elastic_energy(found, 0.0)
+    assert abs(work) > 1e-3
+    assert gain == pytest.approx(work, abs=2e-8)
+
+
+def test_a_state_does_not_know_by_which_stage_it_was_reached():
+    found = curve(2.0, 0.8, TOGETHER)
+    x1, y1 = found.contact_point(0.08)
+    assert y1 == pytest.approx(0.8 - 0.08 * np.sin(0.05), abs=1e-15)
+    here, there = solve_state(2.0, float(y1), float(x1), mounting=TOGETHER), found.state(0.08)
+    assert here.reaction_fx == pytest.approx(there.reaction_fx, abs=1e-10)
+    assert here.reaction_m == pytest.approx(there.reaction_m, abs=1e-10)
+    assert here.stability == pytest.approx(there.stability, abs=1e-5)
+
+
+@pytest.mark.parametrize("contact", Contact)
+def test_stability_is_lost_where_the_branch_turns_back(contact):
+    random = np.random.default_rng(3)
+    count = 12
+    theta, eta = random.uniform(1, 8, count), random.uniform(0.5, 0.95, count)
+    mountings = [
+        Mounting(clamp_angle=a, clamp_compliance=c, curvature=(k, -0.1), stage_angle=d)
+        for a, c, k, d in random.uniform([-0.1, 0, -0.3, -0.1], [0.1, 0.3, 0, 0.1], (count, 4))
+    ]
+    kinks = 0
+    for found in solve_curves(theta, eta, contact, mountings):
+        last = found.pieces[-1]
+        assert found.end == "snaps" and found.residual < 1e-12
+        turns = abs(last.jet(np.array([last.stop]), 1)[1].x0[0]) < 1e-6
+        kinks += not turns
+        margin = last.at(np.array([last.stop])).stability[0]
+        assert abs(margin) < 1e-5 if turns else margin > 0.0
+    assert kinks <= (3 if contact is Contact.LINE else 0)
+
+
+def test_the_ideal_mounting_is_the_paper_s_digit_by_digit():
+    theta, eta = np.array([1.0, 2.0, 4.0]), np.array([0.85, 0.7, 0.85])
+    odd = Mounting(clamp_angle=0.05, stage_angle=0.02)
+    plain = solve_curves(theta, eta, Contact.LINE)
+    # Whatever else is in the batch.
+    mixed = solve_curves(
+        np.repeat(theta, 2), np.repeat(eta, 2), Contact.LINE, [Mounting(), odd] * len(theta)
+    )[::2]
+    for one, other in zip(plain, mixed, strict=True):
+        assert (one.mu_lock, one.x1_init, one.residual) == (
+            other.mu_lock,
+            other.x1_init,
+            other.residual,
+        )
+        for a, b in zip(one.pieces, other.pieces, strict=True):
+            assert np.array_equal(a.states.matrix(), b.states.matrix())
+
+
+def test_a_small_deviation_changes_little():
+    ideal = curve(2.0, 0.85, Mounting())
+    for name in ("clamp_angle", "clamp_compliance", "curvature", "stage_angle"):
+        shifts = [curve(2.0, 0.85, Mounting(**{name: by})).mu_lock for by in (1e-6, 2e-6)]
+        first, second = np.array(shifts) - ideal.mu_lock
+        assert 1e-8 < abs(first) < 1e-5 and second == pytest.approx(2 * first, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("theta", "eta", "mounting", "said"),
+    [
+        (1, 0.98, Mounting(clamp_angle=0.3), "the rod springs to the other side"),
+        (4, 0.95, Mounting(curvature=2.0), "the rod springs to the other side"),
+        (1, 0.85, Mounting(clamp_angle=-1.2), "the rod does not press on the surface"),
+        (2, 0.85, Mounting(curvature=-2.0), "the rod does not press on the surface"),
+    ],
+)
+def test_a_branch_that_does_not_exist_is_a_status(theta, eta, mounting, said):
+    found = solve_curve(theta, eta, mounting=mounting)
+    assert found.status == "out_of_reach" and said in found.message
+    onset = solve_onset(theta, 0.3, eta, mounting=mounting)
+    assert onset.status == "out_of_reach" and onset.message == found.message
+    state = solve_state(theta, eta, 0.1, mounting=mounting)
+    assert state.status == "out_of_reach" and said in state.message
+
+
+def test_a_branch_ends_where_two_states_meet():
+    # At the end of the branch the force needed changes like a square root.
+    angles = np.linspace(0.0, 0.3, 31)
+    mountings = [Mounting(clamp_angle=angle) for angle in angles]
+    curves = solve_curves(np.ones(31), np.full(31, 0.98), Contact.POINT, mountings)
+    exists = np.array([found.status == "solved" for found in curves])
+    last = int(np.flatnonzero(exists)[-1])
+    assert 5 < last < 30 and exists[: last + 1].all()
+    force = np.array([-float(found.state(0.0).reaction_fy) for found in curves[: last + 1]])
+    growth = np.diff(force)
+    assert growth[-1] > 3 * growth[len(growth) // 2] > 0
+
+
+def test_a_rod_curved_towards_the_surface_may_not_lie_on_it():
+    mounting = Mounting(curvature=0.1)
+    assert curve(4.0, 0.85, mounting).status == "solved"
+    found = curve(4.0, 0.85, mounting, Contact.LINE)
+    assert found.status == "out_of_reach" and "crosses the surface" in found.message
+    assert {piece.contact for piece in found.pieces} == {Contact.POINT}
+    # Where it would lie there from the start, nothing is left.
+    none = curve(3.0, 0.7, mounting, Contact.LINE)
+    assert none.status == "out_of_reach" and not none.pieces
+
+
+def test_a_scan_with_an_oblique_stage_has_one_cycle():
+    found = curve(2.0, 0.85, Mounting(stage_angle=0.05))
+    scan = stick_slip(found, 0.3, 0.005, 1)
+    assert scan.residual.max() < 1e-9
+    # The tip keeps its place until it slips.
+    assert np.ptp(scan.x1[:-1]) < 1e-12 and np.ptp(scan.y[:-1, -1]) < 1e-9
+    with pytest.raises(ArgumentError, match="cycles must be 1, got 2"):
+        stick_slip(found, 0.3, 0.005, 2)
+
+
+def test_shooting_knows_the_ideal_mounting_alone():
+    with pytest.raises(ArgumentError, match="solves the ideal mounting alone"):
+        solve_curve(2.0, 0.85, "shooting", 0.01, mounting=Mounting(clamp_angle=0.1))
+    with pytest.raises(ArgumentError, match=r"mounting must be a Mounting, got 0\.1"):
+        solve_curve(2.0, 0.85, mounting=0.1)
