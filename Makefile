@@ -23,7 +23,7 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce study beyond check bless compare archive verify test test-slurm test-faults mutations lint
+.PHONY: help reproduce study beyond check bless proof compare archive verify test test-slurm test-faults mutations lint
 .PHONY: survey roundtrip fuzz published designs taper bench growth
 .PHONY: setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
@@ -40,6 +40,8 @@ help:
 	@echo "  make compare A=results/a B=results/b"
 	@echo "                            two studies side by side: study file, rows, columns, a figure"
 	@echo "                            (OUT=folder instead of results/compare/a-b)"
+	@echo "  make proof                prove the numbers of the paper's study, for make check"
+	@echo "                            (takes STUDY=my.yaml, CORES=n and OUTPUT=file.csv)"
 	@echo "  make archive              a study with its results and code as one file, an RO-Crate"
 	@echo "                            (takes STUDY=my.yaml and OUTPUT=file.zip)"
 	@echo "  make verify               in an unpacked archive: make its results again and compare"
@@ -102,6 +104,11 @@ bless: $(STAMP)
 
 compare: $(STAMP)
 	@$(PY) workflow/compare.py "$(A)" "$(B)" $(if $(OUT),--output "$(OUT)")
+
+# What is proved already is not proved again.
+proof: $(STAMP)
+	@$(ONE_THREAD) $(PY) validation/enclosures.py $(if $(STUDY),--configfile "$(STUDY)") \
+	    $(if $(OUTPUT),--output "$(OUTPUT)") $(if $(CORES),--jobs $(CORES))
 
 archive: $(STAMP)
 	@$(PY) workflow/archive.py $(if $(STUDY),--configfile "$(STUDY)") \

@@ -17,7 +17,7 @@ import os
 import sys
 from pathlib import Path
 
-from vibrissa.checking import ci
+from vibrissa.checking import ci, enclosures
 from vibrissa.checking.layouts import parse_layouts
 from vibrissa.checking.reference import Comparison, bless, compare_folders, need_reference
 from vibrissa.errors import VibrissaError
@@ -89,6 +89,8 @@ def main(argv: list[str]) -> int:
             print(f"{reference} is written: review it with git diff")
             return 0
         print(found.verdict)
+        if proofs := enclosures.verdict(found.enclosed):
+            print(proofs)
         if options.output:
             write_output(found, options.output)
         tell_ci(found)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
+from vibrissa.checking import enclosures
 from vibrissa.checking.differences import Change, Difference
 from vibrissa.checking.reference import Comparison
 from vibrissa.wording import markdown_table
@@ -37,6 +38,8 @@ def markdown(comparison: Comparison) -> str:
         ]
     if more := differences[MOST_ROWS:]:
         lines += ["", f"And {len(more)} more; check.json has all of them."]
+    if proofs := enclosures.verdict(comparison.enclosed):
+        lines += ["", proofs]
     return "\n".join(lines) + "\n"
 
 
@@ -68,7 +71,8 @@ def json_text(comparison: Comparison) -> str:
     -------
     str
         JSON: ``passed``, ``rows``, ``verdict``, the two folders, and ``differences`` with the
-        attributes of `Difference`. What is no finite number is null.
+        attributes of `Difference`; ``enclosed`` with how many ``numbers`` have an enclosure and how
+        many of them are off by how many ``ulps``. What is no finite number is null.
     """
     content = {
         "passed": not comparison.differences,
@@ -77,6 +81,10 @@ def json_text(comparison: Comparison) -> str:
         "reference": comparison.reference.as_posix(),
         "rows": comparison.rows,
         "differences": [_finite(asdict(one)) for one in comparison.differences],
+        "enclosed": {
+            "numbers": len(comparison.enclosed),
+            "ulps": enclosures.histogram(comparison.enclosed),
+        },
     }
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 

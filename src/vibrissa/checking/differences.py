@@ -30,6 +30,8 @@ class Problem(StrEnum):
         Rows that the reference or the results alone have.
     MOVED
         Values of a column.
+    REFUTED
+        Values of a column that are further from their enclosures than they may move.
     """
 
     GONE = "table gone"
@@ -39,6 +41,7 @@ class Problem(StrEnum):
     MISSING = "rows missing"
     EXTRA = "rows extra"
     MOVED = "moved"
+    REFUTED = "refuted"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,6 +10,7 @@ import pandas as pd
 from vibrissa.checking import texts
 from vibrissa.checking.condensing import condensed
 from vibrissa.checking.differences import Difference, Problem, compare, moved
+from vibrissa.checking.enclosures import Enclosed, enclosed, refuted
 from vibrissa.checking.layouts import Layout
 from vibrissa.errors import ComparisonError
 
@@ -27,6 +28,8 @@ class Comparison:
     stored, found : mapping of DataFrame of str
         Tables of the reference and of the results.
     differences : sequence of Difference
+    enclosed : sequence of Enclosed
+        Numbers of the results for which the reference has an enclosure.
     """
 
     results: Path
@@ -35,6 +38,7 @@ class Comparison:
     stored: Mapping[str, pd.DataFrame]
     found: Mapping[str, pd.DataFrame]
     differences: Sequence[Difference]
+    enclosed: Sequence[Enclosed] = ()
 
     @property
     def rows(self) -> int:
@@ -100,9 +104,10 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
     TableError
         If a table is damaged.
     """
+    frames = condensed(results)
     found = {
         name: texts.as_text(frame, layouts[name], name)
-        for name, frame in condensed(results).items()
+        for name, frame in frames.items()
         if name in layouts
     }
     stored = {
@@ -121,6 +126,8 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
             line = f"{name}: a new table of {len(text)} rows"
             rows = len(text)
             differences.append(Difference(table=name, problem=Problem.NEW, rows=rows, text=line))
+    numbers = enclosed(frames, reference, layouts)
+    differences += refuted(numbers)
     return Comparison(
         results=results,
         reference=reference,
@@ -128,6 +135,7 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
         stored=stored,
         found=found,
         differences=differences,
+        enclosed=numbers,
     )
 
 

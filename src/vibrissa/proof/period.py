@@ -99,7 +99,7 @@ def onset(theta: Number, mu0: Number, eta: Number, effort: Effort | None = None)
     with effort.spent():
         rod = Rod(theta=ball(number["theta"]), eta=ball(number["eta"]), steps=effort.steps)
         init = prove(rod, inclined(arb(0)), start(curve, 0.0))
-        slip = prove(rod, inclined(ball(number["mu0"])), start(curve, x0_slip))
+        slip = prove(rod, inclined(ball(number["mu0"])), start(curve, float(x0_slip)))
         return ProvedOnset(
             init=init,
             slip=slip,

@@ -1,0 +1,229 @@
+"""Results beside proofs: how far each number is from the true value.
+
+The enclosures of a study stand in ``enclosures.csv`` beside its reference tables (`make proof`).
+They are decimals, so that nothing is needed to read them.
+"""
+
+import csv
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+
+import pandas as pd
+
+from vibrissa.checking.differences import Difference, Problem
+from vibrissa.checking.layouts import Layout, Tolerance
+from vibrissa.errors import ComparisonError
+
+FILE = "enclosures.csv"
+# Bounds of the histogram, in units in the last place: up to 0.5 it is the nearest double.
+BOUNDS = (0.5, 1.0, 10.0, 100.0, 1000.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Enclosed:
+    """A number of the results, and the enclosure of the true one.
+
+    Attributes
+    ----------
+    table, column : str
+    row : mapping of str
+        Keys of the row.
+    value : float
+        What was computed.
+    midpoint, radius : Decimal
+        Enclosure of the true value.
+    tolerance : Tolerance or None
+        How far the column may move; None where it is exact.
+    """
+
+    table: str
+    column: str
+    row: Mapping[str, str]
+    value: float
+    midpoint: Decimal
+    radius: Decimal
+    tolerance: Tolerance | None
+
+    @property
+    def off(self) -> Decimal:
+        """Distance from the nearest number that may be the true one."""
+        if not math.isfinite(self.value):
+            return Decimal("Infinity")
+        return max(abs(Decimal(self.value) - self.midpoint) - self.radius, Decimal(0))
+
+    @property
+    def ulps(self) -> float:
+        """The same in units in the last place of the true value; 0 inside the enclosure."""
+        return float(self.off / Decimal(math.ulp(float(self.midpoint))))
+
+    @property
+    def refuted(self) -> bool:
+        """Whether the number is further off than its column may move."""
+        if self.tolerance is None:
+            return self.ulps > BOUNDS[0]
+        relative = Decimal(self.tolerance.relative) * abs(self.midpoint)
+        return self.off > Decimal(self.tolerance.absolute) + relative
+
+    def __str__(self) -> str:
+        """Say which number it is."""
+        row = ", ".join(f"{name} {value}" for name, value in self.row.items())
+        return f"{self.table}.{self.column} at {row}"
+
+
+def enclosed(
+    frames: Mapping[str, pd.DataFrame], reference: Path, layouts: Mapping[str, Layout]
+) -> list[Enclosed]:
+    """Find the numbers of results that have an enclosure.
+
+    Parameters
+    ----------
+    frames : mapping of DataFrame
+        Tables of the results, as `vibrissa.checking.condensing.condensed` makes them.
+    reference : Path
+        Folder with the reference tables.
+    layouts : mapping of Layout
+        What is compared.
+
+    Returns
+    -------
+    list of Enclosed
+        Of the compared columns; empty without a file of enclosures.
+
+    Raises
+    ------
+    ComparisonError
+        If the file is none of enclosures.
+    """
+    path = reference / FILE
+    if not path.is_file():
+        return []
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            lines = list(csv.DictReader(file))
+        proofs = [_proof(line, layouts) for line in lines if line["quantity"]]
+    except (ValueError, KeyError, TypeError, InvalidOperation) as error:
+        raise ComparisonError(
+            f"{path} has no enclosures ({error!r}); restore it from version control, or delete it "
+            "and make it anew with: make proof"
+        ) from None
+    named = {proof[0] for proof in proofs} & layouts.keys() & frames.keys()
+    indexed = {name: _indexed(frames[name], layouts[name]) for name in named}
+    found = []
+    for table, column, row, midpoint, radius in proofs:
+        key = _key(row.values())
+        if table not in named or column not in layouts[table].columns:
+            continue
+        layout, frame = layouts[table], indexed[table]
+        if key in frame.index:
+            found.append(
+                Enclosed(
+                    table=table,
+                    column=column,
+                    row=row,
+                    value=float(frame.at[key, column]),
+                    midpoint=midpoint,
+                    radius=radius,
+                    tolerance=layout.columns[column],
+                )
+            )
+    return found
+
+
+Proof = tuple[str, str, dict[str, str], Decimal, Decimal]
+
+
+def _proof(line: Mapping[str, str], layouts: Mapping[str, Layout]) -> Proof:
+    table = line["table"]
+    keys = layouts[table].keys if table in layouts else ()
+    row = {name: line[name] for name in keys}
+    return table, line["quantity"], row, Decimal(line["midpoint"]), Decimal(line["radius"])
+
+
+def _indexed(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
+    """Index a table by the spelling of its keys; of rows that stand twice the first is kept."""
+    keys = [_key(row) for row in frame[list(layout.keys)].itertuples(index=False)]
+    indexed = frame.set_axis(keys, axis=0)
+    return indexed[~indexed.index.duplicated()]
+
+
+def _key(values: Iterable[object]) -> str:
+    """Spell the keys of a row the same from a table and from a file."""
+    return " ".join(map(_spell, values))
+
+
+def _spell(value: object) -> str:
+    try:
+        return repr(float(value))  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return str(value)
+
+
+def histogram(numbers: Sequence[Enclosed]) -> dict[str, int]:
+    """Count the numbers by how many units in the last place they are off.
+
+    Parameters
+    ----------
+    numbers : sequence of Enclosed
+
+    Returns
+    -------
+    dict of int
+        By a text that names the class.
+    """
+    names = [f"at most {bound:g}" for bound in BOUNDS] + [f"more than {BOUNDS[-1]:g}"]
+    counts = dict.fromkeys(names, 0)
+    for number in numbers:
+        above = sum(number.ulps > bound for bound in BOUNDS)
+        counts[names[above]] += 1
+    return counts
+
+
+def verdict(numbers: Sequence[Enclosed]) -> str:
+    """One line that says how far the numbers are from the true ones; empty without any."""
+    if not numbers:
+        return ""
+    worst = max(numbers, key=lambda number: number.ulps)
+    classes = ", ".join(f"{count} {name}" for name, count in histogram(numbers).items() if count)
+    return (
+        f"{len(numbers)} numbers beside their proofs, by how many units in the last place they are "
+        f"off: {classes}. Worst: {worst.ulps:.4g}, {worst}."
+    )
+
+
+def refuted(numbers: Sequence[Enclosed]) -> list[Difference]:
+    """Find the numbers that are further from their proofs than they may move.
+
+    Parameters
+    ----------
+    numbers : sequence of Enclosed
+
+    Returns
+    -------
+    list of Difference
+        One for each column.
+    """
+    by_column: dict[tuple[str, str], list[Enclosed]] = {}
+    for number in numbers:
+        by_column.setdefault((number.table, number.column), []).append(number)
+    return [
+        _difference(table, column, wrong, len(every))
+        for (table, column), every in by_column.items()
+        if (wrong := [number for number in every if number.refuted])
+    ]
+
+
+def _difference(table: str, column: str, wrong: Sequence[Enclosed], of: int) -> Difference:
+    worst = max(wrong, key=lambda number: number.off)
+    return Difference(
+        table=table,
+        column=column,
+        problem=Problem.REFUTED,
+        rows=len(wrong),
+        of=of,
+        text=f"{table}.{column}: {len(wrong)} of {of} numbers are refuted by their proofs, by up "
+        f"to {worst.off:.2g}: {worst}, computed {worst.value!r}, proved {worst.midpoint}",
+        examples=[number.row for number in wrong[:3]],
+    )

@@ -1,0 +1,179 @@
+"""The numbers of a study, proved: what of each row of its tables is enclosed.
+
+Each function proves rows that belong together and returns one `Enclosure` for each number. What
+cannot be proved is named with its reason.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+
+import numpy as np
+from flint import arb
+
+from vibrissa.decimals import exact
+from vibrissa.errors import NotProvedError
+from vibrissa.proof.digits import decimals
+from vibrissa.proof.equilibrium import Equilibrium, Rod, inclined, prove, reaching
+from vibrissa.proof.flow import Effort
+from vibrissa.proof.period import ball, start
+from vibrissa.sticking.api import solve_curve, solve_state
+from vibrissa.sticking.curve import StickingCurve
+
+# Why a row has no onset.
+SELF_LOCKING = "self-locking: there is no onset to prove"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Enclosure:
+    """A number of a table.
+
+    Attributes
+    ----------
+    table : str
+        As the reference tables are called.
+    row : mapping of Decimal or str
+        Keys of the row.
+    quantity : str
+        Column; empty for a row of which nothing is proved.
+    midpoint, radius : Decimal or None
+        The true value lies between midpoint − radius and midpoint + radius.
+    note : str
+        Why there is no proof; empty for an enclosure.
+    """
+
+    table: str
+    row: Mapping[str, Decimal | str]
+    quantity: str = ""
+    midpoint: Decimal | None = None
+    radius: Decimal | None = None
+    note: str = ""
+
+
+def curve_enclosures(
+    theta: Decimal, eta: Decimal, points: Sequence[tuple[Decimal, Decimal]], effort: Effort
+) -> list[Enclosure]:
+    """Prove the state α = 0 of a rod, and the periods of sticking that begin there.
+
+    Parameters
+    ----------
+    theta, eta : Decimal
+        Taper factor and clamp–surface distance (L).
+    points : sequence of tuple of Decimal
+        Pairs of μ0 and Δx0 (L).
+    effort : Effort
+
+    Returns
+    -------
+    list of Enclosure
+        Of the tables ``curves`` and ``stiction``.
+    """
+    curve = solve_curve(float(theta), float(eta))
+    key: dict[str, Decimal | str] = {"theta": theta, "eta": eta}
+    rows = [{**key, "mu0": mu0, "dx0": dx0} for mu0, dx0 in points]
+    with effort.spent():
+        rod = Rod(theta=ball(theta), eta=ball(eta), steps=effort.steps)
+        try:
+            init = prove(rod, inclined(arb(0)), start(curve, 0.0))
+            if not init.bent_once():
+                raise NotProvedError("it is not proved that the rod is bent once at α = 0")
+        except NotProvedError as error:
+            tables = [("curves", key), *(("stiction", row) for row in rows)]
+            return [Enclosure(table=table, row=row, note=str(error)) for table, row in tables]
+        columns = {"x1_init": init.offset, **_seen(init, "init")}
+        found = list(_enclosed("curves", key, columns))
+        for (mu0, dx0), row in zip(points, rows, strict=True):
+            try:
+                found += _enclosed("stiction", row, _period(rod, curve, init, mu0, dx0))
+            except NotProvedError as error:
+                found.append(Enclosure(table="stiction", row=row, note=str(error)))
+    return found
+
+
+def _period(
+    rod: Rod, curve: StickingCurve, init: Equilibrium, mu0: Decimal, dx0: Decimal
+) -> dict[str, arb | Decimal]:
+    """Prove the onset of slip, and the last state of stiction on the step grid."""
+    near = float(curve.onset([float(mu0)])[0])
+    if np.isnan(near):
+        raise NotProvedError(SELF_LOCKING)
+    slip = prove(rod, inclined(ball(mu0)), start(curve, near))
+    x0_slip = init.offset - slip.offset
+    n_steps = whole_steps(x0_slip, dx0)
+    x0_max = exact(n_steps * dx0)
+    last = prove(rod, reaching(init.offset - ball(x0_max)), start(curve, float(x0_max)))
+    return {
+        "x0_slip": x0_slip,
+        "n_steps": Decimal(n_steps),
+        "x0_max": x0_max,
+        **_seen(slip, "slip"),
+        **_seen(last, "last"),
+        "alpha_last": last.alpha,
+    }
+
+
+def whole_steps(x0_slip: arb, dx0: Decimal) -> int:
+    """Count the steps Δx0 that do not pass an onset of slip.
+
+    Raises
+    ------
+    NotProvedError
+        If the enclosure of the onset holds the end of a step: a tie.
+    """
+    steps = (x0_slip / ball(dx0)).floor().unique_fmpz()
+    if steps is None:
+        raise NotProvedError(f"a tie: a step of {dx0} ends on the onset")
+    return int(steps)
+
+
+def _seen(state: Equilibrium, name: str) -> dict[str, arb | Decimal]:
+    """Return what the tables show of a state, by their columns."""
+    return {
+        f"f_{name}": state.f,
+        f"phi1_{name}": state.phi1,
+        f"reaction_m_{name}": state.load.m0,
+    }
+
+
+def state_enclosures(
+    name: str, theta: Decimal, eta: Decimal, x1: Decimal, effort: Effort
+) -> list[Enclosure]:
+    """Prove a single state in tip contact, with its contact point at (x1, η).
+
+    Parameters
+    ----------
+    name : str
+        Of the state in the study.
+    theta, eta, x1 : Decimal
+        Taper factor, clamp–surface distance and place of the tip (L).
+    effort : Effort
+
+    Returns
+    -------
+    list of Enclosure
+        Of the table ``states``.
+    """
+    row = {"state": name}
+    solved = solve_state(float(theta), float(eta), float(x1))
+    near = [solved.reaction_fx, solved.reaction_fy, solved.reaction_m]
+    try:
+        with effort.spent():
+            rod = Rod(theta=ball(theta), eta=ball(eta), steps=effort.steps)
+            state = prove(rod, reaching(ball(x1)), near)
+            columns = {
+                "f": state.f,
+                "alpha": state.alpha,
+                "phi1": state.phi1,
+                "reaction_m": state.load.m0,
+            }
+            return list(_enclosed("states", row, columns))
+    except NotProvedError as error:
+        return [Enclosure(table="states", row=row, note=str(error))]
+
+
+def _enclosed(
+    table: str, row: Mapping[str, Decimal | str], columns: Mapping[str, arb | Decimal]
+) -> Iterator[Enclosure]:
+    for quantity, value in columns.items():
+        midpoint, radius = decimals(value) if isinstance(value, arb) else (value, Decimal(0))
+        yield Enclosure(table=table, row=row, quantity=quantity, midpoint=midpoint, radius=radius)

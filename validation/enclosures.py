@@ -1,0 +1,227 @@
+"""Prove the numbers of a study; used by `make proof`.
+
+Usage: python validation/enclosures.py [--configfile FILE] [--output FILE] [--jobs N]
+
+Without options: config.yaml, into tests/regression/<study>/enclosures.csv. What stands there
+already, proved by the same code, is not proved again, so that an interrupted run goes on where it
+ended. Exit status 1 if there is a row of which nothing could be proved, unless the tip locks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import astuple, dataclass
+from decimal import Decimal
+from hashlib import sha256
+from pathlib import Path
+
+import flint
+import typer
+
+import vibrissa.proof
+from vibrissa.decimals import spell
+from vibrissa.errors import ArgumentError, VibrissaError
+from vibrissa.files import write_atomically
+from vibrissa.outcomes import Contact
+from vibrissa.proof.period import suitable
+from vibrissa.proof.table import SELF_LOCKING, Enclosure, curve_enclosures, state_enclosures
+from vibrissa.study.grid import study_points
+from vibrissa.study.model import Study
+from vibrissa.study.reading import read_study
+
+AXES = ("eta", "theta", "mu0", "dx0")
+ROW = ("table", *AXES, "state")
+COLUMNS = (*ROW, "quantity", "midpoint", "radius", "note", "bits", "order", "steps", "code")
+# Points that one job proves: few, so that an interruption loses little.
+POINTS = 6
+
+Line = dict[str, str]
+
+
+@dataclass(frozen=True)
+class CurveJob:
+    """Some points on one curve."""
+
+    theta: Decimal
+    eta: Decimal
+    points: Sequence[tuple[Decimal, Decimal]]
+
+    def run(self) -> list[Line]:
+        effort = suitable(self.theta)
+        found = curve_enclosures(self.theta, self.eta, self.points, effort)
+        return lines(found, astuple(effort))
+
+    def rows(self) -> Iterator[tuple[str, ...]]:
+        eta, theta = spell(self.eta), spell(self.theta)
+        yield "curves", eta, theta, "", "", ""
+        for mu0, dx0 in self.points:
+            yield "stiction", eta, theta, spell(mu0), spell(dx0), ""
+
+
+@dataclass(frozen=True)
+class StateJob:
+    """A single state."""
+
+    name: str
+    theta: Decimal
+    eta: Decimal
+    x1: Decimal
+
+    def run(self) -> list[Line]:
+        effort = suitable(self.theta)
+        found = state_enclosures(self.name, self.theta, self.eta, self.x1, effort)
+        return lines(found, astuple(effort))
+
+    def rows(self) -> Iterator[tuple[str, ...]]:
+        yield "states", "", "", "", "", self.name
+
+
+Job = CurveJob | StateJob
+
+
+def jobs(study: Study) -> list[Job]:
+    """All that is to be proved: the points of grids and scans, each once, and the single states."""
+    if study.contact is not Contact.POINT:
+        raise ArgumentError(f"study {study.name}: only tip contact (contact: point) is proved")
+    found: list[Job] = []
+    for key, on_curve in study_points(study.point_grids | study.scan_grids):
+        points = list(zip(on_curve.mu0, on_curve.dx0, strict=True))
+        for first in range(0, len(points), POINTS):
+            found.append(CurveJob(key.theta, key.eta, points[first : first + POINTS]))
+    for name, state in study.states.items():
+        if state.contact in (None, Contact.POINT):
+            found.append(StateJob(name, state.theta, state.eta, state.x1))
+    return found
+
+
+def lines(found: Sequence[Enclosure], effort: Sequence[int]) -> list[Line]:
+    """Enclosures as text, with how they were proved."""
+    made = dict(zip(("bits", "order", "steps"), map(str, effort), strict=True))
+    return [
+        {
+            "table": one.table,
+            **{name: spelled(value) for name, value in one.row.items()},
+            "quantity": one.quantity,
+            "midpoint": spelled(one.midpoint),
+            "radius": "" if one.radius is None else str(one.radius),
+            "note": one.note,
+            **made,
+            "code": code(),
+        }
+        for one in found
+    ]
+
+
+def spelled(value: Decimal | str | None) -> str:
+    return spell(value) if isinstance(value, Decimal) else value or ""
+
+
+def code() -> str:
+    """Digest of the code that proves and of the version of Arb."""
+    digest = sha256(flint.__FLINT_VERSION__.encode())
+    for path in sorted(Path(vibrissa.proof.__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def row_of(line: Mapping[str, str]) -> tuple[str, ...]:
+    return tuple(line.get(name, "") for name in ROW)
+
+
+def read(path: Path) -> list[Line]:
+    """Lines that the code of today has proved."""
+    if not path.is_file():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return [line for line in csv.DictReader(file) if line.get("code") == code()]
+
+
+def write(found: Sequence[Line], path: Path) -> None:
+    """Write the lines, in the order of their rows."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with (
+        write_atomically(path) as temporary,
+        temporary.open("w", encoding="utf-8", newline="") as f,
+    ):
+        writer = csv.DictWriter(f, COLUMNS, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(sorted(found, key=in_order))
+
+
+def in_order(line: Mapping[str, str]) -> tuple[str, list[Decimal], str]:
+    axes = [Decimal(line.get(axis) or 0) for axis in AXES]
+    return line["table"], axes, line.get("state", "")
+
+
+def proved(
+    study: Study, path: Path, processes: int, tell: Callable[[int, int], None]
+) -> list[Line]:
+    """Prove what the file does not have, and write it there."""
+    wanted = jobs(study)
+    rows = {row for job in wanted for row in job.rows()}
+    known = [line for line in read(path) if row_of(line) in rows]
+    done = set(map(row_of, known))
+    missing = [job for job in wanted if not done.issuperset(job.rows())]
+    # Jobs on one curve prove its state at α = 0 each; it is kept once.
+    kept = {(row_of(line), line["quantity"]): line for line in known}
+    with ProcessPoolExecutor(processes) as pool:
+        for count, future in enumerate(as_completed([pool.submit(job.run) for job in missing])):
+            kept |= {(row_of(line), line["quantity"]): line for line in future.result()}
+            write(list(kept.values()), path)
+            tell(count + 1, len(missing))
+    write(list(kept.values()), path)
+    return list(kept.values())
+
+
+def summary(found: Sequence[Line], seconds: float) -> Iterator[str]:
+    """What was proved, and what not."""
+    good = [line for line in found if line["midpoint"]]
+    rows = len({row_of(line) for line in good})
+    widths = [
+        (Decimal(line["radius"]) / abs(Decimal(line["midpoint"])), line)
+        for line in good
+        if Decimal(line["radius"])
+    ]
+    widest, line = max(widths, key=lambda pair: pair[0])
+    yield f"{len(good)} numbers in {rows} rows are proved, in {seconds:.0f} s"
+    yield f"widest: {widest:.1E} of the value, {line['quantity']} at {where(line)}"
+    for line in found:
+        if line["note"]:
+            yield f"not proved: {line['table']} at {where(line)}: {line['note']}"
+
+
+def where(line: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {line[name]}" for name in (*AXES, "state") if line.get(name))
+
+
+def main(argv: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(description="Prove the numbers of a study.")
+    parser.add_argument("--configfile", type=Path, default=Path("config.yaml"))
+    parser.add_argument("--output", type=Path, help="instead of tests/regression/<study>/...")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
+    options = parser.parse_args(argv)
+    try:
+        study = read_study([options.configfile])
+        path = options.output or Path("tests/regression", study.name, "enclosures.csv")
+        begin = time.monotonic()
+        with typer.progressbar(length=1000, label="proved", file=sys.stderr) as bar:
+            found = proved(
+                study, path, options.jobs, lambda n, of: bar.update(1000 * n // of - bar.pos)
+            )
+        for line in summary(found, time.monotonic() - begin):
+            print(line)
+        print(f"{path} is written")
+    except (VibrissaError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    return 1 if any(line["note"] not in ("", SELF_LOCKING) for line in found) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
