@@ -182,8 +182,9 @@ CASES = [
 
 @pytest.mark.parametrize(("kind", "count"), CASES)
 def test_the_data_have_room_and_all_formats_look_alike(kind, count, tmp_path, monkeypatch):
-    monkeypatch.setattr(style, "RESOLUTION", 60)
     figure = drawn(kind, count)
+    # As it is laid out and looked at: type of one size is measured once.
+    monkeypatch.setattr(style, "RESOLUTION", figure.dpi)
     text, pixels = saved(figure, tmp_path)
     visible = [axes for axes in figure.axes if axes.get_visible()]
     boxes = boxes_in_svg(text)
@@ -209,7 +210,6 @@ def is_bar(axes):
 
 def inside_the_page(figure):
     """Nothing that is read is cut off; no legend covers half of a panel, or a label."""
-    figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()
     page = figure.bbox.padded(1.0)
     for axes in filter(lambda axes: axes.get_visible(), figure.axes):

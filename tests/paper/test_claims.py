@@ -40,6 +40,11 @@ def changed(table, **columns):
     return change
 
 
+def one_scan(evidence):
+    """Leave the scan of one rod over one friction."""
+    return replace(evidence, scan=evidence.scans()[0])
+
+
 def state(**values):
     return lambda evidence: replace(evidence, state={**evidence.state, **values})
 
@@ -210,7 +215,7 @@ OTHERWISE = [
     ("sense of α", UNCHANGED, {"rod_equations": clockwise}, CONTRADICTED),
     ("two unknowns", UNCHANGED, {"shooting.shoot": one_unknown}, CONTRADICTED),
     ("two unknowns", UNCHANGED, {"shooting.shoot": aim_at_nothing}, CONTRADICTED),
-    ("shooting", UNCHANGED, {"shooting.PAPER": TIGHT}, HOLDS),
+    ("shooting", one_scan, {"shooting.PAPER": TIGHT}, HOLDS),
     ("shooting", UNCHANGED, {"shooting.PAPER": LOOSE}, CONTRADICTED),
     ("sign of α", changed("scan", alpha=lambda rows: -rows["alpha"]), {}, CONTRADICTED),
     (
