@@ -167,7 +167,8 @@ def write_archive(
         files |= {name: _written(Path(folder), name, text) for name, text in made.items()}
         sums = "".join(f"{checksum(path)}  {name}\n" for name, path in sorted(files.items()))
         files[CHECKSUMS] = _written(Path(folder), CHECKSUMS, sums)
-        crate = _crate(root, files, results.name, study, commit)
+        crate = _crate(root, results.name, commit)
+        _add_run(crate, files, results.name, study, commit)
         with write_atomically(output) as temporary:
             crate.write_zip(temporary)
     return files
@@ -180,19 +181,16 @@ def _written(folder: Path, name: str, text: str) -> Path:
     return path
 
 
-def _crate(
-    root: Path, files: Mapping[str, Path], study: str, study_file: str, commit: str
-) -> ROCrate:
-    """Describe the files and how the results were made."""
+def _crate(root: Path, study: str, commit: str) -> ROCrate:
+    """Say what the archive is, who made it, and under which license."""
     cited = yaml.safe_load((root / "CITATION.cff").read_text(encoding="utf-8"))
-    now = datetime.now(UTC).replace(microsecond=0).isoformat()
     crate = ROCrate(version="1.1")
     crate.name = f"Study {study}: {cited['title']}"
     crate.description = (
         f"Tables, figures and report of the study {study}, with the study file and the program "
         f"that made them (vibrissa {__version__}, commit {commit}). {cited['abstract'].strip()}"
     )
-    crate.datePublished = now
+    crate.datePublished = datetime.now(UTC).replace(microsecond=0).isoformat()
     crate.root_dataset["version"] = commit
     crate.keywords = "tactile sensor, vibrissa, elastic rod, Coulomb friction, parameter study"
     authors = [_author(crate, number, one) for number, one in enumerate(cited["authors"], 1)]
@@ -204,6 +202,13 @@ def _crate(
             {"@type": "CreativeWork", "name": cited["license"], "description": "the file LICENSE"},
         )
     )
+    return crate
+
+
+def _add_run(
+    crate: ROCrate, files: Mapping[str, Path], study: str, study_file: str, commit: str
+) -> None:
+    """Add the files, and how the results were made."""
     workflow = crate.add_workflow(
         files["Snakefile"],
         "Snakefile",
@@ -227,14 +232,14 @@ def _crate(
     properties = {
         "name": f"Run of the study {study}",
         "description": "Snakemake made the results of the study file",
-        "endTime": now,
+        "endTime": crate.root_dataset["datePublished"],
     }
     action = crate.add_action(
         workflow, RUN, object=entities[study_file], result=made, properties=properties
     )
-    action["agent"] = authors[0]
+    authors = crate.root_dataset["author"]
+    action["agent"] = authors[0] if isinstance(authors, list) else authors
     crate.root_dataset["mentions"] = action
-    return crate
 
 
 def _profile(crate: ROCrate, identifier: str, name: str) -> ContextEntity:

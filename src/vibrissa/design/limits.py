@@ -196,7 +196,7 @@ def _periods(r: Requirements, pairs: Pairs) -> Iterator[Limit]:
     yield Limit(
         name="spacing",
         meaning="largest clamp travel between slips",
-        coefficient=pairs.x0_end,
+        coefficient=pairs.longest,
         q=1,
         bound=r.spacing,
         kind=Kind.LENGTH,
@@ -267,7 +267,7 @@ def _model(r: Requirements, pairs: Pairs) -> Iterator[Limit]:
         yield Limit(
             name="touch",
             meaning="displacement at which more than the tip would touch, over the longest period",
-            coefficient=pairs.x0_touch / pairs.x0_end,
+            coefficient=pairs.x0_touch / pairs.longest,
             bound=1.0,
             upper=False,
             room=1.0,

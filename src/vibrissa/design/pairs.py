@@ -38,8 +38,8 @@ class Pairs(Batch):
         Critical friction coefficient.
     x0_touch : ndarray, shape (n,)
         Where more than the tip of the rod touches the surface; infinite if nowhere (L).
-    x0_end : ndarray, shape (n,)
-        End of the longest period (L).
+    longest : ndarray, shape (n,)
+        Length of the longest period (L).
     x0_slip : ndarray, shape (n, k)
         Onset of slip for each friction coefficient (L); NaN, as the next four, where the tip locks.
     demand_slope : ndarray, shape (n, k)
@@ -65,7 +65,7 @@ class Pairs(Batch):
     eta: FloatArray
     mu_lock: FloatArray
     x0_touch: FloatArray
-    x0_end: FloatArray
+    longest: FloatArray
     x0_slip: FloatArray
     demand_slope: FloatArray
     fx: FloatArray
@@ -104,7 +104,7 @@ def survey(
         return None, failures
     rows = [_longest_period(curve, frictions) for curve in solved]
     columns = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
-    return Pairs(**columns, strain=_largest_strains(solved, columns["x0_end"])), failures
+    return Pairs(**columns, strain=_largest_strains(solved, columns["longest"])), failures
 
 
 def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, An
         "eta": curve.eta,
         "mu_lock": curve.mu_lock,
         "x0_touch": np.inf if np.isnan(curve.x0_touch) else curve.x0_touch,
-        "x0_end": end,
+        "longest": end,
         "x0_slip": x0_slip,
         "demand_slope": response.demand_slope(x0_slip),
         "fx": fx,
@@ -135,9 +135,9 @@ def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, An
     }
 
 
-def _largest_strains(curves: Sequence[StickingCurve], x0_end: FloatArray) -> FloatArray:
+def _largest_strains(curves: Sequence[StickingCurve], longest: FloatArray) -> FloatArray:
     """Largest strains in the longest periods; all deformed shapes are integrated together."""
-    periods = zip(curves, x0_end, strict=True)
+    periods = zip(curves, longest, strict=True)
     state = StickingState.concatenate(
         [curve.state(np.linspace(0.0, end, STRAIN_STATES)) for curve, end in periods]
     )

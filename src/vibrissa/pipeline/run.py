@@ -335,8 +335,11 @@ def report_results(outcome: Outcome, folder: Path) -> None:
         say(f"All on one page: {report}")
 
 
-def main(arguments: list[str]) -> int:
-    """Run the workflow with Snakemake's arguments; return the exit status."""
+def parsed(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Take from Snakemake's arguments what a run needs to know, and complete them.
+
+    Enters the folder of the option --directory.
+    """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
     parser.add_argument("--config", "-C", nargs="+", default=[])
@@ -357,6 +360,12 @@ def main(arguments: list[str]) -> int:
         *("--workflow-profile", str(places.near(profile))),
         *others,
     ]
+    return known, arguments
+
+
+def main(arguments: list[str]) -> int:
+    """Run the workflow with Snakemake's arguments; return the exit status."""
+    known, arguments = parsed(arguments)
     is_study = known.snakefile.resolve() in (places.SNAKEFILE, places.HOME / "workflow/Snakefile")
     study = study_name(known.configfile, known.config, is_study)
     folder = Path("results", study)
