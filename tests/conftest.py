@@ -1,3 +1,4 @@
+import signal
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,9 @@ from vibrissa.study.parsing import parse_study
 from vibrissa.tables import records, schemas, store
 
 ROOT = Path(__file__).parents[1]
+
+# What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A deadline would measure how busy the machine is.
 settings.register_profile("vibrissa", deadline=None)

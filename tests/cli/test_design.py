@@ -30,6 +30,7 @@ def test_the_rod_of_the_paper_on_the_command_line(tmp_path):
     assert float(row["force_y_value [N]"]) == pytest.approx(1472, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_search_on_the_command_line(coarse, tmp_path):
     out, picture = tmp_path / "d.parquet", tmp_path / "d.png"
     where = ["--length", "50 to 150 mm", "-o", out, "--picture", picture]

@@ -233,6 +233,7 @@ def test_a_friction_too_small_for_any_period_is_no_error(method):
     assert result.status is DesignStatus.NONE and "steps" in result.active_constraints
 
 
+@pytest.mark.slow
 def test_which_limit_leaves_nothing(coarse):
     result = design(replace(asked(), yield_strain=0.0005))
     assert result.status is DesignStatus.NONE

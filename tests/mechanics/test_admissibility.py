@@ -159,8 +159,14 @@ COARSE = shooting.Tolerances(rtol=1e-8, atol=1e-9, simplex=1e-8, miss=1e-6)
 
 @pytest.mark.parametrize(
     "solve",
-    [solve_curve, partial(shooting.solve_curve, dx0=0.05, tolerances=COARSE)],
-    ids=["collocation", "shooting"],
+    [
+        pytest.param(solve_curve, id="collocation"),
+        pytest.param(
+            partial(shooting.solve_curve, dx0=0.05, tolerances=COARSE),
+            marks=pytest.mark.slow,
+            id="shooting",
+        ),
+    ],
 )
 def test_a_tip_that_slips_before_its_rod_crosses_itself_does_slip(solve):
     curve = solve(2.0, 0.15)

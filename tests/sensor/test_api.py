@@ -65,6 +65,7 @@ def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, 
     assert written["mu0 [1]"].to_numpy() == pytest.approx(table["mu0 [1]"].to_numpy(), nan_ok=True)
 
 
+@pytest.mark.slow
 def test_what_is_estimated_comes_with_the_result(signals):
     guess = Whisker(theta=2.0, eta=0.86, rod=ROD)
     told = []

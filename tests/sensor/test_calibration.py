@@ -157,6 +157,7 @@ def test_squares_of_the_principal_axes_add_up_to_the_covariance(entries, known):
     assert np.abs(relative).max() < 1e-10
 
 
+@pytest.mark.slow
 def test_estimates_on_the_command_line(tmp_path):
     scanned, found = tmp_path / "s.csv", tmp_path / "f.csv"
     whisker = ["--theta", "2", *SI, *NANO]

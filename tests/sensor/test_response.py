@@ -89,6 +89,7 @@ def test_strain_of_a_rod_with_little_taper_is_largest_where_the_moment_is():
     assert strain == pytest.approx(abs(state.reaction_m) / 2.0, rel=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("theta", "eta", "pull"), [(8.0, 0.7, -0.067879), (6.0, 0.4, -0.041078)])
 def test_strongly_tapered_rod_in_line_contact_is_pulled_to_where_it_has_no_normal_force(
     theta, eta, pull

@@ -32,6 +32,7 @@ def test_free_slips_on_one_friction_are_the_paper_s_cycles(response):
     assert result.reactions[:, 2] == pytest.approx(paper.state.reaction_m, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", list(SlipLaw))
 def test_friction_is_never_exceeded_and_would_be_without_the_slip(response, law):
     surface = surfaces.random(3, 0.3, 0.05, 0.02)

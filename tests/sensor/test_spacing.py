@@ -53,6 +53,7 @@ def test_onset_is_the_exact_one_of_the_curve(mu0):
     assert found[0, 0] == pytest.approx(exact, abs=1e-7)
 
 
+@pytest.mark.slow
 @given(st.floats(0.05, 0.47), st.floats(0.1, 0.95), st.sampled_from(SlipLaw))
 def test_without_a_law_the_bound_holds_for_each(mu0, ratio, law):
     travel, _, before, after = travels(law, ratio, mu0, step="0.0001")

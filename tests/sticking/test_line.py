@@ -98,6 +98,7 @@ def test_the_contact_changes_its_kind_without_a_jump(pair):
 
 
 # `make survey` solves many more.
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(st.floats(1.0, 20.0), st.floats(0.3, 0.999))
 # The contact changes just before the end of the curve

@@ -77,6 +77,7 @@ def test_the_rod_snaps_where_the_independent_branch_turns_back(pair):
     assert curve.x1_init - offset(alpha) == pytest.approx(curve.x0_end, abs=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1.0, 8.0), st.floats(0.5, 0.98), st.sampled_from(list(Contact)))
 def test_stability_is_lost_exactly_where_the_branch_turns_back(theta, eta, contact):
@@ -94,6 +95,7 @@ def test_stability_is_lost_exactly_where_the_branch_turns_back(theta, eta, conta
         assert curve.end is End.OUT_OF_REACH and contact is Contact.POINT
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1.0, 12.0), st.floats(0.4, 0.98), st.sampled_from(list(Contact)))
 def test_past_the_lock_friction_demand_only_falls(theta, eta, contact):

@@ -8,6 +8,8 @@ import pytest
 from vibrissa import Status, solve_curve
 from vibrissa.sticking import shooting
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def shot():
