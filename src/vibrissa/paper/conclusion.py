@@ -2,6 +2,7 @@
 
 import math
 from decimal import Decimal
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ import pandas as pd
 from vibrissa.decimals import exact
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact
+from vibrissa.paper import ledger
 from vibrissa.paper.evidence import Evidence, bending_at_the_last_state
 from vibrissa.paper.judging import (
     AMBIGUOUS,
@@ -20,13 +22,14 @@ from vibrissa.paper.judging import (
     neighbours,
     rises,
 )
-from vibrissa.paper.ledger import Finding, claim
+from vibrissa.paper.ledger import Finding
 from vibrissa.sticking.api import solve_curve, solve_state
+
+claim = partial(ledger.claim, section="V")
 
 
 @claim(
     name="step size analysed",
-    section="V",
     statement="The relation of x0,max to the step Δx0 has been analysed.",
     computed="steps of the study; x0,max at θ = 2, μ0 = 0.4 with steps from 0.01 down to 0.00001",
 )
@@ -58,7 +61,6 @@ def step_size_analysed(evidence: Evidence) -> Finding:
 
 @claim(
     name="longer with μ0",
-    section="V",
     statement="Within a period, more friction means that the clamp moves farther and the rod is "
     "more deformed.",
     computed="x0 and bending at the last sticking state over the μ0 of Figure 7",
@@ -88,7 +90,6 @@ def longer_with_friction(evidence: Evidence) -> Finding:
 
 @claim(
     name="μ0 from the moment",
-    section="V",
     statement="The forces and the moment at the clamp just before slip determine μ0.",
     computed="whether −tan α is a one-to-one function of the clamp moment up to the lock, at "
     "θ = 1, 2 and 3",
@@ -113,7 +114,6 @@ def friction_from_moment(evidence: Evidence) -> Finding:
 
 @claim(
     name="longer periods with θ and μ0",
-    section="V",
     statement="With more taper and friction the tip sticks and slides farther.",
     computed="x0,max and slides of the scans over θ and over μ0",
 )
@@ -133,7 +133,6 @@ def longer_periods(evidence: Evidence) -> Finding:
 
 @claim(
     name="longer way",
-    section="V",
     statement="With more taper and friction the same number of events takes a longer distance.",
     computed="distance that the clamp moves in the scans over θ and over μ0",
 )
@@ -151,7 +150,6 @@ def longer_way(evidence: Evidence) -> Finding:
 
 @claim(
     name="more steps",
-    section="V",
     statement="With more taper and friction the clamp takes more steps in all.",
     computed="steps in the scans over θ and over μ0",
 )
@@ -170,7 +168,6 @@ def more_steps(evidence: Evidence) -> Finding:
 
 @claim(
     name="more events with μ0",
-    section="V",
     statement="In summary, at a given θ more friction leads to more events.",
     computed="events over the distance of the longest scan, for each θ and μ0 of Figure 6",
 )
@@ -197,7 +194,6 @@ def more_events(evidence: Evidence) -> Finding:
 
 @claim(
     name="negative φ1 in Figure 8",
-    section="V",
     statement="A cylinder with x1 = 0.15 and y1 = 0.55 has a negative slope at its tip.",
     computed="φ1 of the equilibrium of lowest force",
 )
@@ -215,7 +211,6 @@ def negative_slope(evidence: Evidence) -> Finding:
 
 @claim(
     name="penetration in Figure 8",
-    section="V",
     statement="This shape passes through the surface.",
     computed="highest point of the shape above the surface",
 )
@@ -229,7 +224,6 @@ def penetration(evidence: Evidence) -> Finding:
 
 @claim(
     name="correct in theory",
-    section="V",
     statement="As a solution of the model the shape of Figure 8 is correct.",
     computed="residual of the equations and the least second variation of the energy",
 )
@@ -245,7 +239,6 @@ def correct_in_theory(evidence: Evidence) -> Finding:
 
 @claim(
     name="contact along a line",
-    section="V",
     statement="Not every situation comes out realistic; contact along a whole line has to be "
     "considered.",
     computed="points of Figures 6 and 7 whose rods penetrate; Figure 8's rod in line contact",

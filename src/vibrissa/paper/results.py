@@ -1,6 +1,7 @@
 """Claims of the paper's Section IV, its results."""
 
 from decimal import Decimal
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ from vibrissa.decimals import exact
 from vibrissa.mechanics.bending import Bending
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import last_step_within
+from vibrissa.paper import ledger
 from vibrissa.paper.evidence import Evidence, bending_at_the_last_state, bending_of_steps
 from vibrissa.paper.judging import (
     CONDITION,
@@ -22,8 +24,10 @@ from vibrissa.paper.judging import (
     rises,
     wide_sweep,
 )
-from vibrissa.paper.ledger import Finding, claim
+from vibrissa.paper.ledger import Finding
 from vibrissa.sticking.api import solve_curve
+
+claim = partial(ledger.claim, section="IV")
 
 # "A few" steps are at most so many.
 FEW = 10
@@ -33,7 +37,6 @@ SEEMS_LINEAR = 0.99
 
 @claim(
     name="sign of α",
-    section="IV",
     statement="α is zero at first and becomes negative as soon as the clamp moves.",
     computed="α in every state of the scans",
 )
@@ -53,7 +56,6 @@ def sign_of_alpha(evidence: Evidence) -> Finding:
 
 @claim(
     name="further deformed",
-    section="IV",
     statement="The longer the clamp moves while the tip sticks, the more the rod is deformed.",
     computed="bending of the shapes in the first period of each scan, and the load on the clamp",
 )
@@ -82,7 +84,6 @@ def further_deformed(evidence: Evidence) -> Finding:
 
 @claim(
     name="end of sticking",
-    section="IV",
     statement="When static friction reaches its largest force, the tip begins to slip.",
     computed="μ0 of Figure 7 compared with the critical friction coefficient, the largest −tan α "
     "on the equilibrium path",
@@ -104,7 +105,6 @@ def end_of_sticking(evidence: Evidence) -> Finding:
 
 @claim(
     name="μ0 from the load",
-    section="IV",
     statement="μ0 follows from the forces and moments that are measured at the clamp.",
     computed="|Fx/Fy| at the clamp at the last sticking state and at the exact onset, compared "
     "with μ0",
@@ -137,7 +137,6 @@ def friction_from_forces(evidence: Evidence) -> Finding:
 
 @claim(
     name="longer with θ",
-    section="IV",
     statement="For each μ0 a stronger taper makes one period of sticking longer.",
     computed="x0 at the exact onset over the θ of Figure 6, and up to θ = 20, in tip contact",
 )
@@ -161,7 +160,6 @@ def longer_with_taper(evidence: Evidence) -> Finding:
 
 @claim(
     name="deformation with θ",
-    section="IV",
     statement="For each μ0 a stronger taper makes the deformation at the end of a period stronger.",
     computed="bending at the last sticking state over the θ of Figure 6",
 )
@@ -181,7 +179,6 @@ def deformed_with_taper(evidence: Evidence) -> Finding:
 
 @claim(
     name="μ0 = 0.3 against 0.4",
-    section="IV",
     statement="With μ0 = 0.3 the clamp moves less far in a period than with 0.4, and deforms the "
     "rod less.",
     computed="first periods of the scans of Figures 4 and 5 compared",
@@ -203,7 +200,6 @@ def friction_compared(evidence: Evidence) -> Finding:
 
 @claim(
     name="few steps",
-    section="IV",
     statement="The cylinder slips after a few steps already (Figure 4a).",
     computed="steps to the last sticking state at θ = 1 and μ0 = 0.3, with the paper's step and "
     "with a tenth of it",
@@ -228,7 +224,6 @@ def few_steps(evidence: Evidence) -> Finding:
 
 @claim(
     name="accurate drive",
-    section="IV",
     statement="With the cylinder the drive must be accurate, or periods of sticking are missed.",
     computed="values of μ0 of Figure 6 at which a step of 0.01 leaves no sticking state after "
     "the first",
@@ -250,7 +245,6 @@ def accurate_drive(evidence: Evidence) -> Finding:
 
 @claim(
     name="taper compensates",
-    section="IV",
     statement="A taper removes this sensitivity to the clamp's displacement.",
     computed="rise of −tan α per displacement at the onset, d(−tan α)/dx0, at θ = 1 compared with "
     "θ = 2 and 3",
@@ -276,7 +270,6 @@ def taper_compensates(evidence: Evidence) -> Finding:
 
 @claim(
     name="longer slides with θ",
-    section="IV",
     statement="A drawback of the taper is longer periods of sliding.",
     computed="distance that the tip moves in a slip and the clamp in a cycle, over the θ of "
     "Figures 4 and 5",
@@ -303,7 +296,6 @@ def longer_slides(evidence: Evidence) -> Finding:
 
 @claim(
     name="longer scan with θ",
-    section="IV",
     statement="For the same number of periods a tapered rod has to scan a longer distance.",
     computed="distance that the clamp moves in nine cycles over the θ of Figures 4 and 5",
 )
@@ -321,7 +313,6 @@ def longer_scan(evidence: Evidence) -> Finding:
 
 @claim(
     name="linear in θ",
-    section="IV",
     statement="x0,max seems to grow linearly with θ for each μ0 (Figure 6).",
     computed="straight lines through the points of Figure 6, their R² and largest deviation; the "
     "same up to θ = 20, in tip contact",
@@ -361,7 +352,6 @@ def linear_in_taper(evidence: Evidence) -> Finding:
 
 @claim(
     name="μ0 strengthens the taper's effect",
-    section="IV",
     statement="The larger μ0 is, the stronger is the effect of the taper.",
     computed="slope of x0 over θ in Figure 6, and ratio of x0 at its two ends, for each μ0",
 )
@@ -384,7 +374,6 @@ def friction_strengthens(evidence: Evidence) -> Finding:
 
 @claim(
     name="levels of Figure 7",
-    section="IV",
     statement="The points over μ0 lie in groups on levels.",
     computed="number of different values of x0,max among the points of Figure 7",
 )
@@ -410,7 +399,6 @@ def levels(evidence: Evidence) -> Finding:
 
 @claim(
     name="cause of the levels",
-    section="IV",
     statement="The levels come from the step of the clamp, which is too coarse for the change with "
     "μ0.",
     computed="different values of x0 among the points of Figure 7: exact, and with finer steps",
@@ -434,7 +422,6 @@ def cause_of_levels(evidence: Evidence) -> Finding:
 
 @claim(
     name="no exact trend",
-    section="IV",
     statement="These points do not show how exactly x0,max depends on μ0.",
     computed="error of the stepped values compared with the exact onset, and their largest "
     "deviation from a line",
@@ -462,7 +449,6 @@ def no_exact_trend(evidence: Evidence) -> Finding:
 
 @claim(
     name="non-linear in μ0",
-    section="IV",
     statement="x0,max does not seem to depend linearly on μ0.",
     computed="slope of the exact onset at both ends of Figure 7; power of x0_lock − x0 in "
     "μ_lock − μ0 close to the lock, by solving θ = 2",
@@ -496,7 +482,6 @@ def nonlinear_in_friction(evidence: Evidence) -> Finding:
 
 @claim(
     name="periods repeat",
-    section="IV",
     statement="Where slip ends at α = 0, a new period of sticking begins from the initial state.",
     computed="load on the clamp and shapes of each cycle of the scans compared with the first",
 )
