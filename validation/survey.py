@@ -1,11 +1,15 @@
 """Solve random points of the whole range in both contact models and count how they come out.
 
-Usage: python validation/survey.py [--curves 2500] [--points 20] [--seed 1]
+Usage: python validation/survey.py [--curves 2500] [--points 20] [--seed 1] [--mounted]
 
 The taper is drawn log-uniformly from 1 to 20, the height uniformly from 0.3 to 0.999 and, for each
 such curve, several friction coefficients uniformly from 0 to 2. Prints the number of points by
 status and by how sticking ends past the lock, the largest residual, the least stability on the
 curves, and every curve that is not solved to its end.
+
+With --mounted each rod has a mounting of its own, all four deviations at once: clamp_angle within
+20 degrees, clamp_compliance up to 0.5, a linear curvature with coefficients within 0.5, and
+stage_angle within 10 degrees. Curves that are out of reach are then counted by their reason.
 """
 
 import argparse
@@ -14,11 +18,15 @@ from collections import Counter
 import numpy as np
 from rich.progress import track
 
+from vibrissa.mechanics.mounting import Mounting
 from vibrissa.outcomes import Contact, End, Status
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 
 CHUNK = 64
+# Bounds of clamp_angle, clamp_compliance, both coefficients of curvature, and stage_angle.
+LEAST = (-np.radians(20), 0.0, -0.5, -0.5, -np.radians(10))
+MOST = (np.radians(20), 0.5, 0.5, 0.5, np.radians(10))
 # Displacements at which stability is asked for on each curve.
 LOOKS = 40
 
@@ -32,23 +40,41 @@ def outcomes(curve: StickingCurve, mu0: np.ndarray) -> list[str]:
     return ["slip"] * int((~locks).sum()) + [f"lock, then {end}" for end in ends]
 
 
-def survey(curves: int, points: int, seed: int) -> None:
+def mounting(random: np.random.Generator) -> Mounting:
+    """Draw a mounting."""
+    angle, compliance, constant, slope, stage = random.uniform(LEAST, MOST)
+    return Mounting(
+        clamp_angle=angle,
+        clamp_compliance=compliance,
+        curvature=(constant, slope),
+        stage_angle=stage,
+    )
+
+
+def survey(curves: int, points: int, seed: int, mounted: bool) -> None:
     """Solve the points and print what came out."""
     random = np.random.default_rng(seed)
     theta = np.exp(random.uniform(0.0, np.log(20.0), curves))
     eta = random.uniform(0.3, 0.999, curves)
     mu0 = random.uniform(0.0, 2.0, (curves, points))
+    mountings = [mounting(random) if mounted else Mounting() for _ in range(curves)]
     for model in Contact:
+        reasons: Counter[str] = Counter()
         counts: Counter[str] = Counter()
         residual = {"theta <= 8": 0.0, "theta > 8": 0.0}
         stability, odd = np.inf, []
         for start in track(range(0, curves, CHUNK), description=model.value):
             part = slice(start, start + CHUNK)
             for curve, friction in zip(
-                solve_curves(theta[part], eta[part], model), mu0[part], strict=True
+                solve_curves(theta[part], eta[part], model, mountings[part]),
+                mu0[part],
+                strict=True,
             ):
                 counts.update(outcomes(curve, friction))
-                if curve.status is not Status.SOLVED or curve.end is End.NOT_FOLLOWED:
+                reachable = curve.status is not Status.OUT_OF_REACH
+                if not reachable:
+                    reasons[curve.message.partition(": followed")[0]] += 1
+                if curve.end is End.NOT_FOLLOWED and (reachable or not mounted):
                     odd.append(curve)
                 if curve.status is Status.SOLVED:
                     where = "theta <= 8" if curve.theta <= 8 else "theta > 8"
@@ -61,9 +87,14 @@ def survey(curves: int, points: int, seed: int) -> None:
         for where, value in residual.items():
             print(f"  largest residual, {where:10}{value:10.1e}")
         print(f"  least stability             {stability:10.1e}")
+        for reason, number in reasons.items():
+            print(f"  out of reach, {number} curves: {reason}")
         for curve in odd:
             message = curve.message or curve.end_message
-            print(f"  {curve.status}: theta {curve.theta!r}, eta {curve.eta!r}: {message}")
+            print(
+                f"  {curve.status}: theta {curve.theta!r}, eta {curve.eta!r}, "
+                f"{curve.mounting}: {message}"
+            )
 
 
 if __name__ == "__main__":
@@ -71,4 +102,5 @@ if __name__ == "__main__":
     parser.add_argument("--curves", type=int, default=2500)
     parser.add_argument("--points", type=int, default=20, help="for each curve")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--mounted", action="store_true", help="in random mountings")
     survey(**vars(parser.parse_args()))
