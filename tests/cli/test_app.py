@@ -48,6 +48,18 @@ def test_lock_is_an_answer():
     assert "lock" in result.output and "0.47757" in result.output
 
 
+def test_a_mounting_is_given_with_units():
+    ideal = run("solve", *WHISKER, "--mu0", "0.4")
+    tilted = run("solve", *WHISKER, "--mu0", "0.4", "--clamp-angle", "2 deg")
+    assert "0.052838" in ideal.output and "0.066903" in tilted.output
+    both = ["--clamp-stiffness", "1000 N*m/rad", "--curvature", "-1 m^-1"]
+    result = run("solve", *WHISKER, *ROD, "--mu0", "0.4", *both, "--stage-angle", "-1 deg")
+    assert result.exit_code == 0 and "slip" in result.output
+    tall = ["--theta", "2", "--eta", "0.98"]
+    none = run("solve", *tall, "--mu0", "0.4", "--clamp-angle", "20 deg")
+    assert none.exit_code == 1 and "springs to the other side" in none.output
+
+
 def test_scan_writes_signals_and_truth(tmp_path):
     out, picture = tmp_path / "scan.csv", tmp_path / "scan.svg"
     where = ["--step", "100 um", "--to", "50 mm", "--to", "20 mm"]

@@ -127,3 +127,59 @@ def test_a_transducer_needs_a_rod():
 def test_impossible_steps_are_refused(whisker, step):
     with pytest.raises(ArgumentError, match="step"):
         scan(whisker, surfaces.constant(0.3), step=step, to=[0.1])
+
+
+def test_a_mounting_is_read_with_units():
+    whisker = Whisker.read(
+        2.0,
+        0.85,
+        modulus="210 GPa",
+        diameter="1 mm",
+        length="100 mm",
+        clamp_angle="-2 deg",
+        clamp_stiffness="1000 N*m/rad",
+        curvature="3 m^-1",
+        stage_angle="0.01",
+    )
+    mounting = whisker.mounting
+    assert mounting.clamp_angle == pytest.approx(np.radians(-2.0), abs=1e-15)
+    assert mounting.clamp_compliance == pytest.approx(ROD.moment_unit / 1000, rel=1e-12)
+    assert mounting.curvature == pytest.approx(0.3, rel=1e-12)
+    assert mounting.stage_angle == 0.01
+    yields = Whisker.read(2.0, 0.85, clamp_compliance=0.1, curvature="0.1, -0.2").mounting
+    assert (yields.clamp_compliance, yields.curvature) == (0.1, (0.1, -0.2))
+    # An angle has a unit also where nothing else has one.
+    assert Whisker.read(2.0, 0.85, clamp_angle="1 deg").mounting.clamp_angle > 0.017
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"clamp_angle": "2 mm"}, "clamp_angle must be an angle with a unit such as rad"),
+        ({"clamp_angle": "100 deg"}, "clamp_angle must lie between -pi/2 and pi/2"),
+        ({"clamp_stiffness": 0}, "clamp_stiffness must be positive, got 0"),
+        (
+            {"clamp_stiffness": 1, "clamp_compliance": 1},
+            "give clamp_compliance or clamp_stiffness, not both",
+        ),
+        ({"clamp_stiffness": "20 N*m/rad"}, "has a unit, but the rod is not given"),
+        ({"curvature": "0.1, x"}, "curvature must be a number with a unit such as 1, got ' x'"),
+    ],
+)
+def test_a_mounting_that_is_none_is_refused(values, said):
+    with pytest.raises(ArgumentError) as error:
+        Whisker.read(2.0, 0.85, **values)
+    assert said in str(error.value)
+
+
+def test_friction_is_read_back_in_the_mounting_in_which_it_was_recorded():
+    tilted = Whisker.read(2.0, 0.85, clamp_angle="2 deg", clamp_compliance=0.05)
+    signals = scan(tilted, surfaces.constant(0.35), step=0.001, to=[0.4])
+    errors = {}
+    for name, whisker in {"known": tilted, "ideal": Whisker(theta=2.0, eta=0.85)}.items():
+        found = identify(
+            whisker, signals.frame(), method="moment", noise="1e-6, 1e-6, 1e-6"
+        ).frame()
+        slip = found["status"] == "slip"
+        errors[name] = np.abs(found["mu0 [1]"][slip] - 0.35).max()
+    assert errors["known"] < 0.005 < 0.02 < errors["ideal"]

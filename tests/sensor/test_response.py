@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import reference
-from vibrissa import solve_curve, solve_state
+from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.bending import solve_and_measure
 from vibrissa.mechanics.elastica import deformed_shape
@@ -82,10 +82,10 @@ def test_unsolved_curve_is_refused_with_its_message():
 
 
 def test_strain_of_a_rod_with_little_taper_is_largest_where_the_moment_is():
-    state = solve_state(1.0, 0.85, 0.4694)
-    one = type("State", (), {"f": state.f, "alpha": state.alpha, "s_c": 1.0})
+    curve = solve_curve(1.0, 0.85)
+    state = curve.state(0.0)
     # Without taper |φ'| is the moment, at the clamp; the radius is half the diameter.
-    strain = largest_strain(1.0, 0.85, 0.4694, one)
+    strain = largest_strain(curve, state)
     assert strain == pytest.approx(abs(state.reaction_m) / 2.0, rel=1e-8)
 
 
@@ -118,4 +118,27 @@ def test_largest_strain_is_that_between_the_points_too(part):
     x, y, _ = deformed_shape(6.0, f, alpha, x1, 0.7, s)
     moment = f * (np.cos(alpha) * (x - x1) + np.sin(alpha) * (y - 0.7))
     expected = (0.5 * np.abs(moment) / (1.0 - s * 5.0 / 6.0) ** 3).max()
-    assert largest_strain(6.0, 0.7, x1, state) == pytest.approx(expected, rel=2e-5)
+    assert largest_strain(curve, state) == pytest.approx(expected, rel=2e-5)
+
+
+TILTED = Mounting(clamp_angle=0.035, clamp_compliance=0.1, curvature=-0.1)
+
+
+def test_a_response_has_the_mounting_where_the_clamp_pushes_and_pulls():
+    response = respond(2.0, 0.85, mounting=TILTED)
+    assert response.x0_pull < 0.0
+    for x0 in (0.8 * response.x0_pull, 0.5 * response.x0_lock):
+        state = solve_state(2.0, 0.85, response.x1_init - x0, mounting=TILTED)
+        expected = [state.reaction_fx, state.reaction_fy, state.reaction_m]
+        assert response(x0) == pytest.approx(expected, abs=1e-7)
+
+
+def test_strain_in_a_mounting_is_that_of_the_bending_alone():
+    curve = solve_curve(1.0, 0.85, mounting=TILTED)
+    state = curve.state(0.0)
+    assert largest_strain(curve, state) == pytest.approx(abs(state.reaction_m) / 2.0, rel=1e-8)
+
+
+def test_an_oblique_stage_has_no_response():
+    with pytest.raises(NoResponseError, match="stage_angle must be 0 where the tip slips more"):
+        respond(2.0, 0.85, mounting=Mounting(stage_angle=0.01))

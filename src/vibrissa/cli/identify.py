@@ -10,6 +10,10 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli.options import (
     ALONE,
+    ClampAngle,
+    ClampCompliance,
+    ClampStiffness,
+    Curvature,
     Diameter,
     Eta,
     Length,
@@ -80,6 +84,10 @@ def identify(
     modulus: Modulus = None,
     diameter: Diameter = None,
     length: Length = None,
+    clamp_angle: ClampAngle = "0",
+    clamp_compliance: ClampCompliance = None,
+    clamp_stiffness: ClampStiffness = None,
+    curvature: Curvature = "0",
     picture: Picture = None,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -91,7 +99,16 @@ def identify(
     """
     check_files(output, picture)
     whisker = sensor.Whisker.read(
-        theta, eta, contact=contact, modulus=modulus, diameter=diameter, length=length
+        theta,
+        eta,
+        contact=contact,
+        modulus=modulus,
+        diameter=diameter,
+        length=length,
+        clamp_angle=clamp_angle,
+        clamp_compliance=clamp_compliance,
+        clamp_stiffness=clamp_stiffness,
+        curvature=curvature,
     )
     found = sensor.identify(
         whisker,

@@ -22,14 +22,22 @@ def save(figure: Figure, picture: Path) -> None:
 
 def shapes(whisker: Whisker, found: WhiskerOnset) -> Figure:
     """Draw the rod at α = 0 and at the onset of slip."""
-    curve, units = whisker.pushed.curve, whisker.units
+    curve, units = whisker.curve, whisker.units
+    stage_angle = whisker.mounting.stage_angle
     figure = Figure(figsize=(5.0, 4.0), layout="constrained")
     axes = figure.add_subplot()
     unit, s = units.unit(Kind.LENGTH), np.linspace(0.0, 1.0, 101)
     for x0, label in ((0.0, "α = 0"), (found.onset.x0_slip, "onset of slip")):
-        state = solve_state(whisker.theta, whisker.eta, curve.x1_init - x0, whisker.contact)
+        x1, height = curve.contact_point(x0)
+        state = solve_state(
+            whisker.theta, float(height), float(x1), whisker.contact, whisker.mounting
+        )
         x, y, _ = state.shape(s)
-        axes.plot((x + x0) * unit, y * unit, label=label)
+        axes.plot(
+            (x + x0 * np.cos(stage_angle)) * unit,
+            (y + x0 * np.sin(stage_angle)) * unit,
+            label=label,
+        )
     axes.axhline(whisker.eta * unit, color="0.5", linewidth=0.8)
     name = units.name(Kind.LENGTH)
     axes.set(aspect="equal", xlabel=f"x / {name}", ylabel=f"y / {name}")

@@ -8,6 +8,10 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli.options import (
     ALONE,
+    ClampAngle,
+    ClampCompliance,
+    ClampStiffness,
+    Curvature,
     Diameter,
     Eta,
     Length,
@@ -64,6 +68,10 @@ def scan(
     modulus: Modulus = None,
     diameter: Diameter = None,
     length: Length = None,
+    clamp_angle: ClampAngle = "0",
+    clamp_compliance: ClampCompliance = None,
+    clamp_stiffness: ClampStiffness = None,
+    curvature: Curvature = "0",
     picture: Picture = None,
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
@@ -73,7 +81,16 @@ def scan(
     """
     check_files(output, picture)
     whisker = sensor.Whisker.read(
-        theta, eta, contact=contact, modulus=modulus, diameter=diameter, length=length
+        theta,
+        eta,
+        contact=contact,
+        modulus=modulus,
+        diameter=diameter,
+        length=length,
+        clamp_angle=clamp_angle,
+        clamp_compliance=clamp_compliance,
+        clamp_stiffness=clamp_stiffness,
+        curvature=curvature,
     )
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed

@@ -8,11 +8,16 @@ from vibrissa import sensor
 from vibrissa.cli.options import (
     ALONE,
     AlsoOut,
+    ClampAngle,
+    ClampCompliance,
+    ClampStiffness,
+    Curvature,
     Diameter,
     Eta,
     Length,
     Modulus,
     Picture,
+    StageAngle,
     Theta,
     Touch,
     check_files,
@@ -35,6 +40,11 @@ def solve(
     modulus: Modulus = None,
     diameter: Diameter = None,
     length: Length = None,
+    clamp_angle: ClampAngle = "0",
+    clamp_compliance: ClampCompliance = None,
+    clamp_stiffness: ClampStiffness = None,
+    curvature: Curvature = "0",
+    stage_angle: StageAngle = "0",
     output: AlsoOut = None,
     picture: Picture = None,
 ) -> None:
@@ -45,7 +55,17 @@ def solve(
     """
     check_files(output, picture)
     whisker = sensor.Whisker.read(
-        theta, eta, contact=contact, modulus=modulus, diameter=diameter, length=length
+        theta,
+        eta,
+        contact=contact,
+        modulus=modulus,
+        diameter=diameter,
+        length=length,
+        clamp_angle=clamp_angle,
+        clamp_compliance=clamp_compliance,
+        clamp_stiffness=clamp_stiffness,
+        curvature=curvature,
+        stage_angle=stage_angle,
     )
     found = sensor.solve(whisker, mu0, step)
     columns = found.columns()

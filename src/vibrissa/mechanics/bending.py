@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import simpson, solve_ivp
 
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.mechanics.mounting import CLAMP_SLOPE
+from vibrissa.mechanics.mounting import CLAMP_SLOPE, Mountings
 from vibrissa.mechanics.taper import diameter, stiffness
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
@@ -111,6 +111,7 @@ def strains(
     x_c: FloatArray,
     y_c: FloatArray,
     s_c: FloatArray,
+    mounting: Mountings | None = None,
 ) -> FloatArray:
     """Largest strain |φ'|·d/2 of many rods under known contact forces, integrated together.
 
@@ -119,6 +120,8 @@ def strains(
     theta, f, alpha, x_c, y_c, s_c : ndarray, shape (n,)
         Taper factor, contact force (E·I0/L²), its inclination (rad), contact point relative to the
         clamp (L) and its arc length (L).
+    mounting : Mountings, optional
+        By default all are ideal.
 
     Returns
     -------
@@ -129,21 +132,27 @@ def strains(
     def derivative(part: float, state: FloatArray) -> FloatArray:
         x, y, phi = state.reshape(3, -1)
         bent = _moment(f, alpha, x - x_c, y - y_c) / stiffness(part * s_c, theta)
+        if mounting is not None:
+            bent = bent + mounting.natural_curvature((part * s_c)[:, None])[:, 0]
         return (np.stack([np.cos(phi), np.sin(phi), bent]) * s_c).ravel()
 
     zero = np.zeros(len(f))
+    slope = zero + CLAMP_SLOPE
+    if mounting is not None:
+        turn = mounting.clamp_compliance * _moment(f, alpha, -x_c, -y_c)
+        slope = slope + mounting.clamp_angle + turn
     parts = np.linspace(0.0, 1.0, STRAIN_POINTS)
     result = solve_ivp(
         derivative,
         (0.0, 1.0),
-        np.concatenate([zero, zero, zero + CLAMP_SLOPE]),
+        np.concatenate([zero, zero, slope]),
         method="DOP853",
         t_eval=parts,
         rtol=STRAIN_TOLERANCE,
         atol=STRAIN_TOLERANCE,
     )
     x, y, _ = result.y.reshape(3, len(f), -1).transpose(0, 2, 1)
-    # |φ'|·d/2 = |m|/(2·d³), as B = d⁴.
+    # |φ' − κ0|·d/2 = |m|/(2·d³), as B = d⁴.
     moment = np.abs(_moment(f, alpha, x - x_c, y - y_c))
     return _peak(0.5 * moment / diameter(parts[:, None] * s_c, theta) ** 3)
 

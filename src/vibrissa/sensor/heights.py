@@ -13,6 +13,7 @@ from numpy.polynomial.chebyshev import chebvander
 from scipy.interpolate import CubicSpline
 
 from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.outcomes import Contact
@@ -108,6 +109,7 @@ def respond_between(
     contact: str = Contact.POINT,
     pull: bool = True,
     progress: Callable[[int], None] = lambda done: None,
+    mounting: Mounting = IDEAL,
 ) -> Heights:
     """Solve a rod at heights near a given one.
 
@@ -119,6 +121,7 @@ def respond_between(
         As in `respond`.
     progress : callable
         Told after each height how many of the `NODES` + 1 are done.
+    mounting : Mounting
 
     Returns
     -------
@@ -138,7 +141,7 @@ def respond_between(
     nodes = eta - reach + 2.0 * reach * chebyshev_nodes(NODES)
     solved: list[Response] = []
     for node in nodes:
-        solved.append(respond(theta, float(node), contact, pull))
+        solved.append(respond(theta, float(node), contact, pull, mounting))
         progress(len(solved))
     found = Heights(low=eta - reach, high=eta + reach, branches=tuple(solved))
     where = f"for heights from {found.low:.6g} to {found.high:.6g} (in units of L)"
@@ -153,7 +156,7 @@ def respond_between(
         )
     # Between the nodes the interpolation must agree with a branch that it has not seen.
     between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
-    resolved = _agrees(found.at(between), respond(theta, between, contact, pull))
+    resolved = _agrees(found.at(between), respond(theta, between, contact, pull, mounting))
     progress(NODES + 1)
     if not resolved:
         raise NoResponseError(f"the rod's response is not resolved {where}: give the height")

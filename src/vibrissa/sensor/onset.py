@@ -81,9 +81,15 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     units = whisker.units
     dx0 = None if step is None else units.read(step, Kind.LENGTH, "step")
     friction = units.read(mu0, Kind.NUMBER, "mu0")
-    onset = solve_onset(whisker.theta, friction, whisker.eta, dx0, contact=whisker.contact)
+    onset = solve_onset(
+        whisker.theta,
+        friction,
+        whisker.eta,
+        dx0,
+        contact=whisker.contact,
+        mounting=whisker.mounting,
+    )
     strain = np.nan
     if onset.status is Status.SLIP:
-        x1 = whisker.pushed.x1_init - onset.x0_slip
-        strain = largest_strain(whisker.theta, whisker.eta, x1, onset.slip)
+        strain = largest_strain(whisker.curve, onset.slip)
     return WhiskerOnset(onset=onset, strain=strain, units=units)

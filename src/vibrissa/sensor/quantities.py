@@ -32,6 +32,10 @@ class Kind(StrEnum):
     LENGTH = "length"
     FORCE = "force"
     MOMENT = "moment"
+    ANGLE = "angle"
+    COMPLIANCE = "compliance"
+    STIFFNESS = "stiffness"
+    CURVATURE = "curvature"
     STRESS = "stress"
     DENSITY = "density"
     NUMBER = "number"
@@ -41,6 +45,10 @@ SI = {
     Kind.LENGTH: "m",
     Kind.FORCE: "N",
     Kind.MOMENT: "N*m",
+    Kind.ANGLE: "rad",
+    Kind.COMPLIANCE: "rad/(N*m)",
+    Kind.STIFFNESS: "N*m/rad",
+    Kind.CURVATURE: "m^-1",
     Kind.STRESS: "Pa",
     Kind.DENSITY: "kg/m^3",
     Kind.NUMBER: "1",
@@ -95,14 +103,17 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
         If it is no such quantity.
     """
     parts = NUMBER_AND_UNIT.fullmatch(text.strip())
-    refusal = ArgumentError(f"{what} must be a {kind} with a unit such as {SI[kind]}, got {text!r}")
+    article = "an" if kind is Kind.ANGLE else "a"
+    refusal = ArgumentError(
+        f"{what} must be {article} {kind} with a unit such as {SI[kind]}, got {text!r}"
+    )
     if parts is None or UNIT.fullmatch(parts[2]) is None:
         raise refusal
-    registry = _registry()
+    registry, wished = _registry(), "" if kind is Kind.NUMBER else SI[kind]
     from pint import PintError
 
     try:
-        wanted, units = (registry.parse_units(unit) for unit in (SI[kind].strip("1"), parts[2]))
+        wanted, units = (registry.parse_units(unit) for unit in (wished, parts[2]))
         _, base = registry.get_base_units(units)
         if base != registry.get_base_units(wanted)[1]:
             raise refusal
@@ -194,12 +205,15 @@ class Units:
 
     def unit(self, kind: Kind) -> float:
         """Give the unit of the computation in SI units."""
-        if kind is Kind.NUMBER or self.rod is None:
+        if kind in (Kind.NUMBER, Kind.ANGLE) or self.rod is None:
             return 1.0
         return {
             Kind.LENGTH: self.rod.length_unit,
             Kind.FORCE: self.rod.force_unit,
             Kind.MOMENT: self.rod.moment_unit,
+            Kind.COMPLIANCE: 1.0 / self.rod.moment_unit,
+            Kind.STIFFNESS: self.rod.moment_unit,
+            Kind.CURVATURE: 1.0 / self.rod.length_unit,
         }[kind]
 
     @property
@@ -245,7 +259,7 @@ class Units:
         return float(in_si(f"1 {unit}", kind, what)) / float(self._exact_unit(kind, what))
 
     def _exact_unit(self, kind: Kind, what: str) -> Decimal:
-        if self.rod is None:
+        if self.rod is None and kind is not Kind.ANGLE:
             raise ArgumentError(
                 f"{what} has a unit, but the rod is not given: give modulus, diameter and length"
             )

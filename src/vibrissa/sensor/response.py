@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.bending import strains
+from vibrissa.mechanics.mounting import IDEAL, Mounting, Mountings
 from vibrissa.mechanics.states import ContactState
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
@@ -174,7 +175,13 @@ class Response(Branch):
         return float(brentq(excess, low, high, xtol=1e-14))
 
 
-def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool = True) -> Response:
+def respond(
+    theta: float,
+    eta: float,
+    contact: str = Contact.POINT,
+    pull: bool = True,
+    mounting: Mounting = IDEAL,
+) -> Response:
     """Solve and tabulate the response of one rod at one height.
 
     Parameters
@@ -187,6 +194,7 @@ def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool =
         ``point`` or ``line``, as in `vibrissa.solve_state`.
     pull : bool
         Whether to continue the curve to x0 < 0, where the clamp pulls.
+    mounting : Mounting
 
     Returns
     -------
@@ -195,11 +203,16 @@ def respond(theta: float, eta: float, contact: str = Contact.POINT, pull: bool =
     Raises
     ------
     NoResponseError
-        If the curve was not solved, or not continued to x0 < 0.
+        If the curve was not solved, or not continued to x0 < 0, or the stage is oblique.
     ArgumentError
         If an argument is out of range.
     """
-    curve = solve_curve(theta, eta, contact=contact)
+    if mounting.stage_angle:
+        raise NoResponseError(
+            "stage_angle must be 0 where the tip slips more than once: an oblique stage begins "
+            f"each period at another height, and has no one response; got {mounting.stage_angle!r}"
+        )
+    curve = solve_curve(theta, eta, contact=contact, mounting=mounting)
     if curve.status is not Status.SOLVED:
         raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
     return tabulated(curve, _pulled(curve, contact) if pull else [])
@@ -240,7 +253,8 @@ def _pulled(curve: StickingCurve, contact: str) -> list[PPoly]:
     """Splines of the reactions from the state without normal force to the α = 0 state."""
 
     def state(x0: float) -> EquilibriumState:
-        found = solve_state(curve.theta, curve.eta, curve.x1_init - x0, contact)
+        x1 = curve.x1_init - x0
+        found = solve_state(curve.theta, curve.eta, x1, contact, curve.mounting)
         if found.status is not Status.SOLVED:
             raise NoResponseError(f"pulling is not covered: at x0 = {x0:.6g} {found.message}")
         return found
@@ -321,22 +335,22 @@ def _reactions(state: ContactState) -> FloatArray:
     return np.stack([state.reaction_fx, state.reaction_fy, state.reaction_m], axis=-1)
 
 
-def largest_strain(theta: float, eta: float, x1: float, state: StickingState) -> float:
+def largest_strain(curve: StickingCurve, state: StickingState) -> float:
     """Largest strain |φ'|·d/2 at the surface of the rod in one state, in units of d0/L.
 
     Parameters
     ----------
-    theta, eta : float
-        Taper factor and height of the contact point (L).
-    x1 : float
-        Distance of the tip from the clamp (L).
+    curve : StickingCurve
     state : StickingState
-        One state.
+        One state on it.
 
     Returns
     -------
     float
     """
+    x1, height = curve.contact_point(state.x0)
     contact = x1 - (1.0 - state.s_c)
-    values = (theta, state.f, state.alpha, contact, eta, state.s_c)
-    return float(strains(*(np.array([float(value)]) for value in values))[0])
+    values = (curve.theta, state.f, state.alpha, contact, height, state.s_c)
+    theta, f, alpha, x_c, y_c, s_c = (np.array([float(value)]) for value in values)
+    mounting = Mountings.of([curve.mounting])
+    return float(strains(theta, f, alpha, x_c, y_c, s_c, mounting)[0])

@@ -4,12 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
-from vibrissa.errors import NoResponseError
+from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact
 from vibrissa.sensor.heights import Heights, respond_between
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
 from vibrissa.sensor.response import Response, respond
+from vibrissa.sticking.api import solve_curve
+from vibrissa.sticking.curve import StickingCurve
 
 # Told what is being done, how much of it is done, and how much there is to do.
 Progress = Callable[[str, int, int], None]
@@ -35,12 +38,15 @@ class Whisker:
         ``point``: the tip alone touches; ``line``: the rod may lie flat along the surface.
     rod : Rod or None
         The real rod; without it everything is nondimensional.
+    mounting : Mounting
+        Clamp, natural shape and stage.
     """
 
     theta: float
     eta: float
     contact: Contact = Contact.POINT
     rod: Rod | None = None
+    mounting: Mounting = IDEAL
 
     @classmethod
     def read(
@@ -52,6 +58,11 @@ class Whisker:
         modulus: str | None = None,
         diameter: str | None = None,
         length: str | None = None,
+        clamp_angle: Quantity = 0,
+        clamp_compliance: Quantity | None = None,
+        clamp_stiffness: Quantity | None = None,
+        curvature: Quantity = 0,
+        stage_angle: Quantity = 0,
     ) -> "Whisker":
         """Read a whisker from quantities with units.
 
@@ -64,6 +75,13 @@ class Whisker:
         contact : Contact
         modulus, diameter, length : str, optional
             Of the rod: ``"210 GPa"``, ``"1 mm"``, ``"100 mm"``; all three or none.
+        clamp_angle, stage_angle : str or number
+            ``"2 deg"``, or 0.035 in rad; see `vibrissa.Mounting`.
+        clamp_compliance, clamp_stiffness : str or number, optional
+            ``"0.05 rad/(N*m)"`` or ``"20 N*m/rad"``; one of them, or none where the clamp is rigid.
+        curvature : str or number
+            ``"2 m^-1"``, or 0.2 in units of 1/L; or, separated by commas, the coefficients of the
+            powers of s, lowest first, as numbers.
 
         Returns
         -------
@@ -76,8 +94,18 @@ class Whisker:
         """
         units = Units(read_rod(modulus, diameter, length))
         height = float(units.read(eta, Kind.LENGTH, "eta"))
+        mounting = Mounting(
+            clamp_angle=float(units.read(clamp_angle, Kind.ANGLE, "clamp_angle")),
+            clamp_compliance=_compliance(units, clamp_compliance, clamp_stiffness),
+            curvature=_curvature(units, curvature),
+            stage_angle=float(units.read(stage_angle, Kind.ANGLE, "stage_angle")),
+        )
         return cls(
-            theta=theta, eta=height, contact=chosen(Contact, contact, "contact"), rod=units.rod
+            theta=theta,
+            eta=height,
+            contact=chosen(Contact, contact, "contact"),
+            rod=units.rod,
+            mounting=mounting,
         )
 
     @property
@@ -86,14 +114,19 @@ class Whisker:
         return Units(self.rod)
 
     @cached_property
+    def curve(self) -> StickingCurve:
+        """Sticking curve."""
+        return solve_curve(self.theta, self.eta, contact=self.contact, mounting=self.mounting)
+
+    @cached_property
     def pushed(self) -> Response:
         """Response where the clamp pushes the tip, x0 ≥ 0."""
-        return respond(self.theta, self.eta, self.contact, pull=False)
+        return respond(self.theta, self.eta, self.contact, pull=False, mounting=self.mounting)
 
     @cached_property
     def pulled(self) -> Response:
         """Response where the clamp pushes or pulls the tip."""
-        return respond(self.theta, self.eta, self.contact, pull=True)
+        return respond(self.theta, self.eta, self.contact, pull=True, mounting=self.mounting)
 
     def response(self, backward: bool) -> Response:
         """Give the response with x0 < 0 if it has been found: after a long slip the tip is pulled.
@@ -112,9 +145,31 @@ class Whisker:
 
     def heights(self, backward: bool, progress: Callable[[int], None]) -> Heights:
         """Solve the response at heights near the given one, as `response` does at one height."""
+        rod = self.theta, self.eta, self.contact
         try:
-            return respond_between(self.theta, self.eta, self.contact, True, progress)
+            return respond_between(*rod, True, progress, self.mounting)
         except NoResponseError:
             if backward:
                 raise
-            return respond_between(self.theta, self.eta, self.contact, False, progress)
+            return respond_between(*rod, False, progress, self.mounting)
+
+
+def _compliance(units: Units, compliance: Quantity | None, stiffness: Quantity | None) -> float:
+    """Compliance of a clamp, given by itself or by its inverse; 0 without either."""
+    if stiffness is None:
+        given = 0 if compliance is None else compliance
+        return float(units.read(given, Kind.COMPLIANCE, "clamp_compliance"))
+    if compliance is not None:
+        raise ArgumentError("give clamp_compliance or clamp_stiffness, not both")
+    value = float(units.read(stiffness, Kind.STIFFNESS, "clamp_stiffness"))
+    if not value > 0.0:
+        raise ArgumentError(f"clamp_stiffness must be positive, got {stiffness!r}")
+    return 1.0 / value
+
+
+def _curvature(units: Units, curvature: Quantity) -> float | tuple[float, ...]:
+    """Natural curvature: a quantity, or coefficients without units."""
+    if not isinstance(curvature, str) or "," not in curvature:
+        return float(units.read(curvature, Kind.CURVATURE, "curvature"))
+    parts = curvature.split(",")
+    return tuple(float(units.read(part, Kind.NUMBER, "curvature")) for part in parts)
