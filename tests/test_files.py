@@ -21,6 +21,18 @@ def test_the_file_is_there_only_when_it_is_whole(tmp_path, old):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_the_file_is_on_the_disk_before_it_is_moved_and_the_folder_after(tmp_path, monkeypatch):
+    """Otherwise a loss of power could leave an empty file under the right name."""
+    path, synced = tmp_path / "table.txt", []
+    # Whether it was the file or the folder, and whether the file had its name.
+    monkeypatch.setattr(
+        os, "fsync", lambda handle: synced.append((os.fstat(handle).st_ino, path.exists()))
+    )
+    with write_atomically(path) as temporary:
+        temporary.write_text("new")
+    assert synced == [(path.stat().st_ino, False), (tmp_path.stat().st_ino, True)]
+
+
 @pytest.mark.parametrize("old", [None, "old"])
 @pytest.mark.parametrize("error", [ValueError, OSError, KeyboardInterrupt, SystemExit])
 def test_a_failure_leaves_everything_as_it_was(tmp_path, error, old):

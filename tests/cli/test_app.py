@@ -42,6 +42,12 @@ def test_solve_says_the_same_in_both_kinds_of_units(tmp_path):
     assert pq.read_schema(si).field("force_x").metadata[b"unit"] == b"N"
 
 
+def test_the_exit_code_is_1_where_nothing_can_be_computed():
+    result = run("solve", "--theta", "2", "--eta", "0.15", "--mu0", "5")
+    assert result.exit_code == 1
+    assert "out_of_reach" in result.output
+
+
 def test_lock_is_an_answer():
     result = run("solve", *WHISKER, "--mu0", "0.5")
     assert result.exit_code == 0
@@ -178,7 +184,8 @@ def test_transducer_rounds_clips_and_adds_noise_of_the_size_it_says():
     assert (read - true).std(axis=0) == pytest.approx(sensor.deviation, rel=0.03)
     assert (read - true).mean(axis=0) == pytest.approx([0, 0, 0], abs=1e-4)
     assert sensor.measured(true * 100, np.random.default_rng(1))[0].tolist() == [12.0, -12.0, 0.12]
-    assert sensor.saturated(np.array([[12.0, -3.0, 0.1]])).tolist() == [[True, False, False]]
+    readings = np.array([[12.0, -3.0, 0.1], [-1.0, -12.0, -0.12]])
+    assert sensor.saturated(readings).tolist() == [[True, False, False], [False, True, True]]
     with pytest.raises(ValueError, match="nano17"):
         preset("nano18")
 
@@ -197,6 +204,8 @@ def test_tables_come_back_as_they_were_written(tmp_path):
     ("text", "message"),
     [
         ("a,b\n1,2\n1\n", "line 3: 1 values, but the header has 2"),
+        # Decimal commas in unquoted cells.
+        ("a,b\n1,2\n1,5,2,5\n", "line 3: 4 values, but the header has 2"),
         ("a,b\n1,two\n", "line 2: b must be a number, got 'two'"),
         ("a,b\n1,inf\n", "line 2: b must be finite"),
         ("a\n1\n", "column b is missing"),

@@ -44,6 +44,12 @@ def test_another_block_size_keeps_the_blocks(path):
     assert planned_blocks(path, keys("1", "2"), 1) == first
 
 
+def test_a_smaller_block_size_holds_for_blocks_that_are_not_solved(path):
+    planned_blocks(path, keys("1", "2", "3"), 3)
+    blocks = planned_blocks(path, keys("1", "2", "3"), 2, is_solved=lambda name: False)
+    assert [len(members) for members in blocks.values()] == [2, 1]
+
+
 @pytest.mark.parametrize("wanted", [("1", "2", "3"), ("2",), ()])
 def test_a_plan_that_has_all_curves_is_not_written_again(path, wanted):
     planned_blocks(path, keys("1", "2", "3"), 2)

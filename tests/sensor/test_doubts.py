@@ -82,6 +82,16 @@ def test_a_jump_of_the_clamp_is_doubted(response):
     assert doubtful == [2, 3]
 
 
+def test_samples_that_are_missing_on_the_way_back_are_seen(response):
+    clamp, readings, begins = signals(response, turns=("0.3", "0.1"))
+    slip = begins[begins > np.argmax(clamp) + 50][1]
+    kept = np.r_[: slip - 8, slip + 8 : len(clamp)]
+    periods = found(response, clamp[kept], readings[kept])
+    doubtful = [i for i, doubt in enumerate(periods.doubt) if "samples are missing" in doubt]
+    beside = np.flatnonzero((periods.last == slip - 9) | (periods.first == slip - 8))
+    assert doubtful == beside.tolist() and len(doubtful) == 2
+
+
 def test_a_clamp_that_turned_unseen_is_doubted(response):
     clamp, readings, begins = signals(response, turns=("0.3", "0.1"))
     top = int(np.argmax(clamp))

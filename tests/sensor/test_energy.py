@@ -59,6 +59,21 @@ def test_linear_travels_are_those_of_the_relations():
     assert (np.linalg.eigvalsh(linear.errors) > 0.0).all()
 
 
+def test_errors_of_travels_are_those_of_onsets_within_a_step():
+    """An onset late in its step makes its period longer; its slip is longer, and so is the next."""
+    slips, generator = EnergySlips(RESPONSE, 0.8), np.random.default_rng(2)
+    mu0, way, gap = np.array([0.25, 0.3, 0.35, 0.3]), np.array([0.28, 0.33, 0.31]), 0.002
+    passed = gap * generator.random((20_000, 4))
+    onset = slips.onset(mu0) + passed
+    rest = [slips.rest(onset[:, i], np.full(len(onset), way[i])) for i in range(3)]
+    travels = onset[:, 1:] - gap - np.transpose(rest)
+    linear = slips.linearised(mu0, way, np.full(3, gap))
+    unit = gap**2 / 12.0
+    assert travels.mean(axis=0) == pytest.approx(linear.travel, abs=0.02 * gap)
+    assert np.cov(travels.T) / unit == pytest.approx(linear.errors / unit, abs=0.05)
+    assert np.abs(linear.errors[0, 1]) > 0.3 * unit
+
+
 def test_the_surface_is_read_between_the_travels():
     truth = scanned(3)
     begins, ends = runs(truth)

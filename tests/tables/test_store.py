@@ -297,6 +297,22 @@ def test_a_file_tells_where_it_is_from(path):
     assert metadata[b"vibrissa.study"] == b"study: paper\n"
 
 
+def test_an_empty_place_where_none_may_be_is_refused(path):
+    """Whether this program is asked to write it, or another one wrote it."""
+    table = TABLES["states"]
+    nothing = pa.nulls(len(table), pa.string())
+    place = table.column_names.index("status")
+    asked = pa.Table.from_arrays(
+        [*table.columns[:place], nothing, *table.columns[place + 1 :]], schema=table.schema
+    )
+    with pytest.raises(TableError, match="column status must not be empty anywhere"):
+        store.write(asked, path)
+    empty = table.set_column(place, "status", nothing)
+    pq.write_table(empty.replace_schema_metadata(table.schema.metadata), path)
+    with pytest.raises(TableError, match="has other columns than its schema says"):
+        store.read(path, STATES)
+
+
 def test_a_missing_file_is_refused(path):
     with pytest.raises(TableError, match=f"{path} cannot be read .*; see why, and run again"):
         store.read(path, CURVES)
