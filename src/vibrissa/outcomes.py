@@ -69,7 +69,7 @@ class Contact(StrEnum):
     LINE = "line"
 
 
-class Method(StrEnum):
+class Solver(StrEnum):
     """How a sticking curve is solved.
 
     Attributes
@@ -86,7 +86,7 @@ class Method(StrEnum):
     @property
     def by_step(self) -> bool:
         """Whether a curve belongs to one Δx0, because the solver walks along its steps."""
-        return self is Method.SHOOTING
+        return self is Solver.SHOOTING
 
 
 class Parameter(StrEnum):

@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import pytest
 
 import vibrissa
-from vibrissa.outcomes import Method
+from vibrissa.outcomes import Solver
 from vibrissa.pipeline import sources as module
 from vibrissa.pipeline.sources import sources
 
 ROOT = Path(__file__).parents[2]
-METHODS = tuple(Method)
+METHODS = tuple(Solver)
 NUMBERS = count()
 
 
@@ -167,7 +167,7 @@ def imported(script, method):
             modules.add(name if path.exists() else home or vibrissa._HOMES[alias.name])
     # A script that tells methods apart imports the one that it uses.
     others = {f"sticking.{other}" for other in METHODS if other != method}
-    return modules - others if "is Method." in text else modules
+    return modules - others if "is Solver." in text else modules
 
 
 def test_every_script_belongs_to_one_rule():

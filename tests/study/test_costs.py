@@ -2,7 +2,7 @@ from decimal import Decimal
 
 import pytest
 
-from vibrissa.outcomes import Contact, Method
+from vibrissa.outcomes import Contact, Solver
 from vibrissa.study import costs
 from vibrissa.study.grid import CurveKey, Grid
 from vibrissa.study.model import default_block_size
@@ -13,11 +13,11 @@ def keys(*thetas):
 
 
 def test_curves_cost_more_the_stronger_the_taper_in_tip_contact_alone():
-    tip = [costs.curve_seconds(keys(t), Method.COLLOCATION, Contact.POINT) for t in (1, 2, 20)]
-    line = [costs.curve_seconds(keys(t), Method.COLLOCATION, Contact.LINE) for t in (1, 20)]
+    tip = [costs.curve_seconds(keys(t), Solver.COLLOCATION, Contact.POINT) for t in (1, 2, 20)]
+    line = [costs.curve_seconds(keys(t), Solver.COLLOCATION, Contact.LINE) for t in (1, 20)]
     assert tip == pytest.approx([0.03, 0.06, 0.6])
     assert line == pytest.approx([0.04, 0.04])
-    assert costs.curve_seconds(keys(1, 2), Method.SHOOTING, Contact.POINT) == 240
+    assert costs.curve_seconds(keys(1, 2), Solver.SHOOTING, Contact.POINT) == 240
 
 
 @pytest.mark.parametrize(
@@ -31,8 +31,8 @@ def test_a_job_asks_for_its_start_and_twice_its_work(seconds, minutes):
 @pytest.mark.parametrize("contact", Contact)
 @pytest.mark.parametrize("curves", [100, 10_000, 1_000_000])
 def test_a_block_of_the_default_size_fits_half_an_hour(theta, contact, curves):
-    one = costs.curve_seconds(keys(theta), Method.COLLOCATION, contact)
-    size = default_block_size(Method.COLLOCATION, curves, one * curves)
+    one = costs.curve_seconds(keys(theta), Solver.COLLOCATION, contact)
+    size = default_block_size(Solver.COLLOCATION, curves, one * curves)
     points = 100 * size
     assert costs.minutes(one * size) + costs.minutes(costs.POINT * points) <= 35
     assert costs.megabytes(size, curves) <= 5000

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from vibrissa.decimals import spell
 from vibrissa.errors import StudyError
-from vibrissa.outcomes import Contact, Method
+from vibrissa.outcomes import Contact, Solver
 from vibrissa.study.model import Study, default_block_size
 from vibrissa.study.parsing import parse_study
 from vibrissa.study.schema import study_schema
@@ -73,9 +73,9 @@ def test_the_study_is_what_is_written():
     assert (study.name, study.contact, study.method) == (
         "demo",
         Contact.POINT,
-        Method.COLLOCATION,
+        Solver.COLLOCATION,
     )
-    assert (study.curves_per_job, study.solver) == (5, "point-collocation")
+    assert (study.curves_per_job, study.blocks_name) == (5, "point-collocation")
     main = study.point_grids["main"]
     assert [spell(v) for v in main.mu0] == ["0.1", "0.2", "0.3", "0.4"]
     assert [spell(v) for v in main.theta] == ["1", "2.5"]
@@ -446,6 +446,6 @@ def test_other_studies_leave_the_papers_statements_alone():
     ("curves", "size"), [(1, 64), (400, 64), (1600, 200), (10_000, 1250), (100_000, 6000)]
 )
 def test_a_job_has_an_eighth_of_the_curves_but_no_more_than_ten_minutes_of_them(curves, size):
-    assert default_block_size(Method.COLLOCATION, curves, 0.1 * curves) == size
-    assert default_block_size(Method.COLLOCATION, curves, 100 * curves) == 64
-    assert default_block_size(Method.SHOOTING, curves, 120 * curves) == 1
+    assert default_block_size(Solver.COLLOCATION, curves, 0.1 * curves) == size
+    assert default_block_size(Solver.COLLOCATION, curves, 100 * curves) == 64
+    assert default_block_size(Solver.SHOOTING, curves, 120 * curves) == 1

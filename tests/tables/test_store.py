@@ -11,7 +11,7 @@ import pytest
 from vibrissa import __version__, solve_curve, solve_state, stick_slip
 from vibrissa.errors import TableError
 from vibrissa.mechanics.states import ContactState
-from vibrissa.outcomes import Contact, Method, Parameter, Status
+from vibrissa.outcomes import Contact, Parameter, Solver, Status
 from vibrissa.provenance import commit
 from vibrissa.sticking.api import EquilibriumState
 from vibrissa.sticking.comparison import compare
@@ -45,7 +45,7 @@ def curve_by_shooting(curve, states):
     return assembled_curve(
         theta=curve.theta,
         eta=curve.eta,
-        method=Method.SHOOTING,
+        method=Solver.SHOOTING,
         x1_init=curve.x1_init,
         pieces=[piece],
         residual=1e-10,

@@ -65,13 +65,13 @@ def study_texts():
 
 def is_solved(block):
     """Whether a block's curves are there; jobs take the plan as it stands."""
-    curves = Path(RESULTS, "blocks", STUDY.solver, f"{block}.curves.parquet")
+    curves = Path(RESULTS, "blocks", STUDY.blocks_name, f"{block}.curves.parquet")
     return curves.exists() or not workflow.is_main_process
 
 
 try:
     BLOCKS = planned_blocks(
-        Path(RESULTS, "blocks", f"{STUDY.solver}.json"),
+        Path(RESULTS, "blocks", f"{STUDY.blocks_name}.json"),
         STUDY.curve_keys,
         STUDY.curves_per_job,
         is_solved,

@@ -7,7 +7,7 @@ rule scan:
         curves=lambda wildcards: expand(rules.curves.output, block=blocks_of_scan(wildcards.scan)),
         code=sources("sticking.cycles", "tables.records", "pipeline.jobs"),
     output:
-        f"{RESULTS}/blocks/{STUDY.solver}/{{scan}}.scan.parquet",
+        f"{RESULTS}/blocks/{STUDY.blocks_name}/{{scan}}.scan.parquet",
     log:
         f"{RESULTS}/logs/scan/{{scan}}.log",
     benchmark:

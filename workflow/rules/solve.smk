@@ -5,7 +5,7 @@ rule curves:
     input:
         code=sources(f"sticking.{STUDY.method}", "tables.records", "pipeline.jobs"),
     output:
-        f"{RESULTS}/blocks/{STUDY.solver}/{{block}}.curves.parquet",
+        f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.curves.parquet",
     log:
         f"{RESULTS}/logs/curves/{{block}}.log",
     benchmark:
@@ -31,7 +31,7 @@ rule points:
         curves=rules.curves.output,
         code=sources("sticking.stiction", "tables.records", "pipeline.jobs"),
     output:
-        f"{RESULTS}/blocks/{STUDY.solver}/{{block}}.points.parquet",
+        f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.points.parquet",
     log:
         f"{RESULTS}/logs/points/{{block}}.log",
     benchmark:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from vibrissa.files import write_atomically
-from vibrissa.outcomes import Method
+from vibrissa.outcomes import Solver
 from vibrissa.paper import claims, evidence, ledger
 from vibrissa.pipeline import jobs
 from vibrissa.tables import query, schemas, store
@@ -18,7 +18,7 @@ with jobs.logged(snakemake.log[0]):
         claims.CLAIMS,
         found,
         study=snakemake.params.study,
-        method=Method(snakemake.params.method),
+        method=Solver(snakemake.params.method),
     )
     store.write(table, snakemake.output.table, snakemake.params.study_file)
     with write_atomically(Path(snakemake.output.text)) as temporary:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrissa.outcomes import Contact, Method
+from vibrissa.outcomes import Contact, Solver
 from vibrissa.pipeline import jobs
 from vibrissa.study.codec import decode_key, encode_key
 from vibrissa.tables import records, store
@@ -11,7 +11,7 @@ with jobs.logged(snakemake.log[0]):
     keys = list(map(decode_key, snakemake.params.curves))
     theta, eta, dx0 = np.array(keys, dtype=float).T  # NaN for the dx0 of a curve that serves all
     # A job depends on the solver that it uses alone.
-    if Method(snakemake.params.method) is Method.COLLOCATION:
+    if Solver(snakemake.params.method) is Solver.COLLOCATION:
         from vibrissa.sticking import collocation
 
         curves = collocation.solve_curves(theta, eta, Contact(snakemake.params.contact))

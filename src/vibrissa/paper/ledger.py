@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import pyarrow as pa
 
-from vibrissa.outcomes import Method
+from vibrissa.outcomes import Solver
 from vibrissa.paper.evidence import Evidence
 from vibrissa.tables.schemas import CLAIMS, NONE
 from vibrissa.wording import markdown_table
@@ -106,7 +106,7 @@ def claims_table(
     evidence: Evidence,
     *,
     study: str,
-    method: Method,
+    method: Solver,
 ) -> pa.Table:
     """Judge claims.
 
@@ -116,7 +116,7 @@ def claims_table(
     evidence : Evidence
     study : str
         Name of the study.
-    method : Method
+    method : Solver
         Its solver of the sticking equilibria.
 
     Returns

@@ -13,7 +13,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact, End, Method, Status
+from vibrissa.outcomes import Contact, End, Solver, Status
 from vibrissa.sticking import collocation
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
@@ -129,7 +129,7 @@ def _check_numbers(**values: object) -> None:
 def _check(
     theta: float,
     eta: float,
-    method: str = Method.COLLOCATION,
+    method: str = Solver.COLLOCATION,
     contact: str = Contact.POINT,
     mounting: Mounting = IDEAL,
 ) -> None:
@@ -142,13 +142,13 @@ def _check(
         )
     if not 0.0 < eta < 1.0:
         raise ArgumentError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}")
-    if method not in tuple(Method):
-        raise ArgumentError(f"method must be one of {', '.join(Method)}, got {method!r}")
+    if method not in tuple(Solver):
+        raise ArgumentError(f"method must be one of {', '.join(Solver)}, got {method!r}")
     if contact not in tuple(Contact):
         raise ArgumentError(f"contact must be one of {', '.join(Contact)}, got {contact!r}")
-    if method == Method.SHOOTING and contact != Contact.POINT:
+    if method == Solver.SHOOTING and contact != Contact.POINT:
         raise ArgumentError(f"method {method!r} solves contact 'point' alone, got {contact!r}")
-    if method == Method.SHOOTING and mounting != IDEAL:
+    if method == Solver.SHOOTING and mounting != IDEAL:
         raise ArgumentError(f"method {method!r} solves the ideal mounting alone, got {mounting!r}")
 
 
@@ -239,7 +239,7 @@ def _shown(solution: RodStates | None) -> dict[str, float]:
 def solve_curve(
     theta: float,
     eta: float,
-    method: str = Method.COLLOCATION,
+    method: str = Solver.COLLOCATION,
     dx0: float | None = None,
     contact: str = Contact.POINT,
     mounting: Mounting = IDEAL,
@@ -272,7 +272,7 @@ def solve_curve(
         If an argument is out of range.
     """
     _check(theta, eta, method, contact, mounting)
-    if method == Method.COLLOCATION:
+    if method == Solver.COLLOCATION:
         model = Contact(contact)
         return collocation.solve_curves(np.array([theta]), np.array([eta]), model, [mounting])[0]
     if dx0 is not None:
@@ -290,7 +290,7 @@ def solve_onset(
     mu0: float | Decimal,
     eta: float,
     dx0: float | Decimal | None = None,
-    method: str = Method.COLLOCATION,
+    method: str = Solver.COLLOCATION,
     contact: str = Contact.POINT,
     mounting: Mounting = IDEAL,
 ) -> Onset:

@@ -25,7 +25,7 @@ from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.outcomes import Contact, End, Method, Parameter, Status
+from vibrissa.outcomes import Contact, End, Parameter, Solver, Status
 from vibrissa.sticking.beginning import NO_INITIAL_STATE, Rods, begin_mounted
 from vibrissa.sticking.continuation import (
     Branches,
@@ -49,7 +49,7 @@ from vibrissa.sticking.refinement import (
     resolve,
 )
 
-METHOD = Method.COLLOCATION
+METHOD = Solver.COLLOCATION
 # How branches are followed: more closely where the step sizes before lead nowhere, or past a change
 # of the contact. The pieces have nodes and states of their own.
 STEP_SIZES = (

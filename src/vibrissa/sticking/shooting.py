@@ -21,11 +21,11 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
-from vibrissa.outcomes import Contact, Method, Parameter
+from vibrissa.outcomes import Contact, Parameter, Solver
 from vibrissa.sticking.curve import Limit, StickingCurve, assembled_curve, failed_curve
 from vibrissa.sticking.piece import Piece, StickingState
 
-METHOD = Method.SHOOTING
+METHOD = Solver.SHOOTING
 # A curve is interpolated between steps of at most this many x1_init; a coarser Δx0 is divided
 # evenly.
 LARGEST_STEP = 0.01

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal
 
-from vibrissa.outcomes import Contact, Method
+from vibrissa.outcomes import Contact, Solver
 from vibrissa.study.grid import CurveKey, Grid
 
 # Seconds that a job should work at most: with room for slower machines, twice this fits in the
@@ -36,29 +36,29 @@ PROCESSES, CURVE, PLANNED = 800, 0.1, 0.002
 MB_ROUND = 100
 
 
-def curve_seconds(keys: Sequence[CurveKey], method: Method, contact: Contact) -> float:
+def curve_seconds(keys: Sequence[CurveKey], method: Solver, contact: Contact) -> float:
     """Return the seconds that solving some curves may take.
 
     Parameters
     ----------
     keys : sequence of CurveKey
-    method : Method
+    method : Solver
     contact : Contact
 
     Returns
     -------
     float
     """
-    if method is Method.SHOOTING:
+    if method is Solver.SHOOTING:
         return SHOOTING * len(keys)
     if contact is Contact.LINE:
         return LINE * len(keys)
     return TIP * sum(float(key.theta) for key in keys)
 
 
-def usual_curve_seconds(keys: Sequence[CurveKey], method: Method, contact: Contact) -> float:
+def usual_curve_seconds(keys: Sequence[CurveKey], method: Solver, contact: Contact) -> float:
     """Return the seconds that solving some curves usually takes; see `curve_seconds`."""
-    if method is Method.SHOOTING:
+    if method is Solver.SHOOTING:
         return USUAL_SHOOTING * len(keys)
     if contact is Contact.LINE:
         return USUAL_LINE * len(keys)
@@ -77,7 +77,7 @@ def scan_seconds(grid: Grid, cycles: int) -> float:
 def comparison_seconds(theta: Sequence[Decimal], eta: Sequence[Decimal]) -> float:
     """Return the seconds that solving curves in both kinds of contact may take."""
     keys = [CurveKey(theta=value, eta=eta[0]) for value in theta]
-    kinds = (curve_seconds(keys, Method.COLLOCATION, contact) for contact in Contact)
+    kinds = (curve_seconds(keys, Solver.COLLOCATION, contact) for contact in Contact)
     return len(eta) * sum(kinds)
 
 

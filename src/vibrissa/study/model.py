@@ -11,7 +11,7 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from vibrissa.decimals import spell
-from vibrissa.outcomes import Contact, Method
+from vibrissa.outcomes import Contact, Solver
 from vibrissa.study.claims import Claims
 from vibrissa.study.costs import LONGEST_JOB, curve_seconds
 from vibrissa.study.figures import AnyFigure
@@ -34,7 +34,7 @@ from vibrissa.study.values import (
 
 # Curves per job, by default at least so many: a collocation curve takes milliseconds, a walk by
 # shooting many seconds.
-LEAST_BLOCK_SIZE = {Method.COLLOCATION: 64, Method.SHOOTING: 1}
+LEAST_BLOCK_SIZE = {Solver.COLLOCATION: 64, Solver.SHOOTING: 1}
 # Points of a study, if it does not say otherwise: those of a table of 1 GB.
 MAX_POINTS = 10_000_000
 # Travel of the clamp in a cycle, by which the steps of scans are estimated; few are longer (L).
@@ -101,8 +101,8 @@ class Study(Section):
         description="kind of contact: point (the tip alone touches the surface) or line (the rod "
         "lies along the surface where it would pass through it)",
     )
-    method: Method = Field(
-        default=Method.COLLOCATION,
+    method: Solver = Field(
+        default=Solver.COLLOCATION,
         description="how curves are solved: collocation or shooting (the paper's own, slow)",
     )
     block_size: OptionalKey[Count] = Field(
@@ -140,8 +140,8 @@ class Study(Section):
     )
 
     @property
-    def solver(self) -> str:
-        """Kind of contact and method in one word: names the folders of what they computed."""
+    def blocks_name(self) -> str:
+        """Kind of contact and solver in one word: names the blocks' folder and their plan."""
         return f"{self.contact}-{self.method}"
 
     @cached_property
@@ -204,7 +204,7 @@ class Study(Section):
         ------
         Mistake
         """
-        if self.contact is Contact.LINE and self.method is Method.SHOOTING:
+        if self.contact is Contact.LINE and self.method is Solver.SHOOTING:
             text = "'shooting' is not allowed with contact: line; allowed: collocation"
             yield Mistake(location=("method",), text=text)
         if (excess := self._excess()) is not None:
@@ -240,7 +240,7 @@ class Study(Section):
             yield from self.claims.mistakes(named)
 
 
-def default_block_size(method: Method, curves: int, seconds: float) -> int:
+def default_block_size(method: Solver, curves: int, seconds: float) -> int:
     """Curves per job where the study file does not say it.
 
     An eighth of the curves, for eight cores, but at least `LEAST_BLOCK_SIZE` and, if that allows
@@ -248,7 +248,7 @@ def default_block_size(method: Method, curves: int, seconds: float) -> int:
 
     Parameters
     ----------
-    method : Method
+    method : Solver
     curves : int
         Number of curves that the study needs.
     seconds : float
@@ -258,7 +258,7 @@ def default_block_size(method: Method, curves: int, seconds: float) -> int:
     -------
     int
     """
-    if method is Method.SHOOTING:
+    if method is Solver.SHOOTING:
         return LEAST_BLOCK_SIZE[method]
     longest = int(LONGEST_JOB * curves / seconds)
     return max(LEAST_BLOCK_SIZE[method], min(math.ceil(curves / 8), longest))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.outcomes import Contact, End, Method, Parameter, Status
+from vibrissa.outcomes import Contact, End, Parameter, Solver, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import Piece, StickingState
 from vibrissa.study.codec import decode_key, encode_columns
@@ -114,7 +114,7 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
         scalars: dict[str, Any] = {
             name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS
         }
-        method, pieces = Method(row["method"]), []
+        method, pieces = Solver(row["method"]), []
         names = ("contact", "parameter", "start", "stop", "states")
         for contact, parameter, start, stop, count in zip(
             *(row[f"piece_{name}"] for name in names), strict=True
@@ -125,7 +125,7 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
                 start=start,
                 stop=stop,
                 states=states.take(slice(first, first + count)),
-                stepped=method is Method.SHOOTING,
+                stepped=method is Solver.SHOOTING,
             )
             pieces.append(piece)
             first += count
@@ -212,7 +212,7 @@ def _stiction_columns(
     }
 
 
-def scan_table(name: str, point: Point, scan: Scan, *, study: str, method: Method) -> pa.Table:
+def scan_table(name: str, point: Point, scan: Scan, *, study: str, method: Solver) -> pa.Table:
     """Table of one scan, a row for each footpoint position.
 
     Parameters
@@ -223,7 +223,7 @@ def scan_table(name: str, point: Point, scan: Scan, *, study: str, method: Metho
     scan : Scan
     study : str
         Name of the study.
-    method : Method
+    method : Solver
         By which its curve was solved.
 
     Returns
@@ -278,7 +278,7 @@ def comparison_table(name: str, comparison: Comparison, study: str) -> pa.Table:
     """
     n = len(comparison.theta)
     columns: dict[str, Any] = {"comparison": [name] * n, "study": [study] * n}
-    columns["method"] = [Method.COLLOCATION] * n
+    columns["method"] = [Solver.COLLOCATION] * n
     columns |= {key: getattr(comparison, key) for key in ("theta", "mu0", "eta", "penetrates")}
     for model in ("point", "line"):
         result = getattr(comparison, model)
@@ -306,7 +306,7 @@ def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table
     for name, state in states.items():
         solved = state.status is Status.SOLVED
         shape = (s, *state.shape(s)) if solved else ([], [], [], [])
-        values: dict[str, Any] = {"study": study, "method": Method.COLLOCATION, "state": name}
+        values: dict[str, Any] = {"study": study, "method": Solver.COLLOCATION, "state": name}
         values |= zip((column.name for column in SHAPE), shape, strict=True)
         for field in STATES:
             known = solved or not field.nullable

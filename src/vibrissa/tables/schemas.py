@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import pyarrow as pa
 
-from vibrissa.outcomes import Contact, End, Method, Parameter, Status
+from vibrissa.outcomes import Contact, End, Parameter, Solver, Status
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
 SCHEMA_VERSION = "5"
@@ -74,7 +74,7 @@ def _schema(name: str, columns: Sequence[pa.Field]) -> pa.Schema:
 # Tables of several studies may be put one below the other: every row says where it is from.
 ORIGIN = (
     _text("study", "name of the study", range="letters, digits, _ and -"),
-    _text("method", "how the sticking equilibria were solved", range=_words(*Method)),
+    _text("method", "how the sticking equilibria were solved", range=_words(*Solver)),
 )
 THETA = _column(
     "theta",
