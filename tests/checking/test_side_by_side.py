@@ -14,7 +14,7 @@ from vibrissa.checking.layouts import parse_layouts
 from vibrissa.checking.side_by_side import side_by_side
 from vibrissa.checking.side_by_side_page import lines, markdown
 from vibrissa.errors import ComparisonError, TableError
-from vibrissa.tables import schemas, store
+from vibrissa.tables import query, schemas, store
 
 ROOT = Path(__file__).parents[2]
 spec = importlib.util.spec_from_file_location("compare", ROOT / "workflow/compare.py")
@@ -105,6 +105,20 @@ def test_a_row_is_among_the_worst_once_with_the_column_that_changed_most():
 def test_what_moves_within_the_tolerance_of_the_reference_tables_has_not_moved():
     near = with_column(TABLE, "x0_slip", [value + 0.9e-9 for value in ONSETS])
     assert found(table=near).moved == []
+
+
+def test_of_a_long_table_no_more_is_held_than_a_column(monkeypatch):
+    asked = []
+    rows = query.rows
+
+    def noted(table, columns, where=None):
+        asked.append(list(columns))
+        return rows(table, columns, where)
+
+    monkeypatch.setattr(query, "rows", noted)
+    assert len(found(table=with_column(TABLE, "x0_slip", [0.2, 0.2, 0.3, 0.55])).moved) == 1
+    compared = {*LAYOUTS["stiction"].keys, *LAYOUTS["stiction"].columns} - {"study"}
+    assert sorted(asked) == sorted([column] for column in compared for _ in "ab")
 
 
 def test_outcomes_are_counted():

@@ -1,15 +1,15 @@
 """What differs between two tables of the same layout, row by row and column by column."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 
 from vibrissa.checking.layouts import Layout, Tolerance
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
 
 # Rows that a message names.
 SHOWN = 3
@@ -112,47 +112,74 @@ def moved(old: pd.Series, new: pd.Series, tolerance: Tolerance | None) -> Any:
     return differs & ~(near & np.isfinite(was))
 
 
-def moved_values(
-    reference: pd.DataFrame, found: pd.DataFrame, layout: Layout
-) -> dict[str, pd.DataFrame]:
-    """Find the values that moved, in the rows that both tables have.
+@dataclass(frozen=True, kw_only=True)
+class Matched:
+    """Rows of two tables that have the same keys; of rows that stand twice the first counts.
 
-    Parameters
+    Attributes
     ----------
-    reference, found : DataFrame of str
-        As `as_text` makes them, with all columns of the layout.
-    layout : Layout
-
-    Returns
-    -------
-    dict of DataFrame
-        For each column that moved ``before`` and ``after``, text; the index has the keys.
+    every : tuple of Index
+        Keys of all rows of both tables, as text.
+    rows : tuple of array of int
+        Where the common rows stand in each, in the order of the first.
     """
-    old, new, _ = _matched(reference, found, layout)
-    return dict(_moved_values(old, new, layout))
 
+    every: tuple[pd.Index, pd.Index]
+    rows: tuple[IntArray, IntArray]
 
-def _matched(
-    reference: pd.DataFrame, found: pd.DataFrame, layout: Layout
-) -> tuple[pd.DataFrame, pd.DataFrame, tuple[pd.Index, pd.Index]]:
-    """Rows of the same keys, in the same order; and all keys of both, where some stand twice."""
-    keys = list(layout.keys)
-    old, new = reference.set_index(keys), found.set_index(keys)
-    every = old.index, new.index
-    old, new = (rows[~rows.index.duplicated()] for rows in (old, new))
-    common = old.index.intersection(new.index, sort=False)
-    return old.loc[common], new.loc[common], every
+    @classmethod
+    def of(cls, old: pd.Index, new: pd.Index) -> Self:
+        """Match rows by their keys."""
+        first, other = (np.flatnonzero(~index.duplicated()) for index in (old, new))
+        place = new[other].get_indexer(old[first])
+        both = place >= 0
+        return cls(every=(old, new), rows=(first[both], other[place[both]]))
 
+    def __len__(self) -> int:
+        """Count the common rows."""
+        return len(self.rows[0])
 
-def _moved_values(
-    old: pd.DataFrame, new: pd.DataFrame, layout: Layout
-) -> Iterator[tuple[str, pd.DataFrame]]:
-    for column, tolerance in layout.columns.items():
-        if column in old:
-            changed = moved(old[column], new[column], tolerance)
-            if changed.any():
-                values = {"before": old[column][changed], "after": new[column][changed]}
-                yield column, pd.DataFrame(values)
+    def moved(self, old: pd.Series, new: pd.Series, tolerance: Tolerance | None) -> pd.DataFrame:
+        """Find the values of a column that moved.
+
+        Parameters
+        ----------
+        old, new : Series of str
+            The column of either table, all rows.
+        tolerance : Tolerance or None
+
+        Returns
+        -------
+        DataFrame of str
+            ``before`` and ``after``; the index has the keys.
+        """
+        before, after = (
+            column.take(rows).reset_index(drop=True)
+            for column, rows in zip((old, new), self.rows, strict=True)
+        )
+        changed = moved(before, after, tolerance)
+        return pd.DataFrame(
+            {"before": before.array[changed], "after": after.array[changed]},
+            index=self.every[0][self.rows[0][changed]],
+        )
+
+    def differences(self, table: str, sides: tuple[str, str]) -> list[Difference]:
+        """Rows that one table alone has, or that stand twice.
+
+        Parameters
+        ----------
+        table : str
+            Name of the table.
+        sides : tuple of str
+            What the two are called.
+        """
+        found = []
+        for index, where in zip(self.every, sides, strict=True):
+            twice = index[index.duplicated()]
+            found += _rows(table, Problem.DOUBLED, f"stand twice in {where}", twice)
+        was, now = (index.unique() for index in self.every)
+        found += _rows(table, Problem.MISSING, "are missing", was.difference(now))
+        return found + _rows(table, Problem.EXTRA, "are extra", now.difference(was))
 
 
 def compare(
@@ -190,27 +217,21 @@ def compare(
         if set(layout.keys) - set(reference):
             return differences
     keys = list(layout.keys)
-    old, new, every = _matched(reference, found, layout)
-    for index, where in zip(every, sides, strict=True):
-        twice = index[index.duplicated()]
-        differences += _rows(name, Problem.DOUBLED, f"stand twice in {where}", keys, twice)
-    was, now = (index.unique() for index in every)
-    differences += _rows(name, Problem.MISSING, "are missing", keys, was.difference(now))
-    differences += _rows(name, Problem.EXTRA, "are extra", keys, now.difference(was))
-    differences += (
-        _moved_column(name, column, values, len(old))
-        for column, values in _moved_values(old, new, layout)
-    )
+    matched = Matched.of(*(table.set_index(keys).index for table in (reference, found)))
+    differences += matched.differences(name, sides)
+    for column, tolerance in layout.columns.items():
+        if column in reference:
+            values = matched.moved(reference[column], found[column], tolerance)
+            if len(values):
+                differences.append(moved_column(name, column, values, len(matched)))
     return differences
 
 
-def _rows(
-    table: str, problem: Problem, words: str, keys: Sequence[str], rows: pd.Index
-) -> list[Difference]:
+def _rows(table: str, problem: Problem, words: str, rows: pd.Index) -> list[Difference]:
     """Difference of rows that stand in one of two tables alone, or twice; empty for no rows."""
     if not len(rows):
         return []
-    examples = [_row(keys, row) for row in rows[:SHOWN]]
+    examples = [_row(rows.names, row) for row in rows[:SHOWN]]
     shown = "; ".join(map(_spell_row, examples)) + ("; ..." if len(rows) > SHOWN else "")
     text = f"{table}: {len(rows)} rows {words}: {shown}"
     return [Difference(table=table, problem=problem, rows=len(rows), text=text, examples=examples)]
@@ -225,8 +246,17 @@ def _spell_row(row: Mapping[str, str]) -> str:
     return ", ".join(f"{key} {value}" for key, value in row.items())
 
 
-def _moved_column(table: str, column: str, values: pd.DataFrame, of: int) -> Difference:
-    """Difference of a column, of whose values those that moved are given."""
+def moved_column(table: str, column: str, values: pd.DataFrame, of: int) -> Difference:
+    """Difference of a column, of whose values those that moved are given.
+
+    Parameters
+    ----------
+    table, column : str
+    values : DataFrame of str
+        As `Matched.moved` has them.
+    of : int
+        How many rows were compared.
+    """
     absolute, relative, text = _largest_change(values)
     return Difference(
         table=table,
@@ -246,7 +276,7 @@ def changes(values: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     Parameters
     ----------
     values : DataFrame of str
-        As `moved_values` has them.
+        As `Matched.moved` has them.
 
     Returns
     -------

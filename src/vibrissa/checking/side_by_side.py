@@ -6,27 +6,29 @@ The folders are called A and B; a change is from A to B.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 import yaml
 
-from vibrissa.checking.condensing import condensed
+from vibrissa.checking.condensing import opened_tables, summaries
 from vibrissa.checking.differences import (
     Change,
     Difference,
+    Matched,
     Problem,
     change_at,
     changes,
-    compare,
-    moved_values,
+    moved_column,
 )
 from vibrissa.checking.layouts import Layout
-from vibrissa.checking.texts import as_text
+from vibrissa.checking.texts import spelled
 from vibrissa.errors import ComparisonError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.tables import schemas, store
+from vibrissa.tables import query, schemas, store
+from vibrissa.tables.frames import to_pandas
+from vibrissa.tables.query import Readable
 from vibrissa.wording import counted
 
 # Tables that are compared, as `condensed` reads them.
@@ -60,30 +62,44 @@ class Moved:
     Attributes
     ----------
     table, column : str
-    values : DataFrame of str
-        ``before`` and ``after`` of the rows that moved; the index has their keys.
+    numbers : int
+        Rows that are a finite number on both sides.
+    shares : array, shape (5,)
+        Least, quartiles and largest of the relative changes of these; empty without any.
+    worst : sequence of Change
+        The largest of them, in order.
+    outcomes : sequence of str
+        Most frequent changes of words, as ``slip -> lock (12)``; numbers have none.
     """
 
     table: str
     column: str
-    values: pd.DataFrame
+    numbers: int
+    shares: FloatArray
+    worst: Sequence[Change] = ()
+    outcomes: Sequence[str] = ()
 
-    @property
-    def shares(self) -> FloatArray:
-        """Relative changes; without rows that are no finite number on both sides."""
-        _, relative = changes(self.values)
-        return relative[np.isfinite(relative)]
-
-    @property
-    def outcomes(self) -> list[str]:
-        """Most frequent changes of words, as ``slip -> lock (12 rows)``; numbers have none."""
-        if len(self.shares):
-            return []
-        counts = self.values.value_counts(["before", "after"])[:OUTCOMES]
-        return [
-            f"{before or 'nothing'} -> {after or 'nothing'} ({number})"
-            for (before, after), number in counts.items()
-        ]
+    @classmethod
+    def of(cls, table: str, column: str, values: pd.DataFrame) -> Self:
+        """Condense the values that moved, as `Matched.moved` has them."""
+        _, shares = changes(values)
+        finite = np.flatnonzero(np.isfinite(shares))
+        if not len(finite):
+            counts = values.value_counts(["before", "after"])[:OUTCOMES]
+            outcomes = [
+                f"{before or 'nothing'} -> {after or 'nothing'} ({number})"
+                for (before, after), number in counts.items()
+            ]
+            return cls(table=table, column=column, numbers=0, shares=np.empty(0), outcomes=outcomes)
+        largest = finite[np.argsort(-shares[finite], kind="stable")][:WORST]
+        worst = [change_at(values, index, float(shares[index])) for index in largest]
+        return cls(
+            table=table,
+            column=column,
+            numbers=len(finite),
+            shares=np.percentile(shares[finite], [0, 25, 50, 75, 100]),
+            worst=worst,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,14 +152,7 @@ class SideBySide:
 
     def worst(self) -> list[tuple[Moved, Change]]:
         """Rows with the largest relative changes, each with the column that changed most."""
-        found = []
-        for one in self.moved:
-            _, shares = changes(one.values)
-            finite = np.flatnonzero(np.isfinite(shares))
-            largest = finite[np.argsort(-shares[finite], kind="stable")][:WORST]
-            found += [
-                (one, change_at(one.values, index, float(shares[index]))) for index in largest
-            ]
+        found = [(one, change) for one in self.moved for change in one.worst]
         found.sort(key=lambda pair: -(pair[1].size or 0.0))
         rows: dict[tuple[str, ...], tuple[Moved, Change]] = {}
         for one, change in found:
@@ -177,40 +186,58 @@ def side_by_side(a: Path, b: Path, layouts: Mapping[str, Layout]) -> SideBySide:
             raise ComparisonError(f"{folder} is no folder; allowed: results/<study>")
     if a.resolve() == b.resolve():
         raise ComparisonError(f"A and B are the same folder, {a}; give two")
-    layouts = {name: _without_study(layout) for name, layout in layouts.items()}
-    texts_a, texts_b = (_texts(folder, layouts) for folder in (a, b))
+    of_a, of_b = _tables(a), _tables(b)
+    names = [name for name in layouts if name in of_a or name in of_b]
     differences: list[Difference] = []
     moved: list[Moved] = []
-    names = [name for name in layouts if name in texts_a or name in texts_b]
     for name in names:
-        if not (name in texts_a and name in texts_b):
-            continue
-        tables = texts_a[name], texts_b[name]
-        differences += compare(*tables, layouts[name], name, sides=("A", "B"))
-        values = moved_values(*tables, layouts[name])
-        moved += (Moved(table=name, column=key, values=value) for key, value in values.items())
+        if name in of_a and name in of_b:
+            matched = _matched(of_a[name], of_b[name], layouts[name].keys)
+            differences += matched.differences(name, ("A", "B"))
+            compared = {key: one for key, one in layouts[name].columns.items() if key != STUDY}
+            for column, tolerance in compared.items():
+                values = matched.moved(
+                    spelled(of_a[name][column]), spelled(of_b[name][column]), tolerance
+                )
+                if len(values):
+                    differences.append(moved_column(name, column, values, len(matched)))
+                    moved.append(Moved.of(name, column, values))
+                del values  # before the next column is read
     return SideBySide(
         folders=(a, b),
         origins=(_origin(a), _origin(b)),
-        rows={name: (len(texts_a.get(name, ())), len(texts_b.get(name, ()))) for name in names},
+        rows={name: (len(of_a.get(name, ())), len(of_b.get(name, ()))) for name in names},
         differences=differences,
         moved=moved,
     )
 
 
-def _without_study(layout: Layout) -> Layout:
-    columns = {name: value for name, value in layout.columns.items() if name != STUDY}
-    return Layout(layout.keys, columns)
+@dataclass(frozen=True)
+class _InFile:
+    """A table of which a column is read when it is looked at."""
+
+    table: Readable
+
+    def __len__(self) -> int:
+        return query.count(self.table)
+
+    def __getitem__(self, column: str) -> pd.Series:
+        return to_pandas(query.rows(self.table, [column]))[column]
 
 
-def _texts(folder: Path, layouts: Mapping[str, Layout]) -> dict[str, pd.DataFrame]:
-    """Tables of a folder as text, in the order of the layouts."""
-    frames = condensed(folder)
-    return {
-        name: as_text(frames[name], layout, name)
-        for name, layout in layouts.items()
-        if name in frames
-    }
+def _tables(folder: Path) -> dict[str, pd.DataFrame | _InFile]:
+    """Tables of a folder; only the one of grid points is long."""
+    opened = opened_tables(folder)
+    return {"stiction": _InFile(opened["stiction"]), **summaries(opened)}
+
+
+def _matched(a: pd.DataFrame | _InFile, b: pd.DataFrame | _InFile, keys: Sequence[str]) -> Matched:
+    """Match the rows of two tables, in the order of their keys in A."""
+    indices = (
+        pd.MultiIndex.from_arrays([spelled(table[key]) for key in keys], names=keys)
+        for table in (a, b)
+    )
+    return Matched.of(*indices)
 
 
 def _origin(folder: Path) -> Origin:

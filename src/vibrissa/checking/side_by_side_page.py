@@ -74,7 +74,7 @@ def write(found: SideBySide, folder: Path) -> Path:
     """
     folder.mkdir(parents=True, exist_ok=True)
     figures = [folder / name for name in FIGURES]
-    numbers = [one for one in found.moved if len(one.shares)]
+    numbers = [one for one in found.moved if one.numbers]
     if numbers:
         draw(numbers, figures)
     else:
@@ -175,12 +175,15 @@ def draw(moved: Sequence[Moved], paths: Sequence[Path]) -> None:
     """
     with style.applied():
         figure, axes = style.axes(1.1 + 0.24 * len(moved))
-        axes.boxplot(
-            [one.shares for one in moved],
+        parts = ("whislo", "q1", "med", "q3", "whishi")
+        axes.bxp(
+            [
+                {"label": f"{one.table}.{one.column}", **dict(zip(parts, one.shares, strict=True))}
+                for one in moved
+            ],
             orientation="horizontal",
-            whis=(0, 100),  # percent
             widths=0.5,
-            tick_labels=[f"{one.table}.{one.column}" for one in moved],
+            showfliers=False,
             boxprops={"color": style.COLORS[0]},
             whiskerprops={"color": style.COLORS[0]},
             capprops={"color": style.COLORS[0]},
@@ -192,7 +195,7 @@ def draw(moved: Sequence[Moved], paths: Sequence[Path]) -> None:
         axes.xaxis.grid(True, linewidth=0.4, color="#cccccc")
         for place, one in enumerate(moved, start=1):
             axes.annotate(
-                f"{len(one.shares):,}",
+                f"{one.numbers:,}",
                 (1.0, place),
                 xycoords=("axes fraction", "data"),
                 xytext=(4, 0),

@@ -40,7 +40,14 @@ def as_text(frame: pd.DataFrame, layout: Layout, name: str) -> pd.DataFrame:
             f"{name} has no column {', '.join(unknown)}; it has {', '.join(map(str, frame))}"
         )
     ordered = frame.sort_values(list(layout.keys))
-    return pd.DataFrame({column: [_spell(v) for v in ordered[column]] for column in names})
+    return pd.DataFrame({column: spelled(ordered[column]) for column in names})
+
+
+def spelled(values: pd.Series) -> pd.Series:
+    """Text of each value of a column; equal values are spelled once."""
+    codes, different = pd.factorize(values, use_na_sentinel=False)
+    texts = pd.Series([_spell(value) for value in different], dtype=str)
+    return texts.take(codes).reset_index(drop=True)
 
 
 def _spell(value: Any) -> str:
