@@ -6,7 +6,7 @@ import pytest
 from flint import arb
 
 from vibrissa.errors import ArgumentError, NotProvedError
-from vibrissa.proof.flow import Effort, Load, at_clamp, box_on_step, holds, shoot, step
+from vibrissa.proof.flow import Effort, Load, Vicinity, at_clamp, box_on_step, holds, shoot, step
 
 QUICK = Effort(bits=96, order=16, steps=16)
 LOAD = Load(arb(-0.9), arb(-2.3), arb(-0.05))
@@ -21,7 +21,7 @@ def _precision():
 @pytest.mark.parametrize("theta", [1, 2, 5])
 def test_without_a_force_the_rod_bends_as_its_compliance_says(theta):
     m0 = arb(1) / 4
-    (tip, *_), _ = shoot(arb(theta), Load(arb(0), arb(0), m0), 40)
+    tip = shoot(arb(theta), Load(arb(0), arb(0), m0), 40).tip[0]
     c = 1 - arb(1) / theta
     compliance = (arb(theta) ** 3 - 1) / (3 * c) if theta > 1 else arb(1)
     assert tip.phi.contains(arb.pi() / 2 + m0 * compliance)
@@ -31,24 +31,44 @@ def test_without_a_force_the_rod_bends_as_its_compliance_says(theta):
 
 def test_a_circle():
     m0 = arb(3) / 4
-    (tip, *_), _ = shoot(arb(1), Load(arb(0), arb(0), m0), 8)
+    tip = shoot(arb(1), Load(arb(0), arb(0), m0), 8).tip[0]
     assert tip.y.overlaps(m0.sin() / m0) and tip.x.overlaps((m0.cos() - 1) / m0)
     assert tip.y.rad() < 1e-15
 
 
 def test_a_box_of_loads_holds_what_becomes_of_each():
     theta, width = arb(2), 1e-3
-    (wide, *_), boxes = shoot(theta, Load(*(arb(v.mid(), width) for v in LOAD)), 16)
+    whole_box = shoot(theta, Load(*(arb(v.mid(), width) for v in LOAD)), 16)
+    wide, boxes = whole_box.tip[0], whole_box.passed
     draw = random.Random(1)
     for _ in range(3):
         load = Load(*(v + draw.uniform(-width, width) for v in LOAD))
-        (tip, *_), passed = shoot(theta, load, 16)
+        one = shoot(theta, load, 16)
+        tip, passed = one.tip[0], one.passed
         assert all(whole.contains(part) for whole, part in zip(wide, tip, strict=True))
         assert all(
             whole.overlaps(part)
             for sections in zip(boxes, passed, strict=True)
             for whole, part in zip(*sections, strict=True)
         )
+
+
+def test_a_vicinity_is_narrower_than_its_box_and_holds_its_loads():
+    theta, length = arb(2), arb(2) ** -8
+    middle = Load(*(v.mid() for v in LOAD))
+    direction = Load(arb(1), arb(1.3), arb(-0.5))
+    more = Load(arb(0), arb(0, 1e-5), arb(0, 1e-5))
+    multiple = arb(0, length)
+    parts = list(zip(middle, direction, more, strict=True))
+    box = Load(*(m + d * multiple + e for m, d, e in parts))
+    vicinity = Vicinity(shoot(theta, middle, 16), direction, multiple, more)
+    narrow, wide = shoot(theta, box, 16, vicinity).tip[0], shoot(theta, box, 16).tip[0]
+    assert narrow.m.rad() < wide.m.rad() / 2
+    for share in (-1, 0.3, 1):
+        load = Load(*(m + d * length * share + e.upper() * share for m, d, e in parts))
+        tip = shoot(theta, load, 16).tip[0]
+        assert all(whole.overlaps(part) for whole, part in zip(narrow, tip, strict=True))
+        assert narrow.m.contains(tip.m) and narrow.y.contains(tip.y)
 
 
 @pytest.mark.parametrize("which", [0, 1, 2])

@@ -1,5 +1,6 @@
 """Proved onsets: closed forms, known digits, and claims that are refused."""
 
+import re
 from decimal import Decimal
 
 import pytest
@@ -27,6 +28,7 @@ def test_the_digits_are_those_of_another_proof(proved):
     assert known.contains(proved.x0_slip)
     assert arb("0.41732949861176354190", 5e-21).contains(proved.init.offset)
     assert proved.bent_once
+    assert proved.first is None  # not asked for
 
 
 def modulus(eta):
@@ -62,14 +64,14 @@ def test_closed_forms_of_a_cylinder(eta):
 
 @pytest.mark.parametrize("theta, mu0, eta", [(1, 0.3, 0.85), (3, 0.4, 0.85), (5, 0.25, 0.7)])
 def test_the_solver_is_right_to_a_few_units_in_the_last_place(theta, mu0, eta):
-    found, solved = onset(theta, mu0, eta, QUICK), solve_onset(theta, mu0, eta)
+    found, solved = onset(theta, mu0, eta, effort=QUICK), solve_onset(theta, mu0, eta)
     assert abs(float(found.x0_slip) - solved.x0_slip) < 2e-14
     assert abs(float(found.slip.f) - solved.slip.f) < 1e-11
     assert abs(float(found.slip.phi1) - solved.slip.phi1) < 1e-12
 
 
 def test_another_order_other_steps_and_another_precision_agree(proved):
-    other = onset(2, 0.4, 0.85, Effort(bits=160, order=26, steps=12))
+    other = onset(2, 0.4, 0.85, effort=Effort(bits=160, order=26, steps=12))
     for name, value in other.columns().items():
         assert value.overlaps(proved.columns()[name]) and value.rad() < 1e-16
 
@@ -144,7 +146,9 @@ def test_balls_are_spelled_for_people():
 
 def test_the_command_shows_enclosures(monkeypatch):
     monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: QUICK)
-    result = CliRunner().invoke(app, "prove --theta 2 --mu0 0.4 --eta 0.85".split())
+    result = CliRunner().invoke(app, "prove --theta 1 --mu0 0.04 --eta 0.85 --first".split())
     assert result.exit_code == 0, result.output
-    assert "x0_slip            0.052838042795739" in result.output
+    shown = re.search(r"^x0_slip +(\S+) ± ", result.output, re.MULTILINE)
+    assert float(shown[1]) == pytest.approx(solve_onset(1, 0.04, 0.85).x0_slip, abs=1e-14)
+    assert "first onset on the path from there: proved" in result.output
     assert "bent once at alpha = 0: m < 0 along the rod" in result.output

@@ -14,6 +14,12 @@ def prove(
     theta: Annotated[str, typer.Option(help="Taper: base over tip diameter, at least 1.")],
     mu0: Annotated[str, typer.Option(help="Coefficient of static friction.")],
     eta: Annotated[str, typer.Option(help="Height of the surface above the clamp, in L.")],
+    first: Annotated[
+        bool,
+        typer.Option(
+            "--first", help="Prove, too, that no other onset comes before; ten times as long."
+        ),
+    ] = False,
 ) -> None:
     """Prove where one rod slips, in tip contact, with an enclosure for each number.
 
@@ -22,10 +28,14 @@ def prove(
     """
     from vibrissa import proof
 
-    found = proof.onset(theta, mu0, eta)
+    found = proof.onset(theta, mu0, eta, first=first)
     typer.echo("Proved: there is a state with alpha = 0 and one with -tan(alpha) = mu0,")
     typer.echo("each the only one near its load, and their numbers lie in these intervals.")
     for name, ball in found.columns().items():
         typer.echo(f"{name:<18} {proof.spelled(ball)}")
     once = "m < 0 along the rod" if found.bent_once else "not proved"
     typer.echo(f"bent once at alpha = 0: {once}")
+    if first:
+        typer.echo(
+            f"first onset on the path from there: {'proved' if found.first else 'not proved'}"
+        )

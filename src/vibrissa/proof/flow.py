@@ -107,13 +107,36 @@ class Shot(NamedTuple):
         Where s = 1.
     passed : list of Section
         For each step, a box that holds the sections on it.
+    ends : list of Section
+        Where each step ends.
     """
 
     tip: Sections
     passed: list[Section]
+    ends: list[Section]
 
 
-def shoot(theta: arb, load: Load, steps: int) -> Shot:
+class Vicinity(NamedTuple):
+    """Loads that differ from one by a multiple of a direction, and by a little more.
+
+    Attributes
+    ----------
+    shot : Shot
+        With that one load.
+    direction : Load
+    multiple : arb
+        All multiples.
+    more : Load
+        All that may be added to them.
+    """
+
+    shot: Shot
+    direction: Load
+    multiple: arb
+    more: Load
+
+
+def shoot(theta: arb, load: Load, steps: int, vicinity: Vicinity | None = None) -> Shot:
     """Integrate a rod from its clamp to its tip.
 
     Parameters
@@ -121,8 +144,11 @@ def shoot(theta: arb, load: Load, steps: int) -> Shot:
     theta : arb
         Taper factor.
     load : Load
+        A load, or a box of them.
     steps : int
         Number of steps.
+    vicinity : Vicinity, optional
+        Of all loads in the box those that are meant. The result is narrower then.
 
     Returns
     -------
@@ -134,11 +160,42 @@ def shoot(theta: arb, load: Load, steps: int) -> Shot:
         If a step is too long.
     """
     grid = [*(place(theta, arb(k) / steps).mid() for k in range(steps)), arb(1)]
-    sections, passed = at_clamp(load.m0), []
-    for s, end in pairwise(grid):
+    sections = at_clamp(load.m0)
+    passed, ends = [], []
+    for number, (s, end) in enumerate(pairwise(grid)):
         sections, box = step(theta, load, sections, s, end - s)
+        if vicinity is not None:
+            sections = narrowed(sections, vicinity.shot.ends[number], vicinity)
         passed.append(box[0])
-    return Shot(sections, passed)
+        ends.append(sections[0])
+    return Shot(tip=sections, passed=passed, ends=ends)
+
+
+def narrowed(sections: Sections, middle: Section, vicinity: Vicinity) -> Sections:
+    """Narrow sections with the mean value theorem.
+
+    Parameters
+    ----------
+    sections : Sections
+        For a box of loads, with their derivatives everywhere in the box.
+    middle : Section
+        For the load in the middle of the vicinity, at the same place.
+    vicinity : Vicinity
+
+    Returns
+    -------
+    Sections
+    """
+    first, of_fx, of_fy, of_m0 = sections
+    changes = (
+        sum((d * t for d, t in zip(of_load, vicinity.direction, strict=True)), arb(0))
+        * vicinity.multiple
+        + sum((d * m for d, m in zip(of_load, vicinity.more, strict=True)), arb(0))
+        for of_load in zip(of_fx, of_fy, of_m0, strict=True)
+    )
+    known = zip(first, middle, changes, strict=True)
+    narrow = Section(*(wide.intersection(value + change) for wide, value, change in known))
+    return narrow, of_fx, of_fy, of_m0
 
 
 def place(theta: arb, share: arb) -> arb:

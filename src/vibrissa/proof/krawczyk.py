@@ -8,11 +8,8 @@ from vibrissa.errors import NotProvedError
 def krawczyk(centre: arb_mat, values: arb_mat, box: arb_mat, slopes: arb_mat) -> arb_mat:
     """Prove that F(z) = 0 has exactly one solution in a box, and enclose it.
 
-    With any matrix A, here the inverse of the middle of the slopes, Krawczyk's operator is
-
-        K = c − A·F(c) + (I − A·F'(Z))·(Z − c).
-
-    If K lies in the interior of Z, then F has exactly one zero in Z, and K holds it [1]_, [2]_.
+    If Krawczyk's operator, the box K that `operator` returns, lies in the interior of Z, then F has
+    exactly one zero in Z, and K holds it [1]_, [2]_.
 
     Parameters
     ----------
@@ -42,15 +39,28 @@ def krawczyk(centre: arb_mat, values: arb_mat, box: arb_mat, slopes: arb_mat) ->
     .. [2] S. M. Rump, *Verification methods: Rigorous results using floating-point arithmetic*,
        Acta Numerica 19, 287-449 (2010), doi:10.1017/S096249291000005X.
     """
-    inverse = middle_inverse(slopes)
-    unity = arb_mat(slopes.nrows(), slopes.ncols(), 1)
-    image = centre - inverse * values + (unity - inverse * slopes) * (box - centre)
-    if not all(
-        whole.contains_interior(part)
-        for whole, part in zip(box.entries(), image.entries(), strict=True)
-    ):
+    image = operator(centre, values, box, slopes)
+    if not inside(image, box):
         raise NotProvedError("Krawczyk's test fails")
     return image
+
+
+def operator(centre: arb_mat, values: arb_mat, box: arb_mat, slopes: arb_mat) -> arb_mat:
+    """Return Krawczyk's operator, whose arguments are those of `krawczyk`.
+
+    With any matrix A, here the inverse of the middle of the slopes, it is
+
+        K = c − A·F(c) + (I − A·F'(Z))·(Z − c).
+    """
+    inverse = middle_inverse(slopes)
+    unity = arb_mat(slopes.nrows(), slopes.ncols(), 1)
+    return centre - inverse * values + (unity - inverse * slopes) * (box - centre)
+
+
+def inside(image: arb_mat, box: arb_mat) -> bool:
+    """Whether a box lies in the interior of another."""
+    pairs = zip(image.entries(), box.entries(), strict=True)
+    return all(whole.contains_interior(part) for part, whole in pairs)
 
 
 def middle_inverse(slopes: arb_mat) -> arb_mat:

@@ -10,6 +10,7 @@ from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError, NotProvedError
 from vibrissa.proof.equilibrium import Equilibrium, Rod, inclined, prove
 from vibrissa.proof.flow import Effort
+from vibrissa.proof.path import Path, follow
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
@@ -31,12 +32,15 @@ class ProvedOnset:
         How far the clamp moves between the two (L).
     bent_once : bool
         Whether the rod is bent once in the first state: m < 0 from the clamp up to the tip.
+    first : bool or None
+        Whether the onset is the first one on the equilibrium path from α = 0; None if not asked.
     """
 
     init: Equilibrium
     slip: Equilibrium
     x0_slip: arb
     bent_once: bool
+    first: bool | None
 
     def columns(self) -> dict[str, arb]:
         """Return the enclosures, by the names that the tables have for them."""
@@ -55,7 +59,14 @@ class ProvedOnset:
         }
 
 
-def onset(theta: Number, mu0: Number, eta: Number, effort: Effort | None = None) -> ProvedOnset:
+def onset(
+    theta: Number,
+    mu0: Number,
+    eta: Number,
+    *,
+    first: bool = False,
+    effort: Effort | None = None,
+) -> ProvedOnset:
     """Prove that the rod has a state with α = 0 and one with −tan α = μ0, and enclose both.
 
     Parameters
@@ -66,6 +77,9 @@ def onset(theta: Number, mu0: Number, eta: Number, effort: Effort | None = None)
         Coefficient of static friction, positive.
     eta : float, Decimal or str
         Clamp–surface distance, 0 < eta < 1 (L).
+    first : bool, optional
+        Also prove that the path from α = 0 leads to this onset, and to no other before. This takes
+        ten times as long.
     effort : Effort, optional
         Without one, what gives some 25 digits for this taper.
 
@@ -100,12 +114,23 @@ def onset(theta: Number, mu0: Number, eta: Number, effort: Effort | None = None)
         rod = Rod(theta=ball(number["theta"]), eta=ball(number["eta"]), steps=effort.steps)
         init = prove(rod, inclined(arb(0)), start(curve, 0.0))
         slip = prove(rod, inclined(ball(number["mu0"])), start(curve, float(x0_slip)))
-        return ProvedOnset(
-            init=init,
-            slip=slip,
-            x0_slip=init.offset - slip.offset,
-            bent_once=init.bent_once(),
-        )
+        x0 = init.offset - slip.offset
+    proved = None
+    if first:
+        path = path_of(number["theta"], number["eta"], init, beyond=number["mu0"])
+        proved = path.slips_first(slip)
+    return ProvedOnset(init=init, slip=slip, x0_slip=x0, bent_once=init.bent_once(), first=proved)
+
+
+def path_of(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path:
+    """Cover the path from a proved state α = 0 on; see `vibrissa.proof.path.follow`.
+
+    Tubes are so wide that few digits are enough.
+    """
+    effort = Effort(bits=64, order=16, steps=max(12, round(7 * float(theta) ** 0.75)))
+    with effort.spent():
+        rod = Rod(theta=ball(theta), eta=ball(eta), steps=effort.steps)
+        return follow(rod, init, None if beyond is None else ball(beyond))
 
 
 def suitable(theta: Decimal) -> Effort:

@@ -16,12 +16,14 @@ from vibrissa.errors import NotProvedError
 from vibrissa.proof.digits import decimals
 from vibrissa.proof.equilibrium import Equilibrium, Rod, inclined, prove, reaching
 from vibrissa.proof.flow import Effort
-from vibrissa.proof.period import ball, start
+from vibrissa.proof.path import Path
+from vibrissa.proof.period import ball, path_of, start
 from vibrissa.sticking.api import solve_curve, solve_state
 from vibrissa.sticking.curve import StickingCurve
 
-# Why a row has no onset.
-SELF_LOCKING = "self-locking: there is no onset to prove"
+# What there is to say of a row without an onset, proved and not.
+LOCKS = "the tip locks: -tan(alpha) stays below mu0 up to its maximum"
+SELF_LOCKING = "self-locking: there is no onset, which is not proved"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +42,8 @@ class Enclosure:
         The true value lies between midpoint − radius and midpoint + radius.
     note : str
         Why there is no proof; empty for an enclosure.
+    on_path : bool
+        Whether it is proved, too, that the path from α = 0 leads there, or that the tip locks.
     """
 
     table: str
@@ -48,6 +52,7 @@ class Enclosure:
     midpoint: Decimal | None = None
     radius: Decimal | None = None
     note: str = ""
+    on_path: bool = False
 
 
 def curve_enclosures(
@@ -81,23 +86,44 @@ def curve_enclosures(
             tables = [("curves", key), *(("stiction", row) for row in rows)]
             return [Enclosure(table=table, row=row, note=str(error)) for table, row in tables]
         columns = {"x1_init": init.offset, **_seen(init, "init")}
-        found = list(_enclosed("curves", key, columns))
+        found = list(_enclosed("curves", key, columns, on_path=True))
+        path = _path(theta, eta, init, curve, [mu0 for mu0, _ in points])
         for (mu0, dx0), row in zip(points, rows, strict=True):
+            near = float(curve.onset([float(mu0)])[0])
             try:
-                found += _enclosed("stiction", row, _period(rod, curve, init, mu0, dx0))
+                if np.isnan(near):
+                    locks = path is not None and path.locks(ball(mu0))
+                    note = LOCKS if locks else SELF_LOCKING
+                    found.append(Enclosure(table="stiction", row=row, note=note, on_path=locks))
+                    continue
+                slip = prove(rod, inclined(ball(mu0)), start(curve, near))
+                on_path = path is not None and path.slips_first(slip)
+                columns = _period(rod, curve, init, slip, dx0)
+                found += _enclosed("stiction", row, columns, on_path=on_path)
             except NotProvedError as error:
                 found.append(Enclosure(table="stiction", row=row, note=str(error)))
     return found
 
 
+def _path(
+    theta: Decimal,
+    eta: Decimal,
+    init: Equilibrium,
+    curve: StickingCurve,
+    mu0: Sequence[Decimal],
+) -> Path | None:
+    """Cover the path as far as friction coefficients need it; None where that does not succeed."""
+    locks = np.isnan(curve.onset([float(value) for value in mu0])).any()
+    try:
+        return path_of(theta, eta, init, beyond=None if locks else max(mu0))
+    except NotProvedError:
+        return None
+
+
 def _period(
-    rod: Rod, curve: StickingCurve, init: Equilibrium, mu0: Decimal, dx0: Decimal
+    rod: Rod, curve: StickingCurve, init: Equilibrium, slip: Equilibrium, dx0: Decimal
 ) -> dict[str, arb | Decimal]:
-    """Prove the onset of slip, and the last state of stiction on the step grid."""
-    near = float(curve.onset([float(mu0)])[0])
-    if np.isnan(near):
-        raise NotProvedError(SELF_LOCKING)
-    slip = prove(rod, inclined(ball(mu0)), start(curve, near))
+    """Return the numbers of a period; prove its last state of stiction on the step grid."""
     x0_slip = init.offset - slip.offset
     n_steps = whole_steps(x0_slip, dx0)
     x0_max = exact(n_steps * dx0)
@@ -172,8 +198,18 @@ def state_enclosures(
 
 
 def _enclosed(
-    table: str, row: Mapping[str, Decimal | str], columns: Mapping[str, arb | Decimal]
+    table: str,
+    row: Mapping[str, Decimal | str],
+    columns: Mapping[str, arb | Decimal],
+    on_path: bool = False,
 ) -> Iterator[Enclosure]:
     for quantity, value in columns.items():
         midpoint, radius = decimals(value) if isinstance(value, arb) else (value, Decimal(0))
-        yield Enclosure(table=table, row=row, quantity=quantity, midpoint=midpoint, radius=radius)
+        yield Enclosure(
+            table=table,
+            row=row,
+            quantity=quantity,
+            midpoint=midpoint,
+            radius=radius,
+            on_path=on_path,
+        )

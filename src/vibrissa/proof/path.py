@@ -1,0 +1,308 @@
+"""Equilibrium paths from the state α = 0 on, proved: which onset of slip is the first.
+
+Along the path the horizontal force fx falls from 0, and each fx has one equilibrium. So the path is
+covered by tubes, each for an interval of fx: the load lies near a straight line,
+
+    (fx, fy, m0) = centre + (fx − centre.fx)·(1, a, b) + a little more,
+
+and Krawczyk's test proves, for all fx of the interval at once, that exactly one load in the tube is
+an equilibrium. Where two tubes meet, their equilibria at a common fx are the same: all that the one
+may have there lies in the other. On a tube the derivatives along the path are enclosed, and their
+signs tell whether the clamp advances, and whether −tan α rises.
+"""
+
+from dataclasses import dataclass
+
+from flint import arb, arb_mat
+
+from vibrissa.errors import NotProvedError
+from vibrissa.proof.equilibrium import Equilibrium, Rod
+from vibrissa.proof.flow import Load, Shot, Vicinity, shoot
+from vibrissa.proof.krawczyk import inside, middle_inverse, operator
+
+# A tube is made so many times as wide as what was found in it.
+SLACK = 2
+# Attempts at a tube's width.
+ATTEMPTS = 4
+# Length of the first tube, of the shortest, and of the shortest that is sought where it is open
+# whether −tan α rises; relative to the force at α = 0.
+FIRST, SHORTEST, OPEN = 2.0**-6, 2.0**-20, 2.0**-12
+# How much longer the next tube may be, and how far two of them overlap.
+LONGER, OVERLAP = 1.5, 2.0**-6
+# How often Krawczyk's operator is applied to narrow a tube.
+REPEATED = 4
+# Newton's corrections of a centre.
+CORRECTIONS = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tube:
+    """A part of an equilibrium path: for each fx in it exactly one equilibrium.
+
+    Attributes
+    ----------
+    centre, direction : Load
+        The straight line.
+    reach : arb
+        How far fx may be from that of the centre.
+    more : Load
+        Balls around zero: how far loads of the tube may be from the line.
+    found : Load
+        The same for the equilibria, which is narrower.
+    mu : arb
+        −tan α of the equilibria.
+    rise, advance : arb
+        Derivatives of −tan α and of x0 with respect to −fx.
+    """
+
+    centre: Load
+    direction: Load
+    reach: arb
+    more: Load
+    found: Load
+    mu: arb
+    rise: arb
+    advance: arb
+
+    def loads_at(self, fx: arb, more: Load) -> Load:
+        """Return the loads at some fx on the line, and what may be added."""
+        along = fx - self.centre.fx
+        return Load(
+            *(c + d * along + m for c, d, m in zip(self.centre, self.direction, more, strict=True))
+        )
+
+    def holds(self, load: Load) -> bool:
+        """Whether all loads of a box lie in the tube: proved, if true."""
+        if not abs(load.fx - self.centre.fx) <= self.reach:
+            return False
+        line = self.loads_at(load.fx, Load(arb(0), arb(0), arb(0)))
+        return self.more.fy.contains(load.fy - line.fy) and self.more.m0.contains(load.m0 - line.m0)
+
+    def meets(self, other: "Tube") -> bool:
+        """Whether the other tube goes on where this one ends: proved, if true."""
+        end = self.centre.fx - self.reach
+        return other.holds(self.loads_at(end, self.found))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Path:
+    """An equilibrium path from the state α = 0 on.
+
+    Attributes
+    ----------
+    tubes : list of Tube
+        In order; neighbours meet.
+    """
+
+    tubes: list[Tube]
+
+    def slips_first(self, slip: Equilibrium) -> bool:
+        """Whether a state is on the path, and the first with its −tan α: proved, if true."""
+        for tube in self.tubes:
+            if not (tube.rise > 0 and tube.advance > 0):
+                return False
+            if tube.holds(slip.load):
+                return True
+        return False
+
+    def locks(self, mu0: arb) -> bool:
+        """Whether −tan α stays below μ0 up to its maximum: proved, if true."""
+        for tube in self.tubes:
+            if tube.rise < 0:
+                return True
+            if not (tube.mu < mu0 and tube.advance > 0):
+                return False
+        return False
+
+
+def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
+    """Cover the path from the state α = 0 on with tubes.
+
+    Parameters
+    ----------
+    rod : Rod
+    init : Equilibrium
+        The state α = 0.
+    beyond : arb, optional
+        −tan α at which the path may end; without it, it is followed until −tan α falls.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    NotProvedError
+        If the path cannot be followed, at the displacement that the message tells.
+    """
+    scale = abs(init.load.fy).mid()
+    tubes: list[Tube] = []
+    reach = scale * FIRST
+    while not (tubes and _ends(tubes[-1], beyond)):
+        if reach < scale * SHORTEST:
+            raise NotProvedError(f"the path could not be followed beyond fx = {_end(tubes)}")
+        try:
+            tube = next_tube(rod, init, tubes, reach)
+        except NotProvedError:
+            reach = reach / 2
+            continue
+        # Near the maximum of −tan α no tube is so short that it only rises or only falls.
+        open_sign = not (tube.rise > 0 or tube.rise < 0) and reach > scale * OPEN
+        if open_sign or not tube.advance > 0:
+            reach = reach / 2
+            continue
+        tubes.append(tube)
+        reach = (reach * LONGER).mid()
+    return Path(tubes=tubes)
+
+
+def _ends(tube: Tube, beyond: arb | None) -> bool:
+    """Whether a path needs no more tubes."""
+    return bool(tube.rise < 0) or (beyond is not None and bool(tube.mu > beyond))
+
+
+def _end(tubes: list[Tube]) -> arb:
+    return tubes[-1].centre.fx - tubes[-1].reach if tubes else arb(0)
+
+
+def next_tube(rod: Rod, init: Equilibrium, tubes: list[Tube], reach: arb) -> Tube:
+    """Prove a tube that goes on where the others end.
+
+    Raises
+    ------
+    NotProvedError
+        If it is none, or does not meet the one before.
+    """
+    fx = (_end(tubes) - reach * (1 - OVERLAP)).mid()
+    if not tubes:
+        tube = proved_tube(rod, Load(fx, init.load.fy.mid(), init.load.m0.mid()), reach, reach / 8)
+        joined = tube.holds(init.load)
+    else:
+        before = tubes[-1]
+        guess = before.loads_at(fx, Load(arb(0), arb(0), arb(0)))
+        # As wide as the one before at least: it has to hold what was found there.
+        known = max((SLACK * abs(part).upper() for part in before.found), key=float)
+        width = max(reach / 8, known, key=float)
+        tube = proved_tube(rod, Load(fx, guess.fy.mid(), guess.m0.mid()), reach, width)
+        joined = before.meets(tube)
+    if not joined:
+        raise NotProvedError("two tubes do not meet")
+    return tube
+
+
+def proved_tube(rod: Rod, near: Load, reach: arb, width: arb) -> Tube:
+    """Prove that each fx of an interval has exactly one equilibrium near a straight line.
+
+    Parameters
+    ----------
+    rod : Rod
+    near : Load
+        Near the middle of the line; its fx is kept.
+    reach : arb
+        How far fx goes from there, to both sides.
+    width : arb
+        How far the loads of the tube may be from the line, at first.
+
+    Returns
+    -------
+    Tube
+
+    Raises
+    ------
+    NotProvedError
+    """
+    centre, shot = corrected(rod, near, reach)
+    values, of_fx, slopes = moment_and_height(rod, shot)
+    along = (-(middle_inverse(slopes) * of_fx)).mid()
+    direction = Load(arb(1), *along.entries())
+    multiple, zero = arb(0, reach), arb_mat([[0], [0]])
+    more = arb_mat([[arb(0, width)], [arb(0, width)]])
+    for _ in range(ATTEMPTS):
+        extra = Load(arb(0), *more.entries())
+        box = Load(
+            *(c + d * multiple + e for c, d, e in zip(centre, direction, extra, strict=True))
+        )
+        wide = shoot(rod.theta, box, rod.steps, Vicinity(shot, direction, multiple, extra))
+        _, of_fx, slopes = moment_and_height(rod, wide)
+        # On the line the conditions are missed by what the mean value theorem says.
+        missed = values + (of_fx + slopes * along) * multiple
+        image = operator(zero, missed, more, slopes)
+        if inside(image, more):
+            # What is outside of the operator's image is no equilibrium, again and again.
+            for _ in range(REPEATED):
+                image = operator(zero, missed, image, slopes)
+            found = Load(arb(0), *image.entries())
+            return _described(centre, direction, reach, extra, found, wide, of_fx, slopes)
+        more = arb_mat([[arb(0, SLACK * abs(part).upper())] for part in image.entries()])
+    raise NotProvedError("Krawczyk's test fails")
+
+
+def _described(
+    centre: Load,
+    direction: Load,
+    reach: arb,
+    more: Load,
+    found: Load,
+    wide: Shot,
+    of_fx: arb_mat,
+    slopes: arb_mat,
+) -> Tube:
+    """Enclose what changes along the path: the derivatives with respect to fx, by Cramer's rule."""
+    multiple = arb(0, reach)
+    fy_rate, m0_rate = slopes.solve(-of_fx, algorithm="precond").entries()
+    fx = centre.fx + multiple
+    fy = centre.fy + direction.fy * multiple + found.fy
+    rise = (fx * fy_rate - fy) / fy**2
+    _, x_fx, x_fy, x_m0 = (section.x for section in wide.tip)
+    return Tube(
+        centre=centre,
+        direction=direction,
+        reach=reach,
+        more=more,
+        found=found,
+        mu=centre.fx / (centre.fy + found.fy) + rise * multiple,
+        rise=rise,
+        advance=x_fx + x_fy * fy_rate + x_m0 * m0_rate,
+    )
+
+
+def corrected(rod: Rod, near: Load, reach: arb) -> tuple[Load, Shot]:
+    """Correct fy and m0 by Newton's method until little of a tube's length is left.
+
+    Raises
+    ------
+    NotProvedError
+        If the method does not converge.
+    """
+    load = near
+    for _ in range(CORRECTIONS):
+        shot = shoot(rod.theta, load, rod.steps)
+        values, _, slopes = moment_and_height(rod, shot)
+        change = middle_inverse(slopes) * values
+        if all(abs(part) < reach * 2.0**-10 for part in change.entries()):
+            return load, shot
+        fy, m0 = (arb_mat([[load.fy], [load.m0]]) - change).mid().entries()
+        load = Load(load.fx, fy, m0)
+    raise NotProvedError("Newton's method does not converge")
+
+
+def moment_and_height(rod: Rod, shot: Shot) -> tuple[arb_mat, arb_mat, arb_mat]:
+    """Evaluate the two conditions at the tip, m(1) = 0 and y(1) = η.
+
+    Parameters
+    ----------
+    rod : Rod
+    shot : Shot
+
+    Returns
+    -------
+    values : arb_mat, shape (2, 1)
+        By how much they are missed.
+    of_fx : arb_mat, shape (2, 1)
+        Derivatives with respect to fx.
+    slopes : arb_mat, shape (2, 2)
+        Derivatives with respect to fy and m0.
+    """
+    tip, x, y, m = shot.tip
+    values = arb_mat([[tip.m], [tip.y - rod.eta]])
+    return values, arb_mat([[x.m], [x.y]]), arb_mat([[y.m, m.m], [y.y, m.y]])
