@@ -2,7 +2,7 @@
 
 The tip sticks until the first step of the footpoint at which −tan α > μ0. There it slips, in the
 paper until α = 0 is reached again: the contact point has then moved by the clamp's own travel and
-the next period is the same, translated.
+the next period is the same, translated. Other laws of slip are in `vibrissa.sensor.slips`.
 """
 
 from dataclasses import dataclass
