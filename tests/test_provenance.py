@@ -7,6 +7,7 @@ import sys
 import tarfile
 import zipfile
 from pathlib import Path
+from textwrap import indent
 
 import pytest
 
@@ -14,6 +15,7 @@ from vibrissa import provenance
 from vibrissa.provenance import commit
 
 ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs/study.md"
 
 
 def test_the_commit_is_known_or_said_to_be_unknown(monkeypatch, tmp_path):
@@ -64,21 +66,50 @@ def test_a_wheel_has_commit_schema_and_workflow(wheel):
         assert files.extractfile(recorded).read().decode().strip() == commit()
 
 
-def test_a_wheel_runs_the_workflow_that_it_contains(wheel, tmp_path):
+STUDY = """study: mine
+grids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}
+figures: {f: {kind: friction, grid: g, caption: One point.}}
+"""
+CAPTIONS = "results/mine/figures/captions.md"
+
+
+@pytest.fixture
+def installed(wheel, tmp_path):
+    """Run a Python module in a folder beside an installed wheel."""
     archive, _ = wheel
     zipfile.ZipFile(archive).extractall(tmp_path / "packages")
-    (tmp_path / "my.yaml").write_text(
-        "study: mine\ngrids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}\n"
-        "figures: {f: {kind: friction, grid: g, caption: One point.}}\n"
-    )
-    captions = "results/mine/figures/captions.md"
-    result = subprocess.run(
-        [sys.executable, "-m", "vibrissa.pipeline.run", captions, "--configfile", "my.yaml"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(tmp_path / "packages")},
-        capture_output=True,
-        text=True,
-    )
-    assert result.returncode == 0, result.stderr
+
+    def run(*arguments):
+        result = subprocess.run(
+            [sys.executable, "-m", *arguments],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(tmp_path / "packages")},
+            capture_output=True,
+            text=True,
+        )
+        assert result.returncode == 0, result.stderr
+        return result
+
+    return run
+
+
+@pytest.mark.slow
+def test_a_wheel_runs_the_workflow_that_it_contains(installed, tmp_path):
+    (tmp_path / "my.yaml").write_text(STUDY)
+    result = installed("vibrissa.pipeline.run", CAPTIONS, "--configfile", "my.yaml")
     assert "--snakefile packages/vibrissa/Snakefile" in result.stderr
-    assert "One point." in (tmp_path / captions).read_text()
+    assert "One point." in (tmp_path / CAPTIONS).read_text()
+
+
+@pytest.mark.slow
+def test_another_workflow_takes_a_wheel_as_its_module(installed, tmp_path):
+    """As docs/study.md has it."""
+    (snakefile,) = re.findall(r"```snakemake\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (tmp_path / "Snakefile").write_text(snakefile)
+    (tmp_path / "mine.yaml").write_text("sensor:\n" + indent(STUDY, "  "))
+    installed("snakemake", "--cores", "1", CAPTIONS)
+    assert "One point." in (tmp_path / CAPTIONS).read_text()
+    checks = installed("snakemake", "--cores", "1", "-n", "-p", "sensor_check").stdout
+    program, reference = re.search(r"python\S* (\S+) .* --reference (\S+)", checks).groups()
+    assert Path(program) == tmp_path / "packages/vibrissa/workflow/check.py"
+    assert Path(program).is_file() and reference == "tests/regression/mine"
