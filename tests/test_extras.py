@@ -69,6 +69,22 @@ def test_a_proof_says_what_it_needs(bare, tmp_path):
 
 
 @pytest.mark.parametrize(
+    "program",
+    [["-m", "vibrissa.pipeline"], ["-m", "vibrissa.pipeline.run"], [ROOT / "workflow/run.py"]],
+    ids=["pipeline", "run", "run.py"],
+)
+def test_a_program_that_needs_an_extra_says_so_in_one_line(bare, program):
+    result = subprocess.run(
+        [sys.executable, "-S", *program],
+        env={"PYTHONPATH": str(bare)},
+        capture_output=True,
+        text=True,
+    )
+    line = "this needs snakemake, grimp, yaml: pip install 'vibrissa[workflow]'\n"
+    assert (result.returncode, result.stderr) == (1, line)
+
+
+@pytest.mark.parametrize(
     ("module", "line"),
     [
         ("tables.store", "this needs pandas, pyarrow: pip install 'vibrissa[tables]'"),

@@ -5,6 +5,9 @@
 
 import sys
 
-from vibrissa.pipeline.run import main
+try:
+    from vibrissa.pipeline.run import main
+except ImportError as error:  # it says what to install
+    sys.exit(str(error))
 
 sys.exit(main(sys.argv[1:]))

@@ -623,7 +623,7 @@ def test_two_study_files_are_refused(wrapped):
 
 @pytest.mark.parametrize(
     ("change", "name"),
-    [("study=other", "Study 'other'"), ("study=a b", "config.yaml:1: study: 'a b'")],
+    [("study=other", "Study 'other'"), ("study=a b", "--config: study: 'a b'")],
 )
 def test_changes_of_the_command_line_are_checked_with_the_file(wrapped, change, name):
     assert wrapped("", "--config", change).stderr.startswith(name)

@@ -60,6 +60,30 @@ def test_all_mistakes_are_told_with_their_lines_in_the_order_of_the_file(mistake
         assert told.startswith(start)
 
 
+def test_mistakes_among_sections_are_told_with_those_within_them(mistakes):
+    text = (
+        f"study: a\n{GRIDS.replace('0.001', 'x')}contact: line\nmethod: shooting\n"
+        "scans:\n  s: {theta: [2], mu0: [0.3], eta: [0.85], dx0: [1.0e-9], cycles: 9}\n"
+        "states:\n  b: {theta: 0.5, eta: 0.5, x1: 0.1}\n  c: {theta: 1, eta: 0.5, x1: 0.1}\n"
+        "figures:\n  f: {kind: scan, scan: s, theta: 3, mu0: 0.3}\n"
+        "  g: {kind: taper, grid: main}\n  h: {kind: state, state: [b, c]}\n"
+        "claims: {taper: main, friction: mani, scan: s, state: c}\n"
+    )
+    starts = [told.partition(" is not")[0].partition(" are not")[0] for told in mistakes(text)]
+    # What is drawn from a section with a mistake has none for that.
+    assert [told for told in starts if "claims" not in told] == [
+        "my.yaml:7: grids.main.dx0[0]: 'x'",
+        "my.yaml:9: method: 'shooting'",
+        "my.yaml:10: scans: some 900,000,001 steps in all",
+        "my.yaml:11: scans.s: 9 cycles in steps of dx0 = 0.000000001 can take 9e+9 steps; allowed: "
+        "cycles/dx0 up to 1e+06",
+        "my.yaml:13: states.b.theta: 0.5",
+        "my.yaml:16: figures.f.theta: 3",
+    ]
+    assert "my.yaml:19: claims.friction: 'mani'" in starts
+    assert not [told for told in starts if "claims.taper" in told]
+
+
 def test_mistakes_among_sections_have_lines(mistakes):
     (told,) = mistakes(f"study: a\n{GRIDS}figures:\n  f: {{kind: taper, grid: mani}}\n")
     assert told.startswith("my.yaml:9: figures.f.grid: 'mani' is not the name of a grid")
@@ -199,3 +223,21 @@ def test_changes_of_the_command_line_are_checked_with_the_file(tmp_path):
     path.write_text(f"study: a\n{GRIDS}")
     with pytest.raises(StudyError, match="the study file: unknown key 'size'"):
         read_study([path], yaml.safe_load(path.read_text()) | {"size": 4})
+
+
+def test_a_mistake_on_the_command_line_has_no_line_of_the_file(tmp_path):
+    path = tmp_path / "my.yaml"
+    path.write_text(f"study: a\n{GRIDS.replace('0.3', '-1')}contact: point\n")
+    config = yaml.safe_load(path.read_text()) | {"contact": "tip", "size": 4}
+    config["grids"]["main"]["theta"] = [1, 0.5]
+    with pytest.raises(StudyError) as error:
+        read_study([path], config)
+    *changed, written = [
+        told.partition(" is not")[0].partition(";")[0] for told in error.value.mistakes
+    ]
+    assert sorted(changed) == [
+        "--config: contact: 'tip'",
+        "--config: grids.main.theta[1]: 0.5",
+        "--config: the study file: unknown key 'size'",
+    ]
+    assert written == f"{path}:5: grids.main.mu0[0]: -1"

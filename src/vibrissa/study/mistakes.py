@@ -1,8 +1,9 @@
 """Mistakes in a study file: where each is, and what is allowed there."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from typing import Any
 
 from vibrissa.decimals import spell
 
@@ -34,9 +35,19 @@ class Mistake:
     line: int = 0
     key: str | int | None = None
 
+    @property
+    def path(self) -> Location:
+        """Where it is, with the key that it is about."""
+        return self.location if self.key is None else (*self.location, self.key)
+
     def __str__(self) -> str:
         """Return the message: one line."""
         return f"{spell_location(self.location) or 'the study file'}: {self.text}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnknownName(Mistake):
+    """A name that nothing has."""
 
 
 def spell_location(location: Location) -> str:
@@ -44,6 +55,18 @@ def spell_location(location: Location) -> str:
     parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in location]
     text = "".join(parts).removeprefix(".")
     return text if text.isprintable() else repr(text)
+
+
+def at(value: Any, location: Location) -> Any:
+    """Look up what stands at a place; None where there is nothing."""
+    for step in location:
+        if isinstance(value, Mapping):
+            value = value.get(step)
+        elif isinstance(value, list) and isinstance(step, int) and step < len(value):
+            value = value[step]
+        else:
+            return None
+    return value
 
 
 def spell_value(value: object) -> str:
@@ -57,7 +80,7 @@ def spell_axis(values: Sequence[Decimal]) -> str:
     return ", ".join(map(spell, values[:SHOWN_VALUES]))
 
 
-def unknown_name(location: Location, name: str, what: str, known: Iterable[str]) -> Mistake:
+def unknown_name(location: Location, name: str, what: str, known: Iterable[str]) -> UnknownName:
     """Mistake of a name that nothing has.
 
     Parameters
@@ -72,8 +95,8 @@ def unknown_name(location: Location, name: str, what: str, known: Iterable[str])
 
     Returns
     -------
-    Mistake
+    UnknownName
     """
     allowed = ", ".join(sorted(known)) or "none is defined"
     text = f"{name!r} is not the name of a {what}; allowed: {allowed}"
-    return Mistake(location=location, text=text)
+    return UnknownName(location=location, text=text)

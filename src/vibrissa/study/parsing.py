@@ -12,8 +12,9 @@ from pydantic_core import ErrorDetails
 
 from vibrissa.decimals import exact
 from vibrissa.errors import StudyError
+from vibrissa.study.claims import Claims
 from vibrissa.study.figures import KINDS
-from vibrissa.study.mistakes import Mistake, spell_value, unknown_name
+from vibrissa.study.mistakes import Location, Mistake, UnknownName, at, spell_value, unknown_name
 from vibrissa.study.model import Study
 from vibrissa.study.schema import FOR_ANCHORS, MAY_BE_EMPTY, place_of
 
@@ -21,6 +22,10 @@ NUMBER_AS_TEXT = (
     " (YAML reads this as text; write a number without quotes, an exponent with a decimal point: "
     "0.001 or 1.0e-3)"
 )
+# What figures are drawn from.
+SOURCES = sorted({kind.source for kind in KINDS})
+# Grids in place of those of which none is as it should be.
+ONE_POINT = {"g": {"theta": [1], "mu0": [0.3], "eta": [0.85], "dx0": [0.001]}}
 
 
 def parse_study(config: Mapping[str, Any]) -> Study:
@@ -71,19 +76,43 @@ def examine(config: Mapping[str, Any]) -> tuple[Study | None, list[Mistake]]:
         study = Study.model_validate(config)
     except ValidationError as error:
         mistakes = _in_sections(error.errors(include_url=False), config)
-        return None, mistakes + list(_unknown_names(config))
+        if isinstance(config, Mapping):
+            mistakes += [*_among_sections(config, mistakes), *_unknown_names(config)]
+        return None, mistakes
     return study, list(study.mistakes())
 
 
-def _unknown_names(config: Any) -> Iterator[Mistake]:
-    """Find names that nothing has in figures of a file that is no study for other reasons."""
-    figures = config.get("figures") if isinstance(config, Mapping) else None
-    for name, figure in figures.items() if isinstance(figures, Mapping) else ():
-        for source in {kind.source for kind in KINDS}:
-            known = config.get(f"{source}s", {})
-            wanted = figure.get(source) if isinstance(figure, Mapping) else None
-            if isinstance(wanted, str) and isinstance(known, Mapping) and wanted not in known:
-                yield unknown_name(("figures", name, source), wanted, source, map(str, known))
+def _among_sections(config: Mapping[str, Any], mistakes: Sequence[Mistake]) -> list[Mistake]:
+    """Find what does not fit together of those parts of a file that are right by themselves."""
+    wrong = {mistake.path[:2] for mistake in mistakes}
+    rest = {
+        key: {name: part for name, part in value.items() if (key, name) not in wrong}
+        if isinstance(value, Mapping)
+        else value
+        for key, value in config.items()
+        if (key,) not in wrong
+    }
+    # What a study must have.
+    rest = {"study": "a", **rest, "grids": rest.get("grids") or ONE_POINT}
+    try:
+        found = Study.model_validate(rest).mistakes()
+        return [mistake for mistake in found if not isinstance(mistake, UnknownName)]
+    except ValidationError:
+        return []
+
+
+def _unknown_names(config: Mapping[str, Any]) -> Iterator[Mistake]:
+    """Find names that nothing has in figures and claims of a file that is no study for others."""
+    places: list[tuple[str, Location]] = [
+        (source, ("claims", key)) for key, source in Claims.sources.items()
+    ]
+    figures = config.get("figures")
+    for name in figures if isinstance(figures, Mapping) else ():
+        places += [(kind, ("figures", name, kind)) for kind in SOURCES]
+    for source, location in places:
+        known, wanted = config.get(f"{source}s", {}), at(config, location)
+        if isinstance(wanted, str) and isinstance(known, Mapping) and wanted not in known:
+            yield unknown_name(location, wanted, source, map(str, known))
 
 
 def _in_sections(errors: Sequence[ErrorDetails], config: Any) -> list[Mistake]:

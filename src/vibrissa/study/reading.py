@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from vibrissa.errors import StudyError
-from vibrissa.study.mistakes import Location, Mistake, spell_value
+from vibrissa.study.mistakes import Location, Mistake, at, spell_value
 from vibrissa.study.model import Study
 from vibrissa.study.parsing import examine
 
@@ -56,13 +56,16 @@ class Written:
 
     def line_of(self, mistake: Mistake) -> int:
         """Line of a mistake."""
-        key = () if mistake.key is None else (mistake.key,)
-        return mistake.line or self.line((*mistake.location, *key))
+        return mistake.line or self.line(mistake.path)
 
     def spell(self, mistake: Mistake) -> str:
         """Message of a mistake with file and line."""
         line = self.line_of(mistake)
         return f"{self.name}:{line}: {mistake}" if line else f"{self.name}: {mistake}"
+
+    def has(self, mistake: Mistake, config: Mapping[str, Any]) -> bool:
+        """Whether a mistake of what is to be run is in the file, and not in what changes it."""
+        return not mistake.path or at(self.config, mistake.path) == at(config, mistake.path)
 
 
 def read_study(paths: Sequence[Path], config: Mapping[str, Any] | None = None) -> Study:
@@ -97,11 +100,15 @@ def read_study(paths: Sequence[Path], config: Mapping[str, Any] | None = None) -
             "other, or put what differs after --config"
         )
     study, mistakes = examine(config)
-    mistakes += [mistake for file in files for mistake in file.mistakes]
-    if study is None or mistakes:
-        if files:
-            mistakes.sort(key=files[0].line_of)
-        raise StudyError(*map(files[0].spell if files else str, mistakes))
+    written = files[0] if files else None
+    if written is None:
+        told = list(map(str, mistakes))
+    else:
+        inside = [mistake for mistake in mistakes if written.has(mistake, config)]
+        told = [f"--config: {mistake}" for mistake in mistakes if mistake not in inside]
+        told += map(written.spell, sorted([*inside, *written.mistakes], key=written.line_of))
+    if study is None or told:
+        raise StudyError(*told)
     return study
 
 
