@@ -1,6 +1,7 @@
 """``vibrissa identify``: from a measured time series to friction."""
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import Annotated
@@ -10,24 +11,14 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli.options import (
     ALONE,
-    ClampAngle,
-    ClampCompliance,
-    ClampStiffness,
-    Curvature,
-    Diameter,
-    Eta,
-    Length,
-    Modulus,
     Out,
     Picture,
     ReadFrom,
-    Theta,
-    Touch,
     Transducer,
     check_files,
     progress_bars,
 )
-from vibrissa.outcomes import Contact
+from vibrissa.cli.whisker import takes_whisker
 from vibrissa.sensor import Identification, Method, PeriodStatus, SlipLaw, Unknown, series
 from vibrissa.sensor.identification.calibration import NAMES
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
@@ -39,6 +30,7 @@ app = typer.Typer(**ALONE)
     epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
     "0.0002' -o friction.csv`"
 )
+@partial(takes_whisker, leave_out=("stage_angle",))
 def identify(
     recording: Annotated[
         Path,
@@ -47,8 +39,7 @@ def identify(
             "far as the method needs them, each with its unit: 'footpoint [mm],force_x [N]'."
         ),
     ],
-    theta: Theta,
-    eta: Eta,
+    whisker: sensor.Whisker,
     output: Out,
     method: ReadFrom = Method.FORCES,
     transducer: Transducer = None,
@@ -80,14 +71,6 @@ def identify(
             "near the given one. offset: the reading of each channel without load."
         ),
     ] = None,
-    contact: Touch = Contact.POINT,
-    modulus: Modulus = None,
-    diameter: Diameter = None,
-    length: Length = None,
-    clamp_angle: ClampAngle = "0",
-    clamp_compliance: ClampCompliance = None,
-    clamp_stiffness: ClampStiffness = None,
-    curvature: Curvature = "0",
     picture: Picture = None,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -98,18 +81,6 @@ def identify(
     determine what is to be estimated, 2 after a mistake in the input.
     """
     check_files(output, picture)
-    whisker = sensor.Whisker.read(
-        theta,
-        eta,
-        contact=contact,
-        modulus=modulus,
-        diameter=diameter,
-        length=length,
-        clamp_angle=clamp_angle,
-        clamp_compliance=clamp_compliance,
-        clamp_stiffness=clamp_stiffness,
-        curvature=curvature,
-    )
     found = sensor.identify(
         whisker,
         recording,

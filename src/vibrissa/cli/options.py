@@ -22,37 +22,7 @@ PATIENCE = 2.0
 # How a command is set up in its own file; `vibrissa.cli.app` puts the commands together.
 ALONE: dict[str, Any] = {"add_completion": False, "rich_markup_mode": "markdown"}
 
-Theta = Annotated[float, typer.Option(help="Taper: base over tip diameter, at least 1.")]
-Eta = Annotated[str, typer.Option(help="Height of the surface above the clamp: 0.85, or '85 mm'.")]
 Modulus = Annotated[str | None, typer.Option(help="Young's modulus of the rod: '210 GPa'.")]
-Diameter = Annotated[str | None, typer.Option(help="Diameter of the rod at the clamp: '1 mm'.")]
-Length = Annotated[str | None, typer.Option(help="Length of the rod: '100 mm'.")]
-ClampAngle = Annotated[
-    str,
-    typer.Option(
-        help="Inclination of the clamp: '2 deg', or in rad; positive where the rod leans back."
-    ),
-]
-ClampCompliance = Annotated[
-    str | None,
-    typer.Option(help="Turn of the clamp per moment: '0.05 rad/(N*m)', or in L/(E*I0)."),
-]
-ClampStiffness = Annotated[
-    str | None, typer.Option(help="Its inverse: '20 N*m/rad'. Without either the clamp is rigid.")
-]
-Curvature = Annotated[
-    str,
-    typer.Option(
-        help="Natural curvature of the rod: '-2 m^-1', or in 1/L; negative where the rod turns "
-        "away from the surface. 'a, b, c' are the coefficients of the powers of s, in units of L."
-    ),
-]
-StageAngle = Annotated[
-    str,
-    typer.Option(
-        help="Angle of the stage to the surface: '1 deg', or in rad; positive where it approaches."
-    ),
-]
 Touch = Annotated[
     Contact,
     typer.Option(

@@ -1,30 +1,14 @@
 """``vibrissa scan``: from a surface to the signals of the clamp."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import (
-    ALONE,
-    ClampAngle,
-    ClampCompliance,
-    ClampStiffness,
-    Curvature,
-    Diameter,
-    Eta,
-    Length,
-    Modulus,
-    Out,
-    Picture,
-    Theta,
-    Touch,
-    Transducer,
-    check_files,
-    progress_bars,
-)
-from vibrissa.outcomes import Contact
+from vibrissa.cli.options import ALONE, Out, Picture, Transducer, check_files, progress_bars
+from vibrissa.cli.whisker import takes_whisker
 from vibrissa.sensor import SlipLaw, series, surfaces
 
 app = typer.Typer(**ALONE)
@@ -33,9 +17,9 @@ app = typer.Typer(**ALONE)
 @app.command(
     epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`"
 )
+@partial(takes_whisker, leave_out=("stage_angle",))
 def scan(
-    theta: Theta,
-    eta: Eta,
+    whisker: sensor.Whisker,
     step: Annotated[str, typer.Option(help="Step of the stage: '20 um'.")],
     to: Annotated[
         list[str],
@@ -64,14 +48,6 @@ def scan(
         typer.Option(help="Kinetic over static friction, for the laws kinetic and energy."),
     ] = 0.8,
     transducer: Transducer = None,
-    contact: Touch = Contact.POINT,
-    modulus: Modulus = None,
-    diameter: Diameter = None,
-    length: Length = None,
-    clamp_angle: ClampAngle = "0",
-    clamp_compliance: ClampCompliance = None,
-    clamp_stiffness: ClampStiffness = None,
-    curvature: Curvature = "0",
     picture: Picture = None,
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
@@ -80,18 +56,6 @@ def scan(
     known only here: position of the tip, x0, friction under the tip, period and phase.
     """
     check_files(output, picture)
-    whisker = sensor.Whisker.read(
-        theta,
-        eta,
-        contact=contact,
-        modulus=modulus,
-        diameter=diameter,
-        length=length,
-        clamp_angle=clamp_angle,
-        clamp_compliance=clamp_compliance,
-        clamp_stiffness=clamp_stiffness,
-        curvature=curvature,
-    )
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )

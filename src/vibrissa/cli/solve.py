@@ -5,46 +5,21 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import (
-    ALONE,
-    AlsoOut,
-    ClampAngle,
-    ClampCompliance,
-    ClampStiffness,
-    Curvature,
-    Diameter,
-    Eta,
-    Length,
-    Modulus,
-    Picture,
-    StageAngle,
-    Theta,
-    Touch,
-    check_files,
-    shown,
-)
+from vibrissa.cli.options import ALONE, AlsoOut, Picture, check_files, shown
+from vibrissa.cli.whisker import takes_whisker
 from vibrissa.errors import ArgumentError
-from vibrissa.outcomes import Contact, Status
+from vibrissa.outcomes import Status
 from vibrissa.sensor import series
 
 app = typer.Typer(**ALONE)
 
 
 @app.command(epilog="Example: `vibrissa solve --theta 2 --eta 0.85 --mu0 0.4 --step 0.001`")
+@takes_whisker
 def solve(
-    theta: Theta,
-    eta: Eta,
+    whisker: sensor.Whisker,
     mu0: Annotated[str, typer.Option(help="Coefficient of static friction.")],
     step: Annotated[str | None, typer.Option(help="Step of the stage: '20 um'.")] = None,
-    contact: Touch = Contact.POINT,
-    modulus: Modulus = None,
-    diameter: Diameter = None,
-    length: Length = None,
-    clamp_angle: ClampAngle = "0",
-    clamp_compliance: ClampCompliance = None,
-    clamp_stiffness: ClampStiffness = None,
-    curvature: Curvature = "0",
-    stage_angle: StageAngle = "0",
     output: AlsoOut = None,
     picture: Picture = None,
 ) -> None:
@@ -54,19 +29,6 @@ def solve(
     computed, 2 after a mistake in the input.
     """
     check_files(output, picture)
-    whisker = sensor.Whisker.read(
-        theta,
-        eta,
-        contact=contact,
-        modulus=modulus,
-        diameter=diameter,
-        length=length,
-        clamp_angle=clamp_angle,
-        clamp_compliance=clamp_compliance,
-        clamp_stiffness=clamp_stiffness,
-        curvature=curvature,
-        stage_angle=stage_angle,
-    )
     found = sensor.solve(whisker, mu0, step)
     columns = found.columns()
     for name, column in columns.items():
