@@ -149,8 +149,8 @@ MUTATIONS = [
     Mutation(
         "sticking/cycles",
         "contact point on the other side of the clamp",
-        "offset = curve.x1_init - period.x0",
-        "offset = curve.x1_init + period.x0",
+        "curve.contact_point(period.x0)",
+        "curve.contact_point(-period.x0)",
     ),
     Mutation(
         "sticking/collocation",
