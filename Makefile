@@ -23,7 +23,7 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce study beyond check bless proof compare archive verify test test-slurm test-faults mutations lint
+.PHONY: help reproduce study beyond check bless proof proof-sample compare archive verify test test-slurm test-faults mutations lint
 .PHONY: survey roundtrip fuzz published designs taper bench growth
 .PHONY: setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
@@ -53,6 +53,7 @@ help:
 	@echo "  make lint                 ruff, snakefmt, snakemake --lint, import layers, mypy"
 	@echo "Validation:"
 	@echo "  make survey               solve 100,000 random points in both kinds of contact"
+	@echo "  make proof-sample         prove 300 random onsets, far beyond the paper's grid"
 	@echo "  make roundtrip            friction of 1,000 random surfaces from simulated signals, into"
 	@echo "                            docs/friction.md (20 minutes; ARGS='--seeds 50' only prints)"
 	@echo "  make fuzz                 read 11,100 damaged recordings; writes docs/fuzz.md"
@@ -108,7 +109,10 @@ compare: $(STAMP)
 # What is proved already is not proved again.
 proof: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/enclosures.py $(if $(STUDY),--configfile "$(STUDY)") \
-	    $(if $(OUTPUT),--output "$(OUTPUT)") $(if $(CORES),--jobs $(CORES))
+	    $(if $(OUTPUT),--output "$(OUTPUT)") $(if $(CORES),--jobs $(CORES)) $(ARGS)
+
+proof-sample: $(STAMP)
+	@$(ONE_THREAD) $(PY) validation/proof_sample.py $(ARGS)
 
 archive: $(STAMP)
 	@$(PY) workflow/archive.py $(if $(STUDY),--configfile "$(STUDY)") \

@@ -1,10 +1,12 @@
 """Prove the numbers of a study; used by `make proof`.
 
 Usage: python validation/enclosures.py [--configfile FILE] [--output FILE] [--jobs N]
+                                       [--effort BITS ORDER STEPS] [--against FILE]
 
 Without options: config.yaml, into tests/regression/<study>/enclosures.csv. What stands there
 already, proved by the same code, is not proved again, so that an interrupted run goes on where it
-ended. Exit status 1 if there is a row that could not be proved.
+ended. Exit status 1 if there is a row that could not be proved, or, with --against, a number whose
+enclosure does not overlap with that of the other file, which should be proved with another effort.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import astuple, dataclass
+from dataclasses import asdict, dataclass
 from decimal import Decimal
 from hashlib import sha256
 from pathlib import Path
@@ -29,6 +31,7 @@ from vibrissa.decimals import spell
 from vibrissa.errors import ArgumentError, VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.outcomes import Contact
+from vibrissa.proof import Effort
 from vibrissa.proof.period import suitable
 from vibrissa.proof.table import Enclosure, curve_enclosures, state_enclosures
 from vibrissa.study.grid import study_points
@@ -63,11 +66,11 @@ class CurveJob:
     theta: Decimal
     eta: Decimal
     points: Sequence[tuple[Decimal, Decimal]]
+    effort: Effort
 
     def run(self) -> list[Line]:
-        effort = suitable(self.theta)
-        found = curve_enclosures(self.theta, self.eta, self.points, effort)
-        return lines(found, astuple(effort))
+        found = curve_enclosures(self.theta, self.eta, self.points, self.effort)
+        return lines(found, self.effort)
 
     def rows(self) -> Iterator[tuple[str, ...]]:
         eta, theta = spell(self.eta), spell(self.theta)
@@ -84,11 +87,11 @@ class StateJob:
     theta: Decimal
     eta: Decimal
     x1: Decimal
+    effort: Effort
 
     def run(self) -> list[Line]:
-        effort = suitable(self.theta)
-        found = state_enclosures(self.name, self.theta, self.eta, self.x1, effort)
-        return lines(found, astuple(effort))
+        found = state_enclosures(self.name, self.theta, self.eta, self.x1, self.effort)
+        return lines(found, self.effort)
 
     def rows(self) -> Iterator[tuple[str, ...]]:
         yield "states", "", "", "", "", self.name
@@ -97,24 +100,26 @@ class StateJob:
 Job = CurveJob | StateJob
 
 
-def jobs(study: Study) -> list[Job]:
+def jobs(study: Study, effort: Effort | None = None) -> list[Job]:
     """All that is to be proved: the points of grids and scans, each once, and the single states."""
     if study.contact is not Contact.POINT:
         raise ArgumentError(f"study {study.name}: only tip contact (contact: point) is proved")
     found: list[Job] = []
     for key, on_curve in study_points(study.point_grids | study.scan_grids):
         points = list(zip(on_curve.mu0, on_curve.dx0, strict=True))
+        spent = effort or suitable(key.theta)
         for first in range(0, len(points), POINTS):
-            found.append(CurveJob(key.theta, key.eta, points[first : first + POINTS]))
+            found.append(CurveJob(key.theta, key.eta, points[first : first + POINTS], spent))
     for name, state in study.states.items():
         if state.contact in (None, Contact.POINT):
-            found.append(StateJob(name, state.theta, state.eta, state.x1))
+            spent = effort or suitable(state.theta)
+            found.append(StateJob(name, state.theta, state.eta, state.x1, spent))
     return found
 
 
-def lines(found: Sequence[Enclosure], effort: Sequence[int]) -> list[Line]:
+def lines(found: Sequence[Enclosure], effort: Effort) -> list[Line]:
     """Enclosures as text, with how they were proved."""
-    made = dict(zip(("bits", "order", "steps"), map(str, effort), strict=True))
+    made = {name: str(value) for name, value in asdict(effort).items()}
     return [
         {
             "table": one.table,
@@ -173,12 +178,11 @@ def in_order(line: Mapping[str, str]) -> tuple[str, list[Decimal], str]:
 
 
 def proved(
-    study: Study, path: Path, processes: int, tell: Callable[[int, int], None]
+    wanted: Sequence[Job], path: Path, processes: int, tell: Callable[[int, int], None]
 ) -> list[Line]:
     """Prove what the file does not have, and write it there."""
-    wanted = jobs(study)
-    rows = {row for job in wanted for row in job.rows()}
-    known = [line for line in read(path) if row_of(line) in rows]
+    efforts = {row: asdict(job.effort) for job in wanted for row in job.rows()}
+    known = [line for line in read(path) if made_with(line, efforts.get(row_of(line)))]
     done = set(map(row_of, known))
     missing = [job for job in wanted if not done.issuperset(job.rows())]
     # Jobs on one curve prove its state at α = 0 each; it is kept once.
@@ -190,6 +194,11 @@ def proved(
             tell(count + 1, len(missing))
     write(list(kept.values()), path)
     return list(kept.values())
+
+
+def made_with(line: Line, effort: Mapping[str, int] | None) -> bool:
+    """Whether a line is wanted, and was proved with this effort."""
+    return effort is not None and all(line[name] == str(value) for name, value in effort.items())
 
 
 def summary(found: Sequence[Line], seconds: float) -> Iterator[str]:
@@ -214,6 +223,24 @@ def summary(found: Sequence[Line], seconds: float) -> Iterator[str]:
             yield f"{line['table']} at {where(line)}: {line['note']}"
 
 
+def apart(found: Sequence[Line], others: Sequence[Line]) -> list[Line]:
+    """Lines that the others do not have, or whose enclosure does not overlap with theirs."""
+    known = {(row_of(line), line["quantity"]): line for line in others}
+    return [
+        line
+        for line in found
+        if (other := known.get((row_of(line), line["quantity"]))) is None
+        or not overlap(line, other)
+    ]
+
+
+def overlap(one: Line, other: Line) -> bool:
+    if not (one["midpoint"] and other["midpoint"]):
+        return one["note"] == other["note"] and one["on_path"] == other["on_path"]
+    distance = abs(Decimal(one["midpoint"]) - Decimal(other["midpoint"]))
+    return distance <= Decimal(one["radius"]) + Decimal(other["radius"])
+
+
 def where(line: Mapping[str, str]) -> str:
     return ", ".join(f"{name} {line[name]}" for name in (*AXES, "state") if line.get(name))
 
@@ -223,22 +250,31 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--configfile", type=Path, default=Path("config.yaml"))
     parser.add_argument("--output", type=Path, help="instead of tests/regression/<study>/...")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
+    parser.add_argument("--effort", type=int, nargs=3, metavar=("BITS", "ORDER", "STEPS"))
+    parser.add_argument("--against", type=Path, help="enclosures that these must overlap with")
     options = parser.parse_args(argv)
+    differing: list[Line] = []
     try:
         study = read_study([options.configfile])
+        wanted = jobs(study, Effort(*options.effort) if options.effort else None)
         path = options.output or Path("tests/regression", study.name, "enclosures.csv")
         begin = time.monotonic()
         with typer.progressbar(length=1000, label="proved", file=sys.stderr) as bar:
             found = proved(
-                study, path, options.jobs, lambda n, of: bar.update(1000 * n // of - bar.pos)
+                wanted, path, options.jobs, lambda n, of: bar.update(1000 * n // of - bar.pos)
             )
         for line in summary(found, time.monotonic() - begin):
             print(line)
         print(f"{path} is written")
+        if options.against:
+            differing = apart(found, read(options.against))
+            print(f"{len(found) - len(differing)} of {len(found)} lines overlap")
+            for line in differing:
+                print(f"apart: {line['table']}.{line['quantity']} at {where(line)}")
     except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
-    return 1 if any(open_question(line) for line in found) else 0
+    return 1 if differing or any(map(open_question, found)) else 0
 
 
 def open_question(line: Mapping[str, str]) -> bool:

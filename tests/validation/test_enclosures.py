@@ -1,8 +1,10 @@
 """`make proof`: a small study is proved, once, and `make check` believes no other number."""
 
+from decimal import Decimal
 from pathlib import Path
 
 import enclosures
+import proof_sample
 import pytest
 
 from vibrissa.proof import Effort
@@ -60,6 +62,41 @@ def test_what_other_code_has_proved_is_proved_again(study, monkeypatch):
     monkeypatch.setattr(enclosures, "ProcessPoolExecutor", Idle)
     with pytest.raises(AttributeError):
         enclosures.main(arguments)
+
+
+def line(midpoint, radius, **others):
+    return {
+        "table": "curves",
+        "quantity": "x",
+        "midpoint": midpoint,
+        "radius": radius,
+        "note": "",
+        "on_path": "yes",
+    } | others
+
+
+def test_two_proofs_of_a_number_must_overlap():
+    one = line("0.123456", "2E-6")
+    assert enclosures.apart([one], [line("0.123459", "1E-6")]) == []
+    assert enclosures.apart([one], [line("0.123460", "1E-6")]) == [one]
+    # What only one of them has is apart, too, and a tip that locks must lock in both.
+    assert enclosures.apart([one], []) == [one]
+    locks = line("", "", note="locks")
+    assert enclosures.apart([locks], [locks]) == []
+    assert enclosures.apart([locks], [locks | {"on_path": "no"}]) == [locks]
+
+
+def test_a_random_point_far_from_the_paper_is_proved(monkeypatch):
+    monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: Effort(96, 20, 24))
+    found = proof_sample.tried(1)
+    assert found.radius is not None and found.radius < Decimal("1e-10")
+    assert found.off < proof_sample.AGREES and found.bent_once
+
+
+def test_a_point_that_cannot_be_proved_is_named(monkeypatch):
+    monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: Effort(64, 3, 2))
+    found = proof_sample.tried(1)
+    assert found.radius is None and found.note and found.point.startswith("theta ")
 
 
 def test_a_study_in_line_contact_is_refused(study, capsys):
