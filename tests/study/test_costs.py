@@ -15,8 +15,8 @@ def keys(*thetas):
 def test_curves_cost_more_the_stronger_the_taper_in_tip_contact_alone():
     tip = [costs.curve_seconds(keys(t), Solver.COLLOCATION, Contact.POINT) for t in (1, 2, 20)]
     line = [costs.curve_seconds(keys(t), Solver.COLLOCATION, Contact.LINE) for t in (1, 20)]
-    assert tip == pytest.approx([0.03, 0.06, 0.6])
-    assert line == pytest.approx([0.04, 0.04])
+    assert tip == pytest.approx([0.12, 0.24, 1.0])
+    assert line == pytest.approx([0.3, 0.3])
     assert costs.curve_seconds(keys(1, 2), Solver.SHOOTING, Contact.POINT) == 240
 
 
@@ -46,4 +46,4 @@ def test_a_scan_and_a_comparison():
         dx0=(Decimal("0.001"), Decimal("0.01")),
     )
     assert costs.scan_seconds(grid, 9) == pytest.approx(250e-6 * 2 * 9 * 1100)
-    assert costs.comparison_seconds(grid.theta, grid.eta) == pytest.approx(0.03 + 0.06 + 2 * 0.04)
+    assert costs.comparison_seconds(grid.theta, grid.eta) == pytest.approx(0.12 + 0.24 + 2 * 0.3)

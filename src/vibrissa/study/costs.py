@@ -1,8 +1,8 @@
 """What solving, reading and writing cost: at most, for jobs; usually, for what a run says first.
 
-What a job may take was measured on one core of a busy machine, for η from 0.3 to 0.95, and rounded
-up. Where η > 0.75 and θ <= 4, a curve takes a tenth of it. What things usually take was measured
-with many curves in a job; docs/speed.md has the numbers.
+What a job may take was measured on one core of a busy machine, for η from 0.05 to 0.97 and θ up to
+40, and rounded up: the most is at small η. Where η > 0.75 and θ <= 4, a curve takes a tenth of it.
+What things usually take was measured with many curves in a job; docs/speed.md has the numbers.
 """
 
 import math
@@ -15,8 +15,8 @@ from vibrissa.study.grid import CurveKey, Grid
 # Seconds that a job should work at most: with room for slower machines, twice this fits in the
 # half hour that short partitions allow.
 LONGEST_JOB = 600
-# Seconds for a curve: in line contact; in tip contact, times θ; by shooting.
-LINE, TIP, SHOOTING = 0.04, 0.03, 120
+# Seconds for a curve: in line contact; in tip contact, times θ, and at most; by shooting.
+LINE, TIP, TIP_MOST, SHOOTING = 0.3, 0.12, 1.0, 120
 # Seconds for a point that is read off a curve; for a step of a scan, if a cycle is as long as the
 # rod; and for a single state.
 POINT, STEP, STATE = 15e-6, 250e-6, 1
@@ -53,7 +53,7 @@ def curve_seconds(keys: Sequence[CurveKey], method: Solver, contact: Contact) ->
         return SHOOTING * len(keys)
     if contact is Contact.LINE:
         return LINE * len(keys)
-    return TIP * sum(float(key.theta) for key in keys)
+    return sum(min(TIP * float(key.theta), TIP_MOST) for key in keys)
 
 
 def usual_curve_seconds(keys: Sequence[CurveKey], method: Solver, contact: Contact) -> float:
