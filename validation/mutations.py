@@ -143,14 +143,14 @@ MUTATIONS = [
     Mutation(
         "sticking/cycles",
         "slip a step earlier",
-        "_numbered(last, 1 if",
-        "_numbered(last - 1, 1 if",
+        "return int(last_step_within(np.array(self.end), dx0))",
+        "return int(last_step_within(np.array(self.end), dx0)) - 1",
     ),
     Mutation(
         "sticking/cycles",
         "contact point on the other side of the clamp",
-        "curve.contact_point(period.x0)",
-        "curve.contact_point(-period.x0)",
+        "curve.contact_point(x0)",
+        "curve.contact_point(-x0)",
     ),
     Mutation(
         "sticking/collocation",

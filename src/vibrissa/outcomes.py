@@ -37,8 +37,12 @@ class End(StrEnum):
     ----------
     SLIPS_BACK
         tan α = +μ0: the tip slips against the direction in which the clamp moves.
+    SWINGS_ASIDE
+        The contact point lies on the clamp's axis: a round rod leaves its plane, and swings round
+        to the other side (docs/aside.md). It then trails behind the clamp until its tip slips.
     SNAPS
-        The equilibrium loses its stability: the branch turns back in x0, the rod snaps through.
+        The equilibrium of a rod that cannot leave its plane loses its stability: the branch turns
+        back in x0, the rod snaps through.
     OUT_OF_REACH
         The shape is not admissible (see `vibrissa.mechanics.admissibility`).
     LIFTS_OFF
@@ -48,6 +52,7 @@ class End(StrEnum):
     """
 
     SLIPS_BACK = "slips_back"
+    SWINGS_ASIDE = "swings_aside"
     SNAPS = "snaps"
     OUT_OF_REACH = "out_of_reach"
     LIFTS_OFF = "lifts_off"
@@ -67,6 +72,21 @@ class Contact(StrEnum):
 
     POINT = "point"
     LINE = "line"
+
+
+class RodSection(StrEnum):
+    """What the rod's cross-section lets it do.
+
+    Attributes
+    ----------
+    ROUND
+        It bends as easily in every direction: the rod may leave its plane.
+    PLANAR
+        It keeps the rod in its plane: a strip, or a rod that is guided.
+    """
+
+    ROUND = "round"
+    PLANAR = "planar"
 
 
 class Solver(StrEnum):

@@ -43,7 +43,8 @@ def test_solve_says_the_same_in_both_kinds_of_units(tmp_path):
 
 
 def test_the_exit_code_is_1_where_nothing_can_be_computed():
-    result = run("solve", "--theta", "2", "--eta", "0.15", "--mu0", "5")
+    planar = ("--section", "planar")
+    result = run("solve", "--theta", "2", "--eta", "0.15", "--mu0", "5", *planar)
     assert result.exit_code == 1
     assert "out_of_reach" in result.output
 

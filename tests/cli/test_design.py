@@ -69,7 +69,10 @@ def test_without_units_on_the_command_line():
         ([*NANO, "--material", "music-wire", "--theta", "much"], "theta must be a number"),
         ([*NANO, "--material", "music-wire", "--tip", "1 to 2 mm"], "tip must be a length"),
         ([*NANO, "--material", "music-wire", "-o", "d.txt"], "ending must be"),
-        ([*NANO, "--material", "music-wire", *SHAPE[:3], "0.05"], "could be solved"),
+        (
+            [*NANO, "--material", "music-wire", "--theta", "1000", "--eta", "0.05"],
+            "could be solved",
+        ),
     ],
 )
 def test_mistakes_get_one_line(arguments, message, tmp_path, monkeypatch):

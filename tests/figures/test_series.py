@@ -85,6 +85,7 @@ def cycles(count):
         footpoint=footpoint,
         alpha=-np.arctan(6.0 * rows.x0),
         stability=1.0 - rows.x0,
+        stability_aside=0.5 - rows.x0,
         reaction_fx=rows.x0,
         reaction_fy=-1.0,
         reaction_m=0.5 - rows.x0,

@@ -81,7 +81,7 @@ def test_onset_that_cannot_be_solved_is_failed():
 
 
 def test_onset_out_of_reach_says_why():
-    onset = solve_onset(theta=3.1, mu0=5.0, eta=0.15)
+    onset = solve_onset(theta=3.1, mu0=5.0, eta=0.15, section="planar")
     assert onset.status is Status.OUT_OF_REACH
     assert "crosses itself" in onset.message and np.isnan(onset.x0_slip)
 
@@ -97,6 +97,7 @@ def test_onset_out_of_reach_says_why():
         ({"mu0": -0.1}, "mu0"),
         ({"dx0": 0.0}, "dx0"),
         ({"method": "magic"}, "method"),
+        ({"section": "square"}, "section"),
         ({"method": "shooting", "dx0": None}, "dx0"),
     ],
 )
@@ -115,7 +116,7 @@ def test_what_is_no_number_is_refused_by_name(name, value):
 
 
 def test_a_state_at_the_limit_point_says_so():
-    curve = solve_curve(1.0, 0.85)
+    curve = solve_curve(1.0, 0.85, section="planar")
     state = solve_state(1.0, 0.85, curve.x1_init - curve.x0_end)
     assert state.status is Status.FAILED
     assert "the branch turns back here" in state.message and "eta" not in state.message

@@ -36,6 +36,6 @@ def test_the_models_differ_where_the_point_model_penetrates_and_only_there(both)
 
 
 def test_what_cannot_be_solved_is_named():
-    result = compare([3.1], [5.0], [0.15]).point
-    assert result.status == [Status.OUT_OF_REACH]
+    result = compare([1000.0], [5.0], [0.05]).point
+    assert result.status == [Status.FAILED]
     assert np.isnan([result.x0_slip[0], result.mu_lock[0]]).all()

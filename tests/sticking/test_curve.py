@@ -144,7 +144,7 @@ def test_curve_of_a_pair_does_not_depend_on_its_batch(curves):
 
 def test_states_outside_the_curve_are_refused(papers):
     curve = papers[2]
-    for x0 in (-1e-9, curve.x0_end * 1.001, np.nan):
+    for x0 in (curve.x0_pull - 1e-9, curve.x0_end * 1.001, np.nan):
         with pytest.raises(ValueError, match="x0 must lie on the curve"):
             curve.state(x0)
 
@@ -207,7 +207,7 @@ def test_a_tip_that_lifts_off_never_locks(theta, eta):
 
 
 def test_locking_friction_varies_smoothly_up_to_lifting_off():
-    values = [solve_curve(1.0, eta).mu_lock for eta in (0.3, 0.25, 0.2, 0.19)]
+    values = [solve_curve(1.0, eta).mu_lock for eta in (0.3, 0.25, 0.2, 0.18)]
     assert values[-1] == np.inf
     assert all(low < high for low, high in pairwise(values))
 

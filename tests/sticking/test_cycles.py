@@ -68,7 +68,8 @@ def test_shapes_run_from_clamp_to_contact_point(scan):
     assert length == pytest.approx(1.0, abs=2e-4)  # 50 chords
 
 
-def test_locked_scan_is_one_period_on_past_the_lock(curve):
+def test_locked_scan_of_a_planar_rod_is_one_period_on_past_the_lock():
+    curve = solve_curve(2.0, 0.85, section="planar")
     scan = stick_slip(curve, D("0.5"), D("0.01"), cycles=9)
     assert scan.status is Status.LOCK
     assert set(scan.phase) == {"stick"} and set(scan.cycle) == {1}
@@ -76,6 +77,47 @@ def test_locked_scan_is_one_period_on_past_the_lock(curve):
     assert end is End.SNAPS
     assert curve.x0_lock < ended.x0[0] - 0.01 < scan.footpoint[-1] <= ended.x0[0]
     assert scan.residual.max() < 1e-9
+
+
+@pytest.fixture(scope="module")
+def flipped():
+    curve = solve_curve(4.0, 0.6)
+    return curve, stick_slip(curve, D("0.9"), D("0.004"), cycles=3)
+
+
+def test_a_round_rod_that_locks_swings_aside_and_is_dragged(flipped):
+    curve, scan = flipped
+    slips = [i for i, phase in enumerate(scan.phase) if phase == "slip"]
+    trail = float(curve.trailing_end(0.9).x0[0])
+    # The trailing tip slips at the first step past the last sticking state.
+    assert scan.footpoint[slips[0]] - 0.004 <= trail < scan.footpoint[slips[0]]
+    period = int((trail - 2 * curve.x1_init) / 0.004) + 1
+    assert np.diff(slips).tolist() == [period, period]
+    assert scan.status is Status.LOCK and scan.cycle[-1] == 3
+    assert scan.step[slips].tolist() == [slips[0], period, period]
+
+
+def test_before_it_slips_the_contact_point_stays_and_after_it_follows_the_clamp(flipped):
+    curve, scan = flipped
+    slip = scan.phase.index("slip")
+    assert scan.x1[:slip] == pytest.approx(curve.x1_init, abs=1e-14)
+    assert scan.footpoint[slip] - scan.x1[slip] == pytest.approx(curve.x1_init, abs=1e-14)
+    assert (scan.x1[slip:] < scan.footpoint[slip:]).all()
+
+
+def test_a_rod_that_has_swung_aside_is_in_equilibrium_with_its_mirrored_loads(flipped):
+    _, scan = flipped
+    behind = scan.x1 < scan.footpoint
+    assert behind.any() and not behind.all()
+    # Each shape is integrated from the clamp, and ends at the contact point under the force.
+    assert scan.residual.max() < 1e-9
+    assert scan.x[:, -1] == pytest.approx(scan.x1, abs=1e-9)
+    assert scan.phi[:, 0] == pytest.approx(np.pi / 2, abs=1e-12)
+    assert scan.phi[:, -1] == pytest.approx(scan.state.phi1, abs=1e-8)
+    state, arm = scan.state, (scan.x1 - scan.footpoint)
+    moment = state.reaction_fx * 0.6 - state.reaction_fy * arm
+    assert -moment == pytest.approx(state.reaction_m, abs=1e-9)
+    assert (np.abs(np.tan(state.alpha)) <= 0.9).all() and (state.stability_aside > 0).all()
 
 
 def test_step_longer_than_the_period_slips_every_time(curve):

@@ -1,4 +1,4 @@
-"""The motion past the lock: where it ends and how, against solutions that share no code."""
+"""The motion past the lock in the plane, against solutions that share no code."""
 
 from dataclasses import replace
 
@@ -9,8 +9,14 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import reference
-from vibrissa import Status, solve_curve, solve_onset, solve_state
+import vibrissa
+from vibrissa import Status, solve_onset, solve_state
 from vibrissa.outcomes import Contact, End
+
+
+def solve_curve(*pair, **kind):
+    return vibrissa.solve_curve(*pair, section="planar", **kind)
+
 
 PAIRS = [(1.0, 0.85), (2.0, 0.85), (4.0, 0.7), (1.5, 0.5)]
 
@@ -149,7 +155,7 @@ def test_work_of_the_clamp_is_the_gain_of_bending_energy_past_the_lock(contact):
 
 
 def test_an_onset_that_locks_says_how_it_goes_on():
-    onset = solve_onset(1.0, 0.9, 0.85)
+    onset = solve_onset(1.0, 0.9, 0.85, section="planar")
     assert (onset.status, onset.end) == (Status.LOCK, "snaps")
     assert "snaps through at x0 = 0.89" in onset.message
     assert float(onset.ended.x0) == solve_curve(1.0, 0.85).x0_end

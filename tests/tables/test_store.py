@@ -16,7 +16,7 @@ from vibrissa.provenance import commit
 from vibrissa.sticking.api import EquilibriumState
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import assembled_curve, failed_curve
-from vibrissa.sticking.piece import Piece
+from vibrissa.sticking.piece import MARGINS, Piece
 from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import points_on_curves
@@ -26,7 +26,7 @@ from vibrissa.tables.schemas import COMPARISONS, CURVES, SCANS, STATE, STATES, S
 SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}
 SCHEMAS |= {"comparisons": COMPARISONS}
 ENDS = {"−∞": -np.inf, "−π": -np.pi, "−π/2": -np.pi / 2, "0": 0, "1": 1}
-ENDS |= {"π/2": np.pi / 2, "π": np.pi, "∞": np.inf}
+ENDS |= {"π/2": np.pi / 2, "π": np.pi, "2π": 2 * np.pi, "∞": np.inf}
 UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1"}
 AGAIN = "delete it and run again, it is made anew"
 
@@ -39,7 +39,7 @@ def curve_by_shooting(curve, states):
         parameter=Parameter.X0,
         start=0.0,
         stop=float(x0[-1]),
-        states=replace(curve.state(x0), stability=np.full(states, np.nan)),
+        states=replace(curve.state(x0), **dict.fromkeys(MARGINS, np.full(states, np.nan))),
         stepped=True,
     )
     return assembled_curve(
@@ -96,7 +96,7 @@ def failed_state():
 
 
 # A table of each kind with every status that it can have
-GRIDS = {"more": grid(mu0=("0.3", "0.4", "5")), "main": grid()}
+GRIDS = {"more": grid(mu0=("0.3", "0.4", "2.5")), "main": grid()}
 TABLES = {
     "curves": records.curves_table(*zip(*CURVE_TABLES["collocation"].items(), strict=True)),
     "stiction": store.joined(
@@ -107,7 +107,7 @@ TABLES = {
         STICTION,
     ),
     "scans": store.joined(
-        [scan_table(COLLOCATION, "0.3"), scan_table(COLLOCATION, "5"), scan_table(FAILED, "0.3")],
+        [scan_table(COLLOCATION, "0.3"), scan_table(COLLOCATION, "2.5"), scan_table(FAILED, "0.3")],
         SCANS,
     ),
     "states": records.states_table({"a": solve_state(1, 0.55, 0.15), "b": failed_state()}, "a"),
@@ -147,12 +147,13 @@ def test_every_value_is_in_the_range_of_its_column(kind):
 
 def test_columns_of_the_stiction_table():
     reactions = ("reaction_fx", "reaction_fy", "reaction_m")
-    states = ("f", "alpha", "phi1", "s_c", *reactions, "stability")
+    states = ("f", "alpha", "phi1", "s_c", *reactions, *MARGINS)
     assert STICTION.names == [
         *("study", "method", "grids", "theta", "mu0", "eta", "dx0", "status", "message", "contact"),
         *("x0_slip", "x0_max", "n_steps", "mu_lock", "x0_lock"),
         *(f"{name}{suffix}" for suffix in ("_init", "_last", "_slip") for name in states),
         *("ends_by", "x0_end", *(f"{name}_end" for name in states)),
+        *("x0_trail", *(f"{name}_trail" for name in states)),
         *("x1_init", "penetrates", "residual"),
     ]
 
@@ -173,9 +174,12 @@ def test_curves_come_back_bit_for_bit(method, path):
     assert list(restored) == list(curves)
     for key, curve in curves.items():
         assert len(curve.pieces) == len(restored[key].pieces)
-        scalars = [field.name for field in fields(curve) if field.name != "pieces"]
+        assert len(curve.pulled) == len(restored[key].pulled)
+        parts = ("pieces", "pulled")
+        scalars = [field.name for field in fields(curve) if field.name not in parts]
         pairs = [(getattr(curve, name), getattr(restored[key], name)) for name in scalars]
-        for old, new in zip(curve.pieces, restored[key].pieces, strict=True):
+        pieces = [(*one.pulled, *one.pieces) for one in (curve, restored[key])]
+        for old, new in zip(*pieces, strict=True):
             known = [f.name for f in fields(old) if f.name != "states"]
             pairs += [(getattr(old, name), getattr(new, name)) for name in known]
             pairs += [(values, new.states.columns[n]) for n, values in old.states.columns.items()]
@@ -221,7 +225,7 @@ def nullable(schema):
     ("kind", "status", "nothing"),
     [
         ("curves", "failed", nullable(CURVES)),
-        ("stiction", "slip", {"ends_by", "x0_end", *states("_end")}),
+        ("stiction", "slip", {"ends_by", "x0_end", *states("_end"), "x0_trail", *states("_trail")}),
         ("stiction", "lock", {"x0_slip", "x0_max", "n_steps", *states("_last"), *states("_slip")}),
         ("stiction", "failed", nullable(STICTION)),
         ("scans", "slip", set()),

@@ -47,7 +47,7 @@ RESULTS = f"results/{STUDY.name}"
 
 def study_file(*sections):
     """Part of the study file that a table answers, for its metadata."""
-    keys = ("study", "contact", "method", *sections)
+    keys = ("study", "contact", "section", "method", *sections)
     return yaml.safe_dump({key: config[key] for key in keys if key in config}, sort_keys=False)
 
 

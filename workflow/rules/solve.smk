@@ -19,6 +19,7 @@ rule curves:
     params:
         method=STUDY.method.value,
         contact=STUDY.contact.value,
+        section=STUDY.section.value,
         curves=lambda wildcards: list(map(encode_key, BLOCKS[wildcards.block])),
     message:
         "solving the sticking curves of block {wildcards.block}"

@@ -2,23 +2,26 @@
 
 import numpy as np
 
-from vibrissa.outcomes import Contact, Solver
+from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.pipeline import jobs
 from vibrissa.study.codec import decode_key, encode_key
 from vibrissa.tables import records, store
 
 with jobs.logged(snakemake.log[0]):
+    section = RodSection(snakemake.params.section)
     keys = list(map(decode_key, snakemake.params.curves))
     theta, eta, dx0 = np.array(keys, dtype=float).T  # NaN for the dx0 of a curve that serves all
     # A job depends on the solver that it uses alone.
     if Solver(snakemake.params.method) is Solver.COLLOCATION:
         from vibrissa.sticking import collocation
 
-        curves = collocation.solve_curves(theta, eta, Contact(snakemake.params.contact))
+        contact = Contact(snakemake.params.contact)
+        curves = collocation.solve_curves(theta, eta, contact, section=section)
     else:
         from vibrissa.sticking import shooting
 
-        curves = [shooting.solve_curve(*rod) for rod in zip(theta, eta, dx0, strict=True)]
+        rods = zip(theta, eta, dx0, strict=True)
+        curves = [shooting.solve_curve(*rod, section=section) for rod in rods]
     for key, curve in zip(keys, curves, strict=True):
         print(*encode_key(key), curve.status, f"residual {curve.residual:.1e}", curve.message)
     store.write(records.curves_table(keys, curves), snakemake.output[0])

@@ -10,7 +10,7 @@ import typer
 
 from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
-from vibrissa.outcomes import Contact
+from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.series import Column, check_ending
 from vibrissa.sensor.transducer import PRESETS
@@ -29,6 +29,13 @@ Touch = Annotated[
         "--contact",
         help="How the rod may touch the surface. point: with its tip alone; line: it may lie flat "
         "along the surface, where it would otherwise pass through it.",
+    ),
+]
+Section = Annotated[
+    RodSection,
+    typer.Option(
+        help="What the rod's section lets it do. round: once locked it swings aside, out of its "
+        "plane; planar: a strip or a guided rod stays in it.",
     ),
 ]
 Transducer = Annotated[

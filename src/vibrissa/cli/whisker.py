@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from vibrissa.cli.options import Modulus, Touch
-from vibrissa.outcomes import Contact
+from vibrissa.cli.options import Modulus, Section, Touch
+from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor import Whisker
 
 Theta = Annotated[float, typer.Option(help="Taper: base over tip diameter, at least 1.")]
@@ -48,6 +48,7 @@ def read_whisker(
     theta: Theta,
     eta: Eta,
     contact: Touch = Contact.POINT,
+    section: Section = RodSection.ROUND,
     modulus: Modulus = None,
     diameter: Diameter = None,
     length: Length = None,

@@ -22,11 +22,12 @@ LOCKS = {
     "snaps": "locks, then snaps through",
     "out_of_reach": "locks, then out of reach",
     "not_followed": "locks, not followed further",
+    "swings_aside": "locks, then swings aside",
 }
 NO_RESULT = "no result"
 REGIMES = (*SLIPS.values(), *LOCKS.values(), NO_RESULT)
 REGIME_COLORS = ListedColormap(
-    ["#0072b2", "#009e73", "#d55e00", "#e69f00", "#cc79a7", "#f0e442", "#ffffff"]
+    ["#0072b2", "#009e73", "#d55e00", "#e69f00", "#cc79a7", "#f0e442", "#56b4e9", "#ffffff"]
 )
 # Points next to the lock to which its law is fitted, and how far it is drawn, relative to mu_lock.
 FITTED_POINTS = 16

@@ -46,7 +46,10 @@ def period(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-@kind("signals", columns=(*SCAN, "footpoint", "cycle", "alpha", "stability", *REACTIONS))
+@kind(
+    "signals",
+    columns=(*SCAN, "footpoint", "cycle", "alpha", "stability", "stability_aside", *REACTIONS),
+)
 def signals(rows: pd.DataFrame) -> Figure:
     """Inclination of the contact force, clamp reactions and stability over the clamp's position."""
     figure = style.page(6.0)
@@ -61,7 +64,10 @@ def signals(rows: pd.DataFrame) -> Figure:
         reactions.plot(x, rows[name], color=color, label=label)
     reactions.set_ylabel("load on the clamp")
     reactions.legend(fontsize=9, ncols=3)
-    stability.plot(x, rows["stability"], color=COLORS[3])
+    stability.plot(x, rows["stability"], color=COLORS[3], label="in the plane")
+    if rows["stability_aside"].notna().any():
+        stability.plot(x, rows["stability_aside"], color=COLORS[4], label="out of the plane")
+        stability.legend()
     stability.set_ylabel("smallest eigenvalue")
     stability.set_ylim(bottom=min(0.0, rows["stability"].min()))
     stability.set_xlabel("clamp position / $L$")

@@ -86,6 +86,9 @@ class ContactState(Batch):
     stability : ndarray or float
         Smallest eigenvalue of the second variation of the energy, clamp and contact point held:
         positive where the equilibrium is stable; NaN where the method does not tell.
+    stability_aside : ndarray or float
+        The same out of the plane, of a rod with a round section; NaN also where the rod cannot
+        leave its plane.
     """
 
     reaction_fx: Values
@@ -94,6 +97,7 @@ class ContactState(Batch):
     phi1: Values
     s_c: Values
     stability: Values
+    stability_aside: Values
 
     @property
     def f(self) -> Values:

@@ -78,12 +78,15 @@ def event_frequency(evidence: Evidence) -> Finding:
         "events per L at the largest μ0": (frequency[-1], "1/L"),
         "values of μ0": (len(rows), "1"),
         "different frequencies on the step grid": (len(np.unique(stepped)), "1"),
-        "values of μ0 without any event": (len(evidence.friction) - len(rows), "1"),
+        "values of μ0 above μ_lock": (len(evidence.friction) - len(rows), "1"),
     }
     if not rises(-frequency):
         return CONTRADICTED.because("two values of μ0 have one frequency", quantities)
     if len(rows) < len(evidence.friction):
-        reason = "the frequency is one-to-one, but above μ_lock there are no events at all"
+        reason = (
+            "the frequency is one-to-one, but above μ_lock the rod swings aside: it is dragged "
+            "from then on, and has other events"
+        )
         return CONDITION.because(reason, quantities)
     return HOLDS.because("the frequency is one-to-one", quantities)
 

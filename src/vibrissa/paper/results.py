@@ -93,13 +93,16 @@ def end_of_sticking(evidence: Evidence) -> Finding:
     quantities = {
         "critical friction coefficient at θ = 2": (evidence.friction["mu_lock"].iloc[0], "1"),
         "largest μ0 of Figure 7": (evidence.friction["mu0"].max(), "1"),
-        "points that never slip": (locked, "1"),
+        "points that never slip forward": (locked, "1"),
     }
     if not locked:
         return HOLDS.because("it is reached for every μ0", quantities)
     if locked == len(evidence.friction):
         return CONTRADICTED.because("it is reached for no μ0", quantities)
-    reason = "it is reached only for μ0 up to the critical friction coefficient"
+    reason = (
+        "a pushed tip reaches it only for μ0 up to the critical friction coefficient; beyond, a "
+        "round rod swings aside, and its tip slips when it is pulled"
+    )
     return CONDITION.because(reason, quantities)
 
 

@@ -62,7 +62,8 @@ def motion_notes(runs: Sequence[Mapping[str, Any]], scans: Readable) -> list[str
     lines = []
     if any(run["status"] == "lock" for run in runs):
         lines.append(
-            "A self-locking tip never slips forward: its scan is shown as far as it sticks."
+            "A self-locking tip never slips forward: a round rod swings aside and is dragged from "
+            "then on; of others the scan is shown as far as the tip sticks."
         )
     if any(len(run["shape"]) < run["steps"] for run in runs):
         lines.append("Long scans are thinned out: not every step is shown.")

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.outcomes import Status
+from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.response import largest_strain
 from vibrissa.sensor.series import Column, Tabular
@@ -30,13 +30,15 @@ class WhiskerOnset(Tabular):
     units: Units
 
     def columns(self) -> dict[str, Column]:
-        """One row, with units; of a tip that does not slip the first columns alone."""
+        """One row, with units, of what the tip does: it slips, or the rod swings aside before."""
         onset, units = self.onset, self.units
         columns = {
             "status": Column([onset.status.value], "", "slip, lock, out_of_reach or failed"),
             "message": Column([onset.message], "", "what the status means here"),
             "mu_lock": Column([onset.mu_lock], "1", "largest friction at which the tip slips"),
         }
+        if onset.end == End.SWINGS_ASIDE:
+            return columns | self._swing()
         if onset.status is not Status.SLIP:
             return columns
         measured = {
@@ -55,6 +57,21 @@ class WhiskerOnset(Tabular):
         what = "largest strain at the onset"
         columns["strain"] = Column([self.strain * slenderness], unit, what)
         return columns
+
+    def _swing(self) -> dict[str, Column]:
+        """Where the rod swings aside, and the state in which the trailing tip slips."""
+        onset, units, when = self.onset, self.units, "when the trailing tip slips"
+        measured = {
+            "x0_swing": (onset.ended.x0, Kind.LENGTH, "where the rod swings aside"),
+            "x0_trail": (onset.trail.x0, Kind.LENGTH, "where the trailing tip slips"),
+            "force_x": (onset.trail.reaction_fx, Kind.FORCE, f"clamp force {when}"),
+            "force_y": (onset.trail.reaction_fy, Kind.FORCE, f"clamp force {when}"),
+            "moment_z": (onset.trail.reaction_m, Kind.MOMENT, f"clamp moment {when}"),
+        }
+        return {
+            name: Column([float(value) * units.unit(kind)], units.name(kind), what)
+            for name, (value, kind, what) in measured.items()
+        }
 
 
 def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:
@@ -88,6 +105,7 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
         dx0,
         contact=whisker.contact,
         mounting=whisker.mounting,
+        section=whisker.section,
     )
     strain = np.nan
     if onset.status is Status.SLIP:

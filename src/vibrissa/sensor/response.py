@@ -22,7 +22,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting, Mountings
 from vibrissa.mechanics.states import ContactState
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.outcomes import Contact, Status
+from vibrissa.outcomes import Contact, RodSection, Status
 from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
@@ -181,6 +181,7 @@ def respond(
     contact: str = Contact.POINT,
     pull: bool = True,
     mounting: Mounting = IDEAL,
+    section: str = RodSection.ROUND,
 ) -> Response:
     """Solve and tabulate the response of one rod at one height.
 
@@ -195,6 +196,8 @@ def respond(
     pull : bool
         Whether to continue the curve to x0 < 0, where the clamp pulls.
     mounting : Mounting
+    section : str
+        ``round`` or ``planar``, as in `vibrissa.solve_curve`.
 
     Returns
     -------
@@ -212,7 +215,7 @@ def respond(
             "stage_angle must be 0 where the tip slips more than once: an oblique stage begins "
             f"each period at another height, and has no one response; got {mounting.stage_angle!r}"
         )
-    curve = solve_curve(theta, eta, contact=contact, mounting=mounting)
+    curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
     if curve.status is not Status.SOLVED:
         raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
     return tabulated(curve, _pulled(curve, contact) if pull else [])

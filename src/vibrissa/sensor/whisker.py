@@ -7,7 +7,7 @@ from functools import cached_property
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
-from vibrissa.outcomes import Contact
+from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.heights import Heights, respond_between
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
 from vibrissa.sensor.response import Response, respond
@@ -36,6 +36,8 @@ class Whisker:
         Height, 0 < eta < 1 (L).
     contact : Contact
         ``point``: the tip alone touches; ``line``: the rod may lie flat along the surface.
+    section : RodSection
+        ``round``: the rod may leave its plane; ``planar``: a strip or a guided rod stays in it.
     rod : Rod or None
         The real rod; without it everything is nondimensional.
     mounting : Mounting
@@ -45,6 +47,7 @@ class Whisker:
     theta: float
     eta: float
     contact: Contact = Contact.POINT
+    section: RodSection = RodSection.ROUND
     rod: Rod | None = None
     mounting: Mounting = IDEAL
 
@@ -55,6 +58,7 @@ class Whisker:
         eta: Quantity,
         *,
         contact: Contact | str = Contact.POINT,
+        section: RodSection | str = RodSection.ROUND,
         modulus: str | None = None,
         diameter: str | None = None,
         length: str | None = None,
@@ -73,6 +77,7 @@ class Whisker:
         eta : str or number
             Height: ``"85 mm"``, or 0.85 in units of the length.
         contact : Contact
+        section : RodSection
         modulus, diameter, length : str, optional
             Of the rod: ``"210 GPa"``, ``"1 mm"``, ``"100 mm"``; all three or none.
         clamp_angle, stage_angle : str or number
@@ -104,6 +109,7 @@ class Whisker:
             theta=theta,
             eta=height,
             contact=chosen(Contact, contact, "contact"),
+            section=chosen(RodSection, section, "section"),
             rod=units.rod,
             mounting=mounting,
         )
@@ -121,12 +127,15 @@ class Whisker:
     @cached_property
     def pushed(self) -> Response:
         """Response where the clamp pushes the tip, x0 ≥ 0."""
-        return respond(self.theta, self.eta, self.contact, pull=False, mounting=self.mounting)
+        return self._respond(pull=False)
 
     @cached_property
     def pulled(self) -> Response:
         """Response where the clamp pushes or pulls the tip."""
-        return respond(self.theta, self.eta, self.contact, pull=True, mounting=self.mounting)
+        return self._respond(pull=True)
+
+    def _respond(self, pull: bool) -> Response:
+        return respond(self.theta, self.eta, self.contact, pull, self.mounting, self.section)
 
     def response(self, backward: bool) -> Response:
         """Give the response with x0 < 0 if it has been found: after a long slip the tip is pulled.

@@ -8,16 +8,17 @@ import numpy as np
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import ends, shape
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact, End, Solver, Status
+from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
 from vibrissa.sticking import collocation
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.stiction import read_curve
+from vibrissa.sticking.stiction import Stiction, read_curve
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -104,6 +105,9 @@ class Onset:
         (`vibrissa.outcomes.End`); else empty.
     ended : StickingState
         The state in which it does, with its displacement x0.
+    trail : StickingState
+        Last sticking state after the rod has swung aside, with the displacement of the clamp since
+        the α = 0 state before; NaN unless it does.
     residual : float
         Largest equilibrium residual of the curve.
     """
@@ -117,6 +121,7 @@ class Onset:
     slip: StickingState
     end: str
     ended: StickingState
+    trail: StickingState
     residual: float
 
 
@@ -132,6 +137,7 @@ def _check(
     method: str = Solver.COLLOCATION,
     contact: str = Contact.POINT,
     mounting: Mounting = IDEAL,
+    section: str = RodSection.ROUND,
 ) -> None:
     _check_numbers(theta=theta, eta=eta)
     if not isinstance(mounting, Mounting):
@@ -146,6 +152,8 @@ def _check(
         raise ArgumentError(f"method must be one of {', '.join(Solver)}, got {method!r}")
     if contact not in tuple(Contact):
         raise ArgumentError(f"contact must be one of {', '.join(Contact)}, got {contact!r}")
+    if section not in tuple(RodSection):
+        raise ArgumentError(f"section must be one of {', '.join(RodSection)}, got {section!r}")
     if method == Solver.SHOOTING and contact != Contact.POINT:
         raise ArgumentError(f"method {method!r} solves contact 'point' alone, got {contact!r}")
     if method == Solver.SHOOTING and mounting != IDEAL:
@@ -233,6 +241,9 @@ def _shown(solution: RodStates | None) -> dict[str, float]:
         "phi1": 0.0 if kind is Contact.LINE else float(seen.phi1[0]),
         "s_c": float(solution.s_c[0]),
         "stability": float(stability(solution, kind)[0]),
+        "stability_aside": float(stability_aside(solution)[0])
+        if solution.mounting is None
+        else np.nan,
     }
 
 
@@ -243,6 +254,7 @@ def solve_curve(
     dx0: float | None = None,
     contact: str = Contact.POINT,
     mounting: Mounting = IDEAL,
+    section: str = RodSection.ROUND,
 ) -> StickingCurve:
     """Solve the sticking curve of one rod at one height, from α = 0 past the lock to its end.
 
@@ -260,6 +272,9 @@ def solve_curve(
         ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
     mounting : Mounting
         Clamp, natural shape and stage; other than ideal by collocation alone.
+    section : str
+        ``round``: the rod may leave its plane, and does so at the end of the curve; ``planar``: a
+        strip or a guided rod, which stays in it.
 
     Returns
     -------
@@ -271,10 +286,10 @@ def solve_curve(
     ArgumentError
         If an argument is out of range.
     """
-    _check(theta, eta, method, contact, mounting)
+    _check(theta, eta, method, contact, mounting, section)
     if method == Solver.COLLOCATION:
-        model = Contact(contact)
-        return collocation.solve_curves(np.array([theta]), np.array([eta]), model, [mounting])[0]
+        rod, kind = (np.array([theta]), np.array([eta])), (Contact(contact), [mounting])
+        return collocation.solve_curves(*rod, *kind, RodSection(section))[0]
     if dx0 is not None:
         _check_numbers(dx0=dx0)
     if dx0 is None or not dx0 > 0.0:
@@ -282,7 +297,7 @@ def solve_curve(
     # SciPy's integrators and searches take half a second to load: only who asks for them waits.
     from vibrissa.sticking import shooting
 
-    return shooting.solve_curve(theta, eta, dx0)
+    return shooting.solve_curve(theta, eta, dx0, section=RodSection(section))
 
 
 def solve_onset(
@@ -293,6 +308,7 @@ def solve_onset(
     method: str = Solver.COLLOCATION,
     contact: str = Contact.POINT,
     mounting: Mounting = IDEAL,
+    section: str = RodSection.ROUND,
 ) -> Onset:
     """Solve for the end of one period of sticking.
 
@@ -312,6 +328,8 @@ def solve_onset(
         ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
     mounting : Mounting
         As in `solve_curve`.
+    section : str
+        ``round`` or ``planar``, as in `solve_curve`.
 
     Returns
     -------
@@ -341,7 +359,8 @@ def solve_onset(
         raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
     if dx0 is not None and not exact(dx0) > 0:
         raise ArgumentError(f"dx0 must be positive, got {dx0!r}")
-    curve = solve_curve(theta, eta, method, None if dx0 is None else float(dx0), contact, mounting)
+    step = None if dx0 is None else float(dx0)
+    curve = solve_curve(theta, eta, method, step, contact, mounting, section)
     stiction = read_curve(curve, [friction], [exact(1 if dx0 is None else dx0)])
     status = stiction.status[0]
     if status is Status.SLIP:
@@ -350,7 +369,7 @@ def solve_onset(
         message = (
             f"the tip locks: it slips only for mu0 up to mu_lock = {curve.mu_lock:.6g}; "
             "choose a smaller mu0 or an eta closer to 1 or another theta. Past the lock "
-            + _past_lock(End(stiction.end[0]), curve, float(stiction.ended.x0[0]))
+            + _past_lock(curve, stiction)
         )
     else:
         message = curve.message
@@ -365,15 +384,22 @@ def solve_onset(
         slip=stiction.slip.take(0),
         end=stiction.end[0],
         ended=stiction.ended.take(0),
+        trail=stiction.trail.take(0),
         residual=curve.residual,
     )
 
 
-def _past_lock(end: End, curve: StickingCurve, x0: float) -> str:
+def _past_lock(curve: StickingCurve, stiction: Stiction) -> str:
     """Say how the motion goes on past the lock."""
+    x0, trail = float(stiction.ended.x0[0]), float(stiction.trail.x0[0])
+    until = (
+        "as long as it was followed" if np.isnan(trail) else f"until it slips at x0 = {trail:.6g}"
+    )
     return {
+        End.SWINGS_ASIDE: f"the rod swings aside at x0 = {x0:.6g} and trails behind the clamp "
+        + until,
         End.SLIPS_BACK: f"it slips back at x0 = {x0:.6g}",
         End.SNAPS: f"the rod snaps through at x0 = {x0:.6g}",
         End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0:.6g} on",
         End.NOT_FOLLOWED: f"the motion was not followed: {curve.end_message}",
-    }[end]
+    }[End(stiction.end[0])]

@@ -1,9 +1,10 @@
 """Sticking curves by spectral collocation: batches of (θ, η).
 
-A curve is solved in stages, each for the whole batch at once: it is followed in coarse steps on few
-nodes (`vibrissa.sticking.continuation`), first along x0 until −tan α has passed its maximum, then
-along the advance until x0 turns back; it is cut where the contact changes its kind, as it is smooth
-only between; and each piece is resolved (`vibrissa.sticking.refinement`).
+A curve is solved in stages, each for the whole batch at once. It is followed in coarse steps on few
+nodes (`vibrissa.sticking.continuation`): a round rod along x0 until the clamp has passed under the
+contact point, and to x0 < 0, where the tip is pulled; a planar one along x0 until −tan α has passed
+its maximum, then along the advance until x0 turns back. It is cut where the contact changes its
+kind, as it is smooth only between; and each piece is resolved (`vibrissa.sticking.refinement`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,14 +26,17 @@ from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.outcomes import Contact, End, Parameter, Solver, Status
+from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
 from vibrissa.sticking.beginning import NO_INITIAL_STATE, Rods, begin_mounted
 from vibrissa.sticking.continuation import (
     Branches,
     Segment,
     StepSizes,
+    ahead_of_clamp,
     first_segment,
     follow,
+    pulled_segment,
+    round_segment,
     second_segment,
     switch_states,
 )
@@ -78,7 +82,10 @@ AT_FOLD = (
     "the branch turns back here: at its limit point no state can be resolved; try an x1 that is "
     "larger by 1e-9 or more"
 )
-NO_END = "the curve could not be followed from the lock to where it turns back"
+NO_END = {
+    RodSection.ROUND: "the curve could not be followed to where the clamp passes under the contact",
+    RodSection.PLANAR: "the curve could not be followed from the lock to where it turns back",
+}
 
 
 def solve_curves(
@@ -86,6 +93,7 @@ def solve_curves(
     eta: FloatArray,
     model: Contact = Contact.POINT,
     mountings: Sequence[Mounting] | None = None,
+    section: RodSection = RodSection.ROUND,
 ) -> list[StickingCurve]:
     """Solve sticking curves for pairs of taper and height.
 
@@ -97,6 +105,9 @@ def solve_curves(
         POINT for contact with the tip alone, LINE for the kind of contact that is possible.
     mountings : sequence of Mounting, length n, optional
         By default all are ideal.
+    section : RodSection
+        ROUND: the curves end where the rods swing aside, and have a pulled part; PLANAR: they go
+        on in the plane until they turn back.
 
     Returns
     -------
@@ -111,10 +122,12 @@ def solve_curves(
     curves: dict[int, StickingCurve] = {}
     for kind in dict.fromkeys(kinds):
         rows = np.flatnonzero([one == kind for one in kinds])
+        # Where a rod swings aside is known for the ideal mounting alone.
+        of_kind = section if all(kind) else RodSection.PLANAR
         for start in range(0, len(rows), BATCH):
             batch = rows[start : start + BATCH]
             some = [mounted[row] for row in batch]
-            solved = _solve_batch(_rods(theta[batch], eta[batch], some), model)
+            solved = _solve_batch(_rods(theta[batch], eta[batch], some), model, of_kind)
             for row, one, curve in zip(batch, some, solved, strict=True):
                 curves[int(row)] = curve if one == IDEAL else replace(curve, mounting=one)
     return [curves[row] for row in range(len(theta))]
@@ -223,9 +236,10 @@ def _is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolAr
     return accurate & (coefficient_decay(states) < DECAY_TOLERANCE)
 
 
-def _solve_batch(rods: Rods, model: Contact) -> list[StickingCurve]:
+def _solve_batch(rods: Rods, model: Contact, section: RodSection) -> list[StickingCurve]:
     """Solve one batch, and follow those more closely that need it."""
-    results = _solve_in_steps(rods, STEP_SIZES[0], model)
+    in_steps = {RodSection.ROUND: _round_in_steps, RodSection.PLANAR: _planar_in_steps}[section]
+    results = in_steps(rods, STEP_SIZES[0], model)
     for sizes in STEP_SIZES[1:]:
         pending = [
             i
@@ -234,7 +248,7 @@ def _solve_batch(rods: Rods, model: Contact) -> list[StickingCurve]:
         ]
         if not pending:
             break
-        solved = _solve_in_steps(rods.take(np.array(pending)), sizes, model)
+        solved = in_steps(rods.take(np.array(pending)), sizes, model)
         for index, curve in zip(pending, solved, strict=True):
             if curve.status is not Status.FAILED or results[index].status is Status.FAILED:
                 results[index] = curve
@@ -253,24 +267,68 @@ class _Section(NamedTuple):
 _Sections = list[_Section] | None
 
 
-def _solve_in_steps(rods: Rods, sizes: StepSizes, model: Contact) -> list[StickingCurve]:
-    """Solve curves whose segments are followed in steps of certain sizes."""
+def _round_in_steps(rods: Rods, sizes: StepSizes, model: Contact) -> list[StickingCurve]:
+    """Solve curves of round rods, to where they swing aside and to where they are pulled off."""
+    section = RodSection.ROUND
+    begun, index, results = _begun(rods, sizes, model)
+    if not len(index):
+        return [results[row] for row in range(len(rods))]
+    first = _exactly_begun(round_segment(begun, sizes, model), rods)
+    zero = np.zeros(len(index))
+    ahead = _sections(first, zero, first.last * first.step)
+    solved = _solve_sections(first, ahead, section)
+    pulled = pulled_segment(first, model)
+    back = _sections(pulled, pulled.last * pulled.step, zero)
+    drawn = _solve_sections(pulled, back, section)
+    passed = _passed(first) | (ahead_of_clamp(first.at(first.last)[0]) < 0.0)
+    for row, i in enumerate(index):
+        results[i] = _assembled(
+            theta=float(rods.theta[i]),
+            eta=float(rods.eta[i]),
+            x1_init=float(first.branches.x1_init[row]),
+            passed=bool(passed[row]),
+            sections={Parameter.X0: ahead[row]},
+            solved=solved[row],
+            pulled=_whole(Parameter.X0, back[row], drawn[row]),
+            model=model,
+            section=section,
+        )
+    return [results[row] for row in range(len(rods))]
+
+
+def _begun(
+    rods: Rods, sizes: StepSizes, model: Contact
+) -> tuple[Segment, IntArray, dict[int, StickingCurve]]:
+    """First states, of which rods they are, and failed curves of the others."""
     begun, index, missing = begin_mounted(rods, sizes, model)
     results: dict[int, StickingCurve] = {}
     for row, (status, message) in missing.items():
         theta, eta = float(rods.theta[row]), float(rods.eta[row])
         results[row] = _failed(theta, eta, message, status)
-    if not len(index):
-        return [results[row] for row in range(len(rods))]
-    first = first_segment(begun, sizes, model)
-    # What the pieces are cut at has to be exact, unlike the steps: solve it on more nodes.
+    return begun, index, results
+
+
+def _exactly_begun(first: Segment, rods: Rods) -> Segment:
+    """Segment with the exact contact points of its first states.
+
+    What the pieces are cut at has to be exact, unlike the steps: it is solved on more nodes.
+    """
     branches = replace(first.branches, x1_init=_exact_x1_init(first))
     if rods.mounting is None:
         branches = replace(branches, scale=branches.x1_init)
-    first = replace(first, branches=branches)
+    return replace(first, branches=branches)
+
+
+def _planar_in_steps(rods: Rods, sizes: StepSizes, model: Contact) -> list[StickingCurve]:
+    """Solve curves of rods that stay in their plane, to where they turn back."""
+    section = RodSection.PLANAR
+    begun, index, results = _begun(rods, sizes, model)
+    if not len(index):
+        return [results[row] for row in range(len(rods))]
+    first = _exactly_begun(first_segment(begun, sizes, model), rods)
     zero, joint = np.zeros(len(index)), first.last * first.step
     ahead = _sections(first, zero, joint)
-    solved = _solve_sections(first, ahead)
+    solved = _solve_sections(first, ahead, section)
     # The second segments are followed once the first ones are solved: not of what is inadmissible,
     # nor where the tip lifts off, nor where the initial state is not resolved.
     admissible = [not any(np.isfinite(part.limit.at) for part in parts) for parts in solved]
@@ -283,7 +341,7 @@ def _solve_in_steps(rods: Rods, sizes: StepSizes, model: Contact) -> list[Sticki
         sections = _sections(second, _exact_advance(first.take(rows), joint[rows]), stop)
         good = np.flatnonzero(_turned(second) & [part is not None for part in sections])
         known = [sections[i] for i in good]
-        found = _solve_sections(second.take(good), known)
+        found = _solve_sections(second.take(good), known, section)
         for row, some, parts in zip(rows[good], known, found, strict=True):
             past[row] = some
             solved[row] += parts
@@ -296,16 +354,20 @@ def _solve_in_steps(rods: Rods, sizes: StepSizes, model: Contact) -> list[Sticki
             passed=bool(passed[row]),
             sections={Parameter.X0: ahead[row], Parameter.ADVANCE: past[row]},
             solved=solved[row],
+            pulled=[],
             model=model,
+            section=section,
         )
     return [results[row] for row in range(len(rods))]
 
 
-def _solve_sections(segment: Segment, sections: Sequence[_Sections]) -> list[list[Resolved]]:
+def _solve_sections(
+    segment: Segment, sections: Sequence[_Sections], section: RodSection
+) -> list[list[Resolved]]:
     """Resolve the sections of each branch."""
     solved: list[list[Resolved]] = [[] for _ in sections]
     for contact in Contact:
-        pieces = _pieces(contact, segment, sections)
+        pieces = _pieces(contact, segment, sections, section)
         for part in resolve(pieces, guess_from(segment, pieces)) if len(pieces) else ():
             solved[part.curve].append(part)
     return solved
@@ -402,8 +464,9 @@ def _sections(segment: Segment, start: FloatArray, stop: FloatArray) -> list[_Se
         if values is None or not np.isfinite([low, high]).all() or last[curve] < 2:
             sections.append(None)
             continue
-        bounds = [low, *(min(max(value, low), high) for value in values), high]
-        first = bool(segment.line[0, curve])
+        # A pulled rod is followed downwards.
+        bounds = [low, *sorted(min(max(value, low), high) for value in values), high]
+        first = bool(segment.line[0 if segment.step[curve] > 0.0 else last[curve], curve])
         parts = [_Section(a, b, first ^ bool(i % 2)) for i, (a, b) in enumerate(pairwise(bounds))]
         sections.append([part for part in parts if part.start < part.stop])
     return sections
@@ -424,7 +487,9 @@ def _switches(segment: Segment, k: int, changing: IntArray) -> FloatArray:
     )
 
 
-def _pieces(contact: Contact, segment: Segment, sections: Sequence[_Sections]) -> Pieces:
+def _pieces(
+    contact: Contact, segment: Segment, sections: Sequence[_Sections], section: RodSection
+) -> Pieces:
     """Pieces of a segment that have one kind of contact."""
     found = [
         (curve, part)
@@ -441,6 +506,7 @@ def _pieces(contact: Contact, segment: Segment, sections: Sequence[_Sections]) -
         curve=curves,
         start=start,
         length=np.array([part.stop for _, part in found], dtype=float) - start,
+        section=section,
     )
 
 
@@ -458,7 +524,9 @@ def _assembled(
     passed: bool,
     sections: Mapping[Parameter, _Sections],
     solved: Sequence[Resolved],
+    pulled: Sequence[Resolved],
     model: Contact,
+    section: RodSection,
 ) -> StickingCurve:
     """Put the resolved pieces of one curve together and find where it ends."""
     if not passed:
@@ -468,18 +536,22 @@ def _assembled(
     whole = {name: _whole(name, bounds, solved) for name, bounds in sections.items()}
     if not whole[Parameter.X0]:
         return _failed(theta, eta, NOT_RESOLVED)
-    parts = [*whole[Parameter.X0], *whole[Parameter.ADVANCE]]
+    parts = [part for name in whole for part in whole[name]]
+    if any(np.isfinite(part.limit.at) for part in pulled):
+        pulled = []
     curve = assembled_curve(
         theta=theta,
         eta=eta,
         method=METHOD,
         x1_init=x1_init,
         pieces=[part.piece for part in parts],
-        residual=max(part.residual for part in parts),
+        residual=max(part.residual for part in (*parts, *pulled)),
         limits=[part.limit for part in parts],
-        no_end=NO_END,
+        pulled=[part.piece for part in pulled],
+        section=section,
+        no_end=NO_END[section],
     )
-    if model is Contact.LINE and not all(map(_possible, curve.pieces)):
+    if model is Contact.LINE and not all(map(_possible, (*curve.pieces, *curve.pulled))):
         return _failed(theta, eta, NO_SWITCH)
     return curve
 

@@ -32,6 +32,12 @@ LOWERING_STEPS = (12, 40)
 LIMIT_OF_X0 = 2.0
 # The first segment ends where −tan α has fallen below this part of its maximum.
 PAST_LOCK = 0.6
+# A round rod is followed until its contact point is this far behind the clamp (L).
+BEHIND_CLAMP = 1e-6
+# Steps in which a pulled rod would become straight, and the friction up to which it is followed:
+# where the normal force vanishes, s_c runs so steeply that few paths would be resolved.
+PULL_STEPS = 40
+MOST_PULLED = 3.0
 # Where the second segment ends at the latest.
 LIMIT_OF_ADVANCE = 50.0
 # Accuracy of the states of a segment: they are guesses for what is solved exactly.
@@ -400,6 +406,60 @@ def first_segment(begun: Segment, sizes: StepSizes, model: Contact) -> Segment:
     """
     count = round(LIMIT_OF_X0 / sizes.x0)
     return follow(begun, count, model, lambda segment: ~past_lock(segment))
+
+
+def ahead_of_clamp(states: RodStates) -> FloatArray:
+    """How far the contact point lies ahead of the clamp's axis, in units of L."""
+    return contact_position(states)[0] - (1.0 - states.s_c)
+
+
+def round_segment(begun: Segment, sizes: StepSizes, model: Contact) -> Segment:
+    """Follow branches from α = 0 until the clamp has passed under the contact point.
+
+    Parameters
+    ----------
+    begun : Segment
+        With its first states.
+    sizes, model
+        As in `begin`.
+
+    Returns
+    -------
+    Segment
+        Where the tip lifts off before, it ends there.
+    """
+    count = round(LIMIT_OF_X0 / sizes.x0)
+
+    def goes_on(segment: Segment) -> BoolArray:
+        last = segment.steps[-1]
+        return (ahead_of_clamp(last) > -BEHIND_CLAMP) & (last.fy < 0.0)
+
+    return follow(begun, count, model, goes_on)
+
+
+def pulled_segment(first: Segment, model: Contact) -> Segment:
+    """Follow branches from α = 0 to x0 < 0, where the clamp pulls the tip, past `MOST_PULLED`.
+
+    Parameters
+    ----------
+    first : Segment
+        Of which the first states are taken.
+    model : Contact
+        POINT or LINE, as in `begin`.
+
+    Returns
+    -------
+    Segment
+    """
+    branches = first.branches
+    straight = branches.x1_init - np.sqrt(1.0 - branches.eta**2)
+    start = replace(first, step=straight / PULL_STEPS, steps=first.steps[:1], line=first.line[:1])
+
+    def goes_on(segment: Segment) -> BoolArray:
+        last = segment.steps[-1]
+        return last.fx < -MOST_PULLED * last.fy
+
+    return follow(start, PULL_STEPS - 1, model, goes_on)
 
 
 def second_segment(first: Segment, sizes: StepSizes, model: Contact) -> Segment:

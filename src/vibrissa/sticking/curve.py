@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.outcomes import Contact, End, Parameter, Status
+from vibrissa.outcomes import Contact, End, Parameter, RodSection, Status
 from vibrissa.sticking.piece import Jet, Piece, StickingState
 
 # Displacements that are nearer to each other are one: where two pieces meet, and at the end.
@@ -65,6 +65,10 @@ class StickingCurve:
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     pieces : tuple of Piece
         Smooth pieces of the curve, in order.
+    pulled : tuple of Piece
+        Smooth pieces at x0 < 0, where the clamp pulls the tip, in the order of x0; empty where the
+        section is planar or they were not solved.
+    section : RodSection
     residual : float
         Largest equilibrium residual of the states, between the solved ones included.
     x0_lock, mu_lock : float
@@ -74,7 +78,8 @@ class StickingCurve:
         First displacement at which φ1 = 0, where the rod comes to lie along the surface; NaN if
         this does not happen before locking, 0 if it lies on it from the start.
     end : End
-        Why the curve ends: the rod ``snaps`` where the branch turns back in x0, the shape goes
+        Why the curve ends: a round rod ``swings_aside`` where the clamp passes under the contact
+        point, a planar one ``snaps`` where the branch turns back in x0, the shape goes
         ``out_of_reach``, the tip ``lifts_off`` instead of locking, or it was ``not_followed``.
     end_message : str
         More about it, where there is more to say.
@@ -87,6 +92,8 @@ class StickingCurve:
     message: str = ""
     x1_init: float = np.nan
     pieces: tuple[Piece, ...] = ()
+    pulled: tuple[Piece, ...] = ()
+    section: RodSection = RodSection.ROUND
     residual: float = np.nan
     x0_lock: float = np.nan
     mu_lock: float = np.nan
@@ -123,16 +130,25 @@ class StickingCurve:
         if not self.pieces:
             raise ArgumentError(f"no {what} a curve with status {self.status}: {self.message}")
 
+    @property
+    def x0_pull(self) -> float:
+        """First displacement of the curve (L), not above 0: down to it pulled states are known."""
+        return self.pulled[0].first_x0 if self.pulled else 0.0
+
+    @property
+    def _all(self) -> tuple[Piece, ...]:
+        return (*self.pulled, *self.pieces)
+
     def _piece_of(self, x0: FloatArray) -> IntArray:
         """Which piece each displacement lies on."""
-        inner = [piece.first_x0 for piece in self.pieces[1:]]
+        inner = [piece.first_x0 for piece in self._all[1:]]
         return np.searchsorted(inner, x0, side="right")
 
     def contact(self, x0: ArrayLike) -> list[str]:
         """Kind of contact at given displacements on the curve; empty at NaN."""
         x0 = np.atleast_1d(np.asarray(x0, dtype=float))
         on = zip(x0, self._piece_of(x0), strict=True)
-        return ["" if np.isnan(at) else self.pieces[i].contact.value for at, i in on]
+        return ["" if np.isnan(at) else self._all[i].contact.value for at, i in on]
 
     def state(self, x0: ArrayLike) -> StickingState:
         """Sticking state at the given footpoint displacements.
@@ -140,7 +156,7 @@ class StickingCurve:
         Parameters
         ----------
         x0 : array_like
-            Displacements between 0 and the curve's end, in units of L.
+            Displacements between `x0_pull` and the curve's end, in units of L.
 
         Returns
         -------
@@ -154,12 +170,13 @@ class StickingCurve:
         """
         self._need_states("states on")
         x0 = np.asarray(x0, dtype=float)
-        if np.any(~(x0 >= 0.0)) or np.any(~(x0 <= self.x0_end + SAME)):
+        if np.any(~(x0 >= self.x0_pull)) or np.any(~(x0 <= self.x0_end + SAME)):
             raise ArgumentError(
-                f"x0 must lie on the curve, between 0 and {self.x0_end:.6g}; got {x0!r}"
+                f"x0 must lie on the curve, between {self.x0_pull:.6g} and {self.x0_end:.6g}; got "
+                f"{x0!r}"
             )
         states, place = StickingState.unknown(x0.shape), self._piece_of(x0)
-        for index, piece in enumerate(self.pieces):
+        for index, piece in enumerate(self._all):
             on_piece = place == index
             if np.any(on_piece):
                 states.put(on_piece, piece.at_x0(np.minimum(x0[on_piece], piece.last_x0)))
@@ -289,6 +306,55 @@ class StickingCurve:
             slips_back |= slips
         return [End.SLIPS_BACK if slips else self.end for slips in slips_back], states
 
+    def trailing_end(self, mu0: ArrayLike) -> StickingState:
+        """Last sticking state of a rod that has swung aside and trails behind its clamp.
+
+        It goes back through its own states, mirrored, until the pulled tip slips.
+
+        Parameters
+        ----------
+        mu0 : array_like
+            Coefficients of static friction, larger than μ_lock.
+
+        Returns
+        -------
+        StickingState
+            With the displacement of the clamp since α = 0 before the swing; NaN where the rod does
+            not swing aside or the pulled states are not known.
+        """
+        mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
+        states = StickingState.unknown(len(mu0))
+        if self.end is not End.SWINGS_ASIDE:
+            return states
+        # The part next to α = 0 comes first for the tip.
+        for piece in reversed(self.pulled):
+            at = piece.first(-piece.samples.alpha, -np.arctan(mu0), _slips_pulled)
+            # Where not even the first sample demands more, an earlier part does.
+            slips = (at > piece.start) & np.isnan(states.x0)
+            states.put(slips, piece.at(at[slips]))
+        return self.mirrored(states)
+
+    def mirrored(self, states: StickingState) -> StickingState:
+        """States after the rod has swung aside that were, or could be, passed before.
+
+        Parameters
+        ----------
+        states : StickingState
+            States at x0 up to that of the swing, negative where the clamp pulls.
+
+        Returns
+        -------
+        StickingState
+            Their mirror images, with the displacement of the clamp at which they come.
+        """
+        return replace(
+            states,
+            x0=2.0 * self.x0_end - states.x0,
+            reaction_fx=-states.reaction_fx,
+            reaction_m=-states.reaction_m,
+            phi1=np.pi - states.phi1,
+        )
+
 
 def _slips_ahead(state: StickingState, mu0: FloatArray) -> FloatArray:
     # Has the sign of −tan α − μ0 as long as the surface pushes.
@@ -297,6 +363,15 @@ def _slips_ahead(state: StickingState, mu0: FloatArray) -> FloatArray:
 
 def _slips_back(state: StickingState, alpha: FloatArray) -> FloatArray:
     return np.tan(alpha) * state.reaction_fy + state.reaction_fx
+
+
+def _slips_pulled(state: StickingState, alpha: FloatArray) -> FloatArray:
+    # As `_slips_back`, but for the level −α.
+    return _slips_back(state, -alpha)
+
+
+def _over_clamp(state: StickingState, level: FloatArray) -> FloatArray:
+    return np.asarray(state.x0 - state.s_c)
 
 
 def _normal_force(state: StickingState, level: FloatArray) -> FloatArray:
@@ -322,6 +397,8 @@ def assembled_curve(
     pieces: Sequence[Piece],
     residual: float,
     limits: Sequence[Limit] = (),
+    pulled: Sequence[Piece] = (),
+    section: RodSection = RodSection.ROUND,
     no_end: str = "",
 ) -> StickingCurve:
     """Build a curve from solved pieces: locate its lock, its first contact along a line, its end.
@@ -341,6 +418,9 @@ def assembled_curve(
         Largest equilibrium residual.
     limits : sequence of Limit
         For each piece, how far its shapes are admissible; without any, all are.
+    pulled : sequence of Piece
+        Pieces at x0 < 0, in the order of x0.
+    section : RodSection
     no_end : str
         What to say if the pieces do not lead to an end.
 
@@ -350,11 +430,12 @@ def assembled_curve(
         ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` and up
         to there if the shape becomes inadmissible before.
     """
-    kept, end, message = _until_end(pieces, limits or [Limit()] * len(pieces))
+    over = np.nan if section is RodSection.PLANAR else x1_init
+    kept, end, message = _until_end(pieces, limits or [Limit()] * len(pieces), over)
     x0_lock, mu_lock, kept = _lock(kept)
     if mu_lock == np.inf:
         end, message = End.LIFTS_OFF, ""
-    elif not (kept and 0.0 < x0_lock < kept[-1].last_x0):
+    elif not (kept and 0.0 < x0_lock < kept[-1].last_x0) and end is not End.SWINGS_ASIDE:
         if end is not End.OUT_OF_REACH or not kept:
             status = Status.OUT_OF_REACH if end is End.OUT_OF_REACH else Status.FAILED
             why = message or NO_MAXIMUM
@@ -369,6 +450,8 @@ def assembled_curve(
         message="" if locks else message,
         x1_init=x1_init,
         pieces=tuple(kept),
+        pulled=tuple(pulled),
+        section=section,
         residual=residual,
         x0_lock=x0_lock,
         mu_lock=mu_lock,
@@ -378,12 +461,18 @@ def assembled_curve(
     )
 
 
-def _until_end(pieces: Sequence[Piece], limits: Sequence[Limit]) -> tuple[list[Piece], End, str]:
-    """Cut pieces off where the branch turns back in x0 or the shape becomes inadmissible."""
+def _until_end(
+    pieces: Sequence[Piece], limits: Sequence[Limit], x1_init: float
+) -> tuple[list[Piece], End, str]:
+    """Cut pieces off where the rod swings aside, turns back in x0 or becomes inadmissible.
+
+    Without `x1_init`, which is NaN, the rod stays in its plane.
+    """
     kept: list[Piece] = []
     for piece, limit in zip(pieces, limits, strict=True):
         turn = piece.turning_point() if piece.parameter is Parameter.ADVANCE else np.nan
-        stop = float(np.nanmin([limit.at, turn, np.inf]))
+        over = _passes_under(piece, x1_init)
+        stop = float(np.nanmin([limit.at, turn, over, np.inf]))
         if np.isinf(stop):
             kept.append(piece)
             continue
@@ -391,8 +480,16 @@ def _until_end(pieces: Sequence[Piece], limits: Sequence[Limit]) -> tuple[list[P
             kept.append(piece.restricted(stop))
         if stop == limit.at:
             return kept, End.OUT_OF_REACH, limit.reason
-        return kept, End.SNAPS, ""
+        return kept, End.SWINGS_ASIDE if stop == over else End.SNAPS, ""
     return kept, End.NOT_FOLLOWED, ""
+
+
+def _passes_under(piece: Piece, x1_init: float) -> float:
+    """Where the clamp passes under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
+    if np.isnan(x1_init):
+        return np.nan
+    level, way = np.array([x1_init - 1.0]), piece.samples.x0 - piece.samples.s_c
+    return float(piece.first(way, level, _over_clamp, value=level)[0])
 
 
 def _lock(pieces: Sequence[Piece]) -> tuple[float, float, list[Piece]]:

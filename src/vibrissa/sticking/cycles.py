@@ -3,18 +3,22 @@
 The tip sticks until the first step of the footpoint at which −tan α > μ0. There it slips, in the
 paper until α = 0 is reached again: the contact point has then moved by the clamp's own travel and
 the next period is the same, translated. Other laws of slip are in `vibrissa.sensor.slips`.
+
+Where the tip locks, a round rod swings aside, trails behind the clamp, and slips at last. From then
+on it is dragged: in the α = 0 state into which it slips the contact point is behind the clamp.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Status
 from vibrissa.sticking.curve import StickingCurve
@@ -35,8 +39,9 @@ class Scan:
     Attributes
     ----------
     status : Status
-        ``slip``, or ``lock``: then the scan is one period of sticking, past the lock to where it
-        ends (or to the lock, where it was not followed); without states as the curve.
+        ``slip``, or ``lock``: then a rod that swings aside is dragged after its first period, and
+        of others the scan is one period of sticking, past the lock to where it ends (or to the
+        lock, where it was not followed); without states as the curve.
     cycle : ndarray of int, shape (n,)
         Number of the stick-slip cycle, from 1; it ends with the slip.
     step : ndarray of int, shape (n,)
@@ -48,7 +53,8 @@ class Scan:
     x1 : ndarray, shape (n,)
         Position of the tip (L), which is the contact point in point contact.
     state : StickingState
-        Force, angles and clamp reactions; its x0 counts from the last α = 0 state.
+        Force, angles and clamp reactions; its x0 counts from the α = 0 state in which the period
+        began.
     s : ndarray, shape (points,)
         Arc lengths of the shape points (L).
     x, y, phi : ndarray, shape (n, points)
@@ -119,43 +125,110 @@ def stick_slip(
     if not dx0 > 0:
         raise ArgumentError(f"dx0 must be positive, got {dx0}")
     s = np.linspace(0.0, 1.0, shape_points)
-    status, last = _end_of_sticking(curve, float(mu0), dx0)
+    status, until = _end_of_sticking(curve, float(mu0))
     if status not in (Status.SLIP, Status.LOCK):
         return _empty_scan(s, status)
 
-    # One period, k = 0 ... last; every later one is the same, translated.
-    period = curve.state(step_position(np.arange(last + 1), dx0))
-    offset, height = curve.contact_point(period.x0)
-    shapes = _shapes(curve, period, s)
-    residual = np.hypot(shapes[:, 0, -1] - offset, shapes[:, 1, -1] - height)
-    cycle, step = _numbered(last, 1 if status is Status.LOCK else cycles, status)
-    # A slip ends at step last + 1, in the state that the period begins with.
-    row = step % (last + 1)
+    # The first period and one of the later ones, which are all the same, translated.
+    first = _first_period(curve, step_position(np.arange(1 + until.first(dx0)), dx0), s)
+    later = first
+    if status is Status.LOCK:
+        later = _dragged_period(curve, step_position(np.arange(1 + until.later(dx0)), dx0), s)
+    row, cycle, step = _numbered(len(first.offset), len(later.offset), cycles if until.slips else 0)
+    states = StickingState.concatenate([first.states, later.states]).take(row)
+    both = zip(first.shapes, later.shapes, strict=True)
+    x, y, phi = (np.concatenate(shapes)[row] for shapes in both)
+    offset = np.concatenate([first.offset, later.offset])[row]
+    height = np.concatenate([first.height, later.height])[row]
     footpoint = step_position(np.arange(len(step)), dx0)
     along = footpoint * np.cos(curve.mounting.stage_angle)
     return Scan(
         status=status,
         cycle=cycle,
         step=step,
-        phase=[Phase.SLIP if k > last else Phase.STICK for k in step],
+        phase=[Phase.SLIP if k == len(first.offset) else Phase.STICK for k in row],
         footpoint=footpoint,
-        x1=along + offset[row],
-        state=period.take(row),
+        x1=along + offset,
+        state=states,
         s=s,
-        x=along[:, None] + shapes[row, 0],
-        y=curve.eta - height[row, None] + shapes[row, 1],
-        phi=shapes[row, 2],
-        residual=residual[row],
+        x=along[:, None] + x,
+        y=curve.eta - height[:, None] + y,
+        phi=phi,
+        residual=np.hypot(x[:, -1] - offset, y[:, -1] - height),
     )
 
 
-def _end_of_sticking(curve: StickingCurve, mu0: float, dx0: Decimal) -> tuple[Status, int]:
-    """Whether the tip slips or locks, and the last step of the footpoint before its motion ends."""
+class _Until(NamedTuple):
+    """Displacements since α = 0 at which the first and the later periods end; NaN without later."""
+
+    end: float
+    later_end: float
+
+    @property
+    def slips(self) -> bool:
+        """Whether the first period ends with a slip."""
+        return not np.isnan(self.later_end)
+
+    def first(self, dx0: Decimal) -> int:
+        """Last step of the footpoint in the first period."""
+        return int(last_step_within(np.array(self.end), dx0))
+
+    def later(self, dx0: Decimal) -> int:
+        """Last step of the footpoint in a later period; 0 without any."""
+        return int(last_step_within(np.array(np.nan_to_num(self.later_end)), dx0))
+
+
+def _end_of_sticking(curve: StickingCurve, mu0: float) -> tuple[Status, _Until]:
+    """Whether the tip slips or locks, and where its periods end."""
     (until,), (status,) = curve.outcomes(np.array([mu0]))
-    if status is Status.LOCK:
-        end = float(curve.motion_end(mu0)[1].x0[0])
-        until = end if np.isfinite(end) else curve.x0_lock
-    return status, int(last_step_within(np.array(np.nan_to_num(until)), dx0))
+    if status is not Status.LOCK:
+        return status, _Until(float(until), float(until))
+    trail = float(curve.trailing_end(mu0).x0[0])
+    if np.isfinite(trail):
+        return status, _Until(trail, trail - 2.0 * curve.x0_end)
+    end = float(curve.motion_end(mu0)[1].x0[0])
+    return status, _Until(end if np.isfinite(end) else curve.x0_lock, np.nan)
+
+
+class _Period(NamedTuple):
+    """States of a period, places of the tip from the clamp (L), and shapes x, y and φ."""
+
+    states: StickingState
+    offset: FloatArray
+    height: FloatArray
+    shapes: tuple[FloatArray, FloatArray, FloatArray]
+
+
+def _first_period(curve: StickingCurve, displacement: FloatArray, s: FloatArray) -> _Period:
+    """States at displacements since α = 0, also after the rod has swung aside."""
+    behind = displacement > curve.x0_end
+    x0 = np.where(behind, 2.0 * curve.x0_end - displacement, displacement)
+    return _period(curve, x0, behind, displacement, s)
+
+
+def _dragged_period(curve: StickingCurve, displacement: FloatArray, s: FloatArray) -> _Period:
+    """States of a rod that trails behind its clamp, at displacements since α = 0."""
+    behind = np.ones(len(displacement), dtype=bool)
+    return _period(curve, -displacement, behind, displacement, s)
+
+
+def _period(
+    curve: StickingCurve,
+    x0: FloatArray,
+    behind: BoolArray,
+    displacement: FloatArray,
+    s: FloatArray,
+) -> _Period:
+    """States of the curve, those that are `behind` mirrored."""
+    states, shapes = curve.state(x0), _shapes(curve, curve.state(x0), s)
+    sign = np.where(behind, -1.0, 1.0)
+    x, y, phi = np.moveaxis(shapes, 1, 0)
+    mirrored = curve.mirrored(states.take(behind))
+    states = replace(states, x0=displacement)
+    states.put(behind, replace(mirrored, x0=displacement[behind]))
+    turned = np.where(behind[:, None], np.pi - phi, phi)
+    offset, height = curve.contact_point(x0)
+    return _Period(states, sign * offset, height, (sign[:, None] * x, y, turned))
 
 
 def _shapes(curve: StickingCurve, states: StickingState, s: FloatArray) -> FloatArray:
@@ -169,16 +242,23 @@ def _shapes(curve: StickingCurve, states: StickingState, s: FloatArray) -> Float
     )
 
 
-def _numbered(last: int, cycles: int, status: Status) -> tuple[IntArray, IntArray]:
-    """Count the cycles, and the steps in each, for all footpoint positions.
+def _numbered(first: int, later: int, cycles: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Count the states, the cycles and the steps in each, for all footpoint positions.
 
-    A cycle has the steps 1 ... last and the one in which the tip slips; the first begins with the
-    α = 0 state. Where the tip locks there is no slip.
+    `first` and `later` are the numbers of states of the periods, which are counted one after the
+    other. A cycle ends with the step in which the tip slips into the first state of a later period;
+    the first begins with the α = 0 state. Without cycles nothing slips.
     """
-    slips = status is not Status.LOCK
-    position = np.arange(cycles * (last + slips) + 1)
-    cycle = np.maximum(1, -(-position // max(last + slips, 1)))
-    return cycle, position - (cycle - 1) * (last + slips)
+    row, cycle, step = [np.arange(first)], [np.ones(first, dtype=np.int64)], [np.arange(first)]
+    for number in range(1, cycles + 1):
+        if number > 1:
+            row.append(np.arange(first + 1, first + later))
+            step.append(np.arange(1, later))
+            cycle.append(np.full(later - 1, number))
+        row.append(np.array([first]))
+        step.append(np.array([first if number == 1 else later]))
+        cycle.append(np.array([number]))
+    return np.concatenate(row), np.concatenate(cycle), np.concatenate(step)
 
 
 def _empty_scan(s: FloatArray, status: Status) -> Scan:

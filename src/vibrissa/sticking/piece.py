@@ -22,6 +22,8 @@ from vibrissa.outcomes import Contact, Parameter
 
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SAMPLES = 257
+# Columns that are not known on a step grid.
+MARGINS = ("stability", "stability_aside")
 # Order of the spline through states on a step grid.
 SPLINE_DEGREE = 5
 
@@ -90,7 +92,7 @@ class Piece:
             from scipy.interpolate import make_interp_spline
 
             degree = min(SPLINE_DEGREE, len(values) - 1)
-            # The margin of stability is not known on a step grid.
+            # The margins of stability are not known on a step grid.
             spline = make_interp_spline(self.states.x0, np.nan_to_num(values), k=degree)
             return spline, spline.derivative(), spline.derivative(2)
         derivative = chebyshev_derivative(len(values)) * (2.0 / (self.stop - self.start))
@@ -127,13 +129,14 @@ class Piece:
         """States at values of the parameter on the piece."""
         states = self.jet(t, 0)[0]
         # No margin exceeds 1, but between the states the interpolant may.
-        exact = {"stability": np.minimum(states.stability, 1.0), "s_c": np.ones(t.shape)}
+        exact = {name: np.minimum(getattr(states, name), 1.0) for name in MARGINS}
+        exact["s_c"] = np.ones(t.shape)
         if self.contact is Contact.LINE:
-            exact |= {"s_c": states.s_c, "phi1": np.zeros(t.shape)}
+            exact |= {"s_c": np.minimum(states.s_c, 1.0), "phi1": np.zeros(t.shape)}
         if self.parameter is Parameter.X0:
             exact["x0"] = t
         if self.stepped:
-            exact["stability"] = np.full(t.shape, np.nan)
+            exact |= dict.fromkeys(MARGINS, np.full(t.shape, np.nan))
         return replace(states, **exact)
 
     def at_x0(self, x0: FloatArray) -> StickingState:

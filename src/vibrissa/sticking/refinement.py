@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
+from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import (
     Closure,
     coefficient_decay,
@@ -33,10 +34,10 @@ from vibrissa.numerics.spectral import (
     halfway_interpolation,
     interpolation,
 )
-from vibrissa.outcomes import Contact, Parameter
+from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.continuation import Branches, Segment
 from vibrissa.sticking.curve import Limit
-from vibrissa.sticking.piece import Piece, StickingState
+from vibrissa.sticking.piece import MARGINS, Piece, StickingState
 
 RESIDUAL_TOLERANCE = 1e-12
 # On more nodes than these rounding alone comes near that.
@@ -79,6 +80,8 @@ class Pieces(Branches):
         Which curve of the batch a piece belongs to.
     start, length : ndarray, shape (n,)
         First value of the parameter and how far the piece goes (x0 in L).
+    section : RodSection
+        A round rod has a margin out of the plane, too.
     """
 
     contact: Contact
@@ -86,6 +89,7 @@ class Pieces(Branches):
     curve: IntArray
     start: FloatArray
     length: FloatArray
+    section: RodSection = RodSection.PLANAR
 
     def value(self, position: FloatArray) -> FloatArray:
         """Parameter at fractions of the pieces' length, shape (positions, n)."""
@@ -349,15 +353,17 @@ def _sticking_states(path: RodStates, pieces: Pieces) -> StickingState:
         reaction_fy=path.fy,
         reaction_m=moment,
         phi1=phi1,
-        s_c=path.s_c,
+        # Where the contact changes its kind, 1 up to rounding.
+        s_c=np.where(path.s_c > 1.0 + ROUNDED_TOLERANCE, path.s_c, np.minimum(path.s_c, 1.0)),
         stability=np.full(path.fx.shape, np.nan),
+        stability_aside=np.full(path.fx.shape, np.nan),
     )
 
 
 def _curve_decay(states: StickingState) -> FloatArray:
     """Size of the last Chebyshev coefficients along the pieces relative to the largest."""
     transform = chebyshev_transform(len(states))
-    known = [name for name in StickingState.names() if name != "stability"]
+    known = [name for name in StickingState.names() if name not in MARGINS]
     coefficients = {name: np.abs(transform @ getattr(states, name)) for name in known}
     force = coefficients["reaction_fy"].max(axis=0)
     decay = np.zeros(force.shape)
@@ -379,10 +385,11 @@ def _finished(
     path, pieces = _of_pieces(path, rows), pieces.take(rows)
     count, position = len(path), chebyshev_nodes(STATES_LOOKED_AT)
     few = combined(interpolation(count, position), path)
+    margins = _margins(few, pieces)
+    to_states = interpolation(STATES_LOOKED_AT, chebyshev_nodes(count))
     states = replace(
         states.take((slice(None), rows)),
-        stability=interpolation(STATES_LOOKED_AT, chebyshev_nodes(count))
-        @ _margins(few, pieces.contact),
+        **{name: to_states @ values for name, values in margins.items()},
     )
     if pieces.parameter is Parameter.X0:
         states = replace(states, x0=pieces.value(chebyshev_nodes(count)))
@@ -407,10 +414,14 @@ def _finished(
         yield Resolved(int(pieces.curve[row]), piece, float(residual[rows[row]]), limit)
 
 
-def _margins(path: RodStates, contact: Contact) -> FloatArray:
-    """Margins of stability of the states of a path, shape (states, pieces)."""
+def _margins(path: RodStates, pieces: Pieces) -> dict[str, FloatArray]:
+    """Margins of stability of the states of a path, each of shape (states, pieces)."""
     nodes = max(FEWEST_STABILITY_NODES, round(STABILITY_NODES * path.nodes))
-    return stability(flat(path.on_nodes(nodes)), contact).reshape(path.fx.shape)
+    states = flat(path.on_nodes(nodes))
+    margins = {"stability": stability(states, pieces.contact)}
+    if pieces.section is RodSection.ROUND:
+        margins["stability_aside"] = stability_aside(states)
+    return {name: values.reshape(path.fx.shape) for name, values in margins.items()}
 
 
 def _clearances(path: RodStates, pieces: Pieces) -> Clearance:

@@ -21,7 +21,7 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
-from vibrissa.outcomes import Contact, Parameter, Solver
+from vibrissa.outcomes import Contact, Parameter, RodSection, Solver
 from vibrissa.sticking.curve import Limit, StickingCurve, assembled_curve, failed_curve
 from vibrissa.sticking.piece import Piece, StickingState
 
@@ -277,7 +277,11 @@ def _warm_start(
 
 
 def solve_curve(
-    theta: float, eta: float, dx0: float, tolerances: Tolerances = PRECISE
+    theta: float,
+    eta: float,
+    dx0: float,
+    tolerances: Tolerances = PRECISE,
+    section: RodSection = RodSection.ROUND,
 ) -> StickingCurve:
     """Sticking curve by the paper's procedure, followed until past locking.
 
@@ -289,6 +293,7 @@ def solve_curve(
         Footpoint displacement step (L); divided evenly where it is coarser than
         `LARGEST_STEP`·x1_init.
     tolerances : Tolerances
+    section : RodSection
 
     Returns
     -------
@@ -316,6 +321,7 @@ def solve_curve(
         phi1=phi1,
         s_c=np.ones_like(f),
         stability=np.full_like(f, np.nan),
+        stability_aside=np.full_like(f, np.nan),
     )
     limit = _limit(theta, eta, known, states[0].x1 - known.x0)
     piece = Piece(
@@ -334,6 +340,7 @@ def solve_curve(
         pieces=[piece],
         residual=worst,
         limits=[limit],
+        section=section,
         no_end="shooting ends at the lock; use method: collocation to follow the motion past it",
     )
 

@@ -43,6 +43,8 @@ class Stiction:
         (`vibrissa.outcomes.End`); empty elsewhere.
     ended : StickingState
         The state in which it does; NaN elsewhere and where the curve was not followed.
+    trail : StickingState
+        Last sticking state of a rod that has swung aside; NaN elsewhere.
     """
 
     status: list[Status]
@@ -56,6 +58,7 @@ class Stiction:
     slip: StickingState
     end: list[str]
     ended: StickingState
+    trail: StickingState
 
 
 def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decimal]) -> Stiction:
@@ -83,13 +86,14 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
     # A rod that is free to lie down does not pass through the surface.
     touches = all(piece.contact is Contact.POINT for piece in curve.pieces)
     sticks_until = np.where(slips, x0_max, curve.x0_lock)
-    end, ended = [""] * n, StickingState.unknown(n)
+    end, ended, trail = [""] * n, StickingState.unknown(n), StickingState.unknown(n)
     locks = np.flatnonzero([what is Status.LOCK for what in status])
     if len(locks):
         ends, states = curve.motion_end(friction[locks])
         for row, how in zip(locks, ends, strict=True):
             end[row] = how.value
         ended.put(locks, states)
+        trail.put(locks, curve.trailing_end(friction[locks]))
     init = StickingState.unknown(n)
     if curve.pieces:
         init = curve.state(np.zeros(1)).take(np.zeros(n, dtype=np.int64))
@@ -106,4 +110,5 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
         slip=curve.states_where_known(x0_slip),
         end=end,
         ended=ended,
+        trail=trail,
     )

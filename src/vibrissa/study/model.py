@@ -11,7 +11,7 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from vibrissa.decimals import spell
-from vibrissa.outcomes import Contact, Solver
+from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.claims import Claims
 from vibrissa.study.costs import LONGEST_JOB, curve_seconds
 from vibrissa.study.figures import AnyFigure
@@ -101,6 +101,11 @@ class Study(Section):
         description="kind of contact: point (the tip alone touches the surface) or line (the rod "
         "lies along the surface where it would pass through it)",
     )
+    section: RodSection = Field(
+        default=RodSection.ROUND,
+        description="what the section lets the rod do: round (a self-locking rod swings aside, out "
+        "of its plane) or planar (a strip, or a guided rod, stays in it)",
+    )
     method: Solver = Field(
         default=Solver.COLLOCATION,
         description="how curves are solved: collocation or shooting (the paper's own, slow)",
@@ -141,8 +146,9 @@ class Study(Section):
 
     @property
     def blocks_name(self) -> str:
-        """Kind of contact and solver in one word: names the blocks' folder and their plan."""
-        return f"{self.contact}-{self.method}"
+        """Contact, section and solver in one word: names the blocks' folder and their plan."""
+        section = "" if self.section is RodSection.ROUND else f"-{self.section}"
+        return f"{self.contact}{section}-{self.method}"
 
     @cached_property
     def point_grids(self) -> dict[str, Grid]:
@@ -211,12 +217,13 @@ class Study(Section):
             yield excess
             return  # the rest looks at the points
         for name, scan in self.scans.items():
-            # The clamp moves by less than the rod's length in a cycle.
+            # The clamp moves by less than the rod's length in a cycle, by twice that in a first one
+            # in which the rod swings aside.
             step = min(scan.grid.dx0)
-            if (rows := scan.cycles / step) > LONGEST_SCAN:
+            if (rows := (scan.cycles + 1) / step) > LONGEST_SCAN:
                 text = (
                     f"{scan.cycles} cycles in steps of dx0 = {spell(step)} can take {rows:.1g} "
-                    f"steps; allowed: cycles/dx0 up to {LONGEST_SCAN:.0e}"
+                    f"steps; allowed: (cycles + 1)/dx0 up to {LONGEST_SCAN:.0e}"
                 )
                 yield Mistake(location=("scans", name), text=text)
         if self.scans and (steps := self.scan_steps(TRAVEL)) > self.max_points:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.outcomes import Contact, End, Parameter, Solver, Status
+from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import Piece, StickingState
 from vibrissa.study.codec import decode_key, encode_columns
@@ -69,17 +69,17 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
         With the schema `CURVES`.
     """
     columns: dict[str, Any] = {**encode_columns(keys)}
-    for name in ("method", "status", "message", "end_message"):
+    for name in ("method", "section", "status", "message", "end_message"):
         columns[name] = [getattr(curve, name) for curve in curves]
     columns["ends_by"] = [curve.end for curve in curves]
     for name in _CURVE_SCALARS:
         columns[name] = np.array([getattr(curve, name) for curve in curves])
-    columns["piece_contact"] = [[piece.contact for piece in curve.pieces] for curve in curves]
-    columns["piece_states"] = [[len(piece.states) for piece in curve.pieces] for curve in curves]
-    for name in ("parameter", "start", "stop"):
-        columns[f"piece_{name}"] = [[getattr(p, name) for p in curve.pieces] for curve in curves]
+    whole = [(*curve.pulled, *curve.pieces) for curve in curves]
+    columns["piece_states"] = [[len(piece.states) for piece in pieces] for pieces in whole]
+    for name in ("contact", "parameter", "start", "stop"):
+        columns[f"piece_{name}"] = [[getattr(p, name) for p in pieces] for pieces in whole]
     # Arrays from arrays: to make each number an object would take time and memory.
-    pieces = [piece.states for curve in curves for piece in curve.pieces]
+    pieces = [piece.states for pieces in whole for piece in pieces]
     states = StickingState.concatenate([StickingState.unknown(0), *pieces])
     counts = [sum(states) for states in columns["piece_states"]]
     offsets = pa.array(np.cumsum([0, *counts]), pa.int32())
@@ -135,7 +135,9 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
             method=method,
             status=Status(row["status"]),
             message=row["message"],
-            pieces=tuple(pieces),
+            pieces=tuple(piece for piece in pieces if piece.start >= 0.0),
+            pulled=tuple(piece for piece in pieces if piece.start < 0.0),
+            section=RodSection(row["section"]),
             **scalars,
             end=End(row["ends_by"]),
             end_message=row["end_message"],
@@ -206,6 +208,8 @@ def _stiction_columns(
         "ends_by": [end or None for end in stiction.end],
         "x0_end": stiction.ended.x0,
         **_state_values(stiction.ended, "_end"),
+        "x0_trail": stiction.trail.x0,
+        **_state_values(stiction.trail, "_trail"),
         "x1_init": np.full(n, curve.x1_init),
         "penetrates": [p if k else None for p, k in zip(stiction.penetrates, known, strict=True)],
         "residual": np.full(n, curve.residual),

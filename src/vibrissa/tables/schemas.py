@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import pyarrow as pa
 
-from vibrissa.outcomes import Contact, End, Parameter, Solver, Status
+from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
 
 # Goes up when a column changes its meaning, name or type: older files are refused.
-SCHEMA_VERSION = "5"
+SCHEMA_VERSION = "6"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
@@ -24,6 +24,7 @@ NO_RESULT = "no result"
 NO_SLIP = "the tip is self-locking, or no result"
 NO_LOCK = "the tip slips forward, or no result"
 NO_END = "the tip slips forward, its path was not followed to the end, or no result"
+NO_TRAIL = "the rod does not swing aside, its pulled path was not followed so far, or no result"
 # Names of what is in a column's metadata, in the order in which they are shown.
 UNIT, RANGE, NULL, EQUATION, DESCRIPTION = b"unit", b"range", b"null", b"equation", b"description"
 
@@ -62,7 +63,9 @@ def _changed(column: pa.Field, suffix: str, when: str, null: str) -> pa.Field:
         said[DESCRIPTION] + when,
         kind=column.type,
         range=said[RANGE],
-        null=f"{null}; or method shooting" if null and column.name == STABILITY else null,
+        null=f"{null}; or {UNKNOWN_MARGINS[column.name]}"
+        if null and column.name in UNKNOWN_MARGINS
+        else null,
         equation=said[EQUATION],
     )
 
@@ -90,7 +93,12 @@ AXES = (
     ETA,
     _column("dx0", LENGTH, "step of the clamp", range=POSITIVE),
 )
-STABILITY = "stability"
+STABILITY, STABILITY_ASIDE = "stability", "stability_aside"
+# Where a margin is not known although the state is.
+UNKNOWN_MARGINS = {
+    STABILITY: "method shooting",
+    STABILITY_ASIDE: "method shooting, section planar, or another mounting than the ideal one",
+}
 STATE = (
     _column(
         "f",
@@ -107,7 +115,11 @@ STATE = (
         equation="tan α = −fx/fy",
     ),
     _column(
-        "phi1", ANGLE, "tangent angle at the contact point", range="(−π, π)", equation="φ1 = φ(s_c)"
+        "phi1",
+        ANGLE,
+        "tangent angle at the contact point",
+        range="(−π, 2π)",
+        equation="φ1 = φ(s_c)",
     ),
     _column(
         "s_c",
@@ -144,6 +156,14 @@ STATE = (
         range="(−∞, 1]",
         equation="(8)",
     ),
+    _column(
+        STABILITY_ASIDE,
+        NONE,
+        "smallest eigenvalue of the second variation out of the plane; positive where a round rod "
+        "stays in its plane",
+        range="(−∞, 1]",
+        equation="(D1) of aside.md",
+    ),
 )
 RESIDUAL = (
     "largest residual of the equilibrium path: by collocation of E1 to E4, in rad and L, also "
@@ -158,7 +178,8 @@ def _state_columns(suffix: str = "", when: str = "", null: str = "") -> list[pa.
 
 def _state_lists() -> list[pa.Field]:
     """Columns of those quantities of the states of a path from which the others follow."""
-    followed = ("reaction_fx", "reaction_fy", "reaction_m", "phi1", "s_c", STABILITY)
+    loads = ("reaction_fx", "reaction_fy", "reaction_m")
+    followed = (*loads, "phi1", "s_c", STABILITY, STABILITY_ASIDE)
     columns = {column.name: _changed(column, "", ", of the states", "") for column in STATE}
     return [columns[name].with_type(NUMBERS) for name in followed]
 
@@ -216,12 +237,19 @@ CURVES = _schema(
             kind=TEXT,
         ),
         ORIGIN[1],
+        _text(
+            "section",
+            "whether the rod may leave its plane",
+            range=_words(*RodSection),
+        ),
         _status(Status.SOLVED, Status.OUT_OF_REACH, Status.FAILED),
         MESSAGE,
         _text(
             "ends_by",
             "how the path ends",
-            range=_words(End.SNAPS, End.OUT_OF_REACH, End.LIFTS_OFF, End.NOT_FOLLOWED),
+            range=_words(
+                End.SWINGS_ASIDE, End.SNAPS, End.OUT_OF_REACH, End.LIFTS_OFF, End.NOT_FOLLOWED
+            ),
         ),
         _text("end_message", "more about the end of the path, or empty"),
         X1_INIT,
@@ -252,9 +280,7 @@ CURVES = _schema(
         ),
         _column("piece_start", NONE, "first value of the parameter (x0 in L)", kind=NUMBERS),
         _column("piece_stop", NONE, "last value of the parameter (x0 in L)", kind=NUMBERS),
-        _column(
-            "x0", LENGTH, "clamp displacement, of the states", range=NOT_NEGATIVE, kind=NUMBERS
-        ),
+        _column("x0", LENGTH, "clamp displacement, of the states", range=ANY, kind=NUMBERS),
         *_state_lists(),
     ],
 )
@@ -298,19 +324,34 @@ STICTION = _schema(
         *_state_columns("_slip", ", at the exact onset of slip", NO_SLIP),
         _text(
             "ends_by",
-            "how sticking ends after self-locking",
-            range=_words(End.SLIPS_BACK, End.SNAPS, End.OUT_OF_REACH, End.NOT_FOLLOWED),
+            "how sticking in the plane ends after self-locking",
+            range=_words(
+                End.SWINGS_ASIDE, End.SLIPS_BACK, End.SNAPS, End.OUT_OF_REACH, End.NOT_FOLLOWED
+            ),
             null=NO_LOCK,
         ),
         _column(
             "x0_end",
             LENGTH,
-            "clamp displacement at which sticking ends after self-locking",
+            "clamp displacement at which sticking in the plane ends after self-locking",
             range=NOT_NEGATIVE,
             null=NO_END,
-            equation="tan α(x0_end) = μ0 (slips_back), x0_end = max x0 (snaps)",
+            equation="x0_end = x1_init − (1 − s_c) (swings_aside), tan α(x0_end) = μ0 "
+            "(slips_back), x0_end = max x0 (snaps)",
         ),
-        *_state_columns("_end", ", where sticking ends after self-locking", NO_END),
+        *_state_columns("_end", ", where sticking in the plane ends after self-locking", NO_END),
+        _column(
+            "x0_trail",
+            LENGTH,
+            "clamp displacement at which the tip slips after the rod has swung aside; from then on "
+            "it is dragged",
+            range=NOT_NEGATIVE,
+            null=NO_TRAIL,
+            equation="x0_trail = 2·x0_end + |x0_pulled(μ0)| (D8)",
+        ),
+        *_state_columns(
+            "_trail", ", in the last sticking state after the rod has swung aside", NO_TRAIL
+        ),
         X1_INIT,
         _column(
             "penetrates",
