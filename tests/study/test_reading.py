@@ -75,8 +75,8 @@ def test_mistakes_among_sections_are_told_with_those_within_them(mistakes):
         "my.yaml:7: grids.main.dx0[0]: 'x'",
         "my.yaml:9: method: 'shooting'",
         "my.yaml:10: scans: some 900,000,001 steps in all",
-        "my.yaml:11: scans.s: 9 cycles in steps of dx0 = 0.000000001 can take 9e+9 steps; allowed: "
-        "cycles/dx0 up to 1e+06",
+        "my.yaml:11: scans.s: 9 cycles in steps of dx0 = 0.000000001 can take 1e+10 steps; "
+        "allowed: (cycles + 1)/dx0 up to 1e+06",
         "my.yaml:13: states.b.theta: 0.5",
         "my.yaml:16: figures.f.theta: 3",
     ]

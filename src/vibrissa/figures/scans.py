@@ -11,7 +11,7 @@ from vibrissa.figures import style
 from vibrissa.figures.kinds import SCAN, kind
 from vibrissa.figures.style import COLORS, END, SHAPE, START, SURFACE
 
-LOCKED = "the tip locks, shown as far as it sticks"
+LOCKED = "the tip locks"
 SHAPES = ("x0", "footpoint", "cycle", "phase", "shape_x", "shape_y")
 REACTIONS = {"reaction_fx": "$F_x$", "reaction_fy": "$F_y$", "reaction_m": "$M$"}
 
