@@ -23,7 +23,7 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce study beyond check bless proof proof-sample compare archive verify test test-slurm test-faults mutations lint
+.PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations lint
 .PHONY: survey roundtrip fuzz published designs taper bench growth
 .PHONY: setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
@@ -33,6 +33,7 @@ help:
 	@echo "  make reproduce            the paper's study: Figures 3 to 8, tables, report"
 	@echo "  make study STUDY=my.yaml  the study in my.yaml instead of config.yaml"
 	@echo "  make beyond               studies/beyond.yaml: strong taper, line contact, self-locking"
+	@echo "  make mounted              studies/mounted.yaml: inclined and yielding clamps, curved rods"
 	@echo "  make check                compare the results with the reference tables"
 	@echo "  make bless                update the reference tables; review them with git diff"
 	@echo "                            (check and bless take STUDY=my.yaml and REFERENCE=folder;"
@@ -81,6 +82,9 @@ reproduce: $(STAMP)
 
 beyond: $(STAMP)
 	@$(RUN) --configfile studies/beyond.yaml
+
+mounted: $(STAMP)
+	@$(RUN) --configfile studies/mounted.yaml
 
 # Asked before the installation starts, not after it.
 ifeq ($(MAKECMDGOALS)$(STUDY),study)

@@ -4,7 +4,7 @@ from decimal import Decimal
 
 import pyarrow as pa
 
-from vibrissa.study.grid import Grid, study_points
+from vibrissa.study.grid import MOUNTING_AXES, Grid, study_points
 from vibrissa.tables.schemas import STICTION
 
 COUNTS = {"theta": 6, "mu0": 4, "eta": 5, "dx0": 2}
@@ -27,6 +27,8 @@ def point_table(points):
         if field.name in ("theta", "mu0", "eta", "dx0"):
             position = ("theta", "mu0", "eta", "dx0").index(field.name)
             values = [float(point[position]) for point, _ in points]
+        elif field.name in MOUNTING_AXES:
+            values = [0.0] * len(points)
         elif field.name == "grids":
             values = [names for _, names in points]
         elif field.type == pa.string():

@@ -65,6 +65,31 @@ def near_locks(count):
     return slipping(combined(**axes, eta=[0.85], dx0=[0.001]))
 
 
+def mounted(count):
+    axes = {"theta": np.linspace(1.0, 3.0, count), "clamp_angle": np.linspace(-0.1, 0.1, 5)}
+    rows = slipping(combined(**axes, mu0=[0.2], eta=[0.85], dx0=[0.001]))
+    return in_mountings(rows, 0.0)
+
+
+def in_mountings(rows, ideal):
+    """Made-up results that follow the inclination of the clamp; all else is ideal."""
+    forces = {f"reaction_{name}_slip": rows.theta * rows.clamp_angle for name in ("fx", "fy", "m")}
+    lock = rows.mu_lock - rows.clamp_angle * (1.0 - ideal * rows.theta)
+    others = dict.fromkeys(("clamp_compliance", "curvature", "stage_angle"), 0.0)
+    return rows.assign(**forces, **others).assign(mu_lock=lock)
+
+
+def deviating(count):
+    axes = {"theta": THETA, "eta": np.linspace(0.3, 0.9, count), "clamp_angle": [0.0, 0.02]}
+    return in_mountings(slipping(combined(**axes, mu0=[0.2], dx0=[0.001])), 0.0)
+
+
+def against_cylinders(count):
+    axes = {"theta": [1.0, 2.0, 4.0], "eta": np.linspace(0.3, 0.9, count)}
+    rows = combined(**axes, clamp_angle=np.linspace(-0.2, 0.2, 5), mu0=[0.2], dx0=[0.001])
+    return in_mountings(slipping(rows), 1.0)
+
+
 def shapes(begins, bends):
     """Rods from a clamp at each x0, bent the more the farther it is from the tip."""
     height = np.linspace(0.0, 0.85, 30)
@@ -131,6 +156,9 @@ ROWS = {
     "locking": plane,
     "regimes": plane,
     "law": near_locks,
+    "mounting": mounted,
+    "change": deviating,
+    "versus": against_cylinders,
     "scan": cycles,
     "period": cycles,
     "signals": cycles,

@@ -6,11 +6,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibrissa.decimals import exact
-from vibrissa.study.codec import decode_grid, decode_key, encode_columns, encode_grid, encode_key
-from vibrissa.study.grid import CurveKey, Grid
+from vibrissa.study.codec import (
+    decode_columns,
+    decode_grid,
+    decode_key,
+    encode_columns,
+    encode_grid,
+    encode_key,
+)
+from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid
 
 decimals = st.decimals(-1000, 1000, places=9).map(exact)
-keys = st.builds(CurveKey, theta=decimals, eta=decimals, dx0=st.none() | decimals)
+mounting = {name: decimals for name in MOUNTING_AXES}
+keys = st.builds(CurveKey, theta=decimals, eta=decimals, dx0=st.none() | decimals, **mounting)
 axes = st.lists(decimals, min_size=1, unique=True).map(lambda values: tuple(sorted(values)))
 
 
@@ -22,12 +30,12 @@ def test_a_key_comes_back_from_its_plain_form(key):
 @given(st.lists(keys))
 def test_keys_come_back_from_columns(written):
     columns = encode_columns(written)
-    assert list(columns) == ["theta", "eta", "dx0"]
+    assert list(columns) == ["theta", "eta", "dx0", *MOUNTING_AXES]
     rows = zip(*columns.values(), strict=True)
-    assert [decode_key(text for text in row if text is not None) for row in rows] == written
+    assert [decode_columns(dict(zip(columns, row, strict=True))) for row in rows] == written
 
 
-@given(st.builds(Grid, theta=axes, mu0=axes, eta=axes, dx0=axes))
+@given(st.builds(Grid, theta=axes, mu0=axes, eta=axes, dx0=axes, curvature=axes))
 def test_a_grid_comes_back_from_its_plain_form(grid):
     assert decode_grid(json.loads(json.dumps(encode_grid(grid)))) == grid
 
@@ -43,6 +51,14 @@ def test_the_plain_form_has_no_exponents():
         "eta": ["0.85"],
         "dx0": ["0.0000001"],
     }
+
+
+def test_a_mounting_is_named_and_the_ideal_one_is_not():
+    key = CurveKey(Decimal("2"), Decimal("0.85"), clamp_angle=Decimal("-0.02"))
+    assert encode_key(key) == ["2", "0.85", "clamp_angle=-0.02"]
+    assert encode_key(key._replace(clamp_angle=Decimal(0))) == ["2", "0.85"]
+    with pytest.raises(TypeError, match="angle"):
+        decode_key(["2", "0.85", "angle=0.1"])
 
 
 def test_equal_keys_have_one_form():

@@ -153,7 +153,7 @@ REFUSED = {
     "no step": (", step: 0.1", "", "grids.main.mu0", "'step'", ""),
     "no cycles": ("    cycles: 9\n", "", "scans.runs", "'cycles'", "number of stick-slip cycles"),
     "no x1": (", x1: 0.15", "", "states.single", "'x1'", "contact point's distance"),
-    "no kind": ("kind: state, ", "", "figures.state", "'kind'", "state or taper"),
+    "no kind": ("kind: state, ", "", "figures.state", "'kind'", "taper or versus"),
     "no scan": (
         "kind: scan, scan: runs,",
         "kind: scan,",
@@ -213,7 +213,7 @@ REFUSED = {
         "some 1,352 steps",
         "up to 1,000",
     ),
-    "kind": ("kind: state,", "kind: stait,", "figures.state.kind", "'stait'", "state or taper"),
+    "kind": ("kind: state,", "kind: stait,", "figures.state.kind", "'stait'", "taper or versus"),
     "unknown state": ("state: single", "state: x", "figures.state.state", "'x'", "allowed: single"),
     "unknown grid": ("grid: main, cap", "grid: x, cap", "figures.taper.grid", "'x'", "main"),
     "unknown scan": (

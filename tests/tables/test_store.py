@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from vibrissa import __version__, solve_curve, solve_state, stick_slip
+from vibrissa import Mounting, __version__, solve_curve, solve_state, stick_slip
 from vibrissa.errors import TableError
 from vibrissa.mechanics.states import ContactState
 from vibrissa.outcomes import Contact, Parameter, Solver, Status
@@ -27,7 +27,7 @@ SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STA
 SCHEMAS |= {"comparisons": COMPARISONS}
 ENDS = {"−∞": -np.inf, "−π": -np.pi, "−π/2": -np.pi / 2, "0": 0, "1": 1}
 ENDS |= {"π/2": np.pi / 2, "π": np.pi, "2π": 2 * np.pi, "∞": np.inf}
-UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1"}
+UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1", "rad*L/(E*I0)", "1/L"}
 AGAIN = "delete it and run again, it is made anew"
 
 
@@ -55,12 +55,14 @@ def curve_by_shooting(curve, states):
 COLLOCATION = solve_curve(theta=2, eta=0.85)
 FAILED = failed_curve(theta=3.0, eta=0.85, method="collocation", message="no luck; try less")
 LINE = solve_curve(theta=5, eta=0.85, contact="line")  # in two pieces
+TILTED = solve_curve(theta=2, eta=0.85, mounting=Mounting(clamp_angle=0.02, curvature=-0.1))
 CURVE_TABLES = {
     "collocation": {
         decode_key(["2", "0.85"]): COLLOCATION,
         decode_key(["3", "0.85"]): FAILED,
         decode_key(["5", "0.85"]): LINE,
     },
+    "mounted": {decode_key(["2", "0.85", "clamp_angle=0.02", "curvature=-0.1"]): TILTED},
     "shooting": {decode_key(["2", "0.85", "0.001"]): curve_by_shooting(COLLOCATION, 60)},
 }
 
@@ -149,7 +151,9 @@ def test_columns_of_the_stiction_table():
     reactions = ("reaction_fx", "reaction_fy", "reaction_m")
     states = ("f", "alpha", "phi1", "s_c", *reactions, *MARGINS)
     assert STICTION.names == [
-        *("study", "method", "grids", "theta", "mu0", "eta", "dx0", "status", "message", "contact"),
+        *("study", "method", "grids", "theta", "mu0", "eta", "dx0"),
+        *("clamp_angle", "clamp_compliance", "curvature", "stage_angle"),
+        *("status", "message", "contact"),
         *("x0_slip", "x0_max", "n_steps", "mu_lock", "x0_lock"),
         *(f"{name}{suffix}" for suffix in ("_init", "_last", "_slip") for name in states),
         *("ends_by", "x0_end", *(f"{name}_end" for name in states)),
@@ -175,7 +179,8 @@ def test_curves_come_back_bit_for_bit(method, path):
     for key, curve in curves.items():
         assert len(curve.pieces) == len(restored[key].pieces)
         assert len(curve.pulled) == len(restored[key].pulled)
-        parts = ("pieces", "pulled")
+        assert restored[key].mounting == curve.mounting
+        parts = ("pieces", "pulled", "mounting")
         scalars = [field.name for field in fields(curve) if field.name not in parts]
         pairs = [(getattr(curve, name), getattr(restored[key], name)) for name in scalars]
         pieces = [(*one.pulled, *one.pieces) for one in (curve, restored[key])]

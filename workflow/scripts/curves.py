@@ -10,13 +10,15 @@ from vibrissa.tables import records, store
 with jobs.logged(snakemake.log[0]):
     section = RodSection(snakemake.params.section)
     keys = list(map(decode_key, snakemake.params.curves))
-    theta, eta, dx0 = np.array(keys, dtype=float).T  # NaN for the dx0 of a curve that serves all
+    # NaN for the dx0 of a curve that serves all.
+    theta, eta, dx0 = np.array([key[:3] for key in keys], dtype=float).T
     # A job depends on the solver that it uses alone.
     if Solver(snakemake.params.method) is Solver.COLLOCATION:
         from vibrissa.sticking import collocation
 
         contact = Contact(snakemake.params.contact)
-        curves = collocation.solve_curves(theta, eta, contact, section=section)
+        mountings = [records.mounting_of(key) for key in keys]
+        curves = collocation.solve_curves(theta, eta, contact, mountings, section)
     else:
         from vibrissa.sticking import shooting
 

@@ -10,13 +10,13 @@ import pyarrow.compute as pc
 from matplotlib.figure import Figure
 
 from vibrissa.errors import ArgumentError
-from vibrissa.figures import comparisons, points, regimes, scans, states, style
+from vibrissa.figures import comparisons, mountings, points, regimes, scans, states, style
 from vibrissa.figures.kinds import Kind
 from vibrissa.tables import query
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
-    for family in (points, regimes, scans, states, comparisons)
+    for family in (points, regimes, mountings, scans, states, comparisons)
     for kind in vars(family).values()
     if isinstance(kind, Kind)
 }

@@ -78,19 +78,15 @@ def grids_of_block(members: Sequence[CurveKey], grids: Mapping[str, Grid]) -> di
         block has no curve for are left out, and so are steps where each curve has its own: a grid
         that grows elsewhere leaves the part as it is.
     """
-    thetas = {key.theta for key in members}
-    etas = {key.eta for key in members}
-    steps = {key.dx0 for key in members}
+    held = {name: {getattr(key, name) for key in members} for name in CurveKey._fields}
     parts = {}
     for name, grid in grids.items():
-        part = Grid(
-            theta=tuple(value for value in grid.theta if value in thetas),
-            mu0=grid.mu0,
-            eta=tuple(value for value in grid.eta if value in etas),
-            dx0=tuple(value for value in grid.dx0 if None in steps or value in steps),
-        )
-        if part.theta and part.eta and part.dx0:
-            parts[name] = part
+        axes = {
+            axis: tuple(value for value in values if {None, value} & held.get(axis, {None}))
+            for axis, values in vars(grid).items()
+        }
+        if all(axes.values()):
+            parts[name] = Grid(**axes)
     return parts
 
 

@@ -9,7 +9,7 @@ from decimal import Decimal
 from operator import attrgetter
 
 from vibrissa.decimals import exact, spell
-from vibrissa.study.grid import CurveKey, Grid
+from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid
 
 
 def encode_values(values: Iterable[Decimal]) -> list[str]:
@@ -18,17 +18,19 @@ def encode_values(values: Iterable[Decimal]) -> list[str]:
 
 
 def encode_key(key: CurveKey) -> list[str]:
-    """Plain form of a curve key: θ, η and, where it has one, Δx0."""
-    return encode_values(value for value in key if value is not None)
+    """Plain form of a curve key: θ, η and, where it has one, Δx0; of its mounting what is not 0."""
+    numbers = encode_values(value for value in key[:3] if value is not None)
+    mounting = zip(MOUNTING_AXES, key.mounting, strict=True)
+    return [*numbers, *(f"{name}={spell(value)}" for name, value in mounting if value)]
 
 
-def decode_key(texts: Iterable[str]) -> CurveKey:
+def decode_key(texts: Sequence[str]) -> CurveKey:
     """Inverse of `encode_key`.
 
     Parameters
     ----------
-    texts : iterable of str
-        Two or three decimals.
+    texts : sequence of str
+        Two or three decimals, then any of the mounting's axes as ``axis=decimal``.
 
     Returns
     -------
@@ -37,11 +39,22 @@ def decode_key(texts: Iterable[str]) -> CurveKey:
     Raises
     ------
     TypeError
-        If there are more or fewer values.
+        If one is no text, or names an unknown axis.
     ValueError
-        If a text is not a finite number.
+        If there are more or fewer values, or one is not a finite number.
     """
-    return CurveKey(*map(exact, texts))
+    named = [text for text in texts if "=" in text]
+    theta, eta, *step = (exact(text) for text in texts if text not in named)
+    if len(step) > 1:
+        raise ValueError(f"no curve key has so many values: {texts!r}")
+    mounting = {name: exact(value) for name, value in (text.split("=") for text in named)}
+    return CurveKey(theta, eta, *step, **mounting)
+
+
+def decode_columns(row: Mapping[str, str | None]) -> CurveKey:
+    """Inverse of `encode_columns` for one row."""
+    texts = {name: row[name] for name in CurveKey._fields}
+    return CurveKey(**{name: exact(text) for name, text in texts.items() if text is not None})
 
 
 def encode_columns(keys: Sequence[CurveKey]) -> dict[str, list[str | None]]:
@@ -54,7 +67,7 @@ def encode_columns(keys: Sequence[CurveKey]) -> dict[str, list[str | None]]:
 
 def encode_grid(grid: Grid) -> dict[str, list[str]]:
     """Plain form of a grid: its axes by name."""
-    return {name: encode_values(values) for name, values in vars(grid).items()}
+    return {name: encode_values(values) for name, values in grid.axes.items()}
 
 
 def decode_grid(axes: Mapping[str, Sequence[str]]) -> Grid:
@@ -63,7 +76,7 @@ def decode_grid(axes: Mapping[str, Sequence[str]]) -> Grid:
     Parameters
     ----------
     axes : mapping of sequence of str
-        Decimals of ``theta``, ``mu0``, ``eta`` and ``dx0``.
+        Decimals of ``theta``, ``mu0``, ``eta`` and ``dx0``, and of any axis of the mounting.
 
     Returns
     -------

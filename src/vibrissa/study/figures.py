@@ -6,9 +6,21 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from pydantic import BeforeValidator, Field
 
 from vibrissa.decimals import spell
-from vibrissa.study.grid import AXES
+from vibrissa.study.grid import AXES, MOUNTING_AXES, ZERO
 from vibrissa.study.mistakes import Location, Mistake, spell_axis, unknown_name
-from vibrissa.study.values import Dx0, Eta, Mu0, OptionalKey, Points, Section, Theta
+from vibrissa.study.values import (
+    ClampAngle,
+    ClampCompliance,
+    Curvature,
+    Dx0,
+    Eta,
+    Mu0,
+    OptionalKey,
+    Points,
+    Section,
+    StageAngle,
+    Theta,
+)
 
 
 class Figure(Section):
@@ -30,7 +42,11 @@ class Figure(Section):
     @classmethod
     def fixed_axes(cls) -> tuple[str, ...]:
         """Axes of which the kind shows a single value."""
-        return tuple(axis for axis in AXES if axis in cls.model_fields)
+        return tuple(axis for axis in (*AXES, *MOUNTING_AXES) if axis in cls.model_fields)
+
+    def single_axes(self) -> tuple[str, ...]:
+        """Axes of which this figure shows a single value."""
+        return self.fixed_axes()
 
     def source_names(self) -> list[str]:
         """Names of what the figure is drawn from."""
@@ -54,8 +70,13 @@ class Figure(Section):
             if name not in sections:
                 yield unknown_name((*location, self.source), name, self.source, sections)
                 continue
-            for axis in self.fixed_axes():
-                value, values = getattr(self, axis), sections[name].axes[axis]
+            axes = sections[name].axes
+            for axis in MOUNTING_AXES:
+                if axis not in type(self).model_fields and len(axes.get(axis, ())) > 1:
+                    text = f"{name!r} has several values of {axis}; allowed: one, or kind: mounting"
+                    yield Mistake(location=(*location, self.source), text=text)
+            for axis in self.single_axes():
+                value, values = getattr(self, axis), axes.get(axis, (ZERO,))
                 if value is None and len(values) > 1:
                     text = f"missing {axis!r}; the data has several: {spell_axis(values)}"
                     yield Mistake(location=location, text=text)
@@ -65,7 +86,7 @@ class Figure(Section):
 
     def selection(self) -> dict[str, Any]:
         """Rows of the table that are shown, as `vibrissa.figures.draw.draw` takes them."""
-        values = {axis: getattr(self, axis) for axis in self.fixed_axes()}
+        values = {axis: getattr(self, axis) for axis in self.single_axes()}
         fixed = {axis: float(value) for axis, value in values.items() if value is not None}
         return {self.source: getattr(self, self.source), **fixed}
 
@@ -106,6 +127,58 @@ class LawFigure(_GridFigure):
     kind: Literal["law"]
     eta: OptionalKey[Eta] = None
     dx0: OptionalKey[Dx0] = None
+
+
+class MountingFigure(_GridFigure):
+    """x0_slip, mu_lock and the loads on the clamp over an axis of the mounting, for each theta."""
+
+    kind: Literal["mounting"]
+    over: Literal["clamp_angle", "clamp_compliance", "curvature", "stage_angle"] = Field(
+        description="axis of the mounting over which the figure is drawn"
+    )
+    mu0: OptionalKey[Mu0] = None
+    eta: OptionalKey[Eta] = None
+    dx0: OptionalKey[Dx0] = None
+    clamp_angle: OptionalKey[ClampAngle] = None
+    clamp_compliance: OptionalKey[ClampCompliance] = None
+    curvature: OptionalKey[Curvature] = None
+    stage_angle: OptionalKey[StageAngle] = None
+
+    def single_axes(self) -> tuple[str, ...]:
+        """All axes but the one over which the figure is drawn, and theta."""
+        return tuple(axis for axis in self.fixed_axes() if axis != self.over)
+
+
+class DeviationFigure(_GridFigure):
+    """What a deviation of the mounting changes (change); mu_lock of tapers compared (versus).
+
+    change: mu_lock and x0_slip over theta and eta, in per cent; versus: mu_lock of each taper less
+    that of the least one, over the mounting and eta.
+    """
+
+    kind: Literal["change", "versus"]
+    over: Literal["clamp_angle", "clamp_compliance", "curvature", "stage_angle"] = Field(
+        description="axis of the mounting that has several values; for change two, one of them 0"
+    )
+    mu0: OptionalKey[Mu0] = None
+    dx0: OptionalKey[Dx0] = None
+    clamp_angle: OptionalKey[ClampAngle] = None
+    clamp_compliance: OptionalKey[ClampCompliance] = None
+    curvature: OptionalKey[Curvature] = None
+    stage_angle: OptionalKey[StageAngle] = None
+
+    def single_axes(self) -> tuple[str, ...]:
+        """All axes but the one that has several values, theta and eta."""
+        return tuple(axis for axis in self.fixed_axes() if axis != self.over)
+
+    def mistakes(self, location: Location, sections: Mapping[str, Points]) -> Iterator[Mistake]:
+        """Find mistakes as in every figure, and too few or too many deviations."""
+        yield from super().mistakes(location, sections)
+        if self.kind == "change" and self.grid in sections:
+            values = sections[self.grid].axes.get(self.over, (ZERO,))
+            if len(values) != 2 or ZERO not in values:
+                text = f"{self.over} has {spell_axis(values)}; allowed: two values, one of them 0"
+                yield Mistake(location=(*location, "over"), text=text)
 
 
 class ScanFigure(Figure):
@@ -161,7 +234,15 @@ class ModelsFigure(Figure):
 
 
 _Kind = (
-    TaperFigure | FrictionFigure | MapFigure | LawFigure | ScanFigure | StateFigure | ModelsFigure
+    TaperFigure
+    | FrictionFigure
+    | MapFigure
+    | LawFigure
+    | MountingFigure
+    | DeviationFigure
+    | ScanFigure
+    | StateFigure
+    | ModelsFigure
 )
 KINDS: tuple[type[Figure], ...] = get_args(_Kind)
 AnyFigure = Annotated[

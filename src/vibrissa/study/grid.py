@@ -1,7 +1,8 @@
 """The study grid: axes of exact decimals, named grids, and the curves that their points lie on.
 
-A *point* is (θ, μ0, η, Δx0). A *curve key* names what has to be solved for it: (θ, η), and Δx0 as
-well where the solver walks along the steps. Everything here is light enough for a Snakefile.
+A *point* is (θ, μ0, η, Δx0), and where its rod is not mounted as in the paper four numbers more. A
+*curve key* names what has to be solved for it: all but μ0 and Δx0, and Δx0 as well where the solver
+walks along the steps. Everything here is light enough for a Snakefile.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,6 +18,9 @@ from vibrissa.errors import ArgumentError
 
 # The axes of a grid, in their order in names, tables and messages.
 AXES = ("theta", "mu0", "eta", "dx0")
+# Further axes, of how the rod is mounted, which a grid may have. Without them it is ideal: 0.
+MOUNTING_AXES = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
+ZERO = Decimal(0)
 # Longer axes are typing errors: 10^6 points are three axes of 100.
 LONGEST_AXIS = 1_000_000
 
@@ -30,11 +34,22 @@ class CurveKey(NamedTuple):
         Taper factor and distance between clamp and surface (L).
     dx0 : Decimal or None
         Step of the clamp (L) that the solver walks in; None where one curve serves all steps.
+    clamp_angle, clamp_compliance, curvature, stage_angle : Decimal
+        Mounting of the rod (rad, L/(E·I0), 1/L, rad).
     """
 
     theta: Decimal
     eta: Decimal
     dx0: Decimal | None = None
+    clamp_angle: Decimal = ZERO
+    clamp_compliance: Decimal = ZERO
+    curvature: Decimal = ZERO
+    stage_angle: Decimal = ZERO
+
+    @property
+    def mounting(self) -> tuple[Decimal, ...]:
+        """Values of `MOUNTING_AXES`."""
+        return self[3:]
 
 
 class Point(NamedTuple):
@@ -44,39 +59,65 @@ class Point(NamedTuple):
     mu0: Decimal
     eta: Decimal
     dx0: Decimal
+    clamp_angle: Decimal = ZERO
+    clamp_compliance: Decimal = ZERO
+    curvature: Decimal = ZERO
+    stage_angle: Decimal = ZERO
 
     def curve_key(self, by_step: bool) -> CurveKey:
         """Key of the curve that the point lies on; see `curve_keys` for `by_step`."""
-        return CurveKey(theta=self.theta, eta=self.eta, dx0=self.dx0 if by_step else None)
+        return CurveKey(self.theta, self.eta, self.dx0 if by_step else None, *self[4:])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Grid:
-    """Product of four axes.
+    """Product of four axes, and of those of the mounting.
 
     Attributes
     ----------
     theta, mu0, eta, dx0 : tuple of Decimal
         Distinct values, increasing.
+    clamp_angle, clamp_compliance, curvature, stage_angle : tuple of Decimal
+        Likewise.
     """
 
     theta: tuple[Decimal, ...]
     mu0: tuple[Decimal, ...]
     eta: tuple[Decimal, ...]
     dx0: tuple[Decimal, ...]
+    clamp_angle: tuple[Decimal, ...] = (ZERO,)
+    clamp_compliance: tuple[Decimal, ...] = (ZERO,)
+    curvature: tuple[Decimal, ...] = (ZERO,)
+    stage_angle: tuple[Decimal, ...] = (ZERO,)
+
+    @property
+    def axes(self) -> dict[str, tuple[Decimal, ...]]:
+        """Axes by name; those of the mounting as far as they are not 0 alone."""
+        return {
+            name: values for name, values in vars(self).items() if name in AXES or values != (ZERO,)
+        }
+
+    def mountings(self) -> Iterable[tuple[Decimal, ...]]:
+        """All combinations of the axes of the mounting."""
+        return product(*(getattr(self, name) for name in MOUNTING_AXES))
 
     def points(self) -> Iterable[Point]:
         """All points of the grid."""
-        return (Point(*values) for values in product(self.theta, self.mu0, self.eta, self.dx0))
+        axes = self.theta, self.mu0, self.eta, self.dx0
+        return (
+            Point(*values, *mounting)
+            for values, mounting in product(product(*axes), self.mountings())
+        )
 
     def curve_keys(self, by_step: bool) -> Iterable[CurveKey]:
         """Return the curves that the grid needs, one for each step size if `by_step`."""
         steps = self.dx0 if by_step else (None,)
         return (
-            CurveKey(theta=theta, eta=eta, dx0=dx0)
+            CurveKey(theta, eta, dx0, *mounting)
             for eta in self.eta
             for theta in self.theta
             for dx0 in steps
+            for mounting in self.mountings()
         )
 
 
@@ -137,7 +178,7 @@ def count_of_steps(start: Decimal, stop: Decimal, step: Decimal) -> int:
 
 
 def curve_keys(grids: Iterable[Grid], by_step: bool) -> list[CurveKey]:
-    """Curves that a study needs, each once, ordered by η, then θ, then Δx0.
+    """Curves that a study needs, each once, ordered by η, then θ, then the mounting, then Δx0.
 
     Parameters
     ----------
@@ -150,7 +191,7 @@ def curve_keys(grids: Iterable[Grid], by_step: bool) -> list[CurveKey]:
     list of CurveKey
     """
     keys = dict.fromkeys(key for grid in grids for key in grid.curve_keys(by_step))
-    return sorted(keys, key=attrgetter("eta", "theta", "dx0"))
+    return sorted(keys, key=attrgetter("eta", "theta", *MOUNTING_AXES, "dx0"))
 
 
 def points_on_curves(
@@ -172,14 +213,18 @@ def points_on_curves(
         One and the same object wherever the same grids meet.
     """
     axes = {
-        name: (set(grid.theta), set(grid.eta), {None, *grid.dx0}) for name, grid in grids.items()
+        name: (set(grid.theta), set(grid.eta), {None, *grid.dx0}, set(grid.mountings()))
+        for name, grid in grids.items()
     }
     known: dict[tuple[tuple[str, ...], Decimal | None], CurvePoints] = {}
     for key in keys:
         names = tuple(
             name
-            for name, (thetas, etas, steps) in axes.items()
-            if key.theta in thetas and key.eta in etas and key.dx0 in steps
+            for name, (thetas, etas, steps, mountings) in axes.items()
+            if key.theta in thetas
+            and key.eta in etas
+            and key.dx0 in steps
+            and key.mounting in mountings
         )
         if names:
             found = names, key.dx0
@@ -189,7 +234,7 @@ def points_on_curves(
 
 
 def study_points(grids: Mapping[str, Grid]) -> Iterator[tuple[CurveKey, CurvePoints]]:
-    """All points of a study, each once, in the order of its table: by η, θ, μ0, Δx0.
+    """All points of a study, each once, in the order of its table: by η, θ, mounting, μ0, Δx0.
 
     Parameters
     ----------
@@ -199,7 +244,7 @@ def study_points(grids: Mapping[str, Grid]) -> Iterator[tuple[CurveKey, CurvePoi
     Yields
     ------
     key : CurveKey
-        The points' θ and η; their steps are among the points.
+        The points' θ, η and mounting; their steps are among the points.
     points : CurvePoints
         One and the same object wherever the same grids meet.
     """

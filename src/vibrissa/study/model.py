@@ -15,11 +15,14 @@ from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.claims import Claims
 from vibrissa.study.costs import LONGEST_JOB, curve_seconds
 from vibrissa.study.figures import AnyFigure
-from vibrissa.study.grid import CurveKey, Grid, curve_keys
+from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid, curve_keys
 from vibrissa.study.mistakes import Mistake
 from vibrissa.study.values import (
     X1,
+    ClampAngleAxis,
+    ClampComplianceAxis,
     Count,
+    CurvatureAxis,
     Dx0Axis,
     Eta,
     EtaAxis,
@@ -28,6 +31,7 @@ from vibrissa.study.values import (
     OptionalKey,
     Points,
     Section,
+    StageAngleAxis,
     Theta,
     ThetaAxis,
 )
@@ -52,12 +56,16 @@ class ComparisonSection(Points):
 
 
 class GridSection(Points):
-    """Points at which a period of sticking is solved: all combinations of four axes."""
+    """Points at which a period of sticking is solved: all combinations of their axes."""
 
     theta: ThetaAxis
     mu0: Mu0Axis
     eta: EtaAxis
     dx0: Dx0Axis
+    clamp_angle: OptionalKey[ClampAngleAxis] = Field(default=None)
+    clamp_compliance: OptionalKey[ClampComplianceAxis] = Field(default=None)
+    curvature: OptionalKey[CurvatureAxis] = Field(default=None)
+    stage_angle: OptionalKey[StageAngleAxis] = Field(default=None)
 
     @cached_property
     def grid(self) -> Grid:
@@ -122,7 +130,7 @@ class Study(Section):
     )
     grids: dict[Name, GridSection] = Field(
         min_length=1,
-        description="named grids of study points; each is the product of its four axes",
+        description="named grids of study points; each is the product of its axes",
     )
     scans: dict[Name, ScanSection] = Field(
         default={},
@@ -203,6 +211,19 @@ class Study(Section):
         )
         return Mistake(location=largest, text=text)
 
+    def _mounting_mistakes(self) -> Iterator[Mistake]:
+        """Find mountings that the method or the cycles of a scan do not allow."""
+        for kind, sections in (("grids", self.point_grids), ("scans", self.scan_grids)):
+            for name, grid in sections.items():
+                mounted = [axis for axis in grid.axes if axis in MOUNTING_AXES]
+                if mounted and self.method is Solver.SHOOTING:
+                    text = "is not allowed with method: shooting; collocation is"
+                    yield Mistake(location=(kind, name, mounted[0]), text=text)
+        for name, scan in self.scans.items():
+            if "stage_angle" in scan.grid.axes and scan.cycles > 1:
+                text = f"{scan.cycles} cycles are not allowed with a stage_angle; allowed: 1"
+                yield Mistake(location=("scans", name, "cycles"), text=text)
+
     def mistakes(self) -> Iterator[Mistake]:
         """Find what does not fit together, although each section is as it should be.
 
@@ -216,6 +237,7 @@ class Study(Section):
         if (excess := self._excess()) is not None:
             yield excess
             return  # the rest looks at the points
+        yield from self._mounting_mistakes()
         for name, scan in self.scans.items():
             # The clamp moves by less than the rod's length in a cycle, by twice that in a first one
             # in which the rod swings aside.

@@ -72,6 +72,14 @@ Mu0 = Annotated[Decimal, Field(gt=0, description=_MU0), _EXACT]
 Eta = Annotated[Decimal, Field(gt=0, lt=1, description=_ETA), _EXACT]
 Dx0 = Annotated[Decimal, Field(ge=1e-9, description=_DX0), _EXACT]
 X1 = Annotated[Decimal, Field(gt=-1, lt=1, description=_X1), _EXACT]
+_CLAMP_ANGLE = "inclination of the clamp in rad, a number -1.5 <= clamp_angle <= 1.5"
+_CLAMP_COMPLIANCE = "turn of the clamp per moment in L/(E*I0), a number clamp_compliance >= 0"
+_CURVATURE = "natural curvature of the rod in 1/L, a number -10 <= curvature <= 10"
+_STAGE_ANGLE = "angle of the stage to the surface in rad, a number -1.5 <= stage_angle <= 1.5"
+ClampAngle = Annotated[Decimal, Field(ge=-1.5, le=1.5, description=_CLAMP_ANGLE), _EXACT]
+ClampCompliance = Annotated[Decimal, Field(ge=0, description=_CLAMP_COMPLIANCE), _EXACT]
+Curvature = Annotated[Decimal, Field(ge=-10, le=10, description=_CURVATURE), _EXACT]
+StageAngle = Annotated[Decimal, Field(ge=-1.5, le=1.5, description=_STAGE_ANGLE), _EXACT]
 Step = Annotated[Decimal, Field(gt=0, description=_STEP), _EXACT]
 
 
@@ -126,6 +134,34 @@ class Dx0Range(Range):
     stop: Dx0
 
 
+class ClampAngleRange(Range):
+    """Inclinations of the clamp in equal steps, stop included."""
+
+    start: ClampAngle
+    stop: ClampAngle
+
+
+class ClampComplianceRange(Range):
+    """Compliances of the clamp in equal steps, stop included."""
+
+    start: ClampCompliance
+    stop: ClampCompliance
+
+
+class CurvatureRange(Range):
+    """Natural curvatures in equal steps, stop included."""
+
+    start: Curvature
+    stop: Curvature
+
+
+class StageAngleRange(Range):
+    """Angles of the stage in equal steps, stop included."""
+
+    start: StageAngle
+    stop: StageAngle
+
+
 def _json_type(axis: Any) -> str | None:
     """Type of what stands for an axis, in the words of JSON Schema."""
     if isinstance(axis, list):
@@ -151,6 +187,19 @@ ThetaAxis = Annotated[_Axis[Theta, ThetaRange], Field(description=_THETAS)]
 Mu0Axis = Annotated[_Axis[Mu0, Mu0Range], Field(description=_MU0S)]
 EtaAxis = Annotated[_Axis[Eta, EtaRange], Field(description=_ETAS)]
 Dx0Axis = Annotated[_Axis[Dx0, Dx0Range], Field(description=_DX0S)]
+
+_CLAMP_ANGLES = f"inclinations of the clamp in rad (default: 0), each in [-1.5, 1.5]: {_FORMS}"
+_CLAMP_COMPLIANCES = f"compliances of the clamp in L/(E*I0) (default: 0), each >= 0: {_FORMS}"
+_CURVATURES = f"natural curvatures of the rod in 1/L (default: 0), each in [-10, 10]: {_FORMS}"
+_STAGE_ANGLES = (
+    f"angles of the stage to the surface in rad (default: 0), each in [-1.5, 1.5]: {_FORMS}"
+)
+ClampAngleAxis = Annotated[_Axis[ClampAngle, ClampAngleRange], Field(description=_CLAMP_ANGLES)]
+ClampComplianceAxis = Annotated[
+    _Axis[ClampCompliance, ClampComplianceRange], Field(description=_CLAMP_COMPLIANCES)
+]
+CurvatureAxis = Annotated[_Axis[Curvature, CurvatureRange], Field(description=_CURVATURES)]
+StageAngleAxis = Annotated[_Axis[StageAngle, StageAngleRange], Field(description=_STAGE_ANGLES)]
 
 
 class Points(Section):

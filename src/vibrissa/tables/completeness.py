@@ -11,12 +11,12 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from vibrissa.errors import TableError
-from vibrissa.study.grid import CurveKey, CurvePoints, Grid, study_points
+from vibrissa.study.grid import AXES, MOUNTING_AXES, CurveKey, CurvePoints, Grid, study_points
 from vibrissa.tables.collect import Key, key_of, rows_below
 from vibrissa.tables.schemas import STICTION
 
 # Order of the table of grid points.
-POINT_ORDER = ("eta", "theta", "mu0", "dx0")
+POINT_ORDER = ("eta", "theta", *MOUNTING_AXES, "mu0", "dx0")
 # Expected points that are made at a time, at least.
 ROWS = 2**14
 # Points that a message names.
@@ -73,8 +73,8 @@ def checked_points(parts: Iterable[pa.Table], grids: Mapping[str, Grid]) -> Iter
     for problem, points in wrong.items():
         if points.count:
             raise TableError(
-                f"stiction: {points.count} grid points are {problem}, such as (theta, mu0, eta, "
-                f"dx0) = {points.shown()}; delete the study's blocks folder and run again"
+                f"stiction: {points.count} grid points are {problem}, such as {points.shown()}; "
+                "delete the study's blocks folder and run again"
             )
 
 
@@ -86,9 +86,12 @@ class _Wrong:
     examples: list[Key] = field(default_factory=list)
 
     def shown(self) -> str:
-        return ", ".join(
-            f"({theta:g}, {mu0:g}, {eta:g}, {dx0:g})" for eta, theta, mu0, dx0 in self.examples
-        )
+        rows = [dict(zip(POINT_ORDER, key, strict=True)) for key in self.examples]
+        names: tuple[str, ...] = AXES
+        if any(row[axis] for row in rows for axis in MOUNTING_AXES):
+            names += MOUNTING_AXES
+        shown = ("(" + ", ".join(f"{row[name]:g}" for name in names) + ")" for row in rows)
+        return f"({', '.join(names)}) = {', '.join(shown)}"
 
 
 def _split(table: pa.Table, bound: Key) -> tuple[pa.Table, pa.Table]:
@@ -148,6 +151,10 @@ def _points(curves: Sequence[CurveKey], pairs: Sequence[pa.Table]) -> pa.Table:
     columns = {
         "eta": np.repeat([float(curve.eta) for curve in curves], sizes),
         "theta": np.repeat([float(curve.theta) for curve in curves], sizes),
+        **{
+            axis: np.repeat([float(getattr(curve, axis)) for curve in curves], sizes)
+            for axis in MOUNTING_AXES
+        },
         **dict(zip(rest.column_names, rest.columns, strict=True)),
     }
     return pa.table(columns, schema=_POINT)
@@ -156,7 +163,9 @@ def _points(curves: Sequence[CurveKey], pairs: Sequence[pa.Table]) -> pa.Table:
 def _problems(found: pa.Table, wanted: pa.Table) -> dict[Problem, list[Key]]:
     """Keys of points that are not as they should be, by what is wrong with them."""
     rows, points = (
-        table.set_column(4, "grids", pc.binary_join(table["grids"], ", ")).to_pandas()
+        table.set_column(
+            len(POINT_ORDER), "grids", pc.binary_join(table["grids"], ", ")
+        ).to_pandas()
         for table in (found, wanted)
     )
     keys = list(POINT_ORDER)

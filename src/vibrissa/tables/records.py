@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
+from vibrissa.mechanics.mounting import Mounting
 from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import Piece, StickingState
-from vibrissa.study.codec import decode_key, encode_columns
-from vibrissa.study.grid import CurveKey, CurvePoints, Point
+from vibrissa.study.codec import decode_columns, encode_columns
+from vibrissa.study.grid import MOUNTING_AXES, CurveKey, CurvePoints, Point
 from vibrissa.tables.schemas import (
     COMPARISONS,
     CURVES,
@@ -88,6 +89,12 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
     return _table(CURVES, columns)
 
 
+def mounting_of(key: CurveKey) -> Mounting:
+    """How the rod of a curve is mounted."""
+    values = dict(zip(MOUNTING_AXES, map(float, key.mounting), strict=True))
+    return Mounting(**values)
+
+
 _CURVE_SCALARS = ("x1_init", "residual", "x0_lock", "mu_lock", "x0_touch")
 
 
@@ -110,7 +117,7 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
     )
     first = 0
     for row in table.drop_columns(list(columns)).to_pylist():
-        key = decode_key(row[name] for name in CurveKey._fields if row[name] is not None)
+        key = decode_columns(row)
         scalars: dict[str, Any] = {
             name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS
         }
@@ -141,6 +148,7 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
             **scalars,
             end=End(row["ends_by"]),
             end_message=row["end_message"],
+            mounting=mounting_of(key),
         )
     return curves
 
@@ -194,6 +202,7 @@ def _stiction_columns(
         "mu0": np.array(points.mu0, dtype=float),
         "eta": np.full(n, curve.eta),
         "dx0": np.array(points.dx0, dtype=float),
+        **{axis: np.full(n, getattr(curve.mounting, axis)) for axis in MOUNTING_AXES},
         "status": stiction.status,
         "message": ["" if known_one else curve.message for known_one in known],
         "contact": [contact or None for contact in stiction.contact],

@@ -15,6 +15,7 @@ from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Statu
 SCHEMA_VERSION = "6"
 
 LENGTH, FORCE, MOMENT, ANGLE, NONE = "L", "E*I0/L^2", "E*I0/L", "rad", "1"
+COMPLIANCE, CURVATURE = "rad*L/(E*I0)", "1/L"
 TEXT, NUMBER, WHOLE, FLAG = pa.string(), pa.float64(), pa.int64(), pa.bool_()
 NUMBERS, TEXTS = pa.list_(NUMBER), pa.list_(TEXT)
 # Ranges of numbers as intervals.
@@ -70,6 +71,19 @@ def _changed(column: pa.Field, suffix: str, when: str, null: str) -> pa.Field:
     )
 
 
+def _exact(column: pa.Field) -> pa.Field:
+    """Column of the same quantity as an exact decimal."""
+    said = {key: value.decode() for key, value in column.metadata.items()}
+    return _column(
+        column.name,
+        said[UNIT],
+        f"{said[DESCRIPTION]}, exact decimal",
+        range=said[RANGE],
+        equation=said[EQUATION],
+        kind=TEXT,
+    )
+
+
 def _schema(name: str, columns: Sequence[pa.Field]) -> pa.Schema:
     return pa.schema(columns, {"vibrissa.table": name, "vibrissa.schema": SCHEMA_VERSION})
 
@@ -92,6 +106,36 @@ AXES = (
     _column("mu0", NONE, "coefficient of static friction", range=POSITIVE),
     ETA,
     _column("dx0", LENGTH, "step of the clamp", range=POSITIVE),
+)
+MOUNTING = (
+    _column(
+        "clamp_angle",
+        ANGLE,
+        "inclination of the clamp, positive where the rod leans back",
+        range="(−π/2, π/2)",
+        equation="β in φ(0) = π/2 + β + c·m(0)",
+    ),
+    _column(
+        "clamp_compliance",
+        COMPLIANCE,
+        "turn of the clamp per moment",
+        range=NOT_NEGATIVE,
+        equation="c in φ(0) = π/2 + β + c·m(0)",
+    ),
+    _column(
+        "curvature",
+        CURVATURE,
+        "natural curvature of the rod, negative where it turns away from the surface",
+        range=ANY,
+        equation="κ0 in m = B·(φ' − κ0)",
+    ),
+    _column(
+        "stage_angle",
+        ANGLE,
+        "angle of the stage to the surface, positive where it approaches",
+        range="(−π/2, π/2)",
+        equation="δ in height = η − x0·sin δ",
+    ),
 )
 STABILITY, STABILITY_ASIDE = "stability", "stability_aside"
 # Where a margin is not known although the state is.
@@ -236,6 +280,7 @@ CURVES = _schema(
             null="the path serves all steps (method collocation)",
             kind=TEXT,
         ),
+        *(_exact(column) for column in MOUNTING),
         ORIGIN[1],
         _text(
             "section",
@@ -291,6 +336,7 @@ STICTION = _schema(
         *ORIGIN,
         _column("grids", NONE, "names of the grids that the point belongs to", kind=TEXTS),
         *AXES,
+        *MOUNTING,
         _text(
             "status",
             "outcome: the tip slips forward, or is self-locking; the shape is inadmissible; or no "
@@ -435,6 +481,7 @@ SCANS = _schema(
         *ORIGIN,
         _text("scan", "name of the set of scans"),
         *AXES,
+        *MOUNTING,
         _text(
             "status",
             "outcome; a self-locking tip has one period, to where sticking ends",
