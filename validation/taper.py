@@ -58,11 +58,7 @@ def onset(theta, mu0=MEAN):
     """Find normal force (E·I0/L²) at the onset of slip and largest strain up to it (d0/L)."""
     response = respond(theta, ETA, CONTACT, pull=False)
     slip = solve_onset(theta, mu0, ETA, contact=CONTACT)
-    x1 = response.curve.x1_init
-    strains = [
-        largest_strain(theta, ETA, x1, response.curve.state(0.0)),
-        largest_strain(theta, ETA, x1 - slip.x0_slip, slip.slip),
-    ]
+    strains = [largest_strain(response.curve, s) for s in (response.curve.state(0.0), slip.slip)]
     return -float(slip.slip.reaction_fy), max(strains)
 
 
