@@ -19,7 +19,7 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.equations import shape
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import gauss_rule
-from vibrissa.outcomes import Contact, End
+from vibrissa.outcomes import Contact, End, RodSection
 from vibrissa.sticking import shooting
 
 
@@ -172,7 +172,7 @@ COARSE = shooting.Tolerances(rtol=1e-8, atol=1e-9, simplex=1e-8, miss=1e-6)
     [
         pytest.param(solve_curve, id="collocation"),
         pytest.param(
-            partial(shooting.solve_curve, dx0=0.05, tolerances=COARSE),
+            partial(shooting.solve_curve, dx0=0.05, tolerances=COARSE, section=RodSection.PLANAR),
             marks=pytest.mark.slow,
             id="shooting",
         ),

@@ -274,3 +274,15 @@ def test_shooting_knows_the_ideal_mounting_alone():
         solve_curve(2.0, 0.85, "shooting", 0.01, mounting=Mounting(clamp_angle=0.1))
     with pytest.raises(ArgumentError, match=r"mounting must be a Mounting, got 0\.1"):
         solve_curve(2.0, 0.85, mounting=0.1)
+
+
+def test_a_curve_says_why_it_ends_where_its_tail_is_about_to_rise():
+    """The shapes change their kind at the end itself: rounding decides what is seen there."""
+    mounting = Mounting(
+        clamp_angle=-0.1707383241752089,
+        clamp_compliance=0.4427402635327662,
+        curvature=(0.01570343656754858, 0.23792268295927077),
+        stage_angle=-0.08968922109020497,
+    )
+    found = curve(5.95019845118145, 0.8393079164502655, mounting, Contact.LINE)
+    assert found.status == "out_of_reach" and "crosses the surface" in found.message

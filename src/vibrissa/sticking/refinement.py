@@ -459,7 +459,8 @@ def _limit(path: RodStates, looked: Clearance, piece: Pieces) -> tuple[float, st
                 beyond = _dip(clearance(name), at[before], at[after])
         if np.isfinite(beyond):
             limit = _first_inadmissible(look, at[before], beyond)
-            return limit, look(np.array([limit])).reasons(0)
+            # What jumps, as a tail that begins to rise, may be known behind the limit alone.
+            return limit, look(np.array([limit])).reasons(0) or look(np.array([beyond])).reasons(0)
     return np.nan, ""
 
 
