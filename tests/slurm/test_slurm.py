@@ -238,7 +238,7 @@ def test_another_scheduler_and_a_job_cancelled_by_hand(cluster, small, project, 
     with project.running("cluster-generic", "--seconds-between-status-checks", "3"):
         cancelled, *_ = wait_for(lambda: running_on("n1,n2"), "job")
         slurm(f"scancel {cancelled}")
-        # A job that has just started may not hear SIGTERM. Let go, it would end well before SIGKILL.
+        # A job that has just started may not hear SIGTERM; let go, it would be done before SIGKILL.
         wait_for(lambda: cancelled not in slurm("squeue -h -o %i"), "end of the job")
         hold.unlink()
     assert project.log().count("Trying to restart") == 1
