@@ -55,6 +55,8 @@ def curve_by_shooting(curve, states):
 COLLOCATION = solve_curve(theta=2, eta=0.85)
 FAILED = failed_curve(theta=3.0, eta=0.85, method="collocation", message="no luck; try less")
 LINE = solve_curve(theta=5, eta=0.85, contact="line")  # in two pieces
+# Past its lock it is counted by an advance that begins below 0.
+LEANING = solve_curve(theta=1, eta=0.4, contact="line", mounting=Mounting(clamp_angle=-0.35))
 TILTED = solve_curve(theta=2, eta=0.85, mounting=Mounting(clamp_angle=0.02, curvature=-0.1))
 CURVE_TABLES = {
     "collocation": {
@@ -62,7 +64,10 @@ CURVE_TABLES = {
         decode_key(["3", "0.85"]): FAILED,
         decode_key(["5", "0.85"]): LINE,
     },
-    "mounted": {decode_key(["2", "0.85", "clamp_angle=0.02", "curvature=-0.1"]): TILTED},
+    "mounted": {
+        decode_key(["2", "0.85", "clamp_angle=0.02", "curvature=-0.1"]): TILTED,
+        decode_key(["1", "0.4", "clamp_angle=-0.35"]): LEANING,
+    },
     "shooting": {decode_key(["2", "0.85", "0.001"]): curve_by_shooting(COLLOCATION, 60)},
 }
 

@@ -121,7 +121,9 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
         scalars: dict[str, Any] = {
             name: np.nan if row[name] is None else row[name] for name in _CURVE_SCALARS
         }
-        method, pieces = Solver(row["method"]), []
+        method = Solver(row["method"])
+        pieces: list[Piece] = []
+        pulled: list[Piece] = []
         names = ("contact", "parameter", "start", "stop", "states")
         for contact, parameter, start, stop, count in zip(
             *(row[f"piece_{name}"] for name in names), strict=True
@@ -134,7 +136,9 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
                 states=states.take(slice(first, first + count)),
                 stepped=method is Solver.SHOOTING,
             )
-            pieces.append(piece)
+            # The advance, which counts other pieces, may be negative where the clamp does not pull.
+            pulls = piece.parameter is Parameter.X0 and piece.start < 0.0
+            (pulled if pulls else pieces).append(piece)
             first += count
         curves[key] = StickingCurve(
             theta=float(key.theta),
@@ -142,8 +146,8 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
             method=method,
             status=Status(row["status"]),
             message=row["message"],
-            pieces=tuple(piece for piece in pieces if piece.start >= 0.0),
-            pulled=tuple(piece for piece in pieces if piece.start < 0.0),
+            pieces=tuple(pieces),
+            pulled=tuple(pulled),
             section=RodSection(row["section"]),
             **scalars,
             end=End(row["ends_by"]),
