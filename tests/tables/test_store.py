@@ -265,6 +265,17 @@ def test_what_failed_has_no_shape(kind):
     assert [row[f"shape_{axis}"] for axis in ("s", "x", "y", "phi")] == [[]] * 4
 
 
+def test_sticking_that_ends_before_the_curve_does_has_its_own_end():
+    curve = solve_curve(1.5, 0.5, contact="line", section="planar")
+    mu0 = Decimal(str(round(curve.mu_lock + 0.001, 4)))
+    table = stiction_table(curve, ("1.5", "0.5"), {"g": grid(["1.5"], [str(mu0)], ["0.5"])})
+    (row,) = table.to_pylist()
+    _, ended = curve.motion_end(float(mu0))
+    assert (row["status"], row["ends_by"]) == ("lock", "slips_back")
+    assert row["x0_end"] == ended.x0[0] < curve.x0_end - 1e-3
+    assert row["f_end"] == pytest.approx(ended.f[0], rel=1e-12)
+
+
 def test_a_failed_curve_says_why():
     (row,), _ = rows("curves", "failed")
     assert (row["theta"], row["eta"], row["message"]) == ("3", "0.85", "no luck; try less")
