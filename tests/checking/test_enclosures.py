@@ -59,7 +59,7 @@ def test_what_is_further_off_than_it_may_move_is_refuted(tmp_path):
     assert difference.column == "n"
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf])
+@pytest.mark.parametrize("value", [math.nan, math.inf, pd.NA])
 def test_no_number_is_refuted(tmp_path, value):
     (difference,) = refuted(numbers(tmp_path, value))
     assert difference.column == "x"

@@ -118,12 +118,14 @@ def enclosed(
             continue
         layout, frame = layouts[table], indexed[table]
         if key in frame.index:
+            computed = frame.at[key, column]
             found.append(
                 Enclosed(
                     table=table,
                     column=column,
                     row=row,
-                    value=float(frame.at[key, column]),
+                    # What is proved and has no number here failed.
+                    value=math.nan if pd.isna(computed) else float(computed),
                     midpoint=midpoint,
                     radius=radius,
                     tolerance=layout.columns[column],
