@@ -177,7 +177,7 @@ def mutate(mutation: Mutation, root: Path) -> None:
 
 
 def outcome(mutation: Mutation | None) -> tuple[int, list[str]]:
-    """Exit status and lines of the check in a mutated copy; status 2 where the run itself fails."""
+    """Exit status and lines of the check in a mutated copy; 2 where either breaks down."""
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder)
         for name in ("src", "workflow", "tests/regression"):
@@ -212,7 +212,7 @@ def main() -> int:
         # The last two lines sum up; a column that moved may be refuted by its proofs as well.
         columns = list(dict.fromkeys(line.partition(":")[0] for line in lines[:-2]))
         shown = ", ".join(f"`{name}`" for name in columns[:3]) + (", ..." if columns[3:] else "")
-        seen = {0: "**green**", 1: f"red: {shown} ({len(columns)})", 2: "the run or the check itself fails"}
+        seen = {0: "**green**", 1: f"red: {shown} ({len(columns)})", 2: "no verdict"}
         unnoticed += status == 0
         rows.append(f"| {number} | `{mutation.module}` | {mutation.what} | {seen[status]} |")
         print(rows[-1], flush=True)
