@@ -62,7 +62,7 @@ STEP_SIZES = (
     StepSizes(nodes=108, x0=0.01, advance=0.005),
 )
 # Curves that are solved together: bounds the memory and stays in the processor's cache.
-BATCH = 256
+BATCH = 64
 
 # A state with a smaller margin of stability stands at a limit point.
 FOLD_MARGIN = 1e-3
