@@ -238,8 +238,7 @@ def _is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolAr
 
 def _solve_batch(rods: Rods, model: Contact, section: RodSection) -> list[StickingCurve]:
     """Solve one batch, and follow those more closely that need it."""
-    in_steps = {RodSection.ROUND: _round_in_steps, RodSection.PLANAR: _planar_in_steps}[section]
-    results = in_steps(rods, STEP_SIZES[0], model)
+    results = _in_steps(rods, STEP_SIZES[0], model, section)
     for sizes in STEP_SIZES[1:]:
         pending = [
             i
@@ -248,7 +247,7 @@ def _solve_batch(rods: Rods, model: Contact, section: RodSection) -> list[Sticki
         ]
         if not pending:
             break
-        solved = in_steps(rods.take(np.array(pending)), sizes, model)
+        solved = _in_steps(rods.take(np.array(pending)), sizes, model, section)
         for index, curve in zip(pending, solved, strict=True):
             if curve.status is not Status.FAILED or results[index].status is Status.FAILED:
                 results[index] = curve
@@ -267,45 +266,106 @@ class _Section(NamedTuple):
 _Sections = list[_Section] | None
 
 
-def _round_in_steps(rods: Rods, sizes: StepSizes, model: Contact) -> list[StickingCurve]:
-    """Solve curves of round rods, to where they swing aside and to where they are pulled off."""
-    section = RodSection.ROUND
-    begun, index, results = _begun(rods, sizes, model)
-    if not len(index):
-        return [results[row] for row in range(len(rods))]
-    first = _exactly_begun(round_segment(begun, sizes, model), rods)
-    zero = np.zeros(len(index))
-    ahead = _sections(first, zero, first.last * first.step)
-    solved = _solve_sections(first, ahead, section)
-    pulled = pulled_segment(first, model)
-    back = _sections(pulled, pulled.last * pulled.step, zero)
-    drawn = _solve_sections(pulled, back, section)
-    passed = _passed(first) | (ahead_of_clamp(first.at(first.last)[0]) < 0.0)
-    for row, i in enumerate(index):
-        results[i] = _assembled(
-            theta=float(rods.theta[i]),
-            eta=float(rods.eta[i]),
-            x1_init=float(first.branches.x1_init[row]),
-            passed=bool(passed[row]),
-            sections={Parameter.X0: ahead[row]},
-            solved=solved[row],
-            pulled=_whole(Parameter.X0, back[row], drawn[row]),
-            model=model,
-            section=section,
-        )
-    return [results[row] for row in range(len(rods))]
+class _Followed(NamedTuple):
+    """Curves as they were followed and resolved, an item for each.
+
+    Attributes
+    ----------
+    first : Segment
+        From the first states on, where the clamp pushes.
+    passed : ndarray of bool, shape (n,)
+        Whether each was followed far enough.
+    sections : mapping of Parameter to list
+        Sections of the segments where the clamp pushes.
+    solved, pulled : list of list of Resolved
+        Pieces of these, and of the segments where it pulls.
+    """
+
+    first: Segment
+    passed: BoolArray
+    sections: Mapping[Parameter, Sequence[_Sections]]
+    solved: Sequence[Sequence[Resolved]]
+    pulled: Sequence[Sequence[Resolved]]
 
 
-def _begun(
-    rods: Rods, sizes: StepSizes, model: Contact
-) -> tuple[Segment, IntArray, dict[int, StickingCurve]]:
-    """First states, of which rods they are, and failed curves of the others."""
+def _in_steps(
+    rods: Rods, sizes: StepSizes, model: Contact, section: RodSection
+) -> list[StickingCurve]:
+    """Solve curves in steps of given sizes."""
     begun, index, missing = begin_mounted(rods, sizes, model)
     results: dict[int, StickingCurve] = {}
     for row, (status, message) in missing.items():
         theta, eta = float(rods.theta[row]), float(rods.eta[row])
         results[row] = _failed(theta, eta, message, status)
-    return begun, index, results
+    if len(index):
+        follow_and_resolve = _follow_round if section is RodSection.ROUND else _follow_planar
+        followed = follow_and_resolve(begun, rods, sizes, model)
+        for row, i in enumerate(index):
+            results[i] = _assembled(
+                theta=float(rods.theta[i]),
+                eta=float(rods.eta[i]),
+                x1_init=float(followed.first.branches.x1_init[row]),
+                passed=bool(followed.passed[row]),
+                sections={name: bounds[row] for name, bounds in followed.sections.items()},
+                solved=followed.solved[row],
+                pulled=followed.pulled[row],
+                model=model,
+                section=section,
+            )
+    return [results[row] for row in range(len(rods))]
+
+
+def _follow_round(begun: Segment, rods: Rods, sizes: StepSizes, model: Contact) -> _Followed:
+    """Follow round rods to where they swing aside, and to where they are pulled off."""
+    first = _exactly_begun(round_segment(begun, sizes, model), rods)
+    zero = np.zeros(len(first.origin))
+    ahead = _sections(first, zero, first.last * first.step)
+    solved = _solve_sections(first, ahead, RodSection.ROUND)
+    pulled = pulled_segment(first, model)
+    back = _sections(pulled, pulled.last * pulled.step, zero)
+    drawn = _solve_sections(pulled, back, RodSection.ROUND)
+    return _Followed(
+        first=first,
+        passed=_passed(first) | (ahead_of_clamp(first.at(first.last)[0]) < 0.0),
+        sections={Parameter.X0: ahead},
+        solved=solved,
+        pulled=[
+            _whole(Parameter.X0, bounds, parts) for bounds, parts in zip(back, drawn, strict=True)
+        ],
+    )
+
+
+def _follow_planar(begun: Segment, rods: Rods, sizes: StepSizes, model: Contact) -> _Followed:
+    """Follow rods that stay in their plane to where they turn back."""
+    section = RodSection.PLANAR
+    first = _exactly_begun(first_segment(begun, sizes, model), rods)
+    count = len(first.origin)
+    zero, joint = np.zeros(count), first.last * first.step
+    ahead = _sections(first, zero, joint)
+    solved = _solve_sections(first, ahead, section)
+    # The second segments are followed once the first ones are solved: not of what is inadmissible,
+    # nor where the tip lifts off, nor where the initial state is not resolved.
+    admissible = [not any(np.isfinite(part.limit.at) for part in parts) for parts in solved]
+    resolved = np.isfinite(first.branches.x1_init)
+    rows = np.flatnonzero(admissible & resolved & (first.at(first.last)[0].fy < 0.0))
+    past: list[_Sections] = [None] * count
+    if len(rows):
+        second = second_segment(first.take(rows), sizes, model)
+        stop = second.origin + second.last * second.step
+        sections = _sections(second, _exact_advance(first.take(rows), joint[rows]), stop)
+        good = np.flatnonzero(_turned(second) & [part is not None for part in sections])
+        known = [sections[i] for i in good]
+        found = _solve_sections(second.take(good), known, section)
+        for row, some, parts in zip(rows[good], known, found, strict=True):
+            past[row] = some
+            solved[row] += parts
+    return _Followed(
+        first=first,
+        passed=_passed(first),
+        sections={Parameter.X0: ahead, Parameter.ADVANCE: past},
+        solved=solved,
+        pulled=[[]] * count,
+    )
 
 
 def _exactly_begun(first: Segment, rods: Rods) -> Segment:
@@ -317,48 +377,6 @@ def _exactly_begun(first: Segment, rods: Rods) -> Segment:
     if rods.mounting is None:
         branches = replace(branches, scale=branches.x1_init)
     return replace(first, branches=branches)
-
-
-def _planar_in_steps(rods: Rods, sizes: StepSizes, model: Contact) -> list[StickingCurve]:
-    """Solve curves of rods that stay in their plane, to where they turn back."""
-    section = RodSection.PLANAR
-    begun, index, results = _begun(rods, sizes, model)
-    if not len(index):
-        return [results[row] for row in range(len(rods))]
-    first = _exactly_begun(first_segment(begun, sizes, model), rods)
-    zero, joint = np.zeros(len(index)), first.last * first.step
-    ahead = _sections(first, zero, joint)
-    solved = _solve_sections(first, ahead, section)
-    # The second segments are followed once the first ones are solved: not of what is inadmissible,
-    # nor where the tip lifts off, nor where the initial state is not resolved.
-    admissible = [not any(np.isfinite(part.limit.at) for part in parts) for parts in solved]
-    resolved = np.isfinite(first.branches.x1_init)
-    rows = np.flatnonzero(admissible & resolved & (first.at(first.last)[0].fy < 0.0))
-    past: list[_Sections] = [None] * len(index)
-    if len(rows):
-        second = second_segment(first.take(rows), sizes, model)
-        stop = second.origin + second.last * second.step
-        sections = _sections(second, _exact_advance(first.take(rows), joint[rows]), stop)
-        good = np.flatnonzero(_turned(second) & [part is not None for part in sections])
-        known = [sections[i] for i in good]
-        found = _solve_sections(second.take(good), known, section)
-        for row, some, parts in zip(rows[good], known, found, strict=True):
-            past[row] = some
-            solved[row] += parts
-    passed = _passed(first)
-    for row, i in enumerate(index):
-        results[i] = _assembled(
-            theta=float(rods.theta[i]),
-            eta=float(rods.eta[i]),
-            x1_init=float(first.branches.x1_init[row]),
-            passed=bool(passed[row]),
-            sections={Parameter.X0: ahead[row], Parameter.ADVANCE: past[row]},
-            solved=solved[row],
-            pulled=[],
-            model=model,
-            section=section,
-        )
-    return [results[row] for row in range(len(rods))]
 
 
 def _solve_sections(

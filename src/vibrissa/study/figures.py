@@ -129,34 +129,9 @@ class LawFigure(_GridFigure):
     dx0: OptionalKey[Dx0] = None
 
 
-class MountingFigure(_GridFigure):
-    """x0_slip, mu_lock and the loads on the clamp over an axis of the mounting, for each theta."""
+class _OverMountingFigure(_GridFigure):
+    """Base of the figures over an axis of the mounting."""
 
-    kind: Literal["mounting"]
-    over: Literal["clamp_angle", "clamp_compliance", "curvature", "stage_angle"] = Field(
-        description="axis of the mounting over which the figure is drawn"
-    )
-    mu0: OptionalKey[Mu0] = None
-    eta: OptionalKey[Eta] = None
-    dx0: OptionalKey[Dx0] = None
-    clamp_angle: OptionalKey[ClampAngle] = None
-    clamp_compliance: OptionalKey[ClampCompliance] = None
-    curvature: OptionalKey[Curvature] = None
-    stage_angle: OptionalKey[StageAngle] = None
-
-    def single_axes(self) -> tuple[str, ...]:
-        """All axes but the one over which the figure is drawn, and theta."""
-        return tuple(axis for axis in self.fixed_axes() if axis != self.over)
-
-
-class DeviationFigure(_GridFigure):
-    """What a deviation of the mounting changes (change); mu_lock of tapers compared (versus).
-
-    change: mu_lock and x0_slip over theta and eta, in per cent; versus: mu_lock of each taper less
-    that of the least one, over the mounting and eta.
-    """
-
-    kind: Literal["change", "versus"]
     over: Literal["clamp_angle", "clamp_compliance", "curvature", "stage_angle"] = Field(
         description="axis of the mounting that has several values; for change two, one of them 0"
     )
@@ -168,8 +143,25 @@ class DeviationFigure(_GridFigure):
     stage_angle: OptionalKey[StageAngle] = None
 
     def single_axes(self) -> tuple[str, ...]:
-        """All axes but the one that has several values, theta and eta."""
+        """All axes with a key of their own, but the one over which the figure is drawn."""
         return tuple(axis for axis in self.fixed_axes() if axis != self.over)
+
+
+class MountingFigure(_OverMountingFigure):
+    """x0_slip, mu_lock and the loads on the clamp over an axis of the mounting, for each theta."""
+
+    kind: Literal["mounting"]
+    eta: OptionalKey[Eta] = None
+
+
+class DeviationFigure(_OverMountingFigure):
+    """What a deviation of the mounting changes (change); mu_lock of tapers compared (versus).
+
+    change: mu_lock and x0_slip over theta and eta, in per cent; versus: mu_lock of each taper less
+    that of the least one, over the mounting and eta.
+    """
+
+    kind: Literal["change", "versus"]
 
     def mistakes(self, location: Location, sections: Mapping[str, Points]) -> Iterator[Mistake]:
         """Find mistakes as in every figure, and too few or too many deviations."""
