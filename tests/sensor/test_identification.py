@@ -169,9 +169,10 @@ def measured_over(response, surface, turns, law="free", method=Method.FORCES):
 
 
 @pytest.mark.parametrize("method", list(Method))
-# To where the rod snaps through, or to the end of the path somewhat past the lock.
-@pytest.mark.parametrize("stop", ["1.5", "0.6"])
-def test_a_tip_that_locks_gives_a_bound_and_no_number(response, method, stop):
+# To where a strip snaps through, or to the end of the path somewhat past the lock.
+@pytest.mark.parametrize(("section", "stop"), [("planar", "1.5"), ("round", "0.6")])
+def test_a_tip_that_locks_gives_a_bound_and_no_number(section, method, stop):
+    response = respond(2.0, 0.85, section=section)
     surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
     truth, periods, _ = measured_over(response, surface, (stop,), method=method)
     assert truth.phase[-1] == TipPhase.LOCK

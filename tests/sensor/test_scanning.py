@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from vibrissa import stick_slip
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.response import respond
-from vibrissa.sensor.scanning import Outcome, TipPhase, path, simulate
+from vibrissa.sensor.scanning import Outcome, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sticking.stiction import read_curve
 
@@ -96,12 +96,13 @@ def test_limits_of_the_slip_laws(response):
     assert start - first[1] == pytest.approx(2.0 * (start - first[0]), rel=0.01)
 
 
-def test_lock_ends_the_scan_with_its_place(response):
+def test_lock_ends_the_scan_of_a_strip_with_its_place():
+    response = respond(2.0, 0.85, section="planar")
     surface = surfaces.patches([0.0, 0.6], [0.3, 0.5])
     result = simulate(response, surface, path("0.001", ["3"]))
     assert result.outcome is Outcome.LOCK
     assert "mu_lock = 0.477" in result.message
-    assert result.phase[-1] == TipPhase.LOCK
+    assert result.phase[-1] == TipPhase.LOCK and set(result.side) == {TipSide.AHEAD}
     assert result.contact[-1] > 0.6
     end = float(response.curve.motion_end(0.5)[1].x0[0])
     assert end - 0.001 < result.x0[-1] <= end

@@ -90,6 +90,7 @@ class Heights:
             x0_lock=float(bounds[self._lock]),
             x1_init=x1_init,
             bounds=bounds,
+            swings=self.branches[0].swings,
         )
 
 

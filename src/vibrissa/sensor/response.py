@@ -22,7 +22,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting, Mountings
 from vibrissa.mechanics.states import ContactState
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.outcomes import Contact, RodSection, Status
+from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
@@ -63,12 +63,16 @@ class Branch:
         Contact point in the α = 0 state, from the clamp (L).
     bounds : ndarray
         Ends of the smooth stretches: where pulling ends, kinks, α = 0, the lock, the end (L).
+    swings : bool
+        Whether a tip that locks is dragged in the end: pushing ends where the rod swings aside,
+        round to the mirror image of its state, and the states in which it is pulled are known.
     """
 
     reactions: PPoly
     x0_lock: float
     x1_init: float
     bounds: FloatArray
+    swings: bool
 
     @property
     def x0_pull(self) -> float:
@@ -89,6 +93,13 @@ class Branch:
     def __call__(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements on the branch, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0))
+
+    def contact(self, clamp: float, x0: float, side: int) -> float:
+        """Position of the tip (L), which is ahead of the clamp (`side` 1) or behind it (−1).
+
+        Behind it the state is the mirror image of that at x0.
+        """
+        return clamp - side * x0 + side * self.x1_init
 
     def clip(self, x0: ArrayLike) -> FloatArray:
         """Nearest displacements on the branch (L)."""
@@ -248,6 +259,8 @@ def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
         x0_lock=curve.x0_lock,
         x1_init=curve.x1_init,
         bounds=bounds,
+        # The mirror image of a mounted rod is not a state of it.
+        swings=curve.end is End.SWINGS_ASIDE and curve.mounting == IDEAL and bool(pulled),
         curve=curve,
     )
 

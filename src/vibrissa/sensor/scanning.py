@@ -3,6 +3,10 @@
 While the tip sticks, the state is the point of the rod's response at x0 = X − x_c + x1_init, with
 the clamp at X and the contact point at x_c; μ0 is the friction at x_c. At the first step at which
 |tan α| > μ0 the tip slips while the clamp rests. The slip law determines where the slip ends.
+
+A self-locking tip sticks until a round rod swings aside. Then the tip is behind the clamp, and the
+states are mirror images: that at x0 has the reactions of the response at −x0, fx and m with the
+opposite sign.
 """
 
 from collections.abc import Callable, Sequence
@@ -40,11 +44,29 @@ class TipPhase(StrEnum):
         It sticks past the lock: it does not slip while it is pushed on.
     SLIP
         It has just slipped, and rests.
+    SWING
+        It sticks, and the rod has just swung aside, round to the other side of the clamp.
     """
 
     STICK = "stick"
     LOCK = "lock"
     SLIP = "slip"
+    SWING = "swing"
+
+
+class TipSide(StrEnum):
+    """Where the tip is, seen from the clamp along the surface.
+
+    Attributes
+    ----------
+    AHEAD
+        On the side on which it began: a clamp that moves forward pushes it.
+    BEHIND
+        On the other: a clamp that moves forward drags it.
+    """
+
+    AHEAD = "ahead"
+    BEHIND = "behind"
 
 
 class Outcome(StrEnum):
@@ -56,7 +78,7 @@ class Outcome(StrEnum):
         At the end of the path.
     LOCK
         The tip locked and was pushed on until it could not stick any more: the rod snaps through,
-        slips back, or its shape is not admissible.
+        slips back, or its shape is not admissible. A rod that swings aside goes on.
     LOST
         A slip left the states that are known here: it passed α = 0, and a pushed tip lifted off
         the surface, or a pulled tip reached the end of pushing.
@@ -75,13 +97,13 @@ class SurfaceScan(Batch):
     ----------
     outcome : Outcome
     message : str
-        Empty, or where and why the scan ended before its path.
+        Where the rod swung aside first, and where and why the scan ended before its path, if so.
     clamp : ndarray, shape (n,)
         Position of the clamp (L).
     contact : ndarray, shape (n,)
         Position of the tip, which is the contact point in point contact (L).
     x0 : ndarray, shape (n,)
-        Displacement of the clamp from the α = 0 state of this contact point (L).
+        Displacement of the clamp from the α = 0 state of this contact point on this side (L).
     reactions : ndarray, shape (n, 3)
         Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L).
     mu0 : ndarray, shape (n,)
@@ -90,6 +112,8 @@ class SurfaceScan(Batch):
         Number of the period of sticking, from 1. A period begins at the step of the slip before it.
     phase : ndarray of str, shape (n,)
         One `TipPhase` for each step.
+    side : ndarray of str, shape (n,)
+        One `TipSide` for each step.
     """
 
     outcome: Outcome
@@ -101,6 +125,7 @@ class SurfaceScan(Batch):
     mu0: FloatArray
     period: IntArray
     phase: StrArray
+    side: StrArray
 
 
 def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) -> FloatArray:
@@ -140,18 +165,32 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Period:
-    """A period of sticking, from the step `begin` of the clamp to before the step `end`.
+class _Start:
+    """How a part of a scan begins: at the step `begin`, on one side of the clamp, at `rest`.
 
-    The step `end` would bring x0 to `beyond`, out of its limits, if `below` then below the lower
-    one: the tip was pulled. At the end of the path `beyond` is NaN. `rest` is x0 at the first step.
+    On the side −1, behind the clamp, displacements are those of the mirror image. Without a slip
+    the tip goes on sticking, with the friction `mu0`.
     """
 
-    begin: int
+    begin: int = 0
+    side: int = 1
+    rest: float = 0.0
+    slipped: bool = True
+    mu0: float = np.nan
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Part:
+    """Sticking on one side of the clamp, from the step `start.begin` to before the step `end`.
+
+    The step `end` would bring x0 to `beyond`, out of its limits, if `below` then below the lower
+    one: the tip was pulled. At the end of the path `beyond` is NaN.
+    """
+
+    start: _Start
     end: int
     contact: float
     mu0: float
-    rest: float
     beyond: float
     below: bool
     locks: bool
@@ -196,37 +235,66 @@ def simulate(
     slips = Slips(
         response=response, surface=surface, law=chosen(SlipLaw, law, "law"), ratio=kinetic_ratio
     )
-    periods, outcome, message = [], Outcome.COMPLETE, ""
-    begin, rest = 0, 0.0
+    parts: list[_Part] = []
+    start, outcome, end = _Start(), Outcome.COMPLETE, ""
     while True:
-        period = _period(response, surface, positions, begin, rest)
-        periods.append(period)
-        progress(period.end)
-        if period.end == len(positions):
+        part = _part(response, surface, positions, start)
+        parts.append(part)
+        progress(part.end)
+        if part.end == len(positions):
             break
-        if period.locks and not period.below:
-            outcome = Outcome.LOCK
-            message = _locked(response, period, float(positions[period.end - 1]))
-            break
-        begin, rest = period.end, slips.rest(float(positions[period.end]), period.beyond)
+        clamp = float(positions[part.end])
+        if part.locks and not part.below:
+            if not response.swings:
+                outcome, end = Outcome.LOCK, _locked(response, part, float(positions[part.end - 1]))
+                break
+            start = _swung(response, part)
+            continue
+        rest = slips.rest(clamp, part.beyond, part.start.side)
         if np.isnan(rest):
-            outcome, message = Outcome.LOST, _lost(period, float(positions[period.end]))
+            outcome, end = Outcome.LOST, _lost(part, clamp)
             break
-    return _assembled(response, positions, periods, outcome, message)
+        start = _Start(begin=part.end, side=part.start.side, rest=rest)
+    said = (_swings(response, parts, positions), end)
+    return _assembled(response, positions, parts, outcome, "; ".join(filter(None, said)))
 
 
-def _locked(response: Response, period: _Period, clamp: float) -> str:
+def _swung(response: Response, part: _Part) -> _Start:
+    """Go on with the same contact on the other side of the clamp."""
+    return _Start(
+        begin=part.end,
+        side=-part.start.side,
+        rest=2.0 * response.x0_end - part.beyond,
+        slipped=False,
+        mu0=part.mu0,
+    )
+
+
+def _swings(response: Response, parts: Sequence[_Part], positions: FloatArray) -> str:
+    """Say where the rod swings aside first; empty if it does not."""
+    for part in parts:
+        if not part.start.slipped:
+            return (
+                f"the tip locks at x = {part.contact:.6g}, where mu0 = {part.mu0:.6g} is above "
+                f"mu_lock = {response.curve.mu_lock:.6g}; with the clamp at "
+                f"{positions[part.start.begin]:.6g} (in units of L) the rod swings aside, and its "
+                "tip is dragged behind"
+            )
+    return ""
+
+
+def _locked(response: Response, part: _Part, clamp: float) -> str:
     return (
-        f"the tip locks at x = {period.contact:.6g}, where mu0 = {period.mu0:.6g} is above "
+        f"the tip locks at x = {part.contact:.6g}, where mu0 = {part.mu0:.6g} is above "
         f"mu_lock = {response.curve.mu_lock:.6g}; pushed on, it cannot stick beyond the clamp at "
         f"{clamp:.6g} (in units of L)"
     )
 
 
-def _lost(period: _Period, clamp: float) -> str:
-    where = "the rod is pushed through" if period.below else "the tip lifts off the surface"
+def _lost(part: _Part, clamp: float) -> str:
+    where = "the rod is pushed through" if part.below else "the tip lifts off the surface"
     return (
-        f"the slip from x = {period.contact:.6g}, with the clamp at {clamp:.6g} (in units of L), "
+        f"the slip from x = {part.contact:.6g}, with the clamp at {clamp:.6g} (in units of L), "
         f"has so much energy that {where}"
     )
 
@@ -234,57 +302,66 @@ def _lost(period: _Period, clamp: float) -> str:
 def _assembled(
     response: Response,
     positions: FloatArray,
-    periods: Sequence[_Period],
+    parts: Sequence[_Part],
     outcome: Outcome,
     message: str,
 ) -> SurfaceScan:
-    """Put the periods together, one row for each step."""
-    begins = np.array([period.begin for period in periods])
-    counts = np.array([period.end for period in periods]) - begins
+    """Put the parts together, one row for each step."""
+    starts = [part.start for part in parts]
+    begins = np.array([start.begin for start in starts])
+    slipped = np.array([start.slipped for start in starts])
+    counts = np.array([part.end for part in parts]) - begins
     clamp = positions[: counts.sum()]
 
     def spread(values: Sequence[float]) -> FloatArray:
         return np.repeat(np.array(values, dtype=float), counts)
 
-    x0 = clamp - np.repeat(positions[begins], counts) + spread([p.rest for p in periods])
-    slipped = np.zeros(len(clamp), dtype=bool)
-    slipped[begins[1:]] = True
+    side = spread([start.side for start in starts])
+    moved = clamp - np.repeat(positions[begins], counts)
+    x0 = side * moved + spread([start.rest for start in starts])
+    # A rod that swings aside and slips within one step leaves a part without rows.
+    later = (begins > 0) & (counts > 0)
+    slip, swing = np.zeros((2, len(clamp)), dtype=bool)
+    slip[begins[later & slipped]] = True
+    swing[begins[later & ~slipped]] = True
     return SurfaceScan(
         outcome=outcome,
         message=message,
         clamp=clamp,
-        contact=spread([period.contact for period in periods]),
-        x0=x0,
-        reactions=response(x0),
-        mu0=spread([period.mu0 for period in periods]),
-        period=np.repeat(np.arange(1, len(periods) + 1), counts),
+        contact=spread([part.contact for part in parts]),
+        x0=side * x0 + 0.0,  # no −0
+        reactions=response(x0) * np.stack([side, np.ones(len(side)), side], axis=1),
+        mu0=spread([part.mu0 for part in parts]),
+        period=np.repeat(np.cumsum(slipped), counts),
         phase=np.select(
-            [slipped, x0 > response.x0_lock], [TipPhase.SLIP, TipPhase.LOCK], TipPhase.STICK
+            [slip, swing, x0 > response.x0_lock],
+            [TipPhase.SLIP, TipPhase.SWING, TipPhase.LOCK],
+            TipPhase.STICK,
         ),
+        side=np.where(side > 0.0, TipSide.AHEAD, TipSide.BEHIND),
     )
 
 
-def _period(
-    response: Response, surface: Surface, positions: FloatArray, begin: int, rest: float
-) -> _Period:
-    """Follow the tip from the step `begin` until it leaves what it can stick to."""
-    contact = float(positions[begin] - rest + response.x1_init)
-    mu0 = float(surface(contact))
+def _part(response: Response, surface: Surface, positions: FloatArray, start: _Start) -> _Part:
+    """Follow the tip until it leaves what it can stick to on this side."""
+    begin, side = start.begin, start.side
+    contact = float(response.contact(positions[begin], start.rest, side))
+    mu0 = float(surface(contact)) if start.slipped else start.mu0
     low = response.pull_limit(mu0)
     high, locks = response.push_limit(mu0)
     end, beyond = len(positions), np.nan
-    for first in range(begin + 1, len(positions), BLOCK):
-        x0 = positions[first : first + BLOCK] - positions[begin] + rest
+    # A tip that has just slipped rests; one whose rod has swung aside may have to slip at once.
+    for first in range(begin + int(start.slipped), len(positions), BLOCK):
+        x0 = side * (positions[first : first + BLOCK] - positions[begin]) + start.rest
         out = np.flatnonzero(passes(x0, high) | passes(-x0, -low))
         if len(out):
             end, beyond = first + int(out[0]), float(x0[out[0]])
             break
-    return _Period(
-        begin=begin,
+    return _Part(
+        start=start,
         end=end,
         contact=contact,
         mu0=mu0,
-        rest=rest,
         beyond=beyond,
         below=beyond < low,
         locks=locks,

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind, Quantity, Units
-from vibrissa.sensor.scanning import SurfaceScan, TipPhase, path, simulate
+from vibrissa.sensor.scanning import SurfaceScan, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.surfaces import Surface
@@ -49,6 +49,7 @@ class Signals(Tabular):
             "mu0": Column(truth.mu0, "1", "static friction under the tip"),
             "period": Column(truth.period, "1", "number of the period of sticking"),
             "phase": Column(truth.phase, "", ", ".join(TipPhase)),
+            "side": Column(truth.side, "", "where the tip is: " + " or ".join(TipSide)),
         }
 
 
@@ -99,10 +100,11 @@ def scan(
         units.read(step, Kind.LENGTH, "step"),
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
     )
-    # By the energy law a tip may come to rest where the clamp pulls.
-    pulled = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
+    # By the energy law a tip may come to rest where the clamp pulls. A rod that swings aside is
+    # pulled, too: that is not known before.
+    backward = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
     truth = simulate(
-        whisker.pulled if pulled else whisker.pushed,
+        whisker.response(backward),
         surface,
         positions,
         law,

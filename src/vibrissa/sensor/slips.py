@@ -83,11 +83,14 @@ class _Way:
         Sign of the change of x0.
     contact : float
         Contact point at the beginning (L).
+    side : int
+        1 where the tip is ahead of the clamp, −1 where it is behind.
     """
 
     x0: float
     ahead: float
     contact: float
+    side: int
 
     @property
     def nothing(self) -> float:
@@ -100,11 +103,11 @@ class _Way:
 
     def position(self, way: FloatArray | float) -> FloatArray:
         """Contact point (L)."""
-        return np.asarray(self.contact - self.ahead * way)
+        return np.asarray(self.contact - self.side * self.ahead * way)
 
     def to(self, position: FloatArray | float) -> FloatArray:
         """Way to a contact point, negative if that is behind (L)."""
-        return np.asarray(self.ahead * (self.contact - position))
+        return np.asarray(self.side * self.ahead * (self.contact - position))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +133,7 @@ class Slips:
         if not 0.0 < self.ratio <= 1.0:
             raise ArgumentError(f"kinetic_ratio must lie above 0 and up to 1, got {self.ratio!r}")
 
-    def rest(self, clamp: float, x0: float) -> float:
+    def rest(self, clamp: float, x0: float, side: int = 1) -> float:
         """Find where a tip that slips comes to rest.
 
         Parameters
@@ -139,6 +142,9 @@ class Slips:
             Position of the clamp (L).
         x0 : float
             Displacement at which the slip begins (L).
+        side : int
+            1 where the tip is ahead of the clamp, −1 where it is behind: then the displacements are
+            those of the mirror image.
 
         Returns
         -------
@@ -155,21 +161,23 @@ class Slips:
         response = self.response
         x0 = float(response.clip(x0))
         for _ in range(REVERSALS):
-            x0 = self._slide(clamp, x0)
+            x0 = self._slide(clamp, x0, side)
             if np.isnan(x0):
                 return x0
-            holds = float(self.surface(clamp - x0 + response.x1_init))
+            holds = float(self.surface(response.contact(clamp, x0, side)))
             if abs(float(response.demand(x0))) <= holds * (1.0 + FULL):
                 return x0
         raise ArgumentError(f"the slip with the clamp at {clamp:.6g} does not come to rest")
 
-    def _slide(self, clamp: float, x0: float) -> float:
+    def _slide(self, clamp: float, x0: float, side: int) -> float:
         """Where a slide in one direction ends; NaN if it does not."""
         # A pushed tip slides to lower x0, a pulled one to higher.
         ahead = -1.0 if x0 > 0.0 else 1.0
-        way = _Way(x0=x0, ahead=ahead, contact=clamp - x0 + self.response.x1_init)
+        contact = self.response.contact(clamp, x0, side)
+        way = _Way(x0=x0, ahead=ahead, contact=contact, side=side)
         end = self._longest(way)
-        surface_end = float(way.to(self.surface.stop if ahead < 0.0 else self.surface.start))
+        onward = side * ahead < 0.0
+        surface_end = float(way.to(self.surface.stop if onward else self.surface.start))
         known = min(end, surface_end)
         begin, length, energy = 0.0, STRETCH, 0.0
         while begin < known:
