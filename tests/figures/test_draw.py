@@ -381,6 +381,78 @@ def test_the_law_near_the_lock_is_a_square_root_except_in_a_kink():
     assert len(lines) == 2 and all(len(line.get_xdata()) > 10 for line in lines)
 
 
+def test_past_the_lock_sticking_ends_where_a_trailing_or_a_planar_rod_slips():
+    mu0 = ("0.3", "0.6", "0.9")
+    curves = {section: solve_curve(2.0, 0.85, section=section) for section in ("round", "planar")}
+    for section, curve in curves.items():
+        table = points_table({"g": grid(("2",), mu0, ("0.001",))}, {"2": curve})
+        first, later = draw("past_lock", table, {"grid": "g"}).axes
+        slips, locked, swing, *_ = (line.get_ydata() for line in drawn(first))
+        assert slips == pytest.approx(curve.onset([0.3]))
+        if section == "round":
+            trail = curve.trailing_end([0.6, 0.9]).x0
+            assert locked == pytest.approx(trail) and swing == pytest.approx([curve.x0_end] * 2)
+            dragged = drawn(later)[1].get_ydata()
+            assert dragged == pytest.approx(trail - 2.0 * curve.x0_end)
+        else:
+            assert locked == pytest.approx([curve.x0_end] * 2)
+            assert np.isnan(swing).all()
+        (asymptote,) = (
+            line for line in first.lines if len(set(line.get_xdata())) == 1 < len(line.get_xdata())
+        )
+        assert asymptote.get_xdata()[0] == pytest.approx(curve.mu_lock)
+
+
+def test_the_margin_out_of_the_plane_is_marked_as_zero_at_x1_init():
+    axes = draw("margins", TABLES["scans"], {"scan": "runs", "mu0": 0.9}).axes[1]
+    curve, _, mark = drawn(axes)[:3]
+    found = rows("scans", theta=2, mu0=0.9, cycle=1, phase="stick")
+    assert is_line(curve, column(found, "footpoint"), column(found, "stability_aside"))
+    assert mark.get_xdata() == pytest.approx([CURVES["2"].x1_init], abs=1e-12)
+    assert list(mark.get_ydata()) == [0.0]
+    # In line contact it is where the clamp is under the contact point, not under the tip.
+    lying = scan_table(solve_curve(5.0, 0.33, contact="line"), "5", "0.9")
+    _, _, mark = drawn(draw("margins", lying, {"scan": "runs"}).axes[1])[:3]
+    assert mark.get_xdata() == pytest.approx(
+        [solve_curve(5.0, 0.33, contact="line").x0_end], abs=1e-4
+    )
+
+
+def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
+    oblique, above, _ = draw(
+        "swing", TABLES["scans"], {"scan": "runs", "theta": 2, "mu0": 0.9}
+    ).axes
+    turned = {to_hex(line.get_color()): line for line in above.lines if line.get_linewidth() == 1.8}
+    found = rows("scans", theta=2, mu0=0.9, cycle=1, phase="stick")
+    before = max(
+        (row for row in found if row["x1"] > row["footpoint"]), key=lambda r: r["footpoint"]
+    )
+    out = np.array(before["shape_x"]) - before["footpoint"]
+    directions = []
+    for line in turned.values():
+        x, z = line.get_xdata() - before["footpoint"], np.asarray(line.get_ydata())
+        assert np.hypot(x, z) == pytest.approx(np.abs(out))
+        far = np.argmax(np.abs(out))
+        directions.append(np.degrees(np.arctan2(z[far], x[far]) - np.arctan2(0.0, out[far])))
+    assert np.mod(directions, 360.0) == pytest.approx(np.arange(0.0, 181.0, 30.0), abs=1e-9)
+    # Each is drawn in the other panel, too, with its height.
+    (upright,) = (line for line in oblique.lines if to_hex(line.get_color()) == list(turned)[3])
+    assert upright.get_ydata() - 0.3 * out == pytest.approx(before["shape_y"])
+
+
+@pytest.mark.parametrize("mu0", [0.3, 0.9])
+def test_a_swing_is_not_drawn_of_a_tip_that_slips_or_a_rod_that_is_guided(mu0):
+    table = TABLES["scans"]
+    if mu0 == 0.9:
+        planar = solve_curve(2.0, 0.85, section="planar")
+        table = scan_table(planar, "2", "0.9")
+        assert min(column(table.to_pylist(), "x1")) < max(column(table.to_pylist(), "footpoint"))
+    figure = draw("swing", table, {"scan": "runs", "theta": 2, "mu0": mu0})
+    (text,) = figure.axes[0].texts
+    assert text.get_text() == "the rod does not swing aside in this scan"
+    assert np.isnan(drawn(draw("margins", table, {"theta": 2, "mu0": mu0}).axes[1])[2].get_xdata())
+
+
 def test_models_figure_marks_what_penetrates():
     table = records.comparison_table("models", compare([1, 4, 8], [0.2], [0.85]), "a")
     figure = draw("models", table, {"comparison": "models"})

@@ -65,6 +65,17 @@ def near_locks(count):
     return slipping(combined(**axes, eta=[0.85], dx0=[0.001]))
 
 
+def past_locks(count):
+    """As near the locks and beyond, where the end of sticking jumps up."""
+    rows = near_locks(count)
+    locks = rows.status == "lock"
+    return rows.assign(
+        ends_by=np.where(locks, "swings_aside", None),
+        x0_end=(4.0 * rows.x0_lock).where(locks),
+        x0_trail=(8.0 * rows.x0_lock + 0.02 * rows.mu0).where(locks),
+    )
+
+
 def mounted(count):
     axes = {"theta": np.linspace(1.0, 3.0, count), "clamp_angle": np.linspace(-0.1, 0.1, 5)}
     rows = slipping(combined(**axes, mu0=[0.2], eta=[0.85], dx0=[0.001]))
@@ -118,6 +129,36 @@ def cycles(count):
     )
 
 
+def swung(count, per_scan=40):
+    """First periods of rods of several tapers that swing aside half-way, at their own places."""
+    rows = combined(theta=np.linspace(1.0, 3.0, count), step=range(per_scan))
+    over = 0.5 / rows.theta
+    footpoint = 2.0 * over * rows.step / (per_scan - 1)
+    ahead = over - footpoint
+    turned = np.where(ahead > 0.0, 1.0, -1.0)
+    (bent,) = shapes([0.0], [0.3])["shape_x"]
+    return rows.assign(
+        mu0=0.9,
+        eta=0.85,
+        dx0=0.01,
+        status="lock",
+        cycle=1,
+        phase="stick",
+        footpoint=footpoint,
+        x1=over,
+        s_c=1.0,
+        stability=0.7 + ahead.abs(),
+        stability_aside=ahead.abs(),
+        shape_x=[at + way * bent for at, way in zip(footpoint, turned, strict=True)],
+        shape_y=shapes(footpoint, footpoint)["shape_y"],
+    )
+
+
+def swinging(count):
+    """One rod in more and more steps."""
+    return swung(1, 2 * count)
+
+
 def states(count):
     x1 = np.linspace(0.05, 0.5, count)
     return pd.DataFrame(
@@ -156,6 +197,9 @@ ROWS = {
     "locking": plane,
     "regimes": plane,
     "law": near_locks,
+    "past_lock": past_locks,
+    "margins": swung,
+    "swing": swinging,
     "mounting": mounted,
     "change": deviating,
     "versus": against_cylinders,
@@ -223,7 +267,7 @@ def test_the_data_have_room_and_all_formats_look_alike(kind, count, tmp_path, mo
     # Axes of equal scale are as wide as the rod travels.
     panels = [place for place, axes in zip(places, visible, strict=True) if not is_bar(axes)]
     area = sum(place.width * place.height for place in panels)
-    assert area > (0.2 if kind in ("scan", "period", "state") else 0.4)
+    assert area > (0.2 if kind in ("scan", "period", "state", "swing") else 0.4)
     # The left spine of each panel is in the PNG where the SVG has it.
     for left, bottom, _, height in (place.bounds for place in panels):
         column = round(left * pixels.shape[1])
@@ -262,6 +306,8 @@ SERIES = {
     "taper": r"\mu_0",
     "locking": r"\eta",
     "law": r"\theta",
+    "past_lock": r"\theta",
+    "margins": r"\theta",
     "state": "x_1",
     "models": r"\mu_0",
 }
@@ -281,7 +327,7 @@ def test_many_series_have_colours_of_their_own_that_a_colourbar_tells(kind, coun
 
 
 @pytest.mark.parametrize("count", [1, 3, 6])
-@pytest.mark.parametrize("kind", ["taper", "locking", "law", "models"])
+@pytest.mark.parametrize("kind", ["taper", "locking", "law", "past_lock", "margins", "models"])
 def test_few_series_have_the_papers_colours_and_a_legend(kind, count):
     figure = drawn(kind, count)
     assert not any(map(is_bar, figure.axes))

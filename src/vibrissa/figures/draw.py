@@ -10,13 +10,13 @@ import pyarrow.compute as pc
 from matplotlib.figure import Figure
 
 from vibrissa.errors import ArgumentError
-from vibrissa.figures import comparisons, mountings, points, regimes, scans, states, style
+from vibrissa.figures import aside, comparisons, mountings, points, regimes, scans, states, style
 from vibrissa.figures.kinds import Kind
 from vibrissa.tables import query
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
-    for family in (points, regimes, mountings, scans, states, comparisons)
+    for family in (points, regimes, aside, mountings, scans, states, comparisons)
     for kind in vars(family).values()
     if isinstance(kind, Kind)
 }
@@ -71,9 +71,6 @@ def _condition(selection: Mapping[str, Any]) -> pc.Expression | None:
 
 def _failure(rows: pd.DataFrame) -> Figure:
     """Say that there is nothing to show: the study goes on without it."""
-    figure, axes = style.axes(2.0)
-    axes.set_axis_off()
     reason = rows["message"].iloc[0] if "message" in rows else "the tables and logs say why"
     status = rows["status"].iloc[0].replace("_", " ")
-    axes.text(0.5, 0.5, f"{status}: {reason}", ha="center", va="center", wrap=True)
-    return figure
+    return style.message(f"{status}: {reason}")

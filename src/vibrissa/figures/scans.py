@@ -101,6 +101,4 @@ def _cycles(rows: pd.DataFrame) -> str:
 
 def _title(axes: Axes, rows: pd.DataFrame, what: str) -> None:
     """Say which scan is shown, and what of it; of a tip that locks there is no more than that."""
-    row = rows.iloc[0]
-    point = rf"$\theta = {row['theta']:g}$, $\mu_0 = {row['mu0']:g}$, $\eta = {row['eta']:g}$"
-    axes.set_title(f"{point}: {LOCKED if _locks(rows) else what}")
+    axes.set_title(f"{style.rod_of(rows)}: {LOCKED if _locks(rows) else what}")

@@ -58,6 +58,20 @@ def axes(height: float) -> tuple[Figure, Axes]:
     return figure, figure.subplots()
 
 
+def rod_of(rows: pd.DataFrame) -> str:
+    """Say which rod on which surface is shown, the same in all rows."""
+    row = rows.iloc[0]
+    return rf"$\theta = {row['theta']:g}$, $\mu_0 = {row['mu0']:g}$, $\eta = {row['eta']:g}$"
+
+
+def message(text: str) -> Figure:
+    """Make a figure that says in words why there is nothing to show."""
+    figure, panel = axes(2.0)
+    panel.set_axis_off()
+    panel.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
+    return figure
+
+
 def shape_axes(rows: pd.DataFrame, beside: float = 0.0) -> tuple[Figure, Axes]:
     """Make axes of equal scale with the surface, on a page of the shapes' proportions.
 

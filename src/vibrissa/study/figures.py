@@ -122,9 +122,13 @@ class MapFigure(_GridFigure):
 
 
 class LawFigure(_GridFigure):
-    """x0_slip up to mu_lock for each theta, and its law near mu_lock."""
+    """x0_slip and its law near mu_lock (law), or sticking beyond it, too (past_lock), over mu0.
 
-    kind: Literal["law"]
+    Both have a series for each theta; past_lock shows the end of the first period and, of round
+    rods, the length of the later ones.
+    """
+
+    kind: Literal["law", "past_lock"]
     eta: OptionalKey[Eta] = None
     dx0: OptionalKey[Dx0] = None
 
@@ -174,15 +178,28 @@ class DeviationFigure(_OverMountingFigure):
 
 
 class ScanFigure(Figure):
-    """One scan: its shapes (scan), those of its first period (period) or its signals (signals)."""
+    """One scan: its shapes (scan), first period (period), signals (signals) or swing (swing)."""
 
     table = "scans"
     source = "scan"
 
-    kind: Literal["scan", "period", "signals"]
+    kind: Literal["scan", "period", "signals", "swing"]
     scan: str = Field(description="name of the scan the figure is drawn from")
     theta: Theta
     mu0: Mu0
+    eta: OptionalKey[Eta] = None
+    dx0: OptionalKey[Dx0] = None
+
+
+class MarginsFigure(Figure):
+    """Stability in the plane and out of it over x0 in the first period, for each theta."""
+
+    table = "scans"
+    source = "scan"
+
+    kind: Literal["margins"]
+    scan: str = Field(description="name of the scan the figure is drawn from")
+    mu0: OptionalKey[Mu0] = None
     eta: OptionalKey[Eta] = None
     dx0: OptionalKey[Dx0] = None
 
@@ -233,6 +250,7 @@ _Kind = (
     | MountingFigure
     | DeviationFigure
     | ScanFigure
+    | MarginsFigure
     | StateFigure
     | ModelsFigure
 )

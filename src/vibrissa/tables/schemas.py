@@ -25,7 +25,10 @@ NO_RESULT = "no result"
 NO_SLIP = "the tip is self-locking, or no result"
 NO_LOCK = "the tip slips forward, or no result"
 NO_END = "the tip slips forward, its path was not followed to the end, or no result"
-NO_TRAIL = "the rod does not swing aside, its pulled path was not followed so far, or no result"
+NO_TRAIL = (
+    "the rod does not swing aside, its pulled path was not followed so far (about μ0 = 3), or no "
+    "result"
+)
 # Names of what is in a column's metadata, in the order in which they are shown.
 UNIT, RANGE, NULL, EQUATION, DESCRIPTION = b"unit", b"range", b"null", b"equation", b"description"
 
