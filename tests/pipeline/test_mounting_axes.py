@@ -69,6 +69,48 @@ def test_axes_are_ranges_too_and_have_bounds():
     assert "grids.main.clamp_compliance" in said and "-0.1" in said and ">= 0" in said
 
 
+def test_a_curvature_may_be_a_polynomial():
+    written = [0.1, [-0.05, 0.1], [0.1, 0.0], -0.05, [-0.05, -0.3]]
+    curved = study(grids={"main": {**TILTED, "clamp_angle": [0], "curvature": written}})
+    constant, rising, falling = Decimal("-0.05"), Decimal("0.1"), Decimal("-0.3")
+    expected = [constant, (constant, falling), (constant, rising), rising]
+    assert curved.point_grids["main"].curvature == tuple(expected)
+    assert [key.curvature for key in curved.curve_keys] == expected * 2
+    # The plan of blocks has one text for each.
+    blocks = partition(curved.curve_keys, 3, {})
+    assert partition(curved.curve_keys, 3, blocks) == blocks
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ([[0.1, "x"]], "curvature[0][1]: 'x' is not allowed; allowed: coefficient of the"),
+        (
+            [0, []],
+            "curvature[1]: [] is not allowed; allowed: one or more coefficients",
+        ),
+        ([[20, 0.1]], "curvature[0][0]: 20 is not allowed"),
+        ([[0.1, [0.2]]], "curvature[0][1]: [0.2] is not allowed"),
+        (["1e-3"], "curvature[0]: '1e-3' is not allowed (YAML reads this as text"),
+        ([20], "curvature[0]: 20 is not allowed; allowed: natural curvature of the rod in 1/L: a"),
+        ({"start": [0, 1], "stop": 1, "step": 1}, "curvature.start: [0, 1] is not allowed"),
+    ],
+)
+def test_what_is_no_polynomial_is_refused(written, said):
+    assert said in refusal(grids={"main": {**TILTED, "curvature": written}})
+
+
+def test_figures_show_a_polynomial_and_do_not_go_over_it():
+    grids = {"main": {**TILTED, "curvature": [0, -0.05, [-0.05, 0.1]]}}
+    over = {"kind": "mounting", "grid": "main", "over": "clamp_angle", "mu0": 0.2}
+    said = refusal(grids=grids, figures={"f": {**over, "curvature": [-0.05, 0.2]}})
+    assert "figures.f.curvature: -0.05, 0.2 is not allowed; the data has -0.05, [-0.05" in said
+    shown = study(grids=grids, figures={"f": {**over, "curvature": [-0.05, 0.1]}}).figures["f"]
+    assert shown.selection()["curvature"] == "-0.05, 0.1"
+    said = refusal(grids=grids, figures={"f": {**over, "over": "curvature", "clamp_angle": 0}})
+    assert "figures.f.over: curvature has polynomials (-0.05, 0.1); allowed: numbers" in said
+
+
 def test_what_the_method_and_the_cycles_do_not_allow_is_refused():
     said = refusal(grids={"main": TILTED}, method="shooting")
     assert "grids.main.clamp_angle: is not allowed with method: shooting" in said

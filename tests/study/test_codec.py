@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibrissa.decimals import exact
+from vibrissa.decimals import exact, order_of, polynomial
 from vibrissa.study.codec import (
     decode_columns,
     decode_grid,
@@ -17,7 +17,8 @@ from vibrissa.study.codec import (
 from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid
 
 decimals = st.decimals(-1000, 1000, places=9).map(exact)
-mounting = {name: decimals for name in MOUNTING_AXES}
+polynomials = st.lists(decimals, min_size=1, max_size=4).map(polynomial)
+mounting = {name: decimals for name in MOUNTING_AXES} | {"curvature": decimals | polynomials}
 keys = st.builds(CurveKey, theta=decimals, eta=decimals, dx0=st.none() | decimals, **mounting)
 axes = st.lists(decimals, min_size=1, unique=True).map(lambda values: tuple(sorted(values)))
 
@@ -35,7 +36,12 @@ def test_keys_come_back_from_columns(written):
     assert [decode_columns(dict(zip(columns, row, strict=True))) for row in rows] == written
 
 
-@given(st.builds(Grid, theta=axes, mu0=axes, eta=axes, dx0=axes, curvature=axes))
+curvatures = st.lists(polynomials, min_size=1, unique=True).map(
+    lambda values: tuple(sorted(values, key=order_of))
+)
+
+
+@given(st.builds(Grid, theta=axes, mu0=axes, eta=axes, dx0=axes, curvature=curvatures))
 def test_a_grid_comes_back_from_its_plain_form(grid):
     assert decode_grid(json.loads(json.dumps(encode_grid(grid)))) == grid
 
@@ -59,6 +65,15 @@ def test_a_mounting_is_named_and_the_ideal_one_is_not():
     assert encode_key(key._replace(clamp_angle=Decimal(0))) == ["2", "0.85"]
     with pytest.raises(TypeError, match="angle"):
         decode_key(["2", "0.85", "angle=0.1"])
+
+
+def test_a_polynomial_is_spelled_with_commas():
+    key = decode_key(["2", "0.85", "curvature=-0.050,0,0.10,0"])
+    assert key.curvature == (Decimal("-0.05"), Decimal(0), Decimal("0.1"))
+    assert encode_key(key) == ["2", "0.85", "curvature=-0.05, 0, 0.1"]
+    assert decode_key(["2", "0.85", "curvature=0.1, 0"]).curvature == Decimal("0.1")
+    with pytest.raises(ValueError, match="number"):
+        decode_key(["2", "0.85", "curvature=0.1, x"])
 
 
 def test_equal_keys_have_one_form():

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from vibrissa import Mounting, __version__, solve_curve, solve_state, stick_slip
-from vibrissa.errors import TableError
+from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.mechanics.states import ContactState
 from vibrissa.outcomes import Contact, Parameter, Solver, Status
 from vibrissa.provenance import commit
@@ -20,8 +20,9 @@ from vibrissa.sticking.piece import MARGINS, Piece
 from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import points_on_curves
-from vibrissa.tables import records, schemas, store
-from vibrissa.tables.schemas import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION
+from vibrissa.tables import query, records, schemas, store
+from vibrissa.tables.collect import collect
+from vibrissa.tables.schemas import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION, YOUNGER
 
 SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}
 SCHEMAS |= {"comparisons": COMPARISONS}
@@ -58,6 +59,7 @@ LINE = solve_curve(theta=5, eta=0.85, contact="line")  # in two pieces
 # Past its lock it is counted by an advance that begins below 0.
 LEANING = solve_curve(theta=1, eta=0.4, contact="line", mounting=Mounting(clamp_angle=-0.35))
 TILTED = solve_curve(theta=2, eta=0.85, mounting=Mounting(clamp_angle=0.02, curvature=-0.1))
+CURVED = solve_curve(theta=2, eta=0.85, mounting=Mounting(curvature=(-0.05, 0.0, 0.1)))
 CURVE_TABLES = {
     "collocation": {
         decode_key(["2", "0.85"]): COLLOCATION,
@@ -66,6 +68,7 @@ CURVE_TABLES = {
     },
     "mounted": {
         decode_key(["2", "0.85", "clamp_angle=0.02", "curvature=-0.1"]): TILTED,
+        decode_key(["2", "0.85", "curvature=-0.05, 0, 0.1"]): CURVED,
         decode_key(["1", "0.4", "clamp_angle=-0.35"]): LEANING,
     },
     "shooting": {decode_key(["2", "0.85", "0.001"]): curve_by_shooting(COLLOCATION, 60)},
@@ -157,7 +160,7 @@ def test_columns_of_the_stiction_table():
     states = ("f", "alpha", "phi1", "s_c", *reactions, *MARGINS)
     assert STICTION.names == [
         *("study", "method", "grids", "theta", "mu0", "eta", "dx0"),
-        *("clamp_angle", "clamp_compliance", "curvature", "stage_angle"),
+        *("clamp_angle", "clamp_compliance", "curvature", "stage_angle", "curvature_powers"),
         *("status", "message", "contact"),
         *("x0_slip", "x0_max", "n_steps", "mu_lock", "x0_lock"),
         *(f"{name}{suffix}" for suffix in ("_init", "_last", "_slip") for name in states),
@@ -235,11 +238,19 @@ def nullable(schema):
     ("kind", "status", "nothing"),
     [
         ("curves", "failed", nullable(CURVES)),
-        ("stiction", "slip", {"ends_by", "x0_end", *states("_end"), "x0_trail", *states("_trail")}),
-        ("stiction", "lock", {"x0_slip", "x0_max", "n_steps", *states("_last"), *states("_slip")}),
+        (
+            "stiction",
+            "slip",
+            {"ends_by", "x0_end", *states("_end"), "x0_trail", *states("_trail"), *YOUNGER},
+        ),
+        (
+            "stiction",
+            "lock",
+            {"x0_slip", "x0_max", "n_steps", *states("_last"), *states("_slip"), *YOUNGER},
+        ),
         ("stiction", "failed", nullable(STICTION)),
-        ("scans", "slip", set()),
-        ("scans", "lock", set()),
+        ("scans", "slip", {*YOUNGER}),
+        ("scans", "lock", {*YOUNGER}),
         ("scans", "failed", nullable(SCANS)),
         ("states", "solved", set()),
         ("states", "failed", nullable(STATES)),
@@ -256,7 +267,33 @@ def test_what_does_not_exist_is_null_and_nothing_else(kind, status, nothing):
 def test_a_lock_has_no_onset():
     _, (nulls,) = rows("stiction", "lock")
     ends = {name for name in STICTION.names if name.endswith(("_last", "_slip"))}
-    assert nulls == ends | {"x0_slip", "x0_max", "n_steps"}
+    assert nulls == ends | {"x0_slip", "x0_max", "n_steps", *YOUNGER}
+
+
+def test_a_polynomial_curvature_is_a_number_and_a_text():
+    key = ["2", "0.85", "curvature=-0.05, 0, 0.1"]
+    grids = {"g": replace(grid(), curvature=(decode_key(key).curvature,))}
+    row = stiction_table(CURVED, key, grids).to_pylist()[0]
+    assert (row["curvature"], row["curvature_powers"]) == (-0.05, "0, 0.1")
+    (point, _) = grids["g"].points()
+    scan = stick_slip(CURVED, 0.1, 0.01, 1)
+    row = records.scan_table("runs", point, scan, study="a", method="collocation").to_pylist()[0]
+    assert (row["curvature"], row["curvature_powers"]) == (-0.05, "0, 0.1")
+
+
+def test_a_table_from_before_there_were_polynomials_is_read(path):
+    old = TABLES["stiction"].drop_columns(list(YOUNGER))
+    store.write(old, path)
+    assert store.read(path, STICTION).equals(TABLES["stiction"])
+    rows = query.rows(query.opened(path, STICTION), STICTION.names)
+    assert rows.equals(TABLES["stiction"])
+    order = ("theta", "curvature_powers", "mu0", "dx0")
+    merged = pa.concat_tables(collect([path], STICTION, order).parts)
+    assert merged["curvature_powers"].null_count == len(merged) == len(old)
+    # What has always been there must be there.
+    store.write(TABLES["stiction"].drop_columns(["x0_trail"]), path)
+    with pytest.raises(DamagedTableError, match="has other columns than its schema says"):
+        store.read(path, STICTION)
 
 
 @pytest.mark.parametrize("kind", ["scans", "states"])

@@ -6,6 +6,7 @@ from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.pipeline import jobs
 from vibrissa.study.codec import decode_key, encode_key
 from vibrissa.tables import records, store
+from vibrissa.tables.mounted import mounting_of
 
 with jobs.logged(snakemake.log[0]):
     section = RodSection(snakemake.params.section)
@@ -17,7 +18,7 @@ with jobs.logged(snakemake.log[0]):
         from vibrissa.sticking import collocation
 
         contact = Contact(snakemake.params.contact)
-        mountings = [records.mounting_of(key) for key in keys]
+        mountings = [mounting_of(key.mounting) for key in keys]
         curves = collocation.solve_curves(theta, eta, contact, mountings, section)
     else:
         from vibrissa.sticking import shooting

@@ -2,7 +2,7 @@
 
 from vibrissa.pipeline import jobs
 from vibrissa.sticking.cycles import stick_slip
-from vibrissa.study.codec import decode_grid
+from vibrissa.study.codec import decode_grid, encode_values
 from vibrissa.tables import records, schemas, store
 
 with jobs.logged(snakemake.log[0]):
@@ -15,7 +15,7 @@ with jobs.logged(snakemake.log[0]):
         for point in points:
             curve = curves[point.curve_key(snakemake.params.by_step)]
             scan = stick_slip(curve, point.mu0, point.dx0, snakemake.params.cycles)
-            print(*point, scan.status, curve.message)
+            print(*encode_values(point), scan.status, curve.message)
             yield records.scan_table(
                 snakemake.wildcards.scan,
                 point,

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import reduce
-from operator import and_
+from operator import and_, or_
 from typing import Any
 
 import pandas as pd
@@ -35,7 +35,8 @@ def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figu
         read than is shown.
     selection : mapping
         Which rows, by the keys of a figure in the study file: ``grid``, the name of one; ``scan``,
-        ``state``, ``comparison`` and the axes, each a value or a list of values.
+        ``state``, ``comparison`` and the axes, each a value or a list of values; a curvature that
+        is a polynomial as in ``"-0.05, 0.1"``.
 
     Returns
     -------
@@ -64,9 +65,21 @@ def _condition(selection: Mapping[str, Any]) -> pc.Expression | None:
     for name, value in selection.items():
         if name == "grid":
             conditions.append(query.in_grid(value))
+            continue
+        values = value if isinstance(value, list) else [value]
+        if name == "curvature":
+            conditions.append(reduce(or_, map(_has_curvature, values)))
         else:
-            conditions.append(query.one_of(name, value if isinstance(value, list) else [value]))
+            conditions.append(query.one_of(name, values))
     return reduce(and_, conditions) if conditions else None
+
+
+def _has_curvature(value: float | str) -> pc.Expression:
+    """Condition that the natural curvature is a constant, or a polynomial."""
+    constant, _, powers = str(value).partition(", ")
+    found = pc.field("curvature_powers")
+    same = found == powers if powers else found.is_null()
+    return (pc.field("curvature") == float(constant)) & same
 
 
 def _failure(rows: pd.DataFrame) -> Figure:

@@ -1,18 +1,18 @@
-"""The one plain form of exact values: a decimal as its text, wherever it leaves the program.
+"""The one plain form of exact values: their text, wherever they leave the program.
 
 The plan of blocks, the names of blocks, the parameters of jobs and the tables of curves all have
-it. Everywhere else a value is a `Decimal`.
+it. Everywhere else a value is a `Decimal`, or a tuple of them: the coefficients of a polynomial.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from decimal import Decimal
 from operator import attrgetter
+from typing import Any
 
-from vibrissa.decimals import exact, spell
+from vibrissa.decimals import Value, exact, read_value, spell
 from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid
 
 
-def encode_values(values: Iterable[Decimal]) -> list[str]:
+def encode_values(values: Iterable[Value]) -> list[str]:
     """Plain form of exact values, such as an axis."""
     return [spell(value) for value in values]
 
@@ -30,7 +30,7 @@ def decode_key(texts: Sequence[str]) -> CurveKey:
     Parameters
     ----------
     texts : sequence of str
-        Two or three decimals, then any of the mounting's axes as ``axis=decimal``.
+        Two or three decimals, then any of the mounting's axes as ``axis=value``.
 
     Returns
     -------
@@ -47,14 +47,15 @@ def decode_key(texts: Sequence[str]) -> CurveKey:
     theta, eta, *step = (exact(text) for text in texts if text not in named)
     if len(step) > 1:
         raise ValueError(f"no curve key has so many values: {texts!r}")
-    mounting = {name: exact(value) for name, value in (text.split("=") for text in named)}
+    mounting: Any = {name: read_value(value) for name, value in (text.split("=") for text in named)}
     return CurveKey(theta, eta, *step, **mounting)
 
 
 def decode_columns(row: Mapping[str, str | None]) -> CurveKey:
     """Inverse of `encode_columns` for one row."""
     texts = {name: row[name] for name in CurveKey._fields}
-    return CurveKey(**{name: exact(text) for name, text in texts.items() if text is not None})
+    values: Any = {name: read_value(text) for name, text in texts.items() if text is not None}
+    return CurveKey(**values)
 
 
 def encode_columns(keys: Sequence[CurveKey]) -> dict[str, list[str | None]]:
@@ -87,4 +88,5 @@ def decode_grid(axes: Mapping[str, Sequence[str]]) -> Grid:
     ValueError
         If a text is not a finite number.
     """
-    return Grid(**{name: tuple(map(exact, texts)) for name, texts in axes.items()})
+    values: Any = {name: tuple(map(read_value, texts)) for name, texts in axes.items()}
+    return Grid(**values)

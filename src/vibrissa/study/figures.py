@@ -87,7 +87,11 @@ class Figure(Section):
     def selection(self) -> dict[str, Any]:
         """Rows of the table that are shown, as `vibrissa.figures.draw.draw` takes them."""
         values = {axis: getattr(self, axis) for axis in self.single_axes()}
-        fixed = {axis: float(value) for axis, value in values.items() if value is not None}
+        fixed = {
+            axis: spell(value) if isinstance(value, tuple) else float(value)
+            for axis, value in values.items()
+            if value is not None
+        }
         return {self.source: getattr(self, self.source), **fixed}
 
 
@@ -149,6 +153,14 @@ class _OverMountingFigure(_GridFigure):
     def single_axes(self) -> tuple[str, ...]:
         """All axes with a key of their own, but the one over which the figure is drawn."""
         return tuple(axis for axis in self.fixed_axes() if axis != self.over)
+
+    def mistakes(self, location: Location, sections: Mapping[str, Points]) -> Iterator[Mistake]:
+        """Find mistakes as in every figure, and an axis on which not all values are numbers."""
+        yield from super().mistakes(location, sections)
+        values = sections[self.grid].axes.get(self.over, ()) if self.grid in sections else ()
+        if polynomials := [value for value in values if isinstance(value, tuple)]:
+            text = f"{self.over} has polynomials ({spell(polynomials[0])}); allowed: numbers"
+            yield Mistake(location=(*location, "over"), text=text)
 
 
 class MountingFigure(_OverMountingFigure):

@@ -1,4 +1,4 @@
-"""The study grid: axes of exact decimals, named grids, and the curves that their points lie on.
+"""The study grid: axes of exact values, named grids, and the curves that their points lie on.
 
 A *point* is (θ, μ0, η, Δx0), and where its rod is not mounted as in the paper four numbers more. A
 *curve key* names what has to be solved for it: all but μ0 and Δx0, and Δx0 as well where the solver
@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from itertools import product
-from operator import attrgetter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from vibrissa.decimals import exact, spell
+from vibrissa.decimals import Value, exact, order_of, spell
 from vibrissa.errors import ArgumentError
 
 # The axes of a grid, in their order in names, tables and messages.
@@ -35,7 +34,7 @@ class CurveKey(NamedTuple):
     dx0 : Decimal or None
         Step of the clamp (L) that the solver walks in; None where one curve serves all steps.
     clamp_angle, clamp_compliance, curvature, stage_angle : Decimal
-        Mounting of the rod (rad, L/(E·I0), 1/L, rad).
+        Mounting of the rod (rad, L/(E·I0), 1/L, rad); the curvature may be a polynomial.
     """
 
     theta: Decimal
@@ -43,11 +42,11 @@ class CurveKey(NamedTuple):
     dx0: Decimal | None = None
     clamp_angle: Decimal = ZERO
     clamp_compliance: Decimal = ZERO
-    curvature: Decimal = ZERO
+    curvature: Value = ZERO
     stage_angle: Decimal = ZERO
 
     @property
-    def mounting(self) -> tuple[Decimal, ...]:
+    def mounting(self) -> tuple[Any, ...]:
         """Values of `MOUNTING_AXES`."""
         return self[3:]
 
@@ -61,12 +60,17 @@ class Point(NamedTuple):
     dx0: Decimal
     clamp_angle: Decimal = ZERO
     clamp_compliance: Decimal = ZERO
-    curvature: Decimal = ZERO
+    curvature: Value = ZERO
     stage_angle: Decimal = ZERO
+
+    @property
+    def mounting(self) -> tuple[Any, ...]:
+        """Values of `MOUNTING_AXES`."""
+        return self[4:]
 
     def curve_key(self, by_step: bool) -> CurveKey:
         """Key of the curve that the point lies on; see `curve_keys` for `by_step`."""
-        return CurveKey(self.theta, self.eta, self.dx0 if by_step else None, *self[4:])
+        return CurveKey(self.theta, self.eta, self.dx0 if by_step else None, *self.mounting)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,17 +91,17 @@ class Grid:
     dx0: tuple[Decimal, ...]
     clamp_angle: tuple[Decimal, ...] = (ZERO,)
     clamp_compliance: tuple[Decimal, ...] = (ZERO,)
-    curvature: tuple[Decimal, ...] = (ZERO,)
+    curvature: tuple[Value, ...] = (ZERO,)
     stage_angle: tuple[Decimal, ...] = (ZERO,)
 
     @property
-    def axes(self) -> dict[str, tuple[Decimal, ...]]:
+    def axes(self) -> dict[str, tuple[Any, ...]]:
         """Axes by name; those of the mounting as far as they are not 0 alone."""
         return {
             name: values for name, values in vars(self).items() if name in AXES or values != (ZERO,)
         }
 
-    def mountings(self) -> Iterable[tuple[Decimal, ...]]:
+    def mountings(self) -> Iterable[tuple[Any, ...]]:
         """All combinations of the axes of the mounting."""
         return product(*(getattr(self, name) for name in MOUNTING_AXES))
 
@@ -191,7 +195,7 @@ def curve_keys(grids: Iterable[Grid], by_step: bool) -> list[CurveKey]:
     list of CurveKey
     """
     keys = dict.fromkeys(key for grid in grids for key in grid.curve_keys(by_step))
-    return sorted(keys, key=attrgetter("eta", "theta", *MOUNTING_AXES, "dx0"))
+    return sorted(keys, key=lambda k: (k.eta, k.theta, *map(order_of, k.mounting), k.dx0))
 
 
 def points_on_curves(

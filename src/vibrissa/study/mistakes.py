@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
 from typing import Any
 
-from vibrissa.decimals import spell
+from vibrissa.decimals import Value, spell
 
 # Characters of a value that a message shows, and values of an axis.
 SHOWN_CHARACTERS = 60
@@ -75,9 +74,10 @@ def spell_value(value: object) -> str:
     return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."
 
 
-def spell_axis(values: Sequence[Decimal]) -> str:
+def spell_axis(values: Sequence[Value]) -> str:
     """Spell the first values of an axis."""
-    return ", ".join(map(spell, values[:SHOWN_VALUES]))
+    shown = values[:SHOWN_VALUES]
+    return ", ".join(f"[{spell(v)}]" if isinstance(v, tuple) else spell(v) for v in shown)
 
 
 def unknown_name(location: Location, name: str, what: str, known: Iterable[str]) -> UnknownName:

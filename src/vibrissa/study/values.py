@@ -1,4 +1,4 @@
-"""Names, numbers and axes as they stand in a study file: types, ranges and what each of them is.
+"""Names, values and axes as they stand in a study file: types, ranges and what each of them is.
 
 The descriptions are what a message says to be allowed, and what the reference page shows.
 """
@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -19,7 +20,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
-from vibrissa.decimals import exact
+from vibrissa.decimals import Value, exact, order_of, polynomial
 from vibrissa.study.grid import count_of_steps, equal_steps
 
 
@@ -74,11 +75,27 @@ Dx0 = Annotated[Decimal, Field(ge=1e-9, description=_DX0), _EXACT]
 X1 = Annotated[Decimal, Field(gt=-1, lt=1, description=_X1), _EXACT]
 _CLAMP_ANGLE = "inclination of the clamp in rad, a number -1.5 <= clamp_angle <= 1.5"
 _CLAMP_COMPLIANCE = "turn of the clamp per moment in L/(E*I0), a number clamp_compliance >= 0"
-_CURVATURE = "natural curvature of the rod in 1/L, a number -10 <= curvature <= 10"
+_COEFFICIENT = "coefficient of the natural curvature of the rod in 1/L, a number in [-10, 10]"
+_POLYNOMIAL = "one or more coefficients of 1, s, s^2, ... in the natural curvature in 1/L"
+_CURVATURE = (
+    "natural curvature of the rod in 1/L: a number in [-10, 10], or a list of the coefficients of "
+    "1, s, s^2, ..."
+)
 _STAGE_ANGLE = "angle of the stage to the surface in rad, a number -1.5 <= stage_angle <= 1.5"
 ClampAngle = Annotated[Decimal, Field(ge=-1.5, le=1.5, description=_CLAMP_ANGLE), _EXACT]
 ClampCompliance = Annotated[Decimal, Field(ge=0, description=_CLAMP_COMPLIANCE), _EXACT]
-Curvature = Annotated[Decimal, Field(ge=-10, le=10, description=_CURVATURE), _EXACT]
+Coefficient = Annotated[Decimal, Field(ge=-10, le=10, description=_COEFFICIENT), _EXACT]
+Curvature = Annotated[
+    Annotated[Decimal, Field(ge=-10, le=10, description=_CURVATURE), _EXACT, Tag("number")]
+    | Annotated[
+        list[Coefficient],
+        Field(min_length=1, description=_POLYNOMIAL),
+        AfterValidator(polynomial),
+        Tag("array"),
+    ],
+    Discriminator(lambda value: "array" if isinstance(value, list) else "number"),
+    Field(description=_CURVATURE),
+]
 StageAngle = Annotated[Decimal, Field(ge=-1.5, le=1.5, description=_STAGE_ANGLE), _EXACT]
 Step = Annotated[Decimal, Field(gt=0, description=_STEP), _EXACT]
 
@@ -149,10 +166,10 @@ class ClampComplianceRange(Range):
 
 
 class CurvatureRange(Range):
-    """Natural curvatures in equal steps, stop included."""
+    """Constant natural curvatures in equal steps, stop included."""
 
-    start: Curvature
-    stop: Curvature
+    start: Coefficient
+    stop: Coefficient
 
 
 class StageAngleRange(Range):
@@ -190,7 +207,11 @@ Dx0Axis = Annotated[_Axis[Dx0, Dx0Range], Field(description=_DX0S)]
 
 _CLAMP_ANGLES = f"inclinations of the clamp in rad (default: 0), each in [-1.5, 1.5]: {_FORMS}"
 _CLAMP_COMPLIANCES = f"compliances of the clamp in L/(E*I0) (default: 0), each >= 0: {_FORMS}"
-_CURVATURES = f"natural curvatures of the rod in 1/L (default: 0), each in [-10, 10]: {_FORMS}"
+_CURVATURES = (
+    "natural curvatures of the rod in 1/L (default: 0): a list, of which each is a number in "
+    "[-10, 10] or a list of the coefficients of 1, s, s^2, ..., or {start, stop, step} of numbers "
+    "with stop included"
+)
 _STAGE_ANGLES = (
     f"angles of the stage to the surface in rad (default: 0), each in [-1.5, 1.5]: {_FORMS}"
 )
@@ -206,7 +227,7 @@ class Points(Section):
     """Section that says at which points something is solved, by the values of some axes."""
 
     @cached_property
-    def axes(self) -> dict[str, tuple[Decimal, ...]]:
+    def axes(self) -> dict[str, tuple[Any, ...]]:
         """Distinct values of each axis in increasing order; one where the axis is a number."""
         return {
             name: _distinct(value)
@@ -225,7 +246,7 @@ class Points(Section):
         return math.prod(lengths)
 
 
-def _distinct(written: Decimal | list[Decimal] | Range) -> tuple[Decimal, ...]:
+def _distinct(written: Decimal | list[Value] | Range) -> tuple[Value, ...]:
     if isinstance(written, Range):
         return written.values
-    return tuple(sorted(set(written))) if isinstance(written, list) else (written,)
+    return tuple(sorted(set(written), key=order_of)) if isinstance(written, list) else (written,)

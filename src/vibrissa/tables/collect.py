@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from operator import attrgetter
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from vibrissa.numerics.arrays import IntArray
 from vibrissa.tables import store
@@ -20,7 +21,7 @@ from vibrissa.tables import store
 # Files that are open at a time.
 OPEN_FILES = 16
 # Values of the columns that a table is ordered by.
-Key = tuple[float, ...]
+Key = tuple[float | str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +60,8 @@ def collect(paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str]
     paths : sequence of path
     schema : pyarrow.Schema
     order : sequence of str, optional
-        Columns of numbers, the most important first; without any, the tables stay as they are.
+        Columns of numbers or texts, the most important first; without any, the tables stay as they
+        are.
 
     Returns
     -------
@@ -79,7 +81,8 @@ def collect(paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str]
         rows += file.metadata.num_rows
         with store.reading(path):
             for number in range(file.num_row_groups):
-                least = _least_key(file.read_row_group(number, order), order)
+                keys = store.completed(file.read_row_group(number, order), _part(schema, order))
+                least = _least_key(keys, order)
                 groups.append(_RowGroup(least, path, number))
     parts = _read(sorted(groups, key=attrgetter("least")), schema)
     told = {b"vibrissa.part_commits": b" ".join(sorted(commits))}
@@ -97,7 +100,11 @@ def _read(groups: Iterable[_RowGroup], schema: pa.Schema) -> Iterator[tuple[Key,
         file = opened(group.path)
         with store.reading(group.path):
             table = file.read_row_group(group.number)
-        yield group.least, pa.Table.from_arrays(table.columns, schema=schema)
+        yield group.least, store.completed(table, schema)
+
+
+def _part(schema: pa.Schema, names: Sequence[str]) -> pa.Schema:
+    return pa.schema([schema.field(name) for name in names])
 
 
 def _merged(parts: Iterable[tuple[Key, pa.Table]], order: Sequence[str]) -> Iterator[pa.Table]:
@@ -116,7 +123,16 @@ def _merged(parts: Iterable[tuple[Key, pa.Table]], order: Sequence[str]) -> Iter
 
 
 def _sorted_rows(table: pa.Table, order: Sequence[str]) -> IntArray:
-    return np.lexsort([table.column(name).to_numpy() for name in reversed(order)])
+    return np.lexsort([_sortable(table.column(name)) for name in reversed(order)])
+
+
+def _sortable(column: pa.ChunkedArray) -> Any:
+    """Values of a column as they are sorted: no text comes before all others."""
+    if not pa.types.is_string(column.type):
+        return column.to_numpy()
+    # NumPy sorts numbers faster than texts, and most of these are null.
+    texts = sorted(set(column.fill_null("").unique().to_pylist()))
+    return pc.index_in(column.fill_null(""), pa.array(texts, pa.string())).to_numpy()
 
 
 def _least_key(table: pa.Table, order: Sequence[str]) -> Key:
@@ -130,8 +146,9 @@ def _in_order(table: pa.Table, order: Sequence[str]) -> pa.Table:
 
 
 def key_of(table: pa.Table, row: int, order: Sequence[str]) -> Key:
-    """Key of a row."""
-    return tuple(table.column(name)[row].as_py() for name in order)
+    """Key of a row; an empty text stands for null."""
+    values = (table.column(name)[row].as_py() for name in order)
+    return tuple("" if value is None else value for value in values)
 
 
 def rows_below(table: pa.Table, bound: Key, order: Sequence[str]) -> int:

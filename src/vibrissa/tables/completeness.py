@@ -11,12 +11,13 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from vibrissa.errors import TableError
-from vibrissa.study.grid import AXES, MOUNTING_AXES, CurveKey, CurvePoints, Grid, study_points
+from vibrissa.study.grid import AXES, CurveKey, CurvePoints, Grid, study_points
 from vibrissa.tables.collect import Key, key_of, rows_below
-from vibrissa.tables.schemas import STICTION
+from vibrissa.tables.mounted import MOUNTING_COLUMNS, mounting_of, mounting_row
+from vibrissa.tables.schemas import CURVATURE_POWERS, STICTION
 
 # Order of the table of grid points.
-POINT_ORDER = ("eta", "theta", *MOUNTING_AXES, "mu0", "dx0")
+POINT_ORDER = ("eta", "theta", *MOUNTING_COLUMNS, "mu0", "dx0")
 # Expected points that are made at a time, at least.
 ROWS = 2**14
 # Points that a message names.
@@ -88,10 +89,14 @@ class _Wrong:
     def shown(self) -> str:
         rows = [dict(zip(POINT_ORDER, key, strict=True)) for key in self.examples]
         names: tuple[str, ...] = AXES
-        if any(row[axis] for row in rows for axis in MOUNTING_AXES):
-            names += MOUNTING_AXES
-        shown = ("(" + ", ".join(f"{row[name]:g}" for name in names) + ")" for row in rows)
+        if any(row[axis] for row in rows for axis in MOUNTING_COLUMNS):
+            names += MOUNTING_COLUMNS
+        shown = ("(" + ", ".join(_spelled(row[name]) for name in names) + ")" for row in rows)
         return f"({', '.join(names)}) = {', '.join(shown)}"
+
+
+def _spelled(value: float | str) -> str:
+    return repr(value) if isinstance(value, str) else f"{value:g}"
 
 
 def _split(table: pa.Table, bound: Key) -> tuple[pa.Table, pa.Table]:
@@ -148,13 +153,11 @@ def _points(curves: Sequence[CurveKey], pairs: Sequence[pa.Table]) -> pa.Table:
     """Points of some curves, one below the other."""
     sizes = [len(table) for table in pairs]
     rest = pa.concat_tables(pairs)
+    mounted = [mounting_row(mounting_of(curve.mounting)) for curve in curves]
     columns = {
         "eta": np.repeat([float(curve.eta) for curve in curves], sizes),
         "theta": np.repeat([float(curve.theta) for curve in curves], sizes),
-        **{
-            axis: np.repeat([float(getattr(curve, axis)) for curve in curves], sizes)
-            for axis in MOUNTING_AXES
-        },
+        **{name: np.repeat([row[name] for row in mounted], sizes) for name in MOUNTING_COLUMNS},
         **dict(zip(rest.column_names, rest.columns, strict=True)),
     }
     return pa.table(columns, schema=_POINT)
@@ -163,9 +166,9 @@ def _points(curves: Sequence[CurveKey], pairs: Sequence[pa.Table]) -> pa.Table:
 def _problems(found: pa.Table, wanted: pa.Table) -> dict[Problem, list[Key]]:
     """Keys of points that are not as they should be, by what is wrong with them."""
     rows, points = (
-        table.set_column(
-            len(POINT_ORDER), "grids", pc.binary_join(table["grids"], ", ")
-        ).to_pandas()
+        table.set_column(len(POINT_ORDER), "grids", pc.binary_join(table["grids"], ", "))
+        .to_pandas()
+        .fillna({CURVATURE_POWERS.name: ""})
         for table in (found, wanted)
     )
     keys = list(POINT_ORDER)

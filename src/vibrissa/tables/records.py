@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
-from vibrissa.mechanics.mounting import Mounting
 from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import Piece, StickingState
 from vibrissa.study.codec import decode_columns, encode_columns
-from vibrissa.study.grid import MOUNTING_AXES, CurveKey, CurvePoints, Point
+from vibrissa.study.grid import AXES, CurveKey, CurvePoints, Point
+from vibrissa.tables.mounted import mounting_of, mounting_row
 from vibrissa.tables.schemas import (
     COMPARISONS,
     CURVES,
@@ -89,12 +89,6 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
     return _table(CURVES, columns)
 
 
-def mounting_of(key: CurveKey) -> Mounting:
-    """How the rod of a curve is mounted."""
-    values = dict(zip(MOUNTING_AXES, map(float, key.mounting), strict=True))
-    return Mounting(**values)
-
-
 _CURVE_SCALARS = ("x1_init", "residual", "x0_lock", "mu_lock", "x0_touch")
 
 
@@ -152,7 +146,7 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
             **scalars,
             end=End(row["ends_by"]),
             end_message=row["end_message"],
-            mounting=mounting_of(key),
+            mounting=mounting_of(key.mounting),
         )
     return curves
 
@@ -206,7 +200,7 @@ def _stiction_columns(
         "mu0": np.array(points.mu0, dtype=float),
         "eta": np.full(n, curve.eta),
         "dx0": np.array(points.dx0, dtype=float),
-        **{axis: np.full(n, getattr(curve.mounting, axis)) for axis in MOUNTING_AXES},
+        **{name: [value] * n for name, value in mounting_row(curve.mounting).items()},
         "status": stiction.status,
         "message": ["" if known_one else curve.message for known_one in known],
         "contact": [contact or None for contact in stiction.contact],
@@ -254,7 +248,8 @@ def scan_table(name: str, point: Point, scan: Scan, *, study: str, method: Solve
         "study": [study] * n,
         "method": [method] * n,
         "scan": [name] * n,
-        **{axis: np.full(n, float(getattr(point, axis))) for axis in Point._fields},
+        **{axis: np.full(n, float(getattr(point, axis))) for axis in AXES},
+        **{name: [value] * n for name, value in mounting_row(mounting_of(point.mounting)).items()},
         "status": [scan.status] * n,
     }
     values = {

@@ -75,13 +75,16 @@ def _changed(column: pa.Field, suffix: str, when: str, null: str) -> pa.Field:
 
 
 def _exact(column: pa.Field) -> pa.Field:
-    """Column of the same quantity as an exact decimal."""
+    """Column of the same quantity as an exact decimal, or several of a polynomial."""
     said = {key: value.decode() for key, value in column.metadata.items()}
+    polynomial = column.name == "curvature"
     return _column(
         column.name,
         said[UNIT],
-        f"{said[DESCRIPTION]}, exact decimal",
-        range=said[RANGE],
+        f"{said[DESCRIPTION]}, exact decimal"
+        if not polynomial
+        else "natural curvature of the rod, exact decimals: the coefficients of 1, s, s², …",
+        range="" if polynomial else said[RANGE],
         equation=said[EQUATION],
         kind=TEXT,
     )
@@ -128,7 +131,8 @@ MOUNTING = (
     _column(
         "curvature",
         CURVATURE,
-        "natural curvature of the rod, negative where it turns away from the surface",
+        "natural curvature of the rod, negative where it turns away from the surface; at s = 0 "
+        "where it is not constant",
         range=ANY,
         equation="κ0 in m = B·(φ' − κ0)",
     ),
@@ -140,6 +144,17 @@ MOUNTING = (
         equation="δ in height = η − x0·sin δ",
     ),
 )
+# Beside them: what one number does not say.
+CURVATURE_POWERS = _column(
+    "curvature_powers",
+    CURVATURE,
+    "coefficients of s, s², … in the natural curvature, after the constant, exact decimals",
+    null="the natural curvature is constant",
+    equation="κ0 = curvature + curvature_powers·(s, s², …)",
+    kind=TEXT,
+)
+# Columns that tables of this version may not have yet: they hold null.
+YOUNGER = (CURVATURE_POWERS.name,)
 STABILITY, STABILITY_ASIDE = "stability", "stability_aside"
 # Where a margin is not known although the state is.
 UNKNOWN_MARGINS = {
@@ -340,6 +355,7 @@ STICTION = _schema(
         _column("grids", NONE, "names of the grids that the point belongs to", kind=TEXTS),
         *AXES,
         *MOUNTING,
+        CURVATURE_POWERS,
         _text(
             "status",
             "outcome: the tip slips forward, or is self-locking; the shape is inadmissible; or no "
@@ -485,6 +501,7 @@ SCANS = _schema(
         _text("scan", "name of the set of scans"),
         *AXES,
         *MOUNTING,
+        CURVATURE_POWERS,
         _text(
             "status",
             "outcome; a self-locking tip has one period, to where sticking ends",

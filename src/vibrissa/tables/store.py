@@ -20,7 +20,7 @@ from vibrissa import __version__
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.files import write_atomically
 from vibrissa.provenance import commit
-from vibrissa.tables.schemas import NUMBERS
+from vibrissa.tables.schemas import NUMBERS, YOUNGER
 
 # Tables up to this long are one row group: some 7 MB in memory.
 LEAST_ROW_GROUP = 2**14
@@ -217,9 +217,25 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
             f"has version {version} of the columns, and this program reads version {current}",
             f"run its study again, or read it with the program that wrote it ({writer(said)})",
         )
-    if not found.equals(schema):
+    if not found.equals(_known_to(found, schema)):
         raise DamagedTableError(path, "has other columns than its schema says")
     return file
+
+
+def _known_to(found: pa.Schema, schema: pa.Schema) -> pa.Schema:
+    """Return a schema without what is younger than a file."""
+    return pa.schema([f for f in schema if f.name in found.names or f.name not in YOUNGER])
+
+
+def completed(table: pa.Table, schema: pa.Schema) -> pa.Table:
+    """Give the table of a file all columns of a schema; what is younger than it holds null."""
+    columns = [
+        table.column(field.name)
+        if field.name in table.column_names
+        else pa.nulls(len(table), field.type)
+        for field in schema
+    ]
+    return pa.Table.from_arrays(columns, schema=schema)
 
 
 def writer(said: Mapping[bytes, str]) -> str:
@@ -265,8 +281,7 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
     file = opened(path, schema)
     with reading(path):
         table = file.read()
-    schema = schema.with_metadata(file.schema_arrow.metadata)
-    return pa.Table.from_arrays(table.columns, schema=schema)
+    return completed(table, schema.with_metadata(file.schema_arrow.metadata))
 
 
 def _check(table: pa.Table, where: str | Path) -> None:
