@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from browser import CHROMIUM, chromium
-from vibrissa import __version__
+from vibrissa import __version__, solve_curve, stick_slip
 from vibrissa.paper import ledger
 from vibrissa.paper.evidence import gather
 from vibrissa.report import animation, facts, tables
 from vibrissa.report import page as report
 from vibrissa.report.spelling import spell
-from vibrissa.tables import schemas, store
+from vibrissa.study.codec import decode_grid
+from vibrissa.tables import records, schemas, store
 
 EVIL = "</script><script>throw 1</script><b>&\"'"
 RUN = report.Run(study_files={"my.yaml": "study: mine"}, environment={"Python": "3"}, benchmarks={})
@@ -178,6 +179,56 @@ def test_long_scans_are_thinned_out_and_keep_their_slips(study_tables, monkeypat
     assert "not every step is shown" in text and "the first 2 of 6 scans" in text
 
 
+@pytest.fixture(scope="module")
+def swinging():
+    """A scan of a locked rod that swings aside and is dragged, and one of a planar rod."""
+    (point,) = decode_grid(dict(theta=("2",), mu0=("0.9",), eta=("0.85",), dx0=("0.01",))).points()
+    return {
+        section: records.scan_table(
+            "runs", point, stick_slip(curve, 0.9, 0.01, 3), study="a", method=curve.method
+        )
+        for section in ("round", "planar")
+        for curve in [solve_curve(2.0, 0.85, section=section)]
+    }
+
+
+def test_a_rod_that_swings_aside_is_seen_to_turn(swinging):
+    (run,) = animation.runs(swinging["round"])
+    assert run["turn"].count(0) == run["steps"] == len(swinging["round"])
+    swings = np.flatnonzero(run["turn"])
+    before, after = swings[0] - 1, swings[-1] + 1
+    assert len(swings) == 11 and after - before == 12
+    x = lambda i: np.reshape(run["shapes"][run["shape"][i]], (-1, 2))[:, 0]  # noqa: E731
+    for i in swings:
+        share = np.cos(np.radians(run["turn"][i]))
+        assert x(i) == pytest.approx(share * x(before), abs=1.01)
+        assert run["clamp"][i] == run["clamp"][before]
+        assert run["fx"][i] == pytest.approx(share * run["fx"][before], abs=2e-5)
+        assert run["m"][i] == pytest.approx(share * run["m"][before], abs=2e-5)
+        assert run["fy"][i] == run["fy"][before]
+    # The half turn ends in the next state of the table, up to the step of the clamp.
+    assert x(after) == pytest.approx(-x(before), abs=0.01 / animation.PRECISION)
+    text = Elements(report.page("a", {"scans": swinging["round"]}, [], RUN)).text
+    assert "seen from the side while its plane turns" in text and "not every step" not in text
+
+
+def test_a_planar_rod_and_a_slipping_tip_do_not_turn(swinging, study_tables):
+    for scans in (swinging["planar"], study_tables["scans"]):
+        assert not any(any(run["turn"]) for run in animation.runs(scans))
+
+
+def test_a_thinned_scan_keeps_both_sides_of_its_swing(swinging, monkeypatch):
+    whole = animation.runs(swinging["round"])[0]
+    monkeypatch.setattr(animation, "MOST_FRAMES", 20)
+    (run,) = animation.runs(swinging["round"])
+    assert len(run["shape"]) < 45 < len(whole["shape"])
+    for one in (whole, run):
+        swings = np.flatnonzero(one["turn"])
+        assert np.diff([one["clamp"][i] for i in (swings[0], swings[-1] + 1)]) == pytest.approx(
+            0.01
+        )
+
+
 def test_a_figure_of_very_many_lines_is_shown_as_pixels():
     assert picture().source.startswith("data:image/svg+xml;base64,")
     large = picture(svg=SVG + b" " * report.LARGEST_SVG)
@@ -320,6 +371,23 @@ def test_the_slider_shows_the_tables_row(opened, whole):
     assert f"{chosen['footpoint'].iloc[30]:.4f}" in page.evaluate(
         "document.getElementById('where').textContent"
     )
+
+
+@needs_chromium
+@pytest.mark.slow
+def test_a_rod_that_swings_aside_turns_in_the_browser(browser, swinging, tmp_path):
+    path = tmp_path / "swinging.html"
+    path.write_text(report.page("a", {"scans": swinging["round"]}, [], RUN), encoding="utf-8")
+    browser.open(path.as_uri())
+    (run,) = animation.runs(swinging["round"])
+    half = run["turn"].index(90)
+    browser.evaluate(f"document.getElementById('step').value = {half}")
+    browser.evaluate("document.getElementById('step').dispatchEvent(new Event('input'))")
+    said = browser.evaluate("document.getElementById('phase').textContent")
+    assert said == "swings aside, turned by 90°"
+    # Edge on, the rod is seen as a straight line above its clamp, as thick as its base.
+    width = browser.evaluate("document.querySelector('#stage .rod').getBBox().width")
+    assert width == pytest.approx(2 * 14, abs=0.5)
 
 
 @needs_chromium

@@ -16,6 +16,8 @@ MOST_SCANS = 60
 MOST_POINTS = 51
 # Lengths are whole numbers of this unit (L): a tenth of a pixel of a wide screen.
 PRECISION = 1e-4
+# Angles of the frames in which a round rod swings aside: its plane turns by half a turn (degrees).
+TURNS = range(15, 180, 15)
 
 
 def runs(scans: Readable) -> list[dict[str, Any]]:
@@ -33,8 +35,9 @@ def runs(scans: Readable) -> list[dict[str, Any]]:
         ``eta`` and ``dx0``, ``status`` and ``steps``, the arc lengths ``s`` (L) of its shapes,
         ``shapes``, lists of x and y in turn relative to the clamp in units of `PRECISION`, and for
         each frame its shape's number (``shape``), the positions of ``clamp`` and ``contact`` (L),
-        ``cycle``, whether the tip has just slipped (``slip``) and the load on the clamp ``fx`` and
-        ``fy`` (E·I0/L²) and ``m`` (E·I0/L).
+        ``cycle``, whether the tip has just slipped (``slip``), by how much the plane of a rod that
+        swings aside has turned (``turn``, in degrees), and the load on the clamp ``fx`` and ``fy``
+        (E·I0/L²) and ``m`` (E·I0/L).
     """
     table = query.frame(scans, scans.schema.names)
     table = table[table["footpoint"].notna()]
@@ -45,7 +48,7 @@ def runs(scans: Readable) -> list[dict[str, Any]]:
 def _run(rows: pd.DataFrame, most: int) -> dict[str, Any]:
     first = rows.iloc[0]
     steps = len(rows)
-    rows = rows.iloc[_kept(rows, most)]
+    rows = _with_turns(rows.iloc[_kept(rows, most)])
     stride = -(-(len(first["shape_s"]) - 1) // (MOST_POINTS - 1))
     numbers: dict[tuple[int, ...], int] = {}
     frames = []
@@ -68,18 +71,46 @@ def _run(rows: pd.DataFrame, most: int) -> dict[str, Any]:
         "contact": _rounded(rows["x1"]),
         "cycle": [int(cycle) for cycle in rows["cycle"]],
         "slip": [int(phase == "slip") for phase in rows["phase"]],
+        "turn": rows["turn"].to_list(),
         **{name.removeprefix("reaction_"): _rounded(rows[name]) for name in REACTIONS},
     }
 
 
 def _kept(rows: pd.DataFrame, most: int) -> list[int]:
-    """Numbers of the rows that are shown: about `most`, with those on both sides of each slip."""
+    """Numbers of the rows that are shown: about `most`, with those on both sides of each jump."""
     last = len(rows) - 1
-    slips = np.flatnonzero(rows["phase"] == "slip")
+    jumps = np.flatnonzero((rows["phase"] == "slip") | (_behind(rows).astype(int).diff() > 0))
     spread = np.linspace(0, last, min(len(rows), most)).astype(int)
-    if 2 * len(slips) > most:
+    if 2 * len(jumps) > most:
         return list(dict.fromkeys(spread.tolist()))
-    return sorted({*spread.tolist(), *slips.tolist(), *(slips - 1).tolist()})
+    return sorted({*spread.tolist(), *jumps.tolist(), *(jumps - 1).tolist()})
+
+
+def _behind(rows: pd.DataFrame) -> pd.Series:
+    """Whether the tip of a rod that may leave its plane is behind the clamp."""
+    return (rows["x1"] < rows["footpoint"]) & rows["stability_aside"].notna()
+
+
+def _with_turns(rows: pd.DataFrame) -> pd.DataFrame:
+    """Put in rows of a rod that swings aside, as it is seen from the side while its plane turns.
+
+    Clamp and contact point rest meanwhile. Lengths, force and moment in the drawing's plane shrink
+    to their projections.
+    """
+    rows = rows.assign(turn=0)
+    behind = _behind(rows).to_numpy()
+    if not behind.any() or behind.all():
+        return rows
+    after = int(np.argmax(behind))
+    before = rows.iloc[after - 1]
+    turned = rows.iloc[[after - 1] * len(TURNS)].assign(turn=TURNS)
+    seen = np.cos(np.radians(TURNS))
+    clamp = before["footpoint"]
+    turned["shape_x"] = list(clamp + seen[:, None] * (np.asarray(before["shape_x"]) - clamp))
+    turned["x1"] = clamp + seen * (before["x1"] - clamp)
+    for name in ("reaction_fx", "reaction_m"):
+        turned[name] = seen * before[name]
+    return pd.concat([rows.iloc[:after], turned, rows.iloc[after:]])
 
 
 def _thinned(values: Any, stride: int) -> Any:

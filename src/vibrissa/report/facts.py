@@ -65,7 +65,12 @@ def motion_notes(runs: Sequence[Mapping[str, Any]], scans: Readable) -> list[str
             "A self-locking tip never slips forward: a round rod swings aside and is dragged from "
             "then on; of others the scan is shown as far as the tip sticks."
         )
-    if any(len(run["shape"]) < run["steps"] for run in runs):
+    if any(any(run["turn"]) for run in runs):
+        lines.append(
+            "A rod that swings aside is seen from the side while its plane turns; the loads are "
+            "those in the plane of the drawing."
+        )
+    if any(run["turn"].count(0) < run["steps"] for run in runs):
         lines.append("Long scans are thinned out: not every step is shown.")
     total = int(_first_rows(scans)["footpoint"].notna().sum())
     if len(runs) < total:

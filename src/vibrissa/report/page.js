@@ -122,7 +122,9 @@
     drawing.contact.classList.toggle("slip", slipped);
     plots.forEach((mark) => mark(i));
     const where = `Clamp at ${spell(run.clamp[i], 4)} L, cycle ${run.cycle[i]}:`;
-    const phase = slipped ? "has just slipped" : "sticks";
+    const turn = run.turn[i];
+    const sticks = turn ? `swings aside, turned by ${turn}°` : "sticks";
+    const phase = slipped ? "has just slipped" : sticks;
     at("where").textContent = where;
     at("phase").textContent = phase;
     at("phase").classList.toggle("slip", slipped);
