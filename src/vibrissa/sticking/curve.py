@@ -9,7 +9,7 @@ limit and there is no locking. Where the contact changes its kind the curve has 
 of smooth pieces.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, End, Parameter, RodSection, Status
-from vibrissa.sticking.piece import Jet, Piece, StickingState
+from vibrissa.sticking.piece import Piece, StickingState
 
 # Displacements that are nearer to each other are one: where two pieces meet, and at the end.
 SAME = 1e-12
@@ -356,35 +356,41 @@ class StickingCurve:
         )
 
 
-def _slips_ahead(state: StickingState, mu0: FloatArray) -> FloatArray:
+_FORCE = ("reaction_fx", "reaction_fy")
+# Linear forms of states, see `Form`.
+
+
+def _slips_ahead(mu0: FloatArray) -> Mapping[str, FloatArray | float]:
     # Has the sign of −tan α − μ0 as long as the surface pushes.
-    return mu0 * state.reaction_fy - state.reaction_fx
+    return {"reaction_fy": mu0, "reaction_fx": -1.0}
 
 
-def _slips_back(state: StickingState, alpha: FloatArray) -> FloatArray:
-    return np.tan(alpha) * state.reaction_fy + state.reaction_fx
+def _slips_back(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
+    return {"reaction_fy": np.tan(alpha), "reaction_fx": 1.0}
 
 
-def _slips_pulled(state: StickingState, alpha: FloatArray) -> FloatArray:
+def _slips_pulled(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
     # As `_slips_back`, but for the level −α.
-    return _slips_back(state, -alpha)
+    return _slips_back(-alpha)
 
 
-def _over_clamp(state: StickingState, level: FloatArray) -> FloatArray:
-    return np.asarray(state.x0 - state.s_c)
+def _over_clamp(level: FloatArray) -> Mapping[str, float]:
+    return {"x0": 1.0, "s_c": -1.0}
 
 
-def _normal_force(state: StickingState, level: FloatArray) -> FloatArray:
-    return state.reaction_fy
+def _normal_force(level: FloatArray) -> Mapping[str, float]:
+    return {"reaction_fy": 1.0}
 
 
-def _contact_slope(state: StickingState, level: FloatArray) -> FloatArray:
-    return state.phi1
+def _contact_slope(level: FloatArray) -> Mapping[str, float]:
+    return {"phi1": 1.0}
 
 
-def _demand_slope(jet: Jet) -> tuple[FloatArray, FloatArray]:
-    """Slope of fx/fy, times fy², and its own slope."""
-    (fx, fy), (dfx, dfy), (ddfx, ddfy) = ((s.reaction_fx, s.reaction_fy) for s in jet)
+def _demand_slope(
+    force: FloatArray, slope: FloatArray, curvature: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Slope of fx/fy, times fy², and its own slope, by the derivatives of both."""
+    (fx, fy), (dfx, dfy), (ddfx, ddfy) = force, slope, curvature
     return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 
 
@@ -507,7 +513,7 @@ def _lock(pieces: Sequence[Piece]) -> tuple[float, float, list[Piece]]:
         if pulled.max() >= 0.0:
             lift = float(piece.first(pulled, np.zeros(1), _normal_force)[0])
             return lift, np.inf, [*pieces[:index], piece.restricted(lift)]
-        top = piece.largest(piece.samples.friction_demand, _demand_slope)
+        top = piece.largest(piece.samples.friction_demand, _FORCE, _demand_slope)
         demand = float(piece.at(np.array(top)).friction_demand)
         if demand > mu_lock:
             x0_lock, mu_lock = top, demand

@@ -1,6 +1,6 @@
 """Smooth pieces of a sticking curve, and the one search for where something happens on them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -41,10 +41,10 @@ class StickingState(ContactState):
     x0: Values
 
 
-# States and their derivatives with respect to a piece's parameter.
-Jet = tuple[StickingState, ...]
-# A linear form of states, given the level that is crossed.
-Form = Callable[[StickingState, FloatArray], FloatArray]
+# A linear form of states for each level that is crossed: the weight of each column that counts.
+Form = Callable[[FloatArray], Mapping[str, FloatArray | float]]
+# Maps some columns, their first and their second derivatives to two numbers for each place.
+Slope = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -85,7 +85,7 @@ class Piece:
 
     @cached_property
     def _series(self) -> tuple[Any, Any, Any]:
-        """Splines, or Chebyshev coefficients, of the columns and up to two derivatives."""
+        """Splines, or Chebyshev coefficients, of the columns and of two derivatives."""
         values = self.states.matrix()
         if self.stepped:
             # Not needed, and not waited for, where states are not stepped.
@@ -98,36 +98,34 @@ class Piece:
         derivative = chebyshev_derivative(len(values)) * (2.0 / (self.stop - self.start))
         value = chebyshev_transform(len(values)) @ values
         slope = derivative @ value
-        # Side by side, as one evaluation serves all.
-        return value, np.hstack([value, slope]), np.hstack([value, slope, derivative @ slope])
+        return value, slope, derivative @ slope
 
-    def jet(self, t: FloatArray, order: int) -> Jet:
-        """Interpolated states at values of the parameter on the piece, and their derivatives.
+    def _interpolant(
+        self, names: Sequence[str], orders: Sequence[int]
+    ) -> Callable[[FloatArray], FloatArray]:
+        """Interpolant of some columns' derivatives of some orders, up to 2.
 
-        Parameters
-        ----------
-        t : ndarray
-            Values of the parameter.
-        order : int
-            Order of the highest derivative with respect to the parameter, up to 2.
-
-        Returns
-        -------
-        tuple of StickingState
-            The states, then their derivatives, `order` + 1 in all, of the shape of `t`.
+        It maps values of the parameter, shape (n,), to an array (orders, columns, n).
         """
+        all_names = StickingState.names()
+        index = [all_names.index(name) for name in names]
+        shape = len(orders), len(names), -1
         if self.stepped:
-            parts = [np.asarray(series(t)) for series in self._series[: order + 1]]
-        else:
-            position = 2.0 * (t - self.start) / (self.stop - self.start) - 1.0
-            flat = chebyshev_series(self._series[order], position)
-            width = flat.shape[-1] // (order + 1)
-            parts = [flat[..., width * i : width * (i + 1)] for i in range(order + 1)]
-        return tuple(map(StickingState.from_matrix, parts))
+            splines = [self._series[order] for order in orders]
+            return lambda t: np.stack([spline(t).T[index] for spline in splines]).reshape(shape)
+        # Side by side, as one evaluation serves all.
+        series = np.hstack([self._series[order][:, index] for order in orders])
+        return lambda t: chebyshev_series(series, self._position(t)).T.reshape(shape)
+
+    def _position(self, t: FloatArray) -> FloatArray:
+        """Place on [-1, 1] of values of the parameter."""
+        return 2.0 * (t - self.start) / (self.stop - self.start) - 1.0
 
     def at(self, t: FloatArray) -> StickingState:
         """States at values of the parameter on the piece."""
-        states = self.jet(t, 0)[0]
+        series = self._series[0]
+        matrix = series(t) if self.stepped else chebyshev_series(series, self._position(t))
+        states = StickingState.from_matrix(matrix)
         # No margin exceeds 1, but between the states the interpolant may.
         exact = {name: np.minimum(getattr(states, name), 1.0) for name in MARGINS}
         exact["s_c"] = np.ones(t.shape)
@@ -183,8 +181,8 @@ class Piece:
             The quantity at `places`; it may fall again behind a level.
         levels : ndarray, shape (n,)
         form : callable
-            Linear form of the states, given the level, that has a certain value where the quantity
-            reaches the level.
+            Maps levels to the weights of columns in a sum that has a certain value where the
+            quantity reaches the level.
         value : ndarray, shape (n,), or float
             That value.
         places : ndarray, shape (samples,), optional
@@ -209,20 +207,26 @@ class Piece:
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip((levels[inside] - below) / (above - below), 0.0, 1.0)
 
+        weights = form(levels[inside])
+        interpolant = self._interpolant(tuple(weights), (derivative, derivative + 1))
+
         def excess(
-            t: FloatArray, level: FloatArray, value: FloatArray
+            t: FloatArray, value: FloatArray, *weights: FloatArray
         ) -> tuple[FloatArray, FloatArray]:
-            state, slope = self.jet(t, derivative + 1)[derivative:]
-            return form(state, level) - value, form(slope, level)
+            weighted = np.array(weights)
+            total, slope = (interpolant(t) * weighted).sum(axis=1)
+            return total - value, slope
 
         guess = low + np.nan_to_num(share) * (t[after] - low)
-        found[inside] = bracketed_root(excess, low, t[after], levels[inside], value, guess=guess)
+        each = [np.broadcast_to(weight, value.shape) for weight in weights.values()]
+        found[inside] = bracketed_root(excess, low, t[after], value, *each, guess=guess)
         return found
 
     def largest(
         self,
         sampled: FloatArray,
-        slope: Callable[[Jet], tuple[FloatArray, FloatArray]],
+        columns: Sequence[str],
+        slope: Slope,
     ) -> float:
         """Find where a quantity is largest.
 
@@ -230,17 +234,21 @@ class Piece:
         ----------
         sampled : ndarray, shape (SAMPLES,)
             The quantity at `sample_places`.
+        columns : sequence of str
+            What the quantity depends on.
         slope : callable
-            Maps a jet of order 2 to what has the sign of the quantity's slope, and to its slope.
+            Maps these columns, their slopes and their second derivatives to what has the sign of
+            the quantity's slope, and to its slope.
 
         Returns
         -------
         float
             Value of the parameter.
         """
+        interpolant = self._interpolant(columns, (0, 1, 2))
 
         def sloped(t: FloatArray) -> tuple[FloatArray, FloatArray]:
-            return slope(self.jet(t, 2))
+            return slope(*interpolant(t))
 
         t, top = self.sample_places, int(np.argmax(sampled))
         # At an end it may still be inside by less than a sample.
@@ -256,5 +264,5 @@ class Piece:
         return float(self.first(-slopes, np.zeros(1), _displacement, derivative=1)[0])
 
 
-def _displacement(state: StickingState, level: FloatArray) -> FloatArray:
-    return state.x0
+def _displacement(level: FloatArray) -> Mapping[str, float]:
+    return {"x0": 1.0}
