@@ -16,12 +16,13 @@ from vibrissa.design.result import Design, DesignStatus
 from vibrissa.design.sizes import ROUNDING, Sizes, best_sizes, deviations, nearest_sizes
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.whisker import Progress, quiet
-from vibrissa.sticking.collocation import BATCH
 
 # Values of θ and η at which a search begins, and how often the mesh is halved around the best pair.
 TAPERS, HEIGHTS, ROUNDS = 10, 14, 5
 # Rounds of the search with a relaxed limit, which begins at the best pair.
 RELAXED_ROUNDS = 2
+# Pairs that are solved before the progress is told.
+PAIRS_AT_ONCE = 64
 # A limit counts as used up from here on, as the mesh is not infinitely fine.
 USED_UP = 0.97
 
@@ -158,8 +159,8 @@ class _Search:
         rounded = (theta.ravel().round(12).tolist(), (1.0 - gap).ravel().round(12).tolist())
         pairs = dict.fromkeys(zip(*rounded, strict=True))
         new = [pair for pair in pairs if pair not in self.known]
-        for start in range(0, len(new), BATCH):
-            some = new[start : start + BATCH]
+        for start in range(0, len(new), PAIRS_AT_ONCE):
+            some = new[start : start + PAIRS_AT_ONCE]
             taper, eta = np.array(some).T
             frictions, contact = self.requirements.frictions, self.requirements.contact
             solved, failures = survey(taper, eta, frictions, contact)

@@ -61,8 +61,9 @@ STEP_SIZES = (
     StepSizes(nodes=48, x0=0.02, advance=0.03),
     StepSizes(nodes=108, x0=0.01, advance=0.005),
 )
-# Curves that are solved together: bounds the memory and stays in the processor's cache.
-BATCH = 64
+# Curves that are solved together: more share the overhead of each call, fewer stay in the
+# processor's cache and bound the memory, of which the pulled part of round rods takes most.
+BATCH = {RodSection.ROUND: 64, RodSection.PLANAR: 256}
 
 # A state with a smaller margin of stability stands at a limit point.
 FOLD_MARGIN = 1e-3
@@ -124,8 +125,8 @@ def solve_curves(
         rows = np.flatnonzero([one == kind for one in kinds])
         # Where a rod swings aside is known for the ideal mounting alone.
         of_kind = section if all(kind) else RodSection.PLANAR
-        for start in range(0, len(rows), BATCH):
-            batch = rows[start : start + BATCH]
+        for start in range(0, len(rows), BATCH[of_kind]):
+            batch = rows[start : start + BATCH[of_kind]]
             some = [mounted[row] for row in batch]
             solved = _solve_batch(_rods(theta[batch], eta[batch], some), model, of_kind)
             for row, one, curve in zip(batch, some, solved, strict=True):
