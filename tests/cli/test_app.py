@@ -82,6 +82,21 @@ def test_scan_writes_signals_and_truth(tmp_path):
     assert picture.read_bytes().startswith(b"<?xml")
 
 
+def test_an_inclined_surface_is_a_stage_and_a_clamp_at_an_angle(tmp_path):
+    angles = ["--stage-angle", "2 deg", "--clamp-angle", "2 deg"]
+    own, si = tmp_path / "own.parquet", tmp_path / "si.parquet"
+    steps = ["--mu0", "0.3", "--step", "0.002", "--to", "0.12"]
+    assert run("scan", *WHISKER, *steps, *angles, "-o", own).exit_code == 0
+    tall = ["--theta", "2", "--eta", "85 mm"]
+    millimetres = ["--mu0", "0.3", "--step", "0.2 mm", "--to", "12 mm"]
+    result = run("scan", *tall, *ROD, *millimetres, *angles, "-o", si)
+    assert result.exit_code == 0, result.output
+    one, other = (pq.read_table(path).to_pydict() for path in (own, si))
+    assert one["period"][-1] > 2 and one["phase"] == other["phase"]
+    assert np.array(other["contact"]) == pytest.approx(0.1 * np.array(one["contact"]))
+    assert one["force_x"][-1] != pytest.approx(one["force_x"][0])
+
+
 def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
     surface, out = tmp_path / "surface.csv", tmp_path / "scan.parquet"
     surface.write_text("x [mm],mu0\n0,0.3\n500,0.4\n")

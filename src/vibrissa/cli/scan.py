@@ -1,6 +1,5 @@
 """``vibrissa scan``: from a surface to the signals of the clamp."""
 
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -17,7 +16,7 @@ app = typer.Typer(**ALONE)
 @app.command(
     epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`"
 )
-@partial(takes_whisker, leave_out=("stage_angle",))
+@takes_whisker
 def scan(
     whisker: sensor.Whisker,
     step: Annotated[str, typer.Option(help="Step of the stage: '20 um'.")],

@@ -2,11 +2,12 @@
 
 Each smooth stretch of the branch lies between the same two landmarks (end of pulling, α = 0, kink,
 lock, end). It is interpolated over η by the polynomial through Chebyshev points.
+`vibrissa.sensor.height_range` puts several such ranges together.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -17,11 +18,11 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.outcomes import Contact
-from vibrissa.sensor.response import Branch, Response, joined, respond
+from vibrissa.sensor.response import KNOTS, Branch, Response, joined, respond
 
-# Heights at which the rod is solved, and displacements on each stretch.
+# Heights at which the rod is solved, and knots on each stretch, as parts of it.
 NODES = 9
-POINTS = 257
+PARTS = np.linspace(0.0, 1.0, KNOTS)
 # The height is sought within this distance of the given one (L). The forces are singular at η = 1,
 # where the rod stands upright: so the distance is at most this part of 1 − η.
 REACH = 0.05
@@ -57,9 +58,44 @@ class Heights:
         return transform @ marks, np.tensordot(transform, values, axes=1)
 
     @cached_property
-    def _lock(self) -> int:
+    def _stretches(self) -> list[CubicSpline]:
+        """Spline over the part of each stretch: Chebyshev series over η of the reactions."""
+        return [
+            CubicSpline(PARTS, np.moveaxis(one, 1, 0)) for one in np.moveaxis(self._series[1], 1, 0)
+        ]
+
+    @cached_property
+    def lock(self) -> int:
+        """Number of the landmark at which the tip locks."""
         branch = self.branches[0]
         return int(np.argmin(np.abs(branch.bounds - branch.x0_lock)))
+
+    def _row(self, eta: FloatArray) -> FloatArray:
+        """Chebyshev polynomials at heights, shape (n, NODES)."""
+        position = (2.0 * eta - self.low - self.high) / (self.high - self.low)
+        return np.asarray(chebvander(position, len(self.branches) - 1))
+
+    def landmarks(self, eta: FloatArray) -> FloatArray:
+        """Landmarks and x1_init at heights of shape (n,), in columns (L)."""
+        return np.asarray(self._row(eta) @ self._series[0])
+
+    def reactions(self, x0: FloatArray, eta: FloatArray, order: int = 0) -> FloatArray:
+        """Reactions, or derivatives over x0, at displacements and heights of shape (n,)."""
+        row = self._row(eta)
+        bounds = (row @ self._series[0])[:, :-1]
+        stretch = (x0[:, None] >= bounds[:, 1:-1]).sum(axis=1)
+        here = np.arange(len(x0))
+        width = bounds[here, stretch + 1] - bounds[here, stretch]
+        part = np.clip((x0 - bounds[here, stretch]) / width, 0.0, 1.0)
+        last, steep = stretch == len(self._stretches) - 1, 1.0 / width
+        # Near a limit point the last stretch is graded: see `_displacements`.
+        part[last] = 1.0 - np.sqrt(1.0 - part[last])
+        steep[last] /= 2.0 * np.maximum(1.0 - part[last], np.finfo(float).eps)
+        found = np.empty((len(x0), 3))
+        for number, spline in enumerate(self._stretches):
+            on = stretch == number
+            found[on] = np.einsum("nk,nkc->nc", row[on], spline(part[on], order))
+        return found * steep[:, None] ** order
 
     def at(self, eta: float) -> Branch:
         """Interpolate the branch at a height.
@@ -81,13 +117,13 @@ class Heights:
         position = (2.0 * eta - self.low - self.high) / (self.high - self.low)
         if not abs(position) <= 1.0 + 1e-12:
             raise ArgumentError(f"eta must lie in [{self.low:.6g}, {self.high:.6g}], got {eta!r}")
-        row = chebvander(np.array([position]), len(self.branches) - 1)[0]
+        row = self._row(np.array([eta]))[0]
         marks, values = row @ self._series[0], np.tensordot(row, self._series[1], axes=1)
         bounds, x1_init = marks[:-1], float(marks[-1])
         parts = [CubicSpline(x, y) for x, y in zip(_displacements(bounds), values, strict=True)]
         return Branch(
             reactions=joined(parts),
-            x0_lock=float(bounds[self._lock]),
+            x0_lock=float(bounds[self.lock]),
             x1_init=x1_init,
             bounds=bounds,
             swings=self.branches[0].swings,
@@ -95,10 +131,9 @@ class Heights:
 
 
 def _displacements(bounds: FloatArray) -> FloatArray:
-    """Points on each stretch, shape (stretches, POINTS), close together near a limit point."""
-    part = np.linspace(0.0, 1.0, POINTS)
-    parts = np.tile(part, (len(bounds) - 1, 1))
-    parts[-1] = 1.0 - (1.0 - part) ** 2
+    """Points on each stretch, shape (stretches, KNOTS), close together near a limit point."""
+    parts = np.tile(PARTS, (len(bounds) - 1, 1))
+    parts[-1] = 1.0 - (1.0 - PARTS) ** 2
     x = bounds[:-1, None] + np.diff(bounds)[:, None] * parts
     x[:, -1] = bounds[1:]
     return np.asarray(x)
@@ -139,33 +174,71 @@ def respond_between(
     if not 0.0 < eta < 1.0:
         raise ArgumentError(f"eta must lie between 0 and 1, got {eta!r}")
     reach = min(REACH, REACH_PART * (1.0 - eta), 0.5 * eta)
-    nodes = eta - reach + 2.0 * reach * chebyshev_nodes(NODES)
+    solve = partial(respond, theta, contact=contact, pull=pull, mounting=mounting)
+    try:
+        return interpolated(solve, eta - reach, eta + reach, TOLERANCE, progress)
+    except NoResponseError as error:
+        raise NoResponseError(f"the height cannot be estimated: {error}; give the height") from None
+
+
+def interpolated(
+    solve: Callable[[float], Response],
+    low: float,
+    high: float,
+    tolerance: float,
+    progress: Callable[[int], None] = lambda done: None,
+    upwards: bool = True,
+) -> Heights:
+    """Interpolate the branches of a rod between two heights.
+
+    Parameters
+    ----------
+    solve : callable
+        Gives the response at a height.
+    low, high : float
+        Range of heights (L).
+    tolerance : float
+        Error allowed between the nodes, of the largest reaction.
+    progress : callable
+        Told after each height how many of the `NODES` + 1 are done.
+    upwards : bool
+        Whether to begin at the highest.
+
+    Returns
+    -------
+    Heights
+
+    Raises
+    ------
+    NoResponseError
+        If one of the branches is not solved, they do not have the same landmarks, or a branch
+        between them is not met.
+    """
+    nodes = low + (high - low) * chebyshev_nodes(NODES)
     solved: list[Response] = []
-    for node in nodes:
-        solved.append(respond(theta, float(node), contact, pull, mounting))
+    # What cannot be solved is far, and tells so at once.
+    for node in nodes[::-1] if upwards else nodes:
+        solved.append(solve(float(node)))
         progress(len(solved))
-    found = Heights(low=eta - reach, high=eta + reach, branches=tuple(solved))
-    where = f"for heights from {found.low:.6g} to {found.high:.6g} (in units of L)"
+    found = Heights(low=low, high=high, branches=tuple(solved[::-1] if upwards else solved))
+    where = f"for heights from {low:.6g} to {high:.6g} (in units of L)"
     landmarks = {
         (len(branch.bounds), int(np.argmin(np.abs(branch.bounds - branch.x0_lock))))
         for branch in solved
     }
     if len(landmarks) > 1 or len({branch.curve.end for branch in solved}) > 1:
-        raise NoResponseError(
-            f"{where} the kind of contact or the end of the curve changes, so that the height "
-            "cannot be estimated: give the height"
-        )
+        raise NoResponseError(f"{where} the kind of contact or the end of the curve changes")
     # Between the nodes the interpolation must agree with a branch that it has not seen.
     between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
-    resolved = _agrees(found.at(between), respond(theta, between, contact, pull, mounting))
+    resolved = _agrees(found.at(between), solve(between), tolerance)
     progress(NODES + 1)
     if not resolved:
-        raise NoResponseError(f"the rod's response is not resolved {where}: give the height")
+        raise NoResponseError(f"{where} the rod's response is not resolved")
     return found
 
 
-def _agrees(found: Branch, solved: Branch) -> bool:
+def _agrees(found: Branch, solved: Branch, tolerance: float) -> bool:
     """Whether an interpolated branch is, up to the lock, the one that was solved there."""
-    x = np.linspace(solved.x0_pull, solved.x0_lock, POINTS)[1:-1]
-    error = np.abs(found(np.clip(x, *found.bounds[[0, -1]])) - solved(x))
-    return bool(error.max() <= TOLERANCE * np.abs(solved(x)).max())
+    x = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
+    error = np.abs(found(found.clip(x)) - solved(x))
+    return bool(error.max() <= tolerance * np.abs(solved(x)).max())

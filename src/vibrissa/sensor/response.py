@@ -49,8 +49,31 @@ def joined(splines: Sequence[PPoly]) -> PPoly:
     )
 
 
+class States:
+    """States of a rod by the displacement x0: of one branch, or each at a height of its own."""
+
+    def __call__(self, x0: ArrayLike) -> FloatArray:
+        """Clamp reactions fx, fy and m at displacements, shape x0.shape + (3,)."""
+        raise NotImplementedError
+
+    def slope(self, x0: ArrayLike) -> FloatArray:
+        """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
+        raise NotImplementedError
+
+    def demand(self, x0: ArrayLike) -> FloatArray:
+        """Friction coefficient −tan α that the tip needs to stick; negative where it is pulled."""
+        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
+        return np.asarray(fx / fy)
+
+    def demand_slope(self, x0: ArrayLike) -> FloatArray:
+        """Differentiate the demand with respect to the displacement (1/L)."""
+        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
+        fx_slope, fy_slope, _ = np.moveaxis(self.slope(x0), -1, 0)
+        return np.asarray((fx_slope * fy - fx * fy_slope) / fy**2)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Branch:
+class Branch(States):
     """Clamp reactions over the displacement x0 of the clamp.
 
     Attributes
@@ -108,17 +131,6 @@ class Branch:
     def slope(self, x0: ArrayLike) -> FloatArray:
         """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0, 1))
-
-    def demand(self, x0: ArrayLike) -> FloatArray:
-        """Friction coefficient −tan α that the tip needs to stick; negative where it is pulled."""
-        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
-        return np.asarray(fx / fy)
-
-    def demand_slope(self, x0: ArrayLike) -> FloatArray:
-        """Differentiate the demand with respect to the displacement (1/L)."""
-        fx, fy, _ = np.moveaxis(self(x0), -1, 0)
-        fx_slope, fy_slope, _ = np.moveaxis(self.slope(x0), -1, 0)
-        return np.asarray((fx_slope * fy - fx * fy_slope) / fy**2)
 
     @cached_property
     def _work(self) -> PPoly:

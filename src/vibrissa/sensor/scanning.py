@@ -82,11 +82,16 @@ class Outcome(StrEnum):
     LOST
         A slip left the states that are known here: it passed α = 0, and a pushed tip lifted off
         the surface, or a pulled tip reached the end of pushing.
+    AWAY, NEAR
+        An oblique stage took the clamp so far from the surface, or so near, that the rod has no
+        response there.
     """
 
     COMPLETE = "complete"
     LOCK = "lock"
     LOST = "lost"
+    AWAY = "away"
+    NEAR = "near"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -99,11 +104,12 @@ class SurfaceScan(Batch):
     message : str
         Where the rod swung aside first, and where and why the scan ended before its path, if so.
     clamp : ndarray, shape (n,)
-        Position of the clamp (L).
+        Position of the clamp along its stage (L).
     contact : ndarray, shape (n,)
         Position of the tip, which is the contact point in point contact (L).
     x0 : ndarray, shape (n,)
-        Displacement of the clamp from the α = 0 state of this contact point on this side (L).
+        Displacement of the clamp, along the surface, from the α = 0 state of this contact point on
+        this side, at the present height (L).
     reactions : ndarray, shape (n, 3)
         Clamp reactions fx, fy (E·I0/L²) and m (E·I0/L).
     mu0 : ndarray, shape (n,)

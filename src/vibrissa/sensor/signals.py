@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.oblique import simulate_oblique
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.scanning import SurfaceScan, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.series import Column, Tabular
@@ -103,14 +105,12 @@ def scan(
     # By the energy law a tip may come to rest where the clamp pulls. A rod that swings aside is
     # pulled, too: that is not known before.
     backward = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
-    truth = simulate(
-        whisker.response(backward),
-        surface,
-        positions,
-        law,
-        kinetic_ratio,
-        lambda done: progress("scanning", done, len(positions)),
-    )
+    told = partial(progress, "scanning")
+    how = (surface, positions, law, kinetic_ratio, lambda done: told(done, len(positions)))
+    if whisker.mounting.stage_angle:
+        truth = simulate_oblique(whisker.stage(positions, backward, progress), *how)
+    else:
+        truth = simulate(whisker.response(backward), *how)
     readings = truth.reactions * units.channels
     if sensor is not None:
         readings = sensor.measured(readings, np.random.default_rng([seed, 1]))

@@ -17,7 +17,7 @@ from scipy.special import comb
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import first_fall
-from vibrissa.sensor.response import Response
+from vibrissa.sensor.response import Branch
 from vibrissa.sensor.surfaces import Surface
 
 # Relative rounding of a demand that mobilises all friction.
@@ -116,14 +116,14 @@ class Slips:
 
     Attributes
     ----------
-    response : Response
+    response : Branch
     surface : Surface
     law : SlipLaw
     ratio : float
         Kinetic over static friction, above 0 and up to 1.
     """
 
-    response: Response
+    response: Branch
     surface: Surface
     law: SlipLaw
     ratio: float

@@ -1,14 +1,19 @@
 """A whisker: a rod clamped below a surface, in units of its own or of a real rod."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
 
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
+from vibrissa.sensor.height_range import respond_over
 from vibrissa.sensor.heights import Heights, respond_between
+from vibrissa.sensor.oblique import ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
 from vibrissa.sensor.response import Response, respond
 from vibrissa.sticking.api import solve_curve
@@ -151,6 +156,50 @@ class Whisker:
             if backward:
                 raise
             return self.pushed
+
+    def stage(
+        self, positions: FloatArray, backward: bool, progress: Progress = quiet
+    ) -> ObliqueStage:
+        """Solve the response, as `response` does, at all heights that an oblique stage passes.
+
+        Parameters
+        ----------
+        positions : ndarray
+            Of the clamp along the stage (L).
+        backward : bool
+            Whether the states in which the tip is pulled are needed. They are where the stage
+            leaves the surface, too.
+        progress : callable
+
+        Returns
+        -------
+        ObliqueStage
+
+        Raises
+        ------
+        NoResponseError
+            If the rod has no response at its height.
+        """
+        angle = self.mounting.stage_angle
+        reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
+        solved = partial(
+            respond_over,
+            self.theta,
+            self.eta,
+            float(reached.min()),
+            float(reached.max()),
+            contact=self.contact,
+            mounting=replace(self.mounting, stage_angle=0.0),
+            section=self.section,
+            progress=lambda part: progress("solving the rod", round(100 * part), 100),
+        )
+        try:
+            heights = solved(pull=True)
+        except NoResponseError:
+            if backward or angle < 0.0:
+                raise
+            heights = solved(pull=False)
+        return ObliqueStage(heights=heights, eta=self.eta, angle=angle)
 
     def heights(self, backward: bool, progress: Callable[[int], None]) -> Heights:
         """Solve the response at heights near the given one, as `response` does at one height."""

@@ -1,0 +1,176 @@
+"""Scans with an oblique stage, against shooting that shares no code with the package."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import reference
+from vibrissa.errors import NoResponseError
+from vibrissa.sensor import Whisker, scan, surfaces
+from vibrissa.sensor.height_range import EXACT, respond_over
+from vibrissa.sensor.oblique import ObliqueStage, simulate_oblique
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import Outcome, TipPhase, path, simulate
+
+THETA, ETA, MU0 = 2.0, 0.85, 0.3
+# φ1 and force of the first state, with which shooting begins.
+FIRST = (0.55, 1.16)
+
+
+@cache
+def heights(section="round"):
+    return respond_over(THETA, ETA, 0.809, 0.871, section=section)
+
+
+def simulated(angle, mu0, step, turns, law="free", ratio=0.8, section="round"):
+    stage = ObliqueStage(heights=heights(section), eta=ETA, angle=angle)
+    surface = mu0 if isinstance(mu0, surfaces.Surface) else surfaces.constant(mu0)
+    return stage, simulate_oblique(stage, surface, path(step, turns), law, ratio)
+
+
+def shot(angle, positions, ratio):
+    """Contact, fx, fy and period at each step by shooting; a slip ends at tan α = −ratio·μ0."""
+    first = reference.solve_inclination(THETA, ETA, 0.0, FIRST)
+    contact, period = reference.shoot_from_contact(THETA, *first, 0.0)[0], 1
+    state, rows = np.append(first, 0.0), []
+    for clamp in positions:
+        height, along = ETA - clamp * np.sin(angle), clamp * np.cos(angle)
+        state = reference.solve_offset(THETA, height, contact - along, state)
+        if -state[2] > MU0 * state[1]:
+            tan = -ratio * MU0
+            phi1, p = reference.solve_inclination(THETA, height, tan, state[:2])
+            state = np.array([phi1, p, p * tan])
+            contact = along + reference.shoot_from_contact(THETA, *state)[0]
+            period += 1
+        # The clamp feels the opposite of what holds the tip.
+        rows.append((contact, state[2], -state[1], period))
+    return np.array(rows).T
+
+
+def compared(angle, law, ratio, step, to):
+    contact, fx, fy, period = shot(angle, path(step, [to]), ratio)
+    _, found = simulated(angle, MU0, step, [to], law, 0.6)
+    assert found.period.tolist() == period.tolist()
+    assert found.contact == pytest.approx(contact, abs=1e-9)
+    assert found.reactions[:, 0] == pytest.approx(fx, abs=1e-7)
+    assert found.reactions[:, 1] == pytest.approx(fy, abs=1e-7)
+    return period[-1]
+
+
+def test_stick_slip_of_an_oblique_stage_is_that_of_shooting():
+    assert compared(0.1, "kinetic", 0.6, "0.006", "0.06") == 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("angle", [0.2, -0.1])
+@pytest.mark.parametrize(("law", "ratio"), [("free", 0.0), ("kinetic", 0.6)])
+def test_many_periods_of_an_oblique_stage_are_those_of_shooting(angle, law, ratio):
+    assert compared(angle, law, ratio, "0.003", "0.2") >= 7
+
+
+def test_a_slip_on_an_oblique_stage_consumes_its_energy_at_the_present_height():
+    _, found = simulated(0.1, MU0, "0.006", ["0.04"], "energy")
+    at = int(np.argmax(found.phase == TipPhase.SLIP))
+    height = ETA - found.clamp[at] * np.sin(0.1)
+    ends = found.contact[at - 1 : at + 1] - found.clamp[at] * np.cos(0.1)
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    state, left = np.append(reference.solve_inclination(THETA, ETA, 0.0, FIRST), 0.0), 0.0
+    for node, weight in zip(nodes, weights, strict=True):
+        offset = ends.mean() + 0.5 * np.diff(ends)[0] * node
+        state = reference.solve_offset(THETA, height, offset, state)
+        # What holds the tip back does not, but kinetic friction does.
+        left += weight * (-state[2] - 0.8 * MU0 * state[1])
+    assert left == pytest.approx(0.0, abs=1e-6)
+    # It passes the state in which kinetic friction balances the force.
+    fx, fy, _ = found.reactions[at]
+    assert fx / fy < 0.8 * MU0
+
+
+def test_a_stage_that_is_hardly_oblique_is_a_level_one():
+    response = respond(THETA, ETA)
+    surface = surfaces.random(3, 0.3, 0.05, 0.02)
+    turns = ["0.1", "0.05"]
+    level = simulate(response, surface, path("0.001", turns), "kinetic", 0.7)
+    _, found = simulated(1e-7, surface, "0.001", turns, "kinetic", 0.7)
+    assert (found.phase == level.phase).all()
+    assert found.contact == pytest.approx(level.contact, abs=1e-6)
+    assert found.reactions == pytest.approx(level.reactions, abs=1e-5)
+    # The tip is pulled in the end.
+    assert found.x0[-1] < 0.0 and found.period[-1] > 5
+
+
+def test_friction_is_never_exceeded_and_would_be_without_the_slip():
+    surface = surfaces.random(3, 0.3, 0.05, 0.02)
+    stage, found = simulated(0.05, surface, "0.001", ["0.4", "0.2"], "energy")
+    fx, fy, _ = found.reactions.T
+    assert (np.abs(fx / fy) <= found.mu0 * (1 + 1e-9)).all()
+    at = np.flatnonzero(found.phase == TipPhase.SLIP)
+    assert len(at) > 20
+    states, stuck = stage.states(found.clamp[at], found.contact[at - 1])
+    inside = (stuck > states.x0_pull) & (stuck < states.x0_end)
+    demand = np.abs(states.demand(states.clip(stuck)))
+    assert (demand > found.mu0[at - 1])[inside].all()
+    assert inside.sum() > 10
+
+
+def test_reactions_between_heights_are_those_that_are_solved():
+    parts = heights().parts
+    assert [(part.low, part.high) for part in parts] == [(0.809, ETA), (ETA, 0.871)]
+    for eta in (0.8311, 0.8562):
+        solved = respond(THETA, eta)
+        x0 = np.linspace(solved.x0_pull, solved.x0_end - 1e-9, 40)
+        states = heights().states(np.full(40, eta))
+        size = np.abs(solved(x0)).max()
+        assert np.abs(states(x0) - solved(x0)).max() < 0.1 * EXACT * size
+        # Towards the end the states stand more closely, as near a limit point.
+        assert states.slope(x0)[:-1] == pytest.approx(solved.slope(x0)[:-1], abs=1e-5)
+        assert states.energy(x0) == pytest.approx(solved.energy(x0), abs=1e-9)
+        assert states.mu_lock == pytest.approx(solved.mu_lock, abs=1e-9)
+        assert heights().at(eta)(x0) == pytest.approx(states(x0), abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("angle", "eta", "step", "outcome", "said"),
+    [
+        (-0.05, 0.9998, "0.0005", Outcome.AWAY, "the rod stands upright and lifts off"),
+        pytest.param(
+            *(0.2, 0.021, "0.001", Outcome.NEAR, "the clamp touches the surface"),
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_a_scan_ends_where_the_stage_leaves_the_heights_of_the_rod(angle, eta, step, outcome, said):
+    whisker = Whisker.read(THETA, eta, stage_angle=angle)
+    found = scan(whisker, surfaces.constant(0.005), step=step, to=["0.02"]).truth
+    assert found.outcome is outcome
+    assert found.message.startswith("the stage takes the clamp at 0.0")
+    assert said in found.message
+    assert 0 < len(found) < 40
+
+
+@pytest.mark.parametrize(("section", "outcome"), [("round", "complete"), ("planar", "lock")])
+def test_a_rough_surface_locks_the_tip_and_a_round_rod_swings_aside(section, outcome):
+    _, found = simulated(0.01, 0.6, "0.02", ["1.2"], section=section)
+    assert found.outcome == outcome
+    assert found.message.startswith("the tip locks at x = 0.417")
+    assert TipPhase.LOCK in found.phase
+    assert (found.side[-1] == "behind") == (section == "round")
+
+
+def test_a_dragged_tip_is_the_mirror_image_at_its_height():
+    _, found = simulated(0.02, 0.6, "0.01", ["0.6"], "kinetic")
+    behind = np.flatnonzero(found.side == "behind")
+    assert len(behind) > 10 and found.phase[behind[0]] == TipPhase.SWING
+    state, rows = np.append(reference.solve_inclination(THETA, ETA, 0.0, FIRST), 0.0), behind[-1:]
+    for row in rows:
+        height = ETA - found.clamp[row] * np.sin(0.02)
+        offset = found.clamp[row] * np.cos(0.02) - found.contact[row]
+        _, p, q = reference.solve_offset(THETA, height, offset, state)
+        assert found.reactions[row, :2] == pytest.approx([-q, -p], abs=1e-7)
+
+
+def test_a_height_without_a_response_is_refused():
+    leaning = Whisker.read(2.0, 0.99, clamp_angle="20 deg", stage_angle="1 deg")
+    with pytest.raises(NoResponseError, match="alpha = 0"):
+        scan(leaning, surfaces.constant(0.3), step="0.01", to=["0.1"])
