@@ -53,6 +53,13 @@ def only_slipping(evidence):
     return replace(evidence, friction=evidence.slipping())
 
 
+guided = changed("friction", ends_by=lambda rows: "snaps", x0_trail=lambda rows: np.nan)
+
+
+def all_locked_in_a_plane(evidence):
+    return changed("friction", status=lambda rows: "lock")(guided(evidence))
+
+
 def turned_over():
     """Give θ = 1 the scans of θ = 3 and the other way round."""
     return changed("scan", theta=lambda rows: 4.0 - rows["theta"])
@@ -225,7 +232,25 @@ OTHERWISE = [
         CONTRADICTED,
     ),
     ("end of sticking", only_slipping, {}, HOLDS),
-    ("end of sticking", changed("friction", status=lambda rows: "lock"), {}, CONTRADICTED),
+    ("end of sticking", all_locked_in_a_plane, {}, CONTRADICTED),
+    (
+        "end of sticking",
+        changed("friction", alpha_trail=lambda rows: 0.9 * rows["alpha_trail"]),
+        {},
+        CONTRADICTED,
+    ),
+    (
+        "event frequency",
+        changed("friction", x0_trail=lambda rows: 2 * rows["x0_end"] + 0.01),
+        {},
+        CONTRADICTED,
+    ),
+    (
+        "μ0 from the load",
+        changed("friction", reaction_fx_trail=lambda rows: 1.1 * rows["reaction_fx_trail"]),
+        {},
+        CONTRADICTED,
+    ),
     (
         "μ0 from the load",
         changed("friction", reaction_fx_slip=lambda rows: 1.1 * rows["reaction_fx_slip"]),
@@ -278,6 +303,8 @@ OTHERWISE = [
         HOLDS,
     ),
     ("longer with μ0", only_slipping, {}, HOLDS),
+    ("longer with μ0", changed("friction", x0_trail=lambda r: 1 - r["mu0"]), {}, CONTRADICTED),
+    ("longer with μ0", changed("friction", f_trail=lambda r: 90 * r["mu0"]), {}, HOLDS),
     ("longer with μ0", with_friction(lambda mu0: 0.1 - 0.1 * mu0), {}, CONTRADICTED),
     ("μ0 from the moment", UNCHANGED, {"solve_curve": Folded}, CONTRADICTED),
     ("longer periods with θ and μ0", turned_over(), {}, CONTRADICTED),
@@ -338,6 +365,24 @@ def test_another_world_gets_another_verdict(monkeypatch, evidence, name, change,
         monkeypatch.setattr(f"{judge.__module__}.{replaced}", value)
     finding = judge(change(evidence))
     assert finding.verdict == verdict, finding
+
+
+# Statements on what is beyond the lock: what is said of round rods, and of guided ones.
+BEYOND = {
+    "event frequency": ("one that a pushed rod has", "some tips do not slip at all"),
+    "end of sticking": ("slips when it is pulled", "some tips never slip"),
+    "longer with μ0": ("less deformed where its tip slips", "some tips never slip"),
+    "non-linear in μ0": ("only after the rod has swung aside", "a vertical tangent"),
+    "more events with μ0": ("where rods are dragged", "each event takes longer"),
+}
+
+
+@pytest.mark.parametrize("name", BEYOND)
+def test_what_is_said_of_locking_points_is_what_their_rods_do(evidence, name):
+    for world, said in zip((evidence, guided(evidence)), BEYOND[name], strict=True):
+        finding = named(name).judge(world)
+        assert finding.verdict == EXPECTED[name]
+        assert said in finding.reason
 
 
 def rods(**values):

@@ -11,7 +11,11 @@ from vibrissa.decimals import exact
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact
 from vibrissa.paper import ledger
-from vibrissa.paper.evidence import Evidence, bending_at_the_last_state
+from vibrissa.paper.evidence import (
+    Evidence,
+    bending_at_the_end_of_trailing,
+    bending_at_the_last_state,
+)
 from vibrissa.paper.judging import (
     AMBIGUOUS,
     CONDITION,
@@ -63,14 +67,15 @@ def step_size_analysed(evidence: Evidence) -> Finding:
     name="longer with μ0",
     statement="Within a period, more friction means that the clamp moves farther and the rod is "
     "more deformed.",
-    computed="x0 and bending at the last sticking state over the μ0 of Figure 7",
+    computed="x0 and bending at the last sticking state over the μ0 of Figure 7; above μ_lock the "
+    "same where a rod that has swung aside slips",
 )
 def longer_with_friction(evidence: Evidence) -> Finding:
     rows = evidence.slipping()
     onset, stepped = rows["x0_slip"].to_numpy(), rows["x0_max"].to_numpy()
     # Points on one level are in one state.
     bent = bending_at_the_last_state(rows.drop_duplicates("x0_max"))
-    locked = len(evidence.friction) - len(rows)
+    locked, trailing = len(evidence.locking()), evidence.trailing()
     quantities = {
         "exact onset at the smallest μ0": (onset[0], "L"),
         "exact onset at the largest μ0 that slips": (onset[-1], "L"),
@@ -81,11 +86,31 @@ def longer_with_friction(evidence: Evidence) -> Finding:
     if not rises(onset) or (np.diff(stepped) < 0.0).any():
         return CONTRADICTED.because("the displacement does not get longer", quantities)
     finding = by_bending("the deformation is stronger", *neighbours([bent]), quantities)
-    if finding.verdict is HOLDS and locked:
-        return CONDITION.because(
-            f"{finding.reason}; up to the critical friction coefficient", quantities
+    if finding.verdict is not HOLDS or not locked:
+        return finding
+    reason = f"{finding.reason}; up to the critical friction coefficient"
+    if len(trailing) < locked:
+        return CONDITION.because(f"{reason}; beyond, some tips never slip", quantities)
+    until, after = trailing["x0_trail"].to_numpy(), bending_at_the_end_of_trailing(trailing)
+    quantities |= {
+        "x0_trail at the smallest μ0 that locks": (until[0], "L"),
+        "x0_trail at the largest μ0": (until[-1], "L"),
+        "energy there": (after.energy[-1], "E*I0/L"),
+        "length of a later period at the largest μ0": (trailing["dragged"].iloc[-1], "L"),
+    }
+    if not rises(np.concatenate([onset, until])):
+        return CONTRADICTED.because("the displacement does not get longer at the lock", quantities)
+    if rises(np.concatenate([bent.energy, after.energy])):
+        return HOLDS.because(
+            f"{finding.reason}; so it is after the rod has swung aside", quantities
         )
-    return finding
+    reason += (
+        "; beyond, the clamp moves farther still, as the rod swings aside and trails, but the rod "
+        "is less deformed where its tip slips"
+    )
+    if trailing["dragged"].max() < onset[-1]:
+        reason += ", and its later periods are shorter"
+    return CONDITION.because(reason, quantities)
 
 
 @claim(
@@ -169,7 +194,8 @@ def more_steps(evidence: Evidence) -> Finding:
 @claim(
     name="more events with μ0",
     statement="In summary, at a given θ more friction leads to more events.",
-    computed="events over the distance of the longest scan, for each θ and μ0 of Figure 6",
+    computed="events over the distance of the longest scan, for each θ and μ0 of Figure 6; events "
+    "per length on both sides of μ_lock in Figure 7",
 )
 def more_events(evidence: Evidence) -> Finding:
     distance = evidence.scan_lengths().to_numpy().max()
@@ -181,6 +207,16 @@ def more_events(evidence: Evidence) -> Finding:
         for mu0 in events.columns
     }
     more = np.diff(events.to_numpy(), axis=1)
+    exception = ""
+    if len(trailing := evidence.trailing()):
+        pushed = 1.0 / float(evidence.slipping()["x0_slip"].iloc[-1])
+        dragged = 1.0 / float(trailing["dragged"].iloc[0])
+        quantities["events per L just below μ_lock"] = (pushed, "1/L")
+        quantities["events per L of the dragged rod just above it"] = (dragged, "1/L")
+        if dragged > pushed:
+            exception = (
+                "; there are more only from below μ_lock to above it, where rods are dragged"
+            )
     if (more > 0).all():
         return HOLDS.because("there are more", quantities)
     if (more < 0).all():
@@ -188,7 +224,7 @@ def more_events(evidence: Evidence) -> Finding:
             "on a given distance there are fewer for each θ, as follows from the paper's own "
             "sentences before it: each event takes longer"
         )
-        return CONTRADICTED.because(reason, quantities)
+        return CONTRADICTED.because(f"{reason}{exception}", quantities)
     return AMBIGUOUS.because("for some θ there are more, for some fewer", quantities)
 
 

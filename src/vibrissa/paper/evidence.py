@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 
 from vibrissa.errors import TableError
 from vibrissa.mechanics.bending import Bending, measure, solve_and_measure
-from vibrissa.outcomes import Status
+from vibrissa.outcomes import End, Status
 from vibrissa.tables import query
 
 
@@ -52,6 +52,19 @@ class Evidence:
     def slipping(self) -> pd.DataFrame:
         """Grid points of Figure 7 at which the tip slips."""
         return self.friction[self.friction["status"] == "slip"]
+
+    def locking(self) -> pd.DataFrame:
+        """Grid points of Figure 7 at which the tip is self-locking."""
+        return self.friction[self.friction["status"] == "lock"]
+
+    def trailing(self) -> pd.DataFrame:
+        """Grid points of Figure 7 whose rod swings aside, trails, and slips when it is pulled.
+
+        Column ``dragged`` is the length of each of their later periods (L).
+        """
+        rows = self.locking()
+        rows = rows[(rows["ends_by"] == End.SWINGS_ASIDE) & rows["x0_trail"].notna()]
+        return rows.assign(dragged=rows["x0_trail"] - 2.0 * rows["x0_end"])
 
     def scans(self) -> list[pd.DataFrame]:
         """Split the steps by scan, ordered by θ, then μ0."""
@@ -136,6 +149,20 @@ def bending_of_steps(rows: pd.DataFrame) -> Bending:
         x=np.stack(rows["shape_x"].to_list()),
         y=np.stack(rows["shape_y"].to_list()),
         phi1=rows["phi1"].to_numpy(),
+    )
+
+
+def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
+    """Bending of grid points whose rod has swung aside, in the last sticking state.
+
+    It is that of the mirror image, in which the clamp pulls the tip from the other side.
+    """
+    return solve_and_measure(
+        theta=rows["theta"].to_numpy(),
+        f=rows["f_trail"].to_numpy(),
+        alpha=-rows["alpha_trail"].to_numpy(),
+        x1=(rows["x1_init"] - 2.0 * rows["x0_end"] + rows["x0_trail"]).to_numpy(),
+        y1=rows["eta"].to_numpy(),
     )
 
 

@@ -67,7 +67,8 @@ def pushed(evidence: Evidence) -> Finding:
     name="event frequency",
     section="II",
     statement="Over a scanned length, each μ0 has a frequency of stick-slip events of its own.",
-    computed="events per length, 1/x0 at the exact onset, over the μ0 of Figure 7",
+    computed="events per length over the μ0 of Figure 7: 1/x0 at the exact onset, or of a dragged "
+    "rod 1/(x0_trail − 2·x0_end); μ0 of a pushed rod that has as many",
 )
 def event_frequency(evidence: Evidence) -> Finding:
     rows = evidence.slipping()
@@ -78,17 +79,30 @@ def event_frequency(evidence: Evidence) -> Finding:
         "events per L at the largest μ0": (frequency[-1], "1/L"),
         "values of μ0": (len(rows), "1"),
         "different frequencies on the step grid": (len(np.unique(stepped)), "1"),
-        "values of μ0 above μ_lock": (len(evidence.friction) - len(rows), "1"),
+        "values of μ0 above μ_lock": (len(evidence.locking()), "1"),
     }
     if not rises(-frequency):
         return CONTRADICTED.because("two values of μ0 have one frequency", quantities)
-    if len(rows) < len(evidence.friction):
-        reason = (
-            "the frequency is one-to-one, but above μ_lock the rod swings aside: it is dragged "
-            "from then on, and has other events"
-        )
+    if not len(evidence.locking()):
+        return HOLDS.because("the frequency is one-to-one", quantities)
+    dragged = evidence.trailing()["dragged"].to_numpy()
+    if len(dragged) < len(evidence.locking()):
+        reason = "the frequency is one-to-one up to μ_lock; above it some tips do not slip at all"
         return CONDITION.because(reason, quantities)
-    return HOLDS.because("the frequency is one-to-one", quantities)
+    curve = solve_curve(float(rows["theta"].iloc[0]), evidence.eta)
+    same = float(curve.friction_demand(dragged[-1]))
+    quantities |= {
+        "events per L of the dragged rod, largest μ0": (1.0 / dragged[-1], "1/L"),
+        "μ0 at which a pushed rod has as many": (same, "1"),
+    }
+    if not rises(dragged):
+        return CONTRADICTED.because("two values of μ0 above μ_lock have one frequency", quantities)
+    reason = (
+        "the frequency is one-to-one for a pushed rod; above μ_lock the rod swings aside and is "
+        "dragged from then on: each μ0 has a frequency there, too, but one that a pushed rod has "
+        "on a smoother surface"
+    )
+    return CONDITION.because(reason, quantities)
 
 
 @claim(

@@ -86,22 +86,34 @@ def further_deformed(evidence: Evidence) -> Finding:
     name="end of sticking",
     statement="When static friction reaches its largest force, the tip begins to slip.",
     computed="μ0 of Figure 7 compared with the critical friction coefficient, the largest −tan α "
-    "on the equilibrium path",
+    "on the equilibrium path; |tan α| where a self-locking rod that has swung aside slips",
 )
 def end_of_sticking(evidence: Evidence) -> Finding:
-    locked = int((evidence.friction["status"] == "lock").sum())
+    slipping, locked, trailing = evidence.slipping(), evidence.locking(), evidence.trailing()
     quantities = {
         "critical friction coefficient at θ = 2": (evidence.friction["mu_lock"].iloc[0], "1"),
         "largest μ0 of Figure 7": (evidence.friction["mu0"].max(), "1"),
-        "points that never slip forward": (locked, "1"),
+        "points that never slip forward": (len(locked), "1"),
+        "of these, points that slip after a swing": (len(trailing), "1"),
     }
-    if not locked:
+    if not len(locked):
         return HOLDS.because("it is reached for every μ0", quantities)
-    if locked == len(evidence.friction):
+    if not len(slipping) and not len(trailing):
         return CONTRADICTED.because("it is reached for no μ0", quantities)
-    reason = (
-        "a pushed tip reaches it only for μ0 up to the critical friction coefficient; beyond, a "
-        "round rod swings aside, and its tip slips when it is pulled"
+    reason = "a pushed tip reaches it only for μ0 up to the critical friction coefficient; beyond, "
+    if len(trailing) < len(locked):
+        return CONDITION.because(f"{reason}some tips never slip", quantities)
+    reached = np.abs(np.tan(trailing["alpha_trail"].to_numpy()))
+    away = np.abs(reached / trailing["mu0"].to_numpy() - 1.0).max()
+    quantities |= {
+        "first x0 at which a tip slips after a swing": (trailing["x0_trail"].min(), "L"),
+        "largest deviation of |tan α| from μ0 there": (away, "1"),
+    }
+    if away > NEGLIGIBLE:
+        return CONTRADICTED.because("tips that trail slip at another friction", quantities)
+    reason += (
+        "a round rod swings aside, trails behind the clamp, and its tip slips when it is pulled, "
+        "just where friction has reached its largest force"
     )
     return CONDITION.because(reason, quantities)
 
@@ -110,23 +122,25 @@ def end_of_sticking(evidence: Evidence) -> Finding:
     name="μ0 from the load",
     statement="μ0 follows from the forces and moments that are measured at the clamp.",
     computed="|Fx/Fy| at the clamp at the last sticking state and at the exact onset, compared "
-    "with μ0",
+    "with μ0; the same where a self-locking rod that has swung aside slips",
 )
 def friction_from_forces(evidence: Evidence) -> Finding:
     rows = pd.concat([evidence.taper, evidence.slipping()])
     rows = rows[rows["status"] == "slip"]
 
-    def error(suffix: str) -> FloatArray:
+    def error(suffix: str, rows: pd.DataFrame = rows) -> FloatArray:
         ratio = (rows[f"reaction_fx{suffix}"] / rows[f"reaction_fy{suffix}"]).to_numpy()
         return ratio / rows["mu0"].to_numpy() - 1.0
 
     last, onset = error("_last"), np.abs(error("_slip")).max()
+    trailing = np.abs(error("_trail", evidence.trailing())).max(initial=0.0)
     quantities = {
         "largest error at the exact onset": (onset, "1"),
+        "largest error where a trailing tip slips": (trailing, "1"),
         "largest underestimate at the last state": (-100 * last.min(), "%"),
         "median underestimate": (-100 * float(np.median(last)), "%"),
     }
-    if onset > NEGLIGIBLE or last.max() > NEGLIGIBLE:
+    if max(onset, trailing, last.max()) > NEGLIGIBLE:
         reason = "the ratio of the forces is not μ0 where slip begins"
         return CONTRADICTED.because(reason, quantities)
     if last.min() < -0.001:
@@ -479,6 +493,12 @@ def nonlinear_in_friction(evidence: Evidence) -> Finding:
         )
         if abs(power - 0.5) > 0.01:
             reason = "but not like a square root at the lock"
+        if len(trailing := evidence.trailing()):
+            quantities["x0_trail at the smallest μ0 above μ_lock"] = (
+                trailing["x0_trail"].iloc[0],
+                "L",
+            )
+            reason += "; above the lock sticking ends only after the rod has swung aside"
         return HOLDS.because(reason, quantities)
     return CONTRADICTED.because("a line fits to within a step", quantities)
 
