@@ -34,41 +34,39 @@ def stability_aside(states: RodStates) -> FloatArray:
     """
     rule = gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
-    cos, sin = np.cos(states.phi), np.sin(states.phi)
+    cos, sin = np.cos(states.phi)[:, :, None], np.sin(states.phi)[:, :, None]
     # ω' from u, the square root of its elastic energy density: Σ u² is the sum of torsion and
-    # bending; each column belongs to the twist or to the bend at one node.
-    root = np.sqrt(rule.weights * compliance)
+    # bending. The variables are the twists at all nodes, ω' = twist·t, then the bends, bend·n.
+    root = np.sqrt(rule.weights * compliance)[:, :, None]
     twist, bend = root * np.sqrt(1.0 + POISSON_RATIO), root
-    slope_x = _side_by_side(twist * cos, -bend * sin)
-    slope_y = _side_by_side(twist * sin, bend * cos)
-    turn_x = rule.from_start @ (slope_x / rule.weights[:, None])
-    turn_y = rule.from_start @ (slope_y / rule.weights[:, None])
+    integral = rule.from_start / rule.weights
+    turn_x = np.concatenate([integral * _row(twist * cos), -integral * _row(bend * sin)], axis=2)
+    turn_y = np.concatenate([integral * _row(twist * sin), integral * _row(bend * cos)], axis=2)
+    along, across = cos * turn_x + sin * turn_y, cos * turn_y - sin * turn_x
 
-    def form(left: FloatArray, values: FloatArray, right: FloatArray) -> FloatArray:
-        return np.asarray(np.swapaxes(left, 1, 2) @ (values[:, :, None] * right))
+    # In (D1) −(F·ω)(ω·t) + (F·t)·|ω|² is (ω·n)·(fx·ωy − fy·ωx), and −M·(ω×ω')_z is
+    # M·((ω·n)·(ω'·t) − (ω·t)·(ω'·n)), with ω' at a node from the variables there alone.
+    load = (rule.weights * density)[:, :, None]
+    lever = states.fx[:, None, None] * turn_y - states.fy[:, None, None] * turn_x
+    moment = bending_moment(states)[:, :, None]
+    half = np.swapaxes(across, 1, 2) @ (load * lever)
+    half[:, :, : states.nodes] += np.swapaxes(moment * twist * across, 1, 2)
+    half[:, :, states.nodes :] -= np.swapaxes(moment * bend * along, 1, 2)
 
-    moment, load = bending_moment(states), rule.weights * density
-    fx, fy = states.fx[:, None] * load, states.fy[:, None] * load
-    half = (
-        form(turn_y, moment, slope_x)
-        - form(turn_x, moment, slope_y)
-        + form(turn_x, fy * sin, turn_x)
-        + form(turn_y, fx * cos, turn_y)
-        - form(turn_x, fx * sin + fy * cos, turn_y)
-    )
-    quadratic = 0.5 * (half + np.swapaxes(half, 1, 2))
-    held = np.vecmat(load * cos, turn_y) - np.vecmat(load * sin, turn_x)
+    held = (load * across).sum(axis=1)
     held /= np.linalg.norm(held, axis=1, keepdims=True)
     # Along `held` itself the projected form is zero, which no margin exceeds.
-    across = np.eye(held.shape[1]) - held[:, :, None] * held[:, None, :]
-    projected = across @ quadratic @ across
-    found = np.isfinite(projected).all(axis=(1, 2))
+    image = np.matvec(half, held) + np.vecmat(held, half)
+    image -= 0.5 * np.vecdot(held, image)[:, None] * held
+    half -= image[:, :, None] * held[:, None]
+    found = np.isfinite(image).all(axis=1)
     margin = np.full(len(states), np.nan)
-    margin[found] = 1.0 + np.linalg.eigvalsh(projected[found])[:, 0]
+    projected = half[found]
+    projected += np.swapaxes(half[found], 1, 2)
+    margin[found] = 1.0 + 0.5 * np.linalg.eigvalsh(projected)[:, 0]
     return margin
 
 
-def _side_by_side(twist: FloatArray, bend: FloatArray) -> FloatArray:
-    """Two diagonal matrices for each state, side by side."""
-    eye = np.eye(twist.shape[1])
-    return np.concatenate([twist[:, :, None] * eye, bend[:, :, None] * eye], axis=2)
+def _row(column: FloatArray) -> FloatArray:
+    """Values at the nodes as a row of each state's matrix."""
+    return np.swapaxes(column, 1, 2)

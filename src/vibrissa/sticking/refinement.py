@@ -63,9 +63,9 @@ HALVINGS = 6
 # The margin of stability is smooth and costs more than a state, and a shape that is inadmissible
 # stays so for long: fewer states tell both.
 STATES_LOOKED_AT = 17
-# Part of the nodes that tells the margin as well as these states do, and the fewest.
+# Part of the nodes that tells the margins as well as these states do, and the fewest for each.
 STABILITY_NODES = 0.45
-FEWEST_STABILITY_NODES = 16
+FEWEST_STABILITY_NODES, FEWEST_NODES_ASIDE = 16, 12
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -416,11 +416,12 @@ def _finished(
 
 def _margins(path: RodStates, pieces: Pieces) -> dict[str, FloatArray]:
     """Margins of stability of the states of a path, each of shape (states, pieces)."""
-    nodes = max(FEWEST_STABILITY_NODES, round(STABILITY_NODES * path.nodes))
-    states = flat(path.on_nodes(nodes))
+    nodes = round(STABILITY_NODES * path.nodes)
+    states = flat(path.on_nodes(max(nodes, FEWEST_STABILITY_NODES)))
     margins = {"stability": stability(states, pieces.contact)}
     if pieces.section is RodSection.ROUND:
-        margins["stability_aside"] = stability_aside(states)
+        fewer = flat(path.on_nodes(max(nodes, FEWEST_NODES_ASIDE)))
+        margins["stability_aside"] = stability_aside(fewer)
     return {name: values.reshape(path.fx.shape) for name, values in margins.items()}
 
 
