@@ -32,7 +32,7 @@ from vibrissa.errors import ArgumentError, VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.outcomes import Contact
 from vibrissa.proof import Effort
-from vibrissa.proof.period import suitable
+from vibrissa.proof.starting import suitable
 from vibrissa.proof.table import Enclosure, curve_enclosures, state_enclosures
 from vibrissa.study.grid import study_points
 from vibrissa.study.model import Study
@@ -55,21 +55,24 @@ COLUMNS = (
 # Points that one job proves: few, so that an interruption loses little; not too few, as each job
 # covers the path up to its last point.
 POINTS = 24
+# What proves and encloses; the rest of the package shows it to people.
+PROVES = ("critical", "digits", "equilibrium", "flow", "krawczyk", "path", "starting", "table")
 
 Line = dict[str, str]
 
 
 @dataclass(frozen=True)
 class CurveJob:
-    """Some points on one curve."""
+    """Some points on one curve; the first job of a curve proves mu_lock, too."""
 
     theta: Decimal
     eta: Decimal
     points: Sequence[tuple[Decimal, Decimal]]
     effort: Effort
+    lock: bool
 
     def run(self) -> list[Line]:
-        found = curve_enclosures(self.theta, self.eta, self.points, self.effort)
+        found = curve_enclosures(self.theta, self.eta, self.points, self.effort, lock=self.lock)
         return lines(found, self.effort)
 
     def rows(self) -> Iterator[tuple[str, ...]]:
@@ -109,7 +112,8 @@ def jobs(study: Study, effort: Effort | None = None) -> list[Job]:
         points = list(zip(on_curve.mu0, on_curve.dx0, strict=True))
         spent = effort or suitable(key.theta)
         for first in range(0, len(points), POINTS):
-            found.append(CurveJob(key.theta, key.eta, points[first : first + POINTS], spent))
+            part = points[first : first + POINTS]
+            found.append(CurveJob(key.theta, key.eta, part, spent, lock=first == 0))
     for name, state in study.states.items():
         if state.contact in (None, Contact.POINT):
             spent = effort or suitable(state.theta)
@@ -143,8 +147,8 @@ def spelled(value: Decimal | str | None) -> str:
 def code() -> str:
     """Digest of the code that proves and of the version of Arb."""
     digest = sha256(flint.__FLINT_VERSION__.encode())
-    for path in sorted(Path(vibrissa.proof.__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
+    for name in PROVES:
+        digest.update(Path(vibrissa.proof.__file__).with_name(f"{name}.py").read_bytes())
     return digest.hexdigest()[:12]
 
 

@@ -2,9 +2,10 @@
 
 Usage: python validation/proof_sample.py [--points N] [--seed N] [--jobs N]
 
-θ from 1 to 8, η from 0.4 to 0.97, μ0 up to 0.98 of the critical friction coefficient, in tip
-contact. What cannot be proved is printed with its reason. Exit status 1 if the solver is further
-from a proved onset than 1e-11 L.
+θ from 1 to 8, η from 0.4 to 0.97, μ0 up to 0.98 of the critical friction coefficient; every point
+in tip contact or in line contact, by chance. Points are printed as they are done, and in the end a
+table: how many are proved, and why the others are not. Exit status 1 if the solver is further from
+a proved onset than 1e-11 L.
 """
 
 from __future__ import annotations
@@ -13,21 +14,24 @@ import argparse
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from decimal import Decimal
+from statistics import median
+from typing import Any
 
 import numpy as np
 
 from vibrissa import proof, solve_curve
 from vibrissa.decimals import exact
 from vibrissa.errors import NotProvedError
-from vibrissa.outcomes import Status
+from vibrissa.outcomes import Contact
 
 THETA, ETA, SHARE = (1.0, 8.0), (0.4, 0.97), (0.02, 0.98)
 # The solver promises a residual of 1e-12; next to the lock an onset is off by more.
 AGREES = 1e-11
+NO_LOCK = "there is no critical state"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,36 +39,82 @@ class Tried:
     """What became of a point."""
 
     point: str
+    contact: Contact
+    seconds: float
+    kinds: str = ""  # contact of the first and the last state, where it is proved
     radius: Decimal | None = None  # of x0_slip, relative
     off: float = 0.0  # of the solver's x0_slip (L)
     bent_once: bool = False
-    penetrates: bool = False
     note: str = ""
+
+    def __str__(self) -> str:
+        """Say what became of it."""
+        what = self.note or f"{self.kinds}, radius {self.radius:.1E}, off {self.off:.1e}"
+        return f"{self.point}: {what}, {self.seconds:.1f} s"
 
 
 def tried(seed: int) -> Tried:
     """Prove one random point."""
+    begin = time.process_time()
     draw = np.random.default_rng(seed)
     theta, eta = (exact(round(float(draw.uniform(*span)), 4)) for span in (THETA, ETA))
-    curve = solve_curve(float(theta), float(eta))
-    point = f"theta {theta}, eta {eta}"
-    if curve.status is not Status.SOLVED or not np.isfinite(curve.mu_lock):
-        return Tried(point=point, note=f"no lock: {curve.message or 'the tip lifts off'}")
-    mu0 = exact(round(float(draw.uniform(*SHARE)) * curve.mu_lock, 4))
+    share = float(draw.uniform(*SHARE))
+    contact = Contact(draw.choice(list(Contact)))
+    point = f"{contact}, theta {theta}, eta {eta}"
+
+    def became(**found: Any) -> Tried:
+        seconds = time.process_time() - begin
+        return Tried(point=point, contact=contact, seconds=seconds, **found)
+
+    curve = solve_curve(float(theta), float(eta), contact=contact)
+    if not np.isfinite(curve.mu_lock):
+        return became(note=f"{NO_LOCK}: {curve.message or 'the tip lifts off'}")
+    mu0 = exact(round(share * curve.mu_lock, 4))
     point += f", mu0 {mu0}"
     try:
-        found = proof.onset(theta, mu0, eta)
+        found = proof.onset(theta, mu0, eta, contact=contact)
     except NotProvedError as error:
-        return Tried(point=point, note=str(error))
+        return became(note=str(error))
     middle, radius = proof.decimals(found.x0_slip)
     solved = float(curve.onset([float(mu0)])[0])
-    return Tried(
-        point=point,
+    return became(
+        kinds=f"{found.init.contact} to {found.slip.contact}",
         radius=radius / middle,
         off=abs(float(Decimal(solved) - middle)),
         bent_once=found.bent_once,
-        penetrates=bool(found.slip.phi1 < 0),
     )
+
+
+def table(every: Sequence[Tried]) -> Iterator[str]:
+    """Count the points by what became of them, for each kind of contact, in Markdown."""
+    yield f"| {' | '.join(['', *Contact])} |"
+    yield f"| --- |{' --- |' * len(Contact)}"
+    outcomes = [one.kinds or one.note.partition(":")[0] for one in every]
+    proved = sorted({one.kinds for one in every if one.kinds})
+    for outcome in [*proved, *sorted(set(outcomes) - set(proved))]:
+        counts = [
+            sum(
+                o == outcome and one.contact is contact
+                for one, o in zip(every, outcomes, strict=True)
+            )
+            for contact in Contact
+        ]
+        name = f"proved, {outcome}" if outcome in proved else f"not proved: {outcome}"
+        yield f"| {name} | {' | '.join(map(str, counts))} |"
+
+
+def summary(every: Sequence[Tried]) -> Iterator[str]:
+    """Say how narrow the enclosures are, and how far the solver is off."""
+    good = [one for one in every if one.radius is not None]
+    seconds = sorted(one.seconds for one in every)
+    yield f"{len(good)} of {len(every)} points are proved"
+    yield f"processor time of a point: median {median(seconds):.1f} s, longest {seconds[-1]:.1f} s"
+    if good:
+        radii = [one.radius for one in good if one.radius is not None]
+        yield f"radius of x0_slip, relative: median {median(radii):.1E}, largest {max(radii):.1E}"
+        yield f"bent once at alpha = 0, proved: {sum(one.bent_once for one in good)}"
+        worst = max(good, key=lambda one: one.off)
+        yield f"the solver is off by at most {worst.off:.1e} L, at {worst.point}"
 
 
 def main(argv: Sequence[str]) -> int:
@@ -73,24 +123,14 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     options = parser.parse_args(argv)
-    begin = time.monotonic()
+    every = []
     with ProcessPoolExecutor(options.jobs) as pool:
-        seeds = range(options.seed, options.seed + options.points)
-        every = list(pool.map(tried, seeds))
-    good = [one for one in every if one.radius is not None]
-    print(f"{len(good)} of {len(every)} points are proved, in {time.monotonic() - begin:.0f} s")
-    if good:
-        radii = sorted(one.radius for one in good if one.radius is not None)
-        print(f"radius of x0_slip, relative: median {radii[len(radii) // 2]:.1E}, ", end="")
-        print(f"largest {radii[-1]:.1E}")
-        print(f"bent once at alpha = 0, proved: {sum(one.bent_once for one in good)}")
-        print(f"passing through the surface (phi1 < 0): {sum(one.penetrates for one in good)}")
-        worst = max(good, key=lambda one: one.off)
-        print(f"the solver is off by at most {worst.off:.1e} L, at {worst.point}")
-    for one in every:
-        if one.note:
-            print(f"not proved: {one.point}: {one.note}")
-    return 1 if any(one.off > AGREES for one in good) else 0
+        for one in pool.map(tried, range(options.seed, options.seed + options.points)):
+            every.append(one)
+            print(f"{len(every)} of {options.points}: {one}", flush=True)
+    for line in (*table(every), *summary(every)):
+        print(line)
+    return 1 if any(one.off > AGREES for one in every) else 0
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from vibrissa.errors import NotProvedError
 from vibrissa.proof.equilibrium import Rod, inclined, prove
 from vibrissa.proof.flow import Effort, Load
 from vibrissa.proof.path import Path, follow, proved_tube
-from vibrissa.proof.period import start
+from vibrissa.proof.starting import load_at
 
 QUICK = Effort(bits=64, order=12, steps=12)
 LOCK = 0.09236785  # x0 of the critical state at θ = 1, η = 0.85
@@ -35,16 +35,16 @@ def rod():
 @pytest.fixture(scope="module")
 def path(rod, curve):
     with QUICK.spent():
-        init = prove(rod, inclined(arb(0)), start(curve, 0.0))
+        init = prove(rod, inclined(arb(0)), load_at(curve, 0.0))
         return follow(rod, init, beyond=arb("0.1"))
 
 
 def state(rod, curve, mu, x0):
-    return prove(rod, inclined(arb(mu)), start(curve, x0))
+    return prove(rod, inclined(arb(mu)), load_at(curve, x0))
 
 
 def tube(rod, curve, x0, reach):
-    return proved_tube(rod, Load(*map(arb, start(curve, x0))), arb(reach), arb(reach) / 8)
+    return proved_tube(rod, Load(*map(arb, load_at(curve, x0))), arb(reach), arb(reach) / 8)
 
 
 def test_an_onset_on_the_path_is_the_first(path, rod, curve):

@@ -7,7 +7,9 @@ import enclosures
 import proof_sample
 import pytest
 
+from vibrissa.outcomes import Contact
 from vibrissa.proof import Effort
+from vibrissa.proof.starting import path_of
 
 STUDY = """
 study: tiny
@@ -18,9 +20,15 @@ states:
 """
 
 
+def short_path(theta, eta, init, beyond):
+    """A path that ends before −tan α has its maximum, where it would take long to go."""
+    return path_of(theta, eta, init, Decimal("0.02"))
+
+
 @pytest.fixture
 def study(tmp_path, monkeypatch):
     monkeypatch.setattr(enclosures, "suitable", lambda theta: Effort(96, 24, 12))
+    monkeypatch.setattr("vibrissa.proof.table.path_of", short_path)
     path = tmp_path / "tiny.yaml"
     path.write_text(STUDY)
     output = tmp_path / "enclosures.csv"
@@ -30,16 +38,19 @@ def study(tmp_path, monkeypatch):
 
 def test_a_study_is_proved_once(study, capsys, monkeypatch):
     output, arguments = study
-    assert enclosures.main(arguments) == 0
+    # All numbers are proved, but not that mu_lock is the first maximum: the path ends before.
+    assert enclosures.main(arguments) == 1
     said = capsys.readouterr().out
-    assert "18 numbers in 3 rows are proved" in said
-    assert "2 rows are on their path, 0 are not proved to be" in said
+    assert "19 numbers in 3 rows are proved" in said
+    assert "2 rows are on their path, 1 are not proved to be" in said
     text = output.read_text()
+    (line,) = [one for one in text.splitlines() if ",mu_lock," in one]
+    assert line.startswith("curves,0.85,1,,,,mu_lock,0.5145014034947096245") and ",no,," in line
     assert "stiction,0.85,1,0.02,0.0001,,n_steps,3,0,yes,,96,24,12," in text
     # All is there: nothing is proved again.
     monkeypatch.delattr(enclosures, "ProcessPoolExecutor")
     monkeypatch.setattr(enclosures, "ProcessPoolExecutor", Idle, raising=False)
-    assert enclosures.main(arguments) == 0
+    assert enclosures.main(arguments) == 1
     assert output.read_text() == text
 
 
@@ -91,12 +102,31 @@ def test_a_random_point_far_from_the_paper_is_proved(monkeypatch):
     found = proof_sample.tried(1)
     assert found.radius is not None and found.radius < Decimal("1e-10")
     assert found.off < proof_sample.AGREES and found.bent_once
+    assert (found.contact, found.kinds) == ("line", "point to point")
 
 
 def test_a_point_that_cannot_be_proved_is_named(monkeypatch):
     monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: Effort(64, 3, 2))
     found = proof_sample.tried(1)
-    assert found.radius is None and found.note and found.point.startswith("theta ")
+    assert found.radius is None and found.note and found.point.startswith("line, theta ")
+
+
+def test_the_sample_is_counted_by_what_became_of_it():
+    common = {"point": "p", "seconds": 1.0}
+    every = [
+        proof_sample.Tried(
+            contact=Contact.LINE, kinds="point to line", radius=Decimal(1), **common
+        ),
+        proof_sample.Tried(contact=Contact.POINT, note="no lock: it lifts off", **common),
+        proof_sample.Tried(contact=Contact.POINT, note="no lock: it dips", **common),
+    ]
+    assert list(proof_sample.table(every)) == [
+        "|  | point | line |",
+        "| --- | --- | --- |",
+        "| proved, point to line | 0 | 1 |",
+        "| not proved: no lock | 2 | 0 |",
+    ]
+    assert next(proof_sample.summary(every)) == "1 of 3 points are proved"
 
 
 def test_a_study_in_line_contact_is_refused(study, capsys):

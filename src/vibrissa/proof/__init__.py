@@ -6,6 +6,6 @@ require("proof", "flint")
 
 from vibrissa.proof.digits import decimals, spelled  # noqa: E402
 from vibrissa.proof.flow import Effort  # noqa: E402
-from vibrissa.proof.period import ProvedOnset, onset  # noqa: E402
+from vibrissa.proof.period import ProvedLock, ProvedOnset, lock, onset  # noqa: E402
 
-__all__ = ["Effort", "ProvedOnset", "decimals", "onset", "spelled"]
+__all__ = ["Effort", "ProvedLock", "ProvedOnset", "decimals", "lock", "onset", "spelled"]

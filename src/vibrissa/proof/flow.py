@@ -16,7 +16,8 @@ its result for every choice of points in them. A step from s to s + h has three 
    lies in the N-th coefficient of a series that begins anywhere in the box of part 1.
 
 The derivatives with respect to fx, fy and m0 obey the variational equations. They are integrated
-along with the solution, and the three parts hold for them as well.
+along with the solution, and the three parts hold for them as well. So they do for the second
+derivatives, which are integrated where they are asked for.
 
 References
 ----------
@@ -27,7 +28,7 @@ References
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations_with_replacement, pairwise
 from typing import Any, NamedTuple
 
 from flint import arb, arb_series, ctx
@@ -85,9 +86,11 @@ class Section(NamedTuple):
     y: Any
 
 
-# A section and its derivatives with respect to fx, fy and m0, in this order.
-Sections = tuple[Section, Section, Section, Section]
+# A section and its derivatives with respect to fx, fy and m0, in this order; then, where they are
+# asked for, its second derivatives with respect to `PAIRS` of these.
+Sections = tuple[Section, ...]
 Integral = Callable[[Any], Any]
+PAIRS = tuple(combinations_with_replacement(range(3), 2))
 
 
 class Load(NamedTuple):
@@ -104,7 +107,9 @@ class Shot(NamedTuple):
     Attributes
     ----------
     tip : Sections
-        Where s = 1.
+        Where the rod ends.
+    onward : Sections
+        Derivatives of these with respect to the arc length.
     passed : list of Section
         For each step, a box that holds the sections on it.
     ends : list of Section
@@ -112,6 +117,7 @@ class Shot(NamedTuple):
     """
 
     tip: Sections
+    onward: Sections
     passed: list[Section]
     ends: list[Section]
 
@@ -136,7 +142,15 @@ class Vicinity(NamedTuple):
     more: Load
 
 
-def shoot(theta: arb, load: Load, steps: int, vicinity: Vicinity | None = None) -> Shot:
+def shoot(
+    theta: arb,
+    load: Load,
+    steps: int,
+    vicinity: Vicinity | None = None,
+    *,
+    end: arb | None = None,
+    second: bool = False,
+) -> Shot:
     """Integrate a rod from its clamp to its tip.
 
     Parameters
@@ -149,6 +163,10 @@ def shoot(theta: arb, load: Load, steps: int, vicinity: Vicinity | None = None) 
         Number of steps.
     vicinity : Vicinity, optional
         Of all loads in the box those that are meant. The result is narrower then.
+    end : arb, optional
+        Arc length at which the rod ends, instead of 1; a ball holds all ends that are meant.
+    second : bool, optional
+        Whether to integrate the second derivatives, too.
 
     Returns
     -------
@@ -159,16 +177,21 @@ def shoot(theta: arb, load: Load, steps: int, vicinity: Vicinity | None = None) 
     NotProvedError
         If a step is too long.
     """
-    grid = [*(place(theta, arb(k) / steps).mid() for k in range(steps)), arb(1)]
-    sections = at_clamp(load.m0)
+    length = arb(1) if end is None else end
+    taper = 1 / diameter(theta, length.mid())
+    inner = (length.mid() * place(taper, arb(k) / steps) for k in range(steps))
+    grid = [*(s.mid() for s in inner), length]
+    sections = at_clamp(load.m0, second)
     passed, ends = [], []
-    for number, (s, end) in enumerate(pairwise(grid)):
-        sections, box = step(theta, load, sections, s, end - s)
+    for number, (s, next_s) in enumerate(pairwise(grid)):
+        sections, box = step(theta, load, sections, s, next_s - s)
         if vicinity is not None:
             sections = narrowed(sections, vicinity.shot.ends[number], vicinity)
         passed.append(box[0])
         ends.append(sections[0])
-    return Shot(tip=sections, passed=passed, ends=ends)
+    compliance = diameter(theta, length) ** -4
+    onward = tuple(rate._replace(phi=compliance * rate.phi) for rate in rates(sections, load))
+    return Shot(tip=sections, onward=onward, passed=passed, ends=ends)
 
 
 def narrowed(sections: Sections, middle: Section, vicinity: Vicinity) -> Sections:
@@ -186,7 +209,7 @@ def narrowed(sections: Sections, middle: Section, vicinity: Vicinity) -> Section
     -------
     Sections
     """
-    first, of_fx, of_fy, of_m0 = sections
+    first, of_fx, of_fy, of_m0, *_ = sections
     changes = (
         sum((d * t for d, t in zip(of_load, vicinity.direction, strict=True)), arb(0))
         * vicinity.multiple
@@ -195,7 +218,12 @@ def narrowed(sections: Sections, middle: Section, vicinity: Vicinity) -> Section
     )
     known = zip(first, middle, changes, strict=True)
     narrow = Section(*(wide.intersection(value + change) for wide, value, change in known))
-    return narrow, of_fx, of_fy, of_m0
+    return narrow, *sections[1:]
+
+
+def diameter(theta: arb, s: arb) -> arb:
+    """Return the diameter at an arc length, in units of that at the clamp."""
+    return 1 - (1 - 1 / theta) * s
 
 
 def place(theta: arb, share: arb) -> arb:
@@ -208,11 +236,12 @@ def place(theta: arb, share: arb) -> arb:
     return theta * share * (inverse + 1) / ((root + 1) * inverse**2)
 
 
-def at_clamp(m0: arb) -> Sections:
+def at_clamp(m0: arb, second: bool = False) -> Sections:
     """Return the section at the clamp, where only the moment is not fixed."""
     zero, one = arb(0), arb(1)
     fixed = Section(zero, zero, zero, zero)
-    return Section(arb.pi() / 2, m0, zero, zero), fixed, fixed, fixed._replace(m=one)
+    first = Section(arb.pi() / 2, m0, zero, zero), fixed, fixed, fixed._replace(m=one)
+    return first + len(PAIRS) * (fixed,) if second else first
 
 
 def step(theta: arb, load: Load, start: Sections, s: arb, h: arb) -> tuple[Sections, Sections]:
@@ -238,7 +267,7 @@ def step(theta: arb, load: Load, start: Sections, s: arb, h: arb) -> tuple[Secti
         If the step is too long.
     """
     slope = 1 - 1 / theta
-    thickness, thickness_on_step = 1 - slope * s, 1 - slope * (s + arb(0).union(h))
+    thickness, thickness_on_step = diameter(theta, s), diameter(theta, s + arb(0).union(h))
     box = box_on_step(start, load, thickness_on_step, h)
     known = taylor(start, load, thickness, slope)
     rest = taylor(box, load, thickness_on_step, slope)
@@ -256,8 +285,7 @@ def _sum(known: arb_series, rest: arb_series, h: arb) -> arb:
 
 def _each(function: Callable[..., Any], *sections: Sections) -> Sections:
     """Apply a function to each number of sections."""
-    first, fx, fy, m0 = (Section(*map(function, *parts)) for parts in zip(*sections, strict=True))
-    return first, fx, fy, m0
+    return tuple(Section(*map(function, *parts)) for parts in zip(*sections, strict=True))
 
 
 def picard(
@@ -284,32 +312,70 @@ def picard(
     -------
     Sections
     """
-    (phi, _, _, _), *tangents = guess
-    fx, fy, _ = load
-    sin, cos = phi.sin_cos()
-    hold = fx * cos + fy * sin
-    moment = start[0].m + integral(fx * sin - fy * cos)
-    found = [
-        Section(
-            phi=start[0].phi + integral(compliance * moment),
-            m=moment,
-            x=start[0].x + integral(cos),
-            y=start[0].y + integral(sin),
-        )
-    ]
-    # The force stands in m' itself; the moment at the clamp only where the rod begins.
-    for begin, tangent, direct in zip(start[1:], tangents, (sin, -cos, 0), strict=True):
-        moment = begin.m + integral(hold * tangent.phi + direct)
+    found = []
+    for begin, rate in zip(start, rates(guess, load), strict=True):
+        moment = begin.m + integral(rate.m)
         found.append(
             Section(
                 phi=begin.phi + integral(compliance * moment),
                 m=moment,
-                x=begin.x - integral(sin * tangent.phi),
-                y=begin.y + integral(cos * tangent.phi),
+                x=begin.x + integral(rate.x),
+                y=begin.y + integral(rate.y),
             )
         )
-    first, of_fx, of_fy, of_m0 = found
-    return first, of_fx, of_fy, of_m0
+    return tuple(found)
+
+
+def rates(sections: Sections, load: Load) -> Sections:
+    """Evaluate the right-hand sides of the equations, and of the variational equations.
+
+    With P = fx·sin φ − fy·cos φ and H = ∂P/∂φ = fx·cos φ + fy·sin φ, differentiated once and twice,
+    an index for each load,
+
+        P_i  = H·φ_i + d_i,                                    d = (sin φ, −cos φ, 0),
+        P_ij = H·φ_ij − P·φ_i·φ_j + e_i·φ_j + e_j·φ_i,         e = (cos φ, sin φ, 0).
+
+    Parameters
+    ----------
+    sections : Sections
+        Power series or boxes.
+    load : Load
+
+    Returns
+    -------
+    Sections
+        Their derivatives with respect to the arc length, with B·φ' = m in the place of φ'.
+    """
+    (phi, m, _, _), *others = sections
+    tangents, curvatures = others[:3], others[3:]
+    fx, fy, _ = load
+    sin, cos = phi.sin_cos()
+    pull, hold = fx * sin - fy * cos, fx * cos + fy * sin
+    found = [Section(m, pull, cos, sin)]
+    # The force stands in m' itself; the moment at the clamp only where the rod begins.
+    for tangent, direct in zip(tangents, (sin, -cos, 0), strict=True):
+        found.append(
+            Section(
+                phi=tangent.m,
+                m=hold * tangent.phi + direct,
+                x=-(sin * tangent.phi),
+                y=cos * tangent.phi,
+            )
+        )
+    # Without second derivatives there are no curvatures.
+    turned = cos, sin, 0
+    for curvature, (i, j) in zip(curvatures, PAIRS, strict=False):
+        one, other = tangents[i].phi, tangents[j].phi
+        both = one * other
+        found.append(
+            Section(
+                phi=curvature.m,
+                m=hold * curvature.phi - pull * both + turned[i] * other + turned[j] * one,
+                x=-(sin * curvature.phi) - cos * both,
+                y=cos * curvature.phi - sin * both,
+            )
+        )
+    return tuple(found)
 
 
 def taylor(start: Sections, load: Load, thickness: arb, slope: arb) -> Sections:

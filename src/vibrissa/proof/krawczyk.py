@@ -1,8 +1,83 @@
-"""Krawczyk's test whether a box holds exactly one solution of a system of equations."""
+"""Solutions of a system of equations: Newton's method, and Krawczyk's test of what it finds."""
 
-from flint import arb_mat
+from collections.abc import Callable, Sequence
+
+from flint import arb, arb_mat
 
 from vibrissa.errors import NotProvedError
+
+# Values and derivatives of F at a point, or balls that hold them everywhere in a box: of shapes
+# (n, 1), (n, 1) and (n, n).
+System = Callable[[arb_mat], tuple[arb_mat, arb_mat]]
+
+# A box reaches so many times as far as Newton's last correction.
+REACH = 2
+# More of Newton's corrections do not help: they began too far away.
+CORRECTIONS = 10
+
+
+def solution(system: System, near: Sequence[arb | float]) -> tuple[arb_mat, arb_mat]:
+    """Find a solution, and prove that it is one.
+
+    Parameters
+    ----------
+    system : callable
+    near : sequence of float, length n
+        Where Newton's method starts. No proof depends on where it came from.
+
+    Returns
+    -------
+    image, box : arb_mat, shape (n, 1)
+        `box` holds exactly one solution, and `image` holds it.
+
+    Raises
+    ------
+    NotProvedError
+        If Newton's method does not converge, or Krawczyk's test fails.
+    """
+    centre = arb_mat([[arb(value)] for value in near])
+    for _ in range(CORRECTIONS):
+        values, slopes = system(centre)
+        correction = middle_inverse(slopes) * values
+        # Until it cannot be told from the errors of the integration.
+        if all(change.contains(0) for change in correction.entries()):
+            return examined(system, centre, values, reached(correction))
+        centre = (centre - correction).mid()
+    raise NotProvedError("Newton's method does not converge")
+
+
+def examined(
+    system: System, centre: arb_mat, values: arb_mat, reach: arb_mat
+) -> tuple[arb_mat, arb_mat]:
+    """Prove that there is exactly one solution in a box.
+
+    Parameters
+    ----------
+    system : callable
+    centre, values, reach : arb_mat, shape (n, 1)
+        Middle of the box, by how much it misses the equations, and half the box's widths.
+
+    Returns
+    -------
+    image, box : arb_mat, shape (n, 1)
+        As `solution` returns them.
+
+    Raises
+    ------
+    NotProvedError
+        If Krawczyk's test fails.
+    """
+    box = arb_mat([[arb(c, r)] for c, r in zip(centre.entries(), reach.entries(), strict=True)])
+    _, slopes = system(box)
+    return krawczyk(centre, values, box, slopes), box
+
+
+def reached(correction: arb_mat) -> arb_mat:
+    """Say how far a box should reach, given Newton's correction at its centre."""
+    sizes = [abs(change).upper() for change in correction.entries()]
+    # A part that happens to change little is not known better than the others.
+    least = max(sizes, key=float) / 8
+    return arb_mat([[REACH * max(size, least, key=float)] for size in sizes])
 
 
 def krawczyk(centre: arb_mat, values: arb_mat, box: arb_mat, slopes: arb_mat) -> arb_mat:

@@ -6,16 +6,18 @@ covered by tubes, each for an interval of fx: the load lies near a straight line
     (fx, fy, m0) = centre + (fx − centre.fx)·(1, a, b) + a little more,
 
 and Krawczyk's test proves, for all fx of the interval at once, that exactly one load in the tube is
-an equilibrium. Where two tubes meet, their equilibria at a common fx are the same: all that the one
-may have there lies in the other. On a tube the derivatives along the path are enclosed, and their
-signs tell whether the clamp advances, and whether −tan α rises.
+an equilibrium. Where two tubes meet, their equilibria at a common fx are the same: a small box that
+holds that of the one lies in the other. On a tube the derivatives along the path are enclosed, and
+their signs tell whether the clamp advances, and whether −tan α rises. Where −tan α has its maximum,
+and the sign of its derivative is open, the next derivative tells that it has no other one there.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from flint import arb, arb_mat
 
 from vibrissa.errors import NotProvedError
+from vibrissa.proof.critical import turning
 from vibrissa.proof.equilibrium import Equilibrium, Rod
 from vibrissa.proof.flow import Load, Shot, Vicinity, shoot
 from vibrissa.proof.krawczyk import inside, middle_inverse, operator
@@ -28,11 +30,13 @@ ATTEMPTS = 4
 # whether −tan α rises; relative to the force at α = 0.
 FIRST, SHORTEST, OPEN = 2.0**-6, 2.0**-20, 2.0**-12
 # How much longer the next tube may be, and how far two of them overlap.
-LONGER, OVERLAP = 1.5, 2.0**-6
+LONGER, OVERLAP = 1.25, 2.0**-6
 # How often Krawczyk's operator is applied to narrow a tube.
 REPEATED = 4
 # Newton's corrections of a centre.
 CORRECTIONS = 6
+# Nothing to be added to a load.
+NOTHING = Load(arb(0), arb(0), arb(0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,10 +53,14 @@ class Tube:
         Balls around zero: how far loads of the tube may be from the line.
     found : Load
         The same for the equilibria, which is narrower.
+    last : Load
+        Enclosure of the equilibrium where the tube ends, at the fx farthest from α = 0.
     mu : arb
         −tan α of the equilibria.
     rise, advance : arb
         Derivatives of −tan α and of x0 with respect to −fx.
+    bend : arb or None
+        Where the sign of `rise` is open: derivative of `turning` with respect to fx.
     """
 
     centre: Load
@@ -60,9 +68,17 @@ class Tube:
     reach: arb
     more: Load
     found: Load
+    last: Load
     mu: arb
     rise: arb
     advance: arb
+    bend: arb | None
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether −tan α only rises, only falls, or has one extremum at most: proved, if true."""
+        known = self.rise if self.bend is None else self.bend
+        return bool(known > 0 or known < 0)
 
     def loads_at(self, fx: arb, more: Load) -> Load:
         """Return the loads at some fx on the line, and what may be added."""
@@ -75,13 +91,12 @@ class Tube:
         """Whether all loads of a box lie in the tube: proved, if true."""
         if not abs(load.fx - self.centre.fx) <= self.reach:
             return False
-        line = self.loads_at(load.fx, Load(arb(0), arb(0), arb(0)))
+        line = self.loads_at(load.fx, NOTHING)
         return self.more.fy.contains(load.fy - line.fy) and self.more.m0.contains(load.m0 - line.m0)
 
     def meets(self, other: "Tube") -> bool:
         """Whether the other tube goes on where this one ends: proved, if true."""
-        end = self.centre.fx - self.reach
-        return other.holds(self.loads_at(end, self.found))
+        return other.holds(self.last)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +127,21 @@ class Path:
                 return True
             if not (tube.mu < mu0 and tube.advance > 0):
                 return False
+        return False
+
+    def peaks_first(self, critical: Equilibrium) -> bool:
+        """Whether −tan α rises up to a critical state, and falls behind: proved, if true."""
+        bends: list[arb] = []
+        passed = False
+        for tube in self.tubes:
+            if tube.rise < 0:
+                # `turning` is monotone where it may vanish, and differs in sign at both ends.
+                return passed and (all(b > 0 for b in bends) or all(b < 0 for b in bends))
+            if not tube.advance > 0:
+                return False
+            if tube.bend is not None:
+                bends.append(tube.bend)
+                passed = passed or tube.holds(critical.load)
         return False
 
 
@@ -146,9 +176,7 @@ def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
         except NotProvedError:
             reach = reach / 2
             continue
-        # Near the maximum of −tan α no tube is so short that it only rises or only falls.
-        open_sign = not (tube.rise > 0 or tube.rise < 0) and reach > scale * OPEN
-        if open_sign or not tube.advance > 0:
+        if not (tube.one_sided or reach < scale * OPEN) or not tube.advance > 0:
             reach = reach / 2
             continue
         tubes.append(tube)
@@ -162,7 +190,7 @@ def _ends(tube: Tube, beyond: arb | None) -> bool:
 
 
 def _end(tubes: list[Tube]) -> arb:
-    return tubes[-1].centre.fx - tubes[-1].reach if tubes else arb(0)
+    return tubes[-1].last.fx if tubes else arb(0)
 
 
 def next_tube(rod: Rod, init: Equilibrium, tubes: list[Tube], reach: arb) -> Tube:
@@ -174,17 +202,9 @@ def next_tube(rod: Rod, init: Equilibrium, tubes: list[Tube], reach: arb) -> Tub
         If it is none, or does not meet the one before.
     """
     fx = (_end(tubes) - reach * (1 - OVERLAP)).mid()
-    if not tubes:
-        tube = proved_tube(rod, Load(fx, init.load.fy.mid(), init.load.m0.mid()), reach, reach / 8)
-        joined = tube.holds(init.load)
-    else:
-        before = tubes[-1]
-        guess = before.loads_at(fx, Load(arb(0), arb(0), arb(0)))
-        # As wide as the one before at least: it has to hold what was found there.
-        known = max((SLACK * abs(part).upper() for part in before.found), key=float)
-        width = max(reach / 8, known, key=float)
-        tube = proved_tube(rod, Load(fx, guess.fy.mid(), guess.m0.mid()), reach, width)
-        joined = before.meets(tube)
+    _, fy, m0 = tubes[-1].loads_at(fx, NOTHING) if tubes else init.load
+    tube = proved_tube(rod, Load(fx, fy.mid(), m0.mid()), reach, reach / 8)
+    joined = tubes[-1].meets(tube) if tubes else tube.holds(init.load)
     if not joined:
         raise NotProvedError("two tubes do not meet")
     return tube
@@ -228,13 +248,28 @@ def proved_tube(rod: Rod, near: Load, reach: arb, width: arb) -> Tube:
         missed = values + (of_fx + slopes * along) * multiple
         image = operator(zero, missed, more, slopes)
         if inside(image, more):
-            # What is outside of the operator's image is no equilibrium, again and again.
-            for _ in range(REPEATED):
-                image = operator(zero, missed, image, slopes)
+            image = _narrowed(missed, image, slopes)
             found = Load(arb(0), *image.entries())
-            return _described(centre, direction, reach, extra, found, wide, of_fx, slopes)
+            end = Load(*(c - d * reach for c, d in zip(centre, direction, strict=True)))
+            missed, _, _ = moment_and_height(rod, shoot(rod.theta, end, rod.steps))
+            _, fy, m0 = end
+            fy, m0 = (arb_mat([[fy], [m0]]) + _narrowed(missed, image, slopes)).entries()
+            last = Load(end.fx, fy, m0)
+            tube = _described(centre, direction, reach, extra, found, last, wide, of_fx, slopes)
+            if tube.rise > 0 or tube.rise < 0:
+                return tube
+            meant = Vicinity(shot, direction, multiple, extra)
+            return replace(tube, bend=_bend(rod, tube, box, meant))
         more = arb_mat([[arb(0, SLACK * abs(part).upper())] for part in image.entries()])
     raise NotProvedError("Krawczyk's test fails")
+
+
+def _narrowed(missed: arb_mat, more: arb_mat, slopes: arb_mat) -> arb_mat:
+    """Narrow where the equilibria are: what is outside of the operator's image is none."""
+    zero = arb_mat([[0], [0]])
+    for _ in range(REPEATED):
+        more = operator(zero, missed, more, slopes)
+    return more
 
 
 def _described(
@@ -243,6 +278,7 @@ def _described(
     reach: arb,
     more: Load,
     found: Load,
+    last: Load,
     wide: Shot,
     of_fx: arb_mat,
     slopes: arb_mat,
@@ -260,10 +296,21 @@ def _described(
         reach=reach,
         more=more,
         found=found,
+        last=last,
         mu=centre.fx / (centre.fy + found.fy) + rise * multiple,
         rise=rise,
         advance=x_fx + x_fy * fy_rate + x_m0 * m0_rate,
+        bend=None,
     )
+
+
+def _bend(rod: Rod, tube: Tube, box: Load, vicinity: Vicinity) -> arb:
+    """Enclose the derivative of `turning` along the path, with respect to fx."""
+    shot = shoot(rod.theta, box, rod.steps, vicinity, second=True)
+    _, of_fx, slopes = moment_and_height(rod, shot)
+    rates = slopes.solve(-of_fx, algorithm="precond").entries()
+    _, change = turning(tube.loads_at(box.fx, tube.found), shot)
+    return change.fx + sum((c * r for c, r in zip(change[1:], rates, strict=True)), arb(0))
 
 
 def corrected(rod: Rod, near: Load, reach: arb) -> tuple[Load, Shot]:
@@ -279,7 +326,7 @@ def corrected(rod: Rod, near: Load, reach: arb) -> tuple[Load, Shot]:
         shot = shoot(rod.theta, load, rod.steps)
         values, _, slopes = moment_and_height(rod, shot)
         change = middle_inverse(slopes) * values
-        if all(abs(part) < reach * 2.0**-10 for part in change.entries()):
+        if all(abs(part.mid()) < reach * 2.0**-10 for part in change.entries()):
             return load, shot
         fy, m0 = (arb_mat([[load.fy], [load.m0]]) - change).mid().entries()
         load = Load(load.fx, fy, m0)
@@ -303,6 +350,6 @@ def moment_and_height(rod: Rod, shot: Shot) -> tuple[arb_mat, arb_mat, arb_mat]:
     slopes : arb_mat, shape (2, 2)
         Derivatives with respect to fy and m0.
     """
-    tip, x, y, m = shot.tip
+    tip, x, y, m, *_ = shot.tip
     values = arb_mat([[tip.m], [tip.y - rod.eta]])
     return values, arb_mat([[x.m], [x.y]]), arb_mat([[y.m, m.m], [y.y, m.y]])

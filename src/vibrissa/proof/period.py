@@ -2,15 +2,18 @@
 
 from dataclasses import dataclass
 from decimal import Decimal
+from itertools import pairwise
 
 import numpy as np
-from flint import arb, fmpq
+from flint import arb
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError, NotProvedError
-from vibrissa.proof.equilibrium import Equilibrium, Rod, inclined, prove
+from vibrissa.outcomes import Contact
+from vibrissa.proof.critical import prove_critical
+from vibrissa.proof.equilibrium import Equilibrium, inclined, prove, tangential
 from vibrissa.proof.flow import Effort
-from vibrissa.proof.path import Path, follow
+from vibrissa.proof.starting import ball, load_at, path_of, prove_at, rod_of, suitable
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
@@ -20,7 +23,7 @@ Number = float | Decimal | str
 
 @dataclass(frozen=True, kw_only=True)
 class ProvedOnset:
-    """First and last state of a period of sticking, in tip contact.
+    """First and last state of a period of sticking.
 
     Attributes
     ----------
@@ -30,6 +33,8 @@ class ProvedOnset:
         State with −tan α = μ0.
     x0_slip : arb
         How far the clamp moves between the two (L).
+    switches : tuple of Equilibrium
+        States between the two in which the contact changes its kind, φ1 = 0 and s_c = 1.
     bent_once : bool
         Whether the rod is bent once in the first state: m < 0 from the clamp up to the tip.
     first : bool or None
@@ -39,11 +44,21 @@ class ProvedOnset:
     init: Equilibrium
     slip: Equilibrium
     x0_slip: arb
+    switches: tuple[Equilibrium, ...]
     bent_once: bool
     first: bool | None
 
     def columns(self) -> dict[str, arb]:
         """Return the enclosures, by the names that the tables have for them."""
+        switched = {
+            f"x0_switch_{number}": self.init.offset - switch.offset
+            for number, switch in enumerate(self.switches, start=1)
+        }
+        lying = {
+            f"s_c_{name}": state.s_c
+            for name, state in (("init", self.init), ("slip", self.slip))
+            if state.contact is Contact.LINE
+        }
         return {
             "x1_init": self.init.offset,
             "f_init": self.init.f,
@@ -56,6 +71,46 @@ class ProvedOnset:
             "reaction_fx_slip": self.slip.load.fx,
             "reaction_fy_slip": self.slip.load.fy,
             "reaction_m_slip": self.slip.load.m0,
+            **lying,
+            **switched,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProvedLock:
+    """First and critical state of the path of a sticking tip, in tip contact.
+
+    Attributes
+    ----------
+    init : Equilibrium
+        State with α = 0.
+    critical : Equilibrium
+        State where −tan α is stationary.
+    mu_lock : arb
+        −tan α there.
+    x0_lock : arb
+        How far the clamp moves between the two (L).
+    first : bool or None
+        Whether −tan α rises strictly on the path from α = 0 to this state, and falls behind; None
+        if not asked.
+    """
+
+    init: Equilibrium
+    critical: Equilibrium
+    mu_lock: arb
+    x0_lock: arb
+    first: bool | None
+
+    def columns(self) -> dict[str, arb]:
+        """Return the enclosures, by the names that the tables have for them."""
+        return {
+            "mu_lock": self.mu_lock,
+            "x0_lock": self.x0_lock,
+            "f_lock": self.critical.f,
+            "phi1_lock": self.critical.phi1,
+            "reaction_fx_lock": self.critical.load.fx,
+            "reaction_fy_lock": self.critical.load.fy,
+            "reaction_m_lock": self.critical.load.m0,
         }
 
 
@@ -64,6 +119,7 @@ def onset(
     mu0: Number,
     eta: Number,
     *,
+    contact: str = Contact.POINT,
     first: bool = False,
     effort: Effort | None = None,
 ) -> ProvedOnset:
@@ -77,9 +133,12 @@ def onset(
         Coefficient of static friction, positive.
     eta : float, Decimal or str
         Clamp–surface distance, 0 < eta < 1 (L).
+    contact : str
+        ``point``: the tip alone touches; ``line``: the rod lies along the surface where it would
+        pass through it. The kind of contact of both states is proved then, too.
     first : bool, optional
-        Also prove that the path from α = 0 leads to this onset, and to no other before. This takes
-        ten times as long.
+        Also prove that the path from α = 0 leads to this onset, and to no other before, in tip
+        contact. This takes ten times as long.
     effort : Effort, optional
         Without one, what gives some 25 digits for this taper.
 
@@ -103,7 +162,9 @@ def onset(
     number = numbers(theta=theta, mu0=mu0, eta=eta)
     if not number["mu0"] > 0:
         raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
-    curve = solve_curve(float(number["theta"]), float(number["eta"]))
+    if first and contact != Contact.POINT:
+        raise ArgumentError("first: paths are proved in tip contact alone (contact: point)")
+    curve = solve_curve(float(number["theta"]), float(number["eta"]), contact=contact)
     x0_slip = curve.onset([float(number["mu0"])])[0]
     if np.isnan(x0_slip):
         raise NotProvedError(
@@ -111,31 +172,87 @@ def onset(
         )
     effort = effort or suitable(number["theta"])
     with effort.spent():
-        rod = Rod(theta=ball(number["theta"]), eta=ball(number["eta"]), steps=effort.steps)
-        init = prove(rod, inclined(arb(0)), start(curve, 0.0))
-        slip = prove(rod, inclined(ball(number["mu0"])), start(curve, float(x0_slip)))
+        rod = rod_of(number["theta"], number["eta"], effort)
+        init = prove_at(rod, inclined(arb(0)), curve, 0.0)
+        slip = prove_at(rod, inclined(ball(number["mu0"])), curve, float(x0_slip))
+        switches = tuple(
+            prove(rod, tangential(), load_at(curve, x0)) for x0 in _switches(curve, float(x0_slip))
+        )
         x0 = init.offset - slip.offset
+    if contact == Contact.LINE and not (init.keeps_contact() and slip.keeps_contact()):
+        raise NotProvedError("a state is too near a change of contact to tell its kind")
     proved = None
     if first:
         path = path_of(number["theta"], number["eta"], init, beyond=number["mu0"])
         proved = path.slips_first(slip)
-    return ProvedOnset(init=init, slip=slip, x0_slip=x0, bent_once=init.bent_once(), first=proved)
+    return ProvedOnset(
+        init=init,
+        slip=slip,
+        x0_slip=x0,
+        switches=switches,
+        bent_once=init.bent_once(),
+        first=proved,
+    )
 
 
-def path_of(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path:
-    """Cover the path from a proved state α = 0 on; see `vibrissa.proof.path.follow`.
+def _switches(curve: StickingCurve, x0_slip: float) -> list[float]:
+    """Return where the contact changes its kind before the onset, as the solver has it."""
+    return [
+        piece.first_x0
+        for before, piece in pairwise(curve.pieces)
+        if piece.contact is not before.contact and piece.first_x0 < x0_slip
+    ]
 
-    Tubes are so wide that few digits are enough.
+
+def lock(
+    theta: Number, eta: Number, *, first: bool = False, effort: Effort | None = None
+) -> ProvedLock:
+    """Prove that −tan α is stationary in a state of the rod, and enclose μ_lock.
+
+    Parameters
+    ----------
+    theta : float, Decimal or str
+        Taper factor, at least 1.
+    eta : float, Decimal or str
+        Clamp–surface distance, 0 < eta < 1 (L).
+    first : bool, optional
+        Also prove that −tan α rises strictly on the path from α = 0 up to this state, and falls
+        behind it. This takes ten times as long.
+    effort : Effort, optional
+        Without one, what gives some 20 digits for this taper.
+
+    Returns
+    -------
+    ProvedLock
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range.
+    NotProvedError
+        If no critical state is known, or no proof was found.
+
+    Examples
+    --------
+    >>> found = lock(theta=2, eta=0.85)
+    >>> print(found.mu_lock.str(20))
+    [0.47757140928181466471 +/- 1.41e-21]
     """
-    effort = Effort(bits=64, order=16, steps=max(12, round(7 * float(theta) ** 0.75)))
+    number = numbers(theta=theta, eta=eta)
+    curve = solve_curve(float(number["theta"]), float(number["eta"]))
+    if not np.isfinite(curve.mu_lock):
+        raise NotProvedError("no critical state is known: the tip lifts off, or the path ends")
+    effort = effort or suitable(number["theta"])
     with effort.spent():
-        rod = Rod(theta=ball(theta), eta=ball(eta), steps=effort.steps)
-        return follow(rod, init, None if beyond is None else ball(beyond))
-
-
-def suitable(theta: Decimal) -> Effort:
-    """Choose the effort for a taper: a thin tip needs more steps."""
-    return Effort(steps=max(16, round(8 * float(theta) ** 0.75)))
+        rod = rod_of(number["theta"], number["eta"], effort)
+        init = prove_at(rod, inclined(arb(0)), curve, 0.0)
+        critical = prove_critical(rod, load_at(curve, curve.x0_lock))
+        x0 = init.offset - critical.offset
+    proved = None
+    if first:
+        path = path_of(number["theta"], number["eta"], init, beyond=None)
+        proved = path.peaks_first(critical)
+    return ProvedLock(init=init, critical=critical, mu_lock=critical.mu, x0_lock=x0, first=proved)
 
 
 def numbers(**values: Number) -> dict[str, Decimal]:
@@ -150,14 +267,3 @@ def numbers(**values: Number) -> dict[str, Decimal]:
         return {name: exact(value) for name, value in values.items()}
     except (ValueError, TypeError) as error:
         raise ArgumentError(f"theta, mu0 and eta must be numbers: {error}") from None
-
-
-def ball(value: Decimal) -> arb:
-    """Enclose an exact decimal."""
-    return arb(fmpq(*value.as_integer_ratio()))
-
-
-def start(curve: StickingCurve, x0: float) -> list[float]:
-    """Return the load from the solver that a proof starts from."""
-    state = curve.state(x0)
-    return [float(v) for v in (state.reaction_fx, state.reaction_fy, state.reaction_m)]

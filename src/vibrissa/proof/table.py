@@ -13,11 +13,12 @@ from flint import arb
 
 from vibrissa.decimals import exact
 from vibrissa.errors import NotProvedError
+from vibrissa.proof.critical import prove_critical
 from vibrissa.proof.digits import decimals
 from vibrissa.proof.equilibrium import Equilibrium, Rod, inclined, prove, reaching
 from vibrissa.proof.flow import Effort
 from vibrissa.proof.path import Path
-from vibrissa.proof.period import ball, path_of, start
+from vibrissa.proof.starting import ball, load_at, path_of, prove_at, rod_of
 from vibrissa.sticking.api import solve_curve, solve_state
 from vibrissa.sticking.curve import StickingCurve
 
@@ -56,7 +57,12 @@ class Enclosure:
 
 
 def curve_enclosures(
-    theta: Decimal, eta: Decimal, points: Sequence[tuple[Decimal, Decimal]], effort: Effort
+    theta: Decimal,
+    eta: Decimal,
+    points: Sequence[tuple[Decimal, Decimal]],
+    effort: Effort,
+    *,
+    lock: bool = False,
 ) -> list[Enclosure]:
     """Prove the state α = 0 of a rod, and the periods of sticking that begin there.
 
@@ -67,6 +73,8 @@ def curve_enclosures(
     points : sequence of tuple of Decimal
         Pairs of μ0 and Δx0 (L).
     effort : Effort
+    lock : bool
+        Whether to prove the critical friction coefficient, too.
 
     Returns
     -------
@@ -77,9 +85,9 @@ def curve_enclosures(
     key: dict[str, Decimal | str] = {"theta": theta, "eta": eta}
     rows = [{**key, "mu0": mu0, "dx0": dx0} for mu0, dx0 in points]
     with effort.spent():
-        rod = Rod(theta=ball(theta), eta=ball(eta), steps=effort.steps)
+        rod = rod_of(theta, eta, effort)
         try:
-            init = prove(rod, inclined(arb(0)), start(curve, 0.0))
+            init = prove_at(rod, inclined(arb(0)), curve, 0.0)
             if not init.bent_once():
                 raise NotProvedError("it is not proved that the rod is bent once at α = 0")
         except NotProvedError as error:
@@ -87,7 +95,11 @@ def curve_enclosures(
             return [Enclosure(table=table, row=row, note=str(error)) for table, row in tables]
         columns = {"x1_init": init.offset, **_seen(init, "init")}
         found = list(_enclosed("curves", key, columns, on_path=True))
-        path = _path(theta, eta, init, curve, [mu0 for mu0, _ in points])
+        highest = max(mu0 for mu0, _ in points)
+        to_lock = lock or bool(np.isnan(curve.onset(float(highest))))
+        path = _path(theta, eta, init, beyond=None if to_lock else highest)
+        if lock:
+            found += _critical(rod, curve, path, key)
         for (mu0, dx0), row in zip(points, rows, strict=True):
             near = float(curve.onset([float(mu0)])[0])
             try:
@@ -96,7 +108,7 @@ def curve_enclosures(
                     note = LOCKS if locks else SELF_LOCKING
                     found.append(Enclosure(table="stiction", row=row, note=note, on_path=locks))
                     continue
-                slip = prove(rod, inclined(ball(mu0)), start(curve, near))
+                slip = prove_at(rod, inclined(ball(mu0)), curve, near)
                 on_path = path is not None and path.slips_first(slip)
                 columns = _period(rod, curve, init, slip, dx0)
                 found += _enclosed("stiction", row, columns, on_path=on_path)
@@ -105,19 +117,26 @@ def curve_enclosures(
     return found
 
 
-def _path(
-    theta: Decimal,
-    eta: Decimal,
-    init: Equilibrium,
-    curve: StickingCurve,
-    mu0: Sequence[Decimal],
-) -> Path | None:
-    """Cover the path as far as friction coefficients need it; None where that does not succeed."""
-    locks = np.isnan(curve.onset([float(value) for value in mu0])).any()
+def _path(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path | None:
+    """Cover the path as `path_of` does; None where that does not succeed."""
     try:
-        return path_of(theta, eta, init, beyond=None if locks else max(mu0))
+        return path_of(theta, eta, init, beyond)
     except NotProvedError:
         return None
+
+
+def _critical(
+    rod: Rod, curve: StickingCurve, path: Path | None, row: Mapping[str, Decimal | str]
+) -> list[Enclosure]:
+    """Prove the critical friction coefficient, where there is one."""
+    if not np.isfinite(curve.mu_lock):
+        return []
+    try:
+        critical = prove_critical(rod, load_at(curve, curve.x0_lock))
+    except NotProvedError as error:
+        return [Enclosure(table="curves", row=row, note=f"mu_lock: {error}")]
+    first = path is not None and path.peaks_first(critical)
+    return list(_enclosed("curves", row, {"mu_lock": critical.mu}, on_path=first))
 
 
 def _period(
@@ -127,7 +146,7 @@ def _period(
     x0_slip = init.offset - slip.offset
     n_steps = whole_steps(x0_slip, dx0)
     x0_max = exact(n_steps * dx0)
-    last = prove(rod, reaching(init.offset - ball(x0_max)), start(curve, float(x0_max)))
+    last = prove_at(rod, reaching(init.offset - ball(x0_max)), curve, float(x0_max))
     return {
         "x0_slip": x0_slip,
         "n_steps": Decimal(n_steps),
@@ -184,7 +203,7 @@ def state_enclosures(
     near = [solved.reaction_fx, solved.reaction_fy, solved.reaction_m]
     try:
         with effort.spent():
-            rod = Rod(theta=ball(theta), eta=ball(eta), steps=effort.steps)
+            rod = rod_of(theta, eta, effort)
             state = prove(rod, reaching(ball(x1)), near)
             columns = {
                 "f": state.f,

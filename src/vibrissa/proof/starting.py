@@ -1,0 +1,55 @@
+"""Where proofs start: from the solver's states, with a suitable effort.
+
+No proof depends on what the solver says: from a wrong start it fails, or proves the state that is
+there.
+"""
+
+from decimal import Decimal
+
+from flint import arb, fmpq
+
+from vibrissa.outcomes import Contact
+from vibrissa.proof.equilibrium import Closing, Equilibrium, Rod, prove
+from vibrissa.proof.flow import Effort
+from vibrissa.proof.path import Path, follow
+from vibrissa.sticking.curve import StickingCurve
+
+
+def suitable(theta: Decimal) -> Effort:
+    """Choose the effort for a taper: a thin tip needs more steps."""
+    return Effort(steps=max(16, round(8 * float(theta) ** 0.75)))
+
+
+def ball(value: Decimal) -> arb:
+    """Enclose an exact decimal."""
+    return arb(fmpq(*value.as_integer_ratio()))
+
+
+def rod_of(theta: Decimal, eta: Decimal, effort: Effort) -> Rod:
+    """Return the rod of a taper factor and a clamp–surface distance."""
+    return Rod(theta=ball(theta), eta=ball(eta), steps=effort.steps)
+
+
+def load_at(curve: StickingCurve, x0: float) -> list[float]:
+    """Return the load that the solver has at a displacement."""
+    state = curve.state(x0)
+    return [float(v) for v in (state.reaction_fx, state.reaction_fy, state.reaction_m)]
+
+
+def prove_at(rod: Rod, closing: Closing, curve: StickingCurve, x0: float) -> Equilibrium:
+    """Prove the state that the solver has at a displacement, in its kind of contact."""
+    (contact,) = map(Contact, curve.contact(x0))
+    near = load_at(curve, x0)
+    if contact is Contact.LINE:
+        near.append(float(curve.state(x0).s_c))
+    return prove(rod, closing, near, contact)
+
+
+def path_of(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path:
+    """Cover the path from a proved state α = 0 on; see `vibrissa.proof.path.follow`.
+
+    Tubes are so wide that few digits are enough.
+    """
+    effort = Effort(bits=64, order=12, steps=max(12, round(7 * float(theta) ** 0.75)))
+    with effort.spent():
+        return follow(rod_of(theta, eta, effort), init, None if beyond is None else ball(beyond))
