@@ -14,7 +14,7 @@ COMMANDS = {
     "solve": "One rod on one surface: onset of slip, clamp reactions and largest strain.",
     "scan": "Move the clamp over a surface and write the signals, step by step.",
     "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
-    "prove": "Prove where one rod slips, in tip contact, with an enclosure for each number.",
+    "prove": "Prove where one rod slips, or its mu_lock, with an enclosure for each number.",
     "design": "Find the rod that measures friction best, and say what limits it.",
 }
 
