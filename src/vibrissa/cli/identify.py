@@ -76,7 +76,8 @@ def identify(
     """Find the periods of sticking in a measured time series, and the friction of each.
 
     Writes one row for each period: position of the tip, mu0 with its standard deviation and 95 %
-    interval, the lines of its samples, and why it may be in doubt. Rows that miss a value, are
+    interval, on which side of the clamp it was, the lines of its samples, and why it may be in
+    doubt. Where a round rod swings aside a period has two rows. Lines that miss a value, are
     saturated or are spikes are left out and named. The exit code is 1 if the recording does not
     determine what is to be estimated, 2 after a mistake in the input.
     """

@@ -17,7 +17,7 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.outcomes import Contact
+from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.response import KNOTS, Branch, Response, joined, respond
 
 # Heights at which the rod is solved, and knots on each stretch, as parts of it.
@@ -146,6 +146,7 @@ def respond_between(
     pull: bool = True,
     progress: Callable[[int], None] = lambda done: None,
     mounting: Mounting = IDEAL,
+    section: str = RodSection.ROUND,
 ) -> Heights:
     """Solve a rod at heights near a given one.
 
@@ -158,6 +159,8 @@ def respond_between(
     progress : callable
         Told after each height how many of the `NODES` + 1 are done.
     mounting : Mounting
+    section : str
+        As in `respond`.
 
     Returns
     -------
@@ -174,7 +177,9 @@ def respond_between(
     if not 0.0 < eta < 1.0:
         raise ArgumentError(f"eta must lie between 0 and 1, got {eta!r}")
     reach = min(REACH, REACH_PART * (1.0 - eta), 0.5 * eta)
-    solve = partial(respond, theta, contact=contact, pull=pull, mounting=mounting)
+    solve = partial(
+        respond, theta, contact=contact, pull=pull, mounting=mounting, section=section
+    )
     try:
         return interpolated(solve, eta - reach, eta + reach, TOLERANCE, progress)
     except NoResponseError as error:

@@ -205,11 +205,11 @@ class Whisker:
         """Solve the response at heights near the given one, as `response` does at one height."""
         rod = self.theta, self.eta, self.contact
         try:
-            return respond_between(*rod, True, progress, self.mounting)
+            return respond_between(*rod, True, progress, self.mounting, self.section)
         except NoResponseError:
             if backward:
                 raise
-            return respond_between(*rod, False, progress, self.mounting)
+            return respond_between(*rod, False, progress, self.mounting, self.section)
 
 
 def _compliance(units: Units, compliance: Quantity | None, stiffness: Quantity | None) -> float:

@@ -7,8 +7,9 @@ period by period (variable projection, with Kaufman's derivative); at most four 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Self
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -26,7 +27,7 @@ from vibrissa.sensor.identification.periods import (
     located,
     lone_spikes,
 )
-from vibrissa.sensor.identification.recording import Recording
+from vibrissa.sensor.identification.recording import MIRROR, Recording
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response import Branch
 from vibrissa.sensor.transducer import CHANNELS
@@ -93,6 +94,11 @@ class Setup:
     covariance: FloatArray
     branch: Branch
     displaced: tuple[tuple[Branch, FloatArray], ...] = ()
+
+    def mirrored(self) -> Self:
+        """Give the setup of the mirrored recording, see `Recording.mirrored`."""
+        displaced = tuple((branch, offset * MIRROR) for branch, offset in self.displaced)
+        return replace(self, offset=self.offset * MIRROR, displaced=displaced)
 
     @property
     def deviation(self) -> FloatArray:

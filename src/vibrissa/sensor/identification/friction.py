@@ -1,7 +1,7 @@
 """From a recording to the friction of each period of sticking, with its uncertainty."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -11,25 +11,17 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.calibration import Setup
 from vibrissa.sensor.identification.doubts import doubts, in_words, notes_of
-from vibrissa.sensor.identification.methods import Seen, reader_of
-from vibrissa.sensor.identification.periods import (
-    MISFIT,
-    Channels,
-    Partition,
-    Samples,
-    cut,
-    fitted,
-    joined_past_lock,
-    located,
-    lone_spikes,
-)
+from vibrissa.sensor.identification.methods import ByMoment, Seen, reader_of
+from vibrissa.sensor.identification.periods import Channels
 from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
+from vibrissa.sensor.identification.sides import Part, parts_of
 from vibrissa.sensor.identification.uncertainty import (
     HALF_WIDTH,
     Summary,
     common_deviation,
 )
 from vibrissa.sensor.quantities import chosen
+from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -51,7 +43,8 @@ class PeriodStatus(StrEnum):
     OPEN
         Its end, or for the spacing its beginning, was not recorded: μ0 is at least `low`.
     LOCK
-        The tip stuck past the lock: μ0 is above `low`, which is μ_lock.
+        The tip stuck past the lock: μ0 is above `low`, which is μ_lock. It did not slip, or the rod
+        swung aside: then the slip of the trailing tip tells μ0, in the next row.
     UNSURE
         By the spacing, which needs a slip law: `low` and `high` hold for every law.
     BEYOND
@@ -78,6 +71,9 @@ class Periods(Batch):
         Rows of the recording in which the period begins and ends.
     first_line, last_line : ndarray of int
         Lines of the file in which these rows stand.
+    side : ndarray of str
+        One `TipSide` for each period. Where the rod swings aside a period of sticking has two
+        parts, a row each.
     contact : ndarray
         Position of the tip (L).
     mu0, deviation, low, high : ndarray
@@ -97,6 +93,7 @@ class Periods(Batch):
     last: IntArray
     first_line: IntArray
     last_line: IntArray
+    side: StrArray
     contact: FloatArray
     mu0: FloatArray
     deviation: FloatArray
@@ -148,8 +145,24 @@ def find_periods(
     method = chosen(Method, method, "method")
     noise, channels = _channels(recording, method, noise)
     reader = reader_of(method, recording.clamp, step, law, kinetic_ratio)
-    samples, notes = _states(setup, recording, channels, progress)
-    periods, start = _cut(setup, samples, channels)
+    parts = parts_of(setup, recording, channels, progress)
+    notes = recording.notes + _left_out(parts)
+    read = [_read(part, channels, reader, noise) for part in parts if len(part.samples)]
+    reasons = {why: np.concatenate([each[why] for _, each in read]) for why in read[0][1]}
+    found = Periods.concatenate([periods for periods, _ in read])
+    return replace(
+        found,
+        doubt=in_words(reasons),
+        notes=(*notes, *notes_of(reasons, found.first_line, found.last_line)),
+    )
+
+
+def _read(
+    part: Part, channels: Channels, reader: ByMoment, noise: FloatArray
+) -> tuple[Periods, dict[str, BoolArray]]:
+    """Read the friction of the periods on one side of the clamp, and the reasons to doubt it."""
+    setup, samples = part.setup, part.samples
+    periods, start = part.cut(channels)
     seen, *displaced = (
         Seen.fitted(branch, samples.without(offset), channels, periods, start)
         for branch, offset in ((setup.branch, setup.offset), *setup.displaced)
@@ -162,25 +175,24 @@ def find_periods(
     least = seen.least - HALF_WIDTH * common_deviation(seen.least, [one.least for one in displaced])
     status = _statuses(seen, found, unsure, reader.from_slip)
     found = _where_known(found, status, least, seen)
-
-    reasons = doubts(seen, noise)
     begins, ends = periods.begins, periods.ends
-    first_line, last_line = samples.line[begins], samples.line[ends]
-    return Periods(
+    known = Periods(
         status=status,
         first=samples.row[begins],
         last=samples.row[ends],
-        first_line=first_line,
-        last_line=last_line,
-        contact=setup.branch.x1_init + seen.contacts.place,
+        first_line=samples.line[begins],
+        last_line=samples.line[ends],
+        side=np.full(len(periods), TipSide.AHEAD if part.side > 0 else TipSide.BEHIND),
+        contact=part.side * (setup.branch.x1_init + seen.contacts.place),
         mu0=found.mean,
         deviation=found.deviation,
         low=found.low,
         high=found.high,
         common=common,
-        doubt=in_words(reasons),
-        notes=(*notes, *notes_of(reasons, first_line, last_line)),
+        doubt=np.full(len(periods), ""),
+        notes=(),
     )
+    return known, doubts(seen, noise)
 
 
 def _channels(
@@ -204,33 +216,21 @@ def _check_size(rows: int) -> None:
         raise RecordingError(f"too little to identify friction from: {rows} usable rows")
 
 
-def _states(
-    setup: Setup, recording: Recording, channels: Channels, progress: Callable[[int], None]
-) -> tuple[Samples, tuple[str, ...]]:
-    """Take the samples that are states of the rod, and note the others."""
-    samples = located(setup.branch, recording, channels, setup.offset, progress)
-    off = samples.misfit > MISFIT
-    if off.mean() > MOST_OFF:
+def _left_out(parts: Sequence[Part]) -> tuple[str, ...]:
+    """Note the samples that are left out, and where the rod swings aside."""
+    off = np.concatenate([part.off.line for part in parts])
+    lone = np.concatenate([part.lone.line for part in parts])
+    left = sum(len(part.samples) for part in parts)
+    if len(off) > MOST_OFF * (len(off) + len(lone) + left):
         raise RecordingError(
-            f"{off.sum()} of {len(off)} samples are no state of this rod, first in line "
-            f"{samples.line[off][0]}: check rod, height, units, zero and noise"
+            f"{len(off)} of {len(off) + len(lone) + left} samples are no state of this rod, first "
+            f"in line {off[0]}: check rod, height, units, zero and noise"
         )
-    notes = recording.notes + left_out(samples.line[off], "the reading is no state of this rod")
-    samples = samples.take(~off)
-    lone = lone_spikes(samples)
-    notes += left_out(samples.line[lone], "a lone spike")
-    samples = samples.take(~lone)
-    _check_size(len(samples))
-    return samples, notes
-
-
-def _cut(setup: Setup, samples: Samples, channels: Channels) -> tuple[Partition, FloatArray]:
-    """Cut samples into periods, those joined that belong together; and guess their places (L)."""
-    branch, periods, without = setup.branch, cut(samples), samples.without(setup.offset)
-    start = periods.sums(samples.place) / periods.counts
-    contacts = fitted(branch, without, channels, periods, start)
-    own = ~joined_past_lock(branch, without, channels, periods, contacts)
-    return periods.take(own), contacts.place[own]
+    notes = left_out(off, "the reading is no state of this rod")
+    notes += left_out(lone, "a lone spike")
+    _check_size(left)
+    swings = ", ".join(str(part.samples.line[0]) for part in parts[1:] if len(part.samples))
+    return (*notes, f"the rod has swung aside: line {swings}") if swings else notes
 
 
 def _statuses(seen: Seen, found: Summary, unsure: BoolArray, from_slip: bool) -> StrArray:

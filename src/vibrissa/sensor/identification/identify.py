@@ -15,6 +15,7 @@ from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Method, Recording, noise_of, read_recording
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
+from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
@@ -65,6 +66,7 @@ class Identification(Tabular):
         contact = periods.contact * self.units.unit(Kind.LENGTH)
         return {
             "status": Column(periods.status, "", ", ".join(PeriodStatus)),
+            "side": Column(periods.side, "", "where the tip is: " + " or ".join(TipSide)),
             "contact": Column(contact, length, "position of the tip"),
             "mu0": Column(periods.mu0, "1", "static friction there"),
             "deviation": Column(periods.deviation, "1", "its standard deviation"),

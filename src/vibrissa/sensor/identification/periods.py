@@ -115,6 +115,10 @@ class Partition:
         """Keep some of the beginnings: the other periods go to the one before."""
         return Partition(begins=self.begins[index], size=self.size)
 
+    def reversed(self) -> "Partition":
+        """Give the same periods of the samples in the opposite order."""
+        return Partition(begins=self.size - 1 - self.ends[::-1], size=self.size)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Contacts(Batch):

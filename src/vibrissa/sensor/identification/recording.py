@@ -43,6 +43,8 @@ class Method(StrEnum):
     SPACING = "spacing"
 
 
+# Signs of the channels in the mirror image of a rod.
+MIRROR = np.array([-1.0, 1.0, -1.0])
 # Numbers of the channels that each method uses.
 USED = {Method.FORCES: [0, 1], Method.MOMENT: [2], Method.SPACING: [0, 1, 2]}
 
@@ -71,6 +73,10 @@ class Recording(Batch):
     def without(self, offset: FloatArray) -> Self:
         """Take the offsets of the channels off the readings, shape (3,)."""
         return replace(self, readings=self.readings - offset)
+
+    def mirrored(self) -> Self:
+        """Turn the recording of a tip behind the clamp into one of a tip ahead, or back."""
+        return replace(self, clamp=-self.clamp, readings=self.readings * MIRROR)
 
 
 def read_recording(

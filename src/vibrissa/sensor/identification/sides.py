@@ -1,0 +1,166 @@
+"""Recordings in which a round rod swings aside: cut into parts with the tip on one side each.
+
+Behind the clamp the rod is the mirror image of what it was. So a part in which it is there is
+mirrored, too (clamp position, force_x and moment_z change their signs), and is then the recording
+of a tip ahead that is pulled back.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.calibration import Setup
+from vibrissa.sensor.identification.methods import Seen
+from vibrissa.sensor.identification.periods import (
+    MISFIT,
+    Channels,
+    Partition,
+    Samples,
+    cut,
+    fitted,
+    joined_past_lock,
+    located,
+    lone_spikes,
+)
+from vibrissa.sensor.identification.recording import MIRROR, Recording
+
+# So many samples in a row show that the rod has swung aside: fewer may be spikes.
+ENOUGH = 4
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Part:
+    """Samples with the tip on one side of the clamp, mirrored where it is behind.
+
+    Attributes
+    ----------
+    side : int
+        1 where the tip is ahead of the clamp, −1 where it is behind.
+    setup : Setup
+        Mirrored likewise.
+    samples : Samples
+        Those that are states of the rod, spikes left out.
+    off, lone : Samples
+        Those that are not, and spikes.
+    swung : bool
+        Whether it begins where the rod swings aside.
+    """
+
+    side: int
+    setup: Setup
+    samples: Samples
+    off: Samples
+    lone: Samples
+    swung: bool
+
+    @classmethod
+    def of(cls, side: int, setup: Setup, samples: Samples) -> Self:
+        """Leave out what is no state of the rod, and spikes."""
+        off = samples.misfit > MISFIT
+        states = samples.take(~off)
+        lone = lone_spikes(states)
+        return cls(
+            side=side,
+            setup=setup,
+            samples=states.take(~lone),
+            off=samples.take(off),
+            lone=states.take(lone),
+            swung=bool(samples.row[0] > 0),
+        )
+
+    def cut(self, channels: Channels) -> tuple[Partition, FloatArray]:
+        """Cut the samples into periods, some of them joined; guess their places (L)."""
+        branch = self.setup.branch
+        # Past the lock the place is the one that the period has before; after a swing, later.
+        order = slice(None, None, -1 if self.swung else 1)
+        samples = self.samples.take(order)
+        periods, without = cut(samples), samples.without(self.setup.offset)
+        start = periods.sums(samples.place) / periods.counts
+        contacts = fitted(branch, without, channels, periods, start)
+        own = ~joined_past_lock(branch, without, channels, periods, contacts)
+        periods, place = periods.take(own), contacts.place[own]
+        return (periods.reversed() if self.swung else periods), place[order]
+
+    def seen(self, channels: Channels) -> Seen:
+        """Fit a contact to each period."""
+        periods, start = self.cut(channels)
+        without = self.samples.without(self.setup.offset)
+        return Seen.fitted(self.setup.branch, without, channels, periods, start)
+
+
+def parts_of(
+    setup: Setup,
+    recording: Recording,
+    channels: Channels,
+    progress: Callable[[int], None] = lambda done: None,
+) -> list[Part]:
+    """Locate the samples on the rod's branch, and cut them where the rod swings aside.
+
+    Parameters
+    ----------
+    setup : Setup
+    recording : Recording
+        It begins with the tip ahead of the clamp.
+    channels : Channels
+    progress : callable
+        Told how many samples are done.
+
+    Returns
+    -------
+    list of Part
+        One, unless the rod swings aside.
+    """
+    parts, side, first = [], 1, 0
+    samples = located(setup.branch, recording, channels, setup.offset, progress)
+    while (swing := _swing(side, setup, samples, channels)) is not None:
+        parts.append(Part.of(side, setup, samples.take(slice(swing))))
+        side, first = -side, first + swing
+        setup, rest = setup.mirrored(), recording.take(slice(first, None))
+        rest = rest if side > 0 else rest.mirrored()
+        samples = located(setup.branch, rest, channels, setup.offset)
+        samples.row[:] += first
+    return [*parts, Part.of(side, setup, samples)]
+
+
+def _swing(side: int, setup: Setup, samples: Samples, channels: Channels) -> int | None:
+    """Find the first sample after the rod has swung aside; None if it does not.
+
+    The tip locks, and once the clamp has passed under it the samples are those of the same contact
+    on the other side.
+    """
+    branch = setup.branch
+    part = Part.of(side, setup, samples)
+    if not (branch.swings and (part.samples.x0 >= branch.x0_lock).any()):
+        return None
+    seen = part.seen(channels)
+    for period in np.flatnonzero(seen.locked):
+        begin = seen.samples.row[seen.periods.begins[period]]
+        there = (samples.row > begin) & _trails(
+            setup,
+            samples,
+            channels,
+            seen.contacts.place[period],
+            seen.contacts.deviation[period],
+        )
+        runs = np.flatnonzero(np.convolve(there, np.ones(ENOUGH), "valid") == ENOUGH)
+        if len(runs):
+            return int(runs[0])
+    return None
+
+
+def _trails(
+    setup: Setup, samples: Samples, channels: Channels, place: float, deviation: float
+) -> BoolArray:
+    """Tell which samples are those of one contact after the rod has swung aside."""
+    branch, used = setup.branch, channels.used
+    x0 = samples.clamp - place
+    behind = 2.0 * branch.x0_end - x0
+    possible = (x0 > branch.x0_end) & (behind > branch.x0_pull)
+    behind = branch.clip(behind)
+    blur = np.hypot(channels.noise, branch.slope(behind)[:, used] * deviation)
+    expected = setup.offset + branch(behind) * MIRROR
+    miss = (samples.readings - expected)[:, used] / blur
+    return np.asarray(possible & ((miss**2).sum(axis=1) < MISFIT))
