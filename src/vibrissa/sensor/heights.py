@@ -177,9 +177,7 @@ def respond_between(
     if not 0.0 < eta < 1.0:
         raise ArgumentError(f"eta must lie between 0 and 1, got {eta!r}")
     reach = min(REACH, REACH_PART * (1.0 - eta), 0.5 * eta)
-    solve = partial(
-        respond, theta, contact=contact, pull=pull, mounting=mounting, section=section
-    )
+    solve = partial(respond, theta, contact=contact, pull=pull, mounting=mounting, section=section)
     try:
         return interpolated(solve, eta - reach, eta + reach, TOLERANCE, progress)
     except NoResponseError as error:
