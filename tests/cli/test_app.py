@@ -12,8 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+import vibrissa
 from vibrissa.cli.app import COMMANDS, app
 from vibrissa.mechanics.rod import Rod
+from vibrissa.provenance import commit
 from vibrissa.sensor import series
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.transducer import preset
@@ -40,6 +42,12 @@ def test_solve_says_the_same_in_both_kinds_of_units(tmp_path):
     assert other["moment_z"] == pytest.approx(one["moment_z"] * rod.moment_unit)
     assert other["strain"] == pytest.approx(one["strain"] * 0.01)
     assert pq.read_schema(si).field("force_x").metadata[b"unit"] == b"N"
+
+
+def test_the_version_comes_with_its_commit():
+    result = run("--version")
+    assert result.exit_code == 0
+    assert result.output == f"vibrissa {vibrissa.__version__}, commit {commit()}\n"
 
 
 def test_the_exit_code_is_1_where_nothing_can_be_computed():

@@ -1,7 +1,7 @@
 """The command line ``vibrissa``: puts the commands together, each loaded when it is called."""
 
 from importlib import import_module
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -56,6 +56,22 @@ app = typer.Typer(
 )
 
 
+def _tell_version(asked: bool) -> None:
+    if asked:
+        from vibrissa import __version__
+        from vibrissa.provenance import commit
+
+        typer.echo(f"vibrissa {__version__}, commit {commit()}")
+        raise typer.Exit
+
+
 @app.callback()
-def main() -> None:
-    """Keep the commands commands, however many there are."""
+def main(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_tell_version, is_eager=True, help="Tell the version and commit."
+        ),
+    ] = False,
+) -> None:
+    """Take the options that come before a command."""
