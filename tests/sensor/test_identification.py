@@ -307,3 +307,33 @@ def test_slips_hidden_in_noise_give_no_bound():
     # Nothing that was seen says that friction is above 0.3.
     assert found.status.tolist() == [PeriodStatus.BEYOND]
     assert np.isnan(found.low).all() and np.isnan(found.mu0).all()
+
+
+@pytest.mark.parametrize(
+    "mounting",
+    [
+        {"clamp_angle": "2 deg"},
+        {"clamp_compliance": "0.1 rad/(N*m)"},
+        {"clamp_stiffness": "50 N*m/rad"},
+        {"curvature": "-1 m^-1"},
+        {"curvature": "-0.1, 0.05"},
+        pytest.param({"stage_angle": "2 deg", "clamp_angle": "2 deg"}, marks=pytest.mark.slow),
+    ],
+    ids=str,
+)
+def test_friction_comes_back_in_any_mounting(mounting):
+    rod = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    whisker = Whisker.read(2.0, "85 mm", **rod, **mounting)
+    signals = scan(whisker, surfaces.constant(0.3), step="20 um", to=["6 mm"])
+    truth = signals.truth
+    recording = recording_of(truth.clamp, truth.reactions)
+    found = identify(whisker, recording, method="moment", noise="10 uN, 10 uN, 1 uN*m")
+    known = found.periods.status == PeriodStatus.SLIP
+    assert known.sum() == truth.period[-1] - 1 >= 1
+    error = np.abs(found.periods.mu0[known] - 0.3)
+    assert error.max() < 3e-3
+    # Without noise the distribution is uniform within the step.
+    assert (error < 1.05 * np.sqrt(3.0) * found.periods.deviation[known]).all()
+    assert found.columns()["contact"].values == pytest.approx(
+        0.1 * truth.contact[found.periods.last], abs=1e-7
+    )

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import reference
-from vibrissa.errors import NoResponseError
-from vibrissa.sensor import Whisker, scan, surfaces
+from vibrissa.errors import ArgumentError, NoResponseError, RecordingError
+from vibrissa.sensor import Recording, Whisker, identify, scan, surfaces
 from vibrissa.sensor.height_range import EXACT, respond_over
+from vibrissa.sensor.identification.calibration import known_setup
+from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.oblique import ObliqueStage, simulate_oblique
 from vibrissa.sensor.response import respond
 from vibrissa.sensor.scanning import Outcome, TipPhase, path, simulate
@@ -20,7 +22,7 @@ FIRST = (0.55, 1.16)
 
 @cache
 def heights(section="round"):
-    return respond_over(THETA, ETA, 0.809, 0.871, section=section)
+    return respond_over(THETA, ETA, 0.809, 0.871, section=section, pull=section == "round")
 
 
 def simulated(angle, mu0, step, turns, law="free", ratio=0.8, section="round"):
@@ -174,3 +176,76 @@ def test_a_height_without_a_response_is_refused():
     leaning = Whisker.read(2.0, 0.99, clamp_angle="20 deg", stage_angle="1 deg")
     with pytest.raises(NoResponseError, match="alpha = 0"):
         scan(leaning, surfaces.constant(0.3), step="0.01", to=["0.1"])
+
+
+def read(stage, truth, noise, method, seed=0):
+    """Periods of a recording, and for each whose friction is known what it should be."""
+    random = np.random.default_rng(seed)
+    readings = truth.reactions + noise * random.standard_normal(truth.reactions.shape)
+    line = np.arange(len(truth)) + 2
+    recording = Recording(clamp=truth.clamp, readings=readings, line=line)
+    return find_periods(known_setup(stage, ETA), recording, np.array(noise), method=method)
+
+
+@pytest.mark.parametrize("angle", [0.05, -0.05])
+@pytest.mark.parametrize("method", ["forces", "moment"])
+def test_friction_is_read_at_the_height_of_each_period(angle, method):
+    surface = surfaces.random(1, 0.3, 0.04, 0.02)
+    stage, truth = simulated(angle, surface, "0.0005", ["0.3", "0.1"])
+    found = read(stage, truth, [1e-7, 1e-7, 1e-8], method)
+    assert found.notes == () and len(found) == truth.period[-1] > 20
+    assert found.contact == pytest.approx(truth.contact[found.last], abs=1e-8)
+    known, mu0 = found.status == "slip", truth.mu0[found.last]
+    # The last period is open.
+    assert known[:-1].all()
+    # Without noise the interval is the step before the slip, and holds the friction with it.
+    ends = found.last[known]
+    states, beyond = stage.states(truth.clamp[ends + 1], truth.contact[ends])
+    after, last = np.abs(states.demand(states.clip(beyond))), truth.reactions[ends]
+    before = np.abs(last[:, 0] / last[:, 1])
+    width = after - before
+    assert (found.low[known] - before) / width == pytest.approx(0.025, abs=0.01)
+    assert (after - found.high[known]) / width == pytest.approx(0.025, abs=0.01)
+    assert found.deviation[known] == pytest.approx(width / np.sqrt(12.0), rel=0.05)
+    assert ((before <= mu0[known]) & (mu0[known] <= after)).all()
+    # With a level stage it would be another friction, or none.
+    level = ObliqueStage(heights=heights(), eta=ETA, angle=1e-9)
+    with pytest.raises(RecordingError, match="no state of this rod"):
+        read(level, truth, [1e-5, 1e-5, 1e-6], "forces")
+
+
+def test_intervals_hold_the_friction_on_an_oblique_stage():
+    inside, error = [], []
+    for seed in range(2):
+        surface = surfaces.random(seed, 0.3, 0.04, 0.02)
+        stage, truth = simulated(0.05, surface, "0.0005", ["0.7"], "kinetic")
+        found = read(stage, truth, [3e-3, 3e-3, 3e-4], "moment", seed)
+        known, mu0 = found.status == "slip", truth.mu0[found.last]
+        inside += list(((found.low <= mu0) & (mu0 <= found.high))[known])
+        error += list(((found.mu0 - mu0) / found.deviation)[known])
+    assert len(inside) > 150
+    # 95 % within three standard deviations of their count.
+    assert abs(np.mean(inside) - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / len(inside))
+    assert abs(np.mean(error)) < 4.0 / np.sqrt(len(error))
+    assert np.abs(error).max() < 4.5
+
+
+@pytest.mark.parametrize("angle", [0.05, -0.05])
+def test_a_tip_that_locks_tells_a_bound_at_its_height(angle):
+    stage, truth = simulated(angle, 0.6, "0.002", ["0.3"])
+    found = read(stage, truth, [1e-5, 1e-5, 1e-6], "forces")
+    assert found.status.tolist() == ["lock"]
+    states, _ = stage.above(truth.clamp)
+    assert states.mu_lock.min() <= found.low[0] <= states.mu_lock.max() < 0.6
+
+
+def test_what_an_oblique_stage_cannot_tell_is_refused():
+    stage, truth = simulated(0.01, 0.3, "0.002", ["0.1"])
+    with pytest.raises(ArgumentError, match="the method spacing needs a stage along the surface"):
+        read(stage, truth, [1e-3, 1e-3, 1e-4], "spacing")
+    whisker = Whisker.read(THETA, ETA, stage_angle=0.01)
+    recording = Recording(
+        clamp=truth.clamp, readings=truth.reactions, line=np.arange(len(truth)) + 2
+    )
+    with pytest.raises(ArgumentError, match="cannot be estimated with a stage_angle"):
+        identify(whisker, recording, estimate=["eta"])

@@ -1,7 +1,6 @@
 """``vibrissa identify``: from a measured time series to friction."""
 
 from collections.abc import Iterator
-from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import Annotated
@@ -30,7 +29,7 @@ app = typer.Typer(**ALONE)
     epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
     "0.0002' -o friction.csv`"
 )
-@partial(takes_whisker, leave_out=("stage_angle",))
+@takes_whisker
 def identify(
     recording: Annotated[
         Path,

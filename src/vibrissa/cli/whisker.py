@@ -62,24 +62,19 @@ def read_whisker(
     return Whisker.read(**locals())
 
 
-def takes_whisker(
-    command: Callable[..., None], *, leave_out: tuple[str, ...] = ()
-) -> Callable[..., None]:
+def takes_whisker(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command the options of `read_whisker` in place of its parameter ``whisker``.
 
     Parameters
     ----------
     command : callable
-    leave_out : tuple of str, optional
-        Options that it has not.
 
     Returns
     -------
     callable
     """
     parameters = dict(inspect.signature(command).parameters)
-    read = inspect.signature(read_whisker).parameters
-    options = {name: option for name, option in read.items() if name not in leave_out}
+    options = inspect.signature(read_whisker).parameters
 
     @wraps(command)
     def run(**values: Any) -> None:

@@ -14,7 +14,7 @@ that the stage passes serves every period of sticking, and a slip, during which 
 that of a level stage at the present height.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
@@ -23,16 +23,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import passes
 from vibrissa.sensor.height_range import HeightRange, HeightStates
 from vibrissa.sensor.quantities import chosen
+from vibrissa.sensor.response import Branch
 from vibrissa.sensor.scanning import Outcome, SurfaceScan, TipPhase, TipSide
 from vibrissa.sensor.slips import SlipLaw, Slips
 from vibrissa.sensor.surfaces import Surface
 
 # Clamp positions at which a period is looked at, before its end is sought between two of them.
 LOOKS = 257
+# Heights that are nearer to each other than this have one guide (L).
+GUIDE = 5e-4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -61,6 +64,27 @@ class ObliqueStage:
     def height(self, clamp: ArrayLike) -> FloatArray:
         """Height of the surface above the clamp (L)."""
         return np.asarray(self.eta - np.asarray(clamp) * np.sin(self.angle))
+
+    def above(self, clamp: FloatArray) -> tuple[HeightStates, FloatArray]:
+        """States at clamp positions, and the places from which displacements count (L).
+
+        As `Branch.above`; the place of a contact is where it is, from `x1_init`.
+        """
+        states = self.heights.states(self.height(clamp))
+        return states, self.along(clamp) + states.x1_init - self.x1_init
+
+    def guides(self, clamp: FloatArray) -> Iterator[tuple[Branch, IntArray]]:
+        """Branches that are near to the states at clamp positions, each with their numbers."""
+        low, high = self.heights.low, self.heights.high
+        number = np.floor((np.clip(self.height(clamp), low, high) - low) / GUIDE).astype(np.int64)
+        for one in np.unique(number):
+            middle = low + (float(one) + 0.5) * GUIDE
+            yield self.heights.at(min(middle, high)), np.flatnonzero(number == one)
+
+    def covers(self, clamp: FloatArray) -> BoolArray:
+        """Whether the height at clamp positions is known."""
+        height = self.height(clamp)
+        return ~(passes(height, self.heights.high) | passes(-height, -self.heights.low))
 
     def along(self, clamp: ArrayLike) -> FloatArray:
         """Position along the surface (L)."""

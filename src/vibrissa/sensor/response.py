@@ -6,7 +6,7 @@ the tip would have to adhere. The response is tabulated, so that a scan of many 
 time.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -20,7 +20,7 @@ from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.bending import strains
 from vibrissa.mechanics.mounting import IDEAL, Mounting, Mountings
 from vibrissa.mechanics.states import ContactState
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
@@ -116,6 +116,18 @@ class Branch(States):
     def __call__(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements on the branch, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0))
+
+    def above(self, clamp: FloatArray) -> tuple["Branch", FloatArray]:
+        """States at clamp positions, and the places from which displacements count (L).
+
+        The displacement of a contact at a place is the difference. On a level stage all states are
+        of one branch, and the place of a contact is the clamp position at α = 0.
+        """
+        return self, clamp
+
+    def guides(self, clamp: FloatArray) -> Iterator[tuple["Branch", IntArray]]:
+        """Branches that are near to the states at clamp positions, each with their numbers."""
+        yield self, np.arange(len(clamp))
 
     def contact(self, clamp: float, x0: float, side: int) -> float:
         """Position of the tip (L), which is ahead of the clamp (`side` 1) or behind it (−1).

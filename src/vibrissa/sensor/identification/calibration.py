@@ -21,6 +21,7 @@ from vibrissa.sensor.identification.periods import (
     MISFIT,
     Channels,
     Partition,
+    Placed,
     Samples,
     cut,
     fitted,
@@ -82,7 +83,7 @@ class Setup:
         Of fx, fy (E·I0/L²) and m (E·I0/L).
     covariance : ndarray, shape (4, 4)
         Of η and the offsets; 0 for what was given.
-    branch : Branch
+    branch : Branch or ObliqueStage
         At this height.
     displaced : tuple of (Branch, ndarray)
         Branches and offsets one standard deviation away along each principal axis of the
@@ -92,8 +93,8 @@ class Setup:
     eta: float
     offset: FloatArray
     covariance: FloatArray
-    branch: Branch
-    displaced: tuple[tuple[Branch, FloatArray], ...] = ()
+    branch: Placed
+    displaced: tuple[tuple[Placed, FloatArray], ...] = ()
 
     def mirrored(self) -> Self:
         """Give the setup of the mirrored recording, see `Recording.mirrored`."""
@@ -112,7 +113,7 @@ class Setup:
             return np.asarray(self.covariance / np.outer(self.deviation, self.deviation))
 
 
-def known_setup(branch: Branch, eta: float = float("nan")) -> Setup:
+def known_setup(branch: Placed, eta: float = float("nan")) -> Setup:
     """Make a setup of which nothing is estimated."""
     return Setup(eta=eta, offset=np.zeros(3), covariance=np.zeros((4, 4)), branch=branch)
 
@@ -306,7 +307,7 @@ class _Fit:
         samples = self.samples.without(full[OFFSETS])
         start = periods.sums(self.samples.place) / periods.counts
         contacts = fitted(branch, samples, self.channels, periods, start)
-        x0 = samples.clamp - periods.spread(contacts.place)
+        x0 = samples.start - periods.spread(contacts.place)
         return branch, branch.clip(x0), samples
 
     def residuals(self, values: FloatArray) -> FloatArray:

@@ -65,9 +65,9 @@ def doubts(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
 
 def _misfits(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
     """Tell for each channel in which periods it does not fit one contact."""
-    branch, samples, periods = seen.branch, seen.samples, seen.periods
-    x0 = branch.clip(samples.clamp - periods.spread(seen.contacts.place))
-    expected, slope = branch(x0), branch.slope(x0)
+    states, samples, periods = seen.states, seen.samples, seen.periods
+    x0 = states.clip(seen.x0)
+    expected, slope = states(x0), states.slope(x0)
     found = {}
     for i, name in enumerate(CHANNELS):
         there = np.isfinite(samples.readings[:, i]) & (noise[i] > 0.0)
@@ -85,14 +85,16 @@ def _misfits(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
 
 def _wrong_way(seen: Seen, gap: FloatArray, usual: float) -> BoolArray:
     """Tell which periods but the last end with a slip that no slip law allows."""
-    branch, x0, deviation = seen.branch, seen.samples.x0, seen.samples.deviation
+    start, x0, deviation = seen.samples.start, seen.samples.x0, seen.samples.deviation
     last, first = seen.periods.ends[:-1], seen.periods.begins[1:]
     way = np.where(gap == 0.0, np.sign(x0[last]), np.sign(gap))
     backward = way * np.diff(seen.contacts.place) <= 0.0
-    unloaded = way * (x0[last] + gap) < CERTAIN * deviation[last]
-    before, after = (branch.clip(x0[rows]) for rows in (last, first))
-    gained = branch.energy(after) - branch.energy(before)
-    error = np.hypot(branch(before)[:, 0] * deviation[last], branch(after)[:, 0] * deviation[first])
+    unloaded = way * (x0[last] + start[first] - start[last]) < CERTAIN * deviation[last]
+    # The clamp rests while the tip slips: the energy is that at the height after it.
+    states, _ = seen.branch.above(seen.samples.clamp[first])
+    before, after = (states.clip(x0[rows]) for rows in (last, first))
+    gained = states.energy(after) - states.energy(before)
+    error = np.hypot(states(before)[:, 0] * deviation[last], states(after)[:, 0] * deviation[first])
     # Over a longer step the slip must be certain, or it was the clamp that jumped.
     limit = np.where(np.abs(gap) > LONG * usual, -CERTAIN, CERTAIN)
     return np.asarray(backward | unloaded | (gained > limit * error))

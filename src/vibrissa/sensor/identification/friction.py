@@ -242,7 +242,7 @@ def _statuses(seen: Seen, found: Summary, unsure: BoolArray, from_slip: bool) ->
     locked = seen.locked & (opened | (seen.last.sign > 0.0))
     # A tip that slipped when pushed has not stuck to more than that when it was pulled.
     never = np.isnan(seen.least) | (
-        ~(locked | opened) & (seen.last.sign > 0.0) & (seen.least > seen.branch.mu_lock)
+        ~(locked | opened) & (seen.last.sign > 0.0) & (seen.least > seen.ending.mu_lock)
     )
     return np.select(
         [never, locked, opened, np.isnan(found.mean), unsure],
@@ -262,9 +262,9 @@ def _where_known(found: Summary, status: StrArray, least: FloatArray, seen: Seen
     unsure, unknown = status == PeriodStatus.UNSURE, status == PeriodStatus.BEYOND
     locked = status == PeriodStatus.LOCK
     bounded = locked | (status == PeriodStatus.OPEN)
-    least = np.where(locked, np.minimum(least, seen.branch.mu_lock), least)
+    least = np.where(locked, np.minimum(least, seen.ending.mu_lock), least)
     # As it slipped, pushed, it did not lock.
-    most = np.where(seen.last.sign > 0.0, seen.branch.mu_lock, np.nan)
+    most = np.where(seen.last.sign > 0.0, seen.ending.mu_lock, np.nan)
     return Summary(
         mean=np.where(bounded | unsure | unknown, np.nan, found.mean),
         deviation=np.where(bounded | unsure | unknown, np.nan, found.deviation),

@@ -1,7 +1,7 @@
 """Identification of friction with a whisker, in the units of its rod."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,14 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.heights import NODES
 from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate, known_setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
-from vibrissa.sensor.identification.recording import Method, Recording, noise_of, read_recording
+from vibrissa.sensor.identification.recording import (
+    Method,
+    Recording,
+    left_out,
+    noise_of,
+    read_recording,
+)
+from vibrissa.sensor.oblique import ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
 from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.series import Column, Tabular
@@ -41,6 +48,16 @@ def _noise(
     if values.shape != (len(CHANNELS),):
         raise ArgumentError(f"noise needs three values, got {noise!r}")
     return values
+
+
+def _known(stage: ObliqueStage, recording: Recording) -> Recording:
+    """Take the samples at heights at which the rod has a response, and note the others."""
+    known = stage.covers(recording.clamp)
+    why = "; ".join(filter(None, (stage.heights.below, stage.heights.above)))
+    notes = recording.notes + left_out(
+        recording.line[~known], f"no response at this height ({why})"
+    )
+    return replace(recording, notes=notes).take(known)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -139,7 +156,16 @@ def identify(
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, chosen(Method, method, "method"), sensor)
     backward = bool((np.diff(recording.clamp) < 0.0).any())
-    if estimate:
+    if whisker.mounting.stage_angle:
+        if estimate:
+            raise ArgumentError(
+                "height and offsets cannot be estimated with a stage_angle: give the height, and "
+                "tare the transducer"
+            )
+        stage = whisker.stage(recording.clamp, backward, progress)
+        recording = _known(stage, recording)
+        setup = known_setup(stage, whisker.eta)
+    elif estimate:
         heights = whisker.heights(
             backward, lambda done: progress("solving the rod", done, NODES + 1)
         )

@@ -9,8 +9,16 @@ from scipy.ndimage import find_objects, label
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.height_range import HeightStates
 from vibrissa.sensor.identification.energy import FEWEST, read_travels
-from vibrissa.sensor.identification.periods import Channels, Contacts, Partition, Samples, fitted
+from vibrissa.sensor.identification.periods import (
+    Channels,
+    Contacts,
+    Partition,
+    Placed,
+    Samples,
+    fitted,
+)
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.identification.spacing import spacing
 from vibrissa.sensor.identification.uncertainty import (
@@ -33,7 +41,7 @@ class Seen:
 
     Attributes
     ----------
-    branch : Branch
+    branch : Branch or ObliqueStage
     samples : Samples
         Without offsets.
     channels : Channels
@@ -42,7 +50,7 @@ class Seen:
     contacts : Contacts
     """
 
-    branch: Branch
+    branch: Placed
     samples: Samples
     channels: Channels
     periods: Partition
@@ -51,7 +59,7 @@ class Seen:
     @classmethod
     def fitted(
         cls,
-        branch: Branch,
+        branch: Placed,
         samples: Samples,
         channels: Channels,
         periods: Partition,
@@ -66,11 +74,13 @@ class Seen:
     @cached_property
     def last(self) -> LastStates:
         """Last sticking state of each period, by its contact alone."""
-        clamp, ends = self.samples.clamp, self.periods.ends
-        x0 = clamp[ends] - self.contacts.place
-        gap = clamp[np.minimum(ends + 1, len(clamp) - 1)] - clamp[ends]
+        start, clamp, ends = self.samples.start, self.samples.clamp, self.periods.ends
+        after = np.minimum(ends + 1, len(clamp) - 1)
+        x0, gap = start[ends] - self.contacts.place, start[after] - start[ends]
         none = np.zeros(len(ends))
         return LastStates(
+            clamp=clamp[ends],
+            clamp_gap=clamp[after] - clamp[ends],
             travel=x0,
             deviation=self.contacts.deviation,
             gap=gap,
@@ -80,21 +90,37 @@ class Seen:
             ratio_deviation=none,
         )
 
-    def _farthest(self, which: np.ufunc) -> FloatArray:
-        """Least or largest displacement in each period (L)."""
-        return which.reduceat(self.samples.clamp, self.periods.begins) - self.contacts.place
+    @cached_property
+    def states(self) -> Branch | HeightStates:
+        """States at the clamp positions of all samples."""
+        return self.branch.above(self.samples.clamp)[0]
+
+    @cached_property
+    def ending(self) -> Branch | HeightStates:
+        """States at the last clamp position of each period."""
+        return self.branch.above(self.samples.clamp[self.periods.ends])[0]
+
+    @cached_property
+    def x0(self) -> FloatArray:
+        """Displacement of each sample from the contact of its period (L)."""
+        return self.samples.start - self.periods.spread(self.contacts.place)
+
+    @cached_property
+    def _margin(self) -> FloatArray:
+        """Half the width of the central 95 % of each sample's displacement (L)."""
+        return HALF_WIDTH * self.periods.spread(self.contacts.deviation)
 
     @cached_property
     def least(self) -> FloatArray:
         """Least friction with which the tip can have stuck so far."""
-        low, high = self._farthest(np.minimum), self._farthest(np.maximum)
-        return least_friction(self.branch, low, high, self.contacts.deviation)
+        needed = least_friction(self.states, self.x0 + self._margin, self.x0 - self._margin)
+        return np.asarray(np.maximum.reduceat(needed, self.periods.begins))
 
     @property
     def locked(self) -> BoolArray:
         """Whether the tip has stuck past the lock."""
-        high = self._farthest(np.maximum)
-        return np.asarray(high - HALF_WIDTH * self.contacts.deviation >= self.branch.x0_lock)
+        past = self.x0 - self._margin >= self.states.x0_lock
+        return np.asarray(np.logical_or.reduceat(past, self.periods.begins))
 
 
 class ByMoment:
@@ -132,7 +158,7 @@ class ByForces(ByMoment):
         return replace(
             seen.last,
             deviation=np.zeros(len(fx)),
-            base=fx / fy - seen.branch.demand(seen.branch.clip(seen.last.travel)),
+            base=fx / fy - seen.ending.demand(seen.ending.clip(seen.last.travel)),
             ratio_deviation=ratio_deviation(fx, fy, *seen.channels.noise),
         )
 
@@ -157,12 +183,23 @@ class BySpacing(ByMoment):
     kinetic_ratio: float | None
 
     def friction(self, seen: Seen, common: FloatArray) -> tuple[Summary, BoolArray]:
-        """Find the friction of every period, and for which of them only bounds are known."""
-        last = self._last_states(seen)
+        """Find the friction of every period, and for which of them only bounds are known.
+
+        Raises
+        ------
+        ArgumentError
+            If the stage is oblique.
+        """
+        branch, last = seen.branch, self._last_states(seen)
+        if not isinstance(branch, Branch):
+            raise ArgumentError(
+                "the method spacing needs a stage along the surface, with stage_angle 0: use the "
+                "method forces or moment"
+            )
         before = np.append(0.0, last.sign[:-1])
-        relation = spacing(seen.branch, self.law, self.kinetic_ratio)
+        relation = spacing(branch, self.law, self.kinetic_ratio)
         found = friction_of(
-            seen.branch,
+            branch,
             last,
             common,
             self.step,
@@ -172,13 +209,13 @@ class BySpacing(ByMoment):
         if self.law is SlipLaw.ENERGY and self.kinetic_ratio is not None:
             for run in self._runs(last):
                 travel, gap, place = last.travel[run], last.gap[run], seen.contacts.place[run]
-                mean, own = read_travels(seen.branch, self.kinetic_ratio, travel, gap, place)
+                mean, own = read_travels(branch, self.kinetic_ratio, travel, gap, place)
                 # What came before the first of them is not known.
                 mean[0] = np.nan
                 known = ~np.isnan(mean)
                 rows = np.arange(run.start, run.stop)[known]
                 deviation = np.hypot(own[known], common[rows])
-                found.put(rows, normal_summary(seen.branch, mean[known], deviation))
+                found.put(rows, normal_summary(branch, mean[known], deviation))
                 unsure[rows] = False
         return found, unsure
 

@@ -2,7 +2,8 @@
 
 Each sample of the clamp reactions lies on the branch, which gives its x0. The clamp position minus
 x0 is the clamp position at α = 0 for the contact point of this sample, called its place here: it is
-constant while the tip sticks and jumps where the tip slips.
+constant while the tip sticks and jumps where the tip slips. On an oblique stage each sample lies on
+the branch of its own height, and its place is the contact point itself; see `Placed`.
 """
 
 from collections.abc import Callable
@@ -15,7 +16,11 @@ from scipy.spatial import KDTree
 from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.recording import USED, Method, Recording
+from vibrissa.sensor.oblique import ObliqueStage
 from vibrissa.sensor.response import Branch
+
+# States of a rod by the position of its clamp, on a stage along the surface or an oblique one.
+Placed = Branch | ObliqueStage
 
 # A jump of this many standard deviations is a slip: by chance one of 10^9 samples shows it.
 JUMP = 6.0
@@ -61,17 +66,20 @@ class Samples(Recording):
         Displacement and its standard deviation (L).
     misfit : ndarray, shape (n,)
         Squared residual, in standard deviations.
+    start : ndarray, shape (n,)
+        Place of a contact with x0 = 0 (L); see `Branch.above`.
     """
 
     row: IntArray
     x0: FloatArray
     deviation: FloatArray
     misfit: FloatArray
+    start: FloatArray
 
     @property
     def place(self) -> FloatArray:
-        """Clamp position at α = 0 for the contact of each sample (L)."""
-        return self.clamp - self.x0
+        """Place of the contact of each sample (L)."""
+        return self.start - self.x0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -127,7 +135,7 @@ class Contacts(Batch):
     Attributes
     ----------
     place, deviation : ndarray, shape (p,)
-        Clamp position at α = 0 for this contact, and its standard deviation (L).
+        Place of this contact, and its standard deviation (L).
     """
 
     place: FloatArray
@@ -135,7 +143,7 @@ class Contacts(Batch):
 
 
 def located(
-    branch: Branch,
+    branch: Placed,
     recording: Recording,
     channels: Channels,
     offset: FloatArray,
@@ -145,7 +153,7 @@ def located(
 
     Parameters
     ----------
-    branch : Branch
+    branch : Branch or ObliqueStage
     recording : Recording
     channels : Channels
     offset : ndarray, shape (3,)
@@ -157,16 +165,6 @@ def located(
     -------
     Samples
     """
-    table = np.linspace(branch.x0_pull, branch.x0_end, TABLE)
-    values = channels.weighted(branch(table))
-    if channels.used == USED[Method.MOMENT]:
-        # The moment alone distinguishes the states only as long as it grows.
-        back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
-        stop = int(back[0]) + 1 if len(back) else TABLE
-        table, values = table[:stop], values[:stop]
-    before_lock = KDTree(values[: int(np.searchsorted(table, branch.x0_lock)) + 1])
-    whole = KDTree(values)
-
     size = len(recording)
     weighted = channels.weighted(recording.readings - offset)
     found = Samples(
@@ -178,39 +176,54 @@ def located(
         x0=np.empty(size),
         deviation=np.empty(size),
         misfit=np.empty(size),
+        start=branch.above(recording.clamp)[1],
     )
-    for start in range(0, size, BLOCK):
-        rows = np.arange(start, min(start + BLOCK, size))
-        _locate(found, rows, branch, channels, weighted, table, before_lock)
-        # Past the lock the branch may come near to states before it: only what is none of those.
-        past = rows[found.misfit[rows] > MISFIT]
-        if len(past):
-            _locate(found, past, branch, channels, weighted, table, whole)
-        progress(int(rows[-1]) + 1)
+    done = 0
+    for guide, near in branch.guides(recording.clamp):
+        table = np.linspace(guide.x0_pull, guide.x0_end, TABLE)
+        values = channels.weighted(guide(table))
+        if channels.used == USED[Method.MOMENT]:
+            # The moment alone distinguishes the states only as long as it grows.
+            back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
+            stop = int(back[0]) + 1 if len(back) else TABLE
+            table, values = table[:stop], values[:stop]
+        before_lock = KDTree(values[: int(np.searchsorted(table, guide.x0_lock)) + 1])
+        whole = KDTree(values)
+        for start in range(0, len(near), BLOCK):
+            rows = near[start : start + BLOCK]
+            _locate(found, rows, branch, channels, weighted, table, before_lock)
+            # Past the lock the branch may come near to states before it: only what is none of
+            # those.
+            past = rows[found.misfit[rows] > MISFIT]
+            if len(past):
+                _locate(found, past, branch, channels, weighted, table, whole)
+            done += len(rows)
+            progress(done)
     return found
 
 
 def _locate(
     samples: Samples,
     rows: IntArray,
-    branch: Branch,
+    branch: Placed,
     channels: Channels,
     weighted: FloatArray,
     table: FloatArray,
     tree: Any,
 ) -> None:
     """Find the nearest state of some samples: the nearest of a table, then Gauss-Newton steps."""
-    read = weighted[rows]
-    x0, known = table[tree.query(read)[1]], np.empty(0)
+    read, (states, _) = weighted[rows], branch.above(samples.clamp[rows])
+    x0, known = states.clip(table[tree.query(read)[1]]), np.empty(0)
     for _ in range(NEAREST_STEPS):
-        slope = channels.weighted(branch.slope(x0))
+        slope = channels.weighted(states.slope(x0))
         # Inverse variance of x0: it adds up over channels, and over samples of one contact.
         known = (slope**2).sum(axis=1)
-        miss = read - channels.weighted(branch(x0))
+        miss = read - channels.weighted(states(x0))
         x0 = np.clip(x0 + (slope * miss).sum(axis=1) / known, table[0], table[-1])
+        x0 = states.clip(x0)
     samples.x0[rows] = x0
     samples.deviation[rows] = 1.0 / np.sqrt(known)
-    samples.misfit[rows] = ((read - channels.weighted(branch(x0))) ** 2).sum(axis=1)
+    samples.misfit[rows] = ((read - channels.weighted(states(x0))) ** 2).sum(axis=1)
 
 
 def cut(samples: Samples) -> Partition:
@@ -236,8 +249,8 @@ def lone_spikes(samples: Samples) -> BoolArray:
 
 
 def fitted(
-    branch: Branch,
-    samples: Recording,
+    branch: Placed,
+    samples: Samples,
     channels: Channels,
     periods: Partition,
     start: FloatArray,
@@ -246,8 +259,8 @@ def fitted(
 
     Parameters
     ----------
-    branch : Branch
-    samples : Recording
+    branch : Branch or ObliqueStage
+    samples : Samples
         Of n samples, without offsets.
     channels : Channels
     periods : Partition
@@ -260,17 +273,18 @@ def fitted(
     Contacts
     """
     place, known = start, np.empty(0)
+    states, _ = branch.above(samples.clamp)
     for _ in range(CONTACT_STEPS):
-        x0 = branch.clip(samples.clamp - periods.spread(place))
-        slope = channels.weighted(branch.slope(x0))
-        miss = channels.weighted(samples.readings - branch(x0))
+        x0 = states.clip(samples.start - periods.spread(place))
+        slope = channels.weighted(states.slope(x0))
+        miss = channels.weighted(samples.readings - states(x0))
         known = periods.sums((slope**2).sum(axis=1))
         place = place - periods.sums((slope * miss).sum(axis=1)) / known
     return Contacts(place=place, deviation=1.0 / np.sqrt(known))
 
 
 def joined_past_lock(
-    branch: Branch, samples: Recording, channels: Channels, periods: Partition, contacts: Contacts
+    branch: Placed, samples: Samples, channels: Channels, periods: Partition, contacts: Contacts
 ) -> BoolArray:
     """Tell which periods go on with the contact of the one before, which has passed its lock.
 
@@ -291,11 +305,13 @@ def joined_past_lock(
     own = 0
     for i, row in enumerate(periods.begins[1:], start=1):
         place, deviation = contacts.place[own], contacts.deviation[own]
-        x0 = samples.clamp[row] - place
-        past = samples.clamp[row - 1] - place > branch.x0_lock
-        if past and branch.x0_pull < x0 < branch.x0_end:
-            blur = np.hypot(channels.noise, branch.slope(x0)[channels.used] * deviation)
-            miss = (samples.readings[row] - branch(x0))[channels.used] / blur
+        before, _ = branch.above(samples.clamp[row - 1])
+        states, _ = branch.above(samples.clamp[row])
+        x0 = samples.start[row] - place
+        past = samples.start[row - 1] - place > before.x0_lock
+        if past and states.x0_pull < x0 < states.x0_end:
+            blur = np.hypot(channels.noise, states.slope(x0)[channels.used] * deviation)
+            miss = (samples.readings[row] - states(x0))[channels.used] / blur
             joined[i] = (miss**2).sum() < MISFIT
         own = own if joined[i] else i
     return joined

@@ -15,6 +15,8 @@ from scipy.special import ndtri
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.height_range import HeightStates
+from vibrissa.sensor.identification.periods import Placed
 from vibrissa.sensor.response import Branch
 
 # Part of a distribution that its interval holds, and half the width of that of a normal one.
@@ -36,11 +38,14 @@ class LastStates(Batch):
 
     Attributes
     ----------
+    clamp, clamp_gap : ndarray
+        Position of the clamp, and its way to the first sample after the slip (L).
     travel, deviation : ndarray
         Displacement x0 in that state and the standard deviation of its error (L). For the spacing,
         the clamp's travel since the slip before.
     gap : ndarray
-        Way of the clamp from there to the first sample after the slip (L).
+        By how much x0 grows on that way, with the tip where it is (L): on a stage along the surface
+        as much as the clamp moves.
     gap_before : ndarray
         The same at the slip before (L): for the spacing, otherwise 0.
     sign : ndarray
@@ -49,6 +54,8 @@ class LastStates(Batch):
         What is added to the ratio of forces at the onset, and the standard deviation of its error.
     """
 
+    clamp: FloatArray
+    clamp_gap: FloatArray
     travel: FloatArray
     deviation: FloatArray
     gap: FloatArray
@@ -94,7 +101,7 @@ def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
 
 
 def friction_of(
-    branch: Branch,
+    branch: Placed,
     last: LastStates,
     common: FloatArray,
     step: float = 1.0,
@@ -104,7 +111,7 @@ def friction_of(
 
     Parameters
     ----------
-    branch : Branch
+    branch : Branch or ObliqueStage
     last : LastStates
         Of n periods.
     common : ndarray, shape (n,)
@@ -123,7 +130,8 @@ def friction_of(
         here = slice(start, start + BLOCK)
         part = last.take(here)
         onset = onset_of(_travels(part, step), here)
-        parts.append(_summary(_frictions(branch, onset, part, common[here])))
+        states, _ = branch.above(part.clamp[:, None] + part.clamp_gap[:, None] * ONSET)
+        parts.append(_summary(_frictions(states, onset, part, common[here])))
     return Summary.concatenate(parts)
 
 
@@ -137,12 +145,12 @@ def _travels(last: LastStates, step: float) -> FloatArray:
 
 
 def _frictions(
-    branch: Branch, onset: FloatArray, last: LastStates, common: FloatArray
+    states: Branch | HeightStates, onset: FloatArray, last: LastStates, common: FloatArray
 ) -> FloatArray:
     """Equally likely values of μ0, shape (n, VALUES); infinite for impossible onsets."""
     # As the tip did slip, the onset is neither past the lock nor beyond the end of pulling.
-    possible = (onset > branch.x0_pull) & (onset <= branch.x0_lock)
-    needed = branch.demand(np.clip(onset, branch.x0_pull, branch.x0_lock))
+    possible = (onset > states.x0_pull) & (onset <= states.x0_lock)
+    needed = states.demand(np.clip(onset, states.x0_pull, states.x0_lock))
     ratio = needed + last.base[:, None] + last.ratio_deviation[:, None] * NOISE
     mu0 = last.sign[:, None] * ratio + common[:, None] * COMMON
     return np.where(possible & (mu0 > 0.0), mu0, np.inf)
@@ -188,30 +196,25 @@ def common_deviation(mean: FloatArray, displaced: Sequence[FloatArray]) -> Float
     return np.sqrt(np.nan_to_num(squares))
 
 
-def least_friction(
-    branch: Branch, x_low: FloatArray, x_high: FloatArray, deviation: FloatArray
-) -> FloatArray:
-    """Bound μ0 from below by the friction that sticking has needed so far.
+def least_friction(states: Branch | HeightStates, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Bound μ0 from below by the friction with which the tip has stuck in some states.
 
     Parameters
     ----------
-    branch : Branch
-    x_low, x_high : ndarray, shape (n,)
-        Least and largest displacement at which the tip stuck (L).
-    deviation : ndarray, shape (n,)
-        Standard deviation of their common error (L).
+    states : Branch or HeightStates
+    low, high : ndarray, shape (n,)
+        Displacements of pulled and of pushed states (L), of which is certain that they were
+        reached.
 
     Returns
     -------
     ndarray, shape (n,)
-        Lower end of the central 95 %; at least μ_lock, up to rounding, from the lock on; NaN where
-        the tip cannot have stuck in all these states.
+        At least μ_lock, up to rounding, from the lock on; NaN where the tip cannot have stuck.
     """
-    low, high = x_low + HALF_WIDTH * deviation, x_high - HALF_WIDTH * deviation
-    pushed = branch.demand(np.clip(high, 0.0, branch.x0_lock))
+    pushed = states.demand(np.clip(high, 0.0, states.x0_lock))
     # Where pulling ends, any friction would be needed.
-    pulled = -branch.demand(np.clip(low, 0.999 * branch.x0_pull, 0.0))
-    pushed = np.where(high >= branch.x0_lock, branch.mu_lock, pushed)
+    pulled = -states.demand(np.clip(low, 0.999 * states.x0_pull, 0.0))
+    pushed = np.where(high >= states.x0_lock, states.mu_lock, pushed)
     # Without pulling nothing is known of x0 < 0.
-    slipped = (high > branch.x0_end) | ((low < branch.x0_pull) & (branch.x0_pull < 0.0))
+    slipped = (high > states.x0_end) | ((low < states.x0_pull) & (states.x0_pull < 0.0))
     return np.asarray(np.where(slipped, np.nan, np.maximum(0.0, np.maximum(pushed, pulled))))
