@@ -239,6 +239,19 @@ def test_a_tip_that_locks_tells_a_bound_at_its_height(angle):
     assert states.mu_lock.min() <= found.low[0] <= states.mu_lock.max() < 0.6
 
 
+@pytest.mark.parametrize("angle", [0.02, -0.02])
+def test_friction_is_read_of_a_tip_that_is_dragged_on_an_oblique_stage(angle):
+    stage, truth = simulated(angle, 0.6, "0.001", ["1.3"], "kinetic")
+    assert truth.side[-1] == "behind"
+    found = read(stage, truth, [1e-6, 1e-6, 1e-7], "forces")
+    assert found.status[0] == "lock" and (found.status[1:-1] == "slip").all()
+    assert len(found) == truth.period[-1] + 1 > 20
+    assert (found.side == truth.side[found.last]).all()
+    assert found.contact == pytest.approx(truth.contact[found.last], abs=1e-7)
+    error = np.abs(found.mu0 - 0.6)[1:-1]
+    assert (error < 1.05 * np.sqrt(3.0) * found.deviation[1:-1]).all()
+
+
 def test_what_an_oblique_stage_cannot_tell_is_refused():
     stage, truth = simulated(0.01, 0.3, "0.002", ["0.1"])
     with pytest.raises(ArgumentError, match="the method spacing needs a stage along the surface"):

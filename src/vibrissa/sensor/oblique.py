@@ -73,6 +73,15 @@ class ObliqueStage:
         states = self.heights.states(self.height(clamp))
         return states, self.along(clamp) + states.x1_init - self.x1_init
 
+    @property
+    def swings(self) -> bool:
+        """Whether a tip that locks is dragged in the end; see `Branch`."""
+        return self.heights.swings
+
+    def mirrored(self) -> "ObliqueStage":
+        """States of the mirrored rod: its clamp moves at the opposite angle."""
+        return replace(self, angle=-self.angle)
+
     def guides(self, clamp: FloatArray) -> Iterator[tuple[Branch, IntArray]]:
         """Branches that are near to the states at clamp positions, each with their numbers."""
         low, high = self.heights.low, self.heights.high

@@ -98,8 +98,9 @@ class Setup:
 
     def mirrored(self) -> Self:
         """Give the setup of the mirrored recording, see `Recording.mirrored`."""
-        displaced = tuple((branch, offset * MIRROR) for branch, offset in self.displaced)
-        return replace(self, offset=self.offset * MIRROR, displaced=displaced)
+        displaced = tuple((branch.mirrored(), offset * MIRROR) for branch, offset in self.displaced)
+        branch = self.branch.mirrored()
+        return replace(self, branch=branch, offset=self.offset * MIRROR, displaced=displaced)
 
     @property
     def deviation(self) -> FloatArray:

@@ -131,9 +131,9 @@ def _swing(side: int, setup: Setup, samples: Samples, channels: Channels) -> int
     The tip locks, and once the clamp has passed under it the samples are those of the same contact
     on the other side.
     """
-    branch = setup.branch
     part = Part.of(side, setup, samples)
-    if not (branch.swings and (part.samples.x0 >= branch.x0_lock).any()):
+    states, _ = setup.branch.above(part.samples.clamp)
+    if not (setup.branch.swings and (part.samples.x0 >= states.x0_lock).any()):
         return None
     seen = part.seen(channels)
     for period in np.flatnonzero(seen.locked):
@@ -155,12 +155,12 @@ def _trails(
     setup: Setup, samples: Samples, channels: Channels, place: float, deviation: float
 ) -> BoolArray:
     """Tell which samples are those of one contact after the rod has swung aside."""
-    branch, used = setup.branch, channels.used
-    x0 = samples.clamp - place
-    behind = 2.0 * branch.x0_end - x0
-    possible = (x0 > branch.x0_end) & (behind > branch.x0_pull)
-    behind = branch.clip(behind)
-    blur = np.hypot(channels.noise, branch.slope(behind)[:, used] * deviation)
-    expected = setup.offset + branch(behind) * MIRROR
+    (states, start), used = setup.branch.above(samples.clamp), channels.used
+    x0 = start - place
+    behind = 2.0 * states.x0_end - x0
+    possible = (x0 > states.x0_end) & (behind > states.x0_pull)
+    behind = states.clip(behind)
+    blur = np.hypot(channels.noise, states.slope(behind)[:, used] * deviation)
+    expected = setup.offset + states(behind) * MIRROR
     miss = (samples.readings - expected)[:, used] / blur
     return np.asarray(possible & ((miss**2).sum(axis=1) < MISFIT))
