@@ -262,3 +262,17 @@ def test_what_an_oblique_stage_cannot_tell_is_refused():
     )
     with pytest.raises(ArgumentError, match="cannot be estimated with a stage_angle"):
         identify(whisker, recording, estimate=["eta"])
+
+
+def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_point():
+    # Between nearly equal heights, as on a level stage.
+    near = respond_over(3.0, 0.85, 0.85 - 1e-6, 0.85, contact="line")
+    stage = ObliqueStage(heights=near, eta=0.85, angle=1e-6)
+    positions = path("0.01", ["0.85"])
+    found = simulate_oblique(stage, surfaces.constant(0.9), positions)
+    level = simulate(respond(3.0, 0.85, "line"), surfaces.constant(0.9), positions)
+    assert (found.phase == level.phase).all() and found.period[-1] > 1
+    (swing,) = np.flatnonzero(found.phase == TipPhase.SWING)
+    assert found.contact[swing] < found.contact[swing - 1] - 0.01
+    assert found.contact == pytest.approx(level.contact, abs=1e-4)
+    assert found.reactions == pytest.approx(level.reactions, abs=1e-3)

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -135,10 +136,14 @@ class _Exit(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class _Part:
-    """Sticking on one side of the clamp, from its first step to before the step `end`."""
+    """Sticking on one side of the clamp, from its first step to before the step `end`.
+
+    It ends with the clamp at `until` (L); NaN at the end of the path.
+    """
 
     start: _Start
     end: int
+    until: float
     exit: _Exit | None
     past_lock: bool
 
@@ -191,7 +196,13 @@ def simulate_oblique(
             if not (part.exit is _Exit.END and stage.heights.swings):
                 outcome, end = Outcome.LOCK, _locked(part, float(positions[part.end - 1]))
                 break
-            start = replace(start, begin=part.end, side=-start.side, slipped=False)
+            start = replace(
+                start,
+                begin=part.end,
+                contact=_swung(stage, part),
+                side=-start.side,
+                slipped=False,
+            )
             continue
         branch = stage.heights.at(float(stage.height(clamp)))
         _, x0 = stage.states(clamp, start.contact, start.side)
@@ -225,14 +236,24 @@ def _known(stage: ObliqueStage, positions: FloatArray) -> tuple[int, Outcome, st
     return len(positions), Outcome.COMPLETE, ""
 
 
+def _swung(stage: ObliqueStage, part: _Part) -> float:
+    """Find where the tip is when the rod has swung aside (L).
+
+    It is where it was, unless the rod lies on the surface: then its tail turns about the contact
+    point.
+    """
+    states, x0 = stage.states(part.until, part.start.contact, part.start.side)
+    return float(stage.along(part.until) + part.start.side * (x0 - states.x1_init))
+
+
 def _swings(parts: Sequence[_Part], positions: FloatArray) -> str:
     """Say where the rod swings aside first; empty if it does not."""
-    for part in parts:
+    for part, after in pairwise(parts):
         start = part.start
-        if not start.slipped:
+        if not after.start.slipped:
             return (
                 f"the tip locks at x = {start.contact:.6g}, where mu0 = {start.mu0:.6g}; with the "
-                f"clamp at {positions[start.begin]:.6g} (in units of L) the rod swings aside, and "
+                f"clamp at {positions[part.end]:.6g} (in units of L) the rod swings aside, and "
                 "its tip is dragged behind"
             )
     return ""
@@ -261,12 +282,13 @@ def _part(stage: ObliqueStage, positions: FloatArray, start: _Start) -> _Part:
     first = int(start.slipped)
     out = first + np.flatnonzero((passes(clamp, high) | passes(-clamp, -low))[first:])
     if not len(out):
-        return _Part(start=start, end=len(positions), exit=None, past_lock=False)
+        return _Part(start=start, end=len(positions), until=np.nan, exit=None, past_lock=False)
     at = high if clamp[out[0]] > high else low
     states, x0 = stage.states(at, start.contact, start.side)
     return _Part(
         start=start,
         end=start.begin + int(out[0]),
+        until=float(at),
         exit=list(_Exit)[int(np.argmin(tip.reserves(at)))],
         past_lock=bool(x0 > states.x0_lock),
     )

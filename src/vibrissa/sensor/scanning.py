@@ -278,12 +278,12 @@ def _swung(response: Response, part: _Part) -> _Start:
 
 def _swings(response: Response, parts: Sequence[_Part], positions: FloatArray) -> str:
     """Say where the rod swings aside first; empty if it does not."""
-    for part in parts:
-        if not part.start.slipped:
+    for part, after in pairwise(parts):
+        if not after.start.slipped:
             return (
                 f"the tip locks at x = {part.contact:.6g}, where mu0 = {part.mu0:.6g} is above "
                 f"mu_lock = {response.curve.mu_lock:.6g}; with the clamp at "
-                f"{positions[part.start.begin]:.6g} (in units of L) the rod swings aside, and its "
+                f"{positions[part.end]:.6g} (in units of L) the rod swings aside, and its "
                 "tip is dragged behind"
             )
     return ""
