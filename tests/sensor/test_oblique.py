@@ -1,5 +1,6 @@
 """Scans with an oblique stage, against shooting that shares no code with the package."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -265,8 +266,7 @@ def test_what_an_oblique_stage_cannot_tell_is_refused():
 
 
 def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_point():
-    # Between nearly equal heights, as on a level stage.
-    near = respond_over(3.0, 0.85, 0.85 - 1e-6, 0.85, contact="line")
+    near = respond_over(3.0, 0.85, 0.849, 0.85, contact="line")
     stage = ObliqueStage(heights=near, eta=0.85, angle=1e-6)
     positions = path("0.01", ["0.85"])
     found = simulate_oblique(stage, surfaces.constant(0.9), positions)
@@ -276,3 +276,8 @@ def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_poi
     assert found.contact[swing] < found.contact[swing - 1] - 0.01
     assert found.contact == pytest.approx(level.contact, abs=1e-4)
     assert found.reactions == pytest.approx(level.reactions, abs=1e-3)
+    steep = replace(stage, angle=0.001)
+    truth = simulate_oblique(steep, surfaces.constant(0.9), path("0.001", ["0.85"]))
+    periods = read(steep, truth, [1e-5, 1e-5, 1e-6], "moment")
+    assert (periods.side == truth.side[periods.last]).all() and len(periods) == truth.period[-1] + 1
+    assert periods.contact == pytest.approx(truth.contact[periods.last], abs=1e-5)

@@ -155,10 +155,17 @@ def _trails(
     setup: Setup, samples: Samples, channels: Channels, place: float, deviation: float
 ) -> BoolArray:
     """Tell which samples are those of one contact after the rod has swung aside."""
-    (states, start), used = setup.branch.above(samples.clamp), channels.used
+    used, (states, start) = channels.used, setup.branch.above(samples.clamp)
     x0 = start - place
-    behind = 2.0 * states.x0_end - x0
-    possible = (x0 > states.x0_end) & (behind > states.x0_pull)
+    past = x0 - states.x0_end
+    over = past > 0.0
+    # The tail that lies on the surface turns about the contact point, at the height of the swing.
+    after = max(int(np.argmax(over)), 1)
+    around = slice(after - 1, after + 1)
+    tails = np.broadcast_to(states.x1_init - states.x0_end, x0.shape)
+    tail = np.interp(0.0, past[around], tails[around])
+    behind = 2.0 * (states.x1_init - tail) - x0
+    possible = over & (behind > states.x0_pull)
     behind = states.clip(behind)
     blur = np.hypot(channels.noise, states.slope(behind)[:, used] * deviation)
     expected = setup.offset + states(behind) * MIRROR
