@@ -1,0 +1,120 @@
+"""A rod in space that shares no code with the package: rigid links, joined by springs.
+
+Each joint turns by a rotation vector, with stiffnesses for its two bends and for its twist. The
+first link is clamped, the end is held at a point of space as by a ball joint. The energy is
+minimised under this condition, for bends and twists of any size.
+"""
+
+import numpy as np
+from scipy.optimize import minimize
+
+POISSON_RATIO = 0.3
+# How far the contact may be missed (L), and rounds of forces until then.
+MISSED, MOST_ROUNDS = 1e-8, 100
+
+
+def skew(v):
+    """Matrices of the cross products with vectors."""
+    zero = np.zeros(len(v))
+    rows = [[zero, -v[:, 2], v[:, 1]], [v[:, 2], zero, -v[:, 0]], [-v[:, 1], v[:, 0], zero]]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def rotations(v):
+    """Rotation matrices of rotation vectors, and the body rotation per change of the vector."""
+    angle = np.sqrt((v**2).sum(axis=1) + 1e-30)[:, None, None]
+    cross = skew(v)
+    square = cross @ cross
+    first, second = np.sin(angle) / angle, (1 - np.cos(angle)) / angle**2
+    third = (angle - np.sin(angle)) / angle**3
+    third = np.where(angle < 1e-3, 1 / 6, third)
+    eye = np.eye(3)
+    return eye + first * cross + second * square, eye - second * cross + third * square
+
+
+class Chain:
+    """Links of a cone that begins at the clamp and ends at arc length `s_c`.
+
+    With `tail` the links go on to s = 1. The first of them, whose middle is the contact point, lies
+    in the plane of the surface, in any direction; the others are free.
+    """
+
+    def __init__(self, theta, count, s_c=1.0, *, tail=False):
+        self.h = s_c / count
+        # The joints lie at s; half a link, whole ones, the rest of a link.
+        joints = count + round((1 - s_c) / self.h) * tail
+        s = self.h * (np.arange(joints) + 0.5)
+        bend = (1 - (1 - 1 / theta) * s) ** 4 / self.h
+        # The tangent is the third axis of a link.
+        self.stiffness = np.stack([bend, bend, bend / (1 + POISSON_RATIO)], axis=1)
+        self.lengths = self.h * np.ones(joints + 1)
+        self.lengths[0] /= 2
+        self.lengths[-1] = (1.0 if tail else s_c) - s[-1]
+        # Upright, its first axis along the surface: columns are the axes of a link in space.
+        self.clamp = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+        self.contact, self.tail = count, tail
+
+    def links(self, v):
+        """Contact point and tangents of the links, and what joints move per change of each."""
+        turns, per_change = rotations(v)
+        frames = [self.clamp]
+        for turn in turns:
+            frames.append(frames[-1] @ turn)
+        frames = np.array(frames)
+        tangents = frames[:, :, 2]
+        ends = np.cumsum(self.lengths[:, None] * tangents, axis=0)
+        # The middle of a link, half a link behind its joint, or the end of the last.
+        contact = ends[self.contact - 1] + self.h / 2 * tangents[self.contact]
+        return contact, tangents, ends, frames[1:] @ per_change
+
+    def misses(self, v, target):
+        """By how much the conditions of the contact are missed, and how that changes with `v`."""
+        contact, tangents, ends, turned = self.links(v)
+        arms = contact - ends[:-1]
+        arms[self.contact :] = 0
+        moved = -skew(arms) @ turned
+        missed, slopes = [contact - target], [np.moveaxis(moved, 1, 0)]
+        if self.tail:
+            rise = -skew(tangents[self.contact :][:1])[0, 1] @ turned
+            missed.append(tangents[self.contact, 1:2])
+            slopes.append((rise * (np.arange(len(v)) < self.contact)[:, None])[None])
+        return np.concatenate(missed), np.concatenate(slopes)
+
+    def energy(self, v):
+        """Energy of the springs (E·I0/L)."""
+        return 0.5 * (self.stiffness * v**2).sum()
+
+    def minimum(self, target, start):
+        """State of least energy near `start` with the contact at `target`, and the force there.
+
+        Augmented Lagrangian: each round ends with the forces that the penalty has found. Raises
+        RuntimeError if they are not found.
+        """
+        scale, penalty = np.sqrt(self.stiffness), 1e3
+        forces = np.zeros(len(self.misses(start, target)[0]))
+
+        def value(u):
+            v = u.reshape(-1, 3) / scale
+            missed, moved = self.misses(v, target)
+            pull = forces + penalty * missed
+            slope = u.reshape(-1, 3) + np.einsum("i,inj->nj", pull, moved) / scale
+            return 0.5 * u @ u + forces @ missed + 0.5 * penalty * missed @ missed, slope.ravel()
+
+        u = (start * scale).ravel()
+        for _ in range(MOST_ROUNDS):
+            options = {"maxiter": 4000, "maxcor": 30, "ftol": 1e-16, "gtol": 1e-9}
+            u = minimize(value, u, jac=True, method="L-BFGS-B", options=options).x
+            missed, _ = self.misses(u.reshape(-1, 3) / scale, target)
+            forces = forces + penalty * missed
+            if np.abs(missed).max() < MISSED:
+                return u.reshape(-1, 3) / scale, -forces[:3]
+        raise RuntimeError(f"the contact is missed by {np.abs(missed).max():.1e}")
+
+    def planar(self, phi):
+        """Rotation vectors of a planar shape with the tangent angles phi(s) at the joints' ends."""
+        angles = phi(np.cumsum(self.lengths) - self.lengths / 2)
+        angles[0] = np.pi / 2
+        v = np.zeros((len(angles) - 1, 3))
+        # The second axis of a link is normal to the plane, and points to -z.
+        v[:, 1] = -np.diff(angles)
+        return v
