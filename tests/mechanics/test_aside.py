@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
@@ -113,9 +113,11 @@ def test_where_it_vanishes_does_not_depend_on_the_torsional_stiffness(monkeypatc
 
 @settings(max_examples=4, deadline=None)
 @given(st.floats(1.0, 15.0), st.floats(0.4, 0.95), st.sampled_from(["point", "line"]))
+@example(5.0, 0.4375, "line")
 def test_the_rod_stays_in_its_plane_up_to_the_lock_and_where_it_is_pulled(theta, eta, contact):
     curve = solve_curve(theta, eta, contact=contact)
-    for x0 in (-0.1 * curve.x1_init, curve.x0_lock):
+    # Pulled farther, a tip on a steep path lifts off.
+    for x0 in (max(-0.1 * curve.x1_init, curve.x0_pull), curve.x0_lock):
         assert 0 < margin(theta, eta, curve.x1_init - x0, contact) < 1
 
 

@@ -1,8 +1,8 @@
 """A chain of links in space has the energies of the planar states, and swings where they say."""
 
+import chains
 import numpy as np
 import pytest
-import chains
 from rod_chain import Chain
 
 
