@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from rod_chain import Chain
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
 import reference
-from rod_chain import Chain
 from vibrissa import solve_curve, solve_state
 from vibrissa.mechanics import aside
 from vibrissa.mechanics.aside import stability_aside
