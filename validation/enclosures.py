@@ -108,6 +108,8 @@ def jobs(study: Study, effort: Effort | None = None) -> list[Job]:
     if study.contact is not Contact.POINT:
         raise ArgumentError(f"study {study.name}: only tip contact (contact: point) is proved")
     found: list[Job] = []
+    if any(any(key.mounting) for key in study.curve_keys):
+        raise ArgumentError(f"study {study.name}: only the ideal mounting is proved")
     for key, on_curve in study_points(study.point_grids | study.scan_grids):
         points = list(zip(on_curve.mu0, on_curve.dx0, strict=True))
         spent = effort or suitable(key.theta)

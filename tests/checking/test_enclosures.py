@@ -10,7 +10,7 @@ import pytest
 from vibrissa.checking.enclosures import enclosed, histogram, refuted, verdict
 from vibrissa.checking.layouts import Layout, Tolerance, parse_layouts
 from vibrissa.checking.texts import read
-from vibrissa.errors import ComparisonError
+from vibrissa.errors import TableError
 
 ROOT = Path(__file__).parents[2]
 LAYOUTS = parse_layouts((ROOT / "workflow/regression.yaml").read_text(), "regression.yaml")
@@ -88,7 +88,7 @@ def test_without_a_file_there_is_nothing_beside_the_results(tmp_path):
     "text", ["a,b\n1,2\n", FILE.replace("1E-24", "little"), "table,quantity\npoints,x\n"]
 )
 def test_a_damaged_file_is_named(tmp_path, text):
-    with pytest.raises(ComparisonError, match=r"has no enclosures.*make proof"):
+    with pytest.raises(TableError, match=r"has no enclosures.*make proof"):
         numbers(tmp_path, NEAREST, text=text)
 
 

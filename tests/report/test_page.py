@@ -3,6 +3,8 @@
 import json
 import platform
 import re
+from dataclasses import replace
+from decimal import Decimal
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -13,13 +15,15 @@ from browser import CHROMIUM, chromium
 from vibrissa import __version__, solve_curve, stick_slip
 from vibrissa.paper import ledger
 from vibrissa.paper.evidence import gather
-from vibrissa.report import animation, facts, tables
+from vibrissa.report import animation, facts, proofs, tables
 from vibrissa.report import page as report
 from vibrissa.report.spelling import spell
 from vibrissa.study.codec import decode_grid
 from vibrissa.tables import records, schemas, store
+from vibrissa.tables.proofs import Proof, read
 
 EVIL = "</script><script>throw 1</script><b>&\"'"
+ROOT = Path(__file__).parents[2]
 RUN = report.Run(study_files={"my.yaml": "study: mine"}, environment={"Python": "3"}, benchmarks={})
 SVG = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
 
@@ -242,6 +246,65 @@ def test_key_rows_are_the_corners_and_the_middle(study_tables):
     assert list(zip(keys["theta"], keys["mu0"], strict=True)) == [
         (theta, mu0) for theta in (1, 2, 3) for mu0 in (0.2, 0.3, 0.4)
     ]
+
+
+def proof(table, quantity, midpoint, radius="1E-22", on_path=True, **row):
+    return Proof(
+        table=table,
+        row=row,
+        quantity=quantity,
+        midpoint=Decimal(midpoint),
+        radius=Decimal(radius),
+        on_path=on_path,
+        note="",
+    )
+
+
+ONSET = {"theta": "2", "mu0": "0.4", "eta": "0.85", "dx0": "0.001"}
+LOCKS = ONSET | {"mu0": "0.50"}
+
+
+def test_digits_are_those_that_both_ends_of_an_enclosure_have():
+    spelled = {
+        ("0.0528380427957399076949", "1E-23"): "0.052838042795739907694…",
+        ("0.0528380427957399076949", "1E-22"): "0.05283804279573990769…",  # 4… or 5…
+        ("-1.2345678901", "5E-11"): "−1.234567890…",
+        ("0.2", "1E-9"): "0.…",  # 0.19… or 0.20…
+        ("52", "0"): "52",
+    }
+    for (midpoint, radius), text in spelled.items():
+        assert proofs.digits(proof("curves", "x", midpoint, radius)) == text
+    assert proofs.digits(None) == "–"
+
+
+def test_a_row_is_marked_that_its_proofs_do_not_contradict():
+    found = proofs.Proved(
+        [
+            proof("stiction", "x0_slip", "0.05", **ONSET),
+            proof("stiction", "", "NaN", "NaN", **LOCKS),
+            proof("states", "f", "1", on_path=False, state="arch"),
+        ]
+    )
+    row = {name: float(value) for name, value in ONSET.items()}
+    marks = {
+        "✓": found.of("stiction", row | {"x0_slip": 0.05 + 1e-9}),
+        "✓ (state)": found.of("states", {"state": "arch", "f": 1.0}),
+    }
+    for text, of in marks.items():
+        assert proofs.mark(of) == text
+    for other in (row | {"x0_slip": 0.05 + 1e-7}, row | {"x0_slip": None}, row | {"mu0": 0.3}):
+        assert proofs.mark(found.of("stiction", other)) == "–"
+    assert proofs.mark(found.of("stiction", row | {"mu0": 0.5, "x0_slip": None})) == "✓"
+    assert found.summary() == {"Proved": "2 numbers in 3 rows"}
+
+
+def test_the_page_shows_proved_digits(whole):
+    run = replace(RUN, proofs=read(ROOT / "tests/regression/paper/enclosures.csv", proofs.KEYS))
+    page = Elements(report.page("paper", whole, [picture()], run))
+    assert "proved = ✓" in page.text and "numbers in 243 rows" in page.text
+    # θ = 2, μ0 = 0.4, and the state of Figure 8.
+    assert "0.052838042795739907694…" in page.text and "22.982580886641143470…" in page.text
+    assert "Proved" not in Elements(report.page("paper", whole, [picture()], RUN)).text
 
 
 @pytest.mark.parametrize(

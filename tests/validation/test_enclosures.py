@@ -20,9 +20,9 @@ states:
 """
 
 
-def short_path(theta, eta, init, beyond):
+def short_path(theta, eta, init, beyond, over):
     """A path that ends before −tan α has its maximum, where it would take long to go."""
-    return path_of(theta, eta, init, Decimal("0.02"))
+    return path_of(theta, eta, init, beyond=beyond)
 
 
 @pytest.fixture
@@ -135,3 +135,11 @@ def test_a_study_in_line_contact_is_refused(study, capsys):
     path.write_text(STUDY + "contact: line\n")
     assert enclosures.main(arguments) == 2
     assert "only tip contact" in capsys.readouterr().err
+
+
+def test_a_study_of_mounted_rods_is_refused(study, capsys):
+    _, arguments = study
+    path = Path(arguments[1])
+    path.write_text(STUDY.replace("dx0: [0.0001]", "dx0: [0.0001], clamp_angle: [0.1]"))
+    assert enclosures.main(arguments) == 2
+    assert "only the ideal mounting is proved" in capsys.readouterr().err

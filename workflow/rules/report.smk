@@ -10,6 +10,7 @@ rule report:
         claims=f"{RESULTS}/tables/claims.parquet" if STUDY.claims else [],
         svg=expand(f"{RESULTS}/figures/{{figure}}.svg", figure=STUDY.figures),
         png=expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
+        proofs=places.proofs(STUDY.name),
         code=sources("report.page", "tables.query", "files", "pipeline.jobs"),
     output:
         f"{RESULTS}/report.html",

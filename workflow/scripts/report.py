@@ -6,7 +6,9 @@ from vibrissa.files import write_atomically
 from vibrissa.pipeline import jobs
 from vibrissa.report.facts import environment
 from vibrissa.report.page import Picture, Run, page
+from vibrissa.report.proofs import KEYS
 from vibrissa.tables import query, schemas
+from vibrissa.tables.proofs import read
 
 with jobs.logged(snakemake.log[0]):
     names = ("stiction", "scans", "states", "comparisons", "claims")
@@ -33,6 +35,7 @@ with jobs.logged(snakemake.log[0]):
             rule: [Path(path).read_text() for path in paths if Path(path).is_file()]
             for rule, paths in snakemake.params.benchmarks.items()
         },
+        proofs=[proof for path in snakemake.input.proofs for proof in read(Path(path), KEYS)],
     )
     text = page(snakemake.params.study, found, pictures, run)
     with write_atomically(Path(snakemake.output[0])) as temporary:

@@ -1,23 +1,20 @@
 """Results beside proofs: how far each number is from the true value.
 
 The enclosures of a study stand in ``enclosures.csv`` beside its reference tables (`make proof`).
-They are decimals, so that nothing is needed to read them.
 """
 
-import csv
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 
 import pandas as pd
 
 from vibrissa.checking.differences import Difference, Problem
 from vibrissa.checking.layouts import Layout, Tolerance
-from vibrissa.errors import ComparisonError
+from vibrissa.tables.proofs import FILE, read, spell_key
 
-FILE = "enclosures.csv"
 # Bounds of the histogram, in units in the last place: up to 0.5 it is the nearest double.
 BOUNDS = (0.5, 1.0, 10.0, 100.0, 1000.0)
 
@@ -94,73 +91,40 @@ def enclosed(
 
     Raises
     ------
-    ComparisonError
+    TableError
         If the file is none of enclosures.
     """
     path = reference / FILE
     if not path.is_file():
         return []
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            lines = list(csv.DictReader(file))
-        proofs = [_proof(line, layouts) for line in lines if line["quantity"]]
-    except (ValueError, KeyError, TypeError, InvalidOperation) as error:
-        raise ComparisonError(
-            f"{path} has no enclosures ({error!r}); restore it from version control, or delete it "
-            "and make it anew with: make proof"
-        ) from None
-    named = {proof[0] for proof in proofs} & layouts.keys() & frames.keys()
-    indexed = {name: _indexed(frames[name], layouts[name]) for name in named}
+    proofs = read(path, {name: layouts[name].keys for name in layouts.keys() & frames.keys()})
+    indexed = {name: _indexed(frames[name], layouts[name]) for name in {p.table for p in proofs}}
     found = []
-    for table, column, row, midpoint, radius in proofs:
-        key = _key(row.values())
-        if table not in named or column not in layouts[table].columns:
-            continue
-        layout, frame = layouts[table], indexed[table]
-        if key in frame.index:
-            computed = frame.at[key, column]
+    for proof in proofs:
+        columns, frame = layouts[proof.table].columns, indexed[proof.table]
+        key = spell_key(proof.row.values())
+        if proof.quantity in columns and key in frame.index:
+            computed = frame.at[key, proof.quantity]
             found.append(
                 Enclosed(
-                    table=table,
-                    column=column,
-                    row=row,
+                    table=proof.table,
+                    column=proof.quantity,
+                    row=proof.row,
                     # What is proved and has no number here failed.
                     value=math.nan if pd.isna(computed) else float(computed),
-                    midpoint=midpoint,
-                    radius=radius,
-                    tolerance=layout.columns[column],
+                    midpoint=proof.midpoint,
+                    radius=proof.radius,
+                    tolerance=columns[proof.quantity],
                 )
             )
     return found
 
 
-Proof = tuple[str, str, dict[str, str], Decimal, Decimal]
-
-
-def _proof(line: Mapping[str, str], layouts: Mapping[str, Layout]) -> Proof:
-    table = line["table"]
-    keys = layouts[table].keys if table in layouts else ()
-    row = {name: line[name] for name in keys}
-    return table, line["quantity"], row, Decimal(line["midpoint"]), Decimal(line["radius"])
-
-
 def _indexed(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
     """Index a table by the spelling of its keys; of rows that stand twice the first is kept."""
-    keys = [_key(row) for row in frame[list(layout.keys)].itertuples(index=False)]
+    keys = [spell_key(row) for row in frame[list(layout.keys)].itertuples(index=False)]
     indexed = frame.set_axis(keys, axis=0)
     return indexed[~indexed.index.duplicated()]
-
-
-def _key(values: Iterable[object]) -> str:
-    """Spell the keys of a row the same from a table and from a file."""
-    return " ".join(map(_spell, values))
-
-
-def _spell(value: object) -> str:
-    try:
-        return repr(float(value))  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        return str(value)
 
 
 def histogram(numbers: Sequence[Enclosed]) -> dict[str, int]:

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from vibrissa.tables.proofs import FILE
+
 _PACKAGE = Path(__file__).resolve().parents[1]
 # A wheel has below the package what a clone has in its root; hatch_build.py puts it there.
 HOME = _PACKAGE if (_PACKAGE / "Snakefile").is_file() else _PACKAGE.parents[1]
@@ -22,3 +24,9 @@ def reference_tables(study: str) -> Path:
     here = Path("tests/regression", study)
     own = HOME / here
     return here if here.is_dir() or not own.is_dir() else near(own)
+
+
+def proofs(study: str) -> list[str]:
+    """Files of what is proved of a study: that beside its reference tables, if there is one."""
+    path = reference_tables(study) / FILE
+    return [path.as_posix()] if path.is_file() else []

@@ -74,12 +74,6 @@ class Tube:
     advance: arb
     bend: arb | None
 
-    @property
-    def one_sided(self) -> bool:
-        """Whether −tan α only rises, only falls, or has one extremum at most: proved, if true."""
-        known = self.rise if self.bend is None else self.bend
-        return bool(known > 0 or known < 0)
-
     def loads_at(self, fx: arb, more: Load) -> Load:
         """Return the loads at some fx on the line, and what may be added."""
         along = fx - self.centre.fx
@@ -145,7 +139,7 @@ class Path:
         return False
 
 
-def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
+def follow(rod: Rod, init: Equilibrium, *, beyond: arb | None = None, over: bool = False) -> Path:
     """Cover the path from the state α = 0 on with tubes.
 
     Parameters
@@ -154,7 +148,9 @@ def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
     init : Equilibrium
         The state α = 0.
     beyond : arb, optional
-        −tan α at which the path may end; without it, it is followed until −tan α falls.
+        −tan α at which the path may end. Up to there tubes are so short that −tan α rises.
+    over : bool, optional
+        Whether to go on from there until −tan α falls.
 
     Returns
     -------
@@ -168,7 +164,8 @@ def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
     scale = abs(init.load.fy).mid()
     tubes: list[Tube] = []
     reach = scale * FIRST
-    while not (tubes and _ends(tubes[-1], beyond)):
+    ends = None if over else beyond
+    while not (tubes and _ends(tubes[-1], ends)):
         if reach < scale * SHORTEST:
             raise NotProvedError(f"the path could not be followed beyond fx = {_end(tubes)}")
         try:
@@ -176,7 +173,8 @@ def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
         except NotProvedError:
             reach = reach / 2
             continue
-        if not (tube.one_sided or reach < scale * OPEN) or not tube.advance > 0:
+        short = reach < scale * OPEN or _decided(tube, beyond)
+        if not (short and tube.advance > 0):
             reach = reach / 2
             continue
         tubes.append(tube)
@@ -187,6 +185,14 @@ def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
 def _ends(tube: Tube, beyond: arb | None) -> bool:
     """Whether a path needs no more tubes."""
     return bool(tube.rise < 0) or (beyond is not None and bool(tube.mu > beyond))
+
+
+def _decided(tube: Tube, beyond: arb | None) -> bool:
+    """Whether it is known where on a tube −tan α rises: up to `beyond`, everywhere."""
+    if tube.bend is None:
+        return True
+    past = beyond is None or bool(tube.mu > beyond)
+    return past and bool(tube.bend > 0 or tube.bend < 0)
 
 
 def _end(tubes: list[Tube]) -> arb:

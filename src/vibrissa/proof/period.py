@@ -250,7 +250,7 @@ def lock(
         x0 = init.offset - critical.offset
     proved = None
     if first:
-        path = path_of(number["theta"], number["eta"], init, beyond=None)
+        path = path_of(number["theta"], number["eta"], init, over=True)
         proved = path.peaks_first(critical)
     return ProvedLock(init=init, critical=critical, mu_lock=critical.mu, x0_lock=x0, first=proved)
 

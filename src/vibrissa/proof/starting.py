@@ -45,11 +45,19 @@ def prove_at(rod: Rod, closing: Closing, curve: StickingCurve, x0: float) -> Equ
     return prove(rod, closing, near, contact)
 
 
-def path_of(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path:
+def path_of(
+    theta: Decimal,
+    eta: Decimal,
+    init: Equilibrium,
+    *,
+    beyond: Decimal | None = None,
+    over: bool = False,
+) -> Path:
     """Cover the path from a proved state α = 0 on; see `vibrissa.proof.path.follow`.
 
     Tubes are so wide that few digits are enough.
     """
     effort = Effort(bits=64, order=12, steps=max(12, round(7 * float(theta) ** 0.75)))
     with effort.spent():
-        return follow(rod_of(theta, eta, effort), init, None if beyond is None else ball(beyond))
+        rod = rod_of(theta, eta, effort)
+        return follow(rod, init, beyond=None if beyond is None else ball(beyond), over=over)

@@ -95,13 +95,13 @@ def curve_enclosures(
             return [Enclosure(table=table, row=row, note=str(error)) for table, row in tables]
         columns = {"x1_init": init.offset, **_seen(init, "init")}
         found = list(_enclosed("curves", key, columns, on_path=True))
-        highest = max(mu0 for mu0, _ in points)
-        to_lock = lock or bool(np.isnan(curve.onset(float(highest))))
-        path = _path(theta, eta, init, beyond=None if to_lock else highest)
+        onsets = curve.onset([float(mu0) for mu0, _ in points])
+        slips = [mu0 for (mu0, _), at in zip(points, onsets, strict=True) if np.isfinite(at)]
+        over = lock or len(slips) < len(points)
+        path = _path(theta, eta, init, beyond=max(slips, default=None), over=over)
         if lock:
             found += _critical(rod, curve, path, key)
-        for (mu0, dx0), row in zip(points, rows, strict=True):
-            near = float(curve.onset([float(mu0)])[0])
+        for (mu0, dx0), near, row in zip(points, map(float, onsets), rows, strict=True):
             try:
                 if np.isnan(near):
                     locks = path is not None and path.locks(ball(mu0))
@@ -117,10 +117,12 @@ def curve_enclosures(
     return found
 
 
-def _path(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path | None:
+def _path(
+    theta: Decimal, eta: Decimal, init: Equilibrium, *, beyond: Decimal | None, over: bool
+) -> Path | None:
     """Cover the path as `path_of` does; None where that does not succeed."""
     try:
-        return path_of(theta, eta, init, beyond)
+        return path_of(theta, eta, init, beyond=beyond, over=over)
     except NotProvedError:
         return None
 

@@ -13,7 +13,9 @@ from markupsafe import Markup
 
 from vibrissa.paper.ledger import verdict_counts
 from vibrissa.report import animation, facts, tables
+from vibrissa.report.proofs import Proved
 from vibrissa.tables.dictionary import entries
+from vibrissa.tables.proofs import Proof
 from vibrissa.tables.query import Readable
 
 # An SVG of more bytes shows so many lines that the PNG looks the same and is smaller.
@@ -55,11 +57,14 @@ class Run:
         Versions of the software and what is to be said of the machine, by name.
     benchmarks : mapping
         Texts of Snakemake's benchmark files of each rule.
+    proofs : sequence of Proof
+        What is proved of the tables' numbers.
     """
 
     study_files: Mapping[str, str]
     environment: Mapping[str, str]
     benchmarks: Mapping[str, Sequence[str]]
+    proofs: Sequence[Proof] = ()
 
 
 def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture], run: Run) -> str:
@@ -83,18 +88,19 @@ def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture],
     here = Path(__file__)
     claims = facts.claim_rows(found["claims"]) if "claims" in found else []
     runs = animation.runs(found["scans"]) if "scans" in found else []
+    proved = Proved(run.proofs)
     return _template(here.with_suffix(".html")).render(
         study=study,
         style=Markup(here.with_suffix(".css").read_text(encoding="utf-8")),
         program=Markup(here.with_suffix(".js").read_text(encoding="utf-8")),
-        summary=facts.summary(found),
+        summary=facts.summary(found) | proved.summary(),
         troubles=facts.troubles(found),
         runs=runs,
         motion_notes=facts.motion_notes(runs, found["scans"]) if runs else [],
         pictures=list(pictures),
         verdicts=verdict_counts(row["verdict"] for row in claims),
         claims=claims,
-        tables=tables.sections(found),
+        tables=tables.sections(found, proved),
         dictionary={name: entries(table.schema) for name, table in found.items()},
         origins=[facts.origin(name, table) for name, table in found.items()],
         job_times=facts.job_times(run.benchmarks),

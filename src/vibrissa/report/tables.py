@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.compute as pc
 
+from vibrissa.report.proofs import KEYS, Proved, digits, mark
 from vibrissa.report.spelling import spell, spell_unit, symbol
 from vibrissa.tables import query, schemas, store
 from vibrissa.tables.query import Readable
@@ -33,6 +34,16 @@ STATES = (
     *("state", "theta", "eta", "x1", "status", "contact", "f", "alpha", "phi1"),
     *(*REACTIONS, "penetrates", "residual"),
 )
+PROVED = {
+    "stiction": ("x0_slip", "f_slip", "phi1_slip", "reaction_m_slip"),
+    "curves": ("mu_lock", "x1_init", "f_init", "reaction_m_init"),
+    "states": ("f", "alpha", "phi1", "reaction_m"),
+}
+PROVED_NOTE = (
+    "Proved by interval arithmetic: these are digits of the exact solution of the model’s "
+    "equations, cut off and not rounded."
+)
+NOTHING = Proved(())
 COMPARED = ("theta", "mu0", "eta")
 COMPARISONS = (
     *(*COMPARED, "status_point", "status_line", "x0_slip_point", "x0_slip_line"),
@@ -69,23 +80,26 @@ class Section:
         return zip(*(column.cells for column in self.columns), strict=True)
 
 
-def sections(found: Mapping[str, Readable]) -> list[Section]:
+def sections(found: Mapping[str, Readable], proved: Proved = NOTHING) -> list[Section]:
     """Key rows of each of a study's tables that the page shows.
 
     Parameters
     ----------
     found : mapping of pyarrow.Table or Dataset
         The study's tables by name.
+    proved : Proved
+        Proofs of their numbers.
 
     Returns
     -------
     list of Section
+        Where there are proofs, rows that have one are marked, and its digits shown in the end.
     """
     return [
         section
         for name, table in found.items()
         if name in _SECTIONS and query.count(table)
-        for section in _SECTIONS[name](table)
+        for section in _SECTIONS[name](table, proved)
     ]
 
 
@@ -153,12 +167,49 @@ def _section(title: str, note: str, columns: Sequence[Column], total: int) -> Se
 
 
 def _rows_section(
-    table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str = ""
+    table: Readable,
+    rows: pd.DataFrame,
+    names: Sequence[str],
+    title: str,
+    note: str = "",
+    more: Sequence[Column] = (),
 ) -> Section:
-    """Section of some columns of a table's rows."""
+    """Section of some columns of a table's rows, and more columns."""
     shown = rows.head(MOST_ROWS).astype(object)
     columns = [_column(table, name, shown[name]) for name in names]
-    return _section(title, note, columns, len(rows))
+    return _section(title, note, [*columns, *more], len(rows))
+
+
+def _marks(name: str, rows: pd.DataFrame, proved: Proved) -> list[Column]:
+    """Make a column that marks the rows with proofs, where there are any."""
+    if not proved:
+        return []
+    shown = rows.head(MOST_ROWS).to_dict("records")
+    return [
+        Column(
+            name="proved",
+            description="✓: the row’s numbers are proved, and that the onset is the first on its "
+            "path, or that the tip locks; ✓ (state): the numbers are",
+            cells=[mark(proved.of(name, row)) for row in shown],
+        )
+    ]
+
+
+def _digits(
+    table: Readable, name: str, rows: pd.DataFrame, proved: Proved, title: str
+) -> list[Section]:
+    """Section of the proved digits of rows, where there are any."""
+    known = {i: proved.of(name, row) for i, row in enumerate(rows.to_dict("records"))}
+    kept = [i for i, proofs in known.items() if set(proofs) & set(PROVED[name])]
+    if not kept:
+        return []
+    shown = kept[:MOST_ROWS]
+    columns = [
+        replace(_column(table, column, []), cells=[digits(known[i].get(column)) for i in shown])
+        for column in PROVED[name]
+    ]
+    keys = [_column(table, key, rows[key].iloc[shown]) for key in KEYS[name]]
+    return [_section(title, PROVED_NOTE, [*keys, *columns], len(kept))]
 
 
 @dataclass(kw_only=True)
@@ -181,8 +232,8 @@ def _grids(table: Readable) -> dict[str, _Grid]:
     return grids
 
 
-def _stiction(table: Readable) -> list[Section]:
-    shown = []
+def _stiction(table: Readable, proved: Proved) -> list[Section]:
+    shown, keyed = [], []
     for name, grid in sorted(_grids(table).items()):
         corners = [query.one_of(*axis) for axis in _key_values(grid.values).items()]
         rows = query.frame(table, STICTION, reduce(and_, corners, query.in_grid(name)))
@@ -190,11 +241,20 @@ def _stiction(table: Readable) -> list[Section]:
         note = f"Points: {spell_counts(grid.statuses)}."
         if len(rows) < grid.statuses.total():
             note += " Here are the corners and the middle of the grid."
-        shown.append(_rows_section(table, rows, STICTION, f"Grid {name}", note))
+        more = _marks("stiction", rows, proved)
+        shown.append(_rows_section(table, rows, STICTION, f"Grid {name}", note, more))
+        keyed.append(rows)
+    if proved:
+        points = pd.concat(keyed).drop_duplicates(list(POINT)).sort_values(list(POINT))
+        axes = list(KEYS["curves"])
+        curves = query.frame(table, [*axes, *PROVED["curves"]]).drop_duplicates(axes)
+        curves = curves.sort_values(axes)
+        shown += _digits(table, "stiction", points, proved, "Proved digits of the onsets")
+        shown += _digits(table, "curves", curves, proved, "Proved digits of the curves")
     return shown
 
 
-def _scans(table: Readable) -> list[Section]:
+def _scans(table: Readable, proved: Proved) -> list[Section]:
     """Length of each scan, and least and greatest value of the load on the clamp."""
     rows = query.frame(table, [*SCAN, "status", "footpoint", "cycle", "x0", *REACTIONS])
     scans = [scan for _, scan in rows.groupby(list(SCAN), sort=False)]
@@ -241,11 +301,16 @@ def _spell_range(values: pd.Series) -> str:
     return " … ".join(spell(end if abs(end) > ROUNDING * size else 0.0, 4) for end in ends)
 
 
-def _states(table: Readable) -> list[Section]:
-    return [_rows_section(table, query.frame(table, STATES), STATES, "Single states")]
+def _states(table: Readable, proved: Proved) -> list[Section]:
+    rows = query.frame(table, STATES)
+    more = _marks("states", rows, proved)
+    return [
+        _rows_section(table, rows, STATES, "Single states", more=more),
+        *_digits(table, "states", rows, proved, "Proved digits of the states"),
+    ]
 
 
-def _comparisons(table: Readable) -> list[Section]:
+def _comparisons(table: Readable, proved: Proved) -> list[Section]:
     rows = query.frame(table, ("comparison", *COMPARISONS))
     return [
         _rows_section(
@@ -260,7 +325,7 @@ def _comparisons(table: Readable) -> list[Section]:
     ]
 
 
-_SECTIONS: dict[str, Callable[[Readable], list[Section]]] = {
+_SECTIONS: dict[str, Callable[[Readable, Proved], list[Section]]] = {
     "stiction": _stiction,
     "scans": _scans,
     "states": _states,
