@@ -64,7 +64,8 @@ def test_both_sides_give_bounds_and_the_trailing_tip_its_friction(rod, method):
     locked = [ahead] if method is not Method.SPACING else [ahead, trailing]
     for part in locked:
         assert part.status == [PeriodStatus.LOCK] and np.isnan(part.mu0).all()
-        assert part.low == pytest.approx(response.curve.mu_lock) and part.low < 0.9
+        assert response.curve.mu_lock * (1.0 - 1e-9) <= part.low < 0.9
+    assert ahead.low == pytest.approx(response.curve.mu_lock)
     slips = periods.take(slice(len(locked), -1))
     assert set(slips.status) == {PeriodStatus.SLIP} and not any(slips.doubt[:-1])
     assert (np.abs(slips.mu0 - 0.9) < 4.5 * slips.deviation).all()
@@ -104,6 +105,21 @@ def test_before_the_swing_it_is_what_a_recording_up_to_there_gives(response, met
     # A strip stays in its plane: the rest of the readings are no states of it.
     with pytest.raises(RecordingError, match="no state of this rod"):
         find_periods(known_setup(respond(2.0, 0.85, section="planar")), recording, NOISE)
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_a_recording_that_ends_before_the_trailing_tip_slips_gives_bounds(response, method):
+    truth, recording = recorded(response, surfaces.constant(0.9))
+    # First where the mirrored tip is still past its lock, then where the clamp pulls it.
+    for stop, beyond_lock in ((0.6, False), (2.0 * response.x0_end + 0.015, True)):
+        rows = truth.clamp <= stop
+        periods = find_periods(known_setup(response), recording.take(rows), NOISE, method=method)
+        assert periods.status.tolist() == [PeriodStatus.LOCK] * 2
+        fx, fy, _ = truth.reactions[rows][-1]
+        needed = max(response.curve.mu_lock, fx / fy)
+        assert (needed > 0.7) == beyond_lock
+        assert periods.low[0] == pytest.approx(response.curve.mu_lock)
+        assert needed - 0.01 < periods.low[1] < needed * (1.0 + 1e-9)
 
 
 def test_the_moment_alone_shows_the_swing_too(response):

@@ -44,7 +44,8 @@ class PeriodStatus(StrEnum):
         Its end, or for the spacing its beginning, was not recorded: μ0 is at least `low`.
     LOCK
         The tip stuck past the lock: μ0 is above `low`, which is μ_lock. It did not slip, or the rod
-        swung aside: then the slip of the trailing tip tells μ0, in the next row.
+        swung aside: then the slip of the trailing tip tells μ0, in the next row. If that was not
+        recorded, `low` is what the trailing tip needed at last, if that is more.
     UNSURE
         By the spacing, which needs a slip law: `low` and `high` hold for every law.
     BEYOND
@@ -174,7 +175,7 @@ def _read(
     found, unsure = reader.friction(seen, common)
     least = seen.least - HALF_WIDTH * common_deviation(seen.least, [one.least for one in displaced])
     status = _statuses(seen, found, unsure, reader.from_slip)
-    found = _where_known(found, status, least, seen)
+    found = _where_known(found, status, least, seen, part.swung)
     begins, ends = periods.begins, periods.ends
     known = Periods(
         status=status,
@@ -257,12 +258,15 @@ def _statuses(seen: Seen, found: Summary, unsure: BoolArray, from_slip: bool) ->
     )
 
 
-def _where_known(found: Summary, status: StrArray, least: FloatArray, seen: Seen) -> Summary:
+def _where_known(
+    found: Summary, status: StrArray, least: FloatArray, seen: Seen, swung: bool
+) -> Summary:
     """Keep what the status leaves: the whole distribution, bounds, or a lower bound alone."""
     unsure, unknown = status == PeriodStatus.UNSURE, status == PeriodStatus.BEYOND
     locked = status == PeriodStatus.LOCK
     bounded = locked | (status == PeriodStatus.OPEN)
-    least = np.where(locked, np.minimum(least, seen.ending.mu_lock), least)
+    if not swung:  # a trailing tip that is pulled needs more in the end
+        least = np.where(locked, np.minimum(least, seen.ending.mu_lock), least)
     # As it slipped, pushed, it did not lock.
     most = np.where(seen.last.sign > 0.0, seen.ending.mu_lock, np.nan)
     return Summary(
