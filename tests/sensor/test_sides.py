@@ -142,6 +142,25 @@ def test_a_stage_that_turns_back_swings_the_rod_back(response):
     assert abs(periods.mu0[2] - 0.8) < 4.5 * periods.deviation[2]
 
 
+@pytest.mark.parametrize("by", [-0.01, 0.01])
+def test_a_real_rod_may_swing_a_little_earlier_or_later(response, by):
+    truth, recording = recorded(response, surfaces.constant(0.8))
+    swing, between = response.x0_end, np.abs(truth.clamp - response.x0_end - 0.5 * by) < 0.5 * 0.01
+    # The states of a strip go on where those of the round rod end.
+    strip = respond(2.0, 0.85, section="planar")
+    here = truth.clamp[between]
+    other = strip(2.0 * swing - here) * MIRROR if by < 0.0 else strip(here)
+    readings = recording.readings.copy()
+    readings[between] += other - truth.reactions[between]
+    periods = find_periods(
+        known_setup(response), replace(recording, readings=readings), NOISE, method=Method.MOMENT
+    )
+    assert any("no state of this rod" in note for note in periods.notes)
+    assert periods.side[:2].tolist() == ["ahead", "behind"]
+    assert periods.status[:2].tolist() == ["lock", "slip"]
+    assert abs(periods.mu0[1] - 0.8) < 4.5 * periods.deviation[1]
+
+
 def test_a_sensor_bias_is_that_of_the_same_transducer_on_both_sides(response):
     _, recording = recorded(response, surfaces.constant(0.8))
     bias = np.array([0.3, -0.2, 0.1])

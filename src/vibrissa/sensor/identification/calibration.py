@@ -217,7 +217,8 @@ def _covariance(fit: "_Fit", values: FloatArray) -> FloatArray:
     if excess > MOST_EXCESS:
         raise UndeterminedError(
             f"the squared errors that remain are {excess:.3g} times those of the noise: the rod, "
-            "height, units or noise that were given do not match the recording"
+            "height, units or noise that were given do not match the recording, or it goes on long "
+            "after the rod has swung aside: cut it there"
         )
     jacobian = fit.jacobian(values[fit.free])
     information = jacobian.T @ jacobian

@@ -6,8 +6,8 @@ of a tip ahead that is pulled back.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Self
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.calibration import Setup
 from vibrissa.sensor.identification.methods import Seen
 from vibrissa.sensor.identification.periods import (
+    JUMP,
     MISFIT,
     Channels,
     Partition,
@@ -116,8 +117,10 @@ def parts_of(
     parts, side, first = [], 1, 0
     samples = located(setup.branch, recording, channels, setup.offset, progress)
     while (swing := _swing(side, setup, samples, channels)) is not None:
-        parts.append(Part.of(side, setup, samples.take(slice(swing))))
-        side, first = -side, first + swing
+        before = Part.of(side, setup, samples.take(slice(swing.begin)))
+        between = samples.take(slice(swing.begin, swing.end))
+        parts.append(replace(before, off=Samples.concatenate([before.off, between])))
+        side, first = -side, first + swing.end
         setup, rest = setup.mirrored(), recording.take(slice(first, None))
         rest = rest if side > 0 else rest.mirrored()
         samples = located(setup.branch, rest, channels, setup.offset)
@@ -125,11 +128,18 @@ def parts_of(
     return [*parts, Part.of(side, setup, samples)]
 
 
-def _swing(side: int, setup: Setup, samples: Samples, channels: Channels) -> int | None:
-    """Find the first sample after the rod has swung aside; None if it does not.
+class _Swing(NamedTuple):
+    """Samples in which the rod may swing aside: from `begin` to before `end`."""
+
+    begin: int
+    end: int
+
+
+def _swing(side: int, setup: Setup, samples: Samples, channels: Channels) -> _Swing | None:
+    """Find where the rod swings aside; None if it does not.
 
     The tip locks, and once the clamp has passed under it the samples are those of the same contact
-    on the other side.
+    on the other side. A real rod may swing a little later: then there are samples in between.
     """
     part = Part.of(side, setup, samples)
     states, _ = setup.branch.above(part.samples.clamp)
@@ -137,17 +147,15 @@ def _swing(side: int, setup: Setup, samples: Samples, channels: Channels) -> int
         return None
     seen = part.seen(channels)
     for period in np.flatnonzero(seen.locked):
-        begin = seen.samples.row[seen.periods.begins[period]]
-        there = (samples.row > begin) & _trails(
-            setup,
-            samples,
-            channels,
-            seen.contacts.place[period],
-            seen.contacts.deviation[period],
-        )
+        place, deviation = seen.contacts.place[period], seen.contacts.deviation[period]
+        later = samples.row > seen.samples.row[seen.periods.begins[period]]
+        there = later & _trails(setup, samples, channels, place, deviation)
         runs = np.flatnonzero(np.convolve(there, np.ones(ENOUGH), "valid") == ENOUGH)
         if len(runs):
-            return int(runs[0])
+            states, start = setup.branch.above(samples.clamp)
+            passed = later & (start - place > states.x0_end + JUMP * deviation)
+            begins = np.flatnonzero(passed[: runs[0]])
+            return _Swing(begin=int(np.append(begins, runs[0])[0]), end=int(runs[0]))
     return None
 
 
