@@ -1,12 +1,14 @@
 """Scans with an oblique stage, against shooting that shares no code with the package."""
 
 from dataclasses import replace
+from decimal import Decimal
 from functools import cache
 
 import numpy as np
 import pytest
 
 import reference
+from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError, RecordingError
 from vibrissa.sensor import Recording, Whisker, identify, scan, surfaces
 from vibrissa.sensor.height_range import EXACT, respond_over
@@ -63,6 +65,17 @@ def compared(angle, law, ratio, step, to):
 
 def test_stick_slip_of_an_oblique_stage_is_that_of_shooting():
     assert compared(0.1, "kinetic", 0.6, "0.006", "0.06") == 4
+
+
+@pytest.mark.parametrize("angle", [0.1, -0.1])
+def test_free_slips_are_the_cycles_of_a_study(angle):
+    curve = solve_curve(THETA, ETA, mounting=Mounting(stage_angle=angle))
+    study = stick_slip(curve, MU0, Decimal("0.004"), cycles=3)
+    _, found = simulated(angle, MU0, "0.004", [str(study.footpoint[-1])])
+    assert found.phase.tolist() == [phase.value for phase in study.phase]
+    assert found.contact == pytest.approx(study.x1, abs=1e-12)
+    assert found.reactions[:, 0] == pytest.approx(study.state.reaction_fx, abs=1e-8)
+    assert found.reactions[:, 2] == pytest.approx(study.state.reaction_m, abs=1e-8)
 
 
 @pytest.mark.slow

@@ -261,14 +261,34 @@ def test_a_rod_curved_towards_the_surface_may_not_lie_on_it():
     assert none.status == "out_of_reach" and not none.pieces
 
 
-def test_a_scan_with_an_oblique_stage_has_one_cycle():
+def test_each_cycle_of_an_oblique_stage_has_the_curve_of_its_height():
     found = curve(2.0, 0.85, Mounting(stage_angle=0.05))
-    scan = stick_slip(found, 0.3, 0.005, 1)
-    assert scan.residual.max() < 1e-9
-    # The tip keeps its place until it slips.
-    assert np.ptp(scan.x1[:-1]) < 1e-12 and np.ptp(scan.y[:-1, -1]) < 1e-9
-    with pytest.raises(ArgumentError, match="cycles must be 1, got 2"):
-        stick_slip(found, 0.3, 0.005, 2)
+    scan = stick_slip(found, 0.3, 0.005, 3)
+    assert scan.residual.max() < 1e-9 and scan.message == ""
+    assert scan.footpoint == pytest.approx(0.005 * np.arange(len(scan.step)), abs=1e-15)
+    begins = np.flatnonzero(np.array(scan.phase) == "slip")
+    assert len(begins) == 3 and scan.cycle[begins].tolist() == [1, 2, 3]
+    assert scan.step[begins].tolist() == np.diff(begins, prepend=0).tolist()
+    for begin, end in zip([0, *begins], [*begins, len(scan.step)], strict=True):
+        # The tip keeps its place, on the surface, until it slips.
+        assert np.ptp(scan.x1[begin:end]) < 1e-12
+        assert scan.y[begin:end, -1] == pytest.approx(0.85, abs=1e-9)
+        own = curve(2.0, 0.85 - scan.footpoint[begin] * np.sin(0.05), found.mounting)
+        x0 = scan.footpoint[begin:end] - scan.footpoint[begin]
+        assert scan.state.reaction_fx[begin:end] == pytest.approx(own.state(x0).reaction_fx)
+        # It slips at the first step at which it has to.
+        if end < len(scan.step):
+            assert x0[-1] < own.onset(0.3) < x0[-1] + 0.005
+
+
+def test_cycles_of_an_oblique_stage_end_where_the_tip_does_not_slip_any_more():
+    leaving = curve(2.0, 0.85, Mounting(stage_angle=-0.3))
+    scan = stick_slip(leaving, 0.3, 0.01, 20)
+    assert scan.cycle[-1] == 4 and scan.phase[-1] == "stick"
+    assert scan.message == "at the height 0.906149 (in units of L): lock"
+    assert curve(2.0, 0.906149, leaving.mounting).mu_lock < 0.3
+    scan = stick_slip(curve(2.0, 0.9, Mounting(stage_angle=-0.5)), 0.01, 0.25, 20)
+    assert scan.message == "the stage takes the clamp to the height 1.01986 (in units of L)"
 
 
 def test_shooting_knows_the_ideal_mounting_alone():

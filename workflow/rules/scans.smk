@@ -28,6 +28,7 @@ rule scan:
         study=STUDY.name,
         grid=lambda wildcards: encode_grid(STUDY.scan_grids[wildcards.scan]),
         cycles=lambda wildcards: STUDY.scans[wildcards.scan].cycles,
+        contact=STUDY.contact.value,
         by_step=STUDY.method.by_step,
     message:
         "moving the clamp through scan {wildcards.scan}"

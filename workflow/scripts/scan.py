@@ -14,8 +14,14 @@ with jobs.logged(snakemake.log[0]):
     def parts():
         for point in points:
             curve = curves[point.curve_key(snakemake.params.by_step)]
-            scan = stick_slip(curve, point.mu0, point.dx0, snakemake.params.cycles)
-            print(*encode_values(point), scan.status, curve.message)
+            scan = stick_slip(
+                curve,
+                point.mu0,
+                point.dx0,
+                snakemake.params.cycles,
+                contact=snakemake.params.contact,
+            )
+            print(*encode_values(point), scan.status, curve.message, scan.message)
             yield records.scan_table(
                 snakemake.wildcards.scan,
                 point,

@@ -6,8 +6,12 @@ the next period is the same, translated. Other laws of slip are in `vibrissa.sen
 
 Where the tip locks, a round rod swings aside, trails behind the clamp, and slips at last. From then
 on it is dragged: in the α = 0 state into which it slips the contact point is behind the clamp.
+
+On an oblique stage each period begins at the height that the clamp has there, and has a curve of
+its own.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from enum import StrEnum
@@ -20,7 +24,8 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
-from vibrissa.outcomes import Status
+from vibrissa.outcomes import Contact, Status
+from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 
@@ -62,6 +67,9 @@ class Scan:
     residual : ndarray, shape (n,)
         Distance between the integrated shape's end and the contact point (L): a check of the
         force that shares nothing with how it was found.
+    message : str
+        Why it has fewer cycles than were asked for, where an oblique stage came to a height at
+        which the tip does not slip or the rod has no curve; empty otherwise.
     """
 
     status: Status
@@ -76,6 +84,7 @@ class Scan:
     y: FloatArray
     phi: FloatArray
     residual: FloatArray
+    message: str = ""
 
 
 def stick_slip(
@@ -84,6 +93,7 @@ def stick_slip(
     dx0: Decimal | float,
     cycles: int,
     shape_points: int = 101,
+    contact: str = Contact.POINT,
 ) -> Scan:
     """Move the clamp in steps of Δx0 through a number of stick-slip cycles.
 
@@ -98,6 +108,8 @@ def stick_slip(
         Number of cycles, at least 1.
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
+    contact : str
+        As in `vibrissa.solve_curve`, by which the later cycles of an oblique stage are solved.
 
     Returns
     -------
@@ -108,17 +120,10 @@ def stick_slip(
     Raises
     ------
     ArgumentError
-        If the step or the number of cycles is not positive, a shape has fewer than two points, or
-        the stage changes the height, so that each cycle has another curve, and there is more than
-        one.
+        If the step or the number of cycles is not positive, or a shape has fewer than two points.
     """
     if cycles < 1:
         raise ArgumentError(f"cycles must be at least 1, got {cycles}")
-    if cycles > 1 and curve.mounting.stage_angle:
-        raise ArgumentError(
-            f"with a stage_angle each cycle begins at another height and has its own curve: "
-            f"cycles must be 1, got {cycles}"
-        )
     if shape_points < 2:
         raise ArgumentError(f"shape_points must be at least 2, got {shape_points}")
     dx0 = exact(dx0)
@@ -128,6 +133,8 @@ def stick_slip(
     status, until = _end_of_sticking(curve, float(mu0))
     if status not in (Status.SLIP, Status.LOCK):
         return _empty_scan(s, status)
+    if curve.mounting.stage_angle and status is Status.SLIP:
+        return _oblique(curve, float(mu0), dx0, cycles, s, contact)
 
     # The first period and one of the later ones, which are all the same, translated.
     first = _first_period(curve, step_position(np.arange(1 + until.first(dx0)), dx0), s)
@@ -135,26 +142,83 @@ def stick_slip(
     if status is Status.LOCK:
         later = _dragged_period(curve, step_position(np.arange(1 + until.later(dx0)), dx0), s)
     row, cycle, step = _numbered(len(first.offset), len(later.offset), cycles if until.slips else 0)
-    states = StickingState.concatenate([first.states, later.states]).take(row)
-    both = zip(first.shapes, later.shapes, strict=True)
-    x, y, phi = (np.concatenate(shapes)[row] for shapes in both)
-    offset = np.concatenate([first.offset, later.offset])[row]
-    height = np.concatenate([first.height, later.height])[row]
-    footpoint = step_position(np.arange(len(step)), dx0)
+    at = _Numbers(cycle=cycle, step=step, slips=row == len(first.offset))
+    return _scan(curve, status, _joined([first, later]).take(row), at, dx0, s)
+
+
+def _oblique(
+    curve: StickingCurve, mu0: float, dx0: Decimal, cycles: int, s: FloatArray, contact: str
+) -> Scan:
+    """Cycles on an oblique stage: the tip slips to the α = 0 state at the height of the clamp."""
+    periods: list[_Period] = []
+    message, one, eta, steps = "", curve, curve.eta, 0
+    while True:
+        # A period begins with the state into which the tip has slipped.
+        status, until = _end_of_sticking(one, mu0)
+        if status in (Status.SLIP, Status.LOCK):
+            last = until.first(dx0) if len(periods) < cycles else 0
+            displacement = step_position(np.arange(1 + last), dx0)
+            periods.append(_first_period(one, displacement, s))
+            steps += 1 + last
+        if len(periods) > cycles:
+            break
+        if status is not Status.SLIP:
+            message = f"at the height {eta:.6g} (in units of L): {one.message or status}"
+            break
+        eta = curve.contact_point(step_position(np.array(steps), dx0))[1].item()
+        if not 0.0 < eta < 1.0:
+            message = f"the stage takes the clamp to the height {eta:.6g} (in units of L)"
+            break
+        mounting, section = curve.mounting, curve.section
+        one = solve_curve(curve.theta, eta, contact=contact, mounting=mounting, section=section)
+    at = _Numbers.of([len(period.offset) for period in periods])
+    return _scan(curve, Status.SLIP, _joined(periods), at, dx0, s, message)
+
+
+class _Numbers(NamedTuple):
+    """Numbers of cycle and step of each state of a scan, and whether the tip has just slipped."""
+
+    cycle: IntArray
+    step: IntArray
+    slips: BoolArray
+
+    @classmethod
+    def of(cls, counts: Sequence[int]) -> "_Numbers":
+        """Count the states of periods; the first of each later one ends the cycle before."""
+        cycle = np.repeat(np.arange(1, 1 + len(counts)), counts)
+        step = np.concatenate([np.arange(count) for count in counts])
+        slips = (step == 0) & (cycle > 1)
+        step[slips], cycle[slips] = counts[:-1], cycle[slips] - 1
+        return cls(cycle, step, slips)
+
+
+def _scan(
+    curve: StickingCurve,
+    status: Status,
+    period: "_Period",
+    at: _Numbers,
+    dx0: Decimal,
+    s: FloatArray,
+    message: str = "",
+) -> Scan:
+    """Place the states of a scan on the surface, one for each footpoint position."""
+    footpoint = step_position(np.arange(len(at.step)), dx0)
     along = footpoint * np.cos(curve.mounting.stage_angle)
+    offset, height, (x, y, phi) = period.offset, period.height, period.shapes
     return Scan(
         status=status,
-        cycle=cycle,
-        step=step,
-        phase=[Phase.SLIP if k == len(first.offset) else Phase.STICK for k in row],
+        cycle=at.cycle,
+        step=at.step,
+        phase=[Phase.SLIP if slips else Phase.STICK for slips in at.slips],
         footpoint=footpoint,
         x1=along + offset,
-        state=states,
+        state=period.states,
         s=s,
         x=along[:, None] + x,
         y=curve.eta - height[:, None] + y,
         phi=phi,
         residual=np.hypot(x[:, -1] - offset, y[:, -1] - height),
+        message=message,
     )
 
 
@@ -197,6 +261,23 @@ class _Period(NamedTuple):
     offset: FloatArray
     height: FloatArray
     shapes: tuple[FloatArray, FloatArray, FloatArray]
+
+    def take(self, row: IntArray) -> "_Period":
+        """Select states."""
+        x, y, phi = self.shapes
+        shapes = (x[row], y[row], phi[row])
+        return _Period(self.states.take(row), self.offset[row], self.height[row], shapes)
+
+
+def _joined(periods: Sequence[_Period]) -> _Period:
+    """Put the states of periods one after the other."""
+    x, y, phi = (np.concatenate(parts) for parts in zip(*(p.shapes for p in periods), strict=True))
+    return _Period(
+        StickingState.concatenate([period.states for period in periods]),
+        np.concatenate([period.offset for period in periods]),
+        np.concatenate([period.height for period in periods]),
+        (x, y, phi),
+    )
 
 
 def _first_period(curve: StickingCurve, displacement: FloatArray, s: FloatArray) -> _Period:

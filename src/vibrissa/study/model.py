@@ -212,17 +212,13 @@ class Study(Section):
         return Mistake(location=largest, text=text)
 
     def _mounting_mistakes(self) -> Iterator[Mistake]:
-        """Find mountings that the method or the cycles of a scan do not allow."""
+        """Find mountings that the method does not allow."""
         for kind, sections in (("grids", self.point_grids), ("scans", self.scan_grids)):
             for name, grid in sections.items():
                 mounted = [axis for axis in grid.axes if axis in MOUNTING_AXES]
                 if mounted and self.method is Solver.SHOOTING:
                     text = "is not allowed with method: shooting; collocation is"
                     yield Mistake(location=(kind, name, mounted[0]), text=text)
-        for name, scan in self.scans.items():
-            if "stage_angle" in scan.grid.axes and scan.cycles > 1:
-                text = f"{scan.cycles} cycles are not allowed with a stage_angle; allowed: 1"
-                yield Mistake(location=("scans", name, "cycles"), text=text)
 
     def mistakes(self) -> Iterator[Mistake]:
         """Find what does not fit together, although each section is as it should be.
