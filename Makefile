@@ -24,7 +24,7 @@ export PYTHONNOUSERSITE := 1
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations lint
-.PHONY: survey chains roundtrip fuzz published designs taper bench growth
+.PHONY: survey chains trailing roundtrip fuzz published designs taper bench growth
 .PHONY: setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
 
@@ -55,6 +55,7 @@ help:
 	@echo "Validation:"
 	@echo "  make survey               solve 100,000 random points in both kinds of contact"
 	@echo "  make chains               push chains of links in space, compare with the planar states"
+	@echo "  make trailing             last sticking states of 2,000 swung rods, by multiple shooting"
 	@echo "  make proof-sample         prove 300 random onsets, far beyond the paper's grid"
 	@echo "  make roundtrip            friction of 1,000 random surfaces from simulated signals, into"
 	@echo "                            docs/friction.md (20 minutes; ARGS='--seeds 50' only prints)"
@@ -176,6 +177,10 @@ survey: $(STAMP)
 # Two minutes; fails if energies differ by more than 1e-5.
 chains: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/chains.py $(ARGS)
+
+# Five minutes; fails if a state is not found again, or displacements differ by more than 1e-11.
+trailing: $(STAMP)
+	@$(ONE_THREAD) $(PY) validation/trailing.py $(ARGS)
 
 # Not with one thread by ONE_THREAD: it is the workflow's jobs that are measured, as they are.
 growth: $(STAMP)

@@ -14,6 +14,7 @@ from vibrissa.figures.kinds import POINT, SCAN, kind
 from vibrissa.figures.series import Series
 from vibrissa.figures.style import SURFACE
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.tables.frames import behind_clamp
 
 FIRST_STEPS = ("footpoint", "cycle", "phase", "x1", "s_c", "stability_aside")
 MARGINS = {"stability": "in the plane", "stability_aside": "out of the plane"}
@@ -99,7 +100,7 @@ def margins(rows: pd.DataFrame) -> Figure:
 def swing(rows: pd.DataFrame) -> Figure:
     """Shapes in space of a rod that swings aside: before, at turns of its plane, and after."""
     steps = _first_period(rows).reset_index(drop=True)
-    behind = _behind(steps)
+    behind = behind_clamp(steps)
     if not behind.any() or behind.all():
         return style.message("the rod does not swing aside in this scan")
     last = int(np.flatnonzero(behind)[0]) - 1
@@ -129,14 +130,9 @@ def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
     return rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")].sort_values("footpoint")
 
 
-def _behind(steps: pd.DataFrame) -> pd.Series:
-    """Whether the tip of a rod that may leave its plane is behind the clamp."""
-    return (steps["x1"] < steps["footpoint"]) & steps["stability_aside"].notna()
-
-
 def _swing(steps: pd.DataFrame) -> float:
     """Where the clamp passes under the contact point in the steps of one scan; NaN if nowhere."""
-    behind = _behind(steps)
+    behind = behind_clamp(steps)
     if not behind.any() or behind.all():
         return math.nan
     # The straight tail points away from the clamp.

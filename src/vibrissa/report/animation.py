@@ -8,6 +8,7 @@ import pandas as pd
 from vibrissa.report.spelling import symbol
 from vibrissa.report.tables import POINT, REACTIONS, SCAN
 from vibrissa.tables import query
+from vibrissa.tables.frames import behind_clamp
 from vibrissa.tables.query import Readable
 
 # What a page can carry: frames of all scans together, scans, and points of a shape.
@@ -79,16 +80,11 @@ def _run(rows: pd.DataFrame, most: int) -> dict[str, Any]:
 def _kept(rows: pd.DataFrame, most: int) -> list[int]:
     """Numbers of the rows that are shown: about `most`, with those on both sides of each jump."""
     last = len(rows) - 1
-    jumps = np.flatnonzero((rows["phase"] == "slip") | (_behind(rows).astype(int).diff() > 0))
+    jumps = np.flatnonzero((rows["phase"] == "slip") | (behind_clamp(rows).astype(int).diff() > 0))
     spread = np.linspace(0, last, min(len(rows), most)).astype(int)
     if 2 * len(jumps) > most:
         return list(dict.fromkeys(spread.tolist()))
     return sorted({*spread.tolist(), *jumps.tolist(), *(jumps - 1).tolist()})
-
-
-def _behind(rows: pd.DataFrame) -> pd.Series:
-    """Whether the tip of a rod that may leave its plane is behind the clamp."""
-    return (rows["x1"] < rows["footpoint"]) & rows["stability_aside"].notna()
 
 
 def _with_turns(rows: pd.DataFrame) -> pd.DataFrame:
@@ -98,7 +94,7 @@ def _with_turns(rows: pd.DataFrame) -> pd.DataFrame:
     to their projections.
     """
     rows = rows.assign(turn=0)
-    behind = _behind(rows).to_numpy()
+    behind = behind_clamp(rows).to_numpy()
     if not behind.any() or behind.all():
         return rows
     after = int(np.argmax(behind))

@@ -51,6 +51,14 @@ def read_table(path: str | Path) -> pd.DataFrame:
     return frame
 
 
+def behind_clamp(steps: pd.DataFrame) -> pd.Series:
+    """Whether the tip is behind the clamp, in steps of scans, as a round rod has swung aside.
+
+    A rod that stays in its plane, whose margin out of it is not known, does not swing.
+    """
+    return (steps["x1"] < steps["footpoint"]) & steps["stability_aside"].notna()
+
+
 def to_pandas(table: pa.Table) -> pd.DataFrame:
     """Convert to pandas; whole numbers and flags stay what they are where a row has none."""
     return table.to_pandas(types_mapper=_nullable)
