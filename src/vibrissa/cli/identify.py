@@ -24,6 +24,9 @@ from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
 
 app = typer.Typer(**ALONE)
 
+# So many causes of a misfit are named.
+NAMED = 3
+
 
 @app.command(
     epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
@@ -100,10 +103,26 @@ def identify(
         plots.save(plots.friction_map(found), picture)
     for note in found.periods.notes:
         typer.echo(note, err=True)
-    for text in _estimated(found):
+    for text in (*_estimated(found), *_fit(found)):
         typer.echo(text)
     known = (found.periods.status == PeriodStatus.SLIP).sum()
     typer.echo(f"{output}: {len(found.periods)} periods, friction of {known} of them")
+
+
+def _fit(found: Identification) -> Iterator[str]:
+    """Say how well the recording fits what was given, and what may be other than that."""
+    periods, goodness = found.periods, found.periods.goodness
+    if goodness is None or not goodness.degrees > 0:
+        return
+    of = f"{goodness.ratio:.4g} per degree of freedom, of which there are {goodness.degrees}"
+    yield f"chi2 = {of}; its chance is {goodness.chance:.2g}"
+    if goodness.fits:
+        return
+    yield "The recording does not fit what was given. What may be other, each if it alone is:"
+    for text in periods.mixed[:NAMED]:
+        yield f"  {text}"
+    for cause in () if periods.mixed else periods.causes[:NAMED]:
+        yield f"  {cause.spelled(found.units)} (explains {cause.explained:.0%} of the misfit)"
 
 
 def _estimated(found: Identification) -> Iterator[str]:

@@ -56,7 +56,14 @@ SI = {
 # Smaller and larger magnitudes are refused: products and squares of the others are numbers.
 LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
 # How the units of nondimensional columns are written.
-OWN = {Kind.LENGTH: "L", Kind.FORCE: "E*I0/L^2", Kind.MOMENT: "E*I0/L", Kind.NUMBER: "1"}
+OWN = {
+    Kind.LENGTH: "L",
+    Kind.FORCE: "E*I0/L^2",
+    Kind.MOMENT: "E*I0/L",
+    Kind.COMPLIANCE: "L/(E*I0)",
+    Kind.CURVATURE: "1/L",
+    Kind.NUMBER: "1",
+}
 # What the channels force_x, force_y and moment_z of a transducer measure.
 CHANNEL_KINDS = (Kind.FORCE, Kind.FORCE, Kind.MOMENT)
 

@@ -39,7 +39,7 @@ def doubts(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
     -------
     dict of str to ndarray of bool, shape (p,)
     """
-    found = _misfits(seen, noise)
+    found = misfits(seen, noise)
     samples, periods = seen.samples, seen.periods
     last, first = periods.ends[:-1], periods.begins[1:]
     gap = samples.clamp[first] - samples.clamp[last]
@@ -63,8 +63,19 @@ def doubts(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
     return found
 
 
-def _misfits(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
-    """Tell for each channel in which periods it does not fit one contact."""
+def misfits(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
+    """Tell for each channel in which periods it does not fit one contact.
+
+    Parameters
+    ----------
+    seen : Seen
+    noise : ndarray, shape (3,)
+        As for `doubts`.
+
+    Returns
+    -------
+    dict of str to ndarray of bool, shape (p,)
+    """
     states, samples, periods = seen.states, seen.samples, seen.periods
     x0 = states.clip(seen.x0)
     expected, slope = states(x0), states.slope(x0)

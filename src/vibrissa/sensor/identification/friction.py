@@ -1,6 +1,6 @@
 """From a recording to the friction of each period of sticking, with its uncertainty."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -9,9 +9,12 @@ import numpy as np
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.alternatives import Alternative, of_transducer
 from vibrissa.sensor.identification.calibration import Setup
-from vibrissa.sensor.identification.doubts import doubts, in_words, notes_of
+from vibrissa.sensor.identification.doubts import doubts, in_words, misfits, notes_of
+from vibrissa.sensor.identification.goodness import Cause, Goodness, likeliest
 from vibrissa.sensor.identification.methods import ByMoment, Seen, reader_of
+from vibrissa.sensor.identification.mixups import mixups
 from vibrissa.sensor.identification.periods import Channels
 from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
 from vibrissa.sensor.identification.sides import Part, parts_of
@@ -20,13 +23,19 @@ from vibrissa.sensor.identification.uncertainty import (
     Summary,
     common_deviation,
 )
-from vibrissa.sensor.quantities import chosen
+from vibrissa.sensor.quantities import Units, chosen
 from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS
 
 # If more than this part of the samples is no state of the rod, it is another rod or has a bias.
 MOST_OFF = 0.2
+# So many causes are named for a recording that is refused, if each explains this part of χ².
+NAMED, EXPLAINS = 3, 0.9
+# From this part on that does not fit by itself, no period is left out of the test of the whole.
+MOST_ALONE = 0.5
+# Without a rod's own units messages are nondimensional.
+OWN_UNITS = Units()
 # Fewer samples do not make a period and a slip.
 FEWEST_SAMPLES = 3
 # Less noise than this, in the rod's own units, is none; readings in units of it can be squared.
@@ -87,6 +96,12 @@ class Periods(Batch):
         Why the friction of a period is in doubt; empty where it is not.
     notes : tuple of str
         What was left out or is in doubt, and why.
+    goodness : Goodness
+        Whether the recording fits what was given, but for periods that do not by themselves.
+    causes : tuple of Cause
+        What may be other than it was given, the likeliest first; none where the recording fits.
+    mixed : tuple of str
+        Mix-ups of axes, signs or units with which it would fit better.
     """
 
     status: StrArray
@@ -102,7 +117,10 @@ class Periods(Batch):
     high: FloatArray
     common: FloatArray
     doubt: StrArray
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    goodness: Goodness | None = None
+    causes: tuple[Cause, ...] = ()
+    mixed: tuple[str, ...] = ()
 
 
 def find_periods(
@@ -114,6 +132,8 @@ def find_periods(
     step: float | None = None,
     law: SlipLaw | str | None = None,
     kinetic_ratio: float | None = None,
+    alternatives: Callable[[], Iterable[Alternative]] = of_transducer,
+    units: Units = OWN_UNITS,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Periods:
     """Find the periods of sticking in a recording, and the friction of each.
@@ -129,6 +149,10 @@ def find_periods(
         Standard deviation of one reading; estimated from the recording by default.
     method, step, law, kinetic_ratio
         As in `vibrissa.sensor.identify`; the step in units of L.
+    alternatives : callable
+        Gives what may be other than it was given; asked where the recording does not fit.
+    units : Units
+        In which a message names them.
     progress : callable
         Told how many samples are done.
 
@@ -144,24 +168,49 @@ def find_periods(
         If an argument is out of range.
     """
     method = chosen(Method, method, "method")
+    noise_is_given = noise is not None
     noise, channels = _channels(recording, method, noise)
     reader = reader_of(method, recording.clamp, step, law, kinetic_ratio)
     parts = parts_of(setup, recording, channels, progress)
+    _check_states(parts, recording, channels, noise, alternatives, units)
     notes = recording.notes + _left_out(parts)
-    read = [_read(part, channels, reader, noise) for part in parts if len(part.samples)]
-    reasons = {why: np.concatenate([each[why] for _, each in read]) for why in read[0][1]}
+    read = [_read(part, channels, reader) for part in parts if len(part.samples)]
     found = Periods.concatenate([periods for periods, _ in read])
+    seen = [each for _, each in read]
+    each = [doubts(one, noise) for one in seen]
+    reasons = {why: np.concatenate([one[why] for one in each]) for why in each[0]}
+    whole = [_tested(one, noise) for one in seen]
+    unknowns = int((setup.deviation > 0.0).sum())
+    goodness = Goodness.of(whole, unknowns, noise_is_given)
+    reasons["the recording as a whole does not fit the rod"] = np.full(
+        len(found), not goodness.fits
+    )
     return replace(
         found,
         doubt=in_words(reasons),
         notes=(*notes, *notes_of(reasons, found.first_line, found.last_line)),
+        goodness=goodness,
+        causes=() if goodness.fits else likeliest(whole[0], alternatives(), goodness),
+        mixed=() if goodness.fits else mixups(setup, recording, whole[0].channels, MOST_OFF),
     )
 
 
-def _read(
-    part: Part, channels: Channels, reader: ByMoment, noise: FloatArray
-) -> tuple[Periods, dict[str, BoolArray]]:
-    """Read the friction of the periods on one side of the clamp, and the reasons to doubt it."""
+def _tested(seen: Seen, noise: FloatArray) -> Seen:
+    """See by all channels those periods that fit by themselves; all where most do not."""
+    alone = np.any(list(misfits(seen, noise).values()), axis=0)
+    kept = ~alone if alone.mean() < MOST_ALONE else np.ones(len(alone), dtype=bool)
+    return seen.only(kept).by(_recorded(seen.samples, noise))
+
+
+def _recorded(recording: Recording, noise: FloatArray) -> Channels:
+    """All channels that were recorded and have a noise."""
+    recorded = np.isfinite(recording.readings).all(axis=0)
+    used = np.flatnonzero(recorded & (noise > LEAST_NOISE) & (noise < np.inf))
+    return Channels(used=list(used), noise=noise[used])
+
+
+def _read(part: Part, channels: Channels, reader: ByMoment) -> tuple[Periods, Seen]:
+    """Read the friction of the periods on one side of the clamp, and tell how they were seen."""
     setup, samples = part.setup, part.samples
     periods, start = part.cut(channels)
     seen, *displaced = (
@@ -191,9 +240,8 @@ def _read(
         high=found.high,
         common=common,
         doubt=np.full(len(periods), ""),
-        notes=(),
     )
-    return known, doubts(seen, noise)
+    return known, seen
 
 
 def _channels(
@@ -217,19 +265,40 @@ def _check_size(rows: int) -> None:
         raise RecordingError(f"too little to identify friction from: {rows} usable rows")
 
 
+def _check_states(
+    parts: Sequence[Part],
+    recording: Recording,
+    channels: Channels,
+    noise: FloatArray,
+    alternatives: Callable[[], Iterable[Alternative]],
+    units: Units,
+) -> None:
+    """Refuse a recording most of whose samples are no states of the rod, and tell why."""
+    off = np.concatenate([part.off.line for part in parts])
+    size = sum(len(each) for part in parts for each in (part.samples, part.off, part.lone))
+    if len(off) <= MOST_OFF * size:
+        return
+    said = (
+        f"{len(off)} of {size} samples are no state of this rod, first in line {off[0]}: check "
+        "rod, height, units, zero and noise"
+    )
+    setup = parts[0].setup
+    every = _recorded(recording, noise)
+    if mixed := mixups(setup, recording, every, MOST_OFF):
+        raise RecordingError(f"{said}. They would be with {mixed[0]}")
+    whole = parts[0].with_all().seen(channels).by(every)
+    causes = likeliest(whole, alternatives(), Goodness.of([whole], 0, noise_is_given=True))
+    likely = [cause.spelled(units) for cause in causes[:NAMED] if cause.explained > EXPLAINS]
+    raise RecordingError(f"{said}. Likely: {', or '.join(likely)}" if likely else said)
+
+
 def _left_out(parts: Sequence[Part]) -> tuple[str, ...]:
     """Note the samples that are left out, and where the rod swings aside."""
-    off = np.concatenate([part.off.line for part in parts])
-    lone = np.concatenate([part.lone.line for part in parts])
-    left = sum(len(part.samples) for part in parts)
-    if len(off) > MOST_OFF * (len(off) + len(lone) + left):
-        raise RecordingError(
-            f"{len(off)} of {len(off) + len(lone) + left} samples are no state of this rod, first "
-            f"in line {off[0]}: check rod, height, units, zero and noise"
-        )
-    notes = left_out(off, "the reading is no state of this rod")
-    notes += left_out(lone, "a lone spike")
-    _check_size(left)
+    notes = left_out(
+        np.concatenate([part.off.line for part in parts]), "the reading is no state of this rod"
+    )
+    notes += left_out(np.concatenate([part.lone.line for part in parts]), "a lone spike")
+    _check_size(sum(len(part.samples) for part in parts))
     swings = ", ".join(str(part.samples.line[0]) for part in parts[1:] if len(part.samples))
     return (*notes, f"the rod has swung aside: line {swings}") if swings else notes
 

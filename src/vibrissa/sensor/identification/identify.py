@@ -11,8 +11,10 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.heights import NODES
+from vibrissa.sensor.identification.alternatives import of_rod, of_transducer
 from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate, known_setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
+from vibrissa.sensor.identification.periods import Placed
 from vibrissa.sensor.identification.recording import (
     Method,
     Recording,
@@ -174,6 +176,12 @@ def identify(
     else:
         setup = known_setup(whisker.response(backward), whisker.eta)
     size = len(recording)
+
+    def solved(other: Whisker) -> Placed:
+        if other.mounting.stage_angle:
+            return other.stage(recording.clamp, backward)
+        return other.response(backward)
+
     periods = find_periods(
         setup,
         recording,
@@ -182,6 +190,8 @@ def identify(
         step=None if step is None else float(units.read(step, Kind.LENGTH, "step")),
         law=law,
         kinetic_ratio=kinetic_ratio,
+        alternatives=lambda: (*of_transducer(), *of_rod(whisker, solved)),
+        units=units,
         progress=lambda done: progress("identifying", done, size),
     )
     return Identification(periods=periods, setup=setup, units=units)

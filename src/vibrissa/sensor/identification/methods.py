@@ -10,6 +10,7 @@ from scipy.ndimage import find_objects, label
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.height_range import HeightStates
+from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.energy import FEWEST, read_travels
 from vibrissa.sensor.identification.periods import (
     Channels,
@@ -104,6 +105,31 @@ class Seen:
     def x0(self) -> FloatArray:
         """Displacement of each sample from the contact of its period (L)."""
         return self.samples.start - self.periods.spread(self.contacts.place)
+
+    @cached_property
+    def residuals(self) -> FloatArray:
+        """Residuals of the channels that are used, in standard deviations, shape (n, k)."""
+        expected = self.states(self.states.clip(self.x0))
+        return self.channels.weighted(self.samples.readings - expected)
+
+    def by(self, channels: Channels) -> Self:
+        """See the same periods by other channels."""
+        place = self.contacts.place
+        return self.fitted(self.branch, self.samples, channels, self.periods, place)
+
+    def only(self, kept: BoolArray) -> Self:
+        """See some of the periods, of p."""
+        samples = self.samples.take(np.repeat(kept, self.periods.counts))
+        counts = self.periods.counts[kept]
+        periods = Partition(begins=np.cumsum(counts) - counts, size=len(samples))
+        return replace(self, samples=samples, periods=periods, contacts=self.contacts.take(kept))
+
+    def as_if(self, other: Alternative) -> Self:
+        """See the same periods as if something were other than given, with the same contacts."""
+        branch = self.branch if other.branch is None else other.branch
+        samples = other.corrected(self.samples)
+        samples = replace(samples, start=branch.above(samples.clamp)[1])
+        return replace(self, branch=branch, samples=samples)
 
     @cached_property
     def _margin(self) -> FloatArray:

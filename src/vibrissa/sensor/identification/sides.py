@@ -72,6 +72,11 @@ class Part:
             swung=bool(samples.row[0] > 0),
         )
 
+    def with_all(self) -> Self:
+        """Take back what was left out."""
+        every = Samples.concatenate([self.samples, self.off, self.lone])
+        return replace(self, samples=every.take(np.argsort(every.row)))
+
     def cut(self, channels: Channels) -> tuple[Partition, FloatArray]:
         """Cut the samples into periods, some of them joined; guess their places (L)."""
         branch = self.setup.branch

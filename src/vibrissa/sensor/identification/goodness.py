@@ -1,0 +1,152 @@
+"""Whether a recording as a whole fits what was given, and if not, what may be the cause.
+
+Each period is tested by itself, too (`doubts`). Small misfits that all periods share show in their
+sum alone. A cause is judged by what it would explain if it were the only one: to first order, with
+the best contact of each period.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from scipy.special import chdtrc, fdtrc
+
+from vibrissa.sensor.identification.alternatives import Alternative
+from vibrissa.sensor.identification.methods import Seen
+from vibrissa.sensor.quantities import Kind, Units
+
+# Probability with which a recording that fits is said not to.
+LEVEL = 1e-3
+# Independent values per second difference of readings, from which noise is estimated: neighbours
+# are correlated by −2/3, the next ones by 1/6.
+PER_DIFFERENCE = 18.0 / 35.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Goodness:
+    """Sum of the squared residuals of a recording, in standard deviations, and how likely it is.
+
+    Attributes
+    ----------
+    chi2 : float
+    degrees : int
+        Readings, less what was fitted to them.
+    noise_degrees : float
+        Degrees of freedom of the noise; infinite where it was given.
+    """
+
+    chi2: float
+    degrees: int
+    noise_degrees: float
+
+    @classmethod
+    def of(cls, parts: Sequence[Seen], unknowns: int, noise_is_given: bool) -> Self:
+        """Add up the residuals of a recording.
+
+        Parameters
+        ----------
+        parts : sequence of Seen
+        unknowns : int
+            Number of values that were fitted, besides the contacts.
+        noise_is_given : bool
+            Otherwise it was estimated from the same readings.
+        """
+        readings = sum(part.residuals.size for part in parts)
+        return cls(
+            chi2=float(sum((part.residuals**2).sum() for part in parts)),
+            degrees=readings - sum(len(part.periods) for part in parts) - unknowns,
+            noise_degrees=np.inf if noise_is_given else PER_DIFFERENCE * readings,
+        )
+
+    @property
+    def ratio(self) -> float:
+        """χ² per degree of freedom, about 1 where the recording fits; NaN without any."""
+        return self.chi2 / self.degrees if self.degrees > 0 else np.nan
+
+    @property
+    def chance(self) -> float:
+        """Probability of such a χ², or a larger one, where the recording fits."""
+        if self.degrees <= 0:
+            return 1.0
+        if np.isinf(self.noise_degrees):
+            return float(chdtrc(self.degrees, self.chi2))
+        return float(fdtrc(self.degrees, self.noise_degrees, self.ratio))
+
+    @property
+    def fits(self) -> bool:
+        """Whether the recording fits what was given."""
+        return self.chance >= LEVEL
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cause:
+    """What may be other than it was given, if nothing else is.
+
+    Attributes
+    ----------
+    name : str
+    kind : Kind
+        What it measures; NUMBER where the size is relative.
+    size, deviation : float
+        By how much it would be larger, and the standard deviation of that.
+    explained : float
+        Part of χ², as far as it is too large, that this explains.
+    """
+
+    name: str
+    kind: Kind
+    size: float
+    deviation: float
+    explained: float
+
+    def spelled(self, units: Units) -> str:
+        """Say what it is and by how much, in a person's units."""
+        if self.kind is Kind.ANGLE:
+            factor, unit = np.rad2deg(1.0), "deg"
+        elif self.kind is Kind.NUMBER and self.name != "theta":
+            factor, unit = 100.0, "%"
+        else:
+            factor, unit = units.unit(self.kind), units.name(self.kind)
+        size, deviation = abs(self.size) * factor, self.deviation * factor
+        way = "larger" if self.size > 0.0 else "smaller"
+        return f"{self.name} {way} by {size:.3g} ± {deviation:.1g} {unit}".removesuffix(" 1")
+
+
+def likeliest(
+    seen: Seen, alternatives: Iterable[Alternative], goodness: Goodness
+) -> tuple[Cause, ...]:
+    """Fit each alternative to the residuals, the one that explains most first.
+
+    Parameters
+    ----------
+    seen : Seen
+    alternatives : iterable of Alternative
+    goodness : Goodness
+        Of these periods.
+
+    Returns
+    -------
+    tuple of Cause
+    """
+    states = seen.states
+    shift = seen.channels.weighted(states.slope(states.clip(seen.x0)))
+    known = seen.periods.sums((shift**2).sum(axis=1))
+    causes = []
+    for other in alternatives:
+        column = (seen.residuals - seen.as_if(other).residuals) / other.step
+        along = seen.periods.sums((shift * column).sum(axis=1)) / known
+        column -= shift * seen.periods.spread(along)[:, None]
+        information = float((column**2).sum())
+        if information > 0.0:
+            product = float((column * seen.residuals).sum())
+            causes.append(
+                Cause(
+                    name=other.name,
+                    kind=other.kind,
+                    size=product / information,
+                    deviation=information**-0.5,
+                    explained=product**2 / information / (goodness.chi2 - goodness.degrees),
+                )
+            )
+    return tuple(sorted(causes, key=lambda cause: -cause.explained))

@@ -1,0 +1,192 @@
+"""Whether a recording as a whole fits what was given, and what may be other where it does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+from typer.testing import CliRunner
+
+from steel import NOISE, measured, recording_of
+from vibrissa import Mounting
+from vibrissa.cli.app import app
+from vibrissa.errors import RecordingError
+from vibrissa.sensor import Whisker, identify, series, surfaces
+from vibrissa.sensor.identification.calibration import known_setup
+from vibrissa.sensor.identification.friction import find_periods
+from vibrissa.sensor.identification.goodness import Goodness
+from vibrissa.sensor.identification.recording import MIRROR
+from vibrissa.sensor.oblique import simulate_oblique
+from vibrissa.sensor.quantities import Kind
+from vibrissa.sensor.response import respond
+from vibrissa.sensor.scanning import path, simulate
+
+GIVEN = Whisker(theta=2.0, eta=0.85)
+POSITIONS = path("0.0005", ["0.6"])
+
+
+@pytest.fixture(scope="module")
+def response():
+    return respond(2.0, 0.85)
+
+
+def recorded(response, seed=1):
+    truth = simulate(response, surfaces.random(seed, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
+    return recording_of(truth.clamp, measured(truth.reactions, [seed, 2]))
+
+
+@pytest.mark.parametrize("noise", [NOISE, None])
+def test_a_recording_of_the_rod_fits_as_often_as_it_says(response, noise):
+    found = [
+        find_periods(known_setup(response), recorded(response, seed), noise).goodness
+        for seed in range(25)
+    ]
+    chances = np.array([each.chance for each in found])
+    assert all(each.fits for each in found)
+    assert np.mean([each.ratio for each in found]) == pytest.approx(1.0, abs=0.02)
+    if noise is not None:
+        # Chances are uniform where the noise is known.
+        assert stats.kstest(chances, "uniform").pvalue > 1e-3
+
+
+def test_the_chance_is_that_of_chi_squared():
+    goodness = Goodness(chi2=130.0, degrees=100, noise_degrees=np.inf)
+    assert goodness.chance == pytest.approx(stats.chi2.sf(130.0, 100))
+    assert goodness.ratio == 1.3
+    # 140 of 100 has a chance of one in 190, 150 of one in 1,100.
+    assert replace(goodness, chi2=140.0).fits and not replace(goodness, chi2=150.0).fits
+    # With a noise that is not known itself a larger χ² is more likely.
+    estimated = replace(goodness, noise_degrees=50.0)
+    assert estimated.chance == pytest.approx(stats.f.sf(1.3, 100, 50.0))
+    assert Goodness(chi2=0.0, degrees=0, noise_degrees=np.inf).fits
+
+
+def wrong(recording, name, size):
+    """Recording whose transducer or stage has an error."""
+    (fx, fy, m), clamp = recording.readings.T, recording.clamp
+    turned = np.cos(size) * fx + np.sin(size) * fy, np.cos(size) * fy - np.sin(size) * fx
+    readings = {
+        "zero of force_x": (fx + size, fy, m),
+        "zero of force_y": (fx, fy + size, m),
+        "zero of moment_z": (fx, fy, m + size),
+        "modulus": ((1 + size) * fx, (1 + size) * fy, (1 + size) * m),
+        "transducer angle": (*turned, m),
+        "origin of moment_z in x": (fx, fy, m - size * fy),
+        "origin of moment_z in y": (fx, fy, m + size * fx),
+    }.get(name, (fx, fy, m))
+    if name == "scale of the stage":
+        clamp = clamp / (1 + size)
+    return replace(recording, readings=np.stack(readings, axis=1), clamp=clamp)
+
+
+@pytest.mark.parametrize(
+    "name, size",
+    [
+        ("zero of force_x", 0.01),
+        ("zero of force_y", -0.02),
+        ("zero of moment_z", 0.002),
+        ("modulus", 0.01),
+        ("transducer angle", np.deg2rad(0.3)),
+        ("origin of moment_z in x", 0.002),
+        ("origin of moment_z in y", -0.005),
+        ("scale of the stage", 0.02),
+    ],
+)
+def test_an_error_of_transducer_or_stage_is_found_and_its_size(response, name, size):
+    recording = wrong(recorded(response), name, size)
+    found = find_periods(known_setup(response), recording, NOISE)
+    assert not found.goodness.fits and found.mixed == ()
+    assert (found.doubt != "").all()
+    assert found.causes[0].name == name
+    assert found.causes[0].size == pytest.approx(size, rel=0.1)
+    assert found.causes[0].explained > 0.9
+
+
+OTHER = {
+    "theta": (replace(GIVEN, theta=2.02), 0.02),
+    "eta": (replace(GIVEN, eta=0.846), -0.004),
+    "clamp_angle": (replace(GIVEN, mounting=Mounting(clamp_angle=np.deg2rad(0.5))), 0.0087),
+    "clamp_compliance": (replace(GIVEN, mounting=Mounting(clamp_compliance=0.01)), 0.01),
+    "curvature": (replace(GIVEN, mounting=Mounting(curvature=-0.01)), -0.01),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OTHER)
+def test_another_rod_is_found_and_by_how_much(name):
+    whisker, size = OTHER[name]
+    found = identify(GIVEN, recorded(whisker.pushed), noise=NOISE).periods
+    assert not found.goodness.fits
+    assert found.causes[0].name == name
+    assert found.causes[0].size == pytest.approx(size, rel=0.15)
+
+
+@pytest.mark.slow
+def test_an_inclined_surface_is_found_and_by_how_much():
+    whisker = replace(GIVEN, mounting=Mounting(stage_angle=np.deg2rad(0.5)))
+    stage = whisker.stage(POSITIONS, backward=False)
+    truth = simulate_oblique(stage, surfaces.random(1, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
+    recording = recording_of(truth.clamp, measured(truth.reactions, [1, 2]))
+    cause = identify(GIVEN, recording, noise=NOISE).periods.causes[0]
+    assert cause.name == "stage_angle"
+    assert cause.size == pytest.approx(np.deg2rad(0.5), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "mixed, said",
+    [
+        (np.diag([-1.0, 1.0, 1.0]), "force_x with the other sign"),
+        (-np.eye(3), "force_x and force_y and moment_z with the other sign"),
+        (np.eye(3)[[1, 0, 2]], "force_x and force_y swapped"),
+        (np.diag([1.0, -1.0, 1.0])[[1, 0, 2]], "force_x and force_y swapped, force_y with"),
+        (np.diag([1e3, 1e3, 1.0]), "force_x and force_y in a unit 1000 times smaller"),
+        (np.diag([1.0, 1.0, 1e-3]), "moment_z in a unit 1000 times larger"),
+    ],
+)
+def test_columns_that_were_mixed_up_are_named(response, mixed, said):
+    recording = recorded(response)
+    recording = replace(recording, readings=recording.readings @ mixed.T)
+    try:
+        found = find_periods(known_setup(response), recording, NOISE)
+    except RecordingError as error:
+        assert f"They would be with {said}" in str(error)
+    else:
+        assert found.mixed[0].startswith(said)
+
+
+def test_a_period_that_does_not_fit_by_itself_does_not_spoil_the_others(response):
+    recording = recorded(response)
+    whole = find_periods(known_setup(response), recording, NOISE)
+    bumped = recording.readings.copy()
+    bumped[whole.first[3] : whole.last[3], 2] += 0.004 * MIRROR[0]
+    found = find_periods(known_setup(response), replace(recording, readings=bumped), NOISE)
+    assert found.goodness.fits
+    assert np.flatnonzero(found.doubt != "").tolist() == [3]
+
+
+def test_the_command_says_what_does_not_fit(tmp_path, response):
+    recording = wrong(recorded(response), "modulus", 0.01)
+    fx, fy, m = recording.readings.T
+    columns = {
+        "footpoint": series.Column(recording.clamp, "L", ""),
+        "force_x": series.Column(fx, "E*I0/L^2", ""),
+        "force_y": series.Column(fy, "E*I0/L^2", ""),
+        "moment_z": series.Column(m, "E*I0/L", ""),
+    }
+    series.write(tmp_path / "scan.csv", columns)
+    noise = ", ".join(f"{value:.9g}" for value in NOISE)
+    given = ["--theta", "2", "--eta", "0.85", "--noise", noise, "-o", str(tmp_path / "found.csv")]
+    said = CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *given]).stdout
+    assert "The recording does not fit what was given" in said
+    assert "modulus larger by 0.99" in said.splitlines()[2] or "modulus larger by 1" in said
+    assert "(explains 100% of the misfit)" in said
+
+
+def test_sizes_are_said_in_the_units_of_the_rod(response):
+    whisker = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
+    recording = wrong(recorded(response), "origin of moment_z in x", 0.002)
+    cause = find_periods(known_setup(response), recording, NOISE).causes[0]
+    said = replace(cause, size=0.002, deviation=1e-5).spelled(whisker.units)
+    assert said == "origin of moment_z in x larger by 0.0002 ± 1e-06 m"
+    turned = replace(cause, kind=Kind.ANGLE, size=-np.pi / 180, deviation=1e-4)
+    assert "smaller by 1 ± 0.006 deg" in turned.spelled(whisker.units)
