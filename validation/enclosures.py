@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
-from decimal import Decimal
+from decimal import Decimal, localcontext
 from hashlib import sha256
 from pathlib import Path
 
@@ -39,7 +39,7 @@ from vibrissa.study.model import Study
 from vibrissa.study.reading import read_study
 
 AXES = ("eta", "theta", "mu0", "dx0")
-ROW = ("table", *AXES, "state")
+ROW = ("table", *AXES, "state", "scan", "cycle")
 COLUMNS = (
     *ROW,
     "quantity",
@@ -76,10 +76,10 @@ class CurveJob:
         return lines(found, self.effort)
 
     def rows(self) -> Iterator[tuple[str, ...]]:
-        eta, theta = spell(self.eta), spell(self.theta)
-        yield "curves", eta, theta, "", "", ""
+        curve = {"eta": spell(self.eta), "theta": spell(self.theta)}
+        yield row_of({"table": "curves"} | curve)
         for mu0, dx0 in self.points:
-            yield "stiction", eta, theta, spell(mu0), spell(dx0), ""
+            yield row_of({"table": "stiction", "mu0": spell(mu0), "dx0": spell(dx0)} | curve)
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class StateJob:
         return lines(found, self.effort)
 
     def rows(self) -> Iterator[tuple[str, ...]]:
-        yield "states", "", "", "", "", self.name
+        yield row_of({"table": "states", "state": self.name})
 
 
 Job = CurveJob | StateJob
@@ -178,9 +178,9 @@ def write(found: Sequence[Line], path: Path) -> None:
         writer.writerows(sorted(found, key=in_order))
 
 
-def in_order(line: Mapping[str, str]) -> tuple[str, list[Decimal], str]:
-    axes = [Decimal(line.get(axis) or 0) for axis in AXES]
-    return line["table"], axes, line.get("state", "")
+def in_order(line: Mapping[str, str]) -> tuple[object, ...]:
+    axes = [Decimal(line.get(axis) or 0) for axis in (*AXES, "cycle")]
+    return line["table"], line.get("scan", ""), axes, line.get("state", "")
 
 
 def proved(
@@ -200,6 +200,55 @@ def proved(
             tell(count + 1, len(missing))
     write(list(kept.values()), path)
     return list(kept.values())
+
+
+def cycles(study: Study, found: Sequence[Line]) -> Iterator[Line]:
+    """Steps of the scans, decided by the proved periods.
+
+    In each cycle the tip sticks up to the last step before the onset and slips one step later; the
+    contact point has then moved as far as the clamp. As −tan α rises, it is largest at the last
+    step.
+    """
+    known = {(row_of(line), line["quantity"]): line for line in found if line["on_path"] == "yes"}
+    for name, scan in study.scans.items():
+        for point in scan.grid.points():
+            on_curve = {"eta": spell(point.eta), "theta": spell(point.theta)}
+            at_point = on_curve | {"mu0": spell(point.mu0), "dx0": spell(point.dx0)}
+            n_steps, alpha, x1 = (
+                known.get((row_of({"table": table, **row}), quantity))
+                for table, row, quantity in (
+                    ("stiction", at_point, "n_steps"),
+                    ("stiction", at_point, "alpha_last"),
+                    ("curves", on_curve, "x1_init"),
+                )
+            )
+            if not (n_steps and alpha and x1):
+                continue
+            for cycle in range(1, scan.cycles + 1):
+                row = at_point | {"table": "scans", "scan": name, "cycle": str(cycle)}
+                for quantity, source, value in cycle_numbers(n_steps, alpha, x1, point.dx0, cycle):
+                    yield source | row | {"quantity": quantity, "midpoint": spell(value)}
+
+
+def cycle_numbers(
+    n_steps: Line, alpha: Line, x1: Line, dx0: Decimal, cycle: int
+) -> Iterator[tuple[str, Line, Decimal]]:
+    """Numbers of a cycle: the column, the line it follows from, and its value."""
+    with localcontext(prec=60):
+        steps = Decimal(n_steps["midpoint"])
+        moved = (steps + 1) * dx0
+        first = Decimal(x1["midpoint"])
+        return iter(
+            [
+                ("steps", n_steps, steps + 1),
+                ("slips", n_steps, Decimal(1)),
+                ("footpoint_end", n_steps, cycle * moved),
+                ("x0_largest", n_steps, steps * dx0),
+                ("x1_begin", x1, first + (cycle - 1) * moved),
+                ("x1_end", x1, first + cycle * moved),
+                ("alpha_smallest", alpha, Decimal(alpha["midpoint"])),
+            ]
+        )
 
 
 def made_with(line: Line, effort: Mapping[str, int] | None) -> bool:
@@ -248,7 +297,7 @@ def overlap(one: Line, other: Line) -> bool:
 
 
 def where(line: Mapping[str, str]) -> str:
-    return ", ".join(f"{name} {line[name]}" for name in (*AXES, "state") if line.get(name))
+    return ", ".join(f"{name} {line[name]}" for name in ROW[1:] if line.get(name))
 
 
 def main(argv: Sequence[str]) -> int:
@@ -269,6 +318,8 @@ def main(argv: Sequence[str]) -> int:
             found = proved(
                 wanted, path, options.jobs, lambda n, of: bar.update(1000 * n // of - bar.pos)
             )
+        found += cycles(study, found)
+        write(found, path)
         for line in summary(found, time.monotonic() - begin):
             print(line)
         print(f"{path} is written")

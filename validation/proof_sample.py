@@ -1,9 +1,10 @@
 """Prove onsets of slip at random points, far beyond the paper's grid; used by `make proof-sample`.
 
-Usage: python validation/proof_sample.py [--points N] [--seed N] [--jobs N]
+Usage: python validation/proof_sample.py [--points N] [--seed N] [--jobs N] [--configfile FILE]
 
 θ from 1 to 8, η from 0.4 to 0.97, μ0 up to 0.98 of the critical friction coefficient; every point
-in tip contact or in line contact, by chance. Points are printed as they are done, and in the end a
+in tip contact or in line contact, by chance. With a study file: random points of its grids, in the
+study's contact. Points are printed as they are done, and in the end a
 table: how many are proved, and why the others are not. Exit status 1 if the solver is further from
 a proved onset than 1e-11 L.
 """
@@ -12,12 +13,14 @@ from __future__ import annotations
 
 import argparse
 import os
+import random
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from decimal import Decimal
+from pathlib import Path
 from statistics import median
 from typing import Any
 
@@ -25,13 +28,16 @@ import numpy as np
 
 from vibrissa import proof, solve_curve
 from vibrissa.decimals import exact
-from vibrissa.errors import NotProvedError
+from vibrissa.errors import ArgumentError, NotProvedError, VibrissaError
 from vibrissa.outcomes import Contact
+from vibrissa.study.grid import study_points
+from vibrissa.study.reading import read_study
 
 THETA, ETA, SHARE = (1.0, 8.0), (0.4, 0.97), (0.02, 0.98)
 # The solver promises a residual of 1e-12; next to the lock an onset is off by more.
 AGREES = 1e-11
 NO_LOCK = "there is no critical state"
+SELF_LOCKING = "self-locking, there is no onset"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,13 +59,42 @@ class Tried:
         return f"{self.point}: {what}, {self.seconds:.1f} s"
 
 
-def tried(seed: int) -> Tried:
-    """Prove one random point."""
-    begin = time.process_time()
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """Where to prove an onset: at μ0, or at a share of the critical friction coefficient."""
+
+    theta: Decimal
+    eta: Decimal
+    contact: Contact
+    share: float = 0.0
+    mu0: Decimal | None = None
+
+
+def anywhere(seed: int) -> Place:
+    """Draw a random point."""
     draw = np.random.default_rng(seed)
     theta, eta = (exact(round(float(draw.uniform(*span)), 4)) for span in (THETA, ETA))
-    share = float(draw.uniform(*SHARE))
-    contact = Contact(draw.choice(list(Contact)))
+    share, contact = float(draw.uniform(*SHARE)), Contact(draw.choice(list(Contact)))
+    return Place(theta=theta, eta=eta, contact=contact, share=share)
+
+
+def of_study(path: Path, number: int, seed: int) -> list[Place]:
+    """Draw random points of a study's grids."""
+    study = read_study([path])
+    if any(any(key.mounting) for key in study.curve_keys):
+        raise ArgumentError(f"study {study.name}: only the ideal mounting is proved")
+    points = [
+        Place(theta=key.theta, eta=key.eta, contact=study.contact, mu0=mu0)
+        for key, on_curve in study_points(study.point_grids)
+        for mu0 in dict.fromkeys(on_curve.mu0)
+    ]
+    return random.Random(seed).sample(points, min(number, len(points)))
+
+
+def tried(place: Place) -> Tried:
+    """Prove the onset at a point."""
+    begin = time.process_time()
+    theta, eta, contact = place.theta, place.eta, place.contact
     point = f"{contact}, theta {theta}, eta {eta}"
 
     def became(**found: Any) -> Tried:
@@ -69,8 +104,10 @@ def tried(seed: int) -> Tried:
     curve = solve_curve(float(theta), float(eta), contact=contact)
     if not np.isfinite(curve.mu_lock):
         return became(note=f"{NO_LOCK}: {curve.message or 'the tip lifts off'}")
-    mu0 = exact(round(share * curve.mu_lock, 4))
+    mu0 = place.mu0 or exact(round(place.share * curve.mu_lock, 4))
     point += f", mu0 {mu0}"
+    if mu0 > curve.mu_lock:
+        return became(note=SELF_LOCKING)
     try:
         found = proof.onset(theta, mu0, eta, contact=contact)
     except NotProvedError as error:
@@ -122,12 +159,22 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--points", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--configfile", type=Path, help="points of this study instead")
     options = parser.parse_args(argv)
+    try:
+        places = (
+            of_study(options.configfile, options.points, options.seed)
+            if options.configfile
+            else [anywhere(options.seed + number) for number in range(options.points)]
+        )
+    except VibrissaError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
     every = []
     with ProcessPoolExecutor(options.jobs) as pool:
-        for one in pool.map(tried, range(options.seed, options.seed + options.points)):
+        for one in pool.map(tried, places):
             every.append(one)
-            print(f"{len(every)} of {options.points}: {one}", flush=True)
+            print(f"{len(every)} of {len(places)}: {one}", flush=True)
     for line in (*table(every), *summary(every)):
         print(line)
     return 1 if any(one.off > AGREES for one in every) else 0

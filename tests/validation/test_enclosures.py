@@ -15,6 +15,8 @@ STUDY = """
 study: tiny
 grids:
   one: {theta: [1], mu0: [0.02], eta: [0.85], dx0: [0.0001]}
+scans:
+  run: {theta: [1], mu0: [0.02], eta: [0.85], dx0: [0.0001], cycles: 2}
 states:
   arch: {theta: 1, eta: 0.85, x1: 0.4}
 """
@@ -41,12 +43,21 @@ def test_a_study_is_proved_once(study, capsys, monkeypatch):
     # All numbers are proved, but not that mu_lock is the first maximum: the path ends before.
     assert enclosures.main(arguments) == 1
     said = capsys.readouterr().out
-    assert "19 numbers in 3 rows are proved" in said
-    assert "2 rows are on their path, 1 are not proved to be" in said
+    assert "33 numbers in 5 rows are proved" in said
+    assert "4 rows are on their path, 1 are not proved to be" in said
     text = output.read_text()
     (line,) = [one for one in text.splitlines() if ",mu_lock," in one]
-    assert line.startswith("curves,0.85,1,,,,mu_lock,0.5145014034947096245") and ",no,," in line
-    assert "stiction,0.85,1,0.02,0.0001,,n_steps,3,0,yes,,96,24,12," in text
+    assert line.startswith("curves,0.85,1,,,,,,mu_lock,0.5145014034947096245") and ",no,," in line
+    # Scans follow: three steps, and the tip slips at the fourth.
+    cycle = "scans,0.85,1,0.02,0.0001,,run,2,"
+    for number in ("steps,4,0", "slips,1,0", "footpoint_end,0.0008,0", "x0_largest,0.0003,0"):
+        assert f"{cycle}{number},yes,," in text
+    x1_init, x1_end = (
+        next(Decimal(one.split(",")[9]) for one in text.splitlines() if one.startswith(begin))
+        for begin in ("curves,0.85,1,,,,,,x1_init,", f"{cycle}x1_end,")
+    )
+    assert x1_end - x1_init == Decimal("0.0008")
+    assert "stiction,0.85,1,0.02,0.0001,,,,n_steps,3,0,yes,,96,24,12," in text
     # All is there: nothing is proved again.
     monkeypatch.delattr(enclosures, "ProcessPoolExecutor")
     monkeypatch.setattr(enclosures, "ProcessPoolExecutor", Idle, raising=False)
@@ -99,7 +110,7 @@ def test_two_proofs_of_a_number_must_overlap():
 
 def test_a_random_point_far_from_the_paper_is_proved(monkeypatch):
     monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: Effort(96, 20, 24))
-    found = proof_sample.tried(1)
+    found = proof_sample.tried(proof_sample.anywhere(1))
     assert found.radius is not None and found.radius < Decimal("1e-10")
     assert found.off < proof_sample.AGREES and found.bent_once
     assert (found.contact, found.kinds) == ("line", "point to point")
@@ -107,8 +118,19 @@ def test_a_random_point_far_from_the_paper_is_proved(monkeypatch):
 
 def test_a_point_that_cannot_be_proved_is_named(monkeypatch):
     monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: Effort(64, 3, 2))
-    found = proof_sample.tried(1)
+    found = proof_sample.tried(proof_sample.anywhere(1))
     assert found.radius is None and found.note and found.point.startswith("line, theta ")
+
+
+def test_points_of_a_study_are_drawn_and_a_locked_tip_is_named(tmp_path):
+    path = tmp_path / "line.yaml"
+    path.write_text(STUDY.replace("mu0: [0.02]", "mu0: [1.2, 1.3]", 1) + "contact: line\n")
+    places = proof_sample.of_study(path, 5, seed=1)
+    assert {(place.contact, place.mu0) for place in places} == {
+        ("line", Decimal("1.2")),
+        ("line", Decimal("1.3")),
+    }
+    assert proof_sample.tried(places[0]).note == proof_sample.SELF_LOCKING
 
 
 def test_the_sample_is_counted_by_what_became_of_it():
