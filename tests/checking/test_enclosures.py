@@ -95,12 +95,13 @@ def test_a_damaged_file_is_named(tmp_path, text):
 def test_the_reference_tables_of_the_paper_are_proved():
     """The digits of the reference tables are those of the enclosures, in every row that slips."""
     folder = ROOT / "tests/regression/paper"
-    frames = {name: read(folder / f"{name}.csv") for name in ("stiction", "curves", "states")}
+    frames = {name: read(folder / f"{name}.csv") for name in LAYOUTS}
     found = enclosed(frames, folder, LAYOUTS)
     assert refuted(found) == []
     rows = {(one.table, tuple(one.row.values())) for one in found}
     slips = int((frames["stiction"]["status"] == "slip").sum())
-    assert len(rows) == slips + len(frames["curves"]) + 1
+    assert len(rows) == slips + len(frames["curves"]) + len(frames["scans"]) + 1
+    assert sum(one.column == "mu_lock" for one in found) == len(frames["curves"])
     for one in found:
         assert one.radius <= Decimal("1e-18") * abs(one.midpoint), str(one)
     assert {one.column for one in found if one.table == "stiction"} >= {"n_steps", "x0_max"}
