@@ -101,13 +101,13 @@ MUTATIONS = [
     Mutation(
         "sticking/curve",
         "slip where the sine, not the tangent, of α reaches μ0",
-        "return mu0 * state.reaction_fy - state.reaction_fx",
-        "return -mu0 * np.hypot(state.reaction_fx, state.reaction_fy) - state.reaction_fx",
+        'return {"reaction_fy": mu0, "reaction_fx": -1.0}',
+        'return {"reaction_fy": mu0 / np.sqrt(1.0 - mu0**2), "reaction_fx": -1.0}',
     ),
     Mutation(
         "sticking/piece",
         "crossings taken from the nearest sample, not located",
-        "found[inside] = bracketed_root(excess, low, t[after], levels[inside], value, guess=guess)",
+        "found[inside] = bracketed_root(excess, low, t[after], value, *each, guess=guess)",
         "found[inside] = t[after]",
     ),
     Mutation(
