@@ -1,14 +1,20 @@
 """A rod in space that shares no code with the package: rigid links, joined by springs.
 
 Each joint turns by a rotation vector, with stiffnesses for its two bends and for its twist. The
-first link is clamped, the end is held at a point of space as by a ball joint. The energy is
-minimised under this condition, for bends and twists of any size.
+first link is clamped, or joined to an inclined clamp by a spring that bends and does not twist. The
+end is held at a point of space as by a ball joint. The energy is minimised under this condition,
+for bends and twists of any size.
 """
 
 import numpy as np
+from scipy.linalg import eigh, null_space
 from scipy.optimize import minimize
 
 POISSON_RATIO = 0.3
+# Of a spring at the clamp: so many times as stiff against twist.
+RIGID = 1e4
+# Axes of a link about which it leaves the plane: its bend out of it, and its twist.
+ASIDE = [0, 2]
 # How far the contact may be missed (L), and rounds of forces until then.
 MISSED, MOST_ROUNDS = 1e-8, 100
 
@@ -36,10 +42,14 @@ class Chain:
     """Links of a cone that begins at the clamp and ends at arc length `s_c`.
 
     With `tail` the links go on to s = 1. The first of them, whose middle is the contact point, lies
-    in the plane of the surface, in any direction; the others are free.
+    in the plane of the surface, in any direction; the others are free. The clamp leans by
+    `clamp_angle` (rad) and yields by `compliance`; `curvature` has the coefficients of 1, s, s², …
+    in the natural curvature.
     """
 
-    def __init__(self, theta, count, s_c=1.0, *, tail=False):
+    def __init__(
+        self, theta, count, s_c=1.0, *, tail=False, clamp_angle=0.0, compliance=0.0, curvature=(0,)
+    ):
         self.h = s_c / count
         # The joints lie at s; half a link, whole ones, the rest of a link.
         joints = count + round((1 - s_c) / self.h) * tail
@@ -50,9 +60,21 @@ class Chain:
         self.lengths = self.h * np.ones(joints + 1)
         self.lengths[0] /= 2
         self.lengths[-1] = (1.0 if tail else s_c) - s[-1]
-        # Upright, its first axis along the surface: columns are the axes of a link in space.
-        self.clamp = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
         self.contact, self.tail = count, tail
+        # Without load: the second axis of a link is normal to the plane, and points to -z.
+        self.unloaded = np.zeros((joints, 3))
+        self.unloaded[:, 1] = -self.h * np.polynomial.Polynomial(curvature)(s)
+        if compliance:
+            # One more joint, at the clamp, and a link without length before it.
+            spring = np.array([[1.0, 1.0, RIGID]]) / compliance
+            self.stiffness = np.concatenate([spring, self.stiffness])
+            self.unloaded = np.concatenate([np.zeros((1, 3)), self.unloaded])
+            self.lengths, self.contact = np.append(0.0, self.lengths), count + 1
+        # Upright, its first axis along the surface: columns are the axes of a link in space.
+        self.slope = np.pi / 2 + clamp_angle
+        cos, sin = np.cos(clamp_angle), np.sin(clamp_angle)
+        lean = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+        self.clamp = lean @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
     def links(self, v):
         """Contact point and tangents of the links, and what joints move per change of each."""
@@ -82,7 +104,7 @@ class Chain:
 
     def energy(self, v):
         """Energy of the springs (E·I0/L)."""
-        return 0.5 * (self.stiffness * v**2).sum()
+        return 0.5 * (self.stiffness * (v - self.unloaded) ** 2).sum()
 
     def minimum(self, target, start):
         """State of least energy near `start` with the contact at `target`, and the force there.
@@ -97,8 +119,10 @@ class Chain:
             v = u.reshape(-1, 3) / scale
             missed, moved = self.misses(v, target)
             pull = forces + penalty * missed
-            slope = u.reshape(-1, 3) + np.einsum("i,inj->nj", pull, moved) / scale
-            return 0.5 * u @ u + forces @ missed + 0.5 * penalty * missed @ missed, slope.ravel()
+            bend = u.reshape(-1, 3) - self.unloaded * scale
+            slope = bend + np.einsum("i,inj->nj", pull, moved) / scale
+            elastic = 0.5 * (bend**2).sum()
+            return elastic + forces @ missed + 0.5 * penalty * missed @ missed, slope.ravel()
 
         u = (start * scale).ravel()
         for _ in range(MOST_ROUNDS):
@@ -110,10 +134,33 @@ class Chain:
                 return u.reshape(-1, 3) / scale, -forces[:3]
         raise RuntimeError(f"the contact is missed by {np.abs(missed).max():.1e}")
 
+    def margin_aside(self, v, force):
+        """Least second variation out of the plane per elastic energy, in a planar state.
+
+        Differences of the slope of the energy less the work of the force on the contact.
+        """
+
+        def moved(v):
+            return self.misses(v, np.zeros(3))[1][:3]
+
+        def slope(v):
+            return self.stiffness * (v - self.unloaded) - np.einsum("i,inj->nj", force, moved(v))
+
+        step, columns = 1e-5, []
+        for joint, axis in np.ndindex(len(v), len(ASIDE)):
+            away = np.zeros_like(v)
+            away[joint, ASIDE[axis]] = step
+            difference = slope(v + away) - slope(v - away)
+            columns.append(difference[:, ASIDE].ravel() / (2 * step))
+        half = np.array(columns) / 2
+        free = null_space(moved(v)[2][:, ASIDE].reshape(1, -1))
+        elastic = np.diag(self.stiffness[:, ASIDE].ravel())
+        return eigh(free.T @ (half + half.T) @ free, free.T @ elastic @ free)[0][0]
+
     def planar(self, phi):
         """Rotation vectors of a planar shape with the tangent angles phi(s) at the joints' ends."""
         angles = phi(np.cumsum(self.lengths) - self.lengths / 2)
-        angles[0] = np.pi / 2
+        angles[0] = self.slope
         v = np.zeros((len(angles) - 1, 3))
         # The second axis of a link is normal to the plane, and points to -z.
         v[:, 1] = -np.diff(angles)

@@ -7,28 +7,50 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from rod_chain import Chain
+from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
-import reference
-from vibrissa import solve_curve, solve_state
+from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.mechanics import aside
 from vibrissa.mechanics.aside import stability_aside
+from vibrissa.mechanics.equations import ends
+from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.collocation import solve_offset
 
 POISSON_RATIO = 0.3
 
 
-def solved(theta, eta, offset, contact="point"):
-    return solve_offset(theta, eta, offset, Contact(contact)).state
+def solved(theta, eta, offset, contact="point", mounting=IDEAL):
+    return solve_offset(theta, eta, offset, Contact(contact), mounting).state
 
 
-def margin(theta, eta, offset, contact="point"):
-    return float(stability_aside(solved(theta, eta, offset, contact))[0])
+def margin(theta, eta, offset, contact="point", mounting=IDEAL):
+    return float(stability_aside(solved(theta, eta, offset, contact, mounting))[0])
 
 
-def finite_elements(theta, state, count):
+def clamp_turn(mounting, turn):
+    """Turn of a yielding clamp out of the plane, from its energy at finite rotations.
+
+    Its spring resists the rotation vector from the unloaded clamp, which does not turn about its
+    own axis. Returns the direction of the turn and its stiffness.
+    """
+    beta, in_plane = mounting.clamp_angle, Rotation.from_rotvec([0, 0, turn])
+    axis = np.array([-np.sin(beta), np.cos(beta), 0])
+
+    def vector(angle, size):
+        out = Rotation.from_rotvec(size * np.array([np.cos(angle), np.sin(angle), 0]))
+        return (out * in_plane).as_rotvec()
+
+    twist = lambda angle: vector(angle, 1e-3) @ axis - vector(angle, -1e-3) @ axis  # noqa: E731
+    angle = brentq(twist, beta - 1, beta + 1, xtol=1e-13)
+    energy = [vector(angle, size) @ vector(angle, size) for size in (-1e-3, 0, 1e-3)]
+    return angle, (energy[0] - 2 * energy[1] + energy[2]) / (2e-6 * mounting.clamp_compliance)
+
+
+def finite_elements(theta, state, count, mounting=IDEAL):
     """Least second variation, of linear elements for the rotations about tangent and normal."""
     s_c, fx, fy = float(state.s_c[0]), float(state.fx[0]), float(state.fy[0])
     # Nodes are dense where the rod is thin.
@@ -36,11 +58,11 @@ def finite_elements(theta, state, count):
     tip = 1 - (1 - 1 / theta) * s_c
     s = s_c * tau / (tau + (1 - tau) * tip)
     middle = 0.5 * (s[1:] + s[:-1])
-    phi1 = phi_at_contact(theta, state)
-    _, _, phi, moment = reference.integrated(theta, s_c, phi1, -fy, fx, (s_c - middle)[::-1])
-    phi, moment, h = phi[::-1], moment[::-1], np.diff(s)
+    natural = np.polynomial.Polynomial(mounting.coefficients)
+    phi, moment, clamp_moment = integrated(theta, state, natural, middle)
+    h = np.diff(s)
     bend = (1 - (1 - 1 / theta) * middle) ** 4
-    turn = moment / bend
+    turn = natural(middle) + moment / bend
     ahead, up = fx * np.cos(phi) + fy * np.sin(phi), -fx * np.sin(phi) + fy * np.cos(phi)
     elastic, load = np.zeros((2, 2 * count + 2, 2 * count + 2))
     held = np.zeros(2 * count + 2)
@@ -56,17 +78,31 @@ def finite_elements(theta, state, count):
         work += up[k] * np.outer(t, n) - ahead[k] * np.outer(n, n)
         load[part] -= h[k] * 0.5 * (work + work.T)
         held[at] += h[k] * n
-    free = null_space(held[None, 2:])
-    inner = slice(2, None), slice(2, None)
-    return 1 + eigh(free.T @ load[inner] @ free, free.T @ elastic[inner] @ free)[0][0]
+    unknowns = np.eye(2 * count + 2)[:, 2:]
+    if mounting.clamp_compliance:
+        clamp = mounting.clamp_compliance * clamp_moment
+        angle, stiffness = clamp_turn(mounting, clamp)
+        slope = np.pi / 2 + mounting.clamp_angle + clamp
+        of_clamp = [np.cos(angle - slope), np.sin(angle - slope)]
+        elastic[:2, :2] += stiffness * np.outer(of_clamp, of_clamp)
+        unknowns = np.column_stack([np.r_[of_clamp, np.zeros(2 * count)], unknowns])
+    free = unknowns @ null_space((held @ unknowns)[None])
+    return 1 + eigh(free.T @ load @ free, free.T @ elastic @ free)[0][0]
 
 
-def phi_at_contact(theta, state):
-    """Tangent angle at the contact point, by shooting at the clamp's."""
-    force = -float(state.fy[0]), float(state.fx[0])
-    s_c, last = float(state.s_c[0]), float(state.phi[0, -1])
-    miss = lambda phi1: reference.shoot(theta, s_c, phi1, *force)[2] - np.pi / 2  # noqa: E731
-    return brentq(miss, last - 0.05, last + 0.05, xtol=1e-13)
+def integrated(theta, state, natural, s):
+    """Tangent angle and moment at arc lengths, and at the clamp, from the contact point on."""
+    s_c, fx, fy = float(state.s_c[0]), float(state.fx[0]), float(state.fy[0])
+
+    def derivative(s, unknowns):
+        phi, m = unknowns
+        bend = (1 - (1 - 1 / theta) * s) ** 4
+        return [natural(s) + m / bend, fx * np.sin(phi) - fy * np.cos(phi)]
+
+    begin = [float(ends(state).phi1[0]), 0.0]
+    places = np.append(s[::-1], 0.0)
+    found = solve_ivp(derivative, (s_c, 0.0), begin, "DOP853", places, rtol=1e-11, atol=1e-11).y
+    return found[0, -2::-1], found[1, -2::-1], found[1, -1]
 
 
 @pytest.mark.parametrize(
@@ -86,6 +122,59 @@ def test_the_margin_is_that_of_finite_elements(theta, eta, place, contact):
     coarse, fine = (finite_elements(theta, state, count) for count in (60, 120))
     # Linear elements: the error falls with the square of their length.
     assert float(stability_aside(state)[0]) == pytest.approx((4 * fine - coarse) / 3, abs=3e-4)
+
+
+MOUNTED = [
+    (1.0, 0.85, 0.5, "point", Mounting(clamp_angle=0.2)),
+    (2.0, 0.7, 0.8, "point", Mounting(clamp_compliance=0.5)),
+    (4.0, 0.6, 1.1, "point", Mounting(clamp_angle=-0.1, clamp_compliance=0.3)),
+    (3.0, 0.8, 0.9, "point", Mounting(curvature=(0.2, 0.3))),
+    (3.0, 0.8, 0.9, "line", Mounting(curvature=-0.3)),
+    (
+        8.0,
+        0.7,
+        0.6,
+        "line",
+        Mounting(clamp_angle=-0.05, clamp_compliance=0.2, curvature=(-0.1, -0.4)),
+    ),
+]
+
+
+@pytest.mark.parametrize(("theta", "eta", "place", "contact", "mounting"), MOUNTED)
+def test_the_margin_of_a_mounted_rod_is_that_of_finite_elements(
+    theta, eta, place, contact, mounting
+):
+    x1_init = solve_curve(theta, eta, contact=contact, mounting=mounting).x1_init
+    state = solved(theta, eta, x1_init * (1 - place), contact, mounting)
+    coarse, fine = (finite_elements(theta, state, count, mounting) for count in (60, 120))
+    assert float(stability_aside(state)[0]) == pytest.approx((4 * fine - coarse) / 3, abs=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("theta", "eta", "mounting"),
+    [
+        (1.0, 0.85, Mounting(clamp_angle=0.1)),
+        (4.0, 0.6, Mounting(clamp_angle=-0.1)),
+        (2.0, 0.7, Mounting(clamp_compliance=0.5)),
+        (12.0, 0.8, Mounting(clamp_angle=-0.05, clamp_compliance=0.2)),
+    ],
+)
+def test_of_a_straight_rod_it_vanishes_on_the_axis_of_the_unloaded_clamp(theta, eta, mounting):
+    on_axis = -eta * np.tan(mounting.clamp_angle)
+    margins = [margin(theta, eta, on_axis + d, mounting=mounting) for d in (-0.02, 0.0, 0.02)]
+    assert margins[0] < 0 < margins[2]
+    assert margins[1] == pytest.approx(0.0, abs=1e-10)
+
+
+def test_of_a_curved_rod_it_vanishes_elsewhere():
+    # To first order where the mean bend, in the sense of the curvature, makes up for the way.
+    places = [
+        brentq(lambda x: margin(3.0, 0.8, x, mounting=Mounting(curvature=k)), -0.1, 0.1, xtol=1e-10)  # noqa: B023
+        for k in (-0.02, -0.01, 0.01)
+    ]
+    assert places[0] == pytest.approx(2 * places[1], rel=0.05)
+    assert places[1] == pytest.approx(-places[2], rel=0.1)
+    assert 1e-4 < places[1] < 1e-2
 
 
 @settings(max_examples=8, deadline=None)
@@ -155,3 +244,48 @@ def test_a_chain_in_space_stays_in_its_plane_until_there_and_then_swings_round(t
     # In the plane the chain is pushed on; swung round it pulls the other way, as strongly.
     assert other[0] == pytest.approx(force[0], rel=0.2)
     assert turned == pytest.approx(force * [-1, 1, 1], abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("theta", "eta", "offset", "mounting"),
+    [
+        (1.0, 0.85, 0.2, Mounting(clamp_angle=0.1)),
+        (2.0, 0.8, 0.1, Mounting(curvature=(0.3, -0.6))),
+        (2.0, 0.8, -0.1, Mounting(curvature=(0.3, -0.6))),
+        (2.0, 0.7, 0.2, Mounting(clamp_angle=-0.1, clamp_compliance=0.3, curvature=0.4)),
+    ],
+)
+def test_the_margin_is_that_of_a_chain_in_space(theta, eta, offset, mounting):
+    state = solve_state(theta, eta, offset, mounting=mounting)
+    margins = []
+    for count in (10, 20):
+        chain = Chain(
+            theta,
+            count,
+            clamp_angle=mounting.clamp_angle,
+            compliance=mounting.clamp_compliance,
+            curvature=mounting.coefficients,
+        )
+        start = chain.planar(lambda s: state.shape(s)[2])
+        margins.append(chain.margin_aside(*chain.minimum(np.array([offset, eta, 0.0]), start)))
+    coarse, fine = margins
+    assert state.stability_aside == pytest.approx((4 * fine - coarse) / 3, abs=2e-5)
+
+
+def test_a_chain_in_an_inclined_clamp_swings_to_the_rod_that_leans_the_other_way():
+    beta, eta = -0.1, 0.85
+    offset = -eta * np.tan(beta) - 0.02
+    state = solve_state(1.0, eta, offset, mounting=Mounting(clamp_angle=beta))
+    assert state.stability_aside < 0
+    chain = Chain(1.0, 16, clamp_angle=beta)
+    target = np.array([offset, eta, 0.0])
+    start = chain.planar(lambda s: state.shape(s)[2])
+    random = np.random.default_rng(4)
+    planar, _ = chain.minimum(target, start)
+    aside, force = chain.minimum(target, start + 0.02 * random.normal(size=start.shape))
+    other = Chain(1.0, 16, clamp_angle=-beta)
+    state = solve_state(1.0, eta, -offset, mounting=Mounting(clamp_angle=-beta))
+    mirrored, pull = other.minimum(target * [-1, 1, 1], other.planar(lambda s: state.shape(s)[2]))
+    assert chain.energy(planar) > chain.energy(aside) + 1e-3
+    assert chain.energy(aside) == pytest.approx(other.energy(mirrored), abs=1e-6)
+    assert force == pytest.approx(pull * [-1, 1, 1], abs=2e-3)

@@ -111,6 +111,14 @@ def test_figures_show_a_polynomial_and_do_not_go_over_it():
     assert "figures.f.over: curvature has polynomials (-0.05, 0.1); allowed: numbers" in said
 
 
+def test_a_swing_is_drawn_in_the_ideal_mounting_alone():
+    scan = {**PLAIN["grids"]["main"], "cycles": 1}
+    figure = {"kind": "swing", "scan": "run", "theta": 1, "mu0": 0.2}
+    assert study(scans={"run": scan}, figures={"f": figure}).figures["f"].kind == "swing"
+    said = refusal(scans={"run": {**scan, "clamp_angle": [0.02]}}, figures={"f": figure})
+    assert "figures.f.scan: 'run' has a clamp_angle; a swing is followed in the ideal" in said
+
+
 def test_what_the_method_does_not_allow_is_refused():
     said = refusal(grids={"main": TILTED}, method="shooting")
     assert "grids.main.clamp_angle: is not allowed with method: shooting" in said

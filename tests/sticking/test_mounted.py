@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from vibrissa import Mounting, solve_curve, solve_onset, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.outcomes import Contact
+from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sticking.collocation import solve_curves
 
 ALONE = {
@@ -182,7 +182,7 @@ def test_stability_is_lost_where_the_branch_turns_back(contact):
         for a, c, k, d in random.uniform([-0.1, 0, -0.3, -0.1], [0.1, 0.3, 0, 0.1], (count, 4))
     ]
     kinks = 0
-    for found in solve_curves(theta, eta, contact, mountings):
+    for found in solve_curves(theta, eta, contact, mountings, RodSection.PLANAR):
         last = found.pieces[-1]
         assert found.end == "snaps" and found.residual < 1e-12
         fitted = Chebyshev.fit(last.sample_places, last.samples.x0, len(last.states) - 1)
@@ -191,6 +191,62 @@ def test_stability_is_lost_where_the_branch_turns_back(contact):
         margin = last.at(np.array([last.stop])).stability[0]
         assert abs(margin) < 1e-5 if turns else margin > 0.0
     assert kinks <= (3 if contact is Contact.LINE else 0)
+
+
+STRAIGHT = {
+    "clamp_angle": Mounting(clamp_angle=0.1),
+    "leaning": Mounting(clamp_angle=-0.1, stage_angle=0.05),
+    "clamp_compliance": Mounting(clamp_angle=-0.05, clamp_compliance=0.3),
+    "stage_angle": Mounting(stage_angle=-0.1),
+}
+
+
+@pytest.mark.parametrize("name", STRAIGHT)
+@pytest.mark.parametrize("contact", Contact)
+def test_a_straight_rod_swings_aside_on_the_axis_of_its_unloaded_clamp(name, contact):
+    mounting = STRAIGHT[name]
+    found = curve(3.0, 0.7, mounting, contact)
+    assert (found.status, found.end) == ("solved", "swings_aside")
+    x, y = found.contact_point(found.x0_end)
+    x_c = x - (1 - found.state(found.x0_end).s_c)
+    beta = mounting.clamp_angle
+    assert x_c * np.cos(beta) + y * np.sin(beta) == pytest.approx(0.0, abs=1e-11)
+    # Up to there it stays in its plane, and slips and locks as if it were held there.
+    states = found.state(np.linspace(0.0, found.x0_end, 40))
+    assert (states.stability_aside[:-1] > 0).all()
+    planar = solve_curve(3.0, 0.7, contact=contact, mounting=mounting, section="planar")
+    assert found.mu_lock == pytest.approx(planar.mu_lock, abs=1e-11)
+    assert found.x0_lock < found.x0_end < planar.x0_end
+
+
+def test_a_curved_rod_swings_aside_where_its_margin_vanishes():
+    found = curve(3.0, 0.8, Mounting(curvature=(-0.1, -0.2)), Contact.LINE)
+    assert found.end == "swings_aside"
+    x, y = found.contact_point(found.x0_end)
+    at_end = solve_state(3.0, float(y), float(x), "line", found.mounting)
+    assert at_end.stability_aside == pytest.approx(0.0, abs=1e-10)
+    # It leaves its plane before the contact point is on the axis.
+    assert x - (1 - at_end.s_c) > 1e-3
+
+
+def test_where_a_mounted_rod_goes_is_not_computed():
+    onset = solve_onset(2.0, 0.8, 0.85, mounting=Mounting(clamp_angle=0.05))
+    assert (onset.status, onset.end) == ("lock", "swings_aside")
+    assert "swings aside at x0 = 0.4" in onset.message
+    assert "computed in the ideal mounting alone" in onset.message
+    assert np.isnan(onset.trail.x0) and np.isfinite(onset.ended.x0)
+
+
+def test_a_rod_curved_towards_the_surface_may_swing_before_it_locks():
+    mounting = Mounting(clamp_angle=-0.48, curvature=(1.1, 1.1))
+    found = curve(3.8, 0.79, mounting)
+    planar = solve_curve(3.8, 0.79, mounting=mounting, section="planar")
+    assert found.x0_lock == found.x0_end < planar.x0_lock
+    assert found.mu_lock == pytest.approx(float(planar.friction_demand(found.x0_end)), rel=1e-9)
+    # Still more, and it is not stable in its plane from the start.
+    none = curve(2.3, 0.85, Mounting(clamp_angle=0.06, curvature=(1.13, 1.34)))
+    assert none.status == "out_of_reach" and not none.pieces
+    assert "the rod leaves its plane with alpha = 0 already" in none.message
 
 
 def test_the_ideal_mounting_is_the_paper_s_digit_by_digit():

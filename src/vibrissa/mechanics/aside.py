@@ -1,12 +1,14 @@
 """Stability out of the plane: whether a rod with a round section stays in its plane.
 
 The contact holds the rod as a ball joint does: it takes no moment out of the plane. In line contact
-that is so, too, as the tail lies unloaded on the surface and turns freely in its plane.
+that is so, too, as the tail lies unloaded on the surface and turns freely in its plane. A yielding
+clamp yields as much out of the plane as in it, and not about its axis.
 """
 
 import numpy as np
 
-from vibrissa.mechanics.equations import bending_moment
+from vibrissa.mechanics.equations import bending_moment, ends
+from vibrissa.mechanics.mounting import CLAMP_SLOPE
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
@@ -19,8 +21,9 @@ def stability_aside(states: RodStates) -> FloatArray:
     """How far each equilibrium is from leaving its plane, with clamp and contact point held fixed.
 
     A planar equilibrium is a minimum of the energy among shapes in space if the second variation
-    (D1) of docs/aside.md is positive for every small rotation ω(s) about axes in the plane, with
-    ω(0) = 0, that keeps the contact point in the plane.
+    (D1) of docs/aside.md is positive for every small rotation ω(s) about axes in the plane that
+    keeps the contact point in the plane. At a rigid clamp ω(0) = 0. A yielding one turns out of the
+    plane by q, which adds (sin γ/γ)·q²/c, where γ is its turn in the plane (D9).
 
     Parameters
     ----------
@@ -42,6 +45,10 @@ def stability_aside(states: RodStates) -> FloatArray:
     integral = rule.from_start / rule.weights
     turn_x = np.concatenate([integral * _row(twist * cos), -integral * _row(bend * sin)], axis=2)
     turn_y = np.concatenate([integral * _row(twist * sin), integral * _row(bend * cos)], axis=2)
+    if states.mounting is not None:
+        # One more variable is the turn of the clamp, in units of the root of its energy.
+        clamp_x, clamp_y = _clamp_turn(states)
+        turn_x, turn_y = _with_column(turn_x, clamp_x), _with_column(turn_y, clamp_y)
     along, across = cos * turn_x + sin * turn_y, cos * turn_y - sin * turn_x
 
     # In (D1) −(F·ω)(ω·t) + (F·t)·|ω|² is (ω·n)·(fx·ωy − fy·ωx), and −M·(ω×ω')_z is
@@ -51,7 +58,7 @@ def stability_aside(states: RodStates) -> FloatArray:
     moment = bending_moment(states)[:, :, None]
     half = np.swapaxes(across, 1, 2) @ (load * lever)
     half[:, :, : states.nodes] += np.swapaxes(moment * twist * across, 1, 2)
-    half[:, :, states.nodes :] -= np.swapaxes(moment * bend * along, 1, 2)
+    half[:, :, states.nodes : 2 * states.nodes] -= np.swapaxes(moment * bend * along, 1, 2)
 
     held = (load * across).sum(axis=1)
     held /= np.linalg.norm(held, axis=1, keepdims=True)
@@ -70,3 +77,25 @@ def stability_aside(states: RodStates) -> FloatArray:
 def _row(column: FloatArray) -> FloatArray:
     """Values at the nodes as a row of each state's matrix."""
     return np.swapaxes(column, 1, 2)
+
+
+def _with_column(matrix: FloatArray, values: FloatArray) -> FloatArray:
+    """Matrix of each state with one more column, which holds a single value."""
+    column = np.broadcast_to(values[:, None, None], (*matrix.shape[:2], 1))
+    return np.concatenate([matrix, column], axis=2)
+
+
+def _clamp_turn(states: RodStates) -> tuple[FloatArray, FloatArray]:
+    """Rotation ω(0) of a yielding clamp whose energy grows by 1/2, as (D9) has it."""
+    mounting = states.mounting
+    if mounting is None:
+        return np.zeros(len(states)), np.zeros(len(states))
+    axis = CLAMP_SLOPE + mounting.clamp_angle
+    turn = mounting.clamp_compliance * ends(states).moment
+    # np.sinc has π in it.
+    across, along = np.sinc(turn / np.pi), 0.5 * turn * np.sinc(0.5 * turn / np.pi) ** 2
+    q = np.sqrt(mounting.clamp_compliance / across)
+    return (
+        q * (-across * np.sin(axis) - along * np.cos(axis)),
+        q * (across * np.cos(axis) - along * np.sin(axis)),
+    )

@@ -59,7 +59,7 @@ class WhiskerOnset(Tabular):
         return columns
 
     def _swing(self) -> dict[str, Column]:
-        """Where the rod swings aside, and the state in which the trailing tip slips."""
+        """Where the rod swings aside, and the state in which the trailing tip slips, if known."""
         onset, units, when = self.onset, self.units, "when the trailing tip slips"
         measured = {
             "x0_swing": (onset.ended.x0, Kind.LENGTH, "where the rod swings aside"),
@@ -71,6 +71,7 @@ class WhiskerOnset(Tabular):
         return {
             name: Column([float(value) * units.unit(kind)], units.name(kind), what)
             for name, (value, kind, what) in measured.items()
+            if np.isfinite(value)
         }
 
 

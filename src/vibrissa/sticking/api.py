@@ -241,9 +241,7 @@ def _shown(solution: RodStates | None) -> dict[str, float]:
         "phi1": 0.0 if kind is Contact.LINE else float(seen.phi1[0]),
         "s_c": float(solution.s_c[0]),
         "stability": float(stability(solution, kind)[0]),
-        "stability_aside": float(stability_aside(solution)[0])
-        if solution.mounting is None
-        else np.nan,
+        "stability_aside": float(stability_aside(solution)[0]),
     }
 
 
@@ -392,12 +390,13 @@ def solve_onset(
 def _past_lock(curve: StickingCurve, stiction: Stiction) -> str:
     """Say how the motion goes on past the lock."""
     x0, trail = float(stiction.ended.x0[0]), float(stiction.trail.x0[0])
-    until = (
-        "as long as it was followed" if np.isnan(trail) else f"until it slips at x0 = {trail:.6g}"
-    )
+    then = f" and trails behind the clamp until it slips at x0 = {trail:.6g}"
+    if curve.mounting != IDEAL:
+        then = "; where it comes to rest is computed in the ideal mounting alone"
+    elif np.isnan(trail):
+        then = " and trails behind the clamp as long as it was followed"
     return {
-        End.SWINGS_ASIDE: f"the rod swings aside at x0 = {x0:.6g} and trails behind the clamp "
-        + until,
+        End.SWINGS_ASIDE: f"the rod swings aside at x0 = {x0:.6g}{then}",
         End.SLIPS_BACK: f"it slips back at x0 = {x0:.6g}",
         End.SNAPS: f"the rod snaps through at x0 = {x0:.6g}",
         End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0:.6g} on",

@@ -71,6 +71,11 @@ class Rods(Batch):
     mounting: Mountings | None = None
     stage_angle: FloatArray | None = None
 
+    @property
+    def are_ideal(self) -> bool:
+        """Whether all are mounted as in the paper."""
+        return self.mounting is None and self.stage_angle is None
+
 
 class Beginning(NamedTuple):
     """First states of branches.

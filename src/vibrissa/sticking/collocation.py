@@ -35,6 +35,7 @@ from vibrissa.sticking.continuation import (
     ahead_of_clamp,
     first_segment,
     follow,
+    has_swung,
     pulled_segment,
     round_segment,
     second_segment,
@@ -83,10 +84,8 @@ AT_FOLD = (
     "the branch turns back here: at its limit point no state can be resolved; try an x1 that is "
     "larger by 1e-9 or more"
 )
-NO_END = {
-    RodSection.ROUND: "the curve could not be followed to where the clamp passes under the contact",
-    RodSection.PLANAR: "the curve could not be followed from the lock to where it turns back",
-}
+NO_ROUND_END = "the curve could not be followed to where the clamp passes under the contact"
+NO_END = "the curve could not be followed from the lock to where it turns back"
 
 
 def solve_curves(
@@ -107,8 +106,8 @@ def solve_curves(
     mountings : sequence of Mounting, length n, optional
         By default all are ideal.
     section : RodSection
-        ROUND: the curves end where the rods swing aside, and have a pulled part; PLANAR: they go
-        on in the plane until they turn back.
+        ROUND: the curves end where the rods swing aside, and have a pulled part where the mounting
+        is ideal; PLANAR: they go on in the plane until they turn back.
 
     Returns
     -------
@@ -123,12 +122,11 @@ def solve_curves(
     curves: dict[int, StickingCurve] = {}
     for kind in dict.fromkeys(kinds):
         rows = np.flatnonzero([one == kind for one in kinds])
-        # Where a rod swings aside is known for the ideal mounting alone.
-        of_kind = section if all(kind) else RodSection.PLANAR
-        for start in range(0, len(rows), BATCH[of_kind]):
-            batch = rows[start : start + BATCH[of_kind]]
+        size = BATCH[section if all(kind) else RodSection.PLANAR]
+        for start in range(0, len(rows), size):
+            batch = rows[start : start + size]
             some = [mounted[row] for row in batch]
-            solved = _solve_batch(_rods(theta[batch], eta[batch], some), model, of_kind)
+            solved = _solve_batch(_rods(theta[batch], eta[batch], some), model, section)
             for row, one, curve in zip(batch, some, solved, strict=True):
                 curves[int(row)] = curve if one == IDEAL else replace(curve, mounting=one)
     return [curves[row] for row in range(len(theta))]
@@ -299,8 +297,10 @@ def _in_steps(
         theta, eta = float(rods.theta[row]), float(rods.eta[row])
         results[row] = _failed(theta, eta, message, status)
     if len(index):
-        follow_and_resolve = _follow_round if section is RodSection.ROUND else _follow_planar
-        followed = follow_and_resolve(begun, rods, sizes, model)
+        if section is RodSection.ROUND and rods.are_ideal:
+            followed = _follow_round(begun, rods, sizes, model)
+        else:
+            followed = _follow_planar(begun, rods, sizes, model, section)
         for row, i in enumerate(index):
             results[i] = _assembled(
                 theta=float(rods.theta[i]),
@@ -312,6 +312,7 @@ def _in_steps(
                 pulled=followed.pulled[row],
                 model=model,
                 section=section,
+                ideal=rods.are_ideal,
             )
     return [results[row] for row in range(len(rods))]
 
@@ -336,25 +337,33 @@ def _follow_round(begun: Segment, rods: Rods, sizes: StepSizes, model: Contact) 
     )
 
 
-def _follow_planar(begun: Segment, rods: Rods, sizes: StepSizes, model: Contact) -> _Followed:
-    """Follow rods that stay in their plane to where they turn back."""
-    section = RodSection.PLANAR
+def _follow_planar(
+    begun: Segment, rods: Rods, sizes: StepSizes, model: Contact, section: RodSection
+) -> _Followed:
+    """Follow rods in their plane to where they turn back."""
     first = _exactly_begun(first_segment(begun, sizes, model), rods)
     count = len(first.origin)
     zero, joint = np.zeros(count), first.last * first.step
     ahead = _sections(first, zero, joint)
     solved = _solve_sections(first, ahead, section)
     # The second segments are followed once the first ones are solved: not of what is inadmissible,
-    # nor where the tip lifts off, nor where the initial state is not resolved.
-    admissible = [not any(np.isfinite(part.limit.at) for part in parts) for parts in solved]
+    # nor where the tip lifts off or the rod leaves its plane, nor where the initial state is not
+    # resolved.
+    admissible = [
+        not any(np.isfinite([part.limit.at, part.swing]).any() for part in parts)
+        for parts in solved
+    ]
     resolved = np.isfinite(first.branches.x1_init)
     rows = np.flatnonzero(admissible & resolved & (first.at(first.last)[0].fy < 0.0))
     past: list[_Sections] = [None] * count
     if len(rows):
-        second = second_segment(first.take(rows), sizes, model)
+        second = second_segment(first.take(rows), sizes, model, section)
         stop = second.origin + second.last * second.step
         sections = _sections(second, _exact_advance(first.take(rows), joint[rows]), stop)
-        good = np.flatnonzero(_turned(second) & [part is not None for part in sections])
+        ended = _turned(second)
+        if section is RodSection.ROUND:
+            ended |= has_swung(second.at(second.last)[0])
+        good = np.flatnonzero(ended & [part is not None for part in sections])
         known = [sections[i] for i in good]
         found = _solve_sections(second.take(good), known, section)
         for row, some, parts in zip(rows[good], known, found, strict=True):
@@ -546,6 +555,7 @@ def _assembled(
     pulled: Sequence[Resolved],
     model: Contact,
     section: RodSection,
+    ideal: bool,
 ) -> StickingCurve:
     """Put the resolved pieces of one curve together and find where it ends."""
     if not passed:
@@ -568,7 +578,8 @@ def _assembled(
         limits=[part.limit for part in parts],
         pulled=[part.piece for part in pulled],
         section=section,
-        no_end=NO_END[section],
+        swings=None if ideal else [part.swing for part in parts],
+        no_end=NO_ROUND_END if ideal and section is RodSection.ROUND else NO_END,
     )
     if model is Contact.LINE and not all(map(_possible, (*curve.pieces, *curve.pulled))):
         return _failed(theta, eta, NO_SWITCH)

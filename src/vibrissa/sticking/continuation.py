@@ -17,13 +17,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.buckling import initial_states
 from vibrissa.mechanics.equations import Closure, advance, contact_position, ends
 from vibrissa.mechanics.newton import extrapolated, solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.outcomes import Contact, Parameter
+from vibrissa.outcomes import Contact, Parameter, RodSection
 
 # Height at which lowering the surface begins, and numbers of steps to try.
 HIGHEST = 0.999
@@ -42,6 +43,9 @@ MOST_PULLED = 3.0
 LIMIT_OF_ADVANCE = 50.0
 # Accuracy of the states of a segment: they are guesses for what is solved exactly.
 TOLERANCE_OF_SEGMENTS = 1e-6
+# Margin out of the plane below which a round rod has left it for certain, though it is found on few
+# nodes.
+PAST_SWING, NODES_ASIDE = -0.02, 24
 # States through which a quadratic is laid between the steps.
 FEWEST_STATES = 3
 
@@ -462,8 +466,18 @@ def pulled_segment(first: Segment, model: Contact) -> Segment:
     return follow(start, PULL_STEPS - 1, model, goes_on)
 
 
-def second_segment(first: Segment, sizes: StepSizes, model: Contact) -> Segment:
+def has_swung(states: RodStates) -> BoolArray:
+    """Whether states in the plane lie beyond where a round rod leaves it."""
+    nodes = min(states.nodes, NODES_ASIDE)
+    return np.asarray(stability_aside(states.on_nodes(nodes)) < PAST_SWING)
+
+
+def second_segment(
+    first: Segment, sizes: StepSizes, model: Contact, section: RodSection
+) -> Segment:
     """Follow branches on from the last state of the first segment until they turn back in x0.
+
+    Those of round rods are followed until they have left their plane, if they do so before.
 
     Parameters
     ----------
@@ -490,7 +504,14 @@ def second_segment(first: Segment, sizes: StepSizes, model: Contact) -> Segment:
     came = origin - first.branches.value_of(Parameter.ADVANCE, earlier)
     before = _along(states, earlier, sizes.advance / came)
     count = int(np.ceil((LIMIT_OF_ADVANCE - origin.min(initial=0.0)) / sizes.advance))
-    return follow(segment, count, model, lambda segment: ~turns_back(segment), before)
+
+    def goes_on(segment: Segment) -> BoolArray:
+        on = ~turns_back(segment)
+        if section is RodSection.ROUND:
+            on &= ~has_swung(segment.steps[-1])
+        return on
+
+    return follow(segment, count, model, goes_on, before)
 
 
 def _along(start: RodStates, stop: RodStates, share: FloatArray) -> RodStates:

@@ -25,6 +25,10 @@ from vibrissa.sticking.piece import Piece, StickingState
 # Displacements that are nearer to each other are one: where two pieces meet, and at the end.
 SAME = 1e-12
 NO_MAXIMUM = "the curve has no locking maximum where sought"
+NOT_IN_PLANE = (
+    "the rod leaves its plane with alpha = 0 already; try section: planar, a smaller eta, or a "
+    "curvature that is less towards the surface"
+)
 
 
 class Limit(NamedTuple):
@@ -67,7 +71,7 @@ class StickingCurve:
         Smooth pieces of the curve, in order.
     pulled : tuple of Piece
         Smooth pieces at x0 < 0, where the clamp pulls the tip, in the order of x0; empty where the
-        section is planar or they were not solved.
+        section is planar, the mounting not ideal, or they were not solved.
     section : RodSection
     residual : float
         Largest equilibrium residual of the states, between the solved ones included.
@@ -79,7 +83,8 @@ class StickingCurve:
         this does not happen before locking, 0 if it lies on it from the start.
     end : End
         Why the curve ends: a round rod ``swings_aside`` where the clamp passes under the contact
-        point, a planar one ``snaps`` where the branch turns back in x0, the shape goes
+        point (in another mounting than the ideal one: where the margin out of the plane vanishes),
+        a planar one ``snaps`` where the branch turns back in x0, the shape goes
         ``out_of_reach``, the tip ``lifts_off`` instead of locking, or it was ``not_followed``.
     end_message : str
         More about it, where there is more to say.
@@ -405,6 +410,7 @@ def assembled_curve(
     limits: Sequence[Limit] = (),
     pulled: Sequence[Piece] = (),
     section: RodSection = RodSection.ROUND,
+    swings: Sequence[float] | None = None,
     no_end: str = "",
 ) -> StickingCurve:
     """Build a curve from solved pieces: locate its lock, its first contact along a line, its end.
@@ -427,6 +433,9 @@ def assembled_curve(
     pulled : sequence of Piece
         Pieces at x0 < 0, in the order of x0.
     section : RodSection
+    swings : sequence of float, optional
+        For each piece, where on it a round rod leaves its plane, NaN where it does not; without
+        them it does so where the clamp passes under the contact point, as in the ideal mounting.
     no_end : str
         What to say if the pieces do not lead to an end.
 
@@ -436,14 +445,17 @@ def assembled_curve(
         ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` and up
         to there if the shape becomes inadmissible before.
     """
-    over = np.nan if section is RodSection.PLANAR else x1_init
-    kept, end, message = _until_end(pieces, limits or [Limit()] * len(pieces), over)
+    if section is RodSection.PLANAR:
+        swings = [np.nan] * len(pieces)
+    elif swings is None:
+        swings = [_passes_under(piece, x1_init) for piece in pieces]
+    kept, end, message = _until_end(pieces, limits or [Limit()] * len(pieces), swings)
     x0_lock, mu_lock, kept = _lock(kept)
     if mu_lock == np.inf:
         end, message = End.LIFTS_OFF, ""
-    elif not (kept and 0.0 < x0_lock < kept[-1].last_x0) and end is not End.SWINGS_ASIDE:
+    elif not kept or not (0.0 < x0_lock < kept[-1].last_x0 or end is End.SWINGS_ASIDE):
         if end is not End.OUT_OF_REACH or not kept:
-            status = Status.OUT_OF_REACH if end is End.OUT_OF_REACH else Status.FAILED
+            status = Status.OUT_OF_REACH if message else Status.FAILED
             why = message or NO_MAXIMUM
             return failed_curve(theta=theta, eta=eta, method=method, message=why, status=status)
         x0_lock = mu_lock = np.nan
@@ -468,16 +480,12 @@ def assembled_curve(
 
 
 def _until_end(
-    pieces: Sequence[Piece], limits: Sequence[Limit], x1_init: float
+    pieces: Sequence[Piece], limits: Sequence[Limit], swings: Sequence[float]
 ) -> tuple[list[Piece], End, str]:
-    """Cut pieces off where the rod swings aside, turns back in x0 or becomes inadmissible.
-
-    Without `x1_init`, which is NaN, the rod stays in its plane.
-    """
+    """Cut pieces off where the rod swings aside, turns back in x0 or becomes inadmissible."""
     kept: list[Piece] = []
-    for piece, limit in zip(pieces, limits, strict=True):
+    for piece, limit, over in zip(pieces, limits, swings, strict=True):
         turn = piece.turning_point() if piece.parameter is Parameter.ADVANCE else np.nan
-        over = _passes_under(piece, x1_init)
         stop = float(np.nanmin([limit.at, turn, over, np.inf]))
         if np.isinf(stop):
             kept.append(piece)
@@ -486,14 +494,14 @@ def _until_end(
             kept.append(piece.restricted(stop))
         if stop == limit.at:
             return kept, End.OUT_OF_REACH, limit.reason
-        return kept, End.SWINGS_ASIDE if stop == over else End.SNAPS, ""
+        if stop == over:
+            return kept, End.SWINGS_ASIDE, "" if kept else NOT_IN_PLANE
+        return kept, End.SNAPS, ""
     return kept, End.NOT_FOLLOWED, ""
 
 
 def _passes_under(piece: Piece, x1_init: float) -> float:
     """Where the clamp passes under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
-    if np.isnan(x1_init):
-        return np.nan
     level, way = np.array([x1_init - 1.0]), piece.samples.x0 - piece.samples.s_c
     return float(piece.first(way, level, _over_clamp, value=level)[0])
 

@@ -9,7 +9,7 @@ A *path* is a batch of states with two leading axes: the first counts states alo
 second pieces.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -66,6 +66,8 @@ STATES_LOOKED_AT = 17
 # Part of the nodes that tells the margins as well as these states do, and the fewest for each.
 STABILITY_NODES = 0.45
 FEWEST_STABILITY_NODES, FEWEST_NODES_ASIDE = 16, 12
+# Parts of a piece between whose ends the margin is taken as linear, to find where it vanishes.
+SWING_WIDTHS = (1e-4, 1e-7)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -117,12 +119,16 @@ class Resolved(NamedTuple):
         Largest residual half-way between the states.
     limit : Limit
         How far its shapes are admissible.
+    swing : float
+        Where on it a round rod leaves its plane; NaN where it does not. In the ideal mounting that
+        follows from where the contact point is, and is not sought.
     """
 
     curve: int
     piece: Piece
     residual: float
     limit: Limit
+    swing: float
 
 
 def residual_tolerance(nodes: int) -> float:
@@ -411,7 +417,12 @@ def _finished(
             stop=start + length,
             states=states.take((slice(None), row)).copy(),
         )
-        yield Resolved(int(pieces.curve[row]), piece, float(residual[rows[row]]), limit)
+        swing = np.nan
+        if pieces.section is RodSection.ROUND and (
+            path.mounting is not None or pieces.stage_angle is not None
+        ):
+            swing = _swing(_of_pieces(path, np.array([row])), piece)
+        yield Resolved(int(pieces.curve[row]), piece, float(residual[rows[row]]), limit, swing)
 
 
 def _margins(path: RodStates, pieces: Pieces) -> dict[str, FloatArray]:
@@ -423,6 +434,28 @@ def _margins(path: RodStates, pieces: Pieces) -> dict[str, FloatArray]:
         fewer = flat(path.on_nodes(max(nodes, FEWEST_NODES_ASIDE)))
         margins["stability_aside"] = stability_aside(fewer)
     return {name: values.reshape(path.fx.shape) for name, values in margins.items()}
+
+
+def _swing(path: RodStates, piece: Piece) -> float:
+    """Where a rod leaves its plane, as a value of the piece's parameter; NaN if nowhere.
+
+    The margin of a few states on few nodes tells the place, and exact ones next to it the digits.
+    """
+    sampled = -piece.samples.stability_aside
+    at = float(piece.first(sampled, np.zeros(1), _margin_aside)[0])
+    if np.isnan(at) or sampled[0] >= 0.0:
+        return at
+    length = piece.stop - piece.start
+    for width in SWING_WIDTHS:
+        places = at + width * length * np.array([-1.0, 1.0])
+        matrix = interpolation(len(path), (places - piece.start) / length)
+        before, after = stability_aside(flat(combined(matrix, path)))
+        at = float(places[0] + before / (before - after) * (places[1] - places[0]))
+    return at
+
+
+def _margin_aside(level: FloatArray) -> Mapping[str, float]:
+    return {"stability_aside": 1.0}
 
 
 def _clearances(path: RodStates, pieces: Pieces) -> Clearance:

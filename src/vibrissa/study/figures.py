@@ -202,6 +202,15 @@ class ScanFigure(Figure):
     eta: OptionalKey[Eta] = None
     dx0: OptionalKey[Dx0] = None
 
+    def mistakes(self, location: Location, sections: Mapping[str, Points]) -> Iterator[Mistake]:
+        """Find mistakes as in every figure, and a swing that the scan does not go through."""
+        yield from super().mistakes(location, sections)
+        axes = sections[self.scan].axes if self.scan in sections else {}
+        mounted = [axis for axis in MOUNTING_AXES if axes.get(axis, (ZERO,)) != (ZERO,)]
+        if self.kind == "swing" and mounted:
+            text = f"{self.scan!r} has a {mounted[0]}; a swing is followed in the ideal mounting"
+            yield Mistake(location=(*location, "scan"), text=text)
+
 
 class MarginsFigure(Figure):
     """Stability in the plane and out of it over x0 in the first period, for each theta."""

@@ -26,8 +26,8 @@ NO_SLIP = "the tip is self-locking, or no result"
 NO_LOCK = "the tip slips forward, or no result"
 NO_END = "the tip slips forward, its path was not followed to the end, or no result"
 NO_TRAIL = (
-    "the rod does not swing aside, its pulled path was not followed so far (about μ0 = 3), or no "
-    "result"
+    "the rod does not swing aside, or not in the ideal mounting; its pulled path was not followed "
+    "so far (about μ0 = 3); or no result"
 )
 # Names of what is in a column's metadata, in the order in which they are shown.
 UNIT, RANGE, NULL, EQUATION, DESCRIPTION = b"unit", b"range", b"null", b"equation", b"description"
@@ -159,7 +159,7 @@ STABILITY, STABILITY_ASIDE = "stability", "stability_aside"
 # Where a margin is not known although the state is.
 UNKNOWN_MARGINS = {
     STABILITY: "method shooting",
-    STABILITY_ASIDE: "method shooting, section planar, or another mounting than the ideal one",
+    STABILITY_ASIDE: "method shooting, or section planar",
 }
 STATE = (
     _column(
@@ -401,8 +401,9 @@ STICTION = _schema(
             "clamp displacement at which sticking in the plane ends after self-locking",
             range=NOT_NEGATIVE,
             null=NO_END,
-            equation="x0_end = x1_init − (1 − s_c) (swings_aside), tan α(x0_end) = μ0 "
-            "(slips_back), x0_end = max x0 (snaps)",
+            equation="x0_end = x1_init − (1 − s_c), or in another mounting than the ideal one "
+            "stability_aside = 0 (swings_aside); tan α(x0_end) = μ0 (slips_back); x0_end = max x0 "
+            "(snaps)",
         ),
         *_state_columns("_end", ", where sticking in the plane ends after self-locking", NO_END),
         _column(
