@@ -147,6 +147,7 @@ def swung(count, per_scan=40):
         footpoint=footpoint,
         x1=over,
         s_c=1.0,
+        phi1=np.where(ahead > 0.0, 0.3, np.pi - 0.3),
         stability=0.7 + ahead.abs(),
         stability_aside=ahead.abs(),
         shape_x=[at + way * bent for at, way in zip(footpoint, turned, strict=True)],

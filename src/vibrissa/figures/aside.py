@@ -14,9 +14,9 @@ from vibrissa.figures.kinds import POINT, SCAN, kind
 from vibrissa.figures.series import Series
 from vibrissa.figures.style import SURFACE
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.tables.frames import behind_clamp
+from vibrissa.tables.frames import swung_aside
 
-FIRST_STEPS = ("footpoint", "cycle", "phase", "x1", "s_c", "stability_aside")
+FIRST_STEPS = ("footpoint", "cycle", "phase", "x1", "s_c", "phi1", "stability_aside")
 MARGINS = {"stability": "in the plane", "stability_aside": "out of the plane"}
 # Angles by which the plane of bending is shown turned (degrees).
 TURNS = np.arange(0.0, 181.0, 30.0)
@@ -100,15 +100,15 @@ def margins(rows: pd.DataFrame) -> Figure:
 def swing(rows: pd.DataFrame) -> Figure:
     """Shapes in space of a rod that swings aside: before, at turns of its plane, and after."""
     steps = _first_period(rows).reset_index(drop=True)
-    behind = behind_clamp(steps)
-    if not behind.any() or behind.all():
+    swung = swung_aside(steps)
+    if not swung.any() or swung.all():
         return style.message("the rod does not swing aside in this scan")
-    last = int(np.flatnonzero(behind)[0]) - 1
+    last = int(np.flatnonzero(swung)[0]) - 1
     figure = style.page(7.2)
     oblique, above = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
     series = Series(TURNS, r"b\ /\ ^\circ")
     near = steps[(steps["footpoint"] - steps["footpoint"][last]).abs() < NEAR_SWING]
-    for side, color in ((~behind, style.START), (behind, style.END)):
+    for side, color in ((~swung, style.START), (swung, style.END)):
         for _, row in _spread(near[side[near.index]]).iterrows():
             _rod(oblique, above, row, 0.0, color=color, linewidth=0.7)
     for turn in TURNS:
@@ -132,13 +132,13 @@ def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
 
 def _swing(steps: pd.DataFrame) -> float:
     """Where the clamp passes under the contact point in the steps of one scan; NaN if nowhere."""
-    behind = behind_clamp(steps)
-    if not behind.any() or behind.all():
+    swung = swung_aside(steps)
+    if not swung.any() or swung.all():
         return math.nan
     # The straight tail points away from the clamp.
-    tail = (1.0 - steps["s_c"]) * np.where(behind, 1.0, -1.0)
+    tail = (1.0 - steps["s_c"]) * np.where(swung, 1.0, -1.0)
     ahead = (steps["x1"] + tail - steps["footpoint"]).to_numpy()
-    after = int(np.flatnonzero(behind)[0])
+    after = int(np.flatnonzero(swung)[0])
     pair = slice(after - 1, after + 1)
     return float(np.interp(0.0, -ahead[pair], steps["footpoint"].to_numpy()[pair]))
 

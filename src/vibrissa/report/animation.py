@@ -8,7 +8,7 @@ import pandas as pd
 from vibrissa.report.spelling import symbol
 from vibrissa.report.tables import POINT, REACTIONS, SCAN
 from vibrissa.tables import query
-from vibrissa.tables.frames import behind_clamp
+from vibrissa.tables.frames import swung_aside
 from vibrissa.tables.query import Readable
 
 # What a page can carry: frames of all scans together, scans, and points of a shape.
@@ -80,7 +80,7 @@ def _run(rows: pd.DataFrame, most: int) -> dict[str, Any]:
 def _kept(rows: pd.DataFrame, most: int) -> list[int]:
     """Numbers of the rows that are shown: about `most`, with those on both sides of each jump."""
     last = len(rows) - 1
-    jumps = np.flatnonzero((rows["phase"] == "slip") | (behind_clamp(rows).astype(int).diff() > 0))
+    jumps = np.flatnonzero((rows["phase"] == "slip") | (swung_aside(rows).astype(int).diff() > 0))
     spread = np.linspace(0, last, min(len(rows), most)).astype(int)
     if 2 * len(jumps) > most:
         return list(dict.fromkeys(spread.tolist()))
@@ -94,10 +94,10 @@ def _with_turns(rows: pd.DataFrame) -> pd.DataFrame:
     to their projections.
     """
     rows = rows.assign(turn=0)
-    behind = behind_clamp(rows).to_numpy()
-    if not behind.any() or behind.all():
+    swung = swung_aside(rows).to_numpy()
+    if not swung.any() or swung.all():
         return rows
-    after = int(np.argmax(behind))
+    after = int(np.argmax(swung))
     before = rows.iloc[after - 1]
     turned = rows.iloc[[after - 1] * len(TURNS)].assign(turn=TURNS)
     seen = np.cos(np.radians(TURNS))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,12 +52,12 @@ def read_table(path: str | Path) -> pd.DataFrame:
     return frame
 
 
-def behind_clamp(steps: pd.DataFrame) -> pd.Series:
-    """Whether the tip is behind the clamp, in steps of scans, as a round rod has swung aside.
+def swung_aside(steps: pd.DataFrame) -> pd.Series:
+    """Whether a round rod has swung aside, in each step of scans: its end then points back.
 
     A rod that stays in its plane, whose margin out of it is not known, does not swing.
     """
-    return (steps["x1"] < steps["footpoint"]) & steps["stability_aside"].notna()
+    return (steps["phi1"] > 0.5 * math.pi) & steps["stability_aside"].notna()
 
 
 def to_pandas(table: pa.Table) -> pd.DataFrame:

@@ -505,7 +505,8 @@ SCANS = _schema(
         CURVATURE_POWERS,
         _text(
             "status",
-            "outcome; a self-locking tip has one period, to where sticking ends",
+            "outcome; a self-locking rod that swings aside is dragged after its first period, "
+            "another has one period, to where sticking ends",
             range=_words(Status.SLIP, Status.LOCK, Status.OUT_OF_REACH, Status.FAILED),
         ),
         _column(
