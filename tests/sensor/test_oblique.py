@@ -10,11 +10,11 @@ import pytest
 import reference
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import ArgumentError, NoResponseError, RecordingError
-from vibrissa.sensor import Recording, Whisker, identify, scan, surfaces
+from vibrissa.sensor import Recording, Whisker, scan, surfaces
 from vibrissa.sensor.height_range import EXACT, respond_over
-from vibrissa.sensor.identification.calibration import known_setup
+from vibrissa.sensor.identification.calibration import calibrate, known_setup
 from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.oblique import ObliqueStage, simulate_oblique
+from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage, simulate_oblique
 from vibrissa.sensor.response import respond
 from vibrissa.sensor.scanning import Outcome, TipPhase, path, simulate
 
@@ -266,16 +266,28 @@ def test_friction_is_read_of_a_tip_that_is_dragged_on_an_oblique_stage(angle):
     assert (error < 1.05 * np.sqrt(3.0) * found.deviation[1:-1]).all()
 
 
+def test_height_and_offsets_are_estimated_on_an_oblique_stage():
+    _, truth = simulated(0.05, surfaces.random(1, 0.3, 0.04, 0.02), "0.0005", ["0.2"])
+    offset, noise = np.array([0.2, -0.1, 0.05]), np.array([3e-3, 3e-3, 3e-4])
+    random = np.random.default_rng(5)
+    readings = truth.reactions + offset + noise * random.standard_normal(truth.reactions.shape)
+    recording = Recording(clamp=truth.clamp, readings=readings, line=np.arange(len(truth)) + 2)
+    near = ObliqueHeights(heights=heights(), angle=0.05, low=0.82, high=0.87)
+    setup = calibrate(near, 0.855, recording, noise, ["eta", "offset"])
+    error = np.append(setup.eta - ETA, setup.offset - offset) / setup.deviation
+    assert np.abs(error).max() < 4.0 and (0.0 < setup.deviation).all()
+    assert setup.deviation[0] < 1e-3
+    found = find_periods(setup, recording, noise, method="moment")
+    known = found.status == "slip"
+    assert known.sum() == truth.period[-1] - 1 > 5
+    mu0 = truth.mu0[found.last][known]
+    assert (np.abs(found.mu0[known] - mu0) / found.deviation[known]).max() < 4.5
+
+
 def test_what_an_oblique_stage_cannot_tell_is_refused():
     stage, truth = simulated(0.01, 0.3, "0.002", ["0.1"])
     with pytest.raises(ArgumentError, match="the method spacing needs a stage along the surface"):
         read(stage, truth, [1e-3, 1e-3, 1e-4], "spacing")
-    whisker = Whisker.read(THETA, ETA, stage_angle=0.01)
-    recording = Recording(
-        clamp=truth.clamp, readings=truth.reactions, line=np.arange(len(truth)) + 2
-    )
-    with pytest.raises(ArgumentError, match="cannot be estimated with a stage_angle"):
-        identify(whisker, recording, estimate=["eta"])
 
 
 def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_point():

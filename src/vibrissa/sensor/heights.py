@@ -139,6 +139,11 @@ def _displacements(bounds: FloatArray) -> FloatArray:
     return np.asarray(x)
 
 
+def reach_of(eta: float) -> float:
+    """Give the distance from a height within which it is sought (L)."""
+    return min(REACH, REACH_PART * (1.0 - eta), 0.5 * eta)
+
+
 def respond_between(
     theta: float,
     eta: float,
@@ -176,7 +181,7 @@ def respond_between(
     """
     if not 0.0 < eta < 1.0:
         raise ArgumentError(f"eta must lie between 0 and 1, got {eta!r}")
-    reach = min(REACH, REACH_PART * (1.0 - eta), 0.5 * eta)
+    reach = reach_of(eta)
     solve = partial(respond, theta, contact=contact, pull=pull, mounting=mounting, section=section)
     try:
         return interpolated(solve, eta - reach, eta + reach, TOLERANCE, progress)

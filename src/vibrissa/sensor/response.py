@@ -125,6 +125,11 @@ class Branch(States):
         """
         return self, clamp
 
+    @property
+    def level(self) -> "Branch":
+        """Branch with the clamp at 0."""
+        return self
+
     def mirrored(self) -> "Branch":
         """States of the mirrored rod, for one that is its own mirror image."""
         return self

@@ -12,8 +12,8 @@ from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.height_range import respond_over
-from vibrissa.sensor.heights import Heights, respond_between
-from vibrissa.sensor.oblique import ObliqueStage
+from vibrissa.sensor.heights import Heights, reach_of, respond_between
+from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
 from vibrissa.sensor.response import Response, respond
 from vibrissa.sticking.api import solve_curve
@@ -158,7 +158,11 @@ class Whisker:
             return self.pushed
 
     def stage(
-        self, positions: FloatArray, backward: bool, progress: Progress = quiet
+        self,
+        positions: FloatArray,
+        backward: bool,
+        progress: Progress = quiet,
+        reach: float = 0.0,
     ) -> ObliqueStage:
         """Solve the response, as `response` does, at all heights that an oblique stage passes.
 
@@ -170,6 +174,8 @@ class Whisker:
             Whether the states in which the tip is pulled are needed. They are where the stage
             leaves the surface, too.
         progress : callable
+        reach : float
+            How much lower and higher to solve it, too (L).
 
         Returns
         -------
@@ -186,8 +192,8 @@ class Whisker:
             respond_over,
             self.theta,
             self.eta,
-            float(reached.min()),
-            float(reached.max()),
+            float(reached.min()) - reach,
+            float(reached.max()) + reach,
             contact=self.contact,
             mounting=replace(self.mounting, stage_angle=0.0),
             section=self.section,
@@ -200,6 +206,20 @@ class Whisker:
                 raise
             heights = solved(pull=False)
         return ObliqueStage(heights=heights, eta=self.eta, angle=angle)
+
+    def stages(
+        self, positions: FloatArray, backward: bool, progress: Progress = quiet
+    ) -> ObliqueHeights:
+        """Solve the response on an oblique stage at heights near the given one; see `stage`."""
+        reach = reach_of(self.eta)
+        stage = self.stage(positions, backward, progress, reach)
+        approach = positions * np.sin(stage.angle)
+        return ObliqueHeights(
+            heights=stage.heights,
+            angle=stage.angle,
+            low=max(self.eta - reach, stage.heights.low + float(approach.max())),
+            high=min(self.eta + reach, stage.heights.high + float(approach.min())),
+        )
 
     def heights(self, backward: bool, progress: Callable[[int], None]) -> Heights:
         """Solve the response at heights near the given one, as `response` does at one height."""

@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 
 from vibrissa.errors import UndeterminedError
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.height_range import HeightStates
 from vibrissa.sensor.heights import Heights
 from vibrissa.sensor.identification.periods import (
     MISFIT,
@@ -29,6 +30,7 @@ from vibrissa.sensor.identification.periods import (
     lone_spikes,
 )
 from vibrissa.sensor.identification.recording import MIRROR, Recording
+from vibrissa.sensor.oblique import ObliqueHeights
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response import Branch
 from vibrissa.sensor.transducer import CHANNELS
@@ -120,7 +122,7 @@ def known_setup(branch: Placed, eta: float = float("nan")) -> Setup:
 
 
 def calibrate(
-    heights: Heights,
+    heights: Heights | ObliqueHeights,
     eta: float,
     recording: Recording,
     noise: FloatArray,
@@ -130,7 +132,7 @@ def calibrate(
 
     Parameters
     ----------
-    heights : Heights
+    heights : Heights or ObliqueHeights
     eta : float
         Height, or where to begin looking for it (L).
     recording : Recording
@@ -173,7 +175,11 @@ def calibrate(
 
 
 def _settled(
-    heights: Heights, eta: float, recording: Recording, channels: Channels, free: list[int]
+    heights: Heights | ObliqueHeights,
+    eta: float,
+    recording: Recording,
+    channels: Channels,
+    free: list[int],
 ) -> tuple["_Fit", FloatArray]:
     """Fit the unknowns, and find the slips anew with each better fit until they stay the same."""
     values = np.array([eta, 0.0, 0.0, 0.0])
@@ -201,7 +207,7 @@ def _settled(
 
 
 def _usual_samples(
-    branch: Branch, values: FloatArray, recording: Recording, channels: Channels
+    branch: Placed, values: FloatArray, recording: Recording, channels: Channels
 ) -> tuple[Samples, Partition]:
     """Take the samples that fit the branch as well as most, and cut them into periods."""
     samples = located(branch, recording, channels, values[OFFSETS])
@@ -233,7 +239,10 @@ def _covariance(fit: "_Fit", values: FloatArray) -> FloatArray:
 
 
 def _check_range(
-    heights: Heights, values: FloatArray, covariance: FloatArray, used: list[int]
+    heights: Heights | ObliqueHeights,
+    values: FloatArray,
+    covariance: FloatArray,
+    used: list[int],
 ) -> None:
     """Refuse an estimate that is too uncertain for its error to be proportional to the noise."""
     low, high = heights.low, heights.high
@@ -244,7 +253,7 @@ def _check_range(
             f"eta would be {eta:.5g} with a standard deviation of {deviation[ETA]:.2g}, and is "
             f"looked for from {low:.5g} to {high:.5g} (in units of L); {ADVICE}"
         )
-    branch = heights.at(eta)
+    branch = heights.at(eta).level
     span = np.ptp(branch(np.linspace(0.0, branch.x0_lock, 101)), axis=0)
     part = deviation[OFFSETS] / span
     for i in used:
@@ -280,7 +289,7 @@ class _Fit:
 
     Attributes
     ----------
-    heights : Heights
+    heights : Heights or ObliqueHeights
     samples : Samples
     channels : Channels
     periods : Partition
@@ -290,7 +299,7 @@ class _Fit:
         First guess of all unknowns.
     """
 
-    heights: Heights
+    heights: Heights | ObliqueHeights
     samples: Samples
     channels: Channels
     periods: Partition
@@ -303,45 +312,55 @@ class _Fit:
         full[self.free] = values
         return full
 
-    def _states(self, full: FloatArray) -> tuple[Branch, FloatArray, Samples]:
-        """Branch, displacements with the best contacts, and samples without offsets."""
+    def _samples(self, full: FloatArray) -> tuple[Samples, FloatArray]:
+        """Give the samples without offsets, and the place of the best contact of each."""
         branch, periods = self.heights.at(full[ETA]), self.periods
-        samples = self.samples.without(full[OFFSETS])
-        start = periods.sums(self.samples.place) / periods.counts
-        contacts = fitted(branch, samples, self.channels, periods, start)
-        x0 = samples.start - periods.spread(contacts.place)
-        return branch, branch.clip(x0), samples
+        _, start = branch.above(self.samples.clamp)
+        samples = replace(self.samples.without(full[OFFSETS]), start=start)
+        guess = periods.sums(samples.place) / periods.counts
+        contacts = fitted(branch, samples, self.channels, periods, guess)
+        return samples, periods.spread(contacts.place)
+
+    def _states(self, eta: float, place: FloatArray) -> tuple[Branch | HeightStates, FloatArray]:
+        """States of the samples' contacts at a height, and their displacements (L)."""
+        states, start = self.heights.at(eta).above(self.samples.clamp)
+        return states, start - place
 
     def residuals(self, values: FloatArray) -> FloatArray:
         """Residuals of all readings, in standard deviations."""
-        branch, x0, samples = self._states(self._full(values))
-        return self.channels.weighted(samples.readings - branch(x0)).ravel()
+        full = self._full(values)
+        samples, place = self._samples(full)
+        states, x0 = self._states(full[ETA], place)
+        return self.channels.weighted(samples.readings - states(states.clip(x0))).ravel()
 
     def jacobian(self, values: FloatArray) -> FloatArray:
         """Differentiate the residuals with respect to the unknowns that are free."""
         full = self._full(values)
-        branch, x0, _ = self._states(full)
+        _, place = self._samples(full)
+        states, x0 = self._states(full[ETA], place)
         used, noise = self.channels.used, self.channels.noise
         columns = np.zeros((len(x0), len(used), len(self.free)))
         for j, unknown in enumerate(self.free):
             if unknown == ETA:
-                columns[:, :, j] = -self.channels.weighted(self._slope_in_eta(full[ETA], x0))
+                columns[:, :, j] = -self.channels.weighted(self._slope_in_eta(full[ETA], place))
             else:
                 channel = used.index(unknown - 1)
                 columns[:, channel, j] = -1.0 / noise[channel]
         # The part that a shift of the period's contact explains is removed.
-        shift = self.channels.weighted(branch.slope(x0))
+        shift = self.channels.weighted(states.slope(states.clip(x0)))
         known = self.periods.sums((shift**2).sum(axis=1))
         along = self.periods.sums(np.einsum("nk,nkj->nj", shift, columns))
         columns -= shift[:, :, None] * self.periods.spread(along / known[:, None])[:, None, :]
         return columns.reshape(-1, len(self.free))
 
-    def _slope_in_eta(self, eta: float, x0: FloatArray) -> FloatArray:
+    def _slope_in_eta(self, eta: float, place: FloatArray) -> FloatArray:
         """Differentiate the reactions with respect to η, by a central difference."""
         low, high = max(eta - STEP, self.heights.low), min(eta + STEP, self.heights.high)
-        lower, upper = self.heights.at(low), self.heights.at(high)
-        inside = lower.clip(upper.clip(x0))
-        return (upper(inside) - lower(inside)) / (high - low)
+        lower, below = self._states(low, place)
+        upper, above = self._states(high, place)
+        # Both within what is known of both.
+        below, above = (lower.clip(upper.clip(x0)) for x0 in (below, above))
+        return (upper(above) - lower(below)) / (high - low)
 
     def solved(self) -> FloatArray:
         """Best values of all unknowns, shape (4,)."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.heights import NODES
+from vibrissa.sensor.heights import NODES, Heights
 from vibrissa.sensor.identification.alternatives import of_rod, of_transducer
 from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate, known_setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
@@ -22,7 +22,7 @@ from vibrissa.sensor.identification.recording import (
     noise_of,
     read_recording,
 )
-from vibrissa.sensor.oblique import ObliqueStage
+from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
 from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.series import Column, Tabular
@@ -158,21 +158,21 @@ def identify(
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, chosen(Method, method, "method"), sensor)
     backward = bool((np.diff(recording.clamp) < 0.0).any())
-    if whisker.mounting.stage_angle:
-        if estimate:
-            raise ArgumentError(
-                "height and offsets cannot be estimated with a stage_angle: give the height, and "
-                "tare the transducer"
+    oblique = bool(whisker.mounting.stage_angle)
+    if estimate:
+        heights: Heights | ObliqueHeights
+        if oblique:
+            heights = whisker.stages(recording.clamp, backward, progress)
+        else:
+            heights = whisker.heights(
+                backward, lambda done: progress("solving the rod", done, NODES + 1)
             )
+        known = noise_of(recording.readings) if given is None else given
+        setup = calibrate(heights, whisker.eta, recording, known, estimate)
+    elif oblique:
         stage = whisker.stage(recording.clamp, backward, progress)
         recording = _known(stage, recording)
         setup = known_setup(stage, whisker.eta)
-    elif estimate:
-        heights = whisker.heights(
-            backward, lambda done: progress("solving the rod", done, NODES + 1)
-        )
-        known = noise_of(recording.readings) if given is None else given
-        setup = calibrate(heights, whisker.eta, recording, known, estimate)
     else:
         setup = known_setup(whisker.response(backward), whisker.eta)
     size = len(recording)

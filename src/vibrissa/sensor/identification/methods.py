@@ -67,6 +67,7 @@ class Seen:
         start: FloatArray,
     ) -> Self:
         """Fit the contacts, from a first guess of their places; see `periods.fitted`."""
+        samples = replace(samples, start=branch.above(samples.clamp)[1])
         contacts = fitted(branch, samples, channels, periods, start)
         return cls(
             branch=branch, samples=samples, channels=channels, periods=periods, contacts=contacts
