@@ -146,7 +146,7 @@ def test_the_margin_of_a_mounted_rod_is_that_of_finite_elements(
 ):
     x1_init = solve_curve(theta, eta, contact=contact, mounting=mounting).x1_init
     state = solved(theta, eta, x1_init * (1 - place), contact, mounting)
-    coarse, fine = (finite_elements(theta, state, count, mounting) for count in (60, 120))
+    coarse, fine = (finite_elements(theta, state, count, mounting) for count in (40, 80))
     assert float(stability_aside(state)[0]) == pytest.approx((4 * fine - coarse) / 3, abs=3e-4)
 
 
