@@ -140,5 +140,5 @@ def test_strain_in_a_mounting_is_that_of_the_bending_alone():
 
 
 def test_an_oblique_stage_has_no_response():
-    with pytest.raises(NoResponseError, match="stage_angle must be 0 where the tip slips more"):
+    with pytest.raises(NoResponseError, match="stage_angle must be 0 for one response"):
         respond(2.0, 0.85, mounting=Mounting(stage_angle=0.01))

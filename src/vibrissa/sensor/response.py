@@ -256,8 +256,8 @@ def respond(
     """
     if mounting.stage_angle:
         raise NoResponseError(
-            "stage_angle must be 0 where the tip slips more than once: an oblique stage begins "
-            f"each period at another height, and has no one response; got {mounting.stage_angle!r}"
+            "stage_angle must be 0 for one response: an oblique stage begins each period at "
+            f"another height, see vibrissa.sensor.Whisker.stage; got {mounting.stage_angle!r}"
         )
     curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
     if curve.status is not Status.SOLVED:
