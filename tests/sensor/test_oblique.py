@@ -284,6 +284,17 @@ def test_height_and_offsets_are_estimated_on_an_oblique_stage():
     assert (np.abs(found.mu0[known] - mu0) / found.deviation[known]).max() < 4.5
 
 
+@pytest.mark.parametrize("method", ["forces", "moment"])
+def test_a_tip_that_slips_just_past_the_lock_tells_a_true_bound(method):
+    # Along the stage the largest demand is less than μ_lock at the height where it is.
+    largest = solve_curve(THETA, ETA, mounting=Mounting(stage_angle=0.2)).mu_lock
+    stage, truth = simulated(0.2, largest - 1e-5, "0.001", ["0.2"])
+    assert {TipPhase.LOCK, TipPhase.SLIP} <= set(truth.phase)
+    found = read(stage, truth, [1e-6, 1e-6, 1e-7], method)
+    assert found.status[0] == "lock"
+    assert largest - 1e-3 < found.low[0] <= largest
+
+
 def test_what_an_oblique_stage_cannot_tell_is_refused():
     stage, truth = simulated(0.01, 0.3, "0.002", ["0.1"])
     with pytest.raises(ArgumentError, match="the method spacing needs a stage along the surface"):

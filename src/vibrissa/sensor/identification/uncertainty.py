@@ -209,12 +209,16 @@ def least_friction(states: Branch | HeightStates, low: FloatArray, high: FloatAr
     Returns
     -------
     ndarray, shape (n,)
-        At least μ_lock, up to rounding, from the lock on; NaN where the tip cannot have stuck.
+        On a stage along the surface at least μ_lock, up to rounding, from the lock on; NaN where
+        the tip cannot have stuck.
     """
-    pushed = states.demand(np.clip(high, 0.0, states.x0_lock))
+    # A stage along the surface has taken the tip past the lock through it; an oblique one perhaps
+    # where the lock came to the tip.
+    level = isinstance(states, Branch)
+    pushed = states.demand(np.clip(high, 0.0, states.x0_lock if level else states.x0_end))
     # Where pulling ends, any friction would be needed.
     pulled = -states.demand(np.clip(low, 0.999 * states.x0_pull, 0.0))
-    pushed = np.where(high >= states.x0_lock, states.mu_lock, pushed)
+    pushed = np.where(level & (high >= states.x0_lock), states.mu_lock, pushed)
     # Without pulling nothing is known of x0 < 0.
     slipped = (high > states.x0_end) | ((low < states.x0_pull) & (states.x0_pull < 0.0))
     return np.asarray(np.where(slipped, np.nan, np.maximum(0.0, np.maximum(pushed, pulled))))
