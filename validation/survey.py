@@ -1,6 +1,7 @@
 """Solve random points of the whole range in both contact models and count how they come out.
 
 Usage: python validation/survey.py [--curves 2500] [--points 20] [--seed 1] [--mounted]
+                                   [--section round]
 
 The taper is drawn log-uniformly from 1 to 20, the height uniformly from 0.3 to 0.999 and, for each
 such curve, several friction coefficients uniformly from 0 to 2. Prints the number of points by
@@ -19,7 +20,7 @@ import numpy as np
 from rich.progress import track
 
 from vibrissa.mechanics.mounting import Mounting
-from vibrissa.outcomes import Contact, End, Status
+from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 
@@ -51,7 +52,7 @@ def mounting(random: np.random.Generator) -> Mounting:
     )
 
 
-def survey(curves: int, points: int, seed: int, mounted: bool) -> None:
+def survey(curves: int, points: int, seed: int, mounted: bool, section: RodSection) -> None:
     """Solve the points and print what came out."""
     random = np.random.default_rng(seed)
     theta = np.exp(random.uniform(0.0, np.log(20.0), curves))
@@ -66,7 +67,7 @@ def survey(curves: int, points: int, seed: int, mounted: bool) -> None:
         for start in track(range(0, curves, CHUNK), description=model.value):
             part = slice(start, start + CHUNK)
             for curve, friction in zip(
-                solve_curves(theta[part], eta[part], model, mountings[part]),
+                solve_curves(theta[part], eta[part], model, mountings[part], section),
                 mu0[part],
                 strict=True,
             ):
@@ -103,4 +104,5 @@ if __name__ == "__main__":
     parser.add_argument("--points", type=int, default=20, help="for each curve")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--mounted", action="store_true", help="in random mountings")
+    parser.add_argument("--section", type=RodSection, default=RodSection.ROUND)
     survey(**vars(parser.parse_args()))
