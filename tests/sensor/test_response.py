@@ -8,7 +8,7 @@ from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.bending import solve_and_measure
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.sensor.response import largest_strain, respond
+from vibrissa.sensor.response.branch import largest_strain, respond
 
 
 @pytest.fixture(scope="module", params=[(2.0, 0.85, "point"), (2.0, 0.6, "line")])

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from vibrissa import stick_slip
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.response import respond
+from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import Outcome, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sticking.stiction import read_curve

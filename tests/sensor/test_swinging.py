@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from vibrissa import stick_slip
 from vibrissa.cli.app import app
 from vibrissa.sensor import Whisker, scan, surfaces
-from vibrissa.sensor.response import respond
+from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import Outcome, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.slips import SlipLaw
 

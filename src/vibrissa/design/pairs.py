@@ -15,7 +15,7 @@ from vibrissa.mechanics.bending import strains
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sensor.response import tabulated
+from vibrissa.sensor.response.branch import tabulated
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState

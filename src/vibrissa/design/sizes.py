@@ -17,8 +17,8 @@ from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import Requirements
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.reading.uncertainty import ratio_deviation, step_deviation
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.identification.uncertainty import ratio_deviation, step_deviation
 
 # Lengths among which the best is sought, twice: in the whole range and around the best of those.
 LENGTHS = 129

@@ -10,7 +10,7 @@ from vibrissa.sensor.identification.identify import Identification, identify
 from vibrissa.sensor.identification.recording import Method, Recording
 from vibrissa.sensor.onset import WhiskerOnset, solve
 from vibrissa.sensor.quantities import Units
-from vibrissa.sensor.response import Response, respond
+from vibrissa.sensor.response.branch import Response, respond
 from vibrissa.sensor.scanning import SurfaceScan, path, simulate
 from vibrissa.sensor.signals import Signals, scan
 from vibrissa.sensor.slips import SlipLaw

@@ -26,9 +26,9 @@ from scipy.optimize import brentq, minimize_scalar
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import passes
-from vibrissa.sensor.height_range import HeightRange, HeightStates
 from vibrissa.sensor.quantities import chosen
-from vibrissa.sensor.response import Branch
+from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.response.height_range import HeightRange, HeightStates
 from vibrissa.sensor.scanning import Outcome, SurfaceScan, TipPhase, TipSide
 from vibrissa.sensor.slips import SlipLaw, Slips
 from vibrissa.sensor.surfaces import Surface

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
-from vibrissa.sensor.response import largest_strain
+from vibrissa.sensor.response.branch import largest_strain
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, solve_onset

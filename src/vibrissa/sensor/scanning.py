@@ -23,7 +23,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.steps import passes, step_position
 from vibrissa.sensor.quantities import chosen
-from vibrissa.sensor.response import Response
+from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.slips import SlipLaw, Slips
 from vibrissa.sensor.surfaces import Surface
 

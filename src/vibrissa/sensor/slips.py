@@ -17,7 +17,7 @@ from scipy.special import comb
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import first_fall
-from vibrissa.sensor.response import Branch
+from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.surfaces import Surface
 
 # Relative rounding of a demand that mobilises all friction.

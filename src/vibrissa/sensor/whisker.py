@@ -11,11 +11,11 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.height_range import respond_over
-from vibrissa.sensor.heights import Heights, reach_of, respond_between
 from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
-from vibrissa.sensor.response import Response, respond
+from vibrissa.sensor.response.branch import Response, respond
+from vibrissa.sensor.response.height_range import respond_over
+from vibrissa.sensor.response.heights import Heights, reach_of, respond_between
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 

@@ -9,7 +9,7 @@ from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.periods import Placed, Samples
 from vibrissa.sensor.quantities import Kind
-from vibrissa.sensor.response import Branch
+from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.whisker import Whisker
 
 # Change of each property by which its effect is told (in units of the rod, rad, or relative).

@@ -16,8 +16,6 @@ from scipy.optimize import least_squares
 
 from vibrissa.errors import UndeterminedError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.height_range import HeightStates
-from vibrissa.sensor.heights import Heights
 from vibrissa.sensor.identification.periods import (
     MISFIT,
     Channels,
@@ -32,7 +30,9 @@ from vibrissa.sensor.identification.periods import (
 from vibrissa.sensor.identification.recording import MIRROR, Recording
 from vibrissa.sensor.oblique import ObliqueHeights
 from vibrissa.sensor.quantities import chosen
-from vibrissa.sensor.response import Branch
+from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.response.height_range import HeightStates
+from vibrissa.sensor.response.heights import Heights
 from vibrissa.sensor.transducer import CHANNELS
 
 # The unknowns: their names, and where they stand in a vector of them.

@@ -11,18 +11,19 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.alternatives import Alternative, of_transducer
 from vibrissa.sensor.identification.calibration import Setup
-from vibrissa.sensor.identification.doubts import doubts, in_words, misfits, notes_of
-from vibrissa.sensor.identification.goodness import Cause, Goodness, likeliest
-from vibrissa.sensor.identification.methods import ByMoment, Seen, reader_of
-from vibrissa.sensor.identification.mixups import mixups
+from vibrissa.sensor.identification.misfit.doubts import doubts, in_words, misfits, notes_of
+from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
+from vibrissa.sensor.identification.misfit.mixups import mixups
 from vibrissa.sensor.identification.periods import Channels
-from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
-from vibrissa.sensor.identification.sides import Part, parts_of
-from vibrissa.sensor.identification.uncertainty import (
+from vibrissa.sensor.identification.reading.methods import ByMoment, reader_of
+from vibrissa.sensor.identification.reading.uncertainty import (
     HALF_WIDTH,
     Summary,
     common_deviation,
 )
+from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
+from vibrissa.sensor.identification.seen import Seen
+from vibrissa.sensor.identification.sides import Part, parts_of
 from vibrissa.sensor.quantities import Units, chosen
 from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.slips import SlipLaw

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.heights import NODES, Heights
 from vibrissa.sensor.identification.alternatives import of_rod, of_transducer
 from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate, known_setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
@@ -24,6 +23,7 @@ from vibrissa.sensor.identification.recording import (
 )
 from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
+from vibrissa.sensor.response.heights import NODES, Heights
 from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.slips import SlipLaw

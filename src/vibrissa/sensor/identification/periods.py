@@ -17,7 +17,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.recording import USED, Method, Recording
 from vibrissa.sensor.oblique import ObliqueStage
-from vibrissa.sensor.response import Branch
+from vibrissa.sensor.response.branch import Branch
 
 # States of a rod by the position of its clamp, on a stage along the surface or an oblique one.
 Placed = Branch | ObliqueStage

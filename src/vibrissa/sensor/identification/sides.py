@@ -13,7 +13,6 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.calibration import Setup
-from vibrissa.sensor.identification.methods import Seen
 from vibrissa.sensor.identification.periods import (
     JUMP,
     MISFIT,
@@ -27,6 +26,7 @@ from vibrissa.sensor.identification.periods import (
     lone_spikes,
 )
 from vibrissa.sensor.identification.recording import MIRROR, Recording
+from vibrissa.sensor.identification.seen import Seen
 
 # So many samples in a row show that the rod has swung aside: fewer may be spikes.
 ENOUGH = 4

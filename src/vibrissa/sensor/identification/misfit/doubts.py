@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
-from vibrissa.sensor.identification.methods import Seen
+from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.transducer import CHANNELS
 
 # Fewer samples than these do not confirm each other.

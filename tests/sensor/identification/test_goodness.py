@@ -14,11 +14,11 @@ from vibrissa.errors import RecordingError
 from vibrissa.sensor import Whisker, identify, series, surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.goodness import Goodness
+from vibrissa.sensor.identification.misfit.goodness import Goodness
 from vibrissa.sensor.identification.recording import MIRROR
 from vibrissa.sensor.oblique import simulate_oblique
 from vibrissa.sensor.quantities import Kind
-from vibrissa.sensor.response import respond
+from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import path, simulate
 
 GIVEN = Whisker(theta=2.0, eta=0.85)

@@ -12,11 +12,11 @@ from steel import NANO, NOISE, SCALE, SENSOR, SI, WHISKER, measured, recording_o
 from vibrissa.cli.app import app
 from vibrissa.errors import RecordingError
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.heights import respond_between
 from vibrissa.sensor.identification.calibration import calibrate, known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import MIRROR, USED, Method
-from vibrissa.sensor.response import respond
+from vibrissa.sensor.response.branch import respond
+from vibrissa.sensor.response.heights import respond_between
 from vibrissa.sensor.scanning import TipPhase, TipSide, path, simulate
 
 

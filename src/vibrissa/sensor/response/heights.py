@@ -2,7 +2,7 @@
 
 Each smooth stretch of the branch lies between the same two landmarks (end of pulling, α = 0, kink,
 lock, end). It is interpolated over η by the polynomial through Chebyshev points.
-`vibrissa.sensor.height_range` puts several such ranges together.
+`vibrissa.sensor.response.height_range` puts several such ranges together.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.response import KNOTS, Branch, Response, joined, respond
+from vibrissa.sensor.response.branch import KNOTS, Branch, Response, joined, respond
 
 # Heights at which the rod is solved, and knots on each stretch, as parts of it.
 NODES = 9

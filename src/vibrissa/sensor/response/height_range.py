@@ -15,8 +15,8 @@ from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.heights import Heights, interpolated
-from vibrissa.sensor.response import TINY, Branch, Response, States, respond
+from vibrissa.sensor.response.branch import TINY, Branch, Response, States, respond
+from vibrissa.sensor.response.heights import Heights, interpolated
 
 # Error of the reactions between the heights that are solved, of the largest reaction.
 EXACT = 1e-8

@@ -1,153 +1,27 @@
 """How friction is read from the last sticking state of each period: a class for each method."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from scipy.ndimage import find_objects, label
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.height_range import HeightStates
-from vibrissa.sensor.identification.alternatives import Alternative
-from vibrissa.sensor.identification.energy import FEWEST, read_travels
-from vibrissa.sensor.identification.periods import (
-    Channels,
-    Contacts,
-    Partition,
-    Placed,
-    Samples,
-    fitted,
-)
-from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.identification.spacing import spacing
-from vibrissa.sensor.identification.uncertainty import (
-    HALF_WIDTH,
+from vibrissa.sensor.identification.reading.energy import FEWEST, read_travels
+from vibrissa.sensor.identification.reading.spacing import spacing
+from vibrissa.sensor.identification.reading.uncertainty import (
     LastStates,
     Summary,
     friction_of,
-    least_friction,
     normal_summary,
     ratio_deviation,
 )
+from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.quantities import chosen
-from vibrissa.sensor.response import Branch
+from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.slips import SlipLaw
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Seen:
-    """Periods of sticking as one setup shows them.
-
-    Attributes
-    ----------
-    branch : Branch or ObliqueStage
-    samples : Samples
-        Without offsets.
-    channels : Channels
-    periods : Partition
-        Of p periods.
-    contacts : Contacts
-    """
-
-    branch: Placed
-    samples: Samples
-    channels: Channels
-    periods: Partition
-    contacts: Contacts
-
-    @classmethod
-    def fitted(
-        cls,
-        branch: Placed,
-        samples: Samples,
-        channels: Channels,
-        periods: Partition,
-        start: FloatArray,
-    ) -> Self:
-        """Fit the contacts, from a first guess of their places; see `periods.fitted`."""
-        samples = replace(samples, start=branch.above(samples.clamp)[1])
-        contacts = fitted(branch, samples, channels, periods, start)
-        return cls(
-            branch=branch, samples=samples, channels=channels, periods=periods, contacts=contacts
-        )
-
-    @cached_property
-    def last(self) -> LastStates:
-        """Last sticking state of each period, by its contact alone."""
-        start, clamp, ends = self.samples.start, self.samples.clamp, self.periods.ends
-        after = np.minimum(ends + 1, len(clamp) - 1)
-        x0, gap = start[ends] - self.contacts.place, start[after] - start[ends]
-        none = np.zeros(len(ends))
-        return LastStates(
-            clamp=clamp[ends],
-            clamp_gap=clamp[after] - clamp[ends],
-            travel=x0,
-            deviation=self.contacts.deviation,
-            gap=gap,
-            gap_before=none,
-            sign=np.where(gap == 0.0, np.sign(x0), np.sign(gap)),
-            base=none,
-            ratio_deviation=none,
-        )
-
-    @cached_property
-    def states(self) -> Branch | HeightStates:
-        """States at the clamp positions of all samples."""
-        return self.branch.above(self.samples.clamp)[0]
-
-    @cached_property
-    def ending(self) -> Branch | HeightStates:
-        """States at the last clamp position of each period."""
-        return self.branch.above(self.samples.clamp[self.periods.ends])[0]
-
-    @cached_property
-    def x0(self) -> FloatArray:
-        """Displacement of each sample from the contact of its period (L)."""
-        return self.samples.start - self.periods.spread(self.contacts.place)
-
-    @cached_property
-    def residuals(self) -> FloatArray:
-        """Residuals of the channels that are used, in standard deviations, shape (n, k)."""
-        expected = self.states(self.states.clip(self.x0))
-        return self.channels.weighted(self.samples.readings - expected)
-
-    def by(self, channels: Channels) -> Self:
-        """See the same periods by other channels."""
-        place = self.contacts.place
-        return self.fitted(self.branch, self.samples, channels, self.periods, place)
-
-    def only(self, kept: BoolArray) -> Self:
-        """See some of the periods, of p."""
-        samples = self.samples.take(np.repeat(kept, self.periods.counts))
-        counts = self.periods.counts[kept]
-        periods = Partition(begins=np.cumsum(counts) - counts, size=len(samples))
-        return replace(self, samples=samples, periods=periods, contacts=self.contacts.take(kept))
-
-    def as_if(self, other: Alternative) -> Self:
-        """See the same periods as if something were other than given, with the same contacts."""
-        branch = self.branch if other.branch is None else other.branch
-        samples = other.corrected(self.samples)
-        samples = replace(samples, start=branch.above(samples.clamp)[1])
-        return replace(self, branch=branch, samples=samples)
-
-    @cached_property
-    def _margin(self) -> FloatArray:
-        """Half the width of the central 95 % of each sample's displacement (L)."""
-        return HALF_WIDTH * self.periods.spread(self.contacts.deviation)
-
-    @cached_property
-    def least(self) -> FloatArray:
-        """Least friction with which the tip can have stuck so far."""
-        needed = least_friction(self.states, self.x0 + self._margin, self.x0 - self._margin)
-        return np.asarray(np.maximum.reduceat(needed, self.periods.begins))
-
-    @property
-    def locked(self) -> BoolArray:
-        """Whether the tip has stuck past the lock."""
-        past = self.x0 - self._margin >= self.states.x0_lock
-        return np.asarray(np.logical_or.reduceat(past, self.periods.begins))
 
 
 class ByMoment:

@@ -21,8 +21,8 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.spacing import onset_table
-from vibrissa.sensor.response import Branch
+from vibrissa.sensor.identification.reading.spacing import onset_table
+from vibrissa.sensor.response.branch import Branch
 
 # Fewer periods do not determine the surface's deviation and correlation length.
 FEWEST = 20

@@ -15,9 +15,9 @@ from scipy.special import ndtri
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.height_range import HeightStates
 from vibrissa.sensor.identification.periods import Placed
-from vibrissa.sensor.response import Branch
+from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.response.height_range import HeightStates
 
 # Part of a distribution that its interval holds, and half the width of that of a normal one.
 COVERAGE = 0.95

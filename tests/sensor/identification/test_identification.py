@@ -16,7 +16,7 @@ from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import USED, Method, noise_of, read_recording
-from vibrissa.sensor.response import respond
+from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import TipPhase, path, simulate
 from vibrissa.sensor.slips import SlipLaw
 

@@ -9,9 +9,9 @@ from steel import recording_of
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
+from vibrissa.sensor.identification.reading.spacing import spacing
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.identification.spacing import spacing
-from vibrissa.sensor.response import respond
+from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import path, simulate
 from vibrissa.sensor.slips import SlipLaw
 

@@ -10,7 +10,6 @@ from steel import NANO, NOISE, SI, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import NoResponseError, UndeterminedError
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.heights import respond_between
 from vibrissa.sensor.identification.calibration import (
     Unknown,
     calibrate,
@@ -19,7 +18,8 @@ from vibrissa.sensor.identification.calibration import (
 )
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.response import respond
+from vibrissa.sensor.response.branch import respond
+from vibrissa.sensor.response.heights import respond_between
 from vibrissa.sensor.scanning import path, simulate
 
 OFFSET = np.array([0.1, -0.15, 0.02])

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import chdtrc, fdtrc
 
 from vibrissa.sensor.identification.alternatives import Alternative
-from vibrissa.sensor.identification.methods import Seen
+from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.quantities import Kind, Units
 
 # Probability with which a recording that fits is said not to.

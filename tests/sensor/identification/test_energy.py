@@ -6,10 +6,10 @@ import pytest
 from steel import recording_of
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.identification.calibration import known_setup
-from vibrissa.sensor.identification.energy import EnergySlips, read_travels
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
+from vibrissa.sensor.identification.reading.energy import EnergySlips, read_travels
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.response import respond
+from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import path, simulate
 from vibrissa.sensor.slips import SlipLaw
 
