@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from vibrissa import stick_slip
-from vibrissa.sensor import surfaces
+from vibrissa import Mounting, stick_slip
+from vibrissa.outcomes import RodSection
+from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import Outcome, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.slips import SlipLaw
@@ -265,3 +266,18 @@ def test_surfaces():
 def test_impossible_surfaces_are_refused(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+@pytest.mark.parametrize(
+    "whisker, said",
+    [
+        (Whisker(theta=2.0, eta=0.85, section=RodSection.PLANAR), "it cannot stick further"),
+        (
+            Whisker(theta=2.0, eta=0.85, mounting=Mounting(clamp_angle=0.03)),
+            "the rod swings aside there; what follows is computed in the ideal mounting alone",
+        ),
+    ],
+)
+def test_a_scan_that_ends_with_a_lock_says_what_comes_then(whisker, said):
+    scan = simulate(whisker.pushed, surfaces.constant(0.8), path("0.005", ["0.9"]))
+    assert scan.outcome == "lock" and said in scan.message

@@ -19,9 +19,11 @@ import numpy as np
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
+from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.steps import passes, step_position
+from vibrissa.outcomes import End
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.slips import SlipLaw, Slips
@@ -290,10 +292,16 @@ def _swings(response: Response, parts: Sequence[_Part], positions: FloatArray) -
 
 
 def _locked(response: Response, part: _Part, clamp: float) -> str:
+    if response.curve.end is not End.SWINGS_ASIDE:
+        then = "pushed on, it cannot stick further"
+    elif response.curve.mounting == IDEAL:
+        then = "the rod swings aside there; what follows is not known, nor where its tip is pulled"
+    else:
+        then = "the rod swings aside there; what follows is computed in the ideal mounting alone"
     return (
         f"the tip locks at x = {part.contact:.6g}, where mu0 = {part.mu0:.6g} is above "
-        f"mu_lock = {response.curve.mu_lock:.6g}; pushed on, it cannot stick beyond the clamp at "
-        f"{clamp:.6g} (in units of L)"
+        f"mu_lock = {response.curve.mu_lock:.6g}; it sticks up to the clamp at {clamp:.6g} (in "
+        f"units of L): {then}"
     )
 
 

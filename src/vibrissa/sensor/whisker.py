@@ -127,7 +127,13 @@ class Whisker:
     @cached_property
     def curve(self) -> StickingCurve:
         """Sticking curve."""
-        return solve_curve(self.theta, self.eta, contact=self.contact, mounting=self.mounting)
+        return solve_curve(
+            self.theta,
+            self.eta,
+            contact=self.contact,
+            mounting=self.mounting,
+            section=self.section,
+        )
 
     @cached_property
     def pushed(self) -> Response:
