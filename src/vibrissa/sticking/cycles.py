@@ -25,7 +25,7 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.api import solve_curve
+from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 
@@ -169,8 +169,8 @@ def _oblique(
         if not 0.0 < eta < 1.0:
             message = f"the stage takes the clamp to the height {eta:.6g} (in units of L)"
             break
-        mounting, section = curve.mounting, curve.section
-        one = solve_curve(curve.theta, eta, contact=contact, mounting=mounting, section=section)
+        rod = np.array([curve.theta]), np.array([eta])
+        (one,) = solve_curves(*rod, Contact(contact), [curve.mounting], curve.section)
     at = _Numbers.of([len(period.offset) for period in periods])
     return _scan(curve, Status.SLIP, _joined(periods), at, dx0, s, message)
 
