@@ -1,6 +1,6 @@
 """``vibrissa identify``: from a measured time series to friction."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import Annotated
@@ -18,6 +18,7 @@ from vibrissa.cli.options import (
     progress_bars,
 )
 from vibrissa.cli.whisker import takes_whisker
+from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Identification, Method, PeriodStatus, SlipLaw, Unknown, series
 from vibrissa.sensor.identification.calibration import NAMES
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
@@ -73,6 +74,13 @@ def identify(
             "near the given one. offset: the reading of each channel without load."
         ),
     ] = None,
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Standard deviation of something given, which is then adjusted to the recording "
+            "within it; repeat it: 'clamp_angle=0.5 deg', 'modulus=2 %'."
+        ),
+    ] = None,
     picture: Picture = None,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -94,6 +102,7 @@ def identify(
         law=law,
         kinetic_ratio=kinetic_ratio,
         estimate=estimate or (),
+        tolerances=_tolerances(tolerance or ()),
         progress=progress_bars(),
     )
     series.write(output, found.columns())
@@ -103,10 +112,20 @@ def identify(
         plots.save(plots.friction_map(found), picture)
     for note in found.periods.notes:
         typer.echo(note, err=True)
-    for text in (*_estimated(found), *_fit(found)):
+    adjusted = [each.spelled(found.units) for each in found.tolerances]
+    for text in (*_estimated(found), *adjusted, *_fit(found)):
         typer.echo(text)
     known = (found.periods.status == PeriodStatus.SLIP).sum()
     typer.echo(f"{output}: {len(found.periods)} periods, friction of {known} of them")
+
+
+def _tolerances(given: Sequence[str]) -> dict[str, str]:
+    """Read ``name=size`` of each."""
+    pairs = [text.partition("=") for text in given]
+    for text, (_, equals, _) in zip(given, pairs, strict=True):
+        if not equals:
+            raise ArgumentError(f"a tolerance is given as name=size, got {text!r}")
+    return {name.strip(): size.strip() for name, _, size in pairs}
 
 
 def _fit(found: Identification) -> Iterator[str]:

@@ -17,7 +17,6 @@ from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.misfit.goodness import Goodness
 from vibrissa.sensor.identification.recording import MIRROR
 from vibrissa.sensor.oblique import simulate_oblique
-from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import path, simulate
 
@@ -66,15 +65,15 @@ def wrong(recording, name, size):
     (fx, fy, m), clamp = recording.readings.T, recording.clamp
     turned = np.cos(size) * fx + np.sin(size) * fy, np.cos(size) * fy - np.sin(size) * fx
     readings = {
-        "zero of force_x": (fx + size, fy, m),
-        "zero of force_y": (fx, fy + size, m),
-        "zero of moment_z": (fx, fy, m + size),
+        "zero_force_x": (fx + size, fy, m),
+        "zero_force_y": (fx, fy + size, m),
+        "zero_moment_z": (fx, fy, m + size),
         "modulus": ((1 + size) * fx, (1 + size) * fy, (1 + size) * m),
-        "transducer angle": (*turned, m),
-        "origin of moment_z in x": (fx, fy, m - size * fy),
-        "origin of moment_z in y": (fx, fy, m + size * fx),
+        "transducer_angle": (*turned, m),
+        "moment_origin_x": (fx, fy, m - size * fy),
+        "moment_origin_y": (fx, fy, m + size * fx),
     }.get(name, (fx, fy, m))
-    if name == "scale of the stage":
+    if name == "stage_scale":
         clamp = clamp / (1 + size)
     return replace(recording, readings=np.stack(readings, axis=1), clamp=clamp)
 
@@ -82,14 +81,14 @@ def wrong(recording, name, size):
 @pytest.mark.parametrize(
     "name, size",
     [
-        ("zero of force_x", 0.01),
-        ("zero of force_y", -0.02),
-        ("zero of moment_z", 0.002),
+        ("zero_force_x", 0.01),
+        ("zero_force_y", -0.02),
+        ("zero_moment_z", 0.002),
         ("modulus", 0.01),
-        ("transducer angle", np.deg2rad(0.3)),
-        ("origin of moment_z in x", 0.002),
-        ("origin of moment_z in y", -0.005),
-        ("scale of the stage", 0.02),
+        ("transducer_angle", np.deg2rad(0.3)),
+        ("moment_origin_x", 0.002),
+        ("moment_origin_y", -0.005),
+        ("stage_scale", 0.02),
     ],
 )
 def test_an_error_of_transducer_or_stage_is_found_and_its_size(response, name, size):
@@ -154,6 +153,15 @@ def test_columns_that_were_mixed_up_are_named(response, mixed, said):
         assert found.mixed[0].startswith(said)
 
 
+def test_the_moment_alone_tells_what_it_can(response):
+    recording = recorded(response)
+    readings = recording.readings * [np.nan, np.nan, 1.03]
+    found = find_periods(
+        known_setup(response), replace(recording, readings=readings), NOISE, method="moment"
+    )
+    assert not found.goodness.fits and found.causes
+
+
 def test_a_period_that_does_not_fit_by_itself_does_not_spoil_the_others(response):
     recording = recorded(response)
     whole = find_periods(known_setup(response), recording, NOISE)
@@ -184,9 +192,9 @@ def test_the_command_says_what_does_not_fit(tmp_path, response):
 
 def test_sizes_are_said_in_the_units_of_the_rod(response):
     whisker = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
-    recording = wrong(recorded(response), "origin of moment_z in x", 0.002)
+    recording = wrong(recorded(response), "moment_origin_x", 0.002)
     cause = find_periods(known_setup(response), recording, NOISE).causes[0]
     said = replace(cause, size=0.002, deviation=1e-5).spelled(whisker.units)
-    assert said == "origin of moment_z in x larger by 0.0002 ± 1e-06 m"
-    turned = replace(cause, kind=Kind.ANGLE, size=-np.pi / 180, deviation=1e-4)
+    assert said == "moment_origin_x larger by 0.0002 ± 1e-06 m"
+    turned = replace(cause, name="clamp_angle", size=-np.pi / 180, deviation=1e-4)
     assert "smaller by 1 ± 0.006 deg" in turned.spelled(whisker.units)

@@ -9,6 +9,7 @@ period by period (variable projection, with Kaufman's derivative); at most four 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.optimize import least_squares
 
 from vibrissa.errors import UndeterminedError
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.periods import (
     MISFIT,
     Channels,
@@ -87,20 +89,23 @@ class Setup:
         Of η and the offsets; 0 for what was given.
     branch : Branch or ObliqueStage
         At this height.
-    displaced : tuple of (Branch, ndarray)
-        Branches and offsets one standard deviation away along each principal axis of the
-        covariance. The squares of what they change add up.
+    displaced : tuple of Alternative
+        What is one standard deviation away along each principal axis of what is not known exactly.
+        The squares of what they change add up.
+    penalty : float
+        Sum of the squares, in tolerances, by which what was given has been adjusted.
     """
 
     eta: float
     offset: FloatArray
     covariance: FloatArray
     branch: Placed
-    displaced: tuple[tuple[Placed, FloatArray], ...] = ()
+    displaced: tuple[Alternative, ...] = ()
+    penalty: float = 0.0
 
     def mirrored(self) -> Self:
         """Give the setup of the mirrored recording, see `Recording.mirrored`."""
-        displaced = tuple((branch.mirrored(), offset * MIRROR) for branch, offset in self.displaced)
+        displaced = tuple(other.mirrored() for other in self.displaced)
         branch = self.branch.mirrored()
         return replace(self, branch=branch, offset=self.offset * MIRROR, displaced=displaced)
 
@@ -170,7 +175,15 @@ def calibrate(
         offset=values[OFFSETS],
         covariance=covariance,
         branch=heights.at(values[ETA]),
-        displaced=tuple((heights.at(other[ETA]), other[OFFSETS]) for other in moved),
+        displaced=tuple(
+            Alternative(
+                name="calibration",
+                step=1.0,
+                corrected=partial(Samples.without, offset=other[OFFSETS] - values[OFFSETS]),
+                branch=heights.at(other[ETA]),
+            )
+            for other in moved
+        ),
     )
 
 

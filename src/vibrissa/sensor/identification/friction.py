@@ -9,12 +9,12 @@ import numpy as np
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.alternatives import Alternative, of_transducer
+from vibrissa.sensor.identification.alternatives import Alternative, of_readings
 from vibrissa.sensor.identification.calibration import Setup
 from vibrissa.sensor.identification.misfit.doubts import doubts, in_words, misfits, notes_of
 from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
 from vibrissa.sensor.identification.misfit.mixups import mixups
-from vibrissa.sensor.identification.periods import Channels
+from vibrissa.sensor.identification.periods import LEAST_NOISE, Channels
 from vibrissa.sensor.identification.reading.methods import ByMoment, reader_of
 from vibrissa.sensor.identification.reading.uncertainty import (
     HALF_WIDTH,
@@ -39,8 +39,6 @@ MOST_ALONE = 0.5
 OWN_UNITS = Units()
 # Fewer samples do not make a period and a slip.
 FEWEST_SAMPLES = 3
-# Less noise than this, in the rod's own units, is none; readings in units of it can be squared.
-LEAST_NOISE = 1e-50
 
 
 class PeriodStatus(StrEnum):
@@ -133,7 +131,7 @@ def find_periods(
     step: float | None = None,
     law: SlipLaw | str | None = None,
     kinetic_ratio: float | None = None,
-    alternatives: Callable[[], Iterable[Alternative]] = of_transducer,
+    alternatives: Callable[[], Iterable[Alternative]] = of_readings,
     units: Units = OWN_UNITS,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Periods:
@@ -182,7 +180,7 @@ def find_periods(
     reasons = {why: np.concatenate([one[why] for one in each]) for why in each[0]}
     whole = [_tested(one, noise) for one in seen]
     unknowns = int((setup.deviation > 0.0).sum())
-    goodness = Goodness.of(whole, unknowns, noise_is_given)
+    goodness = Goodness.of(whole, unknowns, noise_is_given, setup.penalty)
     reasons["the recording as a whole does not fit the rod"] = np.full(
         len(found), not goodness.fits
     )
@@ -200,24 +198,15 @@ def _tested(seen: Seen, noise: FloatArray) -> Seen:
     """See by all channels those periods that fit by themselves; all where most do not."""
     alone = np.any(list(misfits(seen, noise).values()), axis=0)
     kept = ~alone if alone.mean() < MOST_ALONE else np.ones(len(alone), dtype=bool)
-    return seen.only(kept).by(_recorded(seen.samples, noise))
-
-
-def _recorded(recording: Recording, noise: FloatArray) -> Channels:
-    """All channels that were recorded and have a noise."""
-    recorded = np.isfinite(recording.readings).all(axis=0)
-    used = np.flatnonzero(recorded & (noise > LEAST_NOISE) & (noise < np.inf))
-    return Channels(used=list(used), noise=noise[used])
+    return seen.only(kept).by(Channels.recorded(seen.samples, noise))
 
 
 def _read(part: Part, channels: Channels, reader: ByMoment) -> tuple[Periods, Seen]:
     """Read the friction of the periods on one side of the clamp, and tell how they were seen."""
     setup, samples = part.setup, part.samples
     periods, start = part.cut(channels)
-    seen, *displaced = (
-        Seen.fitted(branch, samples.without(offset), channels, periods, start)
-        for branch, offset in ((setup.branch, setup.offset), *setup.displaced)
-    )
+    seen = Seen.fitted(setup.branch, samples.without(setup.offset), channels, periods, start)
+    displaced = [seen.as_if(other).by(channels) for other in setup.displaced]
     common = np.zeros(len(periods))
     if displaced:
         mean, *means = (reader.friction(one, common)[0].mean for one in (seen, *displaced))
@@ -284,7 +273,7 @@ def _check_states(
         "rod, height, units, zero and noise"
     )
     setup = parts[0].setup
-    every = _recorded(recording, noise)
+    every = Channels.recorded(recording, noise)
     if mixed := mixups(setup, recording, every, MOST_OFF):
         raise RecordingError(f"{said}. They would be with {mixed[0]}")
     whole = parts[0].with_all().seen(channels).by(every)

@@ -1,6 +1,6 @@
 """Identification of friction with a whisker, in the units of its rod."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.alternatives import of_rod, of_transducer
+from vibrissa.sensor.identification.alternatives import alternatives_to
 from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate, known_setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
-from vibrissa.sensor.identification.periods import Placed
+from vibrissa.sensor.identification.periods import Channels, Placed
 from vibrissa.sensor.identification.recording import (
     Method,
     Recording,
@@ -21,6 +21,7 @@ from vibrissa.sensor.identification.recording import (
     noise_of,
     read_recording,
 )
+from vibrissa.sensor.identification.tolerances import Tolerance, adjusted, read_tolerances
 from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
 from vibrissa.sensor.response.heights import NODES, Heights
@@ -73,11 +74,14 @@ class Identification(Tabular):
     setup : Setup
         Height and offsets, with their covariance if they were estimated.
     units : Units
+    tolerances : tuple of Tolerance
+        What was adjusted, and how well it is known now.
     """
 
     periods: Periods
     setup: Setup
     units: Units
+    tolerances: tuple[Tolerance, ...] = ()
 
     def columns(self) -> dict[str, Column]:
         """One row for each period, with units."""
@@ -109,6 +113,7 @@ def identify(
     law: SlipLaw | str | None = None,
     kinetic_ratio: float | None = None,
     estimate: Sequence[Unknown | str] = (),
+    tolerances: Mapping[str, Quantity] | None = None,
     progress: Progress = quiet,
 ) -> Identification:
     """Find the periods of sticking in a recording, and the friction of each.
@@ -135,6 +140,9 @@ def identify(
         μk/μ0, for the spacing with the law ``kinetic`` or ``energy``.
     estimate : sequence of Unknown
         What is not known of height and offsets, and estimated from the recording.
+    tolerances : mapping of str to str or number, optional
+        Standard deviations of what was given, as in ``{"clamp_angle": "0.5 deg", "modulus":
+        "2 %"}``: it is adjusted within them; see `PROPERTIES`.
     progress : callable
 
     Returns
@@ -152,12 +160,21 @@ def identify(
     NoResponseError
         If the response of the whisker is not found.
     """
+    if tolerances and estimate:
+        raise ArgumentError("give eta or the zeros a tolerance, or estimate them: not both")
     units = whisker.units
     sensor = transducer_of(transducer, units)
     given = _noise(noise, sensor, units)
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, chosen(Method, method, "method"), sensor)
-    backward = bool((np.diff(recording.clamp) < 0.0).any())
+    positions = recording.clamp
+    backward = bool((np.diff(positions) < 0.0).any())
+
+    def solved(other: Whisker) -> Placed:
+        if other.mounting.stage_angle:
+            return other.stage(positions, backward)
+        return other.response(backward)
+
     oblique = bool(whisker.mounting.stage_angle)
     if estimate:
         heights: Heights | ObliqueHeights
@@ -175,13 +192,16 @@ def identify(
         setup = known_setup(stage, whisker.eta)
     else:
         setup = known_setup(whisker.response(backward), whisker.eta)
+    fitted: tuple[Tolerance, ...] = ()
+    if tolerances:
+        known = noise_of(recording.readings) if given is None else given
+        deviations = read_tolerances(whisker, tolerances)
+        channels = Channels.recorded(recording, known)
+        found = adjusted(whisker, recording, channels, deviations, solved)
+        setup, recording, whisker = found.setup, found.recording, found.whisker
+        fitted = found.tolerances
+        given = None if given is None else found.noise_of(given)
     size = len(recording)
-
-    def solved(other: Whisker) -> Placed:
-        if other.mounting.stage_angle:
-            return other.stage(recording.clamp, backward)
-        return other.response(backward)
-
     periods = find_periods(
         setup,
         recording,
@@ -190,8 +210,8 @@ def identify(
         step=None if step is None else float(units.read(step, Kind.LENGTH, "step")),
         law=law,
         kinetic_ratio=kinetic_ratio,
-        alternatives=lambda: (*of_transducer(), *of_rod(whisker, solved)),
+        alternatives=lambda: alternatives_to(whisker, solved),
         units=units,
         progress=lambda done: progress("identifying", done, size),
     )
-    return Identification(periods=periods, setup=setup, units=units)
+    return Identification(periods=periods, setup=setup, units=units, tolerances=fitted)

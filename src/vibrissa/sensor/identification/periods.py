@@ -8,7 +8,7 @@ the branch of its own height, and its place is the contact point itself; see `Pl
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -30,6 +30,8 @@ MISFIT = 36.0
 TABLE = 4001
 NEAREST_STEPS = 2
 CONTACT_STEPS = 4
+# Less noise than this, in the rod's own units, is none; readings in units of it can be squared.
+LEAST_NOISE = 1e-50
 # Samples that are located together, before progress is told.
 BLOCK = 20000
 
@@ -48,6 +50,13 @@ class Channels:
 
     used: list[int]
     noise: FloatArray
+
+    @classmethod
+    def recorded(cls, recording: Recording, noise: FloatArray) -> Self:
+        """All channels that were recorded and have a noise."""
+        there = np.isfinite(recording.readings).all(axis=0)
+        used = np.flatnonzero(there & (noise > LEAST_NOISE) & (noise < np.inf))
+        return cls(used=used.tolist(), noise=noise[used])
 
     def weighted(self, values: FloatArray) -> FloatArray:
         """Values of the channels that are used, in standard deviations, shape (..., k)."""

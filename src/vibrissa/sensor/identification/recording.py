@@ -74,6 +74,15 @@ class Recording(Batch):
         """Take the offsets of the channels off the readings, shape (3,)."""
         return replace(self, readings=self.readings - offset)
 
+    def mixed(self, matrix: FloatArray) -> Self:
+        """Multiply the readings of each sample by a matrix, shape (3, 3).
+
+        A channel that was not recorded has no part in the others that do not need it.
+        """
+        lost = np.isnan(self.readings) @ (matrix != 0.0).T
+        readings = np.nan_to_num(self.readings) @ matrix.T
+        return replace(self, readings=np.where(lost, np.nan, readings))
+
     def mirrored(self) -> Self:
         """Turn the recording of a tip behind the clamp into one of a tip ahead, or back."""
         return replace(self, clamp=-self.clamp, readings=self.readings * MIRROR)

@@ -121,6 +121,22 @@ class Seen:
         samples = replace(samples, start=branch.above(samples.clamp)[1])
         return replace(self, branch=branch, samples=samples)
 
+    def effect_of(self, other: Alternative) -> FloatArray:
+        """Change of the readings per unit of an alternative, in standard deviations, shape (n, k).
+
+        To first order; without what a shift of the contacts explains.
+        """
+        inside = self.states.clip(self.x0)
+        # Of readings without noise: a fit to a change that contains the noise is biased by it.
+        exact = replace(self.samples, readings=self.states(inside), x0=inside)
+        change = -replace(self, samples=exact).as_if(other).residuals / other.step
+        shift = self.channels.weighted(self.states.slope(inside))
+        along = self.periods.sums((shift * change).sum(axis=1))
+        known = self.periods.sums((shift**2).sum(axis=1))
+        # Where no reading tells the contact, none is shifted.
+        along = np.divide(along, known, out=np.zeros_like(along), where=known > 0.0)
+        return np.asarray(change - shift * self.periods.spread(along)[:, None])
+
     @cached_property
     def _margin(self) -> FloatArray:
         """Half the width of the central 95 % of each sample's displacement (L)."""

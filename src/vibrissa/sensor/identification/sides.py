@@ -77,6 +77,10 @@ class Part:
         every = Samples.concatenate([self.samples, self.off, self.lone])
         return replace(self, samples=every.take(np.argsort(every.row)))
 
+    def only(self, kept: BoolArray) -> Self:
+        """Keep some of the samples."""
+        return replace(self, samples=self.samples.take(kept))
+
     def cut(self, channels: Channels) -> tuple[Partition, FloatArray]:
         """Cut the samples into periods, some of them joined; guess their places (L)."""
         branch = self.setup.branch

@@ -12,9 +12,9 @@ from typing import Self
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from vibrissa.sensor.identification.alternatives import Alternative
+from vibrissa.sensor.identification.alternatives import Alternative, told
 from vibrissa.sensor.identification.seen import Seen
-from vibrissa.sensor.quantities import Kind, Units
+from vibrissa.sensor.quantities import Units
 
 # Probability with which a recording that fits is said not to.
 LEVEL = 1e-3
@@ -41,7 +41,9 @@ class Goodness:
     noise_degrees: float
 
     @classmethod
-    def of(cls, parts: Sequence[Seen], unknowns: int, noise_is_given: bool) -> Self:
+    def of(
+        cls, parts: Sequence[Seen], unknowns: int, noise_is_given: bool, penalty: float = 0.0
+    ) -> Self:
         """Add up the residuals of a recording.
 
         Parameters
@@ -51,10 +53,12 @@ class Goodness:
             Number of values that were fitted, besides the contacts.
         noise_is_given : bool
             Otherwise it was estimated from the same readings.
+        penalty : float
+            Squares of what was adjusted, in tolerances.
         """
         readings = sum(part.residuals.size for part in parts)
         return cls(
-            chi2=float(sum((part.residuals**2).sum() for part in parts)),
+            chi2=float(sum((part.residuals**2).sum() for part in parts)) + penalty,
             degrees=readings - sum(len(part.periods) for part in parts) - unknowns,
             noise_degrees=np.inf if noise_is_given else PER_DIFFERENCE * readings,
         )
@@ -86,8 +90,6 @@ class Cause:
     Attributes
     ----------
     name : str
-    kind : Kind
-        What it measures; NUMBER where the size is relative.
     size, deviation : float
         By how much it would be larger, and the standard deviation of that.
     explained : float
@@ -95,22 +97,16 @@ class Cause:
     """
 
     name: str
-    kind: Kind
     size: float
     deviation: float
     explained: float
 
     def spelled(self, units: Units) -> str:
         """Say what it is and by how much, in a person's units."""
-        if self.kind is Kind.ANGLE:
-            factor, unit = np.rad2deg(1.0), "deg"
-        elif self.kind is Kind.NUMBER and self.name != "theta":
-            factor, unit = 100.0, "%"
-        else:
-            factor, unit = units.unit(self.kind), units.name(self.kind)
-        size, deviation = abs(self.size) * factor, self.deviation * factor
         way = "larger" if self.size > 0.0 else "smaller"
-        return f"{self.name} {way} by {size:.3g} ± {deviation:.1g} {unit}".removesuffix(" 1")
+        size, unit = told(self.name, abs(self.size), units)
+        deviation, _ = told(self.name, self.deviation, units)
+        return f"{self.name} {way} by {size:.3g} ± {deviation:.1g} {unit}".rstrip()
 
 
 def likeliest(
@@ -129,21 +125,15 @@ def likeliest(
     -------
     tuple of Cause
     """
-    states = seen.states
-    shift = seen.channels.weighted(states.slope(states.clip(seen.x0)))
-    known = seen.periods.sums((shift**2).sum(axis=1))
     causes = []
     for other in alternatives:
-        column = (seen.residuals - seen.as_if(other).residuals) / other.step
-        along = seen.periods.sums((shift * column).sum(axis=1)) / known
-        column -= shift * seen.periods.spread(along)[:, None]
+        column = seen.effect_of(other)
         information = float((column**2).sum())
         if information > 0.0:
             product = float((column * seen.residuals).sum())
             causes.append(
                 Cause(
                     name=other.name,
-                    kind=other.kind,
                     size=product / information,
                     deviation=information**-0.5,
                     explained=product**2 / information / (goodness.chi2 - goodness.degrees),

@@ -1,7 +1,6 @@
 """What the columns of a recording may have been mixed up with: axes, signs, units."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -42,8 +41,7 @@ def mixups(
     some = recording.take(np.unique(np.linspace(0, len(recording) - 1, SAMPLED).astype(int)))
 
     def misfit(mixed: FloatArray) -> FloatArray:
-        other = replace(some, readings=some.readings @ mixed.T)
-        return located(setup.branch, other, channels, setup.offset).misfit
+        return located(setup.branch, some.mixed(mixed), channels, setup.offset).misfit
 
     limit = float(np.median(misfit(np.eye(3)))) / MUCH
     found = []

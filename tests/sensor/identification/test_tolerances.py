@@ -1,0 +1,172 @@
+"""What is known to a tolerance is adjusted to the recording, and what remains is carried on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from steel import NOISE, measured, recording_of
+from vibrissa import Mounting
+from vibrissa.cli.app import app
+from vibrissa.errors import ArgumentError
+from vibrissa.sensor import Whisker, identify, series, surfaces
+from vibrissa.sensor.identification.tolerances import read_tolerances
+from vibrissa.sensor.scanning import path, simulate
+
+GIVEN = Whisker(theta=2.0, eta=0.85)
+STEEL = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
+
+
+def recorded(whisker, seed=1, scale=1.0, alone=False):
+    truth = simulate(
+        whisker.pushed, surfaces.random(seed, 0.3, 0.04, 0.02), path("0.0005", ["0.6"])
+    )
+    readings = measured(scale * truth.reactions, [seed, 2])
+    if alone:
+        readings[:, :2] = np.nan
+    return truth, recording_of(truth.clamp, readings)
+
+
+def bias(found, truth):
+    """Mean error of the friction, and its standard deviation."""
+    known = found.periods.status == "slip"
+    error = (found.periods.mu0 - truth.mu0[found.periods.last])[known]
+    own = found.periods.deviation[known] ** 2 - found.periods.common[known] ** 2
+    return error.mean(), np.sqrt(own.mean() / len(error) + found.periods.common[known].mean() ** 2)
+
+
+def test_a_modulus_within_its_tolerance_is_found_and_spoils_nothing():
+    truth, recording = recorded(GIVEN, scale=1.04)
+    spoiled = identify(GIVEN, recording, method="moment", noise=NOISE)
+    assert abs(bias(spoiled, truth)[0]) > 10 * bias(spoiled, truth)[1]
+    found = identify(GIVEN, recording, method="moment", noise=NOISE, tolerances={"modulus": "3 %"})
+    assert found.periods.goodness.fits and (found.periods.doubt == "").all()
+    (modulus,) = found.tolerances
+    assert modulus.adjusted == pytest.approx(0.04, abs=4 * modulus.deviation)
+    assert modulus.deviation < 2e-4
+    assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
+
+
+def test_what_cannot_be_told_apart_is_shared_by_the_tolerances():
+    _, recording = recorded(GIVEN, scale=1.0005)
+    given = {"modulus": 0.03, "diameter": 0.01}
+    modulus, diameter = identify(GIVEN, recording, noise=NOISE, tolerances=given).tolerances
+    # Loads are as E·d0⁴: its variance is 0.03² + (4·0.01)², of which E has 9/25.
+    total = modulus.adjusted + 4.0 * diameter.adjusted
+    assert total == pytest.approx(0.0005, abs=2e-4)
+    assert modulus.adjusted == pytest.approx(9.0 / 25.0 * total, rel=0.05, abs=2e-5)
+    # Each stays as uncertain as the difference that no recording tells: 0.03·0.04/0.05.
+    assert modulus.deviation == pytest.approx(0.024, rel=0.01)
+    assert diameter.deviation == pytest.approx(0.006, rel=0.01)
+
+
+@pytest.mark.slow
+def test_what_a_recording_does_not_tell_is_carried_into_the_intervals():
+    # The moment alone, of a modulus that is known to 2 %.
+    scores, shares = [], []
+    for seed in range(16):
+        error = 0.02 * np.random.default_rng(seed).normal()
+        truth, recording = recorded(GIVEN, seed, 1.0 + error, alone=True)
+        given = {"modulus": "2 %"}
+        found = identify(GIVEN, recording, method="moment", noise=NOISE, tolerances=given)
+        mean, deviation = bias(found, truth)
+        scores.append(mean / deviation)
+        shares.append(found.periods.common[0] / found.periods.deviation[0])
+    assert 0.6 < np.sqrt(np.mean(np.square(scores))) < 1.5
+    # The friction of one period is told by more than that: of a mean it is most of the error.
+    assert min(shares) > 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name, size, tolerance",
+    [
+        ("clamp_angle", np.deg2rad(2.0), "1 deg"),
+        ("clamp_compliance", 0.05, 0.05),
+        ("curvature", -0.05, 0.05),
+    ],
+)
+def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):
+    truth, recording = recorded(replace(GIVEN, mounting=Mounting(**{name: size})))
+    found = identify(GIVEN, recording, method="moment", noise=NOISE, tolerances={name: tolerance})
+    assert found.periods.goodness.fits
+    (one,) = found.tolerances
+    assert one.adjusted == pytest.approx(size, abs=4 * one.deviation + 1e-9)
+    assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
+
+
+@pytest.mark.slow
+def test_a_clamp_does_not_yield_less_than_a_rigid_one():
+    truth, recording = recorded(GIVEN)
+    given = {"clamp_compliance": 0.05, "theta": 0.02}
+    found = identify(GIVEN, recording, method="moment", noise=NOISE, tolerances=given)
+    assert found.tolerances[0].adjusted >= 0.0
+    assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
+
+
+def test_tolerances_are_read_with_units_and_in_per_cent():
+    found = read_tolerances(
+        STEEL,
+        {
+            "modulus": "5 GPa",
+            "diameter": "1 %",
+            "length": "0.1 mm",
+            "theta": "5 %",
+            "eta": "0.1 mm",
+            "clamp_angle": "0.5 deg",
+            "stage_scale": 0.01,
+        },
+    )
+    assert found == pytest.approx(
+        {
+            "modulus": 5 / 210,
+            "diameter": 0.01,
+            "length": 0.001,
+            "theta": 0.1,
+            "eta": 0.001,
+            "clamp_angle": np.deg2rad(0.5),
+            "stage_scale": 0.01,
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    "given, message",
+    [
+        ({"tilt": 0.1}, "a tolerance is of one of theta, eta, clamp_angle"),
+        ({"theta": "x"}, "the tolerance of theta must be a number"),
+        ({"theta": -0.1}, "the tolerance of theta must be positive"),
+        ({"eta": "2 deg"}, "the tolerance of eta must be a length"),
+        ({"zero_force_x": "2 %"}, "has no value of which it could be 2 %"),
+        ({"clamp_angle": "2 %"}, "the tolerance of clamp_angle must be positive"),
+    ],
+)
+def test_what_is_no_tolerance_is_refused(given, message):
+    with pytest.raises(ArgumentError, match=message):
+        read_tolerances(STEEL, given)
+
+
+def test_tolerances_on_the_command_line(tmp_path):
+    _, recording = recorded(GIVEN, scale=1.01)
+    names = {"footpoint": "L", "force_x": "E*I0/L^2", "force_y": "E*I0/L^2", "moment_z": "E*I0/L"}
+    values = (recording.clamp, *recording.readings.T)
+    columns = {
+        name: series.Column(value, unit, "")
+        for (name, unit), value in zip(names.items(), values, strict=True)
+    }
+    series.write(tmp_path / "scan.csv", columns)
+    given = ["--theta", "2", "--eta", "0.85", "-o", str(tmp_path / "found.csv")]
+    given += ["--noise", ", ".join(f"{value:.9g}" for value in NOISE)]
+
+    def said(*more):
+        return CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *given, *more])
+
+    result = said("--tolerance", "modulus=3 %")
+    assert result.exit_code == 0
+    assert "modulus: +1" in result.stdout or "modulus: +0.99" in result.stdout
+    assert "% beside what was given (tolerance 3)" in result.stdout
+    assert "does not fit" not in result.stdout
+    assert said("--tolerance", "modulus").exit_code == 2
+    both = said("--tolerance", "modulus=3 %", "--estimate", "eta")
+    assert both.exit_code == 2 and "not both" in both.stderr
