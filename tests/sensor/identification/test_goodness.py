@@ -15,7 +15,7 @@ from vibrissa.sensor import Whisker, identify, series, surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.misfit.goodness import Goodness
-from vibrissa.sensor.identification.recording import MIRROR
+from vibrissa.sensor.identification.recording import MIRROR, noise_of
 from vibrissa.sensor.oblique import simulate_oblique
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import path, simulate
@@ -58,6 +58,23 @@ def test_the_chance_is_that_of_chi_squared():
     estimated = replace(goodness, noise_degrees=50.0)
     assert estimated.chance == pytest.approx(stats.f.sf(1.3, 100, 50.0))
     assert Goodness(chi2=0.0, degrees=0, noise_degrees=np.inf).fits
+
+
+def test_degrees_of_freedom_are_readings_less_contacts(response):
+    recording = recorded(response)
+    found = find_periods(known_setup(response), recording, NOISE)
+    assert found.goodness.degrees == 3 * len(recording) - len(found)
+
+
+def test_noise_from_second_differences_has_so_many_degrees_of_freedom(response):
+    recording = recorded(response)
+    found = find_periods(known_setup(response), recording, None).goodness
+    random, count = np.random.default_rng(1), 400
+    estimates = [noise_of(random.normal(size=(count, 3))) ** 2 for _ in range(600)]
+    # The variance of a mean of n squares is 2/n.
+    independent = 2.0 / np.var(estimates)
+    per_reading = found.noise_degrees / (3 * len(recording))
+    assert independent / count == pytest.approx(per_reading, rel=0.15)
 
 
 def wrong(recording, name, size):

@@ -48,6 +48,31 @@ def test_a_modulus_within_its_tolerance_is_found_and_spoils_nothing():
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
 
 
+def test_the_noise_is_adjusted_with_the_readings():
+    _, recording = recorded(GIVEN, scale=1.2)
+    found = identify(GIVEN, recording, noise=NOISE, tolerances={"modulus": 0.2})
+    assert found.periods.goodness.ratio == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_small_tolerance_holds_what_was_given_and_then_it_does_not_fit():
+    _, recording = recorded(GIVEN)
+    error, tolerance = 0.01, 1e-5
+    recording = recording.without(np.array([-error, 0.0, 0.0]))
+    found = identify(GIVEN, recording, noise=NOISE, tolerances={"zero_force_x": tolerance})
+    (zero,) = found.tolerances
+    # The mean of what the recording tells and what was given, by their variances.
+    told = 1.0 - (zero.deviation / tolerance) ** 2
+    assert 0.01 < told < 0.9
+    assert zero.adjusted == pytest.approx(told * error, rel=0.05)
+    assert not found.periods.goodness.fits
+
+    # Fully adjusted, but by more than its tolerance allows.
+    _, recording = recorded(GIVEN, scale=1.04)
+    found = identify(GIVEN, recording, noise=NOISE, tolerances={"modulus": 0.001})
+    assert found.tolerances[0].adjusted == pytest.approx(0.04, rel=0.01)
+    assert not found.periods.goodness.fits
+
+
 def test_what_cannot_be_told_apart_is_shared_by_the_tolerances():
     _, recording = recorded(GIVEN, scale=1.0005)
     given = {"modulus": 0.03, "diameter": 0.01}
