@@ -19,7 +19,6 @@ from vibrissa.errors import UndeterminedError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.periods import (
-    MISFIT,
     Channels,
     Partition,
     Placed,
@@ -44,8 +43,6 @@ ETA, OFFSETS = 0, slice(1, 4)
 ROUNDS = 8
 # Step in η for derivatives of the branch (L).
 STEP = 1e-5
-# Samples whose squared residual is larger than this many times the usual one are left out of a fit.
-UNUSUAL = 9.0
 # The error is proportional to the noise only if this many standard deviations lie within the range
 # of η, and within this part of what a channel changes up to the lock.
 SIGMAS = 3.0
@@ -224,8 +221,7 @@ def _usual_samples(
 ) -> tuple[Samples, Partition]:
     """Take the samples that fit the branch as well as most, and cut them into periods."""
     samples = located(branch, recording, channels, values[OFFSETS])
-    usual = samples.misfit <= max(MISFIT, UNUSUAL * float(np.median(samples.misfit)))
-    samples = samples.take(usual)
+    samples = samples.take(samples.usual)
     samples = samples.take(~lone_spikes(samples))
     return samples, cut(samples)
 

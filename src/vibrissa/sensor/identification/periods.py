@@ -26,6 +26,8 @@ Placed = Branch | ObliqueStage
 JUMP = 6.0
 # Squared residual, in standard deviations, from which on a sample is not a state of the rod.
 MISFIT = 36.0
+# Samples whose squared residual is larger than this many times the usual one are left out of a fit.
+UNUSUAL = 9.0
 # Points of the branch among which the nearest to a sample is sought, before Newton's steps.
 TABLE = 4001
 NEAREST_STEPS = 2
@@ -89,6 +91,12 @@ class Samples(Recording):
     def place(self) -> FloatArray:
         """Place of the contact of each sample (L)."""
         return self.start - self.x0
+
+    @property
+    def usual(self) -> BoolArray:
+        """Whether each sample fits as well as most, so that it may take part in a fit."""
+        limit = max(MISFIT, UNUSUAL * float(np.median(self.misfit)))
+        return np.asarray(self.misfit <= limit)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

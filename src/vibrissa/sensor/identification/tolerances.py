@@ -24,7 +24,7 @@ from vibrissa.sensor.identification.alternatives import (
     told,
 )
 from vibrissa.sensor.identification.calibration import Setup, known_setup, principal_axes
-from vibrissa.sensor.identification.periods import MISFIT, Channels, Placed
+from vibrissa.sensor.identification.periods import Channels, Placed
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.identification.sides import parts_of
@@ -33,8 +33,6 @@ from vibrissa.sensor.whisker import Whisker
 
 # Most steps, and when they end: a step of this part of the deviation that remains.
 ROUNDS, SETTLED = 8, 0.05
-# Samples whose squared residual is larger than this many times the usual one are left out of a fit.
-UNUSUAL = 9.0
 # What a rod has that sets its tolerance in SI units.
 OF_SIZE = {
     "modulus": ("youngs_modulus", Kind.STRESS),
@@ -306,8 +304,6 @@ def _displaced(
 def _seen(setup: Setup, recording: Recording, channels: Channels) -> Seen:
     """Periods of the samples that fit as well as most, ahead of the clamp."""
     part = parts_of(setup, recording, channels)[0].with_all()
-    misfit = part.samples.misfit
-    usual = part.only(misfit <= max(MISFIT, UNUSUAL * float(np.median(misfit))))
-    seen = usual.seen(channels)
+    seen = part.only(part.samples.usual).seen(channels)
     # At the largest moment, by the moment alone, no contact is told.
     return seen.only(np.isfinite(seen.contacts.place) & np.isfinite(seen.contacts.deviation))

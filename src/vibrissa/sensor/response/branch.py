@@ -6,6 +6,7 @@ the tip would have to adhere. The response is tabulated, so that a scan of many 
 time.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -49,16 +50,16 @@ def joined(splines: Sequence[PPoly]) -> PPoly:
     )
 
 
-class States:
+class States(ABC):
     """States of a rod by the displacement x0: of one branch, or each at a height of its own."""
 
+    @abstractmethod
     def __call__(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements, shape x0.shape + (3,)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def slope(self, x0: ArrayLike) -> FloatArray:
         """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
-        raise NotImplementedError
 
     def demand(self, x0: ArrayLike) -> FloatArray:
         """Friction coefficient −tan α that the tip needs to stick; negative where it is pulled."""
