@@ -17,6 +17,8 @@ RIGID = 1e4
 ASIDE = [0, 2]
 # How far the contact may be missed (L), and rounds of forces until then.
 MISSED, MOST_ROUNDS = 1e-8, 100
+# A round should bring the contact nearer by this factor.
+NEARER = 0.5
 
 
 def skew(v):
@@ -112,7 +114,7 @@ class Chain:
         Augmented Lagrangian: each round ends with the forces that the penalty has found. Raises
         RuntimeError if they are not found.
         """
-        scale, penalty = np.sqrt(self.stiffness), 1e3
+        scale, penalty, before = np.sqrt(self.stiffness), 1e3, np.inf
         forces = np.zeros(len(self.misses(start, target)[0]))
 
         def value(u):
@@ -132,6 +134,10 @@ class Chain:
             forces = forces + penalty * missed
             if np.abs(missed).max() < MISSED:
                 return u.reshape(-1, 3) / scale, -forces[:3]
+            # Where the forces alone do not bring the contact nearer, a larger penalty does.
+            if np.abs(missed).max() > NEARER * before:
+                penalty *= 4
+            before = np.abs(missed).max()
         raise RuntimeError(f"the contact is missed by {np.abs(missed).max():.1e}")
 
     def margin_aside(self, v, force):
