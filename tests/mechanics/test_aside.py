@@ -18,13 +18,14 @@ from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.collocation import solve_offset
+from vibrissa.sticking.collocation import solve_offsets
 
 POISSON_RATIO = 0.3
 
 
 def solved(theta, eta, offset, contact="point", mounting=IDEAL):
-    return solve_offset(theta, eta, offset, Contact(contact), mounting).state
+    offsets = np.array([offset])
+    return solve_offsets(theta, eta, offsets, Contact(contact), mounting)[0].state
 
 
 def margin(theta, eta, offset, contact="point", mounting=IDEAL):

@@ -1,5 +1,6 @@
 """One state, one curve, one onset: what a person uses in a notebook."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from numbers import Real
@@ -202,26 +203,57 @@ def solve_state(
     >>> print(f"{state.f:.3f} {state.phi1:.3f} {state.penetrates}")
     22.983 -0.495 True
     """
+    return solve_states(theta, eta, [x1], contact, mounting)[0]
+
+
+def solve_states(
+    theta: float,
+    eta: float,
+    x1: Sequence[float],
+    contact: str = Contact.POINT,
+    mounting: Mounting = IDEAL,
+) -> list[EquilibriumState]:
+    """Solve several equilibria of one rod at one height together; see `solve_state`.
+
+    Parameters
+    ----------
+    theta, eta, contact, mounting
+        As for `solve_state`.
+    x1 : sequence of float
+        Distances of the tip from the clamp along the surface (L).
+
+    Returns
+    -------
+    list of EquilibriumState
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range or a contact point is out of the rod's reach.
+    """
     _check(theta, eta, contact=contact, mounting=mounting)
-    _check_numbers(x1=x1)
-    if not np.hypot(x1, eta) < 1.0:
-        raise ArgumentError(
-            f"the point (x1, eta) = ({x1!r}, {eta!r}) is out of reach of a rod of length 1"
+    for each in x1:
+        _check_numbers(x1=each)
+        if not np.hypot(each, eta) < 1.0:
+            raise ArgumentError(
+                f"the point (x1, eta) = ({each!r}, {eta!r}) is out of reach of a rod of length 1"
+            )
+    offsets = np.array(x1, dtype=float)
+    solutions = collocation.solve_offsets(theta, eta, offsets, Contact(contact), mounting)
+    return [
+        EquilibriumState(
+            **_shown(solution),
+            status=status,
+            message=message,
+            contact="" if solution is None else _kind(solution).value,
+            theta=theta,
+            x1=each,
+            eta=eta,
+            residual=np.nan if solution is None else residual,
+            _solution=solution,
         )
-    solution, residual, status, message = collocation.solve_offset(
-        theta, eta, x1, Contact(contact), mounting
-    )
-    return EquilibriumState(
-        **_shown(solution),
-        status=status,
-        message=message,
-        contact="" if solution is None else _kind(solution).value,
-        theta=theta,
-        x1=x1,
-        eta=eta,
-        residual=np.nan if solution is None else residual,
-        _solution=solution,
-    )
+        for each, (solution, residual, status, message) in zip(x1, solutions, strict=True)
+    ]
 
 
 def _kind(solution: RodStates) -> Contact:

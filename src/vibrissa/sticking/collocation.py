@@ -164,21 +164,21 @@ class StateSolution(NamedTuple):
     message: str
 
 
-def solve_offset(
+def solve_offsets(
     theta: float,
     eta: float,
-    offset: float,
+    offsets: FloatArray,
     model: Contact = Contact.POINT,
     mounting: Mounting = IDEAL,
-) -> StateSolution:
-    """Solve one state with a prescribed offset x1 − x0 on the branch that begins at α = 0.
+) -> list[StateSolution]:
+    """Solve states with prescribed offsets x1 − x0 on the branch that begins at α = 0.
 
     Parameters
     ----------
     theta, eta : float
         Taper factor and height of the surface (L).
-    offset : float
-        Distance of the tip from the clamp along the surface (L).
+    offsets : ndarray, shape (n,)
+        Distances of the tip from the clamp along the surface (L).
     model : Contact
         POINT for contact with the tip alone, LINE for the kind of contact that is possible.
     mounting : Mounting
@@ -186,47 +186,76 @@ def solve_offset(
 
     Returns
     -------
-    StateSolution
+    list of StateSolution
     """
-    solution = StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)
+    solutions = [StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)] * len(offsets)
     rods = _rods(
         np.array([float(theta)]), np.array([float(eta)]), [replace(mounting, stage_angle=0.0)]
     )
+    sought = np.arange(len(offsets))
     for sizes in STEP_SIZES:
-        segment, index, missing = begin_mounted(rods, sizes, model)
-        if not len(index):
+        begun, index, missing = begin_mounted(rods, sizes, model)
+        if len(index):
+            found = _at_offsets(begun, offsets[sought], sizes, model)
+        else:
             status, message = missing[0]
-            solution = solution._replace(status=status, message=message)
-            if status is Status.OUT_OF_REACH:
-                break
-            continue
-        # The branch is followed from α = 0 in steps no longer than those of the first segment.
-        way = float(segment.branches.x1_init[0]) - offset
-        count = max(1, int(np.ceil(abs(way) / (sizes.x0 * segment.branches.scale[0]))))
-        segment = follow(replace(segment, step=np.array([way / count])), count, model)
-        if segment.last[0] < count:
-            solution = solution._replace(status=Status.FAILED, message=NOT_FOLLOWED)
-            continue
-        contact = Contact.LINE if segment.line[-1, 0] else Contact.POINT
-        closure = Closure.at_offset(np.array([offset]), contact)
-        solution = _resolved_state(segment.steps[-1], segment.branches.eta, closure)
-        if solution.status is not Status.FAILED:
+            found = [solutions[row]._replace(status=status, message=message) for row in sought]
+        for row, solution in zip(sought, found, strict=True):
+            solutions[row] = solution
+        sought = sought[[solution.status is Status.FAILED for solution in found]]
+        if not len(sought):
             break
-    return solution
+    return solutions
 
 
-def _resolved_state(guess: RodStates, eta: FloatArray, closure: Closure) -> StateSolution:
-    """Solve one state on as many nodes as it needs."""
-    residual = np.nan
+def _at_offsets(
+    begun: Segment, offsets: FloatArray, sizes: StepSizes, model: Contact
+) -> list[StateSolution]:
+    """Follow a branch to some offsets, each by a way of its own."""
+    # From α = 0 in steps no longer than those of the first segment.
+    way = begun.branches.x1_init[0] - offsets
+    count = max(1, int(np.ceil(np.abs(way).max() / (sizes.x0 * begun.branches.scale[0]))))
+    begun = begun.take(np.zeros(len(offsets), dtype=int))
+    segment = follow(replace(begun, step=way / count), count, model)
+    solutions = [StateSolution(None, np.nan, Status.FAILED, NOT_FOLLOWED)] * len(offsets)
+    followed, line = segment.last >= count, segment.line[-1]
+    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
+        rows = np.flatnonzero(followed & kind)
+        if len(rows):
+            closure = Closure.at_offset(offsets[rows], contact)
+            eta = segment.branches.eta[rows]
+            found = _resolved_states(segment.steps[-1].take(rows), eta, closure)
+            for row, solution in zip(rows, found, strict=True):
+                solutions[row] = solution
+    return solutions
+
+
+def _resolved_states(guess: RodStates, eta: FloatArray, closure: Closure) -> list[StateSolution]:
+    """Solve states of one kind of contact, each on as many nodes as it needs."""
+    solutions: dict[int, StateSolution] = {}
+    sought, residual = np.arange(len(eta)), np.empty(0)
     for nodes in NODES_ALONG_ROD:
-        state = solve(guess.on_nodes(nodes), eta, closure).states
-        residual = float(largest_residual(state, eta, closure)[0])
-        if _is_resolved(state, eta, closure)[0]:
-            if how := clearances(state, eta, closure.contact).reasons(0):
-                return StateSolution(None, residual, Status.OUT_OF_REACH, how)
-            return StateSolution(state, residual, Status.SOLVED, "")
-    at_fold = stability(guess, closure.contact)[0] < FOLD_MARGIN
-    return StateSolution(None, residual, Status.FAILED, AT_FOLD if at_fold else NOT_RESOLVED)
+        height, closed = eta[sought], closure.take(sought)
+        states = solve(guess.take(sought).on_nodes(nodes), height, closed).states
+        residual = largest_residual(states, height, closed)
+        resolved = _is_resolved(states, height, closed)
+        rows = np.flatnonzero(resolved)
+        shapes = clearances(states.take(rows), height[rows], closed.contact)
+        for i, row in enumerate(rows):
+            solution = StateSolution(
+                states.take(rows[[i]]), float(residual[row]), Status.SOLVED, ""
+            )
+            if how := shapes.reasons(i):
+                solution = solution._replace(state=None, status=Status.OUT_OF_REACH, message=how)
+            solutions[int(sought[row])] = solution
+        sought, residual = sought[~resolved], residual[~resolved]
+        if not len(sought):
+            break
+    at_fold = stability(guess.take(sought), closure.contact) < FOLD_MARGIN
+    for row, rest, folds in zip(sought, residual, at_fold, strict=True):
+        why = AT_FOLD if folds else NOT_RESOLVED
+        solutions[int(row)] = StateSolution(None, float(rest), Status.FAILED, why)
+    return [solutions[row] for row in range(len(eta))]
 
 
 def _is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolArray:

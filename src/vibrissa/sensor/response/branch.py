@@ -24,7 +24,7 @@ from vibrissa.mechanics.states import ContactState
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.outcomes import Contact, End, RodSection, Status
-from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_state
+from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_states
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 
@@ -37,6 +37,8 @@ PULL_TOLERANCE = 1e-7
 PULL_HALVINGS = 3
 # s_c runs steeply towards the tip: there states stand more closely, by this power of equal steps.
 PULL_GRADE = 4
+# Solves the states at some displacements.
+Solve = Callable[[FloatArray], list[EquilibriumState]]
 # A normal force below this is none (E·I0/L²).
 TINY = 1e-9
 
@@ -302,44 +304,49 @@ def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
 def _pulled(curve: StickingCurve, contact: str) -> list[PPoly]:
     """Splines of the reactions from the state without normal force to the α = 0 state."""
 
-    def state(x0: float) -> EquilibriumState:
-        x1 = curve.x1_init - x0
-        found = solve_state(curve.theta, curve.eta, x1, contact, curve.mounting)
-        if found.status is not Status.SOLVED:
-            raise NoResponseError(f"pulling is not covered: at x0 = {x0:.6g} {found.message}")
+    def states(x0: FloatArray) -> list[EquilibriumState]:
+        x1 = (curve.x1_init - x0).tolist()
+        found = solve_states(curve.theta, curve.eta, x1, contact, curve.mounting)
+        for at, one in zip(x0, found, strict=True):
+            if one.status is not Status.SOLVED:
+                raise NoResponseError(f"pulling is not covered: at x0 = {at:.6g} {one.message}")
         return found
 
-    end = _pull_end(curve, state)
-    if not (state(0.0).s_c < 1.0 and state(end).s_c == 1.0):
-        return [_pulled_spline(state, lambda part: end * (1.0 - part))]
-    tip = _tip_alone(state, end)
+    end = _pull_end(curve, states)
+    first, last = states(np.array([0.0, end]))
+    if not (first.s_c < 1.0 and last.s_c == 1.0):
+        return [_pulled_spline(states, lambda part: end * (1.0 - part))]
+    tip = _tip_alone(states, end)
     return [
-        _pulled_spline(state, lambda part: end + (tip - end) * part),
-        _pulled_spline(state, lambda part: tip * (1.0 - part**PULL_GRADE)),
+        _pulled_spline(states, lambda part: end + (tip - end) * part),
+        _pulled_spline(states, lambda part: tip * (1.0 - part**PULL_GRADE)),
     ]
 
 
-def _pull_end(curve: StickingCurve, state: Callable[[float], EquilibriumState]) -> float:
+def _pull_end(curve: StickingCurve, states: Solve) -> float:
     """Displacement at which the normal force of a pulled tip vanishes (L)."""
     # The search ends at a straight rod. The normal force vanishes before.
     straight = curve.x1_init - np.sqrt(1.0 - curve.eta**2)
     for x0 in np.linspace(0.05, 0.95, 19) * straight:
-        if state(x0).reaction_fy >= 0.0:
-            return float(brentq(lambda x: state(x).reaction_fy, x0, 0.0, xtol=1e-13))
+        if states(np.array([x0]))[0].reaction_fy >= 0.0:
+            return float(
+                brentq(lambda x: states(np.array([x]))[0].reaction_fy, x0, 0.0, xtol=1e-13)
+            )
     raise NoResponseError("pulling is not covered: the normal force does not vanish")
 
 
-def _tip_alone(state: Callable[[float], EquilibriumState], end: float) -> float:
+def _tip_alone(states: Solve, end: float) -> float:
     """Displacement at which the rod has peeled off up to its tip (L): the reactions have a kink."""
     flat, peeled = 0.0, end
     while flat - peeled > 1e-10:
         middle = 0.5 * (flat + peeled)
-        flat, peeled = (middle, peeled) if state(middle).s_c < 1.0 else (flat, middle)
+        lies = states(np.array([middle]))[0].s_c < 1.0
+        flat, peeled = (middle, peeled) if lies else (flat, middle)
     return peeled
 
 
 def _pulled_spline(
-    state: Callable[[float], EquilibriumState],
+    states: Solve,
     place: Callable[[FloatArray], FloatArray],
     begin: float = 0.0,
     end: float = 1.0,
@@ -356,7 +363,7 @@ def _pulled_spline(
         return place(begin + (end - begin) * node)
 
     def solved(node: FloatArray) -> FloatArray:
-        return np.array([_reactions(state(float(x))) for x in x0(node)])
+        return np.array([_reactions(one) for one in states(x0(node))])
 
     values = solved(nodes)
     series = chebyshev_transform(PULL_NODES) @ values
@@ -375,7 +382,7 @@ def _pulled_spline(
             where = float(x0(unseen)[0])
             raise NoResponseError(f"pulling is not covered: not resolved near x0 = {where:.6g}")
         parts = pairwise((begin, 0.5 * (begin + end), end))
-        return joined([_pulled_spline(state, place, *part, halvings - 1) for part in parts])
+        return joined([_pulled_spline(states, place, *part, halvings - 1) for part in parts])
     knots = np.linspace(0.0, 1.0, KNOTS)
     return CubicSpline(x0(knots), at(knots))
 
