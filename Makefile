@@ -25,7 +25,7 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations lint
 .PHONY: survey chains trailing roundtrip fuzz published designs taper bench growth
-.PHONY: setup notebooks architecture schema sketch format lock clean
+.PHONY: docs setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
 
 help:
@@ -74,6 +74,8 @@ help:
 	@echo "  make schema               bring docs/study_file.md, docs/tables.md and the study file's"
 	@echo "                            schema in line with the code"
 	@echo "  make sketch               draw docs/sketch.svg"
+	@echo "  make docs                 these pages, the reference and the notebooks as a site, in"
+	@echo "                            build/site (warnings are errors; OUTPUT=folder)"
 	@echo "  make format               let ruff and snakefmt rewrite the source files"
 	@echo "  make lock                 bring requirements.lock in line with pyproject.toml"
 	@echo "                            (UPGRADE=1: and move to the newest versions)"
@@ -165,6 +167,11 @@ test: $(STAMP)
 # Apart from `test`, as it installs SLURM; it says so and succeeds where that is not possible.
 test-slurm: $(STAMP)
 	@$(ONE_THREAD) $(PY) -m pytest tests/slurm $(ARGS)
+
+# A link that leads nowhere is a warning, and a warning stops the build.
+docs: $(STAMP)
+	@$(ONE_THREAD) $(PY) -m sphinx -q -W --keep-going -b html docs "$(or $(OUTPUT),build/site)"
+	@echo "Open $(or $(OUTPUT),build/site)/index.html in a browser; it needs no network."
 
 bench: $(STAMP)
 	@$(ONE_THREAD) $(PY) -m pytest benchmarks/bench_states.py -q \

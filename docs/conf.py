@@ -1,0 +1,70 @@
+"""How `make docs` builds the site of these pages. Sphinx reads this file."""
+
+import re
+import sys
+from pathlib import Path
+
+from pygments.lexers.python import PythonLexer
+from sphinx.application import Sphinx
+
+import vibrissa
+
+DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS / "site"))
+
+# A bar outside of code.
+BAR = re.compile(r"(?<!`)\|(?=[^`]*(?:``[^`]*``[^`]*)*$)")
+
+import made  # noqa: E402
+
+made.make(DOCS / "made")
+
+project = "Vibrissa"
+author = "Vibrissa developers"
+copyright = f"2026, {author}"
+version = release = vibrissa.__version__
+
+extensions = [
+    "myst_nb",  # Markdown, and notebooks as pages
+    "sphinx.ext.autodoc",
+    "numpydoc",
+    "sphinx_copybutton",
+    # In docs/site: equations as MathML, and links from names of code and numbers of equations.
+    "mathml",
+    "links",
+]
+exclude_patterns = ["_build", "site"]
+
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
+myst_heading_anchors = 4
+# The examples keep their outputs, which a test compares. Pages of the gallery draw anew.
+nb_execution_mode = "off"
+
+autodoc_typehints = "none"  # numpydoc's sections say the types
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+
+html_theme = "furo"
+html_title = "Vibrissa"
+html_static_path = ["site/static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_math_renderer = "mathml"
+# The search index is a file beside the pages: it works without a network and without a server.
+copybutton_prompt_text = r"\$ |>>> "
+copybutton_prompt_is_regexp = True
+
+
+def escape_bars(
+    app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]
+) -> None:
+    """Keep |tan α| in a docstring from being read as the name of a text."""
+    lines[:] = [BAR.sub(r"\\|", line) for line in lines]
+
+
+def setup(app: Sphinx) -> None:
+    """Colour Snakefiles as Python, of which they are a dialect."""
+    app.add_lexer("snakemake", PythonLexer)
+    app.connect("autodoc-process-docstring", escape_bars)

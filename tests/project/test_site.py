@@ -1,0 +1,155 @@
+"""The site of the documentation, and its tutorial as a newcomer follows it."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+pytest.importorskip("sphinx")
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+
+
+@pytest.fixture(autouse=True)
+def _tools(monkeypatch):
+    monkeypatch.syspath_prepend(str(DOCS / "site"))
+
+
+def tool(name):
+    return import_module(name)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("[`config.yaml`](../config.yaml)", "`config.yaml`"),
+        ("[a](../examples/design_a_sensor.ipynb)", "[a](made/notebooks/design_a_sensor.ipynb)"),
+        ("[the model](model.md#rod)", "[the model](model.md#rod)"),
+    ],
+)
+def test_links_stay_within_the_site(text, expected):
+    links = tool("links")
+    assert links.OUTSIDE.sub(links.within, text) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("as in (E3a) and (M10)", ["E3a", "M10"]),
+        ("by equation (8) of the model", ["8"]),
+        ("paper equation (2)", []),
+        ("in (3) or f(E1) of E1", ["E1"]),
+    ],
+)
+def test_numbers_of_equations_are_found(text, expected):
+    assert [match[0] for match in tool("links").EQUATION.finditer(text)] == expected
+
+
+def test_every_equation_that_is_named_is_on_its_page():
+    links = tool("links")
+    numbers = {
+        name: set(re.findall(r"\\tag\{(\w+)\}", (DOCS / f"{name}.md").read_text()))
+        for name in links.PAGES.values()
+    }
+    texts = [*DOCS.glob("*.md"), *(ROOT / "src").rglob("*.py")]
+    named = {match[0] for path in texts for match in links.EQUATION.finditer(path.read_text())}
+    assert {"E1", "D5"} <= named
+    for number in named:
+        assert number in numbers[links.PAGES.get(number[0], "model")], number
+
+
+def test_equations_have_their_number_beside_them():
+    mathml = tool("mathml")
+    assert mathml.without_tag(r"a = b, \tag{E1}") == ("a = b, ", "E1")
+    assert mathml.without_tag("a = b") == ("a = b", "")
+    shown = mathml.mathml(r"\cos\alpha", "inline")
+    assert shown.startswith("<math") and "mspace" in shown
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda path: path.stem)
+def test_every_page_has_its_place_in_the_site(page):
+    index = (DOCS / "index.md").read_text()
+    listed = {
+        line
+        for block in re.findall(r"```{toctree}(.*?)```", index, re.DOTALL)
+        for line in block.split()
+    }
+    assert page.stem in listed | {"index"}
+
+
+def test_the_reference_has_every_public_name():
+    made = tool("made")
+    page = made.public_names()
+    for package in made.PUBLIC:
+        for name in import_module(package).__all__:
+            assert f"`{name}`" in page
+
+
+def test_the_reference_says_what_each_command_prints():
+    page = tool("made").commands()
+    for name in ("solve", "scan", "identify", "design", "prove"):
+        assert f"## `vibrissa {name}`" in page
+    assert "--theta" in page
+
+
+def test_the_picture_of_the_packages_shows_all():
+    drawing = tool("packages").drawing()
+    for package in (path.parent.name for path in ROOT.glob("src/vibrissa/*/__init__.py")):
+        assert f">{package}</text>" in drawing
+
+
+@pytest.mark.slow
+def test_the_tutorial_can_be_followed(tmp_path):
+    for name in ("src", "workflow"):
+        ignored = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
+    for name in ("Snakefile", "config.yaml"):
+        shutil.copy(ROOT / name, tmp_path)
+    page = (DOCS / "tutorial.md").read_text()
+    (study,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    (figure,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    environment = os.environ | {
+        "PYTHONPATH": str(tmp_path / "src"),
+        "XDG_CACHE_HOME": str(tmp_path / ".cache"),
+        "MPLBACKEND": "agg",
+    }
+
+    def run(*arguments):
+        command = [sys.executable, *arguments]
+        return subprocess.run(
+            command, cwd=tmp_path, env=environment, capture_output=True, text=True
+        )
+
+    make = ("workflow/run.py", "--cores", "2", "--configfile", "mine.yaml")
+    table = tmp_path / "results/mine/tables/stiction.parquet"
+
+    (tmp_path / "mine.yaml").write_text(study.replace("eta:", "etta:"))
+    mistaken = run(*make)
+    assert mistaken.returncode != 0
+    assert "etta" in mistaken.stderr and "Traceback" not in mistaken.stderr
+
+    (tmp_path / "mine.yaml").write_text(study)
+    assert run(*make).returncode == 0
+    assert len(pd.read_parquet(table)) == 45
+    (tmp_path / "mine.py").write_text(figure)
+    assert run("mine.py").returncode == 0
+    assert (tmp_path / "mine.png").stat().st_size > 10_000
+
+    grown = study.replace("mu0: [0.3]", "mu0: [0.3, 0.4]")
+    assert grown != study
+    (tmp_path / "mine.yaml").write_text(grown)
+    assert run(*make).returncode == 0
+    points = pd.read_parquet(table)
+    assert len(points) == 90
+    # What the page says of the results.
+    locked = points["status"] == "lock"
+    assert locked[points["eta"] == 0.95].all()
+    assert (points["mu_lock"] < points["mu0"].astype(float))[locked].all()
+    assert locked[points["mu0"] == 0.4].sum() > locked[points["mu0"] == 0.3].sum()
