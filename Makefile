@@ -23,7 +23,7 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations lint
+.PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations mutate lint
 .PHONY: survey chains trailing roundtrip fuzz published designs taper bench growth
 .PHONY: docs setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
@@ -51,6 +51,9 @@ help:
 	@echo "  make test-slurm           a study on a SLURM that is set up for it (Debian, as root)"
 	@echo "  make test-faults          kill runs, fill disks, damage files; writes docs/faults.md"
 	@echo "  make mutations            does make check notice broken physics? writes docs/regression.md"
+	@echo "  make mutate               do the tests notice small faults in the code? 600 of them at random,"
+	@echo "                            an hour on two cores; writes docs/tests.md (takes SEED=n, SAMPLE=n,"
+	@echo "                            JOBS=n; SINCE=main: only in changed lines, minutes)"
 	@echo "  make lint                 ruff, snakefmt, snakemake --lint, import layers, mypy"
 	@echo "Validation:"
 	@echo "  make survey               solve 100,000 random points in both kinds of contact"
@@ -226,6 +229,11 @@ taper: $(STAMP)
 
 mutations: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/mutations.py
+
+# Each mutant is tried in a copy; the checkout is never changed.
+mutate: $(STAMP)
+	@$(ONE_THREAD) PYTHONPATH=validation $(PY) -m mutation $(if $(SINCE),--since "$(SINCE)",--docs) \
+	    $(if $(SEED),--seed $(SEED)) $(if $(SAMPLE),--sample $(SAMPLE)) $(if $(JOBS),--jobs $(JOBS)) $(ARGS)
 
 # Apart from `test`, as it takes minutes; writes what came out into docs/faults.md.
 test-faults: $(STAMP)

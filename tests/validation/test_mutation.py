@@ -1,0 +1,136 @@
+"""The faults that make mutate puts into the code, and which tests it asks about them."""
+
+import ast
+from collections import Counter
+
+import pytest
+from cosmic_ray.mutating import mutate_code
+from mutation import mutants, recording
+from mutation.operators import DropCall, DropCondition, SwapNeighbours
+from mutation.recording import Recording
+
+SOURCES = recording.sources()
+TEXT = """\
+import numpy as np
+
+LIMIT = 3
+
+
+def far(x: float | None, y: int = 2) -> int | None:
+    if x is not None and abs(
+        x
+    ) > LIMIT:
+        return f(x, y)
+    return None
+"""
+
+
+def changes(text):
+    return {one.change(text) for one in mutants.mutants_of("m.py", text)}
+
+
+@pytest.mark.parametrize("operator", [DropCall, DropCondition, SwapNeighbours])
+def test_own_operators_do_what_they_say(operator):
+    for example in operator.examples():
+        code = example.pre_mutation_code
+        assert mutate_code(code, operator(), example.occurrence) == example.post_mutation_code
+
+
+def test_faults_of_a_text():
+    found = changes(TEXT)
+    assert ("LIMIT = 3", "LIMIT = 4") in found
+    assert ("return f(x, y)", "return f(y, x)") in found
+    assert (") > LIMIT:", ") >= LIMIT:") in found
+    assert any(new.startswith("if abs(") for _, new in found)
+    # Types are not run.
+    assert not any("float" in old and "&" in new for old, new in found)
+    assert not any(
+        "-> int" in old and "y: int = 3" not in new and "y: int = 1" not in new
+        for old, new in found
+        if old.startswith("def")
+    )
+
+
+def test_guards_are_left_alone():
+    assert not changes("f(x=zip(a, b, strict=True))\n") - {
+        ("f(x=zip(a, b, strict=True))", "f(x=zip(b, a, strict=True))")
+    }
+
+
+def test_a_sample_has_something_of_each_package_and_is_the_same_each_time():
+    some = {n: text for n, text in SOURCES.items() if n.startswith(("numerics/s", "wording"))}
+    found = [one for name, text in some.items() for one in mutants.mutants_of(name, text)]
+    drawn = mutants.sample(found, SOURCES, 20, seed=1, least=2)
+    assert drawn == mutants.sample(found, SOURCES, 20, seed=1, least=2)
+    assert drawn != mutants.sample(found, SOURCES, 20, seed=2, least=2)
+    counts, all_counts = (Counter(one.package for one in some) for some in (drawn, found))
+    assert counts.keys() == all_counts.keys()
+    for package, count in counts.items():
+        assert count == max(2, round(20 * all_counts[package] / len(found)))
+
+
+def test_equivalent_mutants_are_still_there():
+    """An entry of the list whose line has changed is to be judged again."""
+    known = mutants.equivalents()
+    gone = {(module, line, new) for module, line, new in known}
+    for module in {module for module, *_ in known}:
+        lines = {line for name, line, _ in known if name == module}
+        text = SOURCES[module]
+        numbers = {
+            n
+            for n, line in enumerate(text.splitlines(), 1)
+            if any(line.strip() in wanted.splitlines() for wanted in lines)
+        }
+        for one in mutants.mutants_of(module, text):
+            if any(abs(one.line - n) <= 3 for n in numbers):
+                gone.discard((module, *one.change(text)))
+    assert not gone
+
+
+@pytest.mark.parametrize(
+    ("line", "span", "in_function"),
+    [(3, (3, 3), False), (6, (6, 6), False), (8, (7, 9), True), (10, (10, 10), True)],
+)
+def test_statement_at_a_line(line, span, in_function):
+    assert ast.parse(TEXT)
+    found, inside = recording.statement(TEXT, line)
+    assert ((found.start, found.stop - 1), inside) == (span, in_function)
+
+
+def recorded(**given):
+    return Recording(
+        **{
+            "seconds": {"tests/a/test_a.py::slow": 20.0, "tests/b/test_b.py::fast": 0.01,
+                        "tests/a/test_a.py::fast": 0.05},
+            "reached": {"a/m.py": {7: [0], 10: [1, 0], 11: [2]}},
+            "sources": {"a/m.py": TEXT},
+            "files": {},
+            "broken": [],
+        }
+        | given
+    )  # fmt: skip
+
+
+def test_tests_that_reach_a_line_the_fast_ones_first():
+    found = recorded().tests_of("a/m.py", 10, TEXT)
+    assert found == ["tests/b/test_b.py::fast", "tests/a/test_a.py::slow"]
+    # A line of a statement over several lines, in a text that has one line more by now.
+    assert recorded().tests_of("a/m.py", 9, "\n" + TEXT) == ["tests/a/test_a.py::slow"]
+
+
+def test_constants_are_asked_of_all_tests_of_the_module():
+    assert recorded().tests_of("a/m.py", 3, TEXT) == [
+        "tests/a/test_a.py::fast", "tests/b/test_b.py::fast", "tests/a/test_a.py::slow",
+    ]  # fmt: skip
+
+
+def test_a_changed_file_of_tests_is_recorded_anew():
+    newer = recorded(
+        seconds={"tests/a/test_a.py::new": 1.0},
+        reached={"a/m.py": {11: [0]}},
+        sources={"a/m.py": "\n" + TEXT},
+    )
+    merged = recorded().updated(newer, ["tests/a/test_a.py"])
+    assert set(merged.tests) == {"tests/b/test_b.py::fast", "tests/a/test_a.py::new"}
+    assert set(merged.tests_of("a/m.py", 11, "\n" + TEXT)) == set(merged.tests)
+    assert merged.tests_of("a/m.py", 8, "\n" + TEXT) == []
