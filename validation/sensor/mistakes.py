@@ -1,0 +1,154 @@
+"""What may be other on a bench than a laboratory believes.
+
+A laboratory believes in one set-up: the rod, its height, an upright and rigid clamp, a level
+surface, a transducer whose axes are those of the stage. What is really there differs by one
+mistake, or by all at once. Sizes are in units of the rod, in rad, or parts of a value.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+import numpy as np
+from bench import Bench, Friction, crosstalk, moved, stiffer, turned
+
+# The rod: E (Pa), diameter and length (m), taper; and what its loads are in units of.
+MODULUS, DIAMETER, LENGTH, THETA = 2.1e11, 1e-3, 0.1, 2.0
+_STIFFNESS = MODULUS * np.pi * DIAMETER**4 / 64.0
+UNITS = np.array([_STIFFNESS / LENGTH**2, _STIFFNESS / LENGTH**2, _STIFFNESS / LENGTH])
+# Largest loads of a scan, of which crosstalk is a part.
+FULL_SCALE = np.array([0.6, 1.9, 0.48])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mistake:
+    """Something that is larger than a laboratory believes.
+
+    Attributes
+    ----------
+    made : callable
+        Maps a bench and the sizes of the parts of the mistake to the bench that has it.
+    parts : int
+        Of how many independent parts it is.
+    positive : bool
+        Whether it cannot be negative.
+    """
+
+    made: Callable[[Bench, np.ndarray], Bench]
+    parts: int = 1
+    positive: bool = False
+
+    def fixed(self, bench, size):
+        """Make a mistake of one size."""
+        return self.made(bench, np.full(self.parts, abs(size) if self.positive else size))
+
+    def drawn(self, bench, deviation, generator):
+        """Make a mistake of a size that is drawn from a normal distribution."""
+        sizes = generator.normal(0.0, deviation, self.parts)
+        return self.made(bench, np.abs(sizes) if self.positive else sizes)
+
+
+def _of_rod(name):
+    def made(bench, sizes):
+        value = getattr(bench.rod, name) + float(sizes[0])
+        return replace(bench, rod=replace(bench.rod, **{name: value}))
+
+    return made
+
+
+def _of_bench(name):
+    def made(bench, sizes):
+        return replace(bench, **{name: getattr(bench, name) + float(sizes[0])})
+
+    return made
+
+
+def _of_loads(matrix):
+    """Make a mistake by which what the transducer says is multiplied by a matrix."""
+
+    def made(bench, sizes):
+        return replace(bench, transducer=matrix(*sizes.tolist()) @ bench.transducer)
+
+    return made
+
+
+def _of_zero(name, channel):
+    def made(bench, sizes):
+        return replace(bench, **{name: getattr(bench, name) + sizes[0] * np.eye(3)[channel]})
+
+    return made
+
+
+def _inclined(bench, sizes):
+    """Incline the surface against clamp, stage and transducer."""
+    return replace(bench, incline=bench.incline + float(sizes[0]))
+
+
+def _oblique(bench, sizes):
+    """Turn the stage alone against surface, clamp and transducer."""
+    (angle,) = sizes.tolist()
+    rod = replace(bench.rod, clamp_angle=bench.rod.clamp_angle - angle)
+    return replace(
+        bench, rod=rod, incline=bench.incline + angle, transducer=turned(-angle) @ bench.transducer
+    )
+
+
+def _longer(bench, sizes):
+    """Make the rod longer: the bench is in its units, what is read in those of the believed one."""
+    ratio = 1.0 + float(sizes[0])
+    return replace(
+        bench,
+        eta=bench.eta / ratio,
+        scale=(1.0 + bench.scale) / ratio - 1.0,
+        friction=replace(bench.friction, length=bench.friction.length / ratio),
+        transducer=bench.transducer @ np.diag([ratio**-2, ratio**-2, ratio**-1]),
+    )
+
+
+def _mixed(*sizes):
+    parts = np.zeros((3, 3))
+    for (to, source), size in zip(permutations(range(3), 2), sizes, strict=True):
+        parts[to, source] = size * FULL_SCALE[to] / FULL_SCALE[source]
+    return crosstalk(parts)
+
+
+# Under the names of the tolerances that are about them.
+MISTAKES = {
+    "theta": Mistake(made=_of_rod("theta")),
+    "eta": Mistake(made=_of_bench("eta")),
+    "clamp_angle": Mistake(made=_of_rod("clamp_angle")),
+    "clamp_compliance": Mistake(made=_of_rod("compliance"), positive=True),
+    "curvature": Mistake(made=_of_rod("curvature")),
+    "stage_angle": Mistake(made=_oblique),
+    "modulus": Mistake(made=_of_loads(stiffer)),
+    "diameter": Mistake(made=_of_loads(lambda part: stiffer((1.0 + part) ** 4 - 1.0))),
+    "length": Mistake(made=_longer),
+    "zero_force_x": Mistake(made=_of_zero("zero", 0)),
+    "zero_force_y": Mistake(made=_of_zero("zero", 1)),
+    "zero_moment_z": Mistake(made=_of_zero("zero", 2)),
+    "drift_force_x": Mistake(made=_of_zero("drift", 0)),
+    "drift_force_y": Mistake(made=_of_zero("drift", 1)),
+    "drift_moment_z": Mistake(made=_of_zero("drift", 2)),
+    "transducer_angle": Mistake(made=_of_loads(turned)),
+    "crosstalk": Mistake(made=_of_loads(_mixed), parts=6),
+    "moment_origin_x": Mistake(made=_of_loads(lambda x: moved(x, 0.0))),
+    "moment_origin_y": Mistake(made=_of_loads(lambda y: moved(0.0, y))),
+    "stage_scale": Mistake(made=_of_bench("scale")),
+    "kinetic_ratio": Mistake(made=_of_bench("kinetic_ratio")),
+}
+# One thing that a laboratory has wrong, and that is several of these.
+SURFACE = Mistake(made=_inclined)
+
+
+def bench_of(seed):
+    """Bench without a mistake, on a surface whose friction varies gently about 0.30."""
+    phase = np.random.default_rng([seed, 1]).uniform(0.0, 2.0 * np.pi)
+    return Bench(friction=Friction(mean=0.3, wave=0.02, length=0.3, phase=phase))
+
+
+def everything(bench, deviations: Mapping[str, float], generator):
+    """Make every mistake at once, each drawn with its deviation."""
+    # What is a change of units comes last, as it takes all that is there with it.
+    for name in sorted(deviations, key=lambda name: name == "length"):
+        bench = MISTAKES[name].drawn(bench, deviations[name], generator)
+    return bench
