@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import vibrissa
-from vibrissa.cli.app import COMMANDS, app
+from vibrissa.cli.app import COMMANDS, app, module_of
 from vibrissa.mechanics.rod import Rod
 from vibrissa.provenance import commit
 from vibrissa.sensor import series
@@ -154,7 +154,8 @@ def test_help_has_an_example(command):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_list_of_commands_says_what_a_command_says_itself(name):
-    command = getattr(import_module(f"vibrissa.cli.{name}"), name)
+    module = module_of(name)
+    command = getattr(import_module(module), module.rpartition(".")[2])
     assert command.__doc__.partition("\n")[0] == COMMANDS[name]
     assert COMMANDS[name].split()[0] in run("--help").output
 

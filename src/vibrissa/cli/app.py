@@ -1,6 +1,7 @@
 """The command line ``vibrissa``: puts the commands together, each loaded when it is called."""
 
 from importlib import import_module
+from keyword import iskeyword
 from typing import Annotated, Any
 
 import typer
@@ -13,10 +14,16 @@ from vibrissa.errors import UndeterminedError, VibrissaError
 COMMANDS = {
     "solve": "One rod on one surface: onset of slip, clamp reactions and largest strain.",
     "scan": "Move the clamp over a surface and write the signals, step by step.",
+    "import": "Make a recording for identify from a laboratory's file, and say what was read.",
     "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
     "prove": "Prove where one rod slips, or its mu_lock, with an enclosure for each number.",
     "design": "Find the rod that measures friction best, and say what limits it.",
 }
+
+
+def module_of(name: str) -> str:
+    """Name the module of a command; a word of Python's own cannot be the name of one."""
+    return f"vibrissa.cli.{name}{'_' * iskeyword(name)}"
 
 
 class Commands(TyperGroup):
@@ -30,7 +37,7 @@ class Commands(TyperGroup):
         """Load the command that is called."""
         name, command, rest = super().resolve_command(ctx, args)
         if name is not None and command is not None:
-            command = typer.main.get_command(import_module(f"vibrissa.cli.{name}").app)
+            command = typer.main.get_command(import_module(module_of(name)).app)
         return name, command, rest
 
     def invoke(self, ctx: Any) -> Any:

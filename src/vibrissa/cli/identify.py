@@ -16,6 +16,7 @@ from vibrissa.cli.options import (
     Transducer,
     check_files,
     progress_bars,
+    say,
 )
 from vibrissa.cli.whisker import takes_whisker
 from vibrissa.errors import ArgumentError
@@ -38,8 +39,9 @@ def identify(
     recording: Annotated[
         Path,
         typer.Argument(
-            help="Time series, .csv or .parquet: columns footpoint, force_x, force_y, moment_z as "
-            "far as the method needs them, each with its unit: 'footpoint [mm],force_x [N]'."
+            help="Time series, .csv or .parquet, or - for standard input: columns footpoint, "
+            "force_x, force_y, moment_z as far as the method needs them, each with its unit: "
+            "'footpoint [mm],force_x [N]'."
         ),
     ],
     whisker: sensor.Whisker,
@@ -114,9 +116,9 @@ def identify(
         typer.echo(note, err=True)
     adjusted = [each.spelled(found.units) for each in found.tolerances]
     for text in (*_estimated(found), *adjusted, *_fit(found)):
-        typer.echo(text)
+        say(text, output)
     known = (found.periods.status == PeriodStatus.SLIP).sum()
-    typer.echo(f"{output}: {len(found.periods)} periods, friction of {known} of them")
+    say(f"{output}: {len(found.periods)} periods, friction of {known} of them", output)
 
 
 def _tolerances(given: Sequence[str]) -> dict[str, str]:

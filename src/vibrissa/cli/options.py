@@ -12,7 +12,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.series import Column, check_ending
+from vibrissa.sensor.series import STANDARD, Column, check_ending
 from vibrissa.sensor.transducer import PRESETS
 
 PICTURES = (".pdf", ".svg", ".png")
@@ -46,7 +46,10 @@ ReadFrom = Annotated[Method, typer.Option("--method", help="Signals from which f
 Picture = Annotated[
     Path | None, typer.Option(help="Draw the result, too: a .pdf, .svg or .png file.")
 ]
-Out = Annotated[Path, typer.Option("--output", "-o", help="Table to write: .csv or .parquet.")]
+Out = Annotated[
+    Path,
+    typer.Option("--output", "-o", help="Table to write: .csv or .parquet; - for standard output."),
+]
 AlsoOut = Annotated[
     Path | None,
     typer.Option("--output", "-o", help="Write the result as a table, too: .csv or .parquet."),
@@ -64,6 +67,11 @@ def check_files(output: Path | None, picture: Path | None) -> None:
     if not picture.parent.is_dir():
         raise ArgumentError(f"{picture}: there is no folder {picture.parent}")
     require("plots", "matplotlib")
+
+
+def say(text: str, output: Path) -> None:
+    """Say something on the screen, and not into a table that goes to standard output."""
+    typer.echo(text, err=output == STANDARD)
 
 
 def progress_bars() -> Callable[[str, int, int], None]:

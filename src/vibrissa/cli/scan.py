@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import ALONE, Out, Picture, Transducer, check_files, progress_bars
+from vibrissa.cli.options import ALONE, Out, Picture, Transducer, check_files, progress_bars, say
 from vibrissa.cli.whisker import takes_whisker
 from vibrissa.sensor import SlipLaw, series, surfaces
 
@@ -76,6 +76,6 @@ def scan(
 
         plots.save(plots.signals(columns), picture)
     truth = signals.truth
-    typer.echo(f"{output}: {len(truth)} steps, {truth.period[-1]} periods, {truth.outcome}")
+    say(f"{output}: {len(truth)} steps, {truth.period[-1]} periods, {truth.outcome}", output)
     if truth.message:
-        typer.echo(truth.message)
+        say(truth.message, output)

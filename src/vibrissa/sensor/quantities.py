@@ -38,6 +38,9 @@ class Kind(StrEnum):
     CURVATURE = "curvature"
     STRESS = "stress"
     DENSITY = "density"
+    TIME = "time"
+    SPEED = "speed"
+    RATE = "rate"
     NUMBER = "number"
 
 
@@ -51,6 +54,9 @@ SI = {
     Kind.CURVATURE: "m^-1",
     Kind.STRESS: "Pa",
     Kind.DENSITY: "kg/m^3",
+    Kind.TIME: "s",
+    Kind.SPEED: "m/s",
+    Kind.RATE: "Hz",
     Kind.NUMBER: "1",
 }
 # Smaller and larger magnitudes are refused: products and squares of the others are numbers.

@@ -6,12 +6,14 @@ the unit in each column's metadata.
 """
 
 import csv
+import io
 import re
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
 import numpy as np
 
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 ENDINGS = (".csv", ".parquet")
+# Standard input or output, as CSV.
+STANDARD = Path("-")
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,8 @@ class Column:
 
 def check_ending(path: Path) -> None:
     """Refuse a file that cannot be: an ending of another kind, no folder, no library for it."""
+    if path == STANDARD:
+        return
     if path.suffix.lower() not in ENDINGS:
         raise ArgumentError(f"{path}: the ending must be {' or '.join(ENDINGS)}")
     if not path.parent.is_dir():
@@ -82,7 +88,7 @@ def write(path: Path, columns: Mapping[str, Column]) -> None:
     Parameters
     ----------
     path : Path
-        With the ending ``.csv`` or ``.parquet``.
+        With the ending ``.csv`` or ``.parquet``; ``-`` for standard output.
     columns : mapping
         Name to column; all of one length.
 
@@ -92,18 +98,21 @@ def write(path: Path, columns: Mapping[str, Column]) -> None:
         If the ending is another one or the folder is missing.
     """
     check_ending(path)
+    if path == STANDARD:
+        _write_csv(sys.stdout, columns)
+        return
     with write_atomically(path) as temporary:
         if path.suffix.lower() == ".csv":
-            _write_csv(temporary, columns)
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                _write_csv(file, columns)
         else:
             _write_parquet(temporary, columns)
 
 
-def _write_csv(path: Path, columns: Mapping[str, Column]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(titles(columns))
-        table.writerows(zip(*(_as_text(c.values) for c in columns.values()), strict=True))
+def _write_csv(file: TextIO, columns: Mapping[str, Column]) -> None:
+    table = csv.writer(file, lineterminator="\n")
+    table.writerow(titles(columns))
+    table.writerows(zip(*(_as_text(c.values) for c in columns.values()), strict=True))
 
 
 def _write_parquet(path: Path, columns: Mapping[str, Column]) -> None:
@@ -189,8 +198,8 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     Parameters
     ----------
     source : Path or DataFrame
-        A file with the ending ``.csv`` or ``.parquet``, or a table whose columns are called as in
-        the header of a CSV file.
+        A file with the ending ``.csv`` or ``.parquet``, ``-`` for standard input, or a table whose
+        columns are called as in the header of a CSV file.
     names, optional : sequence of str
         Columns that must and that may be there; others are left alone.
 
@@ -227,9 +236,14 @@ def _read_cells(source: "Path | DataFrame") -> _Cells:
     if not isinstance(source, Path):
         return _from_frame(source)
     check_ending(source)
+    if source == STANDARD:
+        return _read_csv(io.BytesIO(sys.stdin.buffer.read()), "standard input")
     if not source.is_file():
         raise RecordingError(f"{source}: there is no such file")
-    return _read_csv(source) if source.suffix.lower() == ".csv" else _read_parquet(source)
+    if source.suffix.lower() == ".parquet":
+        return _read_parquet(source)
+    with source.open("rb") as file:
+        return _read_csv(file, str(source))
 
 
 def _names_and_units(header: Sequence[str], place: str) -> tuple[list[str], dict[str, str]]:
@@ -242,27 +256,26 @@ def _names_and_units(header: Sequence[str], place: str) -> tuple[list[str], dict
     return names, units
 
 
-def _read_csv(path: Path) -> _Cells:
+def _read_csv(file: BinaryIO, source: str) -> _Cells:
     rows, lines = [], []
+    reader = csv.reader(io.TextIOWrapper(file, encoding="utf-8-sig", newline=""), strict=True)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file, strict=True)
-            header = next(reader, [])
-            for row in filter(None, reader):
-                if len(row) != len(header):
-                    raise RecordingError(
-                        f"{path}, line {reader.line_num}: {len(row)} values, but the header "
-                        f"has {len(header)}"
-                    )
-                rows.append(row)
-                lines.append(reader.line_num)
+        header = next(reader, [])
+        for row in filter(None, reader):
+            if len(row) != len(header):
+                raise RecordingError(
+                    f"{source}, line {reader.line_num}: {len(row)} values, but the header "
+                    f"has {len(header)}"
+                )
+            rows.append(row)
+            lines.append(reader.line_num)
     except UnicodeDecodeError:
-        raise RecordingError(f"{path}: not a text file in UTF-8") from None
+        raise RecordingError(f"{source}: not a text file in UTF-8") from None
     except csv.Error as error:
-        raise RecordingError(f"{path}, line {reader.line_num}: {error}") from None
-    names, units = _names_and_units(header, f"{path}, line 1")
+        raise RecordingError(f"{source}, line {reader.line_num}: {error}") from None
+    names, units = _names_and_units(header, f"{source}, line 1")
     return _Cells(
-        source=str(path),
+        source=source,
         columns={name: [row[i] for row in rows] for i, name in enumerate(names)},
         units=units,
         line=np.array(lines, dtype=np.int64),

@@ -1,0 +1,9 @@
+"""The lenient door: a laboratory's file becomes a recording as `vibrissa identify` reads it.
+
+What the file leaves open is found and said; where two readings are possible it is refused.
+"""
+
+from vibrissa.sensor.importing.importing import Imported, import_recording
+from vibrissa.sensor.importing.settings import Settings
+
+__all__ = ["Imported", "Settings", "import_recording"]

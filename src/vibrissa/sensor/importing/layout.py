@@ -1,0 +1,268 @@
+"""The table in a text file: its separator, its titles, its row of units and its rows of numbers.
+
+Every separator is tried. The rows of numbers are the longest stretch of lines with one number of
+cells, half of them numbers at least; the titles are the line above with as many cells. Of a wrong
+separator, cells are left that are no numbers. Python's own csv.Sniffer looks at the frequency of
+letters alone, and reads a decimal comma as a separator.
+"""
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from vibrissa.errors import RecordingError
+from vibrissa.numerics.arrays import IntArray
+from vibrissa.sensor.importing.notation import like_a_number
+from vibrissa.sensor.importing.units import is_unit
+from vibrissa.wording import counted
+
+
+class Separator(StrEnum):
+    """What stands between the cells of a line."""
+
+    SEMICOLON = "semicolon"
+    TAB = "tab"
+    COMMA = "comma"
+    BAR = "bar"
+    BLANK = "blank"
+
+
+SIGNS = {
+    Separator.SEMICOLON: ";",
+    Separator.TAB: "\t",
+    Separator.COMMA: ",",
+    Separator.BAR: "|",
+}
+LINE_END = re.compile("\r\n|\n|\r")
+# Titles between blanks: a unit in brackets belongs to the word before.
+TITLE = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
+# Before titles in a line of comment.
+COMMENT = "#%"
+# About so many rows tell how well a separator fits.
+SAMPLE = 1000
+# Fewer rows are no recording, fewer columns no table.
+FEWEST_ROWS, FEWEST_COLUMNS = 3, 2
+
+Cells = list[str]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Layout:
+    """A table of text.
+
+    Attributes
+    ----------
+    separator : Separator
+    titles : tuple of str
+        Of the columns; empty if there are none.
+    units : tuple of str
+        Of the row of units below the titles; empty if there is none.
+    title_line : int
+        Line of the titles, from 1; 0 if there are none.
+    rows : list of list of str
+        Cells of the rows of numbers, all of one length.
+    line : ndarray of int
+        Line of each row.
+    footer : tuple of int
+        Lines below the rows that are left out.
+    mistake : str
+        Why it is no table after all; empty if it is.
+    """
+
+    separator: Separator
+    titles: tuple[str, ...]
+    units: tuple[str, ...]
+    title_line: int
+    rows: list[Cells]
+    line: IntArray
+    footer: tuple[int, ...]
+    mistake: str
+
+    @cached_property
+    def rank(self) -> tuple[float, bool, bool]:
+        """How well this separator fits: the part of cells with numbers, titles, no mistake."""
+        some = self.rows[:: len(self.rows) // SAMPLE + 1]
+        share = float(np.mean([like_a_number(cell) for row in some for cell in row]))
+        return share, bool(self.titles), not self.mistake
+
+
+def layout_of(
+    text: str, name: str, separator: Separator | None = None, title_line: int | None = None
+) -> Layout:
+    """Find the table in a text.
+
+    Parameters
+    ----------
+    text : str
+    name : str
+        Of the file, for messages.
+    separator : Separator, optional
+        Found by default.
+    title_line : int, optional
+        Line of the titles, from 1; 0 if there are none. Found by default.
+
+    Raises
+    ------
+    RecordingError
+        If there is no table, or two separators make different ones; the message says why.
+    """
+    lines = LINE_END.split(text)
+    if title_line is not None and not 0 <= title_line <= len(lines):
+        raise RecordingError(f"{name}: there is no line {title_line} for the titles")
+    tried = list(Separator) if separator is None else [separator]
+    found = [_of(lines, each, title_line) for each in tried]
+    layouts = sorted((one for one in found if one is not None), key=lambda one: one.rank)
+    if layouts:
+        return _best(layouts, name)
+    raise RecordingError(
+        f"{name}: no table with at least {FEWEST_COLUMNS} columns and {FEWEST_ROWS} rows of "
+        "numbers was found; if there is one, give the separator"
+    )
+
+
+def _best(layouts: Sequence[Layout], name: str) -> Layout:
+    best = layouts[-1]
+    if best.mistake:
+        raise RecordingError(f"{name}, {best.mistake}")
+    equals = [one.separator for one in layouts if one.rank == best.rank]
+    if len(equals) > 1:
+        raise RecordingError(f"{name}: the separator may be {' or '.join(equals)}: give it")
+    return best
+
+
+def _of(lines: Sequence[str], separator: Separator, title_line: int | None) -> Layout | None:
+    """Find the table that a separator makes; None if it makes none."""
+    cells = [_cells(line, separator) for line in lines]
+    blocks = _blocks(cells, title_line or 0)
+    if not blocks:
+        return None
+    block = max(blocks, key=len)
+    titles_at, units_at = _heads(lines, cells, block[0], separator, title_line)
+    titles = [] if titles_at is None else _titles(lines[titles_at], separator, len(cells[block[0]]))
+    width = max(_width(cells, block), len(titles))
+    return Layout(
+        separator=separator,
+        titles=tuple(titles),
+        units=() if units_at is None else tuple(_padded(cells[units_at], width)),
+        title_line=0 if titles_at is None else titles_at + 1,
+        rows=[cells[row][:width] for row in block],
+        line=np.array(block) + 1,
+        footer=tuple(row + 1 for row in range(block[-1] + 1, len(lines)) if any(cells[row])),
+        mistake=_mistake(cells, blocks, width, titles_at, len(titles)),
+    )
+
+
+def _cells(line: str, separator: Separator) -> Cells:
+    """Cells of a line; of one with lone quotes it is one."""
+    if separator is Separator.BLANK:
+        return re.findall("[^ ]+", line)
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(SIGNS[separator])] if line else []
+    try:
+        rows = list(csv.reader([line], delimiter=SIGNS[separator], strict=True))
+    except csv.Error:
+        return [line]
+    return [cell.strip() for cell in rows[0]] if rows else []
+
+
+def _blocks(cells: Sequence[Cells], start: int) -> list[list[int]]:
+    """Stretches of rows with one number of cells, half of them numbers; blank lines are none."""
+    rows = (row for row in range(start, len(cells)) if any(cells[row]))
+    groups = groupby(rows, key=lambda row: len(cells[row]) if _has_numbers(cells[row]) else 0)
+    blocks = [list(group) for width, group in groups if width >= FEWEST_COLUMNS]
+    return [block for block in blocks if len(block) >= FEWEST_ROWS]
+
+
+def _has_numbers(cells: Cells) -> bool:
+    if len(cells) < FEWEST_COLUMNS:
+        return False
+    return 2 * sum(map(like_a_number, cells)) >= sum(map(bool, cells))
+
+
+def _width(cells: Sequence[Cells], block: Sequence[int]) -> int:
+    """Count the columns without those that a separator at the end of each line makes."""
+    return max(_filled(cells[row]) for row in block)
+
+
+def _filled(cells: Cells) -> int:
+    return max((i for i, cell in enumerate(cells, 1) if cell), default=0)
+
+
+def _padded(cells: Cells, width: int) -> Cells:
+    return [*cells, *[""] * width][:width]
+
+
+def _heads(
+    lines: Sequence[str],
+    cells: Sequence[Cells],
+    first: int,
+    separator: Separator,
+    title_line: int | None,
+) -> tuple[int | None, int | None]:
+    """Find the rows of titles and units above the first row of numbers."""
+    width, top = len(cells[first]), (title_line or 1) - 1
+    above = [row for row in range(first - 1, top - 1, -1) if any(cells[row])][:2]
+    words = [
+        row
+        for row in above
+        if _titles(lines[row], separator, width) and not any(map(like_a_number, cells[row]))
+    ]
+    if title_line == 0:
+        return None, None
+    if title_line is not None:
+        return title_line - 1, above[0] if above and above[0] != title_line - 1 else None
+    if not words or words[0] != above[0]:
+        return None, None
+    if len(words) == len(above) == 2 and all(is_unit(cell) for cell in cells[words[0]] if cell):
+        return words[1], words[0]
+    return words[0], None
+
+
+def _titles(line: str, separator: Separator, width: int) -> Cells:
+    """Titles in a line, as many as there are columns; none if the line has another number."""
+    line = line.lstrip(COMMENT) if line.startswith(tuple(COMMENT)) else line
+    choices = [_cells(line, separator)]
+    if separator is Separator.BLANK:
+        choices = [re.split(r"\s{2,}", line.strip()), TITLE.findall(line)]
+    for titles in choices:
+        if len(titles) == width or _filled(titles) == width:
+            return titles[:width]
+        if len(titles) == width - 1 and separator is not Separator.BLANK:
+            # The rows end with a separator, the titles do not.
+            return titles
+    return []
+
+
+def _mistake(
+    cells: Sequence[Cells],
+    blocks: Sequence[Sequence[int]],
+    width: int,
+    titles_at: int | None,
+    titles: int,
+) -> str:
+    """Say which line does not fit a table; empty if all do."""
+    block = max(blocks, key=len)
+    same = [one for one in blocks if len(cells[one[0]]) == len(cells[block[0]])]
+    if len(same) > 1:
+        between = (row for row in range(same[0][-1] + 1, same[1][0]) if any(cells[row]))
+        lost = next(between, same[1][0])
+        if not any(map(like_a_number, cells[lost])):
+            return f"line {lost + 1}: the table ends, but one more begins: give the line of titles"
+    else:
+        rest = range(block[-1] + 1, len(cells))
+        lost = next((row for row in rest if any(map(like_a_number, cells[row]))), -1)
+    if lost >= 0:
+        return f"line {lost + 1}: {counted(len(cells[lost]), 'value')}, but the table has {width}"
+    above = titles_at
+    if titles_at is None:
+        above = next((row for row in range(block[0] - 1, -1, -1) if any(cells[row])), None)
+        titles = 0 if above is None else len(cells[above])
+    if above is None or titles == width or (titles_at is None and titles < FEWEST_COLUMNS):
+        return ""
+    return f"line {above + 1}: {counted(titles, 'title')}, but there are {width} columns"
