@@ -24,7 +24,7 @@ export PYTHONNOUSERSITE := 1
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations mutate lint
-.PHONY: survey chains trailing roundtrip fuzz published designs taper bench growth
+.PHONY: survey chains trailing roundtrip fuzz published explorer-agreement designs taper bench growth
 .PHONY: docs setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
 
@@ -65,6 +65,8 @@ help:
 	@echo "  make fuzz                 read 11,100 damaged recordings; writes docs/fuzz.md"
 	@echo "  make published            274 numbers that others published, beside ours; writes"
 	@echo "                            docs/published.md"
+	@echo "  make explorer-agreement   2,000 random points in the page's solver and in Python; writes"
+	@echo "                            docs/explorer.md (ARGS='--points 200' only prints)"
 	@echo "  make designs              the paper's rod against its limits, the best rod of each material"
 	@echo "  make taper                does a tapered rod measure friction better? draws docs/taper.png"
 	@echo "  make bench                states per second of this and of other methods"
@@ -211,6 +213,10 @@ fuzz: $(STAMP)
 published: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/published.py
 
+# A minute; fails if a number differs by more than 1e-8.
+explorer-agreement: $(STAMP)
+	@$(ONE_THREAD) $(PY) validation/explorer_agreement.py $(or $(ARGS),--docs)
+
 notebooks: $(STAMP)
 	@$(ONE_THREAD) $(PY) examples/rerun.py $(ARGS)
 
@@ -239,6 +245,9 @@ mutate: $(STAMP)
 test-faults: $(STAMP)
 	@FAULTS_TABLE=docs/faults.md $(ONE_THREAD) $(PY) -m pytest tests/faults $(ARGS)
 
+# What checks the types of the explorer's JavaScript; npm fetches it when it is needed first.
+TSC := npx --yes --package typescript@5.9.3 tsc --project src/vibrissa/explorer
+
 lint: $(STAMP)
 	$(PY) -m ruff check
 	$(PY) -m ruff format --check
@@ -246,6 +255,8 @@ lint: $(STAMP)
 	$(PY) -m snakemake --lint
 	$(VENV)/bin/lint-imports --no-cache --no-logo
 	$(PY) -m mypy src
+	@if command -v npx >/dev/null; then $(TSC); \
+	    else echo "JavaScript is not checked: npx of Node.js is missing"; fi
 
 format: $(STAMP)
 	$(PY) -m ruff check --fix

@@ -1,0 +1,49 @@
+"""JavaScript modules as one program, which a page can hold: imports are resolved before."""
+
+import re
+from collections import Counter
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+_IMPORT = re.compile(r'^import \{[^}]*\} from "(.*?)";\n', re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=(?:async )?(?:const|let|class|function)\b)", re.MULTILINE)
+_COMMENT = re.compile(r"^ */\*\*(?s:.*?)\*/\n|/\*\*.*?\*/ |^ *//.*\n", re.MULTILINE)
+_NAME = re.compile(r"^(?:async )?(?:const|let|class|function\*?) (\w+)", re.MULTILINE)
+
+
+def bundle(*entries: str) -> str:
+    """Put modules and all that they import into one script.
+
+    Parameters
+    ----------
+    *entries : str
+        Modules in this folder, such as ``solver/path.js``.
+
+    Returns
+    -------
+    str
+        Without imports, exports and comments, each module after those that it imports.
+
+    Raises
+    ------
+    ValueError
+        If two modules have a name in common: in one script it would mean one thing.
+    """
+    imports: dict[Path, list[Path]] = {}
+    waiting = [FOLDER / entry for entry in entries]
+    while waiting:
+        path = waiting.pop()
+        text = path.read_text(encoding="utf-8")
+        imports[path] = [(path.parent / name).resolve() for name in _IMPORT.findall(text)]
+        waiting += [other for other in imports[path] if other not in imports]
+    script = "\n".join(_body(path) for path in TopologicalSorter(imports).static_order())
+    twice = [name for name, count in Counter(_NAME.findall(script)).items() if count > 1]
+    if twice:
+        raise ValueError(f"more than one module has the names {', '.join(twice)}")
+    return script
+
+
+def _body(path: Path) -> str:
+    text = _COMMENT.sub("", path.read_text(encoding="utf-8"))
+    return _EXPORT.sub("", _IMPORT.sub("", text)).strip() + "\n"

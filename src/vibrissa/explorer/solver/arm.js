@@ -1,0 +1,385 @@
+// An equilibrium path, followed from α = 0 to one side: pushed ahead or pulled back by the clamp.
+
+import { inadmissible } from "./admissible.js";
+import { isPossible } from "./beginning.js";
+import { bracketedRoot } from "./roots.js";
+
+/** @import { Condition, Contact, Rod, State } from "./equilibrium.js" */
+/** @import { Factors } from "./linear.js" */
+
+/** First and shortest step, and the longest, in units of the first state's offset and force. */
+const FIRST_STEP = 0.02;
+const SHORTEST_STEP = 1e-5;
+const LONGEST_STEP = 0.3;
+/** Difference of guess and solution (rad) that a step aims at, and that it must not pass. */
+const AIM = 0.02;
+const TOO_FAR = 0.15;
+/** A path that needs more steps is given up. */
+const MOST_STEPS = 400;
+/** Friction up to which a pulled tip is followed. */
+const MOST_PULLED = 3;
+const TINY = 1e-13;
+/** Size of the last coefficients of a slope that shows enough nodes: the ends are far more accurate. */
+const RESOLVED = 1e-7;
+
+/**
+ * How an arm ends.
+ *
+ * @typedef {"swings" | "snaps" | "lifts" | "inadmissible" | "steep" | "lost"} End
+ */
+
+/**
+ * What a path belongs to.
+ *
+ * @typedef {object} Branch
+ * @property {Rod} rod
+ * @property {number} eta
+ * @property {Contact} model
+ * @property {boolean} round Whether the rod can leave its plane.
+ * @property {number} x1 Offset of the first state.
+ * @property {number} force Force of the first state.
+ */
+
+/**
+ * A state on a path, with the direction in which the path goes on.
+ *
+ * @typedef {object} Knot
+ * @property {State} state
+ * @property {Float64Array} change Derivative of the unknowns along the path.
+ * @property {number} offsetChange The same of the offset.
+ * @property {number[]} direction The same of offset, fx, fy and s_c, in their units; of length 1.
+ * @property {number} step Length along the direction of the knot before; 0 in a kink.
+ * @property {Factors} factors Of the Jacobian, for states nearby.
+ */
+
+/**
+ * @typedef {object} Arm
+ * @property {Branch} branch
+ * @property {Knot[]} knots The first is the α = 0 state.
+ * @property {End} end
+ * @property {string} why What to say of an end that is inadmissible or lost.
+ */
+
+/**
+ * Displacement of the clamp since α = 0.
+ *
+ * @param {Branch} branch
+ * @param {State} state
+ * @returns {number}
+ */
+export function displacement(branch, state) {
+  return branch.x1 - state.offset;
+}
+
+/**
+ * Derivative of the demand −tan α along the path.
+ *
+ * @param {Knot} knot
+ * @param {Branch} branch
+ * @returns {number}
+ */
+export function demandChange(knot, branch) {
+  const count = branch.rod.nodes;
+  const [dfx, dfy] = [knot.change[count], knot.change[count + 1]];
+  const { fx, fy } = knot.state;
+  return (dfx * fy - fx * dfy) / fy ** 2;
+}
+
+/**
+ * @param {Branch} branch
+ * @param {number[]} direction
+ * @param {number} value
+ * @returns {Condition}
+ */
+function along({ x1, force }, [a, b, c, d], value) {
+  return { offset: a / x1, fx: b / force, fy: c / force, sc: d, value };
+}
+
+/**
+ * @param {Branch} branch
+ * @param {number[]} direction
+ * @param {State} state
+ * @returns {number}
+ */
+function advance({ x1, force }, [a, b, c, d], state) {
+  return (a * state.offset) / x1 + (b * state.fx + c * state.fy) / force + d * state.sc;
+}
+
+/**
+ * Direction of the path in a state.
+ *
+ * @param {Branch} branch
+ * @param {State} state
+ * @param {Condition} condition Grows along the path.
+ * @param {number} [sign] -1 where it falls.
+ * @returns {Knot}
+ */
+function knotAt(branch, state, condition, sign = 1) {
+  const { rod, x1, force } = branch;
+  const count = rod.nodes;
+  const { change, factors } = rod.tangent(state, condition);
+  const offset = rod.offsetChange(state, change);
+  const [fx, fy, sc] = change.subarray(count);
+  const direction = [offset / x1, fx / force, fy / force, state.contact === "line" ? sc : 0];
+  const scale = sign / Math.hypot(...direction);
+  return {
+    state,
+    change: change.map((value) => scale * value),
+    offsetChange: scale * offset,
+    direction: direction.map((value) => scale * value),
+    step: 0,
+    factors,
+  };
+}
+
+/**
+ * Cubic through two knots and their directions.
+ *
+ * @param {Knot} from
+ * @param {Knot} to
+ * @param {number} part From 0 to 1.
+ * @returns {Float64Array} Unknowns.
+ */
+export function between(from, to, part) {
+  const [a, b, c, d] = hermite(part);
+  // Along the direction of the first knot.
+  const slope = from.direction.reduce((sum, value, i) => sum + value * to.direction[i], 0);
+  const [p, q] = [c * to.step, (d * to.step) / slope];
+  return from.state.unknowns.map(
+    (value, i) => a * value + b * to.state.unknowns[i] + p * from.change[i] + q * to.change[i],
+  );
+}
+
+/**
+ * @param {number} t
+ * @returns {number[]} Weights of both values and both slopes.
+ */
+export function hermite(t) {
+  const s = 1 - t;
+  return [s * s * (1 + 2 * t), t * t * (1 + 2 * s), t * s * s, -t * t * s];
+}
+
+/**
+ * Solve the state at a part of the way between two knots.
+ *
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {Knot} to
+ * @param {number} part
+ * @returns {Knot | null}
+ */
+export function knotBetween(branch, from, to, part) {
+  const { rod, eta } = branch;
+  const value = advance(branch, from.direction, from.state) + part * to.step;
+  const condition = along(branch, from.direction, value);
+  const guess = between(from, to, part);
+  const state = rod.solve(guess, eta, from.state.contact, condition, from.factors);
+  if (!state) return null;
+  return { ...knotAt(branch, state, condition), step: part * to.step };
+}
+
+/**
+ * Find where between two knots a function of a knot vanishes.
+ *
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {Knot} to
+ * @param {(knot: Knot) => number} value Of different signs in both knots.
+ * @returns {Knot | null}
+ */
+export function knotWhere(branch, from, to, value) {
+  /** @type {Knot | null} */
+  let found = null;
+  /** @param {number} part */
+  const at = (part) => {
+    found = knotBetween(branch, from, to, part);
+    return found ? value(found) : NaN;
+  };
+  const [low, high] = [value(from), value(to)];
+  // A change that begins at the knot itself has its sign from there on.
+  if (low === 0 || high === 0) return low === 0 ? { ...from, step: 0 } : to;
+  const part = bracketedRoot(at, 0, 1, low, high, TINY);
+  return Number.isNaN(part) ? null : knotBetween(branch, from, to, part);
+}
+
+/**
+ * Knot in a state that lies ahead of another knot.
+ *
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {State} state
+ * @returns {Knot}
+ */
+function knotAfter(branch, from, state) {
+  const start = advance(branch, from.direction, from.state);
+  const step = advance(branch, from.direction, state) - start;
+  return { ...knotAt(branch, state, along(branch, from.direction, 0)), step };
+}
+
+/**
+ * The next state along the path, by a step that is shortened until it succeeds.
+ *
+ * @param {Branch} branch
+ * @param {Knot} last
+ * @param {Knot | undefined} before On the same smooth piece.
+ * @param {number} step
+ * @returns {{ knot: Knot, next: number } | null} With the length of the step after it.
+ */
+function stepped(branch, last, before, step) {
+  const { rod, eta } = branch;
+  for (let h = step; h > SHORTEST_STEP; h *= 0.4) {
+    const bend = before && last.step > 0 ? (0.5 * h * h) / last.step : 0;
+    const guess = last.state.unknowns.map(
+      (value, i) =>
+        value + h * last.change[i] + (before ? bend * (last.change[i] - before.change[i]) : 0),
+    );
+    const value = advance(branch, last.direction, last.state) + h;
+    const condition = along(branch, last.direction, value);
+    const state = rod.solve(guess, eta, last.state.contact, condition, last.factors);
+    if (!state) continue;
+    let miss = 0;
+    for (let i = 0; i < rod.nodes; i += 1) {
+      miss = Math.max(miss, Math.abs(guess[i] - state.unknowns[i]));
+    }
+    if (miss > TOO_FAR) continue;
+    const growth = Math.min(2, Math.max(0.5, Math.cbrt(AIM / (miss + TINY))));
+    const knot = { ...knotAt(branch, state, condition), step: h };
+    return { knot, next: Math.min(LONGEST_STEP, h * growth) };
+  }
+  return null;
+}
+
+/**
+ * Both sides of the state in which the contact changes its kind.
+ *
+ * @param {Branch} branch
+ * @param {Knot} last
+ * @param {Knot} beyond The state after the change, of the kind before it.
+ * @returns {Knot[] | null}
+ */
+function kink(branch, last, beyond) {
+  const { rod, eta } = branch;
+  const lies = last.state.contact === "point";
+  const [a, b] = lies
+    ? [last.state.phi1, beyond.state.phi1]
+    : [last.state.sc - 1, beyond.state.sc - 1];
+  const guess = between(last, beyond, Math.min(1, Math.max(0, a / (a - b))));
+  const state = rod.solve(guess, eta, "point", { phi1: 1, value: 0 });
+  if (!state) return null;
+  const here = { ...state, contact: last.state.contact, phi1: 0 };
+  const there = { ...state, contact: /** @type {Contact} */ (lies ? "line" : "point"), phi1: 0 };
+  return [
+    knotAfter(branch, last, here),
+    // Beyond, s_c falls from 1, or the slope of the tip rises from 0.
+    lies
+      ? knotAt(branch, there, { sc: 1, value: 0 }, -1)
+      : knotAt(branch, there, { phi1: 1, value: 0 }),
+  ];
+}
+
+/**
+ * How and where an arm ends between two knots, if it does.
+ *
+ * @param {Branch} branch
+ * @param {number} side 1 where the clamp pushes, -1 where it pulls.
+ * @param {Knot} from
+ * @param {Knot} to
+ * @returns {{ end: End, knot: Knot | null, why?: string } | null}
+ */
+function ending(branch, side, from, to) {
+  const { rod, eta, round } = branch;
+  const { x1 } = branch;
+  /** @param {Condition} condition */
+  const where = (condition) => {
+    const state = rod.solve(to.state.unknowns, eta, from.state.contact, condition);
+    return state && knotAfter(branch, from, state);
+  };
+  if (side < 0 && to.state.fx > -MOST_PULLED * to.state.fy) {
+    return { end: "steep", knot: where({ fx: 1, fy: MOST_PULLED, value: 0 }) };
+  }
+  if (to.state.fy >= 0) return { end: "lifts", knot: where({ fy: 1, value: 0 }) };
+  if (round && to.state.offset + to.state.sc <= 1) {
+    return { end: "swings", knot: where({ offset: 1 / x1, sc: 1 / x1, value: 1 / x1 }) };
+  }
+  if (side * to.offsetChange >= 0) {
+    return { end: "snaps", knot: knotWhere(branch, from, to, (knot) => knot.offsetChange) };
+  }
+  const why = inadmissible(rod, to.state, eta);
+  return why ? { end: "inadmissible", knot: lastAdmissible(branch, from, to), why } : null;
+}
+
+/**
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {Knot} to
+ * @returns {Knot | null}
+ */
+function lastAdmissible(branch, from, to) {
+  let [low, high] = [0, 1];
+  while (high - low > 1e-6) {
+    const part = 0.5 * (low + high);
+    const knot = knotBetween(branch, from, to, part);
+    if (!knot) return null;
+    if (inadmissible(branch.rod, knot.state, branch.eta)) high = part;
+    else low = part;
+  }
+  return low ? knotBetween(branch, from, to, low) : null;
+}
+
+/**
+ * Follow a path from its first state to one side.
+ *
+ * @param {Branch} branch
+ * @param {State} first
+ * @param {number} side 1 where the clamp pushes, -1 where it pulls.
+ * @returns {Arm}
+ */
+export function followed(branch, first, side) {
+  const knots = [knotAt(branch, first, { offset: 1 / branch.x1, value: 0 }, -side)];
+  let step = FIRST_STEP;
+  for (let count = 0; count < MOST_STEPS; count += 1) {
+    const last = knots[knots.length - 1];
+    const smooth = last.step > 0 ? knots[knots.length - 2] : undefined;
+    const taken = stepped(branch, last, smooth, step);
+    if (!taken) return { branch, knots, end: "lost", why: "the next state was not found" };
+    if (branch.rod.decay(taken.knot.state) > RESOLVED) {
+      return { branch, knots, end: "lost", why: "the rod bends too sharply for its nodes" };
+    }
+    step = taken.next;
+    let found = [taken.knot];
+    if (branch.model === "line" && !isPossible(taken.knot.state)) {
+      const both = kink(branch, last, taken.knot);
+      if (!both) return { branch, knots, end: "lost", why: "the change of contact was not found" };
+      found = both;
+      step = Math.min(step, FIRST_STEP);
+    }
+    const end = ending(branch, side, last, found[0]);
+    if (end) {
+      if (end.knot && end.knot.step > 0) knots.push(...withExtremes(branch, last, end.knot));
+      return { branch, knots, end: end.end, why: end.why ?? "" };
+    }
+    knots.push(...withExtremes(branch, last, found[0]), ...found.slice(1));
+    // In a kink a path may turn back.
+    if (found.length > 1 && side * found[1].offsetChange >= 0) {
+      return { branch, knots: knots.slice(0, -1), end: "snaps", why: "" };
+    }
+  }
+  return { branch, knots, end: "lost", why: "the path is too long" };
+}
+
+/**
+ * A knot, and before it the one in which the demand has an extreme, if there is one on the way.
+ *
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {Knot} to
+ * @returns {Knot[]}
+ */
+function withExtremes(branch, from, to) {
+  if (demandChange(from, branch) > 0 === demandChange(to, branch) > 0) return [to];
+  const extreme = knotWhere(branch, from, to, (knot) => demandChange(knot, branch));
+  if (!extreme || !(extreme.step > 0) || extreme === to) return [to];
+  const rest =
+    advance(branch, extreme.direction, to.state) - advance(branch, extreme.direction, extreme.state);
+  return rest > TINY ? [extreme, { ...to, step: rest }] : [extreme];
+}

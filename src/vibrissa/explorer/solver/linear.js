@@ -1,0 +1,87 @@
+// Systems of linear equations: LU factors with partial pivoting.
+
+/**
+ * A factorised square matrix.
+ *
+ * @typedef {object} Factors
+ * @property {number} size
+ * @property {Float64Array} rows The factors L and U, row by row.
+ * @property {Int32Array} order Rows of the matrix in the order of their pivots.
+ */
+
+/**
+ * Factorise a matrix, which is overwritten.
+ *
+ * @param {Float64Array} matrix Row by row.
+ * @param {number} size Number of rows.
+ * @returns {Factors}
+ */
+export function factorised(matrix, size) {
+  const order = new Int32Array(size).map((_, i) => i);
+  for (let k = 0; k < size; k += 1) {
+    swapRows(matrix, order, k, pivotRow(matrix, size, k), size);
+    const inverse = 1 / matrix[k * size + k];
+    for (let i = k + 1; i < size; i += 1) {
+      const factor = matrix[i * size + k] * inverse;
+      matrix[i * size + k] = factor;
+      if (factor === 0) continue;
+      const to = i * size;
+      const from = k * size;
+      for (let j = k + 1; j < size; j += 1) matrix[to + j] -= factor * matrix[from + j];
+    }
+  }
+  return { size, rows: matrix, order };
+}
+
+/**
+ * @param {Float64Array} matrix
+ * @param {number} size
+ * @param {number} k
+ * @returns {number} Row at or below k with the largest entry in column k.
+ */
+function pivotRow(matrix, size, k) {
+  let best = k;
+  for (let i = k + 1; i < size; i += 1) {
+    if (Math.abs(matrix[i * size + k]) > Math.abs(matrix[best * size + k])) best = i;
+  }
+  return best;
+}
+
+/**
+ * @param {Float64Array} matrix
+ * @param {Int32Array} order
+ * @param {number} a
+ * @param {number} b
+ * @param {number} size
+ */
+function swapRows(matrix, order, a, b, size) {
+  if (a === b) return;
+  for (let j = 0; j < size; j += 1) {
+    const kept = matrix[a * size + j];
+    matrix[a * size + j] = matrix[b * size + j];
+    matrix[b * size + j] = kept;
+  }
+  [order[a], order[b]] = [order[b], order[a]];
+}
+
+/**
+ * Solve a system with a factorised matrix.
+ *
+ * @param {Factors} factors
+ * @param {Float64Array} right Right side.
+ * @returns {Float64Array} Solution; not finite where the matrix is singular.
+ */
+export function solved({ size, rows, order }, right) {
+  const x = new Float64Array(size);
+  for (let i = 0; i < size; i += 1) {
+    let sum = right[order[i]];
+    for (let j = 0; j < i; j += 1) sum -= rows[i * size + j] * x[j];
+    x[i] = sum;
+  }
+  for (let i = size - 1; i >= 0; i -= 1) {
+    let sum = x[i];
+    for (let j = i + 1; j < size; j += 1) sum -= rows[i * size + j] * x[j];
+    x[i] = sum / rows[i * size + i];
+  }
+  return x;
+}

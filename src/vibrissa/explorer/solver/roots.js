@@ -1,0 +1,37 @@
+// A root of a function between two places at which it has different signs.
+
+const MOST_SECANTS = 60;
+
+/**
+ * Brent's idea, kept simple: the secant where it falls well inside, else the middle.
+ *
+ * @param {(at: number) => number} value NaN ends the search.
+ * @param {number} low
+ * @param {number} high
+ * @param {number} valueLow Value at `low`, where it is known.
+ * @param {number} valueHigh
+ * @param {number} tolerance Of the place.
+ * @returns {number} NaN where a value on the way was not known.
+ */
+export function bracketedRoot(value, low, high, valueLow, valueHigh, tolerance) {
+  let [a, fa, b, fb] = [low, valueLow, high, valueHigh];
+  if (fa === 0) return a;
+  let side = 0;
+  for (let step = 0; step < MOST_SECANTS && Math.abs(b - a) > tolerance; step += 1) {
+    let at = (a * fb - b * fa) / (fb - fa);
+    if (!(at > Math.min(a, b) && at < Math.max(a, b)) || step % 8 === 7) at = 0.5 * (a + b);
+    const found = value(at);
+    if (found === 0 || Number.isNaN(found)) return Number.isNaN(found) ? NaN : at;
+    if (found > 0 === fb > 0) {
+      [b, fb] = [at, found];
+      // Illinois: an end that stays twice counts half.
+      if (side === 1) fa *= 0.5;
+      side = 1;
+    } else {
+      [a, fa] = [at, found];
+      if (side === -1) fb *= 0.5;
+      side = -1;
+    }
+  }
+  return Math.abs(fa) < Math.abs(fb) ? a : b;
+}

@@ -1,0 +1,139 @@
+// Polynomials on [0, 1] through Gauss–Legendre nodes: integrals, and values between the nodes.
+
+/**
+ * Legendre polynomials P_0 to P_count at one place of [0, 1].
+ *
+ * @param {number} count
+ * @param {number} at
+ * @returns {Float64Array}
+ */
+export function legendre(count, at) {
+  const x = 2 * at - 1;
+  const values = new Float64Array(count + 1);
+  values[0] = 1;
+  if (count > 0) values[1] = x;
+  for (let k = 1; k < count; k += 1) {
+    values[k + 1] = ((2 * k + 1) * x * values[k] - k * values[k - 1]) / (k + 1);
+  }
+  return values;
+}
+
+/**
+ * Their integrals from 0 to the place.
+ *
+ * @param {Float64Array} values What `legendre` returns.
+ * @param {number} at
+ * @returns {Float64Array} One fewer than the values.
+ */
+export function legendreIntegrals(values, at) {
+  const integrals = new Float64Array(values.length - 1);
+  integrals[0] = at;
+  for (let k = 1; k < integrals.length; k += 1) {
+    integrals[k] = (values[k + 1] - values[k - 1]) / (2 * (2 * k + 1));
+  }
+  return integrals;
+}
+
+/**
+ * Nodes and weights with what integrates a polynomial through the nodes.
+ *
+ * @typedef {object} Rule
+ * @property {number} count
+ * @property {Float64Array} nodes
+ * @property {Float64Array} weights
+ * @property {Float64Array} fromStart Integrals from 0 to each node, row by row; the last row, one
+ *   more than there are nodes, holds the weights.
+ * @property {Float64Array} toCoefficients Values at the nodes to Legendre coefficients.
+ * @property {Float64Array[]} kernels Three matrices, one for each power p of τ: the values at the
+ *   nodes are integrated from each node to 1, multiplied by τ^p, and integrated from 0 to each
+ *   node and to 1.
+ */
+
+/** @type {Map<number, Rule>} */
+const rules = new Map();
+
+/**
+ * The rule with a number of nodes; each is made once.
+ *
+ * @param {number} count
+ * @returns {Rule}
+ */
+export function gaussRule(count) {
+  const known = rules.get(count);
+  if (known) return known;
+  const made = madeRule(count);
+  rules.set(count, made);
+  return made;
+}
+
+/**
+ * @param {number} count
+ * @returns {Rule}
+ */
+function madeRule(count) {
+  const nodes = new Float64Array(count);
+  const weights = new Float64Array(count);
+  for (let i = 0; i < count; i += 1) {
+    [nodes[i], weights[i]] = gaussNode(count, i);
+  }
+  const toCoefficients = new Float64Array(count * count);
+  const fromStart = new Float64Array((count + 1) * count);
+  const values = Array.from(nodes, (at) => legendre(count, at));
+  for (let k = 0; k < count; k += 1) {
+    for (let j = 0; j < count; j += 1) {
+      toCoefficients[k * count + j] = (2 * k + 1) * weights[j] * values[j][k];
+    }
+  }
+  for (let i = 0; i < count; i += 1) {
+    const integrals = legendreIntegrals(values[i], nodes[i]);
+    for (let k = 0; k < count; k += 1) {
+      for (let j = 0; j < count; j += 1) {
+        fromStart[i * count + j] += integrals[k] * toCoefficients[k * count + j];
+      }
+    }
+  }
+  fromStart.set(weights, count * count);
+  const kernels = [0, 1, 2].map((power) => kernel(nodes, weights, fromStart, power));
+  return { count, nodes, weights, fromStart, toCoefficients, kernels };
+}
+
+/**
+ * Newton's iteration for a root of P_count.
+ *
+ * @param {number} count
+ * @param {number} i
+ * @returns {[number, number]} Node and weight on [0, 1].
+ */
+function gaussNode(count, i) {
+  let at = 0.5 - 0.5 * Math.cos((Math.PI * (i + 0.75)) / (count + 0.5));
+  let slope = 1;
+  for (let step = 0; step < 8; step += 1) {
+    const values = legendre(count, at);
+    // With respect to the place in [0, 1]: (x² − 1)·P' = count·(x·P − P before), x = 2·at − 1.
+    const x = 2 * at - 1;
+    slope = (2 * count * (x * values[count] - values[count - 1])) / (x * x - 1);
+    at -= values[count] / slope;
+  }
+  return [at, 1 / (at * (1 - at) * slope * slope)];
+}
+
+/**
+ * @param {Float64Array} nodes
+ * @param {Float64Array} weights
+ * @param {Float64Array} fromStart
+ * @param {number} power
+ * @returns {Float64Array}
+ */
+function kernel(nodes, weights, fromStart, power) {
+  const count = nodes.length;
+  const product = new Float64Array((count + 1) * count);
+  for (let i = 0; i <= count; i += 1) {
+    for (let j = 0; j < count; j += 1) {
+      const factor = fromStart[i * count + j] * nodes[j] ** power;
+      for (let k = 0; k < count; k += 1) {
+        product[i * count + k] += factor * (weights[k] - fromStart[j * count + k]);
+      }
+    }
+  }
+  return product;
+}

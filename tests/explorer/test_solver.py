@@ -1,0 +1,100 @@
+"""The solver of the explorer's page, in a browser: against Python's solver and closed forms."""
+
+import json
+
+import explorer_agreement as agreement
+import pytest
+from browser import CHROMIUM, chromium
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+from vibrissa import solve_curve, solve_state
+
+pytestmark = [
+    pytest.mark.skipif(
+        CHROMIUM is None, reason="no Chromium to open the page with (Debian: apt install chromium)"
+    ),
+    pytest.mark.slow,
+]
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    with chromium(tmp_path_factory.mktemp("chromium")) as page:
+        agreement.open_solver(page)
+        yield page
+
+
+def solved(page, expression, **rod):
+    """Value of an expression of a path."""
+    rod = {"contact": "point", "round": True} | rod
+    return page.evaluate(
+        f"(() => {{ const {{ path, message }} = solvedPath({json.dumps(rod)});"
+        f"return {expression}; }})()"
+    )
+
+
+def test_both_solvers_agree(page):
+    found = agreement.compared(agreement.points(60, seed=2), page)
+    for rows in found.values():
+        assert len(rows) == 30 and any("x0_slip" in row for row in rows)
+        assert max(max(row.values()) for row in rows) < agreement.TOLERATED
+
+
+def test_a_state_that_only_one_solver_finds_counts():
+    assert agreement.differences({"mu_lock": 0.5}, {"message": "lost"})["mu_lock"] == float("inf")
+    assert agreement.differences({}, {"x0_slip": 0.1})["x0_slip"] == float("inf")
+
+
+@pytest.mark.parametrize("eta", [0.5, 0.85, 0.96])
+def test_a_cylinder_begins_as_elliptic_integrals_say(page, eta):
+    # 2E/K − 1 = η, f = K², x1 = 2k/K
+    m = brentq(lambda m: 2 * ellipe(m) / ellipk(m) - 1 - eta, 1e-9, 0.99)
+    found = solved(page, "[path.branch.force, path.branch.x1]", theta=1, eta=eta)
+    assert found == pytest.approx([ellipk(m) ** 2, 2 * m**0.5 / ellipk(m)], abs=1e-10)
+
+
+def test_a_lying_cylinder_locks_at_45_degrees(page):
+    found = solved(page, "path.muLock", theta=1, eta=0.5, contact="line")
+    assert found == pytest.approx(1, abs=1e-10)
+
+
+@pytest.mark.parametrize(("eta", "contact"), [(0.8, "point"), (0.5, "line")])
+def test_the_work_of_the_clamp_is_the_gain_of_energy(page, eta, contact):
+    states = solved(
+        page,
+        "Array.from({ length: 201 }, (_, k) => stateAt(path, 0.0005 * k))"
+        ".map((s) => [s.fx, path.branch.rod.energy(s)])",
+        theta=3,
+        eta=eta,
+        contact=contact,
+    )
+    fx = [fx for fx, _ in states]
+    # Simpson's rule
+    work = -0.0005 / 3 * (fx[0] + fx[-1] + 4 * sum(fx[1:-1:2]) + 2 * sum(fx[2:-1:2]))
+    assert work == pytest.approx(states[-1][1] - states[0][1], rel=1e-7)
+
+
+@pytest.mark.parametrize("contact", ["point", "line"])
+@pytest.mark.parametrize("x0", [-0.01, 0.05, 0.2, 0.3])
+def test_states_between_are_those_of_python(page, contact, x0):
+    rod = {"theta": 2.5, "eta": 0.75}
+    x1 = solved(page, "path.branch.x1", contact=contact, **rod)
+    seen = "(({ fx, fy, m, sc, phi1 }) => [fx, fy, m, sc, phi1])"
+    found = solved(page, f"{seen}(stateAt(path, {x0}))", contact=contact, **rod)
+    state = solve_state(**rod, x1=x1 - x0, contact=contact)
+    expected = [state.reaction_fx, state.reaction_fy, state.reaction_m, state.s_c, state.phi1]
+    assert found == pytest.approx(expected, abs=1e-8)
+
+
+def test_a_planar_rod_snaps_where_python_says(page):
+    rod = {"theta": 1, "eta": 0.85}
+    curve = solve_curve(**rod, section="planar")
+    found = solved(page, "[path.pushed.end, path.x0End]", round=False, **rod)
+    assert found == ["snaps", pytest.approx(curve.x0_end, abs=1e-8)]
+
+
+def test_what_is_not_found_is_said(page):
+    # Far beyond the fields of the page.
+    said = solved(page, "path ? '' : message", theta=400, eta=0.05)
+    assert "try" in said

@@ -1,0 +1,165 @@
+"""Solve random points in the explorer's page and in Python: `make explorer-agreement`.
+
+Both solve the same equations and share no code. For each point are compared: the displacement at
+which the tip slips, force, slope and contact point there, the critical friction coefficient, and
+where a locked rod swings aside. Fails if a number differs by more than 1e-8, or if one solver finds
+a state that the other does not.
+"""
+
+import argparse
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from browser import CHROMIUM, Page, chromium
+
+from vibrissa.explorer.modules import bundle
+from vibrissa.files import write_atomically
+from vibrissa.outcomes import Contact
+from vibrissa.sticking.collocation import solve_curves
+
+DOCS = Path(__file__).parents[1] / "docs/explorer.md"
+BEGIN, END = "<!-- made by make explorer-agreement -->\n", "<!-- end of what it made -->"
+TOLERATED = 1e-8
+CHUNK = 50
+# The range that the page's fields allow.
+THETA, ETA, MU0 = (1.0, 8.0), (0.4, 0.97), (0.02, 1.0)
+QUANTITIES = {
+    "x0_slip": "x0,slip",
+    "f": "f at the onset",
+    "alpha": "α at the onset",
+    "phi1": "φ1 at the onset",
+    "s_c": "s_c at the onset",
+    "m": "m(0) at the onset",
+    "mu_lock": "μ_lock",
+    "x0_end": "x0 where the rod swings aside",
+}
+PROGRAM = """
+function answer({ theta, eta, contact, mu0 }) {
+  const { path, message } = solvedPath({ theta, eta, contact, round: true });
+  if (!path) return { message };
+  const found = { mu_lock: path.muLock, x0_end: path.x0End, nodes: path.branch.rod.nodes };
+  const slip = onset(path, mu0);
+  if (!slip) return found;
+  return {
+    ...found,
+    x0_slip: displacement(path.branch, slip),
+    f: force(slip), alpha: inclination(slip), phi1: slip.phi1, s_c: slip.sc, m: slip.m,
+  };
+}
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """One rod on one surface."""
+
+    theta: float
+    eta: float
+    mu0: float
+    contact: Contact
+
+
+def points(count: int, seed: int) -> list[Point]:
+    """Draw points, half of them in each kind of contact."""
+    random = np.random.default_rng(seed)
+    values = np.column_stack([random.uniform(*span, count) for span in (THETA, ETA, MU0)])
+    return [
+        Point(theta=theta, eta=eta, mu0=mu0, contact=list(Contact)[number % 2])
+        for number, (theta, eta, mu0) in enumerate(values.tolist())
+    ]
+
+
+def in_python(wanted: list[Point]) -> list[dict[str, float]]:
+    """Solve points of one kind of contact in Python; what is not found is left out."""
+    theta, eta = (np.array([getattr(point, name) for point in wanted]) for name in ("theta", "eta"))
+    found = []
+    for point, curve in zip(wanted, solve_curves(theta, eta, wanted[0].contact), strict=True):
+        x0 = curve.onset(point.mu0)
+        answer = {"x0_slip": float(x0), "mu_lock": curve.mu_lock, "x0_end": curve.x0_end}
+        if np.isfinite(x0):
+            state = curve.state(x0)
+            seen = ("f", "alpha", "phi1", "s_c")
+            answer |= {name: float(getattr(state, name)) for name in seen}
+            answer["m"] = float(state.reaction_m)
+        found.append({name: value for name, value in answer.items() if np.isfinite(value)})
+    return found
+
+
+def in_browser(page: Page, wanted: list[Point]) -> list[dict[str, Any]]:
+    """Solve points in the page's own program."""
+    asked = json.dumps([vars(point) for point in wanted])
+    answers: list[dict[str, Any]] = json.loads(
+        page.evaluate(f"JSON.stringify({asked}.map(answer))")
+    )
+    return answers
+
+
+def open_solver(page: Page) -> None:
+    """Load the solver into an empty page."""
+    page.open("about:blank")
+    page.evaluate(f"{bundle('solver/path.js')}\n{PROGRAM}; 0")
+
+
+def differences(python: dict[str, float], browser: dict[str, Any]) -> dict[str, float]:
+    """Difference of each number; infinite where only one of the two found it."""
+    return {
+        name: abs(python.get(name, np.inf) - browser.get(name, np.inf))
+        for name in QUANTITIES
+        if name in python or name in browser
+    }
+
+
+def compared(wanted: list[Point], page: Page) -> dict[Contact, list[dict[str, float]]]:
+    """Compare all points."""
+    found: dict[Contact, list[dict[str, float]]] = {contact: [] for contact in Contact}
+    for contact, rows in found.items():
+        chosen = [point for point in wanted if point.contact is contact]
+        for start in range(0, len(chosen), CHUNK):
+            part = chosen[start : start + CHUNK]
+            pairs = zip(in_python(part), in_browser(page, part), strict=True)
+            rows += [differences(*pair) for pair in pairs]
+    return found
+
+
+def table(found: dict[Contact, list[dict[str, float]]]) -> str:
+    """Write the largest differences, in Markdown."""
+    lines = ["| largest difference | tip contact | line contact |", "| --- | --- | --- |"]
+    number = " | ".join(str(len(rows)) for rows in found.values())
+    slips = " | ".join(str(sum("x0_slip" in row for row in rows)) for rows in found.values())
+    lines += [f"| points | {number} |", f"| of which the tip slips | {slips} |"]
+    for name, text in QUANTITIES.items():
+        largest = [max(row.get(name, 0.0) for row in rows) for rows in found.values()]
+        lines.append(f"| {text} | {' | '.join(f'{value:.1e}' for value in largest)} |")
+    return "\n".join(lines) + "\n"
+
+
+def main(count: int, seed: int, docs: bool) -> None:
+    """Compare random points."""
+    if CHROMIUM is None:
+        sys.exit("no Chromium to open the page with (Debian: apt install chromium)")
+    wanted = points(count, seed)
+    with TemporaryDirectory() as profile, chromium(profile) as page:
+        open_solver(page)
+        found = compared(wanted, page)
+    print(table(found), end="")
+    if docs:
+        before, _, rest = DOCS.read_text(encoding="utf-8").partition(BEGIN)
+        text = before + BEGIN + table(found) + END + rest.partition(END)[2]
+        with write_atomically(DOCS) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    worst = max(max(row.values()) for rows in found.values() for row in rows)
+    if not worst < TOLERATED:
+        sys.exit(f"a number differs by {worst:.1e}")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--points", dest="count", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/explorer.md")
+    main(**vars(parser.parse_args()))
