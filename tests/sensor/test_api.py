@@ -12,7 +12,7 @@ from steel import NANO, ROD, SENSOR, SI, WHISKER
 from vibrissa import sensor, solve_onset
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError, UndeterminedError
-from vibrissa.sensor import Whisker, identify, scan, solve, surfaces
+from vibrissa.sensor import Whisker, identify, scan, series, solve, surfaces
 
 
 @pytest.fixture(scope="module")
@@ -49,20 +49,21 @@ def test_an_onset_is_in_the_units_of_the_rod(whisker):
 
 
 def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, signals, tmp_path):
-    found = identify(whisker, signals.frame(), transducer=SENSOR, method="moment")
-    table = found.frame()
+    found = identify(whisker, signals.to_pandas(), transducer=SENSOR, method="moment")
+    table = found.to_pandas()
     truth = signals.truth.mu0[found.periods.last]
     slip = table["status"] == "slip"
     assert slip.sum() == len(table) - 1 > 10
-    error = (table["mu0 [1]"] - truth)[slip]
-    assert (np.abs(error / table["deviation [1]"][slip]) < 4.5).all()
+    error = (table["mu0"] - truth)[slip]
+    assert (np.abs(error / table["deviation"][slip]) < 4.5).all()
 
-    signals.frame().to_csv(tmp_path / "scan.csv", index=False)
+    series.write(tmp_path / "scan.csv", signals.columns())
     asked = [*WHISKER, *SI, *NANO, "--method", "moment", "-o", str(tmp_path / "found.csv")]
     assert CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *asked]).exit_code == 0
     written = pd.read_csv(tmp_path / "found.csv")
-    assert list(written.columns) == list(table.columns)
-    assert written["mu0 [1]"].to_numpy() == pytest.approx(table["mu0 [1]"].to_numpy(), nan_ok=True)
+    assert [title.partition(" [")[0] for title in written.columns] == list(table.columns)
+    assert table.attrs["units"]["contact"] == "m"
+    assert written["mu0 [1]"].to_numpy() == pytest.approx(table["mu0"].to_numpy(), nan_ok=True)
 
 
 @pytest.mark.slow
@@ -71,7 +72,7 @@ def test_what_is_estimated_comes_with_the_result(signals):
     told = []
     found = identify(
         guess,
-        signals.frame(),
+        signals.to_pandas(),
         transducer="nano17-si-12-0.12",
         estimate=["eta"],
         progress=lambda what, done, total: told.append((what, done == total)),
@@ -80,7 +81,7 @@ def test_what_is_estimated_comes_with_the_result(signals):
     assert (found.periods.common[:-1] > 0.0).all()
     assert {("solving the rod", True), ("identifying", True)} <= set(told)
     with pytest.raises(UndeterminedError, match="too few"):
-        identify(guess, signals.frame()[:2], transducer=SENSOR, estimate=["offset"])
+        identify(guess, signals.to_pandas()[:2], transducer=SENSOR, estimate=["offset"])
 
 
 @pytest.mark.parametrize(
@@ -99,22 +100,57 @@ def test_what_is_estimated_comes_with_the_result(signals):
 )
 def test_impossible_arguments_are_refused(whisker, signals, asked, message):
     with pytest.raises(ArgumentError, match=message):
-        identify(whisker, signals.frame()[:300], **asked)
+        identify(whisker, signals.to_pandas()[:300], **asked)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda frame: frame.rename(columns={"force_x [N]": "force_x"}), "force_x needs its unit"),
-        (lambda frame: frame.drop(columns="force_y [N]"), "column force_y is missing"),
-        (lambda frame: frame.assign(**{"force_x [N]": "much"}), "line 1: force_x must be a number"),
+        (lambda frame: frame.drop(columns="force_y"), "column force_y is missing"),
+        (lambda frame: frame.assign(force_x="much"), "line 1: force_x must be a number"),
         (lambda frame: frame[:0], "no rows"),
         (lambda frame: pd.concat([frame, frame], axis=1), "stands there twice"),
     ],
 )
 def test_a_data_frame_that_is_no_recording_is_refused(whisker, signals, change, message):
     with pytest.raises(RecordingError, match=message):
-        identify(whisker, change(signals.frame()[:300]))
+        identify(whisker, change(signals.to_pandas()[:300]))
+
+
+def test_a_data_frame_may_have_its_units_in_titles_in_attrs_or_be_in_si_units(whisker, signals):
+    frame = signals.to_pandas()[:300]
+    known = identify(whisker, frame, transducer=SENSOR)
+    bare = frame.copy()
+    bare.attrs = {}
+    assumed = identify(whisker, bare, transducer=SENSOR)
+    titled = bare.assign(footpoint=1e3 * bare["footpoint"]).rename(
+        columns={"footpoint": "footpoint [mm]"}
+    )
+    mixed = identify(whisker, titled, transducer=SENSOR)
+    for found in (assumed, mixed):
+        assert found.periods.mu0 == pytest.approx(known.periods.mu0, nan_ok=True)
+    assert not any("unit" in note for note in known.periods.notes)
+    (note,) = [note for note in assumed.periods.notes if "unit" in note]
+    assert "footpoint in m, force_x in N, force_y in N, moment_z in N*m" in note
+    (note,) = [note for note in mixed.periods.notes if "unit" in note]
+    assert "footpoint" not in note
+
+
+def test_results_print_and_are_drawn(whisker, signals):
+    onset = solve(whisker, 0.4)
+    assert "mu_lock      0.47757141" in repr(onset).splitlines()
+    assert repr(signals).startswith("801 steps, ")
+    found = identify(whisker, signals.to_pandas(), transducer=SENSOR)
+    assert "mu0 = " in repr(found)
+    for result in (onset, signals, found):
+        assert result.plot().axes
+    (axes,) = found.plot().axes
+    assert axes.get_legend() is None
+    found.periods.grade[3] = "wrong"
+    texts = {text.get_text() for text in found.plot().axes[0].get_legend().get_texts()}
+    assert texts == {"no doubt", "wrong"}
+    with pytest.raises(ArgumentError, match="no picture of a rod with status lock"):
+        solve(whisker, 0.5).plot()
 
 
 def test_a_transducer_needs_a_rod():
@@ -178,8 +214,8 @@ def test_friction_is_read_back_in_the_mounting_in_which_it_was_recorded():
     errors = {}
     for name, whisker in {"known": tilted, "ideal": Whisker(theta=2.0, eta=0.85)}.items():
         found = identify(
-            whisker, signals.frame(), method="moment", noise="1e-6, 1e-6, 1e-6"
-        ).frame()
+            whisker, signals.to_pandas(), method="moment", noise="1e-6, 1e-6, 1e-6"
+        ).to_pandas()
         slip = found["status"] == "slip"
-        errors[name] = np.abs(found["mu0 [1]"][slip] - 0.35).max()
+        errors[name] = np.abs(found["mu0"][slip] - 0.35).max()
     assert errors["known"] < 0.005 < 0.02 < errors["ideal"]

@@ -139,11 +139,11 @@ def test_a_strip_and_a_rod_whose_pulled_states_are_not_known_lock():
 def test_signals_and_the_command_go_on_past_the_swing(tmp_path):
     asked = {"step": 0.002, "to": [1.0], "law": "energy"}
     signals = scan(Whisker(theta=2.0, eta=0.85), surfaces.constant(0.8), **asked)
-    table = signals.frame()
+    table = signals.to_pandas()
     behind = table["side"] == "behind"
     # A clamp that moves forward is held back, whether it pushes the tip or drags it.
-    assert (table["force_x [E*I0/L^2]"][behind].iloc[[0, -1]] > [0.0, -1.0]).all()
-    assert (table["force_y [E*I0/L^2]"] < 0.0).all()
+    assert (table["force_x"][behind].iloc[[0, -1]] > [0.0, -1.0]).all()
+    assert (table["force_y"] < 0.0).all()
     out = tmp_path / "scan.csv"
     words = ["--theta", "2", "--eta", "0.85", "--mu0", "0.8", "--step", "0.002", "--to", "1"]
     result = CliRunner().invoke(app, ["scan", *words, "--law", "energy", "-o", str(out)])

@@ -1,9 +1,7 @@
 """``vibrissa design``: the rod that measures friction best."""
 
-from collections.abc import Iterator
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from vibrissa.cli.options import (
@@ -16,18 +14,15 @@ from vibrissa.cli.options import (
     Transducer,
     check_files,
     progress_bars,
+    save_picture,
 )
-from vibrissa.design import MATERIALS, Design, DesignStatus, Requirements, read_requirements
+from vibrissa.design import MATERIALS, DesignStatus, Requirements, read_requirements
 from vibrissa.design import design as find_design
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Contact
 from vibrissa.sensor import Method, series
-from vibrissa.sensor.quantities import Kind
 
 app = typer.Typer(**ALONE)
-
-# What is relaxed, in words; otherwise it is the limit of that name.
-RELAXED = {"noise": "half the noise", "step": "half the step", "lock": "no margin to self-locking"}
 
 
 def _ranged(what: str, ends: tuple[float, float], unit: float = 1.0, name: str = "") -> Any:
@@ -151,45 +146,10 @@ def design(
     found = find_design(requirements, progress_bars())
     if found.status is DesignStatus.FAILED:
         raise ArgumentError(found.message)
-    for line in _lines(found):
-        typer.echo(line)
+    typer.echo(found)
     if output is not None:
         series.write(output, found.columns())
     if picture is not None:
-        from vibrissa.cli import plots
-
-        plots.save(plots.design(found), picture)
+        save_picture(found.plot(), picture)
     if found.status is DesignStatus.NONE:
         raise typer.Exit(1)
-
-
-def _lines(found: Design) -> Iterator[str]:
-    """Say what was found: the rod, its standard deviations, its limits and what would help."""
-
-    def shown(value: float, kind: Kind, digits: int = 4) -> str:
-        return f"{value:.{digits}g} {found.units.name(kind)}".removesuffix(" 1")
-
-    yield found.message
-    yield f"theta        {found.theta:.4g}"
-    yield f"eta          {found.eta:.4g} L"
-    if found.rod is not None:
-        yield f"diameter     {shown(found.diameter, Kind.LENGTH)}"
-        yield f"length       {shown(found.length, Kind.LENGTH)}"
-    yield f"mu_lock      {found.mu_lock:.4g}"
-    yield "\nstandard deviation of mu0 from one period of sticking"
-    yield "mu0          total     by step   by noise  clamp travel"
-    deviations = found.deviations
-    parts = deviations.total, deviations.by_step, deviations.by_reading
-    for mu0, travel, *values in zip(found.mu0, found.x0_slip, *parts, strict=True):
-        cells = [*(f"{value:.2g}" for value in values), shown(travel, Kind.LENGTH, 3)]
-        row = "".join(f"{cell:<10}" for cell in cells).rstrip()
-        yield f"{mu0:<12.4g} {'the tip locks' if np.isnan(travel) else row}"
-    yield "\nlimit        value         bound           used"
-    for check in sorted(found.checks, key=lambda check: -check.use):
-        value, bound = shown(check.value, check.kind, 3), shown(check.bound, check.kind, 3)
-        used = f"{check.use:.1%}" if check.use < 2.0 else f"{check.use:.3g} times"
-        yield f"{check.name:<12} {value:<13} {'<' if check.upper else '>'} {bound:<13} {used}"
-    if found.relaxed:
-        yield "\nlargest standard deviation with"
-    for name, deviation in found.relaxed.items():
-        yield f"{deviation:<12.2g} {RELAXED.get(name, f'twice the room at the limit {name}')}"

@@ -16,6 +16,7 @@ from vibrissa.cli.options import (
     Transducer,
     check_files,
     progress_bars,
+    save_picture,
     say,
 )
 from vibrissa.cli.whisker import takes_whisker
@@ -25,9 +26,6 @@ from vibrissa.sensor.identification.calibration import NAMES
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
 
 app = typer.Typer(**ALONE)
-
-# So many causes of a misfit are named.
-NAMED = 3
 
 
 @app.command(
@@ -109,16 +107,14 @@ def identify(
     )
     series.write(output, found.columns())
     if picture is not None:
-        from vibrissa.cli import plots
-
-        plots.save(plots.friction_map(found), picture)
+        save_picture(found.plot(), picture)
     for note in found.periods.notes:
         typer.echo(note, err=True)
     adjusted = [each.spelled(found.units) for each in found.tolerances]
-    for text in (*_estimated(found), *adjusted, *_fit(found)):
-        say(text, output)
     known = (found.periods.status == PeriodStatus.SLIP).sum()
-    say(f"{output}: {len(found.periods)} periods, friction of {known} of them", output)
+    written = f"{output}: {len(found.periods)} periods, friction of {known} of them"
+    for text in (*_estimated(found), *adjusted, written, found.summary()):
+        say(text, output)
 
 
 def _tolerances(given: Sequence[str]) -> dict[str, str]:
@@ -128,22 +124,6 @@ def _tolerances(given: Sequence[str]) -> dict[str, str]:
         if not equals:
             raise ArgumentError(f"a tolerance is given as name=size, got {text!r}")
     return {name.strip(): size.strip() for name, _, size in pairs}
-
-
-def _fit(found: Identification) -> Iterator[str]:
-    """Say how well the recording fits what was given, and what may be other than that."""
-    periods, goodness = found.periods, found.periods.goodness
-    if goodness is None or not goodness.degrees > 0:
-        return
-    of = f"{goodness.ratio:.4g} per degree of freedom, of which there are {goodness.degrees}"
-    yield f"chi2 = {of}; its chance is {goodness.chance:.2g}"
-    if goodness.fits:
-        return
-    yield "The recording does not fit what was given. What may be other, each if it alone is:"
-    for text in periods.mixed[:NAMED]:
-        yield f"  {text}"
-    for cause in () if periods.mixed else periods.causes[:NAMED]:
-        yield f"  {cause.spelled(found.units)} (explains {cause.explained:.0%} of the misfit)"
 
 
 def _estimated(found: Identification) -> Iterator[str]:

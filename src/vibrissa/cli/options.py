@@ -4,16 +4,20 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
+from vibrissa.files import write_atomically
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.series import STANDARD, Column, check_ending
+from vibrissa.sensor.series import STANDARD, check_ending
 from vibrissa.sensor.transducer import PRESETS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PICTURES = (".pdf", ".svg", ".png")
 # Progress is shown for work that takes longer (s).
@@ -69,9 +73,15 @@ def check_files(output: Path | None, picture: Path | None) -> None:
     require("plots", "matplotlib")
 
 
-def say(text: str, output: Path) -> None:
+def say(text: object, output: Path) -> None:
     """Say something on the screen, and not into a table that goes to standard output."""
     typer.echo(text, err=output == STANDARD)
+
+
+def save_picture(figure: "Figure", picture: Path) -> None:
+    """Write a figure as a whole."""
+    with write_atomically(picture) as temporary:
+        figure.savefig(temporary)
 
 
 def progress_bars() -> Callable[[str, int, int], None]:
@@ -91,11 +101,3 @@ def progress_bars() -> Callable[[str, int, int], None]:
                 bar.render_finish()
 
     return tell
-
-
-def shown(column: Column) -> str:
-    """Text of a column's only value with its unit."""
-    (value,) = column.values
-    if not column.unit:
-        return str(value)
-    return f"{value:.8g} {column.unit}".removesuffix(" 1")

@@ -6,7 +6,16 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import ALONE, Out, Picture, Transducer, check_files, progress_bars, say
+from vibrissa.cli.options import (
+    ALONE,
+    Out,
+    Picture,
+    Transducer,
+    check_files,
+    progress_bars,
+    save_picture,
+    say,
+)
 from vibrissa.cli.whisker import takes_whisker
 from vibrissa.sensor import SlipLaw, series, surfaces
 
@@ -69,13 +78,7 @@ def scan(
         seed=seed,
         progress=progress_bars(),
     )
-    columns = signals.columns()
-    series.write(output, columns)
+    series.write(output, signals.columns())
     if picture is not None:
-        from vibrissa.cli import plots
-
-        plots.save(plots.signals(columns), picture)
-    truth = signals.truth
-    say(f"{output}: {len(truth)} steps, {truth.period[-1]} periods, {truth.outcome}", output)
-    if truth.message:
-        say(truth.message, output)
+        save_picture(signals.plot(), picture)
+    say(f"{output}: {signals}", output)

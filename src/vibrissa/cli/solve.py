@@ -5,9 +5,8 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import ALONE, AlsoOut, Picture, check_files, shown
+from vibrissa.cli.options import ALONE, AlsoOut, Picture, check_files, save_picture
 from vibrissa.cli.whisker import takes_whisker
-from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Status
 from vibrissa.sensor import series
 
@@ -30,17 +29,11 @@ def solve(
     """
     check_files(output, picture)
     found = sensor.solve(whisker, mu0, step)
-    columns = found.columns()
-    for name, column in columns.items():
-        typer.echo(f"{name:<12} {shown(column)}")
+    typer.echo(found)
     if output is not None:
-        series.write(output, columns)
+        series.write(output, found.columns())
     status = found.onset.status
     if picture is not None:
-        from vibrissa.cli import plots
-
-        if status is not Status.SLIP:
-            raise ArgumentError(f"no picture of a rod with status {status}")
-        plots.save(plots.shapes(whisker, found), picture)
+        save_picture(found.plot(), picture)
     if status in (Status.FAILED, Status.OUT_OF_REACH):
         raise typer.Exit(1)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,10 +10,15 @@ from vibrissa.design.limits import Check
 from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import FRICTIONS, Requirements
 from vibrissa.design.sizes import Deviations
+from vibrissa.design.telling import lines
+from vibrissa.extras import require
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class DesignStatus(StrEnum):
@@ -108,6 +114,17 @@ class Design(Tabular):
     def units(self) -> Units:
         """Units of the results."""
         return Units(self.rod)
+
+    def __repr__(self) -> str:
+        """Say the rod, its standard deviations, its limits, and what would help."""
+        return "\n".join(lines(self))
+
+    def plot(self) -> "Figure":
+        """Draw the standard deviation over μ0, and all pairs (θ, η) that were solved."""
+        require("plots", "matplotlib")
+        from vibrissa.design import plots
+
+        return plots.design(self)
 
     def columns(self) -> dict[str, Column]:
         """One row with units: the rod, its limits, and what would help."""

@@ -1,15 +1,21 @@
 """The onset of slip of a whisker, in the units of its rod."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibrissa.errors import ArgumentError
+from vibrissa.extras import require
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.response.branch import largest_strain
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, solve_onset
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -22,12 +28,36 @@ class WhiskerOnset(Tabular):
         Nondimensional.
     strain : float
         Largest strain at the onset (d0/L); NaN unless the tip slips.
-    units : Units
+    whisker : Whisker
     """
 
     onset: Onset
     strain: float
-    units: Units
+    whisker: Whisker
+
+    @property
+    def units(self) -> Units:
+        """Units of the results."""
+        return self.whisker.units
+
+    def __repr__(self) -> str:
+        """Say each value in a line."""
+        return "\n".join(f"{name:<12} {column.text}" for name, column in self.columns().items())
+
+    def plot(self) -> "Figure":
+        """Draw the rod where sticking begins and at the onset of slip.
+
+        Raises
+        ------
+        ArgumentError
+            If the tip does not slip.
+        """
+        if self.onset.status is not Status.SLIP:
+            raise ArgumentError(f"no picture of a rod with status {self.onset.status}")
+        require("plots", "matplotlib")
+        from vibrissa.sensor import plots
+
+        return plots.shapes(self.whisker, self.onset)
 
     def columns(self) -> dict[str, Column]:
         """One row, with units, of what the tip does: it slips, or the rod swings aside before."""
@@ -111,4 +141,4 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     strain = np.nan
     if onset.status is Status.SLIP:
         strain = largest_strain(whisker.curve, onset.slip)
-    return WhiskerOnset(onset=onset, strain=strain, units=units)
+    return WhiskerOnset(onset=onset, strain=strain, whisker=whisker)

@@ -1,8 +1,8 @@
 """Tables of the sensor: CSV or Parquet by the file's ending, each column with its unit.
 
 A CSV file has one header line; each name is followed by its unit in brackets, as in
-``footpoint [mm],force_x [N]``. The columns of a DataFrame have the same titles. A Parquet file has
-the unit in each column's metadata.
+``footpoint [mm],force_x [N]``. The columns of a DataFrame have the same titles, or
+their units are in its ``attrs``. A Parquet file has the unit in each column's metadata.
 """
 
 import csv
@@ -47,6 +47,12 @@ class Column:
     unit: str
     description: str
 
+    @property
+    def text(self) -> str:
+        """Its only value, with its unit."""
+        (value,) = self.values
+        return f"{value:.8g} {self.unit}".removesuffix(" 1") if self.unit else str(value)
+
 
 def check_ending(path: Path) -> None:
     """Refuse a file that cannot be: an ending of another kind, no folder, no library for it."""
@@ -66,20 +72,30 @@ def titles(columns: Mapping[str, Column]) -> list[str]:
 
 
 class Tabular(ABC):
-    """A result that is a table: columns with units."""
+    """A result that is a table: columns with units. It prints as text, as the commands show it."""
 
     @abstractmethod
     def columns(self) -> dict[str, Column]:
         """Columns by name, with units."""
 
-    def frame(self) -> "DataFrame":
-        """Make a DataFrame of the columns, which are called by name and unit."""
+    def to_pandas(self) -> "DataFrame":
+        """Make a DataFrame of the columns.
+
+        Returns
+        -------
+        DataFrame
+            Its ``attrs`` are ``units`` and ``descriptions``, by column.
+        """
         require("tables", "pandas")
         import pandas as pd  # takes half a second to load
 
         columns = self.columns()
-        values = (column.values for column in columns.values())
-        return pd.DataFrame(dict(zip(titles(columns), values, strict=True)))
+        frame = pd.DataFrame({name: column.values for name, column in columns.items()})
+        frame.attrs = {
+            "units": {name: column.unit for name, column in columns.items()},
+            "descriptions": {name: column.description for name, column in columns.items()},
+        }
+        return frame
 
 
 def write(path: Path, columns: Mapping[str, Column]) -> None:
@@ -306,6 +322,7 @@ def _read_parquet(path: Path) -> _Cells:
 def _from_frame(frame: "DataFrame") -> _Cells:
     source = "the DataFrame"
     names, units = _names_and_units([str(title) for title in frame.columns], source)
+    units = {**frame.attrs.get("units", {}), **units}
     return _Cells(
         source=source,
         columns={name: frame.iloc[:, i].tolist() for i, name in enumerate(names)},

@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.oblique import simulate_oblique
 from vibrissa.sensor.quantities import Kind, Quantity, Units
@@ -15,6 +17,10 @@ from vibrissa.sensor.slips import SlipLaw
 from vibrissa.sensor.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
+from vibrissa.wording import counted
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -33,6 +39,19 @@ class Signals(Tabular):
     truth: SurfaceScan
     readings: FloatArray
     units: Units
+
+    def plot(self) -> "Figure":
+        """Draw the readings over the position of the clamp."""
+        require("plots", "matplotlib")
+        from vibrissa.sensor import plots
+
+        return plots.signals(self.columns())
+
+    def __repr__(self) -> str:
+        """Say how many steps and periods there are, and how the scan ended."""
+        truth = self.truth
+        said = f"{counted(len(truth), 'step')}, {counted(int(truth.period[-1]), 'period')}"
+        return "\n".join(filter(None, (f"{said}, {truth.outcome}", truth.message)))
 
     def columns(self) -> dict[str, Column]:
         """One row for each step, with units."""

@@ -7,6 +7,7 @@ from steel import NOISE, measured, recording_of
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
+from vibrissa.sensor.identification.misfit.doubts import Doubt, Doubted, Grade, graded
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import path, simulate
@@ -49,6 +50,7 @@ def test_a_reading_that_stands_still_is_doubted(response):
     periods = found(response, clamp, readings)
     (doubt,) = [text for text in periods.doubt if text]
     assert "does not fit a tip that stays where it is" in doubt
+    assert periods.grade.tolist() == ["wrong" if text else "" for text in periods.doubt]
     assert periods.doubt[2] == doubt
     (note,) = [note for note in periods.notes if "force_y" in note]
     assert f"line {begins[2] + 2}-{stop + 1}" in note
@@ -59,6 +61,8 @@ def test_an_offset_of_a_channel_that_is_not_read_is_seen(response):
     readings[:, 0] += 5 * NOISE[0]
     periods = found(response, clamp, readings, Method.MOMENT)
     assert all("force_x" in doubt and "moment_z" not in doubt for doubt in periods.doubt[:-1])
+    # The moment, from which friction is read, fits.
+    assert set(periods.grade[:-1]) == {Grade.DOUBTFUL}
 
 
 def test_clamp_in_another_unit_is_doubted(response):
@@ -80,6 +84,18 @@ def test_a_jump_of_the_clamp_is_doubted(response):
     periods = found(response, clamp, readings)
     doubtful = [i for i, doubt in enumerate(periods.doubt) if "the clamp jumped" in doubt]
     assert doubtful == [2, 3]
+    # The period after the jump has its friction by its own samples.
+    assert periods.grade[2:4].tolist() == [Grade.WRONG, Grade.INFORMATION]
+
+
+def test_the_grade_of_a_period_is_that_of_its_worst_doubt():
+    """Whatever the order in which the doubts are found."""
+    rows = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1]], dtype=bool)
+    kinds = (Doubt.GAP_BEFORE, Doubt.FEW, Doubt.WRONG_WAY)
+    reasons = [Doubted(doubt=d, periods=row) for d, row in zip(kinds, rows, strict=True)]
+    for order in (reasons, reasons[::-1]):
+        assert graded(order).tolist() == ["", "information", "doubtful", "wrong"]
+    assert set(Grade) == {doubt.grade for doubt in Doubt}
 
 
 def test_samples_that_are_missing_on_the_way_back_are_seen(response):

@@ -303,7 +303,7 @@ FUZZED = respond(2.0, 0.85)
 def test_slips_hidden_in_noise_give_no_bound():
     whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
     signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["20 mm"], law="kinetic")
-    found = identify(whisker, signals.frame(), noise="50 mN, 50 mN, 0.3 N*mm").periods
+    found = identify(whisker, signals.to_pandas(), noise="50 mN, 50 mN, 0.3 N*mm").periods
     # Nothing that was seen says that friction is above 0.3.
     assert found.status.tolist() == [PeriodStatus.BEYOND]
     assert np.isnan(found.low).all() and np.isnan(found.mu0).all()

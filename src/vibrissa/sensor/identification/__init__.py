@@ -4,5 +4,5 @@ A force sample goes once through these modules: `recording` (file to samples), `
 the rod, cut into periods), `sides` (ahead of the clamp or behind it), `seen` (the periods with
 their contacts), `friction` (what is known of each, read by one of the methods in `reading`).
 `calibration` comes before if height or offsets are unknown, `misfit` after: it tells what does not
-fit, by `alternatives` to what was given.
+fit, by `alternatives` to what was given. `summary` says in a few lines what came out.
 """

@@ -11,7 +11,15 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.alternatives import Alternative, of_readings
 from vibrissa.sensor.identification.calibration import Setup
-from vibrissa.sensor.identification.misfit.doubts import doubts, in_words, misfits, notes_of
+from vibrissa.sensor.identification.misfit.doubts import (
+    Doubt,
+    Doubted,
+    doubts,
+    graded,
+    in_words,
+    misfits,
+    notes_of,
+)
 from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
 from vibrissa.sensor.identification.misfit.mixups import mixups
 from vibrissa.sensor.identification.periods import LEAST_NOISE, Channels
@@ -91,8 +99,15 @@ class Periods(Batch):
     common : ndarray
         Part of the deviation that all periods share, from the uncertainty of the setup; the rest
         is independent.
+    by_step : ndarray
+        Part of the deviation by the step of the stage.
+    shifts : ndarray, shape (p, k)
+        By how much μ0 would be larger if the setup were one standard deviation away along each of
+        its principal axes. The root of the sum of the squares is `common`.
+    grade : ndarray of str
+        `Grade` of the worst doubt; empty where there is none.
     doubt : ndarray of str
-        Why the friction of a period is in doubt; empty where it is not.
+        The doubts in words.
     notes : tuple of str
         What was left out or is in doubt, and why.
     goodness : Goodness
@@ -115,6 +130,9 @@ class Periods(Batch):
     low: FloatArray
     high: FloatArray
     common: FloatArray
+    by_step: FloatArray
+    shifts: FloatArray
+    grade: StrArray
     doubt: StrArray
     notes: tuple[str, ...] = ()
     goodness: Goodness | None = None
@@ -176,16 +194,15 @@ def find_periods(
     read = [_read(part, channels, reader) for part in parts if len(part.samples)]
     found = Periods.concatenate([periods for periods, _ in read])
     seen = [each for _, each in read]
-    each = [doubts(one, noise) for one in seen]
-    reasons = {why: np.concatenate([one[why] for one in each]) for why in each[0]}
+    first, *others = [doubts(one, noise, channels.used) for one in seen]
+    reasons = [one.followed_by(rest) for one, *rest in zip(first, *others, strict=True)]
     whole = [_tested(one, noise) for one in seen]
     unknowns = int((setup.deviation > 0.0).sum())
     goodness = Goodness.of(whole, unknowns, noise_is_given, setup.penalty)
-    reasons["the recording as a whole does not fit the rod"] = np.full(
-        len(found), not goodness.fits
-    )
+    reasons.append(Doubted(doubt=Doubt.WHOLE, periods=np.full(len(found), not goodness.fits)))
     return replace(
         found,
+        grade=graded(reasons),
         doubt=in_words(reasons),
         notes=(*notes, *notes_of(reasons, found.first_line, found.last_line)),
         goodness=goodness,
@@ -196,7 +213,7 @@ def find_periods(
 
 def _tested(seen: Seen, noise: FloatArray) -> Seen:
     """See by all channels those periods that fit by themselves; all where most do not."""
-    alone = np.any(list(misfits(seen, noise).values()), axis=0)
+    alone = np.any(misfits(seen, noise), axis=0)
     kept = ~alone if alone.mean() < MOST_ALONE else np.ones(len(alone), dtype=bool)
     return seen.only(kept).by(Channels.recorded(seen.samples, noise))
 
@@ -207,10 +224,11 @@ def _read(part: Part, channels: Channels, reader: ByMoment) -> tuple[Periods, Se
     periods, start = part.cut(channels)
     seen = Seen.fitted(setup.branch, samples.without(setup.offset), channels, periods, start)
     displaced = [seen.as_if(other).by(channels) for other in setup.displaced]
-    common = np.zeros(len(periods))
-    if displaced:
-        mean, *means = (reader.friction(one, common)[0].mean for one in (seen, *displaced))
-        common = common_deviation(mean, means)
+    none = np.zeros(len(periods))
+    exact = reader.friction(seen.without_noise(), none)[0]
+    mean = reader.friction(seen, none)[0].mean if displaced else none
+    means = [reader.friction(one, none)[0].mean for one in displaced]
+    common = common_deviation(mean, means)
     found, unsure = reader.friction(seen, common)
     least = seen.least - HALF_WIDTH * common_deviation(seen.least, [one.least for one in displaced])
     status = _statuses(seen, found, unsure, reader.from_slip)
@@ -229,6 +247,9 @@ def _read(part: Part, channels: Channels, reader: ByMoment) -> tuple[Periods, Se
         low=found.low,
         high=found.high,
         common=common,
+        by_step=np.where(np.isnan(found.mean), np.nan, exact.deviation),
+        shifts=np.nan_to_num(np.array(means).reshape(len(means), len(periods)).T - mean[:, None]),
+        grade=np.full(len(periods), ""),
         doubt=np.full(len(periods), ""),
     )
     return known, seen

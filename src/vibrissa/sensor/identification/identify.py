@@ -9,10 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
+from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.alternatives import alternatives_to
-from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate, known_setup
+from vibrissa.sensor.identification.calibration import (
+    NAMES,
+    Setup,
+    Unknown,
+    calibrate,
+    known_setup,
+)
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
+from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.identification.periods import Channels, Placed
 from vibrissa.sensor.identification.recording import (
     Method,
@@ -21,6 +29,7 @@ from vibrissa.sensor.identification.recording import (
     noise_of,
     read_recording,
 )
+from vibrissa.sensor.identification.summary import NAMED, FrictionSummary, summary_of
 from vibrissa.sensor.identification.tolerances import Tolerance, adjusted, read_tolerances
 from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
@@ -32,6 +41,7 @@ from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 
@@ -83,6 +93,30 @@ class Identification(Tabular):
     units: Units
     tolerances: tuple[Tolerance, ...] = ()
 
+    def summary(self) -> FrictionSummary:
+        """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""
+        known = [name for name, free in zip(NAMES, self.setup.deviation > 0.0, strict=True) if free]
+        causes = (
+            f"{cause.spelled(self.units)} (explains {cause.explained:.0%} of the misfit)"
+            for cause in self.periods.causes
+        )
+        return summary_of(
+            self.periods,
+            unknowns=(*known, *(one.name for one in self.tolerances)),
+            causes=(self.periods.mixed or tuple(causes))[:NAMED],
+        )
+
+    def __repr__(self) -> str:
+        """Say what `summary` says."""
+        return str(self.summary())
+
+    def plot(self) -> "Figure":
+        """Draw the friction with its interval over the position of the tip."""
+        require("plots", "matplotlib")
+        from vibrissa.sensor import plots
+
+        return plots.friction_map(self.periods, self.units)
+
     def columns(self) -> dict[str, Column]:
         """One row for each period, with units."""
         periods, length = self.periods, self.units.name(Kind.LENGTH)
@@ -96,9 +130,11 @@ class Identification(Tabular):
             "low": Column(periods.low, "1", "lower end of its central 95 %"),
             "high": Column(periods.high, "1", "upper end of its central 95 %"),
             "common": Column(periods.common, "1", "part of it that all periods share"),
+            "by_step": Column(periods.by_step, "1", "part of it by the step of the stage"),
             "first_line": Column(periods.first_line, "1", "line of the first sample"),
             "last_line": Column(periods.last_line, "1", "line of the last sample"),
-            "doubt": Column(periods.doubt, "", "why its friction is in doubt; empty if it is not"),
+            "grade": Column(periods.grade, "", f"{', '.join(Grade)}; empty without a doubt"),
+            "doubt": Column(periods.doubt, "", "what speaks against its friction, in words"),
         }
 
 
@@ -124,7 +160,9 @@ def identify(
         That was used; its height may be a first guess.
     recording : Recording, Path or DataFrame
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
-        ``footpoint [mm]``, ``force_x [N]``.
+        ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``;
+        without a unit a column is in SI units, or in those of the rod if that has none. The notes
+        of the periods say what was taken.
     method : Method
         What friction is read from.
     transducer : Transducer or str, optional

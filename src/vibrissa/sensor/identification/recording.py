@@ -97,7 +97,8 @@ def read_recording(
     ----------
     source : Path or DataFrame
         CSV, Parquet or DataFrame. Needs the columns ``footpoint`` and those that the method uses,
-        each with its unit. A column ``time`` is optional; it must increase.
+        each with its unit; in a DataFrame without units they are in those of `units`, SI or the
+        rod's own, and its notes say so. A column ``time`` is optional; it must increase.
     units : Units
     method : Method
     transducer : Transducer, optional
@@ -117,6 +118,9 @@ def read_recording(
     others = [name for name in CHANNELS if name not in needed]
     table = series.read(source, needed, ["time", *others])
     _check_time(table)
+    notes: tuple[str, ...] = ()
+    if not isinstance(source, Path):
+        table, notes = _with_units(table, units)
     clamp = _nondimensional(table, "footpoint", Kind.LENGTH, units)
     readings = np.full((len(clamp), len(CHANNELS)), np.nan)
     for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
@@ -128,7 +132,7 @@ def read_recording(
     if transducer is not None:
         at_limit = transducer.saturated(readings * units.channels)[:, USED[method]]
         saturated = at_limit.any(axis=1) & ~missing
-    notes = left_out(table.line[missing], "a value is missing")
+    notes += left_out(table.line[missing], "a value is missing")
     notes += left_out(table.line[saturated], "the transducer is saturated")
     recording = Recording(clamp=clamp, readings=readings, line=table.line, notes=notes)
     return recording.take(~(missing | saturated))
@@ -141,6 +145,19 @@ def _check_time(table: series.Table) -> None:
             f"{table.place(int(np.argmax(late)) + 1)}: time does not increase; sort the table, or "
             "leave the column out"
         )
+
+
+def _with_units(table: series.Table, units: Units) -> tuple[series.Table, tuple[str, ...]]:
+    """Give columns without a unit that of the computation, and note it."""
+    kinds = {"footpoint": Kind.LENGTH, **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True))}
+    assumed = {
+        name: units.name(kind)
+        for name, kind in kinds.items()
+        if name in table.columns and not table.units.get(name)
+    }
+    said = ", ".join(f"{name} in {unit}" for name, unit in assumed.items())
+    notes = (f"{table.source} gives no unit for these columns, taken as: {said}",) if said else ()
+    return replace(table, units=table.units | assumed), notes
 
 
 def _nondimensional(table: series.Table, name: str, kind: Kind, units: Units) -> FloatArray:

@@ -107,6 +107,12 @@ class Seen:
         place = self.contacts.place
         return self.fitted(self.branch, self.samples, channels, self.periods, place)
 
+    def without_noise(self) -> Self:
+        """See the same periods with the same contacts as if the readings had no error."""
+        contacts = replace(self.contacts, deviation=np.zeros(len(self.periods)))
+        channels = replace(self.channels, noise=np.zeros(len(self.channels.noise)))
+        return replace(self, contacts=contacts, channels=channels)
+
     def only(self, kept: BoolArray) -> Self:
         """See some of the periods, of p."""
         samples = self.samples.take(np.repeat(kept, self.periods.counts))

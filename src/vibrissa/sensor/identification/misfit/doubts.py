@@ -6,6 +6,11 @@ slip, and releases energy. Where the clamp jumps samples are missing, and a few 
 spike.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, StrEnum
+from typing import Self
+
 import numpy as np
 from scipy.special import chdtrc
 
@@ -25,7 +30,78 @@ UNLIKELY = 1e-9
 CERTAIN = 6.0
 
 
-def doubts(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
+class Grade(StrEnum):
+    """How much a doubt matters, the least first.
+
+    Attributes
+    ----------
+    INFORMATION
+        The friction stands; something beside it is unusual.
+    DOUBTFUL
+        The friction may be wrong: look at the readings.
+    WRONG
+        The readings contradict the friction: do not use it.
+    """
+
+    INFORMATION = "information"
+    DOUBTFUL = "doubtful"
+    WRONG = "wrong"
+
+
+class Doubt(Enum):
+    """Reasons to doubt a friction: the grade of each, and how it is explained.
+
+    Attributes
+    ----------
+    grade : Grade
+    why : str
+        For a person; after the name of a channel where one is concerned.
+    """
+
+    READ_MISFIT = Grade.WRONG, "does not fit a tip that stays where it is"
+    OTHER_MISFIT = Grade.DOUBTFUL, "does not fit a tip that stays where it is, but is not read"
+    WRONG_WAY = Grade.WRONG, "no slip goes that way"
+    GAP_BEFORE = Grade.INFORMATION, "samples are missing before it, or the clamp jumped"
+    GAP_AFTER = Grade.DOUBTFUL, "samples are missing after it, or the clamp jumped"
+    TURN = Grade.DOUBTFUL, "the clamp turned beside its end"
+    FEW = Grade.DOUBTFUL, "too few samples"
+    # If they are a spike, the period before did not end there.
+    FEW_AFTER = Grade.DOUBTFUL, "too few samples after it"
+    WHOLE = Grade.DOUBTFUL, "the recording as a whole does not fit the rod"
+
+    def __init__(self, grade: Grade, why: str) -> None:
+        self.grade = grade
+        self.why = why
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Doubted:
+    """Which periods one reason to doubt concerns.
+
+    Attributes
+    ----------
+    doubt : Doubt
+    channel : str
+        Of which it is; empty where it is of none.
+    periods : ndarray of bool, shape (p,)
+    """
+
+    doubt: Doubt
+    channel: str = ""
+    periods: BoolArray
+
+    @property
+    def why(self) -> str:
+        """The reason in words."""
+        return f"{self.channel} {self.doubt.why}".lstrip()
+
+    def followed_by(self, others: Sequence[Self]) -> Self:
+        """Join the same reason in further periods."""
+        parts = [one.periods for one in (self, *others)]
+        return replace(self, periods=np.concatenate(parts))
+
+
+def doubts(seen: Seen, noise: FloatArray, read: Sequence[int]) -> list[Doubted]:
     """Tell for each reason to doubt a friction which periods it concerns.
 
     Parameters
@@ -34,36 +110,42 @@ def doubts(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
         p periods.
     noise : ndarray, shape (3,)
         Standard deviation of a reading; a channel without noise is not tested.
+    read : sequence of int
+        Numbers of the channels from which friction is read.
 
     Returns
     -------
-    dict of str to ndarray of bool, shape (p,)
+    list of Doubted
+        All reasons, in the same order for all periods.
     """
-    found = misfits(seen, noise)
     samples, periods = seen.samples, seen.periods
     last, first = periods.ends[:-1], periods.begins[1:]
     gap = samples.clamp[first] - samples.clamp[last]
     steps = np.abs(np.diff(samples.clamp))
     usual = float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
     none = np.zeros(1, dtype=bool)
-
-    wrong = _wrong_way(seen, gap, usual)
-    found["no slip goes that way"] = np.append(wrong, none)
     lost = np.abs(gap) > LOST * usual
-    found["samples are missing beside it, or the clamp jumped"] = np.append(lost, none) | np.append(
-        none, lost
-    )
     came = samples.clamp[last] - samples.clamp[np.maximum(last - FEW, 0)]
     went = samples.clamp[np.minimum(first + FEW, len(samples) - 1)] - samples.clamp[first]
-    found["the clamp turned beside its end"] = np.append(came * went < 0.0, none)
     few = periods.counts < FEW
-    found["too few samples"] = few
-    # If they are a spike, the period before did not end there.
-    found["too few samples after it"] = np.append(few[1:], none)
-    return found
+    misfit = zip(CHANNELS, misfits(seen, noise), strict=True)
+    found = {
+        Doubt.WRONG_WAY: np.append(_wrong_way(seen, gap, usual), none),
+        Doubt.GAP_BEFORE: np.append(none, lost),
+        Doubt.GAP_AFTER: np.append(lost, none),
+        Doubt.TURN: np.append(came * went < 0.0, none),
+        Doubt.FEW: few,
+        Doubt.FEW_AFTER: np.append(few[1:], none),
+    }
+    return [
+        Doubted(
+            doubt=Doubt.READ_MISFIT if i in read else Doubt.OTHER_MISFIT, channel=name, periods=off
+        )
+        for i, (name, off) in enumerate(misfit)
+    ] + [Doubted(doubt=doubt, periods=which) for doubt, which in found.items()]
 
 
-def misfits(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
+def misfits(seen: Seen, noise: FloatArray) -> list[BoolArray]:
     """Tell for each channel in which periods it does not fit one contact.
 
     Parameters
@@ -74,13 +156,14 @@ def misfits(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
 
     Returns
     -------
-    dict of str to ndarray of bool, shape (p,)
+    list of ndarray of bool, shape (p,)
+        One for each of the three channels.
     """
     states, samples, periods = seen.states, seen.samples, seen.periods
     x0 = states.clip(seen.x0)
     expected, slope = states(x0), states.slope(x0)
-    found = {}
-    for i, name in enumerate(CHANNELS):
+    found = []
+    for i in range(len(CHANNELS)):
         there = np.isfinite(samples.readings[:, i]) & (noise[i] > 0.0)
         miss = np.where(there, (samples.readings[:, i] - expected[:, i]) / noise[i], 0.0)
         tilt = np.where(there, slope[:, i] / noise[i], 0.0)
@@ -89,8 +172,7 @@ def misfits(seen: Seen, noise: FloatArray) -> dict[str, BoolArray]:
         )
         # An error of the contact's position moves all samples of a period together.
         squares -= mixed**2 / (tilts + 1.0 / seen.contacts.deviation**2)
-        chance = chdtrc(np.maximum(number, 1.0), squares)
-        found[f"{name} does not fit a tip that stays where it is"] = chance < UNLIKELY
+        found.append(chdtrc(np.maximum(number, 1.0), squares) < UNLIKELY)
     return found
 
 
@@ -111,23 +193,36 @@ def _wrong_way(seen: Seen, gap: FloatArray, usual: float) -> BoolArray:
     return np.asarray(backward | unloaded | (gained > limit * error))
 
 
-def in_words(reasons: dict[str, BoolArray]) -> StrArray:
+def in_words(reasons: Sequence[Doubted]) -> StrArray:
     """Reasons to doubt each period, separated by semicolons."""
-    rows = np.array(list(reasons.values())).T
-    return np.array(["; ".join(np.array(list(reasons))[row]) for row in rows])
+    rows = np.array([one.periods for one in reasons]).T
+    return np.array(
+        ["; ".join(one.why for one, on in zip(reasons, row, strict=True) if on) for row in rows]
+    )
+
+
+def graded(reasons: Sequence[Doubted]) -> StrArray:
+    """Grade of the worst reason to doubt each period; empty where there is none."""
+    grades = np.full(len(reasons[0].periods), "", dtype=f"U{max(map(len, Grade))}")
+    for grade in Grade:  # a worse one overwrites those before it
+        for one in reasons:
+            if one.doubt.grade is grade:
+                grades[one.periods] = grade
+    return grades
 
 
 def notes_of(
-    reasons: dict[str, BoolArray], first_line: IntArray, last_line: IntArray
+    reasons: Sequence[Doubted], first_line: IntArray, last_line: IntArray
 ) -> tuple[str, ...]:
     """One line for each reason to doubt, with the lines of the first periods that it concerns."""
     notes = []
-    for why, periods in reasons.items():
-        lines = list(zip(first_line[periods], last_line[periods], strict=True))
+    for one in reasons:
+        lines = list(zip(first_line[one.periods], last_line[one.periods], strict=True))
         if lines:
             shown = ", ".join(f"{first}-{last}" for first, last in lines[:NAMED])
             more = ", ..." if lines[NAMED:] else ""
             notes.append(
-                f"in doubt, {why}: {len(lines)} of {len(periods)} periods, line {shown}{more}"
+                f"{one.doubt.grade}: {one.why}: {len(lines)} of {len(one.periods)} periods, line "
+                f"{shown}{more}"
             )
     return tuple(notes)

@@ -1,0 +1,278 @@
+"""What a recording says about the friction of a surface, in a few numbers and lines.
+
+The periods used have the frictions μ_i. Their errors are n_i by the readings, which are
+independent, s_i by the step of the stage, and c_ik by one thing k that is not known of the setup,
+which moves all periods together. The friction itself may vary from place to place.
+
+The errors by the step are independent only where the onsets lie anywhere within their steps. On a
+surface of constant friction all periods have the same length, and so the same error. The scatter
+of the frictions tells: beyond the noise it is
+
+    t² = max(0, v − mean of n_i²),   v = variance of μ_i,
+
+by the surface and by the step. What it does not surely show of s_i is taken as shared by all
+periods, s'_i² = max(0, s_i² − l²), where l is t with the lower end of the 95 % interval of v. With
+the weights w_i = 1/(n_i² + t² + s'_i²), normalised,
+
+    mean = Σ w_i·μ_i,   random² = Σ w_i²·(n_i² + s_i² − s'_i²),
+    common² = (Σ w_i·s'_i)² + Σ_k (Σ_i w_i·c_ik)².
+
+This is the mean over the places where the tip slipped. How far it is from that of other places is
+another question: places that are near to each other may be alike.
+
+Whether the surface varies is told by Q = Σ (μ_i − μ̄)²/r_i² with r_i² = n_i² + s_i² and the mean μ̄
+of weights 1/r_i²: if it does not, Q is at most χ² with one degree of freedom less than periods.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.friction import Periods, PeriodStatus
+from vibrissa.sensor.identification.misfit.doubts import Grade
+from vibrissa.sensor.identification.misfit.goodness import LEVEL, Goodness
+from vibrissa.sensor.identification.reading.uncertainty import COVERAGE
+from vibrissa.wording import counted
+
+# Where more than this part of the frictions is graded wrong, none is left out: the rod is another
+# one, and the mean is given with a warning.
+MOST_WRONG = 0.5
+# A smaller part of the variance is not named.
+SHOWN = 0.005
+# So many causes of a misfit are named.
+NAMED = 3
+
+
+class Source(StrEnum):
+    """Where the uncertainty of one period comes from."""
+
+    STEP = "the step of the stage"
+    READINGS = "the noise of the readings"
+    COMMON = "what is not known of the setup"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionSummary:
+    """Friction of a recording; prints as a few lines.
+
+    Attributes
+    ----------
+    mean : float
+        Weighted mean of μ0 over the places where the tip slipped; NaN if nowhere.
+    random : float
+        Its standard deviation by errors that differ from period to period.
+    common : float
+        Its standard deviation by what all periods share. It does not average out.
+    alike : tuple of str
+        What that is, the largest part first.
+    variation : float
+        Standard deviation of μ0 from place to place, beyond its errors.
+    chi2, chance : float
+        Q, and the probability of such a value or a larger one if the surface does not vary.
+    degrees : int
+        Degrees of freedom of Q.
+    single : float
+        Standard deviation of μ0 of one period, in the weighted quadratic mean.
+    sources : dict of Source to float
+        Parts of its square, the largest first.
+    periods, used : int
+        How many there are, and how many the mean is of.
+    left : dict of str to int
+        Why the others are left out: their status, or the grade of their doubts.
+    doubtful, wrong : int
+        How many of those used are graded so.
+    goodness : Goodness or None
+        Whether the recording as a whole fits what was given.
+    causes : tuple of str
+        What may be other than it was given, if it does not.
+    """
+
+    mean: float = np.nan
+    random: float = np.nan
+    common: float = np.nan
+    alike: tuple[str, ...] = ()
+    variation: float = np.nan
+    chi2: float = 0.0
+    chance: float = 1.0
+    degrees: int = 0
+    single: float = np.nan
+    sources: dict[Source, float] = field(default_factory=dict)
+    periods: int = 0
+    used: int = 0
+    left: dict[str, int] = field(default_factory=dict)
+    doubtful: int = 0
+    wrong: int = 0
+    goodness: Goodness | None = None
+    causes: tuple[str, ...] = ()
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the mean."""
+        return float(np.hypot(self.random, self.common))
+
+    @property
+    def varies(self) -> bool:
+        """Whether the friction of the surface varies by more than its errors."""
+        return self.chance < LEVEL
+
+    def __str__(self) -> str:
+        """Say it in lines."""
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        yield from self._fit()
+        left = ", ".join(f"{number} {why}" for why, number in self.left.items())
+        of = f"{self.used} of {counted(self.periods, 'period')}"
+        of += f" (left out: {left})" if left else ""
+        if not self.used:
+            yield f"no mean of mu0, from {of}"
+            return
+        yield f"mu0 = {_rounded(self.mean, self.deviation)} ± {self.deviation:.2g}, mean of {of}"
+        alike = f" ({', '.join(self.alike)})" if self.alike else ""
+        yield f"± {self.random:.1g} is random, ± {self.common:.1g} the same in all periods{alike}"
+        if self.wrong:
+            yield f"do not rely on it: the readings contradict the rod in {self.wrong} of them"
+        elif self.doubtful:
+            yield f"{self.doubtful} of them are in doubt: see the columns grade and doubt"
+        if self.degrees:
+            yield self._surface()
+        shown = {source: part for source, part in self.sources.items() if part >= SHOWN}
+        parts = ", ".join(f"{source} {part:.0%}" for source, part in shown.items())
+        yield f"one period: ± {self.single:.2g}; its variance is by {parts}"
+
+    def _fit(self) -> Iterator[str]:
+        fit = self.goodness
+        if fit is None or not fit.degrees > 0:
+            return
+        of = f"{fit.ratio:.4g} per degree of freedom, of which there are {fit.degrees}"
+        yield f"chi2 = {of}; its chance is {fit.chance:.2g}"
+        if fit.fits:
+            yield "The recording fits what was given."
+            return
+        yield "The recording does not fit what was given. What may be other, each if it alone is:"
+        for text in self.causes:
+            yield f"  {text}"
+
+    def _surface(self) -> str:
+        test = f"chi2 of the means: {self.chi2:.4g}, {self.degrees} degrees of freedom"
+        if self.varies:
+            return f"mu0 varies from place to place by ± {self.variation:.2g} ({test})"
+        return f"mu0 does not vary from place to place by more than its errors ({test})"
+
+
+def summary_of(
+    periods: Periods, unknowns: Sequence[str] = (), causes: tuple[str, ...] = ()
+) -> FrictionSummary:
+    """Summarise the friction of some periods.
+
+    Parameters
+    ----------
+    periods : Periods
+    unknowns : sequence of str
+        What is not known exactly of the setup.
+    causes : tuple of str
+        What may be other than it was given, if the recording does not fit.
+
+    Returns
+    -------
+    FrictionSummary
+
+    Notes
+    -----
+    By the spacing with the law ``energy`` neighbours are read together. Their errors are
+    correlated, which is not counted.
+    """
+    slips = periods.status == PeriodStatus.SLIP
+    used = slips & ~_left_out(periods, slips)
+    others = periods.status[~slips].tolist() + periods.grade[slips & ~used].tolist()
+    known = FrictionSummary(
+        periods=len(periods),
+        used=int(used.sum()),
+        left={why: others.count(why) for why in sorted(set(others))},
+        goodness=periods.goodness,
+        causes=causes,
+    )
+    return _with_mean(known, periods.take(used), unknowns) if used.any() else known
+
+
+def _with_mean(known: FrictionSummary, some: Periods, unknowns: Sequence[str]) -> FrictionSummary:
+    """Add what the periods used say together."""
+    step = some.by_step**2
+    noise = np.maximum(some.deviation**2 - some.common**2 - step, 0.0)
+    scattered, surely = _scatter(some.mu0, noise)
+    same_step = np.sqrt(np.maximum(step - surely, 0.0))
+    weights = _weights(noise + scattered + same_step**2)
+    by_step = float(weights @ same_step)
+    by_setup = float(np.linalg.norm(weights @ some.shifts))
+    parts = sorted([(by_step, (Source.STEP,)), (by_setup, tuple(unknowns))], reverse=True)
+    precise = _weights(noise + step)
+    chi2 = float(((some.mu0 - precise @ some.mu0) ** 2 / (noise + step)).sum())
+    degrees = len(some) - 1
+    return replace(
+        known,
+        mean=float(weights @ some.mu0),
+        random=float(np.sqrt(weights**2 @ (noise + step - same_step**2))),
+        common=float(np.hypot(by_step, by_setup)),
+        alike=tuple(name for part, names in parts if part > 0.0 for name in names),
+        variation=float(np.sqrt(max(0.0, scattered - step.mean()))),
+        chi2=chi2,
+        chance=_chance(degrees, chi2),
+        degrees=degrees,
+        single=float(np.sqrt(weights @ some.deviation**2)),
+        sources=_sources(some, weights),
+        doubtful=int((some.grade == Grade.DOUBTFUL).sum()),
+        wrong=int((some.grade == Grade.WRONG).sum()),
+    )
+
+
+def _left_out(periods: Periods, slips: BoolArray) -> BoolArray:
+    """Tell which periods are graded wrong; none where most of those with a friction are."""
+    wrong = periods.grade == Grade.WRONG
+    most = wrong[slips].sum() > MOST_WRONG * slips.sum()
+    return np.zeros(len(wrong), dtype=bool) if most else wrong
+
+
+def _weights(variance: FloatArray) -> FloatArray:
+    """Weights of values with these variances, with the sum 1."""
+    # A reading without any error would have all the weight.
+    inverse = 1.0 / np.maximum(variance, np.finfo(float).tiny)
+    return np.asarray(inverse / inverse.sum())
+
+
+def _scatter(values: FloatArray, noise: FloatArray) -> tuple[float, float]:
+    """Variance of values beyond that of their noise, and its lower bound, t² and l²."""
+    from scipy.special import chdtri  # a third of a second to load
+
+    if len(values) < 2:
+        return 0.0, 0.0
+    degrees, variance, known = len(values) - 1, float(values.var(ddof=1)), float(noise.mean())
+    low = variance * degrees / float(chdtri(degrees, 0.5 * (1.0 - COVERAGE)))
+    return max(0.0, variance - known), max(0.0, low - known)
+
+
+def _chance(degrees: int, chi2: float) -> float:
+    from scipy.special import chdtrc
+
+    return float(chdtrc(degrees, chi2)) if degrees else 1.0
+
+
+def _sources(some: Periods, weights: FloatArray) -> dict[Source, float]:
+    """Parts of the mean square deviation of one period, the largest first."""
+    squares = some.deviation**2, some.by_step**2, some.common**2
+    whole, step, common = (float(weights @ square) for square in squares)
+    parts = {
+        Source.STEP: step,
+        Source.READINGS: max(0.0, whole - step - common),
+        Source.COMMON: common,
+    }
+    shown = {source: part / whole for source, part in parts.items() if part > 0.0}
+    return dict(sorted(shown.items(), key=lambda item: -item[1]))
+
+
+def _rounded(value: float, error: float) -> str:
+    """Value to two digits of its error."""
+    digits = int(np.clip(1 - np.floor(np.log10(error)), 0, 9)) if error > 0.0 else 9
+    return f"{value:.{digits}f}"

@@ -1,0 +1,139 @@
+"""The mean friction of a recording: what averages out, what does not, and what it says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from steel import ROD, SENSOR
+from vibrissa.sensor import Whisker, identify, scan, surfaces
+from vibrissa.sensor.identification.friction import Periods, PeriodStatus
+from vibrissa.sensor.identification.misfit.doubts import Grade
+from vibrissa.sensor.identification.misfit.goodness import Goodness
+from vibrissa.sensor.identification.summary import Source, summary_of
+
+WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
+
+
+def periods_of(mu0, noise, by_step, shifts=None):
+    """Periods that slipped, with errors by noise, step and what all share."""
+    p = len(mu0)
+    shifts = np.zeros((p, 0)) if shifts is None else np.asarray(shifts, dtype=float)
+    common = np.linalg.norm(shifts, axis=1)
+    noise, by_step = noise * np.ones(p), by_step * np.ones(p)
+    row = np.arange(p)
+    return Periods(
+        status=np.full(p, PeriodStatus.SLIP),
+        first=row,
+        last=row,
+        first_line=row,
+        last_line=row,
+        side=np.full(p, "ahead"),
+        contact=row / p,
+        mu0=np.asarray(mu0, dtype=float),
+        deviation=np.sqrt(noise**2 + by_step**2 + common**2),
+        low=np.full(p, np.nan),
+        high=np.full(p, np.nan),
+        common=common,
+        by_step=by_step,
+        shifts=shifts,
+        grade=np.full(p, "", dtype="U11"),
+        doubt=np.full(p, ""),
+    )
+
+
+def test_noise_averages_out_by_the_weights_of_a_weighted_mean():
+    noise = np.array([0.001, 0.002, 0.004, 0.003])
+    mu0 = np.array([0.3, 0.301, 0.299, 0.3])
+    found = summary_of(periods_of(mu0, noise, 0.0))
+    assert found.mean == pytest.approx(np.average(mu0, weights=noise**-2.0), abs=1e-12)
+    assert found.random == pytest.approx((noise**-2.0).sum() ** -0.5)
+    assert found.common == 0.0 and found.alike == () and not found.varies
+    assert found.chi2 == pytest.approx((((mu0 - found.mean) / noise) ** 2).sum())
+    assert found.chance == pytest.approx(stats.chi2.sf(found.chi2, 3))
+
+
+def test_what_all_periods_share_does_not_average_out():
+    # The first unknown moves all alike, the second one half of them the other way.
+    shifts = np.stack([np.full(100, 0.003), 0.004 * (-1.0) ** np.arange(100)], axis=1)
+    mu0 = 0.3 + 0.002 * stats.norm.ppf((np.arange(100) + 0.5) / 100)
+    found = summary_of(periods_of(mu0, 0.002, 0.0, shifts), ("eta", "zero"))
+    assert found.common == pytest.approx(0.003)
+    assert found.random == pytest.approx(0.0002)
+    assert found.deviation == pytest.approx(np.hypot(0.003, 0.0002))
+    assert found.alike == ("eta", "zero")
+    assert found.single == pytest.approx(np.sqrt(0.002**2 + 0.003**2 + 0.004**2))
+    assert found.sources == pytest.approx({Source.COMMON: 25 / 29, Source.READINGS: 4 / 29})
+
+
+def test_the_error_of_the_step_averages_out_only_where_the_frictions_scatter():
+    even = (np.arange(50) + 0.5) / 50 - 0.5
+    alike = summary_of(periods_of(np.full(50, 0.3), 1e-6, 0.001))
+    assert alike.common == pytest.approx(0.001, rel=1e-3) and alike.random < 1e-6
+    assert alike.alike == (Source.STEP,)
+    varied = summary_of(periods_of(0.3 + 0.1 * even, 1e-6, 0.001))
+    assert varied.common == 0.0 and varied.random == pytest.approx(0.001 / np.sqrt(50), rel=1e-3)
+    assert varied.varies and varied.variation == pytest.approx(0.1 / np.sqrt(12), rel=0.03)
+
+
+def test_one_period_is_its_own_mean():
+    found = summary_of(periods_of([0.31], 0.001, 0.002))
+    assert found.mean == 0.31 and found.deviation == pytest.approx(np.sqrt(5e-6))
+    assert found.degrees == 0 and "place to place" not in str(found)
+
+
+def test_wrong_periods_are_left_out_unless_most_are_wrong():
+    periods = periods_of([0.3, 0.301, 0.299, 0.5], 0.001, 0.0)
+    periods.grade[3] = Grade.WRONG
+    periods.grade[2] = Grade.DOUBTFUL
+    found = summary_of(periods)
+    assert found.mean == pytest.approx(0.3) and found.used == 3
+    assert found.left == {"wrong": 1} and "mean of 3 of 4 periods (left out: 1 wrong)" in str(found)
+    assert "1 of them are in doubt" in str(found)
+    periods.grade[:3] = Grade.WRONG
+    found = summary_of(periods)
+    assert found.used == 4 and "do not rely on it" in str(found)
+
+
+def test_without_a_friction_there_is_no_mean():
+    periods = periods_of([np.nan, np.nan], 0.001, 0.0)
+    periods.status[:] = PeriodStatus.OPEN
+    found = summary_of(replace(periods, goodness=Goodness(chi2=9.0, degrees=9, noise_degrees=9.0)))
+    assert np.isnan(found.mean) and found.left == {"open": 2}
+    assert str(found).endswith("no mean of mu0, from 0 of 2 periods (left out: 2 open)")
+
+
+@pytest.mark.parametrize("method", ["forces", "moment"])
+def test_the_mean_of_a_surface_is_as_far_off_as_it_says(method):
+    errors = {}
+    for kind in ("constant", "random"):
+        errors[kind] = []
+        for seed, mu0 in enumerate(np.linspace(0.27, 0.33, 7)):
+            surface = surfaces.constant(mu0)
+            if kind == "random":
+                surface = surfaces.random(seed, mu0, 0.03, 0.02)
+            signals = scan(
+                WHISKER, surface, step="50 um", to=["40 mm"], transducer=SENSOR, seed=seed
+            )
+            found = identify(WHISKER, signals.to_pandas(), transducer=SENSOR, method=method)
+            places = found.periods.contact[found.periods.status == PeriodStatus.SLIP]
+            summary = found.summary()
+            assert summary.varies == (kind == "random")
+            errors[kind].append((summary.mean - surface(places).mean()) / summary.deviation)
+    # The root mean square of seven normal values is in this range but for one case in 1000. The
+    # error by the step is uniform, so that it is at most 1.73 standard deviations.
+    for values in errors.values():
+        assert 0.2 < np.sqrt(np.mean(np.square(values))) < 1.9
+
+
+def test_a_recording_that_does_not_fit_says_so_and_why():
+    given = Whisker(theta=2.05, eta=0.85, rod=ROD)
+    signals = scan(
+        WHISKER, surfaces.constant(0.3), step="50 um", to=["30 mm"], transducer=SENSOR, seed=2
+    )
+    found = identify(given, signals.to_pandas(), transducer=SENSOR, method="moment")
+    text = str(found.summary())
+    assert repr(found) == text
+    assert "The recording does not fit what was given" in text and "theta smaller by 0.05" in text
+    assert "do not rely on it" in text
