@@ -8,8 +8,8 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 WINDOW, SLOW = 10, 0.2
 # Part of the ways over a window that are slower than the usual one: a recording may rest long.
 USUAL = 0.9
-# Of the force of a usual sample, this part is none: only lift-off takes so much away.
-NO_FORCE = 0.05
+# This part of the load of a usual sample is none: only lift-off takes so much off all channels.
+NO_LOAD = 0.05
 # Fewer samples than these are no rest and no lift-off.
 FEWEST = WINDOW
 
@@ -48,23 +48,25 @@ def _rest(clamp: FloatArray) -> int:
     return begin if begin >= FEWEST else 0
 
 
-def touching(forces: FloatArray) -> slice:
-    """Find the part of a recording between the ends at which no force acts.
+def touching(loads: FloatArray) -> slice:
+    """Find the part of a recording between the ends at which no load acts.
 
     Parameters
     ----------
-    forces : ndarray, shape (n, 2)
-        Along the surface and normal to it, without offsets.
+    loads : ndarray, shape (n, k)
+        Channels without offsets, in any units.
 
     Returns
     -------
     slice
     """
-    size = np.hypot(*forces.T)
-    free = size < NO_FORCE * np.quantile(size, USUAL)
+    if not len(loads):
+        return slice(0, 0)
+    size = np.abs(loads)
+    free = np.all(size <= NO_LOAD * np.quantile(size, USUAL, axis=0), axis=1)
     if free.all():
-        return slice(0, len(forces))
-    return slice(_run(free), len(forces) - _run(free[::-1]))
+        return slice(0, len(loads))
+    return slice(_run(free), len(loads) - _run(free[::-1]))
 
 
 def _run(free: BoolArray) -> int:

@@ -274,21 +274,22 @@ def _names_and_units(header: Sequence[str], place: str) -> tuple[list[str], dict
 
 def _read_csv(file: BinaryIO, source: str) -> _Cells:
     rows, lines = [], []
-    reader = csv.reader(io.TextIOWrapper(file, encoding="utf-8-sig", newline=""), strict=True)
-    try:
-        header = next(reader, [])
-        for row in filter(None, reader):
-            if len(row) != len(header):
-                raise RecordingError(
-                    f"{source}, line {reader.line_num}: {len(row)} values, but the header "
-                    f"has {len(header)}"
-                )
-            rows.append(row)
-            lines.append(reader.line_num)
-    except UnicodeDecodeError:
-        raise RecordingError(f"{source}: not a text file in UTF-8") from None
-    except csv.Error as error:
-        raise RecordingError(f"{source}, line {reader.line_num}: {error}") from None
+    with io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
+        reader = csv.reader(text, strict=True)
+        try:
+            header = next(reader, [])
+            for row in filter(None, reader):
+                if len(row) != len(header):
+                    raise RecordingError(
+                        f"{source}, line {reader.line_num}: {len(row)} values, but the header "
+                        f"has {len(header)}"
+                    )
+                rows.append(row)
+                lines.append(reader.line_num)
+        except UnicodeDecodeError:
+            raise RecordingError(f"{source}: not a text file in UTF-8") from None
+        except csv.Error as error:
+            raise RecordingError(f"{source}, line {reader.line_num}: {error}") from None
     names, units = _names_and_units(header, f"{source}, line 1")
     return _Cells(
         source=source,

@@ -1,5 +1,6 @@
 """A recording: what was measured, in the rod's own units, and what of it is left out."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -12,7 +13,9 @@ from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
-from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Units
+from vibrissa.sensor.ends import moving, touching
+from vibrissa.sensor.identification.hum import hum_of
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Units, in_si
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 
 if TYPE_CHECKING:
@@ -135,7 +138,45 @@ def read_recording(
     notes += left_out(table.line[missing], "a value is missing")
     notes += left_out(table.line[saturated], "the transducer is saturated")
     recording = Recording(clamp=clamp, readings=readings, line=table.line, notes=notes)
-    return recording.take(~(missing | saturated))
+    complete = ~(missing | saturated)
+    recording = recording.take(complete)
+    if "time" in table.columns:
+        time = table.columns["time"][complete] * _time_unit(table)
+        recording = _without_hum(recording, time, units)
+    return _scanned(recording, USED[method])
+
+
+def _scanned(recording: Recording, used: list[int]) -> Recording:
+    """Leave out the ends of a recording that are no scan, and note them."""
+    ends: dict[str, Callable[[Recording], slice]] = {
+        "no load: nothing touches the surface": lambda one: touching(one.readings[:, used]),
+        "the clamp rests before or after the scan": lambda one: moving(one.clamp),
+    }
+    for why, part in ends.items():
+        kept = part(recording)
+        notes = left_out(np.delete(recording.line, kept), why)
+        recording = replace(recording.take(kept), notes=recording.notes + notes)
+    return recording
+
+
+def _time_unit(table: series.Table) -> float:
+    """Give the unit of the column time in seconds; NaN where there is none."""
+    unit = table.units.get("time")
+    return np.nan if unit is None else float(in_si(f"1 {unit}", Kind.TIME, f"{table.source}: time"))
+
+
+def _without_hum(recording: Recording, time: FloatArray, units: Units) -> Recording:
+    """Take hum of the mains off the readings, and note how much it was."""
+    hum = hum_of(recording.readings, time, recording.clamp)
+    if hum is None:
+        return recording
+    sizes = ", ".join(
+        f"{amplitude * units.unit(kind):.3g} {units.name(kind)} in {channel}"
+        for channel, kind, amplitude in zip(CHANNELS, CHANNEL_KINDS, hum.amplitude, strict=True)
+        if amplitude > 0.0
+    )
+    notes = (*recording.notes, f"hum of {hum.frequency:.4g} Hz is taken off: {sizes}")
+    return replace(recording, readings=recording.readings - hum.signal, notes=notes)
 
 
 def _check_time(table: series.Table) -> None:

@@ -179,10 +179,7 @@ def _scan(values: Values, settings: Settings, name: str) -> slice:
     both = settings.begin is not None and settings.end is not None
     if both or len(rows) == 0:
         return slice(0, size)
-    kept = slice(0, len(rows))
-    if {"force_x", "force_y"} <= set(values):
-        kept = touching(np.stack([values["force_x"], values["force_y"]], axis=1)[rows])
-    rows = rows[kept]
+    rows = rows[touching(_readings(values)[rows])]
     if settings.speed is None and "footpoint" in values:
         kept = moving(values["footpoint"][rows])
     else:
