@@ -182,18 +182,18 @@ def statement(text: str, line: int) -> tuple[range, bool]:
         node = outer
 
 
-def digests() -> dict[str, str]:
+def digests(root: Path = ROOT) -> dict[str, str]:
     """Return a digest of each Python file of the tests."""
-    paths = sorted((ROOT / "tests").rglob("*.py"))
+    paths = sorted((root / "tests").rglob("*.py"))
     return {
-        path.relative_to(ROOT).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        path.relative_to(root).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in paths
     }
 
 
-def sources() -> dict[str, str]:
+def sources(root: Path = ROOT) -> dict[str, str]:
     """Return the text of each module of the package by its path within the package."""
-    folder = ROOT / PACKAGE
+    folder = root / PACKAGE
     paths = sorted(folder.rglob("*.py"))
     return {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in paths}
 
@@ -222,11 +222,11 @@ def record(tests: list[str], jobs: int) -> Recording:
             env=environment(root)
             | {"COVERAGE_PROCESS_START": str(settings), recorder.FOLDER: str(data)},
         )
-        return merged(data)
+        return merged(data, root)
 
 
-def merged(folder: Path) -> Recording:
-    """Put together what the processes of a recording have written."""
+def merged(folder: Path, root: Path) -> Recording:
+    """Put together what the processes of a recording have written about a copy."""
     entries = [
         json.loads(line)
         for path in folder.glob("*.jsonl")
@@ -259,8 +259,8 @@ def merged(folder: Path) -> Recording:
             module: {line: sorted(tests) for line, tests in lines.items() if tests}
             for module, lines in reached.items()
         },
-        sources=sources(),
-        files=digests(),
+        sources=sources(root),
+        files=digests(root),
         broken=sorted(broken),
     )
 
