@@ -1,0 +1,55 @@
+"""The whole ledger of the paper's study: no verdict, reason or number in it changes unnoticed.
+
+What the claims compute is tested in test_claims.py. Here stands what a reader of claims.md reads.
+"""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from vibrissa.paper.claims import CLAIMS
+from vibrissa.paper.evidence import gather
+
+LEDGER = Path(__file__).with_name("ledger.yaml")
+KNOWN = yaml.safe_load(LEDGER.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def found(paper, study_tables, tmp_path_factory):
+    evidence = gather(study_tables, dict(paper.claims))
+    ledger = {}
+    for claim in CLAIMS:
+        finding = claim.judge(evidence)
+        ledger[claim.name] = {
+            "section": claim.section,
+            "statement": claim.statement,
+            "computed": claim.computed,
+            "verdict": finding.verdict.value,
+            "reason": finding.reason,
+            "quantities": {
+                name: f"{float(value):.6g} {unit}"
+                for name, (value, unit) in finding.quantities.items()
+            },
+        }
+    new = tmp_path_factory.mktemp("ledger") / LEDGER.name
+    new.write_text(yaml.safe_dump(ledger, allow_unicode=True, sort_keys=False, width=100))
+    print(f"If the ledger was meant to change: review {new} and copy it over {LEDGER}.")
+    return ledger
+
+
+def test_the_ledger_has_the_same_statements(found):
+    assert list(found) == list(KNOWN)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_a_statement_is_answered_with_the_same_words_and_numbers(found, name):
+    answer, known = dict(found[name]), dict(KNOWN[name])
+    quantities, numbers = answer.pop("quantities"), known.pop("quantities")
+    assert answer == known
+    assert list(quantities) == list(numbers)
+    for what, text in quantities.items():
+        (value, unit), (number, its) = text.split(" "), numbers[what].split(" ")
+        # What is zero but for rounding is another number on another machine.
+        assert float(value) == pytest.approx(float(number), rel=2e-5, abs=1e-9), what
+        assert unit == its
