@@ -102,6 +102,11 @@ def recorded(**given):
         **{
             "seconds": {"tests/a/test_a.py::slow": 20.0, "tests/b/test_b.py::fast": 0.01,
                         "tests/a/test_a.py::fast": 0.05},
+            "effort": {
+                "tests/a/test_a.py::slow": 20.0,
+                "tests/b/test_b.py::fast": 0.01,
+                "tests/a/test_a.py::fast": 0.05,
+            },
             "reached": {"a/m.py": {7: [0], 10: [1, 0], 11: [2]}},
             "sources": {"a/m.py": TEXT},
             "files": {},
@@ -127,6 +132,7 @@ def test_constants_are_asked_of_all_tests_of_the_module():
 def test_a_changed_file_of_tests_is_recorded_anew():
     newer = recorded(
         seconds={"tests/a/test_a.py::new": 1.0},
+        effort={"tests/a/test_a.py::new": 1.0},
         reached={"a/m.py": {11: [0]}},
         sources={"a/m.py": "\n" + TEXT},
     )

@@ -18,6 +18,7 @@ from coverage import Coverage
 
 FOLDER = "MUTATION_RECORDING"
 CONTEXT = "MUTATION_CONTEXT"
+EFFORT = pytest.StashKey[float]()
 
 
 @contextmanager
@@ -53,6 +54,14 @@ def write(**entry: object) -> None:
         file.write(json.dumps(entry) + "\n")
 
 
+def spent() -> float:
+    """Return the seconds of processor time of this process and of those it has started.
+
+    The clock on the wall would also measure how busy the machine is.
+    """
+    return sum(os.times()[:4])
+
+
 def fixture_name(fixture: pytest.FixtureDef) -> str:
     return f"fixture {fixture.baseid}::{fixture.argname}"
 
@@ -61,10 +70,11 @@ def fixture_name(fixture: pytest.FixtureDef) -> str:
 def pytest_fixture_setup(fixturedef, request):
     if fixturedef.scope == "function":
         return (yield)
-    begin = time.perf_counter()
+    begin, effort = time.perf_counter(), spent()
     with context(fixture_name(fixturedef)):
         result = yield
-    write(fixture=fixture_name(fixturedef), seconds=time.perf_counter() - begin)
+    seconds, effort = time.perf_counter() - begin, spent() - effort
+    write(fixture=fixture_name(fixturedef), seconds=seconds, effort=effort)
     return result
 
 
@@ -76,6 +86,15 @@ def pytest_runtest_protocol(item, nextitem):
 
 
 @pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    begin = spent()
+    try:
+        return (yield)
+    finally:
+        item.stash[EFFORT] = spent() - begin
+
+
+@pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
     report = yield
     if report.when == "call" or not report.passed:
@@ -84,5 +103,11 @@ def pytest_runtest_makereport(item, call):
             for found in item._fixtureinfo.name2fixturedefs.values()
             if found and found[-1].scope != "function"
         ]
-        write(test=item.nodeid, outcome=report.outcome, seconds=call.duration, fixtures=fixtures)
+        write(
+            test=item.nodeid,
+            outcome=report.outcome,
+            seconds=call.duration,
+            effort=item.stash.get(EFFORT, 0.0),
+            fixtures=fixtures,
+        )
     return report

@@ -22,7 +22,7 @@ from vibrissa.files import write_atomically
 ROOT = Path(__file__).parents[2]
 RECORDING = ROOT / ".mutation/recording.json"
 PACKAGE = "src/vibrissa/"
-# Seconds that part fast tests from slower ones, as recorded.
+# Seconds of processor time that part fast tests from slower ones, as recorded.
 SPEEDS = (0.1, 1.0, 10.0)
 # Read by every Python process that a test starts: the package coverage brings a .pth file for that.
 SETTINGS = """\
@@ -61,7 +61,9 @@ class Recording:
     Attributes
     ----------
     seconds
-        How long each test takes alone: with its share fixtures.
+        How long each test took when it was recorded, with the fixtures that it shares.
+    effort
+        The same in seconds of processor time: which tests are asked first.
     reached
         For each module and line the numbers of the tests, as `seconds` lists them.
     sources
@@ -74,6 +76,7 @@ class Recording:
     """
 
     seconds: dict[str, float]
+    effort: dict[str, float]
     reached: dict[str, dict[int, list[int]]]
     sources: dict[str, str]
     files: dict[str, str]
@@ -87,6 +90,7 @@ class Recording:
         """Return this recording with the tests of some files as a newer one has them."""
         kept = [test for test in self.tests if test.partition("::")[0] not in files]
         seconds = {test: self.seconds[test] for test in kept} | newer.seconds
+        effort = {test: self.effort[test] for test in kept} | newer.effort
         number = {test: place for place, test in enumerate(seconds)}
         reached: dict[str, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
         for recorded in (self, newer):
@@ -98,6 +102,7 @@ class Recording:
                     reached[module][at] += [number[name] for name in names if name in number]
         return Recording(
             seconds=seconds,
+            effort=effort,
             reached=reached,
             sources=newer.sources,
             files=newer.files,
@@ -137,16 +142,16 @@ class Recording:
 
         Tests of about the same time come file by file, as those of a file share fixtures.
         """
-        costs = {test: sum(self.seconds[test] > limit for limit in SPEEDS) for test in tests}
+        costs = {test: sum(self.effort[test] > limit for limit in SPEEDS) for test in tests}
         fastest: dict[tuple[int, str], float] = {}
         for test, cost in costs.items():
             key = cost, test.partition("::")[0]
-            fastest[key] = min(self.seconds[test], fastest.get(key, self.seconds[test]))
+            fastest[key] = min(self.effort[test], fastest.get(key, self.effort[test]))
 
         def place(test: str) -> tuple[int, bool, float, str, float]:
             file, cost = test.partition("::")[0], costs[test]
             outside = not file.startswith(folder)
-            return cost, outside, fastest[cost, file], file, self.seconds[test]
+            return cost, outside, fastest[cost, file], file, self.effort[test]
 
         return sorted(tests, key=place)
 
@@ -232,13 +237,12 @@ def merged(folder: Path, root: Path) -> Recording:
         for path in folder.glob("*.jsonl")
         for line in path.read_text("utf-8").splitlines()
     ]
-    fixtures = {entry["fixture"]: entry["seconds"] for entry in entries if "fixture" in entry}
+    fixtures = {entry["fixture"]: entry for entry in entries if "fixture" in entry}
     runs = [entry for entry in entries if "test" in entry]
     broken = {run["test"] for run in runs if run["outcome"] == "failed"}
     runs = [run for run in runs if run["outcome"] == "passed" and run["test"] not in broken]
-    seconds, users = {}, defaultdict(list)
+    users = defaultdict(list)
     for number, run in enumerate(runs):
-        seconds[run["test"]] = run["seconds"] + sum(map(fixtures.get, run["fixtures"], [0.0] * 99))
         for name in [run["test"], *run["fixtures"]]:
             users[name].append(number)
     reached: dict[str, dict[int, set[int]]] = defaultdict(lambda: defaultdict(set))
@@ -253,8 +257,17 @@ def merged(folder: Path, root: Path) -> Recording:
             for line, contexts in data.contexts_by_lineno(file).items():
                 for context in filter(None, contexts):
                     reached[module][line].update(users.get(context, ()))
+    seconds, effort = (
+        {
+            run["test"]: run[kind]
+            + sum(fixtures[name][kind] for name in run["fixtures"] if name in fixtures)
+            for run in runs
+        }
+        for kind in ("seconds", "effort")
+    )
     return Recording(
         seconds=seconds,
+        effort=effort,
         reached={
             module: {line: sorted(tests) for line, tests in lines.items() if tests}
             for module, lines in reached.items()

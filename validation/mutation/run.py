@@ -34,9 +34,9 @@ PAGE = ROOT / "docs/tests.md"
 BEGIN, END = "<!-- made by make mutate -->\n", "<!-- end of what make mutate made -->"
 RESULTS = ROOT / ".mutation/results.jsonl"
 WANTED, WANTED_OF_PACKAGE = 0.92, 0.85
-# Recorded seconds of tests for one mutant; what the fastest of them do not notice counts as not
-# noticed. A recorded second is a third of a real one.
-BUDGET = 90.0
+# Seconds of processor time, as recorded, of the tests for one mutant; what the fastest of them do
+# not notice counts as not noticed. Without the recording they take a third of that.
+BUDGET = 120.0
 # Libraries that the tests import, loaded once; each mutant's tests run in a fork of that process.
 # Nothing of the package itself: it is to be imported from the copy.
 PRELOADED = [
@@ -119,11 +119,11 @@ class Copy:
             path.write_text(source, encoding="utf-8")
 
 
-def affordable(tests: list[str], seconds: dict[str, float]) -> list[str]:
+def affordable(tests: list[str], effort: dict[str, float]) -> list[str]:
     """Return the first tests that together take no longer than the budget, one at least."""
     spent, chosen = 0.0, []
     for test in tests:
-        spent += seconds[test]
+        spent += effort[test]
         if chosen and spent > BUDGET:
             break
         chosen.append(test)
@@ -137,7 +137,7 @@ def result(
     old, new = mutant.change(source)
     if (mutant.module, old, new) in known:
         return Result(mutant=mutant, old=old, new=new, outcome=Outcome.EQUIVALENT)
-    tests = affordable(recorded.tests_of(mutant.module, mutant.line, source), recorded.seconds)
+    tests = affordable(recorded.tests_of(mutant.module, mutant.line, source), recorded.effort)
     if not tests:
         return Result(mutant=mutant, old=old, new=new, outcome=Outcome.NOT_REACHED)
     copy, begin = copies.get(), time.monotonic()

@@ -1,0 +1,212 @@
+"""Made-up rows for each kind of figure, with as many series as wanted, and their drawing."""
+
+import warnings
+
+import numpy as np
+import pandas as pd
+
+from vibrissa.figures import style
+from vibrissa.figures.draw import KINDS
+
+THETA = np.linspace(1.0, 3.0, 9)
+
+
+def combined(**axes):
+    """All combinations of the values of some axes, as rows."""
+    return pd.MultiIndex.from_product(axes.values(), names=axes).to_frame(index=False)
+
+
+def slipping(rows):
+    """Made-up results at grid points: an onset that bends up to a lock as a square root."""
+    lock = rows.eval("0.7 - 0.07 * theta - 0.2 * eta")
+    gap = (lock - rows.mu0).clip(lower=0.0)
+    onset = 0.1 * rows.theta * (1.0 - np.sqrt(gap / lock)) * (1.2 - rows.eta)
+    slips = gap > 0.0
+    return rows.assign(
+        status=np.where(slips, "slip", "lock"),
+        message="",
+        contact=np.where(rows.mu0 > 0.5 * lock, "line", "point"),
+        ends_by=np.where(rows.theta > 2, "slips_back", "snaps"),
+        mu_lock=lock,
+        x0_lock=0.1 * rows.theta * (1.2 - rows.eta),
+        x0_slip=onset.where(slips),
+        n_steps=(onset // rows.dx0).where(slips),
+        x0_max=(onset // rows.dx0 * rows.dx0).where(slips),
+        penetrates=rows.theta > 2.5,
+    )
+
+
+def taper(count):
+    return slipping(
+        combined(theta=THETA, mu0=np.linspace(0.05, 0.5, count), eta=[0.85], dx0=[0.001])
+    )
+
+
+def friction(count):
+    return slipping(
+        combined(theta=[2.0], mu0=np.linspace(0.05, 0.5, count), eta=[0.85], dx0=[0.0005])
+    )
+
+
+def plane(count):
+    axes = {"theta": THETA, "mu0": np.linspace(0.1, 0.7, 7), "eta": np.linspace(0.3, 0.9, count)}
+    return slipping(combined(**axes, dx0=[0.001]))
+
+
+def near_locks(count):
+    axes = {"theta": np.linspace(1.0, 3.0, count), "mu0": np.linspace(0.2, 0.5, 31)}
+    return slipping(combined(**axes, eta=[0.85], dx0=[0.001]))
+
+
+def past_locks(count):
+    """As near the locks and beyond, where the end of sticking jumps up."""
+    rows = near_locks(count)
+    locks = rows.status == "lock"
+    return rows.assign(
+        ends_by=np.where(locks, "swings_aside", None),
+        x0_end=(4.0 * rows.x0_lock).where(locks),
+        x0_trail=(8.0 * rows.x0_lock + 0.02 * rows.mu0).where(locks),
+    )
+
+
+def mounted(count):
+    axes = {"theta": np.linspace(1.0, 3.0, count), "clamp_angle": np.linspace(-0.1, 0.1, 5)}
+    rows = slipping(combined(**axes, mu0=[0.2], eta=[0.85], dx0=[0.001]))
+    return in_mountings(rows, 0.0)
+
+
+def in_mountings(rows, ideal):
+    """Made-up results that follow the inclination of the clamp; all else is ideal."""
+    forces = {f"reaction_{name}_slip": rows.theta * rows.clamp_angle for name in ("fx", "fy", "m")}
+    lock = rows.mu_lock - rows.clamp_angle * (1.0 - ideal * rows.theta)
+    others = dict.fromkeys(("clamp_compliance", "curvature", "stage_angle"), 0.0)
+    return rows.assign(**forces, **others).assign(mu_lock=lock)
+
+
+def deviating(count):
+    axes = {"theta": THETA, "eta": np.linspace(0.3, 0.9, count), "clamp_angle": [0.0, 0.02]}
+    return in_mountings(slipping(combined(**axes, mu0=[0.2], dx0=[0.001])), 0.0)
+
+
+def against_cylinders(count):
+    axes = {"theta": [1.0, 2.0, 4.0], "eta": np.linspace(0.3, 0.9, count)}
+    rows = combined(**axes, clamp_angle=np.linspace(-0.2, 0.2, 5), mu0=[0.2], dx0=[0.001])
+    return in_mountings(slipping(rows), 1.0)
+
+
+def shapes(begins, bends):
+    """Rods from a clamp at each x0, bent the more the farther it is from the tip."""
+    height = np.linspace(0.0, 0.85, 30)
+    bent = [begin + bend * (height / 0.85) ** 2 for begin, bend in zip(begins, bends, strict=True)]
+    return {"shape_x": bent, "shape_y": [height] * len(bent)}
+
+
+def cycles(count):
+    rows = combined(cycle=range(1, count + 1), x0=np.linspace(0.0, 0.05, 6))
+    footpoint = 0.05 * (rows.cycle - 1) + rows.x0
+    return rows.assign(
+        theta=2.0,
+        mu0=0.3,
+        eta=0.85,
+        dx0=0.01,
+        status="slip",
+        phase="stick",
+        footpoint=footpoint,
+        alpha=-np.arctan(6.0 * rows.x0),
+        stability=1.0 - rows.x0,
+        stability_aside=0.5 - rows.x0,
+        reaction_fx=rows.x0,
+        reaction_fy=-1.0,
+        reaction_m=0.5 - rows.x0,
+        **shapes(footpoint, 0.45 - rows.x0),
+    )
+
+
+def swung(count, per_scan=40):
+    """First periods of rods of several tapers that swing aside half-way, at their own places."""
+    rows = combined(theta=np.linspace(1.0, 3.0, count), step=range(per_scan))
+    over = 0.5 / rows.theta
+    footpoint = 2.0 * over * rows.step / (per_scan - 1)
+    ahead = over - footpoint
+    turned = np.where(ahead > 0.0, 1.0, -1.0)
+    (bent,) = shapes([0.0], [0.3])["shape_x"]
+    return rows.assign(
+        mu0=0.9,
+        eta=0.85,
+        dx0=0.01,
+        status="lock",
+        cycle=1,
+        phase="stick",
+        footpoint=footpoint,
+        x1=over,
+        s_c=1.0,
+        phi1=np.where(ahead > 0.0, 0.3, np.pi - 0.3),
+        stability=0.7 + ahead.abs(),
+        stability_aside=ahead.abs(),
+        shape_x=[at + way * bent for at, way in zip(footpoint, turned, strict=True)],
+        shape_y=shapes(footpoint, footpoint)["shape_y"],
+    )
+
+
+def swinging(count):
+    """One rod in more and more steps."""
+    return swung(1, 2 * count)
+
+
+def states(count):
+    x1 = np.linspace(0.05, 0.5, count)
+    return pd.DataFrame(
+        {
+            "state": [f"state_{i}_with_a_rather_long_name_{i}" for i in range(count)],
+            "theta": 1.0,
+            "eta": 0.85,
+            "x1": x1,
+            "status": "solved",
+            "message": "",
+            "contact": "point",
+            "f": 2.7,
+            "alpha": -0.1,
+            "phi1": 0.4,
+            "s_c": 1.0,
+            "penetrates": x1 < 0.2,
+            **shapes(np.zeros(count), x1),
+        }
+    )
+
+
+def both_contacts(count):
+    rows = combined(theta=THETA, mu0=np.linspace(0.05, 0.5, count), eta=[0.85])
+    return rows.assign(
+        x0_slip_point=0.1 * rows.theta * (1.0 + rows.mu0),
+        x0_slip_line=0.1 * rows.theta,
+        penetrates=rows.theta > 2.0,
+        mu_lock_point=0.5,
+        mu_lock_line=0.5 - 0.1 * (rows.theta - 1.0),
+    )
+
+
+ROWS = {
+    "taper": taper,
+    "friction": friction,
+    "locking": plane,
+    "regimes": plane,
+    "law": near_locks,
+    "past_lock": past_locks,
+    "margins": swung,
+    "swing": swinging,
+    "mounting": mounted,
+    "change": deviating,
+    "versus": against_cylinders,
+    "scan": cycles,
+    "period": cycles,
+    "signals": cycles,
+    "state": states,
+    "models": both_contacts,
+}
+
+
+def drawn(kind, count):
+    with style.applied(), warnings.catch_warnings():
+        # Such as matplotlib's when type leaves no room for the axes.
+        warnings.simplefilter("error")
+        return KINDS[kind].plot(ROWS[kind](count))

@@ -1,0 +1,121 @@
+"""How each kind of figure looks: pages, axes, lines, marks and words do not change unnoticed.
+
+What a figure shows is tested in test_draw.py and test_series.py, with tables of its own. Here are
+the figures that those draw of made-up rows, described in words.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from matplotlib.collections import Collection, QuadMesh
+from matplotlib.colors import to_hex
+from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
+
+from figure_rows import ROWS, drawn
+
+LOOK = Path(__file__).with_name("look.yaml")
+KNOWN = yaml.safe_load(LOOK.read_text(encoding="utf-8"))
+# Few series with a legend, and many with a colour bar.
+COUNTS = (3, 12)
+# Of very many lines in the same axes the first ones tell the look.
+MOST, MOST_PANELS = 10, 4
+
+
+def number(value):
+    return "–" if value is None else f"{float(value) + 0.0:.4g}"
+
+
+def numbers(values):
+    return " ".join(number(value) for value in np.ravel(values))
+
+
+def along(values):
+    """First and last value of a series, how many there are, and their mean."""
+    values = np.asarray(values, dtype=float)
+    if not values.size:
+        return "none"
+    return f"{numbers(values[[0, -1]])}, {len(values)} with mean {number(np.nanmean(values))}"
+
+
+def colors(values):
+    found = dict.fromkeys(to_hex(color, keep_alpha=True) for color in np.atleast_2d(values))
+    return " ".join(found)
+
+
+def words(text):
+    return f"{text.get_text()!r} {number(text.get_fontsize())} pt {to_hex(text.get_color())}"
+
+
+def described(artist):
+    """Say in one line what an artist shows; nothing of those that show nothing."""
+    look = f"z {number(artist.get_zorder())}"
+    if isinstance(artist, Line2D):
+        marks = f"{artist.get_marker()} {number(artist.get_markersize())}"
+        if artist.get_marker() != "None":
+            marks += f" {to_hex(artist.get_markerfacecolor(), keep_alpha=True)}"
+        return (
+            f"line {artist.get_label()!r} {artist.get_color()} {artist.get_linestyle()} "
+            f"{number(artist.get_linewidth())} {artist.get_alpha()} {look}, marks {marks}, "
+            f"x {along(artist.get_xdata())}, y {along(artist.get_ydata())}"
+        )
+    if isinstance(artist, QuadMesh):
+        return f"mesh {artist.get_coordinates().shape} of {along(artist.get_array().ravel())}"
+    if isinstance(artist, Collection):
+        places = np.asarray(artist.get_offsets(), dtype=float)
+        if artist.get_paths() and len(places) == 1 and not places.any():
+            places = np.concatenate([path.vertices for path in artist.get_paths()])
+        return (
+            f"{type(artist).__name__} {artist.get_label()!r} {colors(artist.get_facecolor())}; "
+            f"{colors(artist.get_edgecolor())} {numbers(artist.get_linewidth())} {look}, "
+            f"at x {along(places[:, 0])}, y {along(places[:, 1])}"
+        )
+    if isinstance(artist, Legend):
+        texts = "; ".join(words(text) for text in artist.get_texts())
+        return f"legend {artist.get_title().get_text()!r} in {artist._ncols} columns: {texts}"
+    if isinstance(artist, Text) and artist.get_text():
+        return f"text {words(artist)} at {numbers(artist.get_position())}"
+    if isinstance(artist, Patch) and artist.get_label():
+        return f"patch {artist.get_label()!r} {to_hex(artist.get_facecolor())} {look}"
+    return None
+
+
+def axes_described(axes):
+    titles = (axes.title, axes._left_title, axes._right_title)
+    shown = (described(artist) for artist in axes.get_children() if artist not in titles)
+    shows = list(filter(None, shown))
+    return {
+        "words": [words(text) for text in (axes.title, axes.xaxis.label, axes.yaxis.label)],
+        "limits": f"x {numbers(axes.get_xlim())}, y {numbers(axes.get_ylim())}",
+        "scales": f"{axes.get_xscale()} {axes.get_yscale()}, aspect {axes.get_aspect()}",
+        "shows": [*shows[:MOST], *(f"and {more} more" for more in [len(shows) - MOST] if more > 0)],
+    }
+
+
+def figure_described(figure):
+    return {
+        "page": numbers(figure.get_size_inches()),
+        "beside": [described(artist) for artist in (*figure.legends, *figure.texts)],
+        "panels": len(figure.axes),
+        "axes": [axes_described(axes) for axes in figure.axes[:MOST_PANELS]],
+    }
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    looks = {
+        f"{kind} {count}": figure_described(drawn(kind, count)) for kind in ROWS for count in COUNTS
+    }
+    new = tmp_path_factory.mktemp("look") / LOOK.name
+    new.write_text(yaml.safe_dump(looks, allow_unicode=True, sort_keys=False, width=1000))
+    print(f"If figures were meant to change: look at them, and copy {new} over {LOOK}.")
+    return looks
+
+
+@pytest.mark.parametrize("name", [f"{kind} {count}" for kind in ROWS for count in COUNTS])
+def test_a_figure_looks_as_it_did(found, name):
+    assert found[name] == KNOWN[name]
