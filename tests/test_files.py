@@ -62,3 +62,13 @@ def test_the_result_has_the_rights_of_any_new_file(tmp_path, umask, mode):
 def test_a_missing_folder_is_an_error(tmp_path):
     with pytest.raises(FileNotFoundError), write_atomically(tmp_path / "no" / "table.txt"):
         pass
+
+
+def test_an_error_comes_through_where_the_temporary_file_is_gone_already(tmp_path):
+    with (
+        pytest.raises(ValueError, match="my own"),
+        write_atomically(tmp_path / "table.txt") as temporary,
+    ):
+        temporary.unlink()
+        raise ValueError("my own")
+    assert not list(tmp_path.iterdir())

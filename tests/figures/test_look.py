@@ -14,6 +14,7 @@ from matplotlib.colors import to_hex
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.spines import Spine
 from matplotlib.text import Text
 
 from figure_rows import ROWS, drawn
@@ -79,19 +80,25 @@ def described(artist):
         return f"legend {artist.get_title().get_text()!r} in {artist._ncols} columns: {texts}"
     if isinstance(artist, Text) and artist.get_text():
         return f"text {words(artist)} at {numbers(artist.get_position())}"
-    if isinstance(artist, Patch) and artist.get_label():
-        return f"patch {artist.get_label()!r} {to_hex(artist.get_facecolor())} {look}"
+    if isinstance(artist, Patch) and not isinstance(artist, Spine):
+        corners = artist.get_patch_transform().transform(artist.get_path().vertices)
+        return (
+            f"patch {artist.get_label()!r} {to_hex(artist.get_facecolor(), keep_alpha=True)} "
+            f"{to_hex(artist.get_edgecolor())} {number(artist.get_linewidth())} "
+            f"{artist.get_hatch()} {look}, x {along(corners[:, 0])}, y {along(corners[:, 1])}"
+        )
     return None
 
 
 def axes_described(axes):
-    titles = (axes.title, axes._left_title, axes._right_title)
+    titles = (axes.title, axes._left_title, axes._right_title, axes.patch)
     shown = (described(artist) for artist in axes.get_children() if artist not in titles)
     shows = list(filter(None, shown))
     return {
         "words": [words(text) for text in (axes.title, axes.xaxis.label, axes.yaxis.label)],
         "limits": f"x {numbers(axes.get_xlim())}, y {numbers(axes.get_ylim())}",
         "scales": f"{axes.get_xscale()} {axes.get_yscale()}, aspect {axes.get_aspect()}",
+        "insets": [axes_described(inset) for inset in axes.child_axes],
         "shows": [*shows[:MOST], *(f"and {more} more" for more in [len(shows) - MOST] if more > 0)],
     }
 

@@ -1,0 +1,38 @@
+"""Places in a study file, and the words for them."""
+
+import pytest
+
+from vibrissa.study.mistakes import at, spell_location
+
+FILE = {"grids": {"main": {"theta": [1, 2]}}, "study": "mine"}
+
+
+@pytest.mark.parametrize(
+    ("location", "found"),
+    [
+        ((), FILE),
+        (("study",), "mine"),
+        (("grids", "main", "theta", 1), 2),
+        (("grids", "main", "theta", 2), None),
+        (("grids", "main", "theta", "1"), None),
+        (("grids", "other"), None),
+        (("study", 0), None),
+        (("study", "name"), None),
+    ],
+)
+def test_what_stands_at_a_place(location, found):
+    assert at(FILE, location) == found
+
+
+@pytest.mark.parametrize(
+    ("location", "text"),
+    [
+        ((), ""),
+        (("study",), "study"),
+        (("grids", "main", "theta", 1), "grids.main.theta[1]"),
+        ((0, "a"), "[0].a"),
+        (("a\nb",), repr("a\nb")),
+    ],
+)
+def test_a_place_in_words(location, text):
+    assert spell_location(location) == text
