@@ -33,11 +33,10 @@ from vibrissa.sticking.continuation import (
     Segment,
     StepSizes,
     ahead_of_clamp,
+    both_ways,
     first_segment,
     follow,
     has_swung,
-    pulled_segment,
-    round_segment,
     second_segment,
     switch_states,
 )
@@ -348,20 +347,22 @@ def _in_steps(
 
 def _follow_round(begun: Segment, rods: Rods, sizes: StepSizes, model: Contact) -> _Followed:
     """Follow round rods to where they swing aside, and to where they are pulled off."""
-    first = _exactly_begun(round_segment(begun, sizes, model), rods)
-    zero = np.zeros(len(first.origin))
-    ahead = _sections(first, zero, first.last * first.step)
-    solved = _solve_sections(first, ahead, RodSection.ROUND)
-    pulled = pulled_segment(first, model)
-    back = _sections(pulled, pulled.last * pulled.step, zero)
-    drawn = _solve_sections(pulled, back, RodSection.ROUND)
+    count = len(begun.origin)
+    ahead = np.arange(count)
+    both = both_ways(begun, sizes, model)
+    first = _exactly_begun(both.take(ahead), rods)
+    both = replace(both, branches=first.branches.take(np.tile(ahead, 2)))
+    end = both.last * both.step
+    sections = _sections(both, np.minimum(end, 0.0), np.maximum(end, 0.0))
+    solved = _solve_sections(both, sections, RodSection.ROUND)
     return _Followed(
         first=first,
         passed=_passed(first) | (ahead_of_clamp(first.at(first.last)[0]) < 0.0),
-        sections={Parameter.X0: ahead},
-        solved=solved,
+        sections={Parameter.X0: sections[:count]},
+        solved=solved[:count],
         pulled=[
-            _whole(Parameter.X0, bounds, parts) for bounds, parts in zip(back, drawn, strict=True)
+            _whole(Parameter.X0, bounds, parts)
+            for bounds, parts in zip(sections[count:], solved[count:], strict=True)
         ],
     )
 

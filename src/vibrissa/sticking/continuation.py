@@ -1,6 +1,7 @@
 """Continuation: a branch of equilibria is followed, with the kind of contact that each state needs.
 
-The branch begins at α = 0 and is followed in two segments. The first goes in steps of x0 until
+The branch begins at α = 0 and is followed in two segments. (Of a round rod it is followed from
+there both ways in one, see `vibrissa.sticking.collocation`.) The first goes in steps of x0 until
 −tan α has passed its maximum. From there to the end neither x0 nor α increases all the way: both
 turn back, the one shortly after the other. The second segment goes in steps of the *advance*, which
 takes the growth of the force into account (equation E3c), until x0 has turned back.
@@ -417,53 +418,35 @@ def ahead_of_clamp(states: RodStates) -> FloatArray:
     return contact_position(states)[0] - (1.0 - states.s_c)
 
 
-def round_segment(begun: Segment, sizes: StepSizes, model: Contact) -> Segment:
-    """Follow branches from α = 0 until the clamp has passed under the contact point.
+def both_ways(begun: Segment, sizes: StepSizes, model: Contact) -> Segment:
+    """Follow branches from α = 0 both ways: pushed and pulled by the clamp.
 
     Parameters
     ----------
     begun : Segment
-        With its first states.
+        With the first states of `n` branches.
     sizes, model
         As in `begin`.
 
     Returns
     -------
     Segment
-        Where the tip lifts off before, it ends there.
+        Of 2·n branches. The first n are followed until the clamp has passed under the contact point
+        or the tip lifts off; then come the same to x0 < 0, past `MOST_PULLED`.
     """
-    count = round(LIMIT_OF_X0 / sizes.x0)
+    count = len(begun.origin)
+    pulled = np.repeat([False, True], count)
+    straight = begun.branches.x1_init - np.sqrt(1.0 - begun.branches.eta**2)
+    twice = begun.take(np.tile(np.arange(count), 2))
+    twice = replace(twice, step=np.concatenate([begun.step, straight / PULL_STEPS]))
 
     def goes_on(segment: Segment) -> BoolArray:
         last = segment.steps[-1]
-        return (ahead_of_clamp(last) > -BEHIND_CLAMP) & (last.fy < 0.0)
+        ahead = (ahead_of_clamp(last) > -BEHIND_CLAMP) & (last.fy < 0.0)
+        needs_less = (last.fx < -MOST_PULLED * last.fy) & (len(segment.steps) < PULL_STEPS)
+        return np.where(pulled, needs_less, ahead)
 
-    return follow(begun, count, model, goes_on)
-
-
-def pulled_segment(first: Segment, model: Contact) -> Segment:
-    """Follow branches from α = 0 to x0 < 0, where the clamp pulls the tip, past `MOST_PULLED`.
-
-    Parameters
-    ----------
-    first : Segment
-        Of which the first states are taken.
-    model : Contact
-        POINT or LINE, as in `begin`.
-
-    Returns
-    -------
-    Segment
-    """
-    branches = first.branches
-    straight = branches.x1_init - np.sqrt(1.0 - branches.eta**2)
-    start = replace(first, step=straight / PULL_STEPS, steps=first.steps[:1], line=first.line[:1])
-
-    def goes_on(segment: Segment) -> BoolArray:
-        last = segment.steps[-1]
-        return last.fx < -MOST_PULLED * last.fy
-
-    return follow(start, PULL_STEPS - 1, model, goes_on)
+    return follow(twice, round(LIMIT_OF_X0 / sizes.x0), model, goes_on)
 
 
 def has_swung(states: RodStates) -> BoolArray:
