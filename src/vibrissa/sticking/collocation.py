@@ -62,8 +62,8 @@ STEP_SIZES = (
     StepSizes(nodes=108, x0=0.01, advance=0.005),
 )
 # Curves that are solved together: more share the overhead of each call, fewer stay in the
-# processor's cache and bound the memory, of which the pulled part of round rods takes most.
-BATCH = {RodSection.ROUND: 64, RodSection.PLANAR: 256}
+# processor's cache and bound the memory. Round rods have a pulled part, too.
+BATCH = {RodSection.ROUND: 128, RodSection.PLANAR: 256}
 
 # A state with a smaller margin of stability stands at a limit point.
 FOLD_MARGIN = 1e-3

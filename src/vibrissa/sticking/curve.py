@@ -502,6 +502,8 @@ def _until_end(
 
 def _passes_under(piece: Piece, x1_init: float) -> float:
     """Where the clamp passes under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
+    if piece.contact is Contact.POINT and piece.parameter is Parameter.X0:
+        return x1_init if piece.start <= x1_init <= piece.stop else np.nan
     level, way = np.array([x1_init - 1.0]), piece.samples.x0 - piece.samples.s_c
     return float(piece.first(way, level, _over_clamp, value=level)[0])
 
