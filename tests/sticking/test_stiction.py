@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from vibrissa import Status, solve_curve
 from vibrissa.sticking.curve import failed_curve
+from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.stiction import read_curve
 
 D = Decimal
@@ -48,7 +49,8 @@ def test_last_step_sticks_and_the_next_one_slips(curve, mu0, dx0):
 def test_onset_on_a_step_counts_as_sticking(curve, monkeypatch):
     # 0.3 is three steps of 0.1, though 0.3/0.1 is less than 3 in floating point.
     monkeypatch.setattr(type(curve), "onset", lambda self, mu0: np.full(len(mu0), 0.3))
-    monkeypatch.setattr(type(curve), "states_where_known", lambda self, x0: None)
+    unknown = lambda self, x0: StickingState.unknown(len(x0))  # noqa: E731
+    monkeypatch.setattr(type(curve), "states_where_known", unknown)
     assert read(curve, "0.4", "0.1").n_steps[0] == 3
 
 

@@ -152,8 +152,10 @@ class StickingCurve:
     def contact(self, x0: ArrayLike) -> list[str]:
         """Kind of contact at given displacements on the curve; empty at NaN."""
         x0 = np.atleast_1d(np.asarray(x0, dtype=float))
-        on = zip(x0, self._piece_of(x0), strict=True)
-        return ["" if np.isnan(at) else self._all[i].contact.value for at, i in on]
+        if not self.pieces:
+            return [""] * len(x0)
+        kinds = np.array([piece.contact.value for piece in self._all])
+        return list(np.where(np.isnan(x0), "", kinds[self._piece_of(x0)]).tolist())
 
     def state(self, x0: ArrayLike) -> StickingState:
         """Sticking state at the given footpoint displacements.
@@ -180,11 +182,15 @@ class StickingCurve:
                 f"x0 must lie on the curve, between {self.x0_pull:.6g} and {self.x0_end:.6g}; got "
                 f"{x0!r}"
             )
-        states, place = StickingState.unknown(x0.shape), self._piece_of(x0)
-        for index, piece in enumerate(self._all):
-            on_piece = place == index
-            if np.any(on_piece):
-                states.put(on_piece, piece.at_x0(np.minimum(x0[on_piece], piece.last_x0)))
+        place = self._piece_of(x0)
+        found = np.unique(place)
+        if x0.ndim == len(found) == 1:
+            piece = self._all[found[0]]
+            return replace(piece.at_x0(np.minimum(x0, piece.last_x0)), x0=x0)
+        states = StickingState.unknown(x0.shape)
+        for index in found:
+            on_piece, piece = place == index, self._all[index]
+            states.put(on_piece, piece.at_x0(np.minimum(x0[on_piece], piece.last_x0)))
         return replace(states, x0=x0)
 
     def friction_demand(self, x0: ArrayLike) -> FloatArray:
@@ -257,6 +263,8 @@ class StickingCurve:
     def states_where_known(self, x0: FloatArray) -> StickingState:
         """States at the displacements that are not NaN; NaN elsewhere."""
         states, known = StickingState.unknown(x0.shape), np.isfinite(x0)
+        if known.all():
+            return self.state(x0)
         if known.any():
             states.put(known, self.state(x0[known]))
         return states
@@ -307,7 +315,8 @@ class StickingCurve:
             alpha = np.where(past, piece.samples.alpha, -np.pi)
             at = piece.first(alpha, np.arctan(mu0), _slips_back)
             slips = ~slips_back & np.isfinite(at)
-            states.put(slips, piece.at(at[slips]))
+            if slips.any():
+                states.put(slips, piece.at(at[slips]))
             slips_back |= slips
         return [End.SLIPS_BACK if slips else self.end for slips in slips_back], states
 

@@ -94,9 +94,9 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
             end[row] = how.value
         ended.put(locks, states)
         trail.put(locks, curve.trailing_end(friction[locks]))
-    init = StickingState.unknown(n)
-    if curve.pieces:
-        init = curve.state(np.zeros(1)).take(np.zeros(n, dtype=np.int64))
+    # All that is asked of the curve at once: the first state, and two for each point.
+    x0_init = 0.0 if curve.pieces else np.nan
+    states = curve.states_where_known(np.concatenate([[x0_init], x0_max, x0_slip]))
     return Stiction(
         status=status,
         x0_slip=x0_slip,
@@ -105,9 +105,9 @@ def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decim
         # At 0 already, or strictly before the last sticking state; NaN compares as no.
         penetrates=touches & ((curve.x0_touch == 0.0) | (curve.x0_touch < sticks_until)),
         contact=curve.contact(np.where(slips, x0_slip, curve.x0_lock)),
-        init=init,
-        last=curve.states_where_known(x0_max),
-        slip=curve.states_where_known(x0_slip),
+        init=states.take(np.zeros(n, dtype=np.int64)),
+        last=states.take(slice(1, n + 1)),
+        slip=states.take(slice(n + 1, None)),
         end=end,
         ended=ended,
         trail=trail,
