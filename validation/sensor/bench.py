@@ -1,9 +1,9 @@
 """A bench for a sensor that shares no code with the package: stage, surface, slips, transducer.
 
-The stage moves in steps along x. The surface is a line, inclined by an angle that is positive where
-the surface comes nearer on the way. The tip sticks as long as |ft/fn| ≤ μ0, with the force along the
-surface and normal to it. The transducer's axes are those of the stage. All is in units of the rod,
-see `bench_rod`.
+The stage moves in steps along x. The surface is a line, inclined by an angle that is positive
+where the surface comes nearer on the way. The tip sticks as long as |ft/fn| ≤ μ0, with the force
+along the surface and normal to it. The transducer's axes are those of the stage. All is in units of
+the rod, see `bench_rod`.
 """
 
 from dataclasses import dataclass, field

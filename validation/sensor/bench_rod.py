@@ -159,7 +159,7 @@ class States:
         )
 
     def __call__(self, dx, dy):
-        """Loads fx, fy, m at tips, shape (..., 3)."""
+        """Give the loads fx, fy, m of tips, shape (..., 3)."""
         dx, dy = np.broadcast_arrays(np.asarray(dx, dtype=float), np.asarray(dy, dtype=float))
         if (dx < self.low[0]).any() or (dx > self.high[0]).any():
             raise ValueError("the tip is where no state is tabulated")
