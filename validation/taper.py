@@ -36,7 +36,7 @@ from vibrissa.sensor import (
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.reading.uncertainty import ratio_deviation, step_deviation
-from vibrissa.sensor.response.branch import largest_strain
+from vibrissa.sensor.strain import largest_strain
 
 ETA, CONTACT, LENGTH, MODULUS, DIAMETER = 0.85, "line", 0.1, 2.1e11, 0.7e-3
 SENSOR = preset("nano17-si-12-0.12")

@@ -3,9 +3,11 @@
 import csv
 import subprocess
 import sys
+from decimal import Decimal
 from importlib import import_module
 
 import numpy as np
+import pint
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given
@@ -17,7 +19,7 @@ from vibrissa.cli.app import COMMANDS, app, module_of
 from vibrissa.mechanics.rod import Rod
 from vibrissa.provenance import commit
 from vibrissa.sensor import series
-from vibrissa.sensor.quantities import Kind, Units
+from vibrissa.sensor.quantities import SI, USUAL, Kind, Units, in_si
 from vibrissa.sensor.transducer import preset
 
 ROD = ["--modulus", "210 GPa", "--diameter", "1 mm", "--length", "100 mm"]
@@ -165,10 +167,35 @@ def test_the_list_of_commands_does_not_wait_for_the_solvers():
 import sys
 from vibrissa.cli.app import app
 app(["--help"], standalone_mode=False)
-print({"numpy", "scipy", "pint", "matplotlib", "pyarrow"} & set(sys.modules))
+print({"numpy", "scipy", "pint", "matplotlib", "pyarrow", "rich"} & set(sys.modules))
 """
     listed = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert "identify" in listed.stdout and listed.stdout.endswith("set()\n")
+
+
+def test_an_onset_does_not_wait_for_libraries_that_it_does_not_need():
+    program = """
+import sys
+from vibrissa.cli.app import app
+app(sys.argv[1:], standalone_mode=False)
+heavy = {"scipy", "pandas", "pyarrow", "pint", "matplotlib", "rich"}
+print(heavy & {name.partition(".")[0] for name in sys.modules})
+"""
+    asked = ["solve", "--theta", "2", "--eta", "85 mm", *ROD, "--mu0", "0.4", "--step", "20 um"]
+    solved = subprocess.run([sys.executable, "-c", program, *asked], capture_output=True, text=True)
+    assert "strain" in solved.stdout and solved.stdout.endswith("set()\n")
+
+
+@pytest.mark.parametrize("kind", USUAL)
+def test_usual_units_are_those_of_pint(kind):
+    registry = pint.UnitRegistry(non_int_type=Decimal)
+    for unit, factor in USUAL[kind].items():
+        known = registry.Quantity(Decimal("1.25"), registry.parse_units(unit)).to(SI[kind])
+        assert (
+            in_si(f"1.25 {unit}", kind, "it")
+            == known.magnitude
+            == Decimal("1.25") * Decimal(factor)
+        )
 
 
 def test_a_mistake_in_the_program_is_not_dressed_up_as_one_of_the_input(monkeypatch):

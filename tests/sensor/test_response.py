@@ -6,9 +6,11 @@ import pytest
 import reference
 from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.errors import ArgumentError, NoResponseError
-from vibrissa.mechanics.bending import solve_and_measure
+from vibrissa.mechanics.bending import solve_and_measure, strains
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.sensor.response.branch import largest_strain, respond
+from vibrissa.mechanics.taper import diameter
+from vibrissa.sensor.response.branch import respond
+from vibrissa.sensor.strain import largest_strain
 
 
 @pytest.fixture(scope="module", params=[(2.0, 0.85, "point"), (2.0, 0.6, "line")])
@@ -119,6 +121,22 @@ def test_largest_strain_is_that_between_the_points_too(part):
     moment = f * (np.cos(alpha) * (x - x1) + np.sin(alpha) * (y - 0.7))
     expected = (0.5 * np.abs(moment) / (1.0 - s * 5.0 / 6.0) ** 3).max()
     assert largest_strain(curve, state) == pytest.approx(expected, rel=2e-5)
+
+
+@pytest.mark.parametrize("theta", [2.0, 4.0, 20.0])
+def test_a_hardly_bent_cone_is_strained_most_where_it_is_half_as_thick_again_as_its_tip(theta):
+    # A cantilever with a load at its tip: m ∝ 1 − s, and (1 − s)/d³ is largest at d = 1.5/θ.
+    one = np.ones(1)
+    found = strains(theta * one, 1e-4 * one, 0.5 * np.pi * one, 0.0 * one, one, one)
+    assert diameter(found.place, theta) * theta == pytest.approx(1.5, abs=0.02)
+    assert found.largest == pytest.approx(0.5e-4 * 4 * theta**3 / 27 / (theta - 1), rel=1e-3)
+
+
+def test_a_hardly_bent_cylinder_is_strained_most_at_the_clamp():
+    one = np.ones(1)
+    for theta in (1.0, 1.4):
+        found = strains(theta * one, 1e-4 * one, 0.5 * np.pi * one, 0.0 * one, one, one)
+        assert found.place == [0.0] and found.largest == pytest.approx(0.5e-4, rel=1e-3)
 
 
 TILTED = Mounting(clamp_angle=0.035, clamp_compliance=0.1, curvature=-0.1)

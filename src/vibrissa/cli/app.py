@@ -31,7 +31,10 @@ class Commands(TyperGroup):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
-        self.commands = {name: TyperCommand(name, help=text) for name, text in COMMANDS.items()}
+        # As a short help a text is not shortened further.
+        self.commands = {
+            name: TyperCommand(name, short_help=text) for name, text in COMMANDS.items()
+        }
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Load the command that is called."""
@@ -55,7 +58,7 @@ app = typer.Typer(
     name="vibrissa",
     cls=Commands,
     no_args_is_help=True,
-    rich_markup_mode="markdown",
+    rich_markup_mode=None,  # the list of commands does not wait for rich, a tenth of a second
     help="From a surface to the signals of a whisker-like sensor, and back to friction.\n\n"
     "Quantities have a unit, as in `--step '20 um'`, or are nondimensional without one: lengths "
     "in units of the rod's length L. With `--modulus`, `--diameter` and `--length` results are "

@@ -145,4 +145,4 @@ def _largest_strains(curves: Sequence[StickingCurve], longest: FloatArray) -> Fl
     theta, eta, x1_init = np.repeat(rods, STRAIN_STATES, axis=0).T
     x_c = x1_init - state.x0 - (1.0 - state.s_c)
     values = strains(theta, state.f, state.alpha, x_c, eta, state.s_c)
-    return np.asarray(values.reshape(-1, STRAIN_STATES).max(axis=1))
+    return np.asarray(values.largest.reshape(-1, STRAIN_STATES).max(axis=1))

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from vibrissa.mechanics.mounting import CLAMP_SLOPE, IDEAL, Mounting, Mountings
 from vibrissa.numerics.arrays import FloatArray
@@ -89,6 +88,8 @@ def deformed_shape(
     The end of the shape meets (x1, y1) only if the force is the equilibrium one: their distance
     is an independent residual of whoever found the force.
     """
+    from scipy.integrate import solve_ivp  # half a second to load
+
     free, x_c = s < s_c, x1 - (1.0 - s_c)
     moment = -f * (math.cos(alpha) * x_c + math.sin(alpha) * y1)
     slope = CLAMP_SLOPE + mounting.clamp_angle + mounting.clamp_compliance * moment

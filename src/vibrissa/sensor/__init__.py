@@ -2,23 +2,61 @@
 
 `solve`, `scan` and `identify` are what the command line does. Knows rods and their response; no
 study, no tables of a study.
+
+The names below are loaded when first used: who solves one onset does not wait for what identifies.
 """
 
-from vibrissa.sensor.identification.calibration import Unknown
-from vibrissa.sensor.identification.friction import Periods, PeriodStatus
-from vibrissa.sensor.identification.identify import Identification, identify
-from vibrissa.sensor.identification.recording import Method, Recording
-from vibrissa.sensor.onset import WhiskerOnset, solve
-from vibrissa.sensor.quantities import Units
-from vibrissa.sensor.response.branch import Response, respond
-from vibrissa.sensor.scanning import SurfaceScan, path, simulate
-from vibrissa.sensor.signals import Signals, scan
-from vibrissa.sensor.slips import SlipLaw
-from vibrissa.sensor.surfaces import Surface
-from vibrissa.sensor.transducer import Transducer, preset
-from vibrissa.sensor.whisker import Whisker
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vibrissa.sensor import surfaces
+    from vibrissa.sensor.identification.calibration import Unknown
+    from vibrissa.sensor.identification.friction import Periods, PeriodStatus
+    from vibrissa.sensor.identification.identify import Identification, identify
+    from vibrissa.sensor.identification.misfit.doubts import Grade
+    from vibrissa.sensor.identification.recording import Method, Recording
+    from vibrissa.sensor.identification.summary import FrictionSummary
+    from vibrissa.sensor.onset import WhiskerOnset, solve
+    from vibrissa.sensor.quantities import Units
+    from vibrissa.sensor.response.branch import Response, respond
+    from vibrissa.sensor.scanning import SurfaceScan, path, simulate
+    from vibrissa.sensor.signals import Signals, scan
+    from vibrissa.sensor.slips import SlipLaw
+    from vibrissa.sensor.surfaces import Surface
+    from vibrissa.sensor.transducer import Transducer, preset
+    from vibrissa.sensor.whisker import Whisker
+
+_HOMES = {
+    "FrictionSummary": "identification.summary",
+    "Grade": "identification.misfit.doubts",
+    "Identification": "identification.identify",
+    "Method": "identification.recording",
+    "PeriodStatus": "identification.friction",
+    "Periods": "identification.friction",
+    "Recording": "identification.recording",
+    "Response": "response.branch",
+    "Signals": "signals",
+    "SlipLaw": "slips",
+    "Surface": "surfaces",
+    "SurfaceScan": "scanning",
+    "Transducer": "transducer",
+    "Units": "quantities",
+    "Unknown": "identification.calibration",
+    "Whisker": "whisker",
+    "WhiskerOnset": "onset",
+    "identify": "identification.identify",
+    "path": "scanning",
+    "preset": "transducer",
+    "respond": "response.branch",
+    "scan": "signals",
+    "simulate": "scanning",
+    "solve": "onset",
+}
 
 __all__ = [
+    "FrictionSummary",
+    "Grade",
     "Identification",
     "Method",
     "PeriodStatus",
@@ -41,4 +79,14 @@ __all__ = [
     "scan",
     "simulate",
     "solve",
+    "surfaces",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module on first use."""
+    if name == "surfaces":
+        return import_module(f"{__name__}.surfaces")
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

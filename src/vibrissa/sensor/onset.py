@@ -9,8 +9,8 @@ from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
-from vibrissa.sensor.response.branch import largest_strain
 from vibrissa.sensor.series import Column, Tabular
+from vibrissa.sensor.strain import largest_strain
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, solve_onset
 

@@ -59,6 +59,13 @@ SI = {
     Kind.RATE: "Hz",
     Kind.NUMBER: "1",
 }
+# Usual units, for which pint is not asked: it takes half a second to load. In SI units.
+USUAL: dict[Kind, dict[str, str]] = {
+    Kind.LENGTH: {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "µm": "1e-6", "nm": "1e-9"},
+    Kind.FORCE: {"N": "1", "mN": "1e-3", "uN": "1e-6"},
+    Kind.MOMENT: {"N*m": "1", "N*mm": "1e-3", "mN*m": "1e-3", "uN*m": "1e-6", "mN*mm": "1e-6"},
+    Kind.STRESS: {"Pa": "1", "MPa": "1e6", "GPa": "1e9"},
+}
 # Smaller and larger magnitudes are refused: products and squares of the others are numbers.
 LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
 # How the units of nondimensional columns are written.
@@ -122,6 +129,8 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
     )
     if parts is None or UNIT.fullmatch(parts[2]) is None:
         raise refusal
+    if usual := USUAL.get(kind, {}).get(parts[2]):
+        return _checked(Decimal(parts[1]) * Decimal(usual), what)
     registry, wished = _registry(), "" if kind is Kind.NUMBER else SI[kind]
     from pint import PintError
 

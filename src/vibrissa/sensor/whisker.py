@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,13 +12,14 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
-from vibrissa.sensor.response.branch import Response, respond
-from vibrissa.sensor.response.height_range import respond_over
-from vibrissa.sensor.response.heights import Heights, reach_of, respond_between
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
+
+if TYPE_CHECKING:
+    from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
+    from vibrissa.sensor.response.branch import Response
+    from vibrissa.sensor.response.heights import Heights
 
 # Told what is being done, how much of it is done, and how much there is to do.
 Progress = Callable[[str, int, int], None]
@@ -31,7 +33,8 @@ def quiet(what: str, done: int, total: int) -> None:
 class Whisker:
     """A rod, the height of the surface above its clamp, and how it may touch the surface.
 
-    Its response is solved when it is first used, once.
+    Its response is solved when it is first used, once. What solves it is imported then, as it
+    needs SciPy, which takes half a second to load.
 
     Attributes
     ----------
@@ -136,19 +139,21 @@ class Whisker:
         )
 
     @cached_property
-    def pushed(self) -> Response:
+    def pushed(self) -> "Response":
         """Response where the clamp pushes the tip, x0 ≥ 0."""
         return self._respond(pull=False)
 
     @cached_property
-    def pulled(self) -> Response:
+    def pulled(self) -> "Response":
         """Response where the clamp pushes or pulls the tip."""
         return self._respond(pull=True)
 
-    def _respond(self, pull: bool) -> Response:
+    def _respond(self, pull: bool) -> "Response":
+        from vibrissa.sensor.response.branch import respond
+
         return respond(self.theta, self.eta, self.contact, pull, self.mounting, self.section)
 
-    def response(self, backward: bool) -> Response:
+    def response(self, backward: bool) -> "Response":
         """Give the response with x0 < 0 if it has been found: after a long slip the tip is pulled.
 
         Raises
@@ -169,7 +174,7 @@ class Whisker:
         backward: bool,
         progress: Progress = quiet,
         reach: float = 0.0,
-    ) -> ObliqueStage:
+    ) -> "ObliqueStage":
         """Solve the response, as `response` does, at all heights that an oblique stage passes.
 
         Parameters
@@ -192,6 +197,9 @@ class Whisker:
         NoResponseError
             If the rod has no response at its height.
         """
+        from vibrissa.sensor.oblique import ObliqueStage
+        from vibrissa.sensor.response.height_range import respond_over
+
         angle = self.mounting.stage_angle
         reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
         solved = partial(
@@ -215,8 +223,11 @@ class Whisker:
 
     def stages(
         self, positions: FloatArray, backward: bool, progress: Progress = quiet
-    ) -> ObliqueHeights:
+    ) -> "ObliqueHeights":
         """Solve the response on an oblique stage at heights near the given one; see `stage`."""
+        from vibrissa.sensor.oblique import ObliqueHeights
+        from vibrissa.sensor.response.heights import reach_of
+
         reach = reach_of(self.eta)
         stage = self.stage(positions, backward, progress, reach)
         approach = positions * np.sin(stage.angle)
@@ -227,8 +238,10 @@ class Whisker:
             high=min(self.eta + reach, stage.heights.high + float(approach.min())),
         )
 
-    def heights(self, backward: bool, progress: Callable[[int], None]) -> Heights:
+    def heights(self, backward: bool, progress: Callable[[int], None]) -> "Heights":
         """Solve the response at heights near the given one, as `response` does at one height."""
+        from vibrissa.sensor.response.heights import respond_between
+
         rod = self.theta, self.eta, self.contact
         try:
             return respond_between(*rod, True, progress, self.mounting, self.section)

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from scipy.special import ndtri
 
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
 from vibrissa.sensor.ends import moving, touching
-from vibrissa.sensor.identification.hum import hum_of
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Units, in_si
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 
@@ -167,6 +165,8 @@ def _time_unit(table: series.Table) -> float:
 
 def _without_hum(recording: Recording, time: FloatArray, units: Units) -> Recording:
     """Take hum of the mains off the readings, and note how much it was."""
+    from vibrissa.sensor.identification.hum import hum_of  # needs SciPy, half a second to load
+
     hum = hum_of(recording.readings, time, recording.clamp)
     if hum is None:
         return recording
@@ -238,6 +238,8 @@ def noise_of(readings: FloatArray) -> FloatArray:
         Slips do not count: they are outliers among the differences. NaN for a channel with a
         missing value.
     """
+    from scipy.special import ndtri  # half a second to load
+
     second = np.abs(np.diff(readings, n=2, axis=0))
     rough = np.median(second, axis=0) / ndtri(0.75)
     usual: BoolArray = second <= OUTLIER * rough

@@ -18,15 +18,13 @@ from scipy.interpolate import CubicSpline, PPoly
 from scipy.optimize import brentq
 
 from vibrissa.errors import NoResponseError
-from vibrissa.mechanics.bending import strains
-from vibrissa.mechanics.mounting import IDEAL, Mounting, Mountings
+from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.states import ContactState
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_states
 from vibrissa.sticking.curve import StickingCurve
-from vibrissa.sticking.piece import StickingState
 
 # Knots on each smooth piece of the curve; the spline between them is good to about 1e-9.
 KNOTS = 641
@@ -390,24 +388,3 @@ def _pulled_spline(
 def _reactions(state: ContactState) -> FloatArray:
     """Reactions of one state, or of many in rows."""
     return np.stack([state.reaction_fx, state.reaction_fy, state.reaction_m], axis=-1)
-
-
-def largest_strain(curve: StickingCurve, state: StickingState) -> float:
-    """Largest strain |φ'|·d/2 at the surface of the rod in one state, in units of d0/L.
-
-    Parameters
-    ----------
-    curve : StickingCurve
-    state : StickingState
-        One state on it.
-
-    Returns
-    -------
-    float
-    """
-    x1, height = curve.contact_point(state.x0)
-    contact = x1 - (1.0 - state.s_c)
-    values = (curve.theta, state.f, state.alpha, contact, height, state.s_c)
-    theta, f, alpha, x_c, y_c, s_c = (np.array([float(value)]) for value in values)
-    mounting = Mountings.of([curve.mounting])
-    return float(strains(theta, f, alpha, x_c, y_c, s_c, mounting)[0])

@@ -1,0 +1,55 @@
+"""Strains of a rod in a period of sticking."""
+
+import numpy as np
+
+from vibrissa.mechanics.bending import Strains, strains
+from vibrissa.mechanics.mounting import Mountings
+from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.piece import StickingState
+
+# States of a period among which the largest strain is sought, both ends included.
+STATES = 17
+
+
+def strains_in(curve: StickingCurve, states: StickingState) -> Strains:
+    """Largest strain in each of some states, and where along the rod it is.
+
+    Parameters
+    ----------
+    curve : StickingCurve
+    states : StickingState
+        On it, one or n.
+
+    Returns
+    -------
+    Strains
+        Columns of shape (n,).
+    """
+    x1, height = curve.contact_point(states.x0)
+    contact = x1 - (1.0 - states.s_c)
+    values = (curve.theta, states.f, states.alpha, contact, height, states.s_c)
+    theta, f, alpha, x_c, y_c, s_c = np.broadcast_arrays(*(np.atleast_1d(x) for x in values))
+    return strains(theta, f, alpha, x_c, y_c, s_c, Mountings.of([curve.mounting]))
+
+
+def largest_strain(curve: StickingCurve, state: StickingState) -> float:
+    """Largest strain |φ'|·d/2 at the surface of the rod in one state, in units of d0/L."""
+    return float(strains_in(curve, state).largest[0])
+
+
+def strains_until(curve: StickingCurve, end: float) -> Strains:
+    """Largest strain of a period of sticking, and where along the rod it is.
+
+    Parameters
+    ----------
+    curve : StickingCurve
+    end : float
+        Displacement x0 at which the period ends (L).
+
+    Returns
+    -------
+    Strains
+        Columns of shape (1,).
+    """
+    found = strains_in(curve, curve.state(np.linspace(0.0, end, STATES)))
+    return found.take(np.atleast_1d(found.largest.argmax()))
