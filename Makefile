@@ -24,7 +24,7 @@ export PYTHONNOUSERSITE := 1
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations mutate lint
-.PHONY: survey chains trailing roundtrip fuzz published explorer-agreement designs taper bench growth
+.PHONY: survey chains trailing roundtrip fuzz published explorer explorer-agreement designs taper bench growth
 .PHONY: docs setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
 
@@ -46,6 +46,7 @@ help:
 	@echo "  make archive              a study with its results and code as one file, an RO-Crate"
 	@echo "                            (takes STUDY=my.yaml and OUTPUT=file.zip)"
 	@echo "  make verify               in an unpacked archive: make its results again and compare"
+	@echo "  make explorer             results/explorer.html: move the rod in a browser, without a network"
 	@echo "Tests:"
 	@echo "  make test                 all tests (ARGS='tests/sensor -x' for some)"
 	@echo "  make test-slurm           a study on a SLURM that is set up for it (Debian, as root)"
@@ -212,6 +213,9 @@ fuzz: $(STAMP)
 # Half a minute; fails if a number differs by more than its rounding without a known reason.
 published: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/published.py
+
+explorer: $(STAMP)
+	@$(PY) -m vibrissa.explorer results/explorer.html
 
 # A minute; fails if a number differs by more than 1e-8.
 explorer-agreement: $(STAMP)

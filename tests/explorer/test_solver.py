@@ -4,7 +4,7 @@ import json
 
 import explorer_agreement as agreement
 import pytest
-from browser import CHROMIUM, chromium
+from browser import CHROMIUM
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
@@ -18,11 +18,10 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    with chromium(tmp_path_factory.mktemp("chromium")) as page:
-        agreement.open_solver(page)
-        yield page
+@pytest.fixture
+def page(browser):
+    agreement.open_solver(browser)
+    return browser
 
 
 def solved(page, expression, **rod):
@@ -64,7 +63,7 @@ def test_the_work_of_the_clamp_is_the_gain_of_energy(page, eta, contact):
     states = solved(
         page,
         "Array.from({ length: 201 }, (_, k) => stateAt(path, 0.0005 * k))"
-        ".map((s) => [s.fx, path.branch.rod.energy(s)])",
+        ".map((s) => [s.fx, path.branch.rod.energyOf(s.unknowns)])",
         theta=3,
         eta=eta,
         contact=contact,

@@ -93,7 +93,7 @@ export function isPossible(state) {
  * @returns {boolean} Whether the rod is bent to one side throughout, and pressed.
  */
 function isFirstMode(rod, state) {
-  return state.fy < 0 && rod.moments(state).every((m) => m < 0);
+  return state.fy < 0 && rod.moments(state.unknowns).every((m) => m < 0);
 }
 
 /**

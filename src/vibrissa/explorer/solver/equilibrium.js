@@ -1,5 +1,13 @@
 // The equations of one rod in contact, and Newton's iteration for them: docs/model.md, (E1) to (E4).
 
+import {
+  arcDensity,
+  arcGrowth,
+  bendingCoordinate,
+  compliance,
+  complianceGrowths,
+  compliances,
+} from "./cone.js";
 import { factorised, solved } from "./linear.js";
 import { gaussRule, legendre, legendreIntegrals } from "./spectral.js";
 
@@ -310,11 +318,11 @@ export class Rod {
   /**
    * Bending moments at the nodes.
    *
-   * @param {State} state
+   * @param {Float64Array} unknowns
    * @returns {Float64Array}
    */
-  moments(state) {
-    const { gradient } = this.parts(state.unknowns);
+  moments(unknowns) {
+    const { gradient } = this.parts(unknowns);
     const { fromStart, weights } = this.rule;
     const count = this.nodes;
     return weights.map((_, i) => {
@@ -329,13 +337,14 @@ export class Rod {
   /**
    * Bending energy, in units of E·I0/L.
    *
-   * @param {State} state
+   * @param {Float64Array} unknowns
    * @returns {number}
    */
-  energy(state) {
+  energyOf(unknowns) {
     const { nodes, weights } = this.rule;
-    return this.moments(state).reduce(
-      (sum, m, i) => sum + 0.5 * weights[i] * m * m * compliance(this.theta, state.sc, nodes[i]),
+    const sc = unknowns[this.nodes + 2];
+    return this.moments(unknowns).reduce(
+      (sum, m, i) => sum + 0.5 * weights[i] * m * m * compliance(this.theta, sc, nodes[i]),
       0,
     );
   }
@@ -451,86 +460,4 @@ function product(matrix, vector) {
     result[i] = sum;
   }
   return result;
-}
-
-/**
- * Inverse diameter g + b·τ of the free part, in units of that of the tip: (5) of docs/model.md.
- *
- * @param {number} theta
- * @param {number} sc
- * @returns {{ g: number, b: number }}
- */
-function inverseDiameter(theta, sc) {
-  const b = (theta - 1) * sc;
-  return { g: theta - b, b };
-}
-
-/**
- * @param {number} theta
- * @param {number} sc
- * @param {number} tau
- * @returns {number} ds/dτ.
- */
-function arcDensity(theta, sc, tau) {
-  const { g, b } = inverseDiameter(theta, sc);
-  return (theta * sc * g) / (g + b * tau) ** 2;
-}
-
-/**
- * @param {number} theta
- * @param {number} sc
- * @param {number} tau
- * @returns {number} Logarithmic derivative of ds/dτ with respect to s_c.
- */
-function arcGrowth(theta, sc, tau) {
-  const { g, b } = inverseDiameter(theta, sc);
-  return 1 / sc - (theta - 1) / g + (2 * (theta - 1) * (1 - tau)) / (g + b * tau);
-}
-
-/**
- * @param {number} theta
- * @param {number} sc
- * @param {number} tau
- * @returns {number} B⁻¹·ds/dτ.
- */
-function compliance(theta, sc, tau) {
-  const [c0, c1, c2] = compliances(theta, sc);
-  return c0 + tau * (c1 + tau * c2);
-}
-
-/**
- * @param {number} theta
- * @param {number} sc
- * @returns {number[]} Factors of 1, τ and τ² in B⁻¹·ds/dτ.
- */
-function compliances(theta, sc) {
-  const { g, b } = inverseDiameter(theta, sc);
-  return [(theta * sc) / g, (2 * theta * sc * b) / g ** 2, (theta * sc * b ** 2) / g ** 3];
-}
-
-/**
- * @param {number} theta
- * @param {number} sc
- * @returns {number[]} Derivatives of `compliances` with respect to s_c.
- */
-function complianceGrowths(theta, sc) {
-  const { g, b } = inverseDiameter(theta, sc);
-  const t = theta - 1;
-  return [
-    theta * (1 / g + (sc * t) / g ** 2),
-    2 * theta * (b / g ** 2 + (sc * t) / g ** 2 + (2 * sc * b * t) / g ** 3),
-    theta * (b ** 2 / g ** 3 + (2 * sc * b * t) / g ** 3 + (3 * sc * b ** 2 * t) / g ** 4),
-  ];
-}
-
-/**
- * @param {number} theta
- * @param {number} sc
- * @param {number} s Arc length on the free part.
- * @returns {number} τ.
- */
-function bendingCoordinate(theta, sc, s) {
-  // Inverse of s = θ·s_c·τ/h: s·(g + b·τ) = θ·s_c·τ.
-  const { g, b } = inverseDiameter(theta, sc);
-  return (s * g) / (theta * sc - b * s);
 }

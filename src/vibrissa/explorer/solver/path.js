@@ -135,6 +135,7 @@ export function backOnset(path, mu0) {
  */
 export function touch(path) {
   const { knots } = path.pushed;
+  if (knots[0].state.phi1 < 0) return knots[0].state;
   const lies = knots.find(({ state }) => state.contact === "line");
   return lies ? lies.state : stateWhere(path, path.pushed, ({ state }) => -state.phi1);
 }
@@ -189,4 +190,59 @@ function partOf(from, to, offset) {
     else high = part;
   }
   return 0.5 * (low + high);
+}
+
+/**
+ * A path as a table, dense enough to be drawn.
+ *
+ * @typedef {object} Curve
+ * @property {number[]} x0
+ * @property {number[]} fx
+ * @property {number[]} fy
+ * @property {number[]} m
+ * @property {number[]} energy
+ */
+
+/**
+ * Sample a path from the last pulled state to its end.
+ *
+ * @param {Path} path
+ * @param {number} parts Into which each step is divided.
+ * @returns {Curve}
+ */
+export function sampled({ branch, pulled, pushed }, parts) {
+  /** @type {Curve} */
+  const curve = { x0: [], fx: [], fy: [], m: [], energy: [] };
+  const behind = samples(branch, pulled.knots, parts).reverse();
+  for (const [x0, fx, fy, m, energy] of [...behind.slice(0, -1), ...samples(branch, pushed.knots, parts)]) {
+    curve.x0.push(x0);
+    curve.fx.push(fx);
+    curve.fy.push(fy);
+    curve.m.push(m);
+    curve.energy.push(energy);
+  }
+  return curve;
+}
+
+/**
+ * @param {Branch} branch
+ * @param {Knot[]} knots
+ * @param {number} parts
+ * @returns {number[][]} x0, fx, fy, m and energy.
+ */
+function samples(branch, knots, parts) {
+  const { rod } = branch;
+  const rows = [];
+  for (let i = 1; i < knots.length; i += 1) {
+    if (knots[i].step === 0) continue;
+    for (let k = 0; k < parts; k += 1) {
+      const unknowns = between(knots[i - 1], knots[i], k / parts);
+      const { offset, fx, fy, m } = rod.state(unknowns, knots[i - 1].state.contact);
+      rows.push([branch.x1 - offset, fx, fy, m, rod.energyOf(unknowns)]);
+    }
+  }
+  const { state } = knots[knots.length - 1];
+  const x0 = displacement(branch, state);
+  rows.push([x0, state.fx, state.fy, state.m, rod.energyOf(state.unknowns)]);
+  return rows;
 }

@@ -1,0 +1,29 @@
+"""Write the explorer into a file: ``python -m vibrissa.explorer explorer.html``."""
+
+import sys
+from pathlib import Path
+
+from vibrissa.extras import require
+from vibrissa.files import write_atomically
+
+
+def main(arguments: list[str]) -> str:
+    """Write the page; say what is wrong, or nothing."""
+    if len(arguments) != 1:
+        return "say where to: python -m vibrissa.explorer explorer.html"
+    require("workflow", "jinja2")
+    from vibrissa.explorer.page import page
+
+    path = Path(arguments[0])
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with write_atomically(path) as temporary:
+            temporary.write_text(page(), encoding="utf-8")
+    except OSError as error:
+        return f"the explorer cannot be written: {error}"
+    print(f"open {path.resolve().as_uri()} in a browser")
+    return ""
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,130 @@
+"""The explorer as a page of its own, and as a part of other pages."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from vibrissa.explorer.modules import bundle
+
+FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preset:
+    """Settings that a user can choose by name.
+
+    Attributes
+    ----------
+    name : str
+    note : str
+        What the page then says.
+    settings : mapping
+        Values of the page's fields by their keys (`view/settings.js`); the others stay.
+    clamp : float
+        Where the clamp is moved (L).
+    play : bool
+        Whether the clamp then moves on by itself.
+    """
+
+    name: str
+    note: str = ""
+    settings: Mapping[str, float | str]
+    clamp: float = 0.0
+    play: bool = False
+
+
+def _paper(theta: float, mu0: float) -> dict[str, float | str]:
+    """Give the paper's settings: tip contact, free slips, a round rod."""
+    words = {"contact": "point", "section": "round", "law": "free"}
+    return {"theta": theta, "mu0": mu0, "eta": 0.85, "dx0": 0.001} | words
+
+
+# The figures of the paper, as config.yaml has them.
+PAPER = (
+    Preset(
+        name="Figure 3: one period",
+        note="One period of sticking at θ = 2, μ0 = 0.4, in steps of 0.001.",
+        settings=_paper(2, 0.4),
+        clamp=0.052,
+    ),
+    *(
+        Preset(
+            name=f"Figure {figure}: play",
+            note=f"Stick and slip at θ = {theta}, μ0 = {mu0}, in steps of 0.001.",
+            settings=_paper(theta, mu0),
+            play=True,
+        )
+        for figure, theta, mu0 in (
+            ("4a", 1, 0.3),
+            ("4b", 2, 0.3),
+            ("4c", 3, 0.3),
+            ("5a", 1, 0.4),
+            ("5b", 2, 0.4),
+            ("5c", 3, 0.4),
+        )
+    ),
+    Preset(
+        name="Figure 6: move θ",
+        note="Move θ from 1 to 3 and watch x0,max.",
+        settings=_paper(1, 0.3),
+    ),
+    Preset(
+        name="Figure 7: move μ0",
+        note="Move μ0 from 0.1 to 0.5 and watch x0,max; above μ_lock the tip locks.",
+        settings=_paper(2, 0.1),
+    ),
+    Preset(
+        name="Figure 8: a tip in the surface",
+        note="With the tip at 0.15 ahead of the clamp, the rod passes through the surface.",
+        settings=_paper(1, 2) | {"eta": 0.55},
+        clamp=0.572,
+    ),
+)
+
+
+def fragment(presets: Sequence[Preset]) -> Markup:
+    """Write the explorer as a part of a page, which also needs `style` and `program`.
+
+    Parameters
+    ----------
+    presets : sequence of Preset
+
+    Returns
+    -------
+    Markup
+    """
+    rows = [asdict(preset) for preset in presets]
+    return Markup(_template("explorer.html").render(presets=rows))
+
+
+def style() -> Markup:
+    """Style sheet of the explorer; it touches nothing else of a page."""
+    return Markup((FOLDER / "explorer.css").read_text(encoding="utf-8"))
+
+
+def program() -> Markup:
+    """Program of the explorer, in a scope of its own."""
+    return Markup(f'(() => {{\n"use strict";\n{bundle("view/explorer.js")}}})();')
+
+
+def page() -> str:
+    """Write the explorer as a page of its own.
+
+    Returns
+    -------
+    str
+        HTML that refers to nothing outside itself.
+    """
+    return _template("page.html").render(explorer=fragment(PAPER), style=style(), program=program())
+
+
+def _template(name: str) -> jinja2.Template:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(FOLDER),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    return environment.get_template(name)

@@ -1,0 +1,279 @@
+// The clamp moves and the tip sticks, slips, locks: docs/model.md and docs/simulate.md.
+
+import { demand } from "./equilibrium.js";
+import { displacement } from "./arm.js";
+import { bracketedRoot } from "./roots.js";
+import { backOnset, onset, pulledOnset, stateAt, touch } from "./path.js";
+
+/** @import { State } from "./equilibrium.js" */
+/** @import { Path } from "./path.js" */
+
+/** Stretches of a slip in which its energy is added up, and how often a tip may slide back. */
+const STRETCHES = 24;
+const MOST_SLIDES = 20;
+const TOLERANCE = 1e-12;
+
+/**
+ * Where a slip ends: at α = 0, where kinetic friction holds, or where it has consumed the energy.
+ *
+ * @typedef {"free" | "kinetic" | "energy"} SlipLaw
+ */
+
+/**
+ * @typedef {object} Friction
+ * @property {number} mu0
+ * @property {number} ratio Kinetic over static friction.
+ * @property {SlipLaw} law
+ */
+
+/**
+ * Why sticking ends at a displacement.
+ *
+ * @typedef {"slips" | "swings" | "slips back" | "snaps" | "lifts" | "inadmissible" | "unknown"} Limit
+ */
+
+/**
+ * What the path and the friction say of sticking, all in displacements x0.
+ *
+ * @typedef {object} Sticking
+ * @property {Path} path
+ * @property {Friction} friction
+ * @property {number} high Where it ends when x0 grows.
+ * @property {Limit} highBy
+ * @property {number} low Where it ends when x0 falls.
+ * @property {Limit} lowBy
+ * @property {number} touch Where the tip's slope is zero; NaN where it never is.
+ * @property {number} lock The critical state; NaN where the tip slips before.
+ */
+
+/**
+ * Where clamp and tip are.
+ *
+ * @typedef {object} Place
+ * @property {number} clamp
+ * @property {number} contact Position of the tip along the surface.
+ * @property {number} side 1 where the tip is ahead of the clamp, -1 where the rod has swung round.
+ */
+
+/**
+ * What happened on the way.
+ *
+ * @typedef {object} Event
+ * @property {Limit | "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks"} what
+ * @property {number} clamp
+ * @property {number} x0
+ * @property {number} rest Displacement afterwards.
+ */
+
+/**
+ * Say where sticking ends.
+ *
+ * @param {Path} path
+ * @param {Friction} friction
+ * @returns {Sticking}
+ */
+export function stickingOf(path, friction) {
+  const { branch, pushed } = path;
+  /** @param {State | null} state */
+  const at = (state) => (state ? displacement(branch, state) : NaN);
+  const slip = at(onset(path, friction.mu0));
+  const back = at(backOnset(path, friction.mu0));
+  const pulled = at(pulledOnset(path, friction.mu0));
+  const [high, highBy] = firstOf([
+    [slip, "slips"],
+    [back, "slips back"],
+    [path.x0End, endOf(pushed.end)],
+  ]);
+  return {
+    path,
+    friction,
+    high,
+    highBy,
+    low: Number.isNaN(pulled) ? path.x0Pulled : pulled,
+    lowBy: Number.isNaN(pulled) ? "unknown" : "slips",
+    touch: at(touch(path)),
+    lock: Number.isNaN(slip) && path.lock ? at(path.lock.state) : NaN,
+  };
+}
+
+/**
+ * @param {[number, Limit][]} limits
+ * @returns {[number, Limit]}
+ */
+function firstOf(limits) {
+  return limits.filter(([x0]) => !Number.isNaN(x0)).reduce((a, b) => (b[0] < a[0] ? b : a));
+}
+
+/**
+ * @param {import("./arm.js").End} end
+ * @returns {Limit}
+ */
+function endOf(end) {
+  return end === "lost" || end === "steep" ? "unknown" : end;
+}
+
+/**
+ * The place in which a period begins, with the clamp at 0.
+ *
+ * @param {Sticking} sticking
+ * @returns {Place}
+ */
+export function begun({ path }) {
+  return { clamp: 0, contact: path.branch.x1, side: 1 };
+}
+
+/**
+ * Displacement of the clamp since α = 0.
+ *
+ * @param {Sticking} sticking
+ * @param {Place} place
+ * @returns {number}
+ */
+export function x0Of({ path }, { clamp, contact, side }) {
+  return side * (clamp - contact) + path.branch.x1;
+}
+
+/**
+ * Place of the tip at a displacement.
+ *
+ * @param {Sticking} sticking
+ * @param {number} clamp
+ * @param {number} x0
+ * @param {number} side
+ * @returns {Place}
+ */
+export function placed({ path }, clamp, x0, side) {
+  return { clamp, contact: clamp + side * (path.branch.x1 - x0), side };
+}
+
+/**
+ * Move the clamp.
+ *
+ * @param {Sticking} sticking
+ * @param {Place} from
+ * @param {number} clamp
+ * @param {boolean} stepped Whether a tip slips after the step that is too far, as in the paper, and
+ *   not at the exact onset on the way.
+ * @returns {{ place: Place, events: Event[] }}
+ */
+export function moved(sticking, from, clamp, stepped = false) {
+  /** @type {Event[]} */
+  const events = [];
+  let place = from;
+  // Each turn sticks to the target, or to where sticking ends.
+  while (events.length < 400) {
+    const x0 = x0Of(sticking, place);
+    const aim = x0Of(sticking, { ...place, clamp });
+    const limit = limitOf(sticking, aim);
+    // A rod swings aside on the way, also in a step.
+    const exact = limit && (!stepped || limit.by === "swings");
+    const until = exact ? limit.x0 : aim;
+    const at = exact ? place.clamp + place.side * (limit.x0 - x0) : clamp;
+    events.push(...passed(sticking, place, limit ? limit.x0 : aim));
+    if (!limit) return { place: { ...place, clamp }, events };
+    const rest = limit.by === "slips" ? restOf(sticking, until) : 0;
+    events.push({ what: limit.by, clamp: at, x0: limit.x0, rest });
+    place =
+      limit.by === "swings"
+        ? placed(sticking, at, limit.x0, -place.side)
+        : placed(sticking, at, rest, place.side);
+    if (stepped && limit.by !== "swings") return { place, events };
+  }
+  return { place: { ...place, clamp }, events };
+}
+
+/**
+ * @param {Sticking} sticking
+ * @param {number} aim
+ * @returns {{ x0: number, by: Limit } | null} What ends sticking on the way to a displacement.
+ */
+function limitOf({ low, lowBy, high, highBy }, aim) {
+  if (aim > high + TOLERANCE) return { x0: high, by: highBy };
+  return aim < low - TOLERANCE ? { x0: low, by: lowBy } : null;
+}
+
+/**
+ * What is passed while the tip sticks.
+ *
+ * @param {Sticking} sticking
+ * @param {Place} place
+ * @param {number} to
+ * @returns {Event[]}
+ */
+function passed(sticking, place, to) {
+  const from = x0Of(sticking, place);
+  const lies = sticking.path.branch.model === "line";
+  /** @type {[number, Event["what"], Event["what"]][]} */
+  const marks = [
+    [sticking.touch, lies ? "lies down" : "passes through", lies ? "peels off" : "comes free"],
+    [sticking.lock, "locks", "unlocks"],
+  ];
+  return marks
+    .filter(([at]) => from < at !== to < at && at > 0)
+    .map(([at, up, down]) => {
+      const clamp = place.clamp + place.side * (at - from);
+      return { what: to > from ? up : down, clamp, x0: at, rest: at };
+    });
+}
+
+/**
+ * Displacement at which a slipping tip comes to rest.
+ *
+ * @param {Sticking} sticking
+ * @param {number} from
+ * @returns {number}
+ */
+export function restOf({ path, friction }, from) {
+  const { mu0, ratio, law } = friction;
+  if (law === "free") return 0;
+  if (law === "kinetic") {
+    const state = from > 0 ? onset(path, ratio * mu0) : pulledOnset(path, ratio * mu0);
+    return state ? displacement(path.branch, state) : 0;
+  }
+  let x0 = from;
+  for (let slide = 0; slide < MOST_SLIDES; slide += 1) {
+    x0 = slideEnd(path, ratio * mu0, x0);
+    const state = stateAt(path, x0);
+    if (!state || Math.abs(demand(state)) <= mu0) return state ? x0 : 0;
+  }
+  return 0;
+}
+
+/**
+ * Where the energy that a slide releases is consumed by kinetic friction.
+ *
+ * @param {Path} path
+ * @param {number} kinetic
+ * @param {number} from
+ * @returns {number} NaN where the tip leaves the known states.
+ */
+function slideEnd(path, kinetic, from) {
+  const ahead = from > 0 ? -1 : 1;
+  const end = ahead < 0 ? path.x0Pulled : path.x0End;
+  /** @param {number} x0 */
+  const excess = (x0) => {
+    const state = stateAt(path, x0);
+    return state ? ahead * state.fx + kinetic * state.fy : NaN;
+  };
+  /**
+   * @param {number} a
+   * @param {number} b
+   */
+  const gained = (a, b) =>
+    (Math.abs(b - a) / 6) * (excess(a) + 4 * excess(0.5 * (a + b)) + excess(b));
+  const step = (ahead * Math.abs(from)) / STRETCHES;
+  let energy = 0;
+  for (let x0 = from; ahead * (end - x0) > 0; x0 += step) {
+    const next = ahead < 0 ? Math.max(end, x0 + step) : Math.min(end, x0 + step);
+    const after = energy + gained(x0, next);
+    if (Number.isNaN(after)) return NaN;
+    if (after <= 0) {
+      const [start, before] = [x0, energy];
+      /** @param {number} at */
+      const left = (at) => before + gained(start, at);
+      return bracketedRoot(left, start, next, Math.max(before, TOLERANCE), after, TOLERANCE);
+    }
+    energy = after;
+  }
+  return NaN;
+}

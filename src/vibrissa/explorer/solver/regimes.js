@@ -1,0 +1,36 @@
+// The map of what a tip does: friction coefficients over the taper, at one height.
+
+import { demand } from "./equilibrium.js";
+import { solvedPath, touch } from "./path.js";
+
+/** @import { Contact } from "./equilibrium.js" */
+
+/**
+ * What divides the map at one taper.
+ *
+ * @typedef {object} Division
+ * @property {number} theta
+ * @property {number} lock μ_lock; NaN where it is not known.
+ * @property {number} touch Friction at which the slope of the tip is zero; NaN where it never is.
+ */
+
+/**
+ * Solve the map, one taper at a time, so that a page can do so between its frames.
+ *
+ * @param {{ eta: number, contact: Contact, round: boolean }} rod
+ * @param {number[]} tapers
+ * @returns {Generator<Division, void, void>}
+ */
+export function* divisions(rod, tapers) {
+  let nodes = 0;
+  for (const theta of tapers) {
+    const { path } = solvedPath({ ...rod, theta }, nodes);
+    const state = path && touch(path);
+    nodes = path ? path.branch.rod.nodes : 0;
+    yield {
+      theta,
+      lock: path ? path.muLock : NaN,
+      touch: state ? Math.max(0, demand(state)) : NaN,
+    };
+  }
+}

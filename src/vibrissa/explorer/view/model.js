@@ -1,0 +1,176 @@
+// The rod that the page moves: settings, solved path, place of clamp and tip, and what was read.
+
+import { demand } from "../solver/equilibrium.js";
+import { begun, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
+import { sampled, solvedPath, stateAt } from "../solver/path.js";
+import { DEFAULTS } from "./settings.js";
+
+/** @import { State } from "../solver/equilibrium.js" */
+/** @import { Event, Place, Sticking } from "../solver/motion.js" */
+/** @import { Curve } from "../solver/path.js" */
+/** @import { Reading } from "./panels.js" */
+/** @import { Settings } from "./settings.js" */
+
+/** Longest trace, and the parts of a move that are read one by one. */
+const MOST_READINGS = 3000;
+const MOST_PARTS = 16;
+const PARTS_OF_A_STEP = 4;
+const OF_THE_PATH = /** @type {const} */ (["theta", "eta", "contact", "section"]);
+const OF_FRICTION = /** @type {const} */ (["mu0", "ratio", "law"]);
+
+/**
+ * @typedef {Reading & { x0: number, contact: number, phi1: number, sc: number, side: number }} Row
+ */
+
+export class Model {
+  constructor() {
+    /** @type {Settings} */
+    this.settings = { ...DEFAULTS };
+    /** @type {Row[]} */
+    this.trace = [];
+    /** @type {Sticking | null} */
+    this.sticking = null;
+    /** @type {Place | undefined} */
+    this.place = undefined;
+    this.message = "";
+    this.nodes = 0;
+    this.solve(0);
+  }
+
+  /**
+   * Change settings; the rod is solved anew where it is another one.
+   *
+   * @param {Partial<Settings>} change
+   * @returns {Event[]} What happens because of it.
+   */
+  change(change) {
+    const before = this.settings;
+    this.settings = { ...before, ...change };
+    if (OF_THE_PATH.some((key) => this.settings[key] !== before[key]) || !this.sticking) {
+      this.solve(this.x0);
+      return [];
+    }
+    if (!OF_FRICTION.some((key) => this.settings[key] !== before[key])) return [];
+    this.sticking = stickingOf(this.sticking.path, this.settings);
+    return this.place ? this.moveTo(this.place.clamp) : [];
+  }
+
+  /**
+   * Solve the path of the rod, and put the clamp where it was relative to the tip.
+   *
+   * @param {number} x0
+   */
+  solve(x0) {
+    const { theta, eta, contact, section } = this.settings;
+    const rod = { theta, eta, contact, round: section === "round" };
+    const { path, message } = solvedPath(rod, this.nodes);
+    this.message = message;
+    this.nodes = path ? path.branch.rod.nodes : 0;
+    // Not more nodes for ever because of one rod that needed them.
+    if (this.nodes > 30) this.nodes = Math.round(0.7 * this.nodes);
+    if (!path) {
+      this.sticking = null;
+      return;
+    }
+    this.sticking = stickingOf(path, this.settings);
+    /** @type {Curve} */
+    this.curve = sampled(path, PARTS_OF_A_STEP);
+    const { low, high } = this.sticking;
+    const clamp = this.place ? this.place.clamp : 0;
+    const side = this.place ? this.place.side : 1;
+    this.place = placed(this.sticking, clamp, Math.min(high, Math.max(low, x0)), side);
+    this.trace = [];
+    this.look();
+  }
+
+  /** Displacement since α = 0. */
+  get x0() {
+    return this.sticking && this.place ? x0Of(this.sticking, this.place) : 0;
+  }
+
+  /** Begin anew with the clamp at 0. */
+  restart() {
+    if (!this.sticking) return;
+    this.place = begun(this.sticking);
+    this.trace = [];
+    this.look();
+  }
+
+  /**
+   * Move the clamp without a stop.
+   *
+   * @param {number} clamp
+   * @returns {Event[]}
+   */
+  moveTo(clamp) {
+    if (!this.sticking || !this.place) return [];
+    const from = this.place.clamp;
+    const parts = Math.ceil(Math.abs(clamp - from) / this.settings.dx0);
+    const count = Math.min(MOST_PARTS, Math.max(1, parts));
+    /** @type {Event[]} */
+    const events = [];
+    for (let k = 1; k <= count; k += 1) {
+      events.push(...this.part(from + ((clamp - from) * k) / count, false));
+    }
+    return events;
+  }
+
+  /**
+   * Move the clamp by one step, after which a tip slips that has been moved too far.
+   *
+   * @returns {Event[]}
+   */
+  step() {
+    if (!this.sticking || !this.place) return [];
+    // Multiples of the step, not sums of it.
+    const number = Math.round(this.place.clamp / this.settings.dx0) + 1;
+    return this.part(number * this.settings.dx0, true);
+  }
+
+  /**
+   * @param {number} clamp
+   * @param {boolean} stepped
+   * @returns {Event[]}
+   */
+  part(clamp, stepped) {
+    if (!this.sticking || !this.place) return [];
+    const { place, events } = moved(this.sticking, this.place, clamp, stepped);
+    const jump = events.find(({ what }) => what === "slips" || what === "swings");
+    if (jump && !stepped) {
+      // The last reading before the jump, and the first after it.
+      this.place = placed(this.sticking, jump.clamp, jump.x0, this.place.side);
+      this.look();
+      const side = jump.what === "swings" ? -this.place.side : this.place.side;
+      this.place = placed(this.sticking, jump.clamp, jump.what === "swings" ? jump.x0 : jump.rest, side);
+      this.look();
+    }
+    this.place = place;
+    this.look();
+    return events;
+  }
+
+  /** Solve the state in which the rod is now, and read the clamp's forces. */
+  look() {
+    if (!this.sticking || !this.place) return;
+    const { sticking, place } = this;
+    const { branch } = sticking.path;
+    const x0 = x0Of(sticking, place);
+    const state = stateAt(sticking.path, Math.max(sticking.low, Math.min(sticking.high, x0)));
+    if (!state) {
+      this.message = `no state was found at x0 = ${x0.toFixed(4)}`;
+      return;
+    }
+    this.message = "";
+    this.state = state;
+    const { fx, fy, m, phi1, sc } = state;
+    const { side } = place;
+    const row = { clamp: place.clamp, x0, contact: place.contact, fx: side * fx, fy, m: side * m };
+    this.trace.push({ ...row, phi1: side > 0 ? phi1 : Math.PI - phi1, sc, side });
+    if (this.trace.length > MOST_READINGS) this.trace.splice(0, MOST_READINGS / 3);
+    this.now = {
+      ...this.trace[this.trace.length - 1],
+      demand: demand(state),
+      energy: branch.rod.energyOf(state.unknowns),
+    };
+  }
+}

@@ -1,0 +1,89 @@
+// Elements of drawings, and numbers as text.
+
+const NAMESPACE = "http://www.w3.org/2000/svg";
+
+/**
+ * Add an element to a drawing.
+ *
+ * @param {Element} parent
+ * @param {string} name
+ * @param {Record<string, string | number>} [attributes]
+ * @returns {SVGElement}
+ */
+export function drawn(parent, name, attributes = {}) {
+  const node = document.createElementNS(NAMESPACE, name);
+  set(node, attributes);
+  parent.append(node);
+  return node;
+}
+
+/**
+ * @param {Element} node
+ * @param {Record<string, string | number>} attributes
+ */
+export function set(node, attributes) {
+  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, String(value));
+}
+
+/**
+ * Path through points; a point that is not a number lifts the pen.
+ *
+ * @param {ArrayLike<number>} x
+ * @param {ArrayLike<number>} y
+ * @returns {string}
+ */
+export function pathThrough(x, y) {
+  let text = "";
+  let pen = "M";
+  for (let i = 0; i < x.length; i += 1) {
+    if (Number.isFinite(x[i]) && Number.isFinite(y[i])) {
+      text += `${pen}${x[i].toFixed(2)} ${y[i].toFixed(2)}`;
+      pen = "L";
+    } else pen = "M";
+  }
+  return text || "M0 0";
+}
+
+/**
+ * A number as text, with a real minus sign; a dash where there is none.
+ *
+ * @param {number} value
+ * @param {number} digits After the point.
+ * @returns {string}
+ */
+export function spelled(value, digits) {
+  if (value === Infinity) return "∞";
+  if (!Number.isFinite(value)) return "–";
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+}
+
+/**
+ * A number to four significant digits.
+ *
+ * @param {number} value
+ * @returns {string}
+ */
+export function significant(value) {
+  if (value === 0 || !Number.isFinite(value)) return spelled(value, 0);
+  const size = Math.floor(Math.log10(Math.abs(value)));
+  return spelled(value, Math.min(8, Math.max(0, 3 - size)));
+}
+
+/**
+ * Round values that divide a span into few parts.
+ *
+ * @param {number} low
+ * @param {number} high
+ * @param {number} most
+ * @returns {{ values: number[], digits: number }}
+ */
+export function ticks(low, high, most) {
+  const raw = (high - low) / most;
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = power * ([1, 2, 5, 10].find((factor) => factor * power >= raw * (1 - 1e-9)) ?? 10);
+  const first = Math.ceil(low / step - 1e-9);
+  const count = Math.floor(high / step + 1e-9) - first + 1;
+  const values = Array.from({ length: Math.max(0, count) }, (_, k) => (first + k) * step);
+  return { values, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+}
