@@ -10,13 +10,14 @@ from vibrissa.tables.completeness import checked_points
 from vibrissa.tables.schemas import STICTION
 
 
-@pytest.fixture(params=[1, 10, completeness.ROWS], autouse=True)
-def compared_together(request, monkeypatch):
-    """How many points are compared together, at least."""
-    monkeypatch.setattr(completeness, "ROWS", request.param)
+@pytest.fixture(params=[(1, 13), (10, 1), (10, 100), (completeness.ROWS, 1000)], ids=str)
+def size(request, monkeypatch):
+    """Rows of a part of the table; and how many points are compared together, at least."""
+    together, size = request.param
+    monkeypatch.setattr(completeness, "ROWS", together)
+    return size
 
 
-@pytest.mark.parametrize("size", [1, 7, 8, 100, 1000])
 def test_a_complete_table_passes_in_parts_of_any_size(size):
     made = [COMPLETE.slice(i, size) for i in range(0, len(COMPLETE), size)]
     assert pa.concat_tables(checked_points(made, GRIDS)).equals(COMPLETE)
@@ -33,7 +34,6 @@ def renamed(row, names):
     return COMPLETE.set_column(position, STICTION.field(position), pa.array(grids))
 
 
-@pytest.mark.parametrize("size", [1, 13, 1000])
 @pytest.mark.parametrize(
     ("table", "count", "problem", "example"),
     [
