@@ -367,6 +367,21 @@ def test_another_world_gets_another_verdict(monkeypatch, evidence, name, change,
     assert finding.verdict == verdict, finding
 
 
+@pytest.mark.parametrize(
+    ("steps", "verdict"), [(1, HOLDS), (2, CONDITION), (10, CONDITION), (11, CONTRADICTED)]
+)
+def test_a_few_steps_are_at_most_ten(evidence, steps, verdict):
+    world = with_taper(lambda theta, mu0: 0.001 * (steps + 0.05) * theta * mu0 / 0.3)
+    assert named("few steps").judge(world(evidence)).verdict == verdict
+
+
+def test_a_grid_on_which_no_tip_slips_by_itself_is_not_one_on_which_none_slips(evidence):
+    locked = changed("friction", status=lambda rows: "lock")(evidence)
+    swung = locked.friction[locked.friction["x0_trail"].notna()]
+    finding = named("end of sticking").judge(replace(locked, friction=swung))
+    assert finding.verdict == CONDITION and "swings aside" in finding.reason
+
+
 # Statements on what is beyond the lock: what is said of round rods, and of guided ones.
 BEYOND = {
     "event frequency": ("one that a pushed rod has", "some tips do not slip at all"),

@@ -1,5 +1,7 @@
 """What a study will take."""
 
+from dataclasses import replace
+
 import pytest
 import yaml
 
@@ -82,3 +84,35 @@ def test_a_million_points_take_what_was_measured():
     assert (found.points, found.curves, found.jobs) == (1_000_000, 10_000, 8)
     assert 30 < found.seconds < 50
     assert 200e6 < found.size < 350e6
+
+
+def test_scans_take_their_steps_and_a_job_and_leave_their_rows():
+    scan = "scans: {s: {theta: [1], mu0: [0.3], eta: [0.7], dx0: [0.0001], cycles: 9}}\n"
+    more, less = estimate(scan), estimate()
+    # Cycles of a tenth of the rod's length or so; the curve is one of the study's already.
+    steps = 9 * 0.1 / 0.0001
+    assert more.seconds - less.seconds == pytest.approx((1 + 0.5e-3 * steps) / 2, rel=0.5)
+    assert more.size - less.size == pytest.approx(4_500 * steps, rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [
+        (119.4, "119 s"),
+        (120.0, "2 min"),
+        (7_199.0, "120 min"),
+        (7_200.0, "2 h"),
+        (172_799.0, "48 h"),
+        (172_800.0, "2 d"),
+    ],
+)
+def test_a_time_is_said_in_the_unit_that_suits(seconds, said):
+    assert f"about {said}," in str(replace(estimate(), seconds=seconds))
+
+
+@pytest.mark.parametrize(
+    ("size", "said"),
+    [(1.0, "1 MB"), (9.994e8, "999 MB"), (1e9, "1.0 GB"), (2.55e10, "25.5 GB"), (3e12, "3.0 TB")],
+)
+def test_a_size_is_said_in_the_unit_that_suits(size, said):
+    assert str(replace(estimate(), size=size)).endswith(f", {said}")

@@ -216,6 +216,20 @@ def test_a_rod_that_swings_aside_is_seen_to_turn(swinging):
     assert "seen from the side while its plane turns" in text and "not every step" not in text
 
 
+def test_what_the_frames_do_not_show_is_said_of_those_that_do_not_show_it(swinging, study_tables):
+    locking, slipping = (
+        animation.runs(found) for found in (swinging["planar"], study_tables["scans"])
+    )
+    said = facts.motion_notes(locking, swinging["planar"])
+    assert len(said) == 1 and said[0].startswith("A self-locking tip never slips forward")
+    assert facts.motion_notes(slipping, study_tables["scans"]) == []
+    (turning,) = animation.runs(swinging["round"])
+    assert len(facts.motion_notes([turning], swinging["round"])) == 2
+    short = [run | {"steps": run["steps"] + 1} for run in slipping[:-1]]
+    thinned, first = facts.motion_notes(short, study_tables["scans"])
+    assert "not every step" in thinned and first == "These are the first 5 of 6 scans."
+
+
 def test_a_planar_rod_and_a_slipping_tip_do_not_turn(swinging, study_tables):
     planar = swinging["planar"]
     rows = planar.to_pylist()

@@ -47,3 +47,20 @@ def test_a_scan_and_a_comparison():
     )
     assert costs.scan_seconds(grid, 9) == pytest.approx(250e-6 * 2 * 9 * 1100)
     assert costs.comparison_seconds(grid.theta, grid.eta) == pytest.approx(0.12 + 0.24 + 2 * 0.3)
+
+
+def test_what_curves_usually_take():
+    usual = costs.usual_curve_seconds
+    assert usual(keys(1, 2), Solver.COLLOCATION, Contact.POINT) == pytest.approx(5 * 0.7e-3)
+    assert usual(keys(1, 2), Solver.COLLOCATION, Contact.LINE) == pytest.approx(2 * 0.02)
+    assert usual(keys(1, 2), Solver.SHOOTING, Contact.POINT) == 20
+
+
+@pytest.mark.parametrize(
+    ("curves", "planned", "megabytes"),
+    [(0, 0, 800), (1, 0, 900), (1000, 0, 900), (1000, 50_000, 1000), (1001, 50_000, 1100)],
+)
+def test_a_job_asks_for_memory_for_its_processes_its_curves_and_the_plan(
+    curves, planned, megabytes
+):
+    assert costs.megabytes(curves, planned) == megabytes

@@ -53,6 +53,8 @@ CHOSEN = (
 LARGE = 1000
 # Arguments that guard against mistakes of programmers; without one nothing runs differently.
 GUARDS = frozenset({"strict", "frozen", "kw_only", "eq", "slots", "repr"})
+# What tells a union of types from a union of sets or masks.
+TYPES = frozenset("None str int float bool bytes Path Decimal FloatArray".split())
 
 
 class DropCondition(Operator):
@@ -161,6 +163,10 @@ def is_fault(name: str, node: NodeOrLeaf) -> bool:
 
 def _annotation(node: NodeOrLeaf) -> bool:
     """Whether a node is a part of a type."""
+    union = node if node.type == "expr" else node.parent
+    if union is not None and union.type == "expr":
+        if any(operand.get_code().strip() in TYPES for operand in union.children[::2]):
+            return True
     while node.parent is not None:
         parent, place = node.parent, node.parent.children.index(node)
         if (parent.type, place) in (("annassign", 1), ("tfpdef", 2)):
