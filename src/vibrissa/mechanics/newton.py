@@ -179,12 +179,13 @@ def solve(
     previous = np.ones(len(states))
     active = np.arange(len(states))
     for _ in range(MAX_ITERATIONS):
-        current, conditions, matrices = states, closure, inverse
-        if len(active) < len(states):
-            current, conditions = states.take(active), closure.take(active)
-            matrices = inverse[active]
-        better, size = corrected(current, eta[active], conditions, matrices)
-        states.put(active, better)
+        if len(active) == len(states):
+            states, size = corrected(states, eta, closure, inverse)
+        else:
+            better, size = corrected(
+                states.take(active), eta[active], closure.take(active), inverse[active]
+            )
+            states.put(active, better)
         shrunk = size / previous[active]
         previous[active] = size
         # Near rounding nothing shrinks any more.

@@ -144,11 +144,10 @@ def densities(
         B⁻¹·ds/dτ in units of L/(E·I0).
     """
     tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
-    h, g = _inverse_diameter(tau, theta, s_c), _inverse_diameter(0.0, theta, s_c)
-    square, free = h**2, theta * s_c
-    arc = free * g / square
-    compliance = free / g**3 * square
-    return arc, compliance
+    shrinks, free = (theta - 1.0) * s_c, theta * s_c
+    g = theta - shrinks
+    square = (g + shrinks * tau) ** 2
+    return free * g / square, free / g**3 * square
 
 
 def density_growth(
