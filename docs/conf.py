@@ -33,7 +33,7 @@ extensions = [
     "mathml",
     "links",
 ]
-exclude_patterns = ["_build", "site"]
+exclude_patterns = ["_build", "site", "made/explorer"]
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 4
@@ -48,6 +48,8 @@ numpydoc_xref_param_type = False
 html_theme = "furo"
 html_title = "Vibrissa"
 html_static_path = ["site/static"]
+# As it is: the explorer is a page of its own.
+html_extra_path = ["made/explorer"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False

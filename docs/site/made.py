@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 import vibrissa
 from vibrissa.cli.app import COMMANDS, app
+from vibrissa.explorer.page import page
 
 DOCS = Path(__file__).parents[1]
 EXAMPLES = DOCS.parent / "examples"
@@ -119,6 +120,8 @@ def make(folder: Path) -> None:
         path.write_text(text, encoding="utf-8")
     gallery(folder / "gallery")
     (folder / "packages.svg").write_text(drawing(), encoding="utf-8")
+    (folder / "explorer").mkdir()
+    (folder / "explorer/play.html").write_text(page(), encoding="utf-8")
     for notebook in EXAMPLES.glob("*.ipynb"):
         (folder / "notebooks").mkdir(exist_ok=True)
         shutil.copy(notebook, folder / "notebooks")
