@@ -652,7 +652,8 @@ def undamaged(which: int, method: Method, given: bool) -> np.ndarray:
         file.write_bytes(text)
         recording = read_recording(file, WHISKER.units, method, SENSOR)
     noise = DEVIATION if given else None
-    return identify(WHISKER, recording, noise=noise, method=method, law=SlipLaw.FREE).periods.mu0
+    asked = {"method": method, "law": SlipLaw.FREE, "assume": False}
+    return identify(WHISKER, recording, noise=noise, **asked).periods.mu0
 
 
 def judged(
@@ -680,7 +681,7 @@ def tried(damage: Callable[[Case], bytes], number: int, file: Path) -> Verdict:
             warnings.simplefilter("error")
             recording = read_recording(file, WHISKER.units, case.method, SENSOR)
             asked = {"noise": noise_given(number), "method": case.method, "law": SlipLaw.FREE}
-            found = identify(WHISKER, recording, **asked).periods
+            found = identify(WHISKER, recording, **asked, assume=False).periods
     except VibrissaError as error:
         said = str(error).replace(str(file), file.name)
         if "\n" in said or not NAMES_A_PLACE.search(said):

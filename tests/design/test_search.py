@@ -63,7 +63,9 @@ def test_what_is_promised_is_what_comes_out_of_scans_that_are_read_back(best):
         line = np.arange(len(readings))
         recording = Recording(clamp=truth.clamp, readings=readings, line=line)
         method = best.requirements.method
-        periods = identify(whisker, recording, transducer=SENSOR, method=method).periods
+        periods = identify(
+            whisker, recording, transducer=SENSOR, method=method, assume=False
+        ).periods
         ok = periods.status == PeriodStatus.SLIP
         error = (periods.mu0 - truth.mu0[periods.last])[ok]
         predicted = best.deviations.total[i]

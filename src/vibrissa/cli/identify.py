@@ -1,6 +1,6 @@
 """``vibrissa identify``: from a measured time series to friction."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
 from typing import Annotated
@@ -19,10 +19,12 @@ from vibrissa.cli.options import (
     save_picture,
     say,
 )
-from vibrissa.cli.whisker import takes_whisker
-from vibrissa.errors import ArgumentError
+from vibrissa.cli.whisker import Tolerances, takes_whisker
 from vibrissa.sensor import Identification, Method, PeriodStatus, SlipLaw, Unknown, series
+from vibrissa.sensor.given.tolerances import EXACT
+from vibrissa.sensor.identification.adjusting.adjustment import FAR
 from vibrissa.sensor.identification.calibration import NAMES
+from vibrissa.sensor.identification.summary import NAMED
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
 
 app = typer.Typer(**ALONE)
@@ -64,23 +66,18 @@ def identify(
         ),
     ] = None,
     kinetic_ratio: Annotated[
-        float | None,
-        typer.Option(help="Kinetic over static friction, for the method spacing."),
+        str | None,
+        typer.Option(help="Kinetic over static friction, for the method spacing: '0.8 ± 0.03'."),
     ] = None,
     estimate: Annotated[
-        list[Unknown] | None,
-        typer.Option(
-            help="Estimate this, too, as it is not known; repeat it for both. eta: the height, "
-            "near the given one. offset: the reading of each channel without load."
-        ),
-    ] = None,
-    tolerance: Annotated[
         list[str] | None,
         typer.Option(
-            help="Standard deviation of something given, which is then adjusted to the recording "
-            "within it; repeat it: 'clamp_angle=0.5 deg', 'modulus=2 %'."
+            help="Estimate this, too, as it is not known; repeat it. eta: the height, near the "
+            "given one. offset: the reading of each channel without load. Or any name of a "
+            "tolerance."
         ),
     ] = None,
+    tolerances: Tolerances = None,
     picture: Picture = None,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -102,7 +99,7 @@ def identify(
         law=law,
         kinetic_ratio=kinetic_ratio,
         estimate=estimate or (),
-        tolerances=_tolerances(tolerance or ()),
+        assume=EXACT not in (tolerances or ()),
         progress=progress_bars(),
     )
     series.write(output, found.columns())
@@ -110,20 +107,27 @@ def identify(
         save_picture(found.plot(), picture)
     for note in found.periods.notes:
         typer.echo(note, err=True)
-    adjusted = [each.spelled(found.units) for each in found.tolerances]
     known = (found.periods.status == PeriodStatus.SLIP).sum()
     written = f"{output}: {len(found.periods)} periods, friction of {known} of them"
-    for text in (*_estimated(found), *adjusted, written, found.summary()):
+    for text in (*_estimated(found), *_tolerated(found), written, found.summary()):
         say(text, output)
 
 
-def _tolerances(given: Sequence[str]) -> dict[str, str]:
-    """Read ``name=size`` of each."""
-    pairs = [text.partition("=") for text in given]
-    for text, (_, equals, _) in zip(given, pairs, strict=True):
-        if not equals:
-            raise ArgumentError(f"a tolerance is given as name=size, got {text!r}")
-    return {name.strip(): size.strip() for name, _, size in pairs}
+def _tolerated(found: Identification) -> Iterator[str]:
+    """Say which tolerances were assumed, and what of them the recording tells or leaves."""
+    assumed = list(dict.fromkeys(one.of for one in found.tolerances if not one.stated))
+    if assumed:
+        yield (
+            f"Nothing is stated about {', '.join(assumed)}: tolerances are assumed "
+            "(docs/tolerances.md); state yours, or --tolerance exact"
+        )
+    share = found.shares
+    most = sorted(share, key=lambda name: -share[name])[:NAMED]
+    for one in found.tolerances:
+        moved = abs(one.score) > 1.0 and (one.name == one.of or abs(one.score) > FAR)
+        if (one.stated and one.name == one.of) or one.name in most or moved or one.estimated:
+            of_mu0 = f"; of mu0 {share[one.name]:.2g}" if one.name in share else ""
+            yield f"{one.spelled(found.units)}{of_mu0}"
 
 
 def _estimated(found: Identification) -> Iterator[str]:

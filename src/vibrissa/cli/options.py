@@ -27,19 +27,22 @@ PATIENCE = 2.0
 ALONE: dict[str, Any] = {"add_completion": False, "rich_markup_mode": "markdown"}
 
 Modulus = Annotated[str | None, typer.Option(help="Young's modulus of the rod: '210 GPa'.")]
-Touch = Annotated[
-    Contact,
+_TOUCH = typer.Option(
+    "--contact",
+    help="How the rod may touch the surface. point: with its tip alone; line: it may lie flat "
+    "along the surface, where it would otherwise pass through it.",
+    show_default=Contact.POINT,
+)
+Touch = Annotated[Contact, _TOUCH]
+# What a rod file may say instead.
+MaybeTouch = Annotated[Contact | None, _TOUCH]
+MaybeSection = Annotated[
+    RodSection | None,
     typer.Option(
-        "--contact",
-        help="How the rod may touch the surface. point: with its tip alone; line: it may lie flat "
-        "along the surface, where it would otherwise pass through it.",
-    ),
-]
-Section = Annotated[
-    RodSection,
-    typer.Option(
+        "--section",
         help="What the rod's section lets it do. round: once locked it swings aside, out of its "
         "plane; planar: a strip or a guided rod stays in it.",
+        show_default=RodSection.ROUND,
     ),
 ]
 Transducer = Annotated[

@@ -16,10 +16,13 @@ from vibrissa.cli.options import (
     save_picture,
     say,
 )
-from vibrissa.cli.whisker import takes_whisker
+from vibrissa.cli.whisker import say_exact, takes_whisker
 from vibrissa.sensor import SlipLaw, series, surfaces
 
 app = typer.Typer(**ALONE)
+
+# Of scans for which none is given.
+KINETIC_RATIO = 0.8
 
 
 @app.command(
@@ -52,9 +55,12 @@ def scan(
         SlipLaw.FREE
     ),
     kinetic_ratio: Annotated[
-        float,
-        typer.Option(help="Kinetic over static friction, for the laws kinetic and energy."),
-    ] = 0.8,
+        float | None,
+        typer.Option(
+            help="Kinetic over static friction, for the laws kinetic and energy.",
+            show_default=str(KINETIC_RATIO),
+        ),
+    ] = None,
     transducer: Transducer = None,
     picture: Picture = None,
 ) -> None:
@@ -64,6 +70,7 @@ def scan(
     known only here: position of the tip, x0, friction under the tip, period and phase.
     """
     check_files(output, picture)
+    say_exact(whisker, "scan")
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
@@ -73,7 +80,7 @@ def scan(
         step=step,
         to=to,
         law=law,
-        kinetic_ratio=kinetic_ratio,
+        kinetic_ratio=KINETIC_RATIO if kinetic_ratio is None else kinetic_ratio,
         transducer=transducer,
         seed=seed,
         progress=progress_bars(),

@@ -6,7 +6,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli.options import ALONE, AlsoOut, Picture, check_files, save_picture
-from vibrissa.cli.whisker import takes_whisker
+from vibrissa.cli.whisker import say_exact, takes_whisker
 from vibrissa.outcomes import Status
 from vibrissa.sensor import series
 
@@ -28,6 +28,7 @@ def solve(
     computed, 2 after a mistake in the input.
     """
     check_files(output, picture)
+    say_exact(whisker, "solve")
     found = sensor.solve(whisker, mu0, step)
     typer.echo(found)
     if output is not None:

@@ -85,6 +85,9 @@ NUMBER_AND_UNIT = re.compile(
     r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,5})?)"
     r"\s*((?![eE][-+]?[0-9]+$)[^\W\d_].*)"
 )
+DECIMAL_COMMA = re.compile(r"\d,\d")
+# What stands between a value and its tolerance: see `vibrissa.sensor.given.values`.
+PLUS_MINUS = re.compile(r"±|\+/-|\+-")
 # Products, quotients and powers of names, such as kg/(m*s^2). Pint gets nothing else to read.
 _NAME = r"[A-Za-zµμÅ°][A-Za-z0-9_]*[²³]?(?:(?:\*\*|\^)-?[1-9][0-9]?)?"
 _NEXT = r"\s*[*/·\s]\s*"
@@ -122,11 +125,13 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
     ArgumentError
         If it is no such quantity.
     """
+    if PLUS_MINUS.search(text):
+        raise ArgumentError(f"{what} takes no tolerance, got {text!r}")
     parts = NUMBER_AND_UNIT.fullmatch(text.strip())
     article = "an" if kind is Kind.ANGLE else "a"
-    refusal = ArgumentError(
-        f"{what} must be {article} {kind} with a unit such as {SI[kind]}, got {text!r}"
-    )
+    unit = "" if kind is Kind.NUMBER else f" with a unit such as {SI[kind]}"
+    comma = "; write a decimal point, not a comma" if DECIMAL_COMMA.search(text) else ""
+    refusal = ArgumentError(f"{what} must be {article} {kind}{unit}, got {text!r}{comma}")
     if parts is None or UNIT.fullmatch(parts[2]) is None:
         raise refusal
     if usual := USUAL.get(kind, {}).get(parts[2]):

@@ -1,7 +1,7 @@
 """A whisker: a rod clamped below a surface, in units of its own or of a real rod."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,8 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
+from vibrissa.sensor.given.tolerances import read_tolerances
+from vibrissa.sensor.given.values import Given
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
@@ -50,6 +52,8 @@ class Whisker:
         The real rod; without it everything is nondimensional.
     mounting : Mounting
         Clamp, natural shape and stage.
+    tolerances : mapping of str to float
+        Standard deviations that were stated, as from `read_tolerances`.
     """
 
     theta: float
@@ -58,11 +62,12 @@ class Whisker:
     section: RodSection = RodSection.ROUND
     rod: Rod | None = None
     mounting: Mounting = IDEAL
+    tolerances: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     @classmethod
     def read(
         cls,
-        theta: float,
+        theta: Quantity,
         eta: Quantity,
         *,
         contact: Contact | str = Contact.POINT,
@@ -78,9 +83,11 @@ class Whisker:
     ) -> "Whisker":
         """Read a whisker from quantities with units.
 
+        All but contact and section may have a tolerance: ``"85 ± 0.1 mm"``, ``"210 GPa +/- 2 %"``.
+
         Parameters
         ----------
-        theta : float
+        theta : str or number
             Taper factor, at least 1.
         eta : str or number
             Height: ``"85 mm"``, or 0.85 in units of the length.
@@ -105,22 +112,46 @@ class Whisker:
         ArgumentError
             If an argument is no such quantity.
         """
-        units = Units(read_rod(modulus, diameter, length))
-        height = float(units.read(eta, Kind.LENGTH, "eta"))
+        given = {
+            "theta": theta,
+            "eta": eta,
+            "modulus": modulus,
+            "diameter": diameter,
+            "length": length,
+            "clamp_angle": clamp_angle,
+            "clamp_compliance": clamp_compliance,
+            "clamp_stiffness": clamp_stiffness,
+            "curvature": curvature,
+            "stage_angle": stage_angle,
+        }
+        parts = {name: Given.read(one, name) for name, one in given.items() if one is not None}
+        value = {name: one.value for name, one in parts.items()}
+        rod = read_rod(*(_text(value.get(name)) for name in ("modulus", "diameter", "length")))
+        units = Units(rod)
         mounting = Mounting(
-            clamp_angle=float(units.read(clamp_angle, Kind.ANGLE, "clamp_angle")),
-            clamp_compliance=_compliance(units, clamp_compliance, clamp_stiffness),
-            curvature=_curvature(units, curvature),
-            stage_angle=float(units.read(stage_angle, Kind.ANGLE, "stage_angle")),
+            clamp_angle=float(units.read(value["clamp_angle"], Kind.ANGLE, "clamp_angle")),
+            clamp_compliance=_compliance(
+                units, value.get("clamp_compliance"), value.get("clamp_stiffness")
+            ),
+            curvature=_curvature(units, value["curvature"]),
+            stage_angle=float(units.read(value["stage_angle"], Kind.ANGLE, "stage_angle")),
         )
-        return cls(
-            theta=theta,
-            eta=height,
+        whisker = cls(
+            theta=float(units.read(value["theta"], Kind.NUMBER, "theta")),
+            eta=float(units.read(value["eta"], Kind.LENGTH, "eta")),
             contact=chosen(Contact, contact, "contact"),
             section=chosen(RodSection, section, "section"),
-            rod=units.rod,
+            rod=rod,
             mounting=mounting,
         )
+        tolerances = {name: one.tolerance for name, one in parts.items() if one.tolerance}
+        if stiffness := tolerances.pop("clamp_stiffness", None):
+            tolerances["clamp_compliance"] = _of_stiffness(units, value, stiffness)
+        return replace(whisker, tolerances=read_tolerances(whisker, tolerances))
+
+    def tolerating(self, tolerances: Mapping[str, float]) -> "Whisker":
+        """Give the same whisker with more tolerances, as from `read_tolerances`."""
+        return replace(self, tolerances={**self.tolerances, **tolerances})
 
     @property
     def units(self) -> Units:
@@ -262,6 +293,19 @@ def _compliance(units: Units, compliance: Quantity | None, stiffness: Quantity |
     if not value > 0.0:
         raise ArgumentError(f"clamp_stiffness must be positive, got {stiffness!r}")
     return 1.0 / value
+
+
+def _of_stiffness(units: Units, value: Mapping[str, Quantity], tolerance: str) -> str:
+    """Tolerance of a compliance, in per cent, from that of the stiffness that was given."""
+    if tolerance.endswith("%"):
+        return tolerance
+    what = "the tolerance of clamp_stiffness"
+    size = units.read(tolerance, Kind.STIFFNESS, what)
+    return f"{100 * size / units.read(value['clamp_stiffness'], Kind.STIFFNESS, what)} %"
+
+
+def _text(value: Quantity | None) -> str | None:
+    return None if value is None else str(value)
 
 
 def _curvature(units: Units, curvature: Quantity) -> float | tuple[float, ...]:

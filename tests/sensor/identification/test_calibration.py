@@ -168,6 +168,7 @@ def test_estimates_on_the_command_line(tmp_path):
     way = ["--step", "50 um", "--to", "30 mm", "--mu0", "0.3", "-o", scanned]
     assert run("scan", *whisker, "--eta", "85 mm", *way).exit_code == 0
     asked = ["--eta", "86 mm", "--estimate", "eta", "--estimate", "offset", "-o", found]
+    asked += ["--tolerance", "exact"]
     result = run("identify", scanned, *whisker, *asked)
     assert result.exit_code == 0, result.output
     assert "eta = 0.0850" in result.output and "correlation of eta and moment_z" in result.output

@@ -303,7 +303,9 @@ FUZZED = respond(2.0, 0.85)
 def test_slips_hidden_in_noise_give_no_bound():
     whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
     signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["20 mm"], law="kinetic")
-    found = identify(whisker, signals.to_pandas(), noise="50 mN, 50 mN, 0.3 N*mm").periods
+    found = identify(
+        whisker, signals.to_pandas(), noise="50 mN, 50 mN, 0.3 N*mm", assume=False
+    ).periods
     # Nothing that was seen says that friction is above 0.3.
     assert found.status.tolist() == [PeriodStatus.BEYOND]
     assert np.isnan(found.low).all() and np.isnan(found.mu0).all()
@@ -327,7 +329,9 @@ def test_friction_comes_back_in_any_mounting(mounting):
     signals = scan(whisker, surfaces.constant(0.3), step="20 um", to=["6 mm"])
     truth = signals.truth
     recording = recording_of(truth.clamp, truth.reactions)
-    found = identify(whisker, recording, method="moment", noise="10 uN, 10 uN, 1 uN*m")
+    found = identify(
+        whisker, recording, method="moment", noise="10 uN, 10 uN, 1 uN*m", assume=False
+    )
     known = found.periods.status == PeriodStatus.SLIP
     assert known.sum() == truth.period[-1] - 1 >= 1
     error = np.abs(found.periods.mu0[known] - 0.3)

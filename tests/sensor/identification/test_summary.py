@@ -37,6 +37,7 @@ def periods_of(mu0, noise, by_step, shifts=None):
         high=np.full(p, np.nan),
         common=common,
         by_step=by_step,
+        effects=np.zeros((p, 0)),
         shifts=shifts,
         grade=np.full(p, "", dtype="U11"),
         doubt=np.full(p, ""),
@@ -116,7 +117,9 @@ def test_the_mean_of_a_surface_is_as_far_off_as_it_says(method):
             signals = scan(
                 WHISKER, surface, step="50 um", to=["40 mm"], transducer=SENSOR, seed=seed
             )
-            found = identify(WHISKER, signals.to_pandas(), transducer=SENSOR, method=method)
+            found = identify(
+                WHISKER, signals.to_pandas(), transducer=SENSOR, method=method, assume=False
+            )
             places = found.periods.contact[found.periods.status == PeriodStatus.SLIP]
             summary = found.summary()
             assert summary.varies == (kind == "random")
@@ -132,7 +135,7 @@ def test_a_recording_that_does_not_fit_says_so_and_why():
     signals = scan(
         WHISKER, surfaces.constant(0.3), step="50 um", to=["30 mm"], transducer=SENSOR, seed=2
     )
-    found = identify(given, signals.to_pandas(), transducer=SENSOR, method="moment")
+    found = identify(given, signals.to_pandas(), transducer=SENSOR, method="moment", assume=False)
     text = str(found.summary())
     assert repr(found) == text
     assert "The recording does not fit what was given" in text and "theta smaller by 0.05" in text

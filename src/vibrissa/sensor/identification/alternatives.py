@@ -1,15 +1,16 @@
-"""What may be other than it was given: the rod, its clamp and height, the transducer, the stage."""
+"""A rod, transducer or stage that is other than it was given, to tell what follows from it."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
-
-import numpy as np
 
 from vibrissa.errors import NoResponseError
+from vibrissa.sensor.identification.adjusting.properties import (
+    OF_ROD,
+    PROPERTIES,
+    Component,
+    Property,
+)
 from vibrissa.sensor.identification.periods import Placed, Samples
-from vibrissa.sensor.identification.recording import Recording
-from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.whisker import Whisker
 
@@ -17,110 +18,8 @@ from vibrissa.sensor.whisker import Whisker
 STEP = 1e-3
 # The forces are singular at η = 1: there it is this part of 1 − η, downwards.
 STEP_IN_GAP = 1e-2
-# The same scale of all loads as the modulus has.
-AS_MODULUS = ("diameter",)
-
-_Readings = TypeVar("_Readings", bound=Recording)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Property:
-    """Something that may be larger than it was given.
-
-    Attributes
-    ----------
-    kind : Kind
-        What it measures; NUMBER also where it is relative.
-    whisker : callable
-        Maps a whisker and a size to the whisker of which it is larger by so much.
-    recording : callable
-        Maps a recording and a size to what it would be without an error of that size.
-    """
-
-    kind: Kind
-    whisker: Callable[[Whisker, float], Whisker] = lambda whisker, size: whisker
-    recording: Callable[[Any, float], Any] = lambda recording, size: recording
-
-
-def _zero(channel: int, kind: Kind) -> Property:
-    def corrected(recording: _Readings, size: float) -> _Readings:
-        return recording.without(size * np.eye(3)[channel])
-
-    return Property(kind=kind, recording=corrected)
-
-
-def _mixing(kind: Kind, *rows: tuple[float, float, float]) -> Property:
-    """Make a property of size p by which readings are (1 + p·rows) times the true ones."""
-
-    def corrected(recording: _Readings, size: float) -> _Readings:
-        error = size * np.array(rows, dtype=float)
-        return recording.mixed(np.asarray(np.linalg.inv(np.eye(3) + error)))
-
-    return Property(kind=kind, recording=corrected)
-
-
-def _moved(recording: _Readings, size: float) -> _Readings:
-    return replace(recording, clamp=recording.clamp * (1.0 + size))
-
-
-def _in_longer_rod(recording: _Readings, size: float) -> _Readings:
-    """Nondimensional recording of a rod whose length is larger."""
-    ratio = 1.0 + size
-    scaled = recording.readings * np.array([ratio**2, ratio**2, ratio])
-    return replace(recording, readings=scaled, clamp=recording.clamp / ratio)
-
-
-def _mounted(name: str) -> Callable[[Whisker, float], Whisker]:
-    def changed(whisker: Whisker, size: float) -> Whisker:
-        given: Any = getattr(whisker.mounting, name)
-        first, *others = np.atleast_1d(np.asarray(given, dtype=float)).tolist()
-        value: Any = (first + size, *others) if others else first + size
-        return replace(whisker, mounting=replace(whisker.mounting, **{name: value}))
-
-    return changed
-
-
-_NONE = (0.0, 0.0, 0.0)
-PROPERTIES = {
-    "theta": Property(
-        kind=Kind.NUMBER, whisker=lambda one, size: replace(one, theta=one.theta + size)
-    ),
-    "eta": Property(kind=Kind.LENGTH, whisker=lambda one, size: replace(one, eta=one.eta + size)),
-    "clamp_angle": Property(kind=Kind.ANGLE, whisker=_mounted("clamp_angle")),
-    "clamp_compliance": Property(kind=Kind.COMPLIANCE, whisker=_mounted("clamp_compliance")),
-    "curvature": Property(kind=Kind.CURVATURE, whisker=_mounted("curvature")),
-    "stage_angle": Property(kind=Kind.ANGLE, whisker=_mounted("stage_angle")),
-    # Of E, and of d0⁴.
-    "modulus": _mixing(Kind.NUMBER, (1, 0, 0), (0, 1, 0), (0, 0, 1)),
-    "diameter": _mixing(Kind.NUMBER, (4, 0, 0), (0, 4, 0), (0, 0, 4)),
-    "length": Property(
-        kind=Kind.NUMBER,
-        whisker=lambda one, size: replace(one, eta=one.eta / (1.0 + size)),
-        recording=_in_longer_rod,
-    ),
-    "zero_force_x": _zero(0, Kind.FORCE),
-    "zero_force_y": _zero(1, Kind.FORCE),
-    "zero_moment_z": _zero(2, Kind.MOMENT),
-    # Axes that are turned from x to y.
-    "transducer_angle": _mixing(Kind.ANGLE, (0, 1, 0), (-1, 0, 0), _NONE),
-    # The moment about a point (a, b) is that about the clamp less a·fy − b·fx.
-    "moment_origin_x": _mixing(Kind.LENGTH, _NONE, _NONE, (0, -1, 0)),
-    "moment_origin_y": _mixing(Kind.LENGTH, _NONE, _NONE, (1, 0, 0)),
-    "stage_scale": Property(kind=Kind.NUMBER, recording=_moved),
-}
-# Those that are parts of the value that was given, and those that need another rod solved.
-RELATIVE = ("modulus", "diameter", "length", "stage_scale")
-OF_ROD = ("theta", "eta", "clamp_angle", "clamp_compliance", "curvature", "stage_angle", "length")
-
-
-def told(name: str, size: float, units: Units) -> tuple[float, str]:
-    """Give a size of a property in a person's unit, and this unit."""
-    kind = PROPERTIES[name].kind
-    if name in RELATIVE:
-        return 100.0 * size, "%"
-    if kind is Kind.ANGLE:
-        return float(np.rad2deg(size)), "deg"
-    return size * units.unit(kind), "" if kind is Kind.NUMBER else units.name(kind)
+# The same scale of all loads as the modulus has; and what no reading tells.
+NOT_TOLD = ("diameter", "kinetic_ratio")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -134,65 +33,82 @@ class Alternative:
     step : float
         By how much it is larger.
     corrected : callable
-        Maps samples to what they would have been without that error of transducer or stage.
+        Maps samples, and an error of transducer or stage, to what they would have been without it.
     branch : Branch, ObliqueStage or None
         Of the rod that has the property; None where it is the same rod.
+    base : Branch, ObliqueStage or None
+        Of the rod that has not, from which the effect counts; None for the one that is used.
+    kinetic_ratio : float
+        By how much the ratio of the frictions is larger.
+    odd : bool
+        Whether it has the other sign in the mirror image of the rod.
     """
 
     name: str
     step: float
-    corrected: Callable[[Samples], Samples] = lambda samples: samples
+    corrected: Callable[[Samples, float], Samples] = lambda samples, size: samples
     branch: Placed | None = None
+    base: Placed | None = None
+    kinetic_ratio: float = 0.0
+    odd: bool = False
+
+    def undone(self, samples: Samples) -> Samples:
+        """Take the error of the step off samples."""
+        return self.corrected(samples, self.step)
+
+    @property
+    def before(self) -> "Alternative":
+        """What the effect counts from."""
+        return Alternative(name=self.name, step=self.step, branch=self.base)
 
     def mirrored(self) -> "Alternative":
         """Give the same for the mirrored recording, see `Recording.mirrored`."""
-        return replace(
-            self,
-            corrected=lambda samples: self.corrected(samples.mirrored()).mirrored(),
-            branch=None if self.branch is None else self.branch.mirrored(),
-        )
+
+        def corrected(samples: Samples, size: float) -> Samples:
+            return self.corrected(samples.mirrored(), size).mirrored()
+
+        branch, base = (None if one is None else one.mirrored() for one in (self.branch, self.base))
+        if self.odd and branch is None:
+            return replace(self, corrected=lambda samples, size: self.corrected(samples, -size))
+        if self.odd and isinstance(branch, Branch):
+            # Of a rod that is its own mirror image, with what is not: the other sign.
+            return replace(self, step=-self.step)
+        return replace(self, corrected=corrected, branch=branch, base=base)
 
 
-def _undone(one: Property, size: float) -> Callable[[Samples], Samples]:
-    return lambda samples: one.recording(samples, size)
+def _undoing(one: Property) -> Callable[[Samples, float], Samples]:
+    return lambda samples, size: one.recording(samples, size)
 
 
 def alternative(
-    name: str, size: float, whisker: Whisker, solved: Callable[[Whisker], Placed]
+    one: Component, size: float, branch: Placed | None = None, base: Placed | None = None
 ) -> Alternative:
     """Make the alternative of which a property is larger.
 
     Parameters
     ----------
-    name : str
-        One of `PROPERTIES`.
+    one : Component
     size : float
         By how much it is larger.
-    whisker : Whisker
-        That was given.
-    solved : callable
-        Solves a whisker.
-
-    Raises
-    ------
-    NoResponseError
-        If the other rod has no response.
+    branch, base : Branch or ObliqueStage, optional
+        The rod that has it and that which has not, if they are not the same.
     """
-    one = PROPERTIES[name]
-    other = one.whisker(whisker, size)
     return Alternative(
-        name=name,
+        name=one.name,
         step=size,
-        corrected=_undone(one, size),
-        branch=None if other == whisker else solved(other),
+        corrected=_undoing(one.property),
+        branch=branch,
+        base=base,
+        kinetic_ratio=size if one.property.kinetic_ratio else 0.0,
+        odd=one.property.odd,
     )
 
 
 def of_readings() -> Iterator[Alternative]:
     """Make every property a little larger that does not change the rod."""
     for name, one in PROPERTIES.items():
-        if name not in (*OF_ROD, *AS_MODULUS):
-            yield Alternative(name=name, step=STEP, corrected=_undone(one, STEP))
+        if name not in (*OF_ROD, *NOT_TOLD):
+            yield Alternative(name=name, step=STEP, corrected=_undoing(one))
 
 
 def alternatives_to(whisker: Whisker, solved: Callable[[Whisker], Placed]) -> Iterator[Alternative]:
@@ -212,20 +128,26 @@ def alternatives_to(whisker: Whisker, solved: Callable[[Whisker], Placed]) -> It
     given = solved(whisker)
     yield from of_readings()
     for name in OF_ROD:
-        size = -STEP_IN_GAP * (1.0 - whisker.eta) if name == "eta" else STEP
         if name == "stage_angle" and isinstance(given, Branch):
             # Of an oblique stage the rod would be solved at many heights.
             continue
+        one = Component(name=name, of=name, property=PROPERTIES[name])
+        size = step_in_height(whisker) if name == "eta" else STEP
         try:
-            found = alternative(name, size, whisker, solved)
+            found = alternative(one, size, solved(one.property.whisker(whisker, size)), given)
         except NoResponseError:
             continue
         yield found
         if name == "eta" and isinstance(given, Branch) and isinstance(found.branch, Branch):
-            yield _inclined(given, found.branch, size)
+            yield inclined(given, found.branch, size)
 
 
-def _inclined(given: Branch, other: Branch, step: float) -> Alternative:
+def step_in_height(whisker: Whisker) -> float:
+    """Change of the height by which its effect is told (L)."""
+    return -STEP_IN_GAP * (1.0 - whisker.eta)
+
+
+def inclined(given: Branch, other: Branch, step: float) -> Alternative:
     """Incline a level stage so that it approaches the surface: the height falls along the scan.
 
     Parameters
@@ -237,11 +159,11 @@ def _inclined(given: Branch, other: Branch, step: float) -> Alternative:
     step : float
     """
 
-    def corrected(samples: Samples) -> Samples:
+    def corrected(samples: Samples, size: float) -> Samples:
         x0 = other.clip(given.clip(samples.x0))
+        height = -size * samples.clamp / step
         # The contact stays where it is, but the place from which displacements count moves.
-        moved = (other.x1_init - given.x1_init) * given.slope(x0)
-        per_height = (other(x0) - given(x0) + moved) / step
-        return samples.without(-STEP * samples.clamp[:, None] * per_height)
+        moved = replace(samples, clamp=samples.clamp + height * (other.x1_init - given.x1_init))
+        return moved.without(height[:, None] * (other(x0) - given(x0)))
 
-    return Alternative(name="stage_angle", step=STEP, corrected=corrected)
+    return Alternative(name="stage_angle", step=STEP, corrected=corrected, odd=True)

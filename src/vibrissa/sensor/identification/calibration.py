@@ -6,10 +6,9 @@ for each period. The contact of a period affects only its own samples, so that i
 period by period (variable projection, with Kaufman's derivative); at most four unknowns remain.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import partial
 from typing import Self
 
 import numpy as np
@@ -87,10 +86,13 @@ class Setup:
     branch : Branch or ObliqueStage
         At this height.
     displaced : tuple of Alternative
-        What is one standard deviation away along each principal axis of what is not known exactly.
-        The squares of what they change add up.
+        What is not known exactly, each of k things a little larger.
+    shared : ndarray, shape (k, k) or None
+        Covariance of their errors; None where they are independent and their deviations are 1.
     penalty : float
         Sum of the squares, in tolerances, by which what was given has been adjusted.
+    fitted : int
+        Number of values that were fitted without a tolerance.
     """
 
     eta: float
@@ -98,7 +100,9 @@ class Setup:
     covariance: FloatArray
     branch: Placed
     displaced: tuple[Alternative, ...] = ()
+    shared: FloatArray | None = None
     penalty: float = 0.0
+    fitted: int = 0
 
     def mirrored(self) -> Self:
         """Give the setup of the mirrored recording, see `Recording.mirrored`."""
@@ -172,16 +176,21 @@ def calibrate(
         offset=values[OFFSETS],
         covariance=covariance,
         branch=heights.at(values[ETA]),
+        fitted=len(free),
         displaced=tuple(
             Alternative(
                 name="calibration",
                 step=1.0,
-                corrected=partial(Samples.without, offset=other[OFFSETS] - values[OFFSETS]),
+                corrected=_without(other[OFFSETS] - values[OFFSETS]),
                 branch=heights.at(other[ETA]),
             )
             for other in moved
         ),
     )
+
+
+def _without(offset: FloatArray) -> Callable[[Samples, float], Samples]:
+    return lambda samples, size: samples.without(size * offset)
 
 
 def _settled(

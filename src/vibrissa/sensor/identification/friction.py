@@ -10,7 +10,7 @@ from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.alternatives import Alternative, of_readings
-from vibrissa.sensor.identification.calibration import Setup
+from vibrissa.sensor.identification.calibration import Setup, principal_axes
 from vibrissa.sensor.identification.misfit.doubts import (
     Doubt,
     Doubted,
@@ -25,6 +25,7 @@ from vibrissa.sensor.identification.misfit.mixups import mixups
 from vibrissa.sensor.identification.periods import LEAST_NOISE, Channels
 from vibrissa.sensor.identification.reading.methods import ByMoment, reader_of
 from vibrissa.sensor.identification.reading.uncertainty import (
+    CENTRE,
     HALF_WIDTH,
     Summary,
     common_deviation,
@@ -101,7 +102,9 @@ class Periods(Batch):
         is independent.
     by_step : ndarray
         Part of the deviation by the step of the stage.
-    shifts : ndarray, shape (p, k)
+    effects : ndarray, shape (p, k)
+        Change of μ0 per unit of each of k things that are not known exactly.
+    shifts : ndarray, shape (p, q)
         By how much μ0 would be larger if the setup were one standard deviation away along each of
         its principal axes. The root of the sum of the squares is `common`.
     grade : ndarray of str
@@ -131,6 +134,7 @@ class Periods(Batch):
     high: FloatArray
     common: FloatArray
     by_step: FloatArray
+    effects: FloatArray
     shifts: FloatArray
     grade: StrArray
     doubt: StrArray
@@ -150,6 +154,7 @@ def find_periods(
     law: SlipLaw | str | None = None,
     kinetic_ratio: float | None = None,
     alternatives: Callable[[], Iterable[Alternative]] = of_readings,
+    doubtful: Sequence[tuple[Doubt, str]] = (),
     units: Units = OWN_UNITS,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Periods:
@@ -168,6 +173,8 @@ def find_periods(
         As in `vibrissa.sensor.identify`; the step in units of L.
     alternatives : callable
         Gives what may be other than it was given; asked where the recording does not fit.
+    doubtful : sequence of (Doubt, str)
+        Reasons to doubt every period, which are known beforehand, and what each concerns.
     units : Units
         In which a message names them.
     progress : callable
@@ -197,9 +204,10 @@ def find_periods(
     first, *others = [doubts(one, noise, channels.used) for one in seen]
     reasons = [one.followed_by(rest) for one, *rest in zip(first, *others, strict=True)]
     whole = [_tested(one, noise) for one in seen]
-    unknowns = int((setup.deviation > 0.0).sum())
-    goodness = Goodness.of(whole, unknowns, noise_is_given, setup.penalty)
-    reasons.append(Doubted(doubt=Doubt.WHOLE, periods=np.full(len(found), not goodness.fits)))
+    goodness = Goodness.of(whole, setup.fitted, noise_is_given, setup.penalty)
+    every = np.ones(len(found), dtype=bool)
+    reasons.append(Doubted(doubt=Doubt.WHOLE, periods=every & (not goodness.fits)))
+    reasons += [Doubted(doubt=why, channel=what, periods=every) for why, what in doubtful]
     return replace(
         found,
         grade=graded(reasons),
@@ -223,14 +231,12 @@ def _read(part: Part, channels: Channels, reader: ByMoment) -> tuple[Periods, Se
     setup, samples = part.setup, part.samples
     periods, start = part.cut(channels)
     seen = Seen.fitted(setup.branch, samples.without(setup.offset), channels, periods, start)
-    displaced = [seen.as_if(other).by(channels) for other in setup.displaced]
-    none = np.zeros(len(periods))
-    exact = reader.friction(seen.without_noise(), none)[0]
-    mean = reader.friction(seen, none)[0].mean if displaced else none
-    means = [reader.friction(one, none)[0].mean for one in displaced]
-    common = common_deviation(mean, means)
+    effects, of_least = _effects(seen, reader, setup.displaced)
+    shared = np.eye(effects.shape[1]) if setup.shared is None else setup.shared
+    common = common_deviation(effects, shared)
+    exact = reader.friction(seen.without_noise(), np.zeros(len(periods)))[0]
     found, unsure = reader.friction(seen, common)
-    least = seen.least - HALF_WIDTH * common_deviation(seen.least, [one.least for one in displaced])
+    least = seen.least - HALF_WIDTH * common_deviation(of_least, shared)
     status = _statuses(seen, found, unsure, reader.from_slip)
     found = _where_known(found, status, least, seen, part.swung)
     begins, ends = periods.begins, periods.ends
@@ -248,11 +254,35 @@ def _read(part: Part, channels: Channels, reader: ByMoment) -> tuple[Periods, Se
         high=found.high,
         common=common,
         by_step=np.where(np.isnan(found.mean), np.nan, exact.deviation),
-        shifts=np.nan_to_num(np.array(means).reshape(len(means), len(periods)).T - mean[:, None]),
+        effects=effects,
+        shifts=effects @ principal_axes(shared).T,
         grade=np.full(len(periods), ""),
         doubt=np.full(len(periods), ""),
     )
     return known, seen
+
+
+def _effects(
+    seen: Seen, reader: ByMoment, displaced: Sequence[Alternative]
+) -> tuple[FloatArray, FloatArray]:
+    """Change of each period's friction, and of its lower bound, per unit, shape (p, k) each."""
+    none = np.zeros(len(seen.periods))
+
+    def read(other: Alternative) -> FloatArray:
+        near = seen.nearby(other)
+        return np.array([reader.as_if(other).friction(near, none, CENTRE)[0].mean, near.least])
+
+    found = np.zeros((2, len(none), len(displaced)))
+    bases: dict[int, FloatArray] = {}
+    for number, other in enumerate(displaced):
+        key = id(other.base)
+        if key not in bases:
+            bases[key] = read(other.before)
+        found[:, :, number] = (read(other) - bases[key]) / other.step
+    # Where the change leads out of what this rod can have, it is taken as large as elsewhere.
+    largest = np.nanmax(np.abs(np.nan_to_num(found, posinf=0.0, neginf=0.0)), axis=1, initial=0.0)
+    effects, of_least = np.where(np.isfinite(found), found, largest[:, None])
+    return effects, of_least
 
 
 def _channels(

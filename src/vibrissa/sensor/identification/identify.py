@@ -1,27 +1,27 @@
 """Identification of friction with a whisker, in the units of its rod."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, UndeterminedError
 from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.given.tolerances import read_tolerances
+from vibrissa.sensor.given.values import Given
+from vibrissa.sensor.identification.adjusting.adjustment import Adjusted, Prior, Tolerance, adjusted
+from vibrissa.sensor.identification.adjusting.priors import Asked, needs_calibration, prior_of
+from vibrissa.sensor.identification.adjusting.properties import Bench
+from vibrissa.sensor.identification.adjusting.solving import Solver
 from vibrissa.sensor.identification.alternatives import alternatives_to
-from vibrissa.sensor.identification.calibration import (
-    NAMES,
-    Setup,
-    Unknown,
-    calibrate,
-    known_setup,
-)
+from vibrissa.sensor.identification.calibration import Setup, Unknown, known_setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, find_periods
-from vibrissa.sensor.identification.misfit.doubts import Grade
-from vibrissa.sensor.identification.periods import Channels, Placed
+from vibrissa.sensor.identification.misfit.doubts import Doubt, Grade
+from vibrissa.sensor.identification.periods import JUMP, Channels
 from vibrissa.sensor.identification.recording import (
     Method,
     Recording,
@@ -29,11 +29,10 @@ from vibrissa.sensor.identification.recording import (
     noise_of,
     read_recording,
 )
+from vibrissa.sensor.identification.sides import Part, parts_of
 from vibrissa.sensor.identification.summary import NAMED, FrictionSummary, summary_of
-from vibrissa.sensor.identification.tolerances import Tolerance, adjusted, read_tolerances
-from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
+from vibrissa.sensor.oblique import ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
-from vibrissa.sensor.response.heights import NODES, Heights
 from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.slips import SlipLaw
@@ -43,6 +42,9 @@ from vibrissa.sensor.whisker import Progress, Whisker, quiet
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+# An unknown that is known to no better than this part of its tolerance afterwards is not told.
+MOST_LEFT = 0.7
 
 
 def _noise(
@@ -86,23 +88,57 @@ class Identification(Tabular):
     units : Units
     tolerances : tuple of Tolerance
         What was adjusted, and how well it is known now.
+    covariance : ndarray, shape (k, k)
+        Of what remains of their errors, in their order.
     """
 
     periods: Periods
     setup: Setup
     units: Units
     tolerances: tuple[Tolerance, ...] = ()
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def correlation(self) -> FloatArray:
+        """Correlations of what remains, shape (k, k)."""
+        deviation = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(deviation, deviation))
+
+    @property
+    def of_periods(self) -> FloatArray:
+        """Covariance of the errors of μ0 of all p periods, shape (p, p).
+
+        Tolerances make those of different periods depend on each other.
+        """
+        periods = self.periods
+        own = periods.deviation**2 - periods.common**2
+        if not self.tolerances:
+            return np.diag(own + periods.common**2)
+        return np.asarray(periods.effects @ self.covariance @ periods.effects.T + np.diag(own))
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Standard deviation of the mean μ0 by each of what is not known exactly, by its name.
+
+        Errors of one may make up for those of another: the squares do not add up.
+        """
+        known = np.isfinite(self.periods.mu0)
+        if not self.tolerances or not known.any():
+            return {}
+        each = np.abs(self.periods.effects[known].mean(axis=0)) * np.sqrt(np.diag(self.covariance))
+        return {one.name: float(size) for one, size in zip(self.tolerances, each, strict=True)}
 
     def summary(self) -> FrictionSummary:
         """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""
-        known = [name for name, free in zip(NAMES, self.setup.deviation > 0.0, strict=True) if free]
+        share = self.shares
+        known = sorted(share, key=lambda name: -share[name])[:NAMED]
         causes = (
             f"{cause.spelled(self.units)} (explains {cause.explained:.0%} of the misfit)"
             for cause in self.periods.causes
         )
         return summary_of(
             self.periods,
-            unknowns=(*known, *(one.name for one in self.tolerances)),
+            unknowns=(*known, "other tolerances") if known else (),
             causes=(self.periods.mixed or tuple(causes))[:NAMED],
         )
 
@@ -147,9 +183,10 @@ def identify(
     noise: str | ArrayLike | None = None,
     step: Quantity | None = None,
     law: SlipLaw | str | None = None,
-    kinetic_ratio: float | None = None,
+    kinetic_ratio: Quantity | None = None,
     estimate: Sequence[Unknown | str] = (),
     tolerances: Mapping[str, Quantity] | None = None,
+    assume: bool = True,
     progress: Progress = quiet,
 ) -> Identification:
     """Find the periods of sticking in a recording, and the friction of each.
@@ -174,13 +211,18 @@ def identify(
         Step of the stage, which the spacing needs if samples were lost.
     law : SlipLaw, optional
         Where slips end, for the spacing; without it bounds are found that hold for all laws.
-    kinetic_ratio : float, optional
-        μk/μ0, for the spacing with the law ``kinetic`` or ``energy``.
-    estimate : sequence of Unknown
-        What is not known of height and offsets, and estimated from the recording.
+    kinetic_ratio : str or number, optional
+        μk/μ0, for the spacing with the law ``kinetic`` or ``energy``; ``"0.8 ± 0.03"``.
+    estimate : sequence of str
+        What is not known, and estimated from the recording: ``eta`` near the given height,
+        ``offset`` of all channels, or names of tolerances.
     tolerances : mapping of str to str or number, optional
         Standard deviations of what was given, as in ``{"clamp_angle": "0.5 deg", "modulus":
-        "2 %"}``: it is adjusted within them; see `PROPERTIES`.
+        "2 %"}``, or ``"exact"``: it is adjusted within them, and within those of the whisker; see
+        `vibrissa.sensor.given.tolerances.TOLERABLE`.
+    assume : bool
+        Whether what nothing is stated about has the tolerance that is assumed for it; otherwise it
+        is exact.
     progress : callable
 
     Returns
@@ -198,58 +240,148 @@ def identify(
     NoResponseError
         If the response of the whisker is not found.
     """
-    if tolerances and estimate:
-        raise ArgumentError("give eta or the zeros a tolerance, or estimate them: not both")
     units = whisker.units
     sensor = transducer_of(transducer, units)
     given = _noise(noise, sensor, units)
+    ratio, whisker = _tolerant(whisker, kinetic_ratio, tolerances or {})
+    asked = Asked(
+        method=chosen(Method, method, "method"),
+        law=None if law is None else chosen(SlipLaw, law, "law"),
+        estimate=tuple(estimate),
+        assume=assume,
+    )
     if not isinstance(recording, Recording):
-        recording = read_recording(recording, units, chosen(Method, method, "method"), sensor)
-    positions = recording.clamp
-    backward = bool((np.diff(positions) < 0.0).any())
-
-    def solved(other: Whisker) -> Placed:
-        if other.mounting.stage_angle:
-            return other.stage(positions, backward)
-        return other.response(backward)
-
-    oblique = bool(whisker.mounting.stage_angle)
-    if estimate:
-        heights: Heights | ObliqueHeights
-        if oblique:
-            heights = whisker.stages(recording.clamp, backward, progress)
-        else:
-            heights = whisker.heights(
-                backward, lambda done: progress("solving the rod", done, NODES + 1)
-            )
-        known = noise_of(recording.readings) if given is None else given
-        setup = calibrate(heights, whisker.eta, recording, known, estimate)
-    elif oblique:
-        stage = whisker.stage(recording.clamp, backward, progress)
-        recording = _known(stage, recording)
-        setup = known_setup(stage, whisker.eta)
-    else:
-        setup = known_setup(whisker.response(backward), whisker.eta)
-    fitted: tuple[Tolerance, ...] = ()
-    if tolerances:
-        known = noise_of(recording.readings) if given is None else given
-        deviations = read_tolerances(whisker, tolerances)
-        channels = Channels.recorded(recording, known)
-        found = adjusted(whisker, recording, channels, deviations, solved)
-        setup, recording, whisker = found.setup, found.recording, found.whisker
-        fitted = found.tolerances
-        given = None if given is None else found.noise_of(given)
-    size = len(recording)
+        recording = read_recording(recording, units, asked.method, sensor)
+    fit = _adjusted(whisker, recording, given, sensor, asked, progress)
+    size = len(fit.recording)
     periods = find_periods(
-        setup,
-        recording,
-        given,
+        fit.setup,
+        fit.recording,
+        fit.noise,
         method=method,
         step=None if step is None else float(units.read(step, Kind.LENGTH, "step")),
         law=law,
-        kinetic_ratio=kinetic_ratio,
-        alternatives=lambda: alternatives_to(whisker, solved),
+        kinetic_ratio=ratio,
+        alternatives=lambda: alternatives_to(fit.whisker, lambda other: fit.solver.quick(other)[0]),
+        doubtful=fit.doubtful,
         units=units,
         progress=lambda done: progress("identifying", done, size),
     )
-    return Identification(periods=periods, setup=setup, units=units, tolerances=fitted)
+    return Identification(periods=periods, units=units, **fit.result)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Fitted:
+    """A recording, and the rod that it is read with: the given one, or adjusted to it."""
+
+    whisker: Whisker
+    solver: Solver
+    recording: Recording
+    noise: FloatArray | None
+    setup: Setup
+    prior: Prior
+    found: Adjusted | None = None
+
+    @property
+    def doubtful(self) -> tuple[tuple[Doubt, str], ...]:
+        """Why all periods are in doubt, and what it concerns."""
+        if self.found is None:
+            return ((Doubt.NOT_ADJUSTED, ""),) if self.prior.tolerances else ()
+        return tuple(
+            (Doubt.FAR, f"{one.name} ({abs(one.score):.1f} tolerances)") for one in self.found.far
+        )
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """What an `Identification` tells of it."""
+        if self.found is None:
+            return {"setup": self.setup}
+        found = self.found
+        return {
+            "setup": found.told,
+            "tolerances": found.tolerances,
+            "covariance": found.covariance,
+        }
+
+
+def _adjusted(
+    whisker: Whisker,
+    recording: Recording,
+    given: FloatArray | None,
+    transducer: Transducer | None,
+    asked: Asked,
+    progress: Progress,
+) -> _Fitted:
+    """Adjust the rod to the recording, as far as it is not exact."""
+    clamp = recording.clamp
+    solver = Solver(clamp=clamp, backward=bool((np.diff(clamp) < 0.0).any()), pulled=False)
+    noise = noise_of(recording.readings) if given is None else given
+    calibrated = None
+    if unknown := needs_calibration(asked.estimate):
+        calibrated = solver.calibrated(whisker, recording, noise, unknown, progress)
+        setup = calibrated
+    else:
+        branch = solver.exact(whisker, progress)
+        if isinstance(branch, ObliqueStage):
+            recording = _known(branch, recording)
+        setup = known_setup(branch, whisker.eta)
+    channels = Channels.recorded(recording, noise)
+    parts = parts_of(setup, recording, channels) if channels.used else []
+    solver = replace(solver, pulled=solver.backward or any(map(_is_pulled, parts)))
+    prior = prior_of(whisker, recording, noise, asked, calibrated, swings=len(parts) > 1)
+    same = _Fitted(
+        whisker=whisker,
+        solver=solver,
+        recording=recording,
+        noise=given,
+        setup=setup,
+        prior=prior,
+    )
+    if not (prior.tolerances and channels.used):
+        return same
+    bench = Bench.of(recording, transducer, whisker.units.channels)
+    found = adjusted(whisker, recording, channels, prior, solver, bench)
+    if found is None:
+        if asked.estimate:
+            raise UndeterminedError(
+                f"this recording does not tell {' and '.join(sorted(asked.estimate))}: it is too "
+                "far from what was given"
+            )
+        return same
+    _check_estimates(found)
+    return replace(
+        same,
+        whisker=found.whisker,
+        recording=found.recording,
+        noise=None if given is None else found.noise_of(given),
+        setup=found.setup,
+        found=found,
+    )
+
+
+def _is_pulled(part: Part) -> bool:
+    """Whether the clamp pulls the tip in some states."""
+    samples = part.samples
+    return bool((samples.x0 < -JUMP * samples.deviation).any())
+
+
+def _check_estimates(found: Adjusted) -> None:
+    """Refuse unknowns of which the recording tells little."""
+    for one in found.tolerances:
+        if one.estimated and one.deviation > MOST_LEFT * one.tolerance:
+            raise UndeterminedError(
+                f"this recording does not tell {one.name}: give it, or its tolerance"
+            )
+
+
+def _tolerant(
+    whisker: Whisker, kinetic_ratio: Quantity | None, tolerances: Mapping[str, Quantity]
+) -> tuple[float | None, Whisker]:
+    """Read the ratio of the frictions, and give the whisker the tolerances that are stated."""
+    ratio, stated = None, dict(tolerances)
+    if kinetic_ratio is not None:
+        given = Given.read(kinetic_ratio, "kinetic_ratio")
+        ratio = float(whisker.units.read(given.value, Kind.NUMBER, "kinetic_ratio"))
+        if given.tolerance is not None:
+            stated = {"kinetic_ratio": given.tolerance} | stated
+    return ratio, whisker.tolerating(read_tolerances(whisker, stated, ratio))

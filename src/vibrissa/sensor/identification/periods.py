@@ -271,6 +271,7 @@ def fitted(
     channels: Channels,
     periods: Partition,
     start: FloatArray,
+    steps: int = CONTACT_STEPS,
 ) -> Contacts:
     """Fit one contact to all samples of each period, by least squares.
 
@@ -284,6 +285,8 @@ def fitted(
         Of p periods.
     start : ndarray, shape (p,)
         First guess of their places (L).
+    steps : int
+        Gauss-Newton steps.
 
     Returns
     -------
@@ -291,7 +294,7 @@ def fitted(
     """
     place, known = start, np.empty(0)
     states, _ = branch.above(samples.clamp)
-    for _ in range(CONTACT_STEPS):
+    for _ in range(steps):
         x0 = states.clip(samples.start - periods.spread(place))
         slope = channels.weighted(states.slope(x0))
         miss = channels.weighted(samples.readings - states(x0))

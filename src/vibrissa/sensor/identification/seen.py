@@ -121,27 +121,53 @@ class Seen:
         return replace(self, samples=samples, periods=periods, contacts=self.contacts.take(kept))
 
     def as_if(self, other: Alternative) -> Self:
-        """See the same periods as if something were other than given, with the same contacts."""
+        """See the same periods as if something were other than given.
+
+        The contacts move along, so that the displacements stay the same in the mean of a period.
+        """
         branch = self.branch if other.branch is None else other.branch
-        samples = other.corrected(self.samples)
+        samples = other.undone(self.samples)
         samples = replace(samples, start=branch.above(samples.clamp)[1])
-        return replace(self, branch=branch, samples=samples)
+        moved = self.periods.sums(samples.start - self.samples.start) / self.periods.counts
+        contacts = replace(self.contacts, place=self.contacts.place + moved)
+        return replace(self, branch=branch, samples=samples, contacts=contacts)
+
+    @cached_property
+    def exact(self) -> Self:
+        """The same with readings without noise of all channels, for what is told to first order.
+
+        A fit to a change that contains the noise would be biased by it.
+        """
+        inside = self.states.clip(self.x0)
+        return replace(self, samples=replace(self.samples, readings=self.states(inside), x0=inside))
 
     def effect_of(self, other: Alternative) -> FloatArray:
         """Change of the readings per unit of an alternative, in standard deviations, shape (n, k).
 
         To first order; without what a shift of the contacts explains.
         """
-        inside = self.states.clip(self.x0)
-        # Of readings without noise: a fit to a change that contains the noise is biased by it.
-        exact = replace(self.samples, readings=self.states(inside), x0=inside)
-        change = -replace(self, samples=exact).as_if(other).residuals / other.step
-        shift = self.channels.weighted(self.states.slope(inside))
+        exact = self.exact
+        before = 0.0 if other.base is None else exact.as_if(other.before).residuals
+        change = (before - exact.as_if(other).residuals) / other.step
+        shift = self._shift
         along = self.periods.sums((shift * change).sum(axis=1))
         known = self.periods.sums((shift**2).sum(axis=1))
         # Where no reading tells the contact, none is shifted.
         along = np.divide(along, known, out=np.zeros_like(along), where=known > 0.0)
         return np.asarray(change - shift * self.periods.spread(along)[:, None])
+
+    @cached_property
+    def _shift(self) -> FloatArray:
+        """Change of the readings per shift of the contact, in standard deviations, shape (n, k)."""
+        return self.channels.weighted(self.states.slope(self.states.clip(self.x0)))
+
+    def nearby(self, other: Alternative) -> Self:
+        """See the periods without noise as if something were a little other, with its contacts."""
+        seen = self.exact.as_if(other)
+        contacts = fitted(
+            seen.branch, seen.samples, seen.channels, seen.periods, seen.contacts.place, steps=1
+        )
+        return replace(seen, contacts=contacts)
 
     @cached_property
     def _margin(self) -> FloatArray:

@@ -68,6 +68,8 @@ class Doubt(Enum):
     # If they are a spike, the period before did not end there.
     FEW_AFTER = Grade.DOUBTFUL, "too few samples after it"
     WHOLE = Grade.DOUBTFUL, "the recording as a whole does not fit the rod"
+    FAR = Grade.DOUBTFUL, "is by the recording far from what was given, for its tolerance"
+    NOT_ADJUSTED = Grade.DOUBTFUL, "the recording is too far from what was given to be adjusted"
 
     def __init__(self, grade: Grade, why: str) -> None:
         self.grade = grade
@@ -82,7 +84,7 @@ class Doubted:
     ----------
     doubt : Doubt
     channel : str
-        Of which it is; empty where it is of none.
+        Of which it is, or what else it concerns; empty where it is of none.
     periods : ndarray of bool, shape (p,)
     """
 

@@ -12,7 +12,8 @@ from typing import Self
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from vibrissa.sensor.identification.alternatives import Alternative, told
+from vibrissa.sensor.given.tolerances import told
+from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.quantities import Units
 

@@ -1,18 +1,21 @@
 """How friction is read from the last sticking state of each period: a class for each method."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from scipy.ndimage import find_objects, label
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.reading.energy import FEWEST, read_travels
 from vibrissa.sensor.identification.reading.spacing import spacing
 from vibrissa.sensor.identification.reading.uncertainty import (
+    MANY,
     LastStates,
     Summary,
+    Values,
     friction_of,
     normal_summary,
     ratio_deviation,
@@ -35,7 +38,9 @@ class ByMoment:
 
     from_slip: ClassVar[bool] = False
 
-    def friction(self, seen: Seen, common: FloatArray) -> tuple[Summary, BoolArray]:
+    def friction(
+        self, seen: Seen, common: FloatArray, values: Values = MANY
+    ) -> tuple[Summary, BoolArray]:
         """Find the friction of every period, and for which of them only bounds are known.
 
         Parameters
@@ -43,9 +48,15 @@ class ByMoment:
         seen : Seen
         common : ndarray, shape (p,)
             Standard deviation of the error that all periods share.
+        values : Values
+            By which its distribution is represented.
         """
-        found = friction_of(seen.branch, self._last_states(seen), common)
+        found = friction_of(seen.branch, self._last_states(seen), common, values=values)
         return found, np.zeros(len(found), dtype=bool)
+
+    def as_if(self, other: Alternative) -> "ByMoment":
+        """Give the method as if the law of slips were a little other."""
+        return self
 
     def _last_states(self, seen: Seen) -> LastStates:
         return seen.last
@@ -83,7 +94,15 @@ class BySpacing(ByMoment):
     law: SlipLaw | None
     kinetic_ratio: float | None
 
-    def friction(self, seen: Seen, common: FloatArray) -> tuple[Summary, BoolArray]:
+    def as_if(self, other: Alternative) -> Self:
+        """Give the method as if the ratio of the frictions were a little larger."""
+        if self.kinetic_ratio is None:
+            return self
+        return replace(self, kinetic_ratio=self.kinetic_ratio + other.kinetic_ratio)
+
+    def friction(
+        self, seen: Seen, common: FloatArray, values: Values = MANY
+    ) -> tuple[Summary, BoolArray]:
         """Find the friction of every period, and for which of them only bounds are known.
 
         Raises
@@ -105,6 +124,7 @@ class BySpacing(ByMoment):
             common,
             self.step,
             lambda travel, part: relation.onset(travel, before[part], last.sign[part]),
+            values,
         )
         unsure = relation.gives_bounds(before, last.sign)
         if self.law is SlipLaw.ENERGY and self.kinetic_ratio is not None:

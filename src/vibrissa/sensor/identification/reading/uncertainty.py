@@ -6,8 +6,9 @@ within the step, the noise of the readings is normal. The distribution of μ0 th
 represented by equally likely values; its mean, deviation and central 95 % are returned.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,8 +29,39 @@ BLOCK = 512
 # dimensions: multiples of the powers of the inverse of the root of x⁵ = x + 1 (Roberts).
 VALUES = 1024
 EVENLY = 1.1673039782614187 ** -np.arange(1.0, 5.0)
-ONSET, _NOISE, BEGINNING, _COMMON = ((np.arange(1, VALUES + 1)[:, None] * EVENLY) % 1.0).T
-NOISE, COMMON = ndtri(_NOISE), ndtri(_COMMON)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Values:
+    """Equally likely values by which a distribution is represented, each of shape (k,).
+
+    Attributes
+    ----------
+    onset, beginning : ndarray
+        Part of a step, uniform from 0 to 1.
+    noise, common : ndarray
+        Standard normal.
+    """
+
+    onset: FloatArray
+    noise: FloatArray
+    beginning: FloatArray
+    common: FloatArray
+
+    @classmethod
+    def many(cls) -> Self:
+        """Spread them evenly."""
+        onset, noise, beginning, common = (np.arange(1, VALUES + 1)[:, None] * EVENLY % 1.0).T
+        return cls(onset=onset, noise=ndtri(noise), beginning=beginning, common=ndtri(common))
+
+    @classmethod
+    def centre(cls) -> Self:
+        """Take the middle alone, for what changes little."""
+        none = np.zeros(1)
+        return cls(onset=none + 0.5, noise=none, beginning=none, common=none)
+
+
+MANY, CENTRE = Values.many(), Values.centre()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -106,6 +138,7 @@ def friction_of(
     common: FloatArray,
     step: float = 1.0,
     onset_of: Callable[[FloatArray, slice], FloatArray] = lambda travel, periods: travel,
+    values: Values = MANY,
 ) -> Summary:
     """Propagate every source of uncertainty to μ0.
 
@@ -120,6 +153,7 @@ def friction_of(
         Step of the stage (L), where a beginning was missed.
     onset_of : callable
         Maps travels of a slice of the periods to displacements at the onset, for the spacing.
+    values : Values
 
     Returns
     -------
@@ -129,39 +163,45 @@ def friction_of(
     for start in range(0, len(last), BLOCK):
         here = slice(start, start + BLOCK)
         part = last.take(here)
-        onset = onset_of(_travels(part, step), here)
-        states, _ = branch.above(part.clamp[:, None] + part.clamp_gap[:, None] * ONSET)
-        parts.append(_summary(_frictions(states, onset, part, common[here])))
+        onset = onset_of(_travels(part, step, values), here)
+        states, _ = branch.above(part.clamp[:, None] + part.clamp_gap[:, None] * values.onset)
+        parts.append(_summary(_frictions(states, onset, part, common[here], values)))
     return Summary.concatenate(parts)
 
 
-def _travels(last: LastStates, step: float) -> FloatArray:
-    """Equally likely travels, or displacements, at the onset of slip (L), shape (n, VALUES)."""
-    travel = last.travel[:, None] + last.deviation[:, None] * NOISE + last.gap[:, None] * ONSET
+def _travels(last: LastStates, step: float, values: Values) -> FloatArray:
+    """Equally likely travels, or displacements, at the onset of slip (L), shape (n, k)."""
+    travel = last.travel[:, None] + last.deviation[:, None] * values.noise
+    travel += last.gap[:, None] * values.onset
     # The slip before may have been at any step of its gap, of which a recording shows the last.
     steps = np.maximum(1.0, np.round(np.abs(last.gap_before) / step))[:, None]
-    travel += np.sign(last.gap_before)[:, None] * np.floor(BEGINNING * steps) * step
+    travel += np.sign(last.gap_before)[:, None] * np.floor(values.beginning * steps) * step
     return travel
 
 
 def _frictions(
-    states: Branch | HeightStates, onset: FloatArray, last: LastStates, common: FloatArray
+    states: Branch | HeightStates,
+    onset: FloatArray,
+    last: LastStates,
+    common: FloatArray,
+    values: Values,
 ) -> FloatArray:
-    """Equally likely values of μ0, shape (n, VALUES); infinite for impossible onsets."""
+    """Equally likely values of μ0, shape (n, k); infinite for impossible onsets."""
     # As the tip did slip, the onset is neither past the lock nor beyond the end of pulling.
     possible = (onset > states.x0_pull) & (onset <= states.x0_lock)
     needed = states.demand(np.clip(onset, states.x0_pull, states.x0_lock))
-    ratio = needed + last.base[:, None] + last.ratio_deviation[:, None] * NOISE
-    mu0 = last.sign[:, None] * ratio + common[:, None] * COMMON
+    ratio = needed + last.base[:, None] + last.ratio_deviation[:, None] * values.noise
+    mu0 = last.sign[:, None] * ratio + common[:, None] * values.common
     return np.where(possible & (mu0 > 0.0), mu0, np.inf)
 
 
 def _summary(values: FloatArray) -> Summary:
-    """Summarise equally likely values, shape (n, VALUES), of which infinite ones do not count."""
+    """Summarise equally likely values, shape (n, k), of which infinite ones do not count."""
     counts = np.isfinite(values).sum(axis=1)
     found = Summary.unknown(len(values))
     tails = 0.5 * (1.0 - COVERAGE), 0.5 * (1.0 + COVERAGE)
-    whole, part = counts == VALUES, (counts > 0) & (counts < VALUES)
+    every = values.shape[1]
+    whole, part = counts == every, (counts > 0) & (counts < every)
     for rows, quantile in ((whole, np.quantile), (part, np.nanquantile)):
         if rows.any():
             finite = np.where(np.isfinite(values[rows]), values[rows], np.nan)
@@ -178,22 +218,21 @@ def normal_summary(branch: Branch, mean: FloatArray, deviation: FloatArray) -> S
     return Summary(mean=mean, deviation=deviation, low=low, high=high)
 
 
-def common_deviation(mean: FloatArray, displaced: Sequence[FloatArray]) -> FloatArray:
+def common_deviation(effects: FloatArray, shared: FloatArray) -> FloatArray:
     """Give the standard deviation of the error that all periods share.
 
     Parameters
     ----------
-    mean : ndarray, shape (n,)
-        Of each period.
-    displaced : sequence of ndarray
-        The same with the setup one standard deviation away along each principal axis.
+    effects : ndarray, shape (n, k)
+        Change of each value per unit of each of k things.
+    shared : ndarray, shape (k, k)
+        Covariance of the errors of these.
 
     Returns
     -------
     ndarray, shape (n,)
     """
-    squares = sum(((moved - mean) ** 2 for moved in displaced), np.zeros(len(mean)))
-    return np.sqrt(np.nan_to_num(squares))
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", effects, shared, effects), 0.0)))
 
 
 def least_friction(states: Branch | HeightStates, low: FloatArray, high: FloatArray) -> FloatArray:

@@ -1,0 +1,1 @@
+"""What was given, adjusted to a recording within its tolerances."""

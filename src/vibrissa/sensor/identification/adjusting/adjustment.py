@@ -1,0 +1,451 @@
+"""What was given is adjusted to the recording within its tolerances, and what remains carried on.
+
+The adjustments p minimise χ²(p) + Σ (p/σ)², where σ are the tolerances, and each period has its own
+best contact. The recording may tell a quantity much better than its tolerance, or not at all: what
+remains is the covariance (JᵀJ + 1/σ²)⁻¹, J = ∂(residuals)/∂p. This is Bayes' theorem for normal
+errors, by Gauss-Newton steps. The derivatives are told anew only where the steps do not settle.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import lsq_linear
+from scipy.special import chdtrc
+
+from vibrissa.errors import NoResponseError
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.sensor.given.tolerances import told
+from vibrissa.sensor.identification.adjusting.properties import (
+    OF_HEIGHT,
+    Bench,
+    Component,
+    components_of,
+    with_sizes,
+    without_errors,
+)
+from vibrissa.sensor.identification.adjusting.solving import Solver
+from vibrissa.sensor.identification.alternatives import (
+    STEP,
+    Alternative,
+    alternative,
+    inclined,
+    step_in_height,
+)
+from vibrissa.sensor.identification.calibration import Setup, known_setup
+from vibrissa.sensor.identification.periods import Channels, Placed, located
+from vibrissa.sensor.identification.recording import Recording
+from vibrissa.sensor.identification.seen import Seen
+from vibrissa.sensor.identification.sides import parts_of
+from vibrissa.sensor.oblique import ObliqueStage
+from vibrissa.sensor.quantities import Units
+from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.whisker import Whisker
+
+# Most steps, after how many the derivatives are told anew, and when they end: a step of this part
+# of the deviation that remains.
+ROUNDS, RENEWED, SETTLED = 12, 3, 0.1
+# A derivative is a difference over this part of the tolerance at most.
+PART = 0.1
+# A stage that is level but for a change of the height by this much along the recording (L) is
+# corrected to first order; otherwise the rod is solved at all heights.
+NEARLY_LEVEL = 2e-3
+STAGE = "stage_angle"
+# What `--estimate eta` and `--estimate offset` ask for, in the order of a setup's covariance.
+HEIGHT_AND_ZEROS = ("eta", "zero_force_x", "zero_force_y", "zero_moment_z")
+# So many tolerances are far from what was given, and an adjustment as a whole of a lower
+# probability.
+FAR, UNLIKELY = 3.0, 1e-3
+# From more than this part on that is no state of the rod, it is another rod.
+MOST_OFF = 0.2
+# What the recording tells at least this part of, by the variance, is tested as a whole.
+TOLD = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerance:
+    """Something that is known to a tolerance, and what the recording tells of it.
+
+    Attributes
+    ----------
+    name : str
+    of : str
+        Name of the tolerance, which may have several parts.
+    tolerance : float
+        Standard deviation of what was given.
+    adjusted, deviation : float
+        By how much it is larger by the recording, and the standard deviation that remains.
+    stated : bool
+        Whether the tolerance was stated; otherwise it was assumed.
+    estimated : bool
+        Whether it was asked for as an unknown: then what was given is only where to begin.
+    """
+
+    name: str
+    of: str
+    tolerance: float
+    adjusted: float
+    deviation: float
+    stated: bool = True
+    estimated: bool = False
+
+    @property
+    def score(self) -> float:
+        """The adjustment in tolerances."""
+        return self.adjusted / self.tolerance
+
+    def spelled(self, units: Units) -> str:
+        """Say it in a person's units."""
+        adjusted, unit = told(self.of, self.adjusted, units)
+        deviation, tolerance = (
+            told(self.of, size, units)[0] for size in (self.deviation, self.tolerance)
+        )
+        return (
+            f"{self.name}: {adjusted:+.3g} ± {deviation:.2g} {unit} beside what was given "
+            f"(tolerance {tolerance:.3g})"
+        ).replace("  ", " ")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Prior:
+    """What is to be adjusted, and how much it may be.
+
+    Attributes
+    ----------
+    tolerances : mapping of str to float
+        Standard deviations, in units of the rod, rad, or relative; all above 0.
+    stated, estimated : frozenset of str
+        Names of those that were stated, and of those that are unknown.
+    carried : frozenset of str
+        Names of those that are not adjusted, but make what is read less certain.
+    begin : mapping of str to float
+        Where to begin; 0 by default.
+    """
+
+    tolerances: Mapping[str, float]
+    stated: frozenset[str] = frozenset()
+    estimated: frozenset[str] = frozenset()
+    carried: frozenset[str] = frozenset()
+    begin: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Adjusted:
+    """What was given, adjusted to a recording within its tolerances.
+
+    Attributes
+    ----------
+    setup : Setup
+        Of the adjusted rod.
+    recording : Recording
+        Without the errors of transducer and stage.
+    whisker : Whisker
+        The adjusted one.
+    mixing : ndarray, shape (3, 3)
+        By which the readings were multiplied, and their noise with them.
+    tolerances : tuple of Tolerance
+    covariance : ndarray, shape (k, k)
+        Of what remains, in the order of the tolerances.
+    chance : float
+        Probability of such adjustments, or larger ones, of what is given to these tolerances.
+    """
+
+    setup: Setup
+    recording: Recording
+    whisker: Whisker
+    mixing: FloatArray
+    tolerances: tuple[Tolerance, ...]
+    covariance: FloatArray
+    chance: float
+
+    def noise_of(self, noise: FloatArray) -> FloatArray:
+        """Give the noise of the adjusted readings, from that of the readings."""
+        return np.asarray(np.sqrt(self.mixing**2 @ noise**2))
+
+    @property
+    def told(self) -> Setup:
+        """Height and zeros, and the covariance of those that were estimated."""
+        places = [
+            next(
+                (i for i, one in enumerate(self.tolerances) if one.name == name and one.estimated),
+                -1,
+            )
+            for name in HEIGHT_AND_ZEROS
+        ]
+        there = np.array(places) >= 0
+        covariance = np.zeros((len(places), len(places)))
+        chosen = np.array(places)[there]
+        covariance[np.ix_(there, there)] = self.covariance[np.ix_(chosen, chosen)]
+        sizes = np.array([self.tolerances[i].adjusted if i >= 0 else 0.0 for i in places])
+        return replace(self.setup, offset=sizes[1:], covariance=covariance)
+
+    @property
+    def far(self) -> tuple[Tolerance, ...]:
+        """What is far from what was given for its tolerance, the farthest first."""
+        known = [one for one in self.tolerances if not one.estimated]
+        known.sort(key=lambda one: -abs(one.score))
+        if self.chance < UNLIKELY:
+            return tuple(one for one in known if abs(one.score) > FAR) or tuple(known[:1])
+        return tuple(one for one in known if abs(one.score) > FAR)
+
+
+def adjusted(
+    whisker: Whisker,
+    recording: Recording,
+    channels: Channels,
+    prior: Prior,
+    solver: Solver,
+    bench: Bench,
+) -> Adjusted | None:
+    """Adjust what was given to a recording, within its tolerances.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        That was given.
+    recording : Recording
+    channels : Channels
+        All that were recorded.
+    prior : Prior
+    solver : Solver
+    bench : Bench
+
+    Returns
+    -------
+    Adjusted or None
+        None if the steps do not settle: the recording is too far from what was given.
+    """
+    fit = _Fit(
+        whisker=whisker,
+        recording=recording,
+        channels=channels,
+        components=[one for name in prior.tolerances for one in components_of(name, bench)],
+        prior=prior,
+        solver=solver,
+    )
+    try:
+        return fit.settled()
+    except NoResponseError:
+        return None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Fit:
+    """Adjusts k components of the tolerances. Inside, sizes are in tolerances: `scores`."""
+
+    whisker: Whisker
+    recording: Recording
+    channels: Channels
+    components: Sequence[Component]
+    prior: Prior
+    solver: Solver
+
+    @cached_property
+    def sigma(self) -> FloatArray:
+        """Deviations that were given, shape (k,)."""
+        tolerances = self.prior.tolerances
+        return np.array([one.weight * tolerances[one.of] for one in self.components])
+
+    @cached_property
+    def free(self) -> BoolArray:
+        """Which components are adjusted, shape (k,)."""
+        return np.array([one.of not in self.prior.carried for one in self.components])
+
+    @cached_property
+    def reach(self) -> float:
+        """How far the clamp goes (L)."""
+        return float(np.abs(self.recording.clamp).max())
+
+    def settled(self) -> Adjusted | None:
+        """Find the best sizes; None if the steps do not settle."""
+        free = self.free
+        begin = np.array([self.prior.begin.get(one.name, 0.0) for one in self.components])
+        scores = begin / self.sigma
+        low = np.array([_least(self.whisker, one.name) for one in self.components]) / self.sigma
+        changes: list[Alternative] = []
+        level = True
+        for number in range(ROUNDS):
+            rod = self._rod(scores)
+            (branch,) = self.solver.quick(rod)
+            if number % RENEWED == 0 or level != isinstance(branch, Branch):
+                level = isinstance(branch, Branch)
+                changes = self._changes(rod, branch)
+            seen = _seen(branch, self._undone(scores, branch, changes), self.channels)
+            jacobian = np.stack([seen.effect_of(one).ravel() for one in changes], 1) * self.sigma
+            information = jacobian[:, free].T @ jacobian[:, free] + np.eye(int(free.sum()))
+            step = _step_to(
+                information,
+                jacobian[:, free].T @ seen.residuals.ravel() - scores[free],
+                (low - scores)[free],
+            )
+            scores[free] += step
+            remaining = np.asarray(np.linalg.inv(information), dtype=float)
+            if (np.abs(step) <= SETTLED * np.sqrt(np.diag(remaining))).all():
+                return self._result(scores, _covariance(remaining, jacobian, free), changes)
+        return None
+
+    def _result(
+        self, scores: FloatArray, covariance: FloatArray, changes: list[Alternative]
+    ) -> Adjusted | None:
+        """Solve the adjusted rod, and say what was adjusted; None if the recording is not of it."""
+        rod = self._rod(scores)
+        branch = self.solver.exact(rod)
+        undone = self._undone(scores, branch, changes)
+        part = parts_of(known_setup(branch), undone, self.channels)[0]
+        if len(part.off) > MOST_OFF * len(part.with_all().samples):
+            return None
+        sizes, scale = scores * self.sigma, np.outer(self.sigma, self.sigma)
+        setup = replace(
+            known_setup(branch, rod.eta),
+            displaced=tuple(changes),
+            shared=covariance * scale,
+            penalty=float((scores**2).sum()),
+        )
+        left = np.sqrt(np.diag(covariance)) * self.sigma
+        prior = self.prior
+        return Adjusted(
+            setup=setup,
+            recording=undone,
+            whisker=rod,
+            mixing=_mixing(self.components, sizes),
+            tolerances=tuple(
+                Tolerance(
+                    name=one.name,
+                    of=one.of,
+                    tolerance=float(given),
+                    adjusted=float(size),
+                    deviation=float(deviation),
+                    stated=one.of in prior.stated,
+                    estimated=one.of in prior.estimated,
+                )
+                for one, given, size, deviation in zip(
+                    self.components, self.sigma, sizes, left, strict=True
+                )
+            ),
+            covariance=covariance * scale,
+            chance=self._chance(scores, covariance),
+        )
+
+    def _chance(self, scores: FloatArray, covariance: FloatArray) -> float:
+        """Probability of such adjustments: before, their covariance is what the recording tells."""
+        known = np.array([one.of not in self.prior.estimated for one in self.components])
+        known &= self.free
+        if not known.any():
+            return 1.0
+        part, axes = np.linalg.eigh(np.eye(int(known.sum())) - covariance[np.ix_(known, known)])
+        along = axes.T @ scores[known]
+        told_of = part > TOLD
+        squares = float((along[told_of] ** 2 / part[told_of]).sum())
+        return float(chdtrc(max(int(told_of.sum()), 1), squares))
+
+    def _rod(self, scores: FloatArray) -> Whisker:
+        """Make the whisker of such scores; its stage stays level where it nearly is."""
+        sizes = np.where(self._leans(scores), 0.0, scores * self.sigma)
+        return with_sizes(self.whisker, self.components, sizes)
+
+    def _leans(self, scores: FloatArray) -> BoolArray:
+        """Which component is the angle of a stage that is nearly level."""
+        if self.whisker.mounting.stage_angle:
+            return np.zeros(len(scores), dtype=bool)
+        angle = np.array([one.name == STAGE for one in self.components])
+        return angle & (np.abs(scores * self.sigma) * self.reach < NEARLY_LEVEL)
+
+    def _undone(
+        self, scores: FloatArray, branch: Placed, changes: Sequence[Alternative]
+    ) -> Recording:
+        """Take the errors of transducer and stage off the recording."""
+        sizes, raw = scores * self.sigma, self.recording
+        lost = np.isnan(raw.readings)
+        filled = raw
+        if lost.any():
+            # What was not recorded is what the rod would show.
+            samples = located(branch, raw, self.channels, np.zeros(3))
+            states, _ = branch.above(samples.clamp)
+            filled = replace(raw, readings=np.where(lost, states(samples.x0), raw.readings))
+        undone = without_errors(filled, self.components, sizes)
+        for number in np.flatnonzero(self._leans(scores) & (sizes != 0.0)).tolist():
+            samples = located(branch, undone, self.channels, np.zeros(3))
+            corrected = changes[number].corrected(samples, float(sizes[number]))
+            undone = replace(undone, clamp=corrected.clamp, readings=corrected.readings)
+        return replace(undone, readings=np.where(lost, np.nan, undone.readings))
+
+    def _changes(self, rod: Whisker, branch: Placed) -> list[Alternative]:
+        """Make each component a little larger."""
+        others: dict[int, Whisker] = {}
+        steps = self._steps(rod)
+        found: dict[int, Alternative] = {}
+        for number, one in enumerate(self.components):
+            other = one.property.whisker(rod, float(steps[number]))
+            if one.name == STAGE and isinstance(branch, Branch):
+                others[number] = replace(rod, eta=rod.eta + step_in_height(rod))
+            elif other == rod:
+                found[number] = alternative(one, float(steps[number]))
+            elif one.name in OF_HEIGHT and isinstance(branch, ObliqueStage):
+                # The rod is known at all heights near to its own.
+                stage = replace(branch, eta=other.eta, angle=other.mounting.stage_angle)
+                found[number] = alternative(one, float(steps[number]), stage, branch)
+            else:
+                others[number] = other
+        for (number, _), solved in zip(
+            others.items(), self.solver.quick(*others.values()), strict=True
+        ):
+            one = self.components[number]
+            if isinstance(branch, Branch) and isinstance(solved, Branch) and one.name == STAGE:
+                found[number] = inclined(branch, solved, step_in_height(rod))
+            else:
+                found[number] = alternative(one, float(steps[number]), solved, branch)
+        return [found[number] for number in range(len(self.components))]
+
+    def _steps(self, rod: Whisker) -> FloatArray:
+        """How much larger each is made."""
+        steps = np.minimum(STEP, PART * self.sigma)
+        of_height = np.array([one.name == "eta" for one in self.components])
+        return np.where(of_height, np.maximum(step_in_height(rod), -PART * self.sigma), steps)
+
+
+def _step_to(information: FloatArray, gradient: FloatArray, low: FloatArray) -> FloatArray:
+    """Of all steps that are allowed, not below `low`, the one with the least sum of squares."""
+    best = np.asarray(np.linalg.solve(information, gradient), dtype=float)
+    if (best >= low).all():
+        return best
+    root = np.linalg.cholesky(information).T
+    return np.asarray(lsq_linear(root, root @ best, (np.minimum(low, 0.0), np.inf)).x)
+
+
+def _covariance(remaining: FloatArray, jacobian: FloatArray, free: BoolArray) -> FloatArray:
+    """Covariance of all components, in tolerances, of which some are not adjusted.
+
+    An error c of these adds (JᵀJ + 1)⁻¹·Jᵀ·J_c·c to the adjustments of the others.
+    """
+    covariance = np.eye(len(free))
+    moved = remaining @ (jacobian[:, free].T @ jacobian[:, ~free])
+    covariance[np.ix_(free, free)] = remaining + moved @ moved.T
+    covariance[np.ix_(free, ~free)] = -moved
+    covariance[np.ix_(~free, free)] = -moved.T
+    return covariance
+
+
+def _least(whisker: Whisker, name: str) -> float:
+    """Least size that a property can take."""
+    return {
+        "theta": 1.0 - whisker.theta,
+        "clamp_compliance": -whisker.mounting.clamp_compliance,
+    }.get(name, -np.inf)
+
+
+def _mixing(components: Sequence[Component], sizes: FloatArray) -> FloatArray:
+    """Matrix by which readings are multiplied where errors are taken off them."""
+    readings = np.vstack([np.zeros(3), np.eye(3)])
+    line = np.zeros(len(readings), dtype=np.int64)
+    probe = Recording(clamp=np.zeros(len(readings)), readings=readings, line=line)
+    undone = without_errors(probe, components, sizes).readings
+    return np.asarray((undone[1:] - undone[0]).T)
+
+
+def _seen(branch: Placed, recording: Recording, channels: Channels) -> Seen:
+    """Periods of the samples that fit as well as most, ahead of the clamp."""
+    part = parts_of(known_setup(branch), recording, channels)[0].with_all()
+    seen = part.only(part.samples.usual).seen(channels)
+    # At the largest moment, by the moment alone, no contact is told.
+    return seen.only(np.isfinite(seen.contacts.place) & np.isfinite(seen.contacts.deviation))
