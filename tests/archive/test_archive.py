@@ -8,6 +8,7 @@ import zipfile
 from pathlib import Path
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from rocrate.rocrate import ROCrate
 
@@ -113,6 +114,22 @@ def test_what_differs_is_said(unpacked, tmp_path):
     assert differences()[1] == f"{TABLE}: other values in mu0"
     store.write(COMPLETE.slice(1), again / TABLE)
     assert differences()[1].startswith(f"{TABLE}: rows and columns were (")
+
+
+@pytest.mark.parametrize("again", ["one", "other"])
+def test_metadata_that_differ_are_named_on_either_side(tmp_path, again):
+    table = pa.table({"x": [1]})
+    for folder, metadata in (
+        ("one", {"was": "1", "both": "1", "same": "1"}),
+        ("other", {"is": "1", "both": "2", "same": "1"}),
+    ):
+        (tmp_path / folder / "results").mkdir(parents=True)
+        path = tmp_path / folder / "results/a.parquet"
+        pq.write_table(table.replace_schema_metadata(metadata), path)
+    (before,) = {"one", "other"} - {again}
+    recorded = {"results/a.parquet": "another sum"}
+    (line,) = reproduction.differences(tmp_path / before, tmp_path / again, recorded)
+    assert line == "results/a.parquet: the same values; other metadata (both, is, was)"
 
 
 def test_code_that_no_commit_names_is_refused(tmp_path):

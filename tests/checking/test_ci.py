@@ -72,7 +72,9 @@ def test_a_long_summary_says_how_many_are_left_out():
 
 
 def test_json_has_every_difference_and_only_finite_numbers():
-    content = json.loads(ci.json_text(comparison()), parse_constant=pytest.fail)
+    text = ci.json_text(comparison())
+    assert text.startswith('{\n  "passed": false,\n') and text.endswith("}\n")
+    content = json.loads(text, parse_constant=pytest.fail)
     assert content["passed"] is False and content["rows"] == 3
     assert [one["problem"] for one in content["differences"]] == [
         *("rows missing", "rows extra", "moved", "moved")
