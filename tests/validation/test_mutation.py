@@ -129,7 +129,14 @@ def test_constants_are_asked_of_all_tests_of_the_module():
     ]  # fmt: skip
 
 
-def test_a_changed_file_of_tests_is_recorded_anew():
+def stored(made, folder, monkeypatch):
+    monkeypatch.setattr(recording, "RECORDING", folder / "new/recording.json")
+    assert recording.read() is None
+    recording.write(made)
+    return recording.read()
+
+
+def test_a_changed_file_of_tests_is_recorded_anew(tmp_path, monkeypatch):
     newer = recorded(
         seconds={"tests/a/test_a.py::new": 1.0},
         effort={"tests/a/test_a.py::new": 1.0},
@@ -137,6 +144,7 @@ def test_a_changed_file_of_tests_is_recorded_anew():
         sources={"a/m.py": "\n" + TEXT},
     )
     merged = recorded().updated(newer, ["tests/a/test_a.py"])
+    assert merged == stored(merged, tmp_path, monkeypatch)
     assert set(merged.tests) == {"tests/b/test_b.py::fast", "tests/a/test_a.py::new"}
     assert set(merged.tests_of("a/m.py", 11, "\n" + TEXT)) == set(merged.tests)
     assert merged.tests_of("a/m.py", 8, "\n" + TEXT) == []

@@ -92,18 +92,18 @@ class Recording:
         seconds = {test: self.seconds[test] for test in kept} | newer.seconds
         effort = {test: self.effort[test] for test in kept} | newer.effort
         number = {test: place for place, test in enumerate(seconds)}
-        reached: dict[str, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
+        reached: dict[str, dict[int, set[int]]] = defaultdict(lambda: defaultdict(set))
         for recorded in (self, newer):
             for module, lines in recorded.reached.items():
                 for line, tests in lines.items():
                     # Lines are counted as in the newer text.
                     at = line if recorded is newer else self.line_now(newer, module, line)
                     names = (recorded.tests[test] for test in tests)
-                    reached[module][at] += [number[name] for name in names if name in number]
+                    reached[module][at].update(number[name] for name in names if name in number)
         return Recording(
             seconds=seconds,
             effort=effort,
-            reached=reached,
+            reached=listed(reached),
             sources=newer.sources,
             files=newer.files,
             broken=sorted({*newer.broken, *self.broken} - newer.seconds.keys()),
@@ -268,14 +268,19 @@ def merged(folder: Path, root: Path) -> Recording:
     return Recording(
         seconds=seconds,
         effort=effort,
-        reached={
-            module: {line: sorted(tests) for line, tests in lines.items() if tests}
-            for module, lines in reached.items()
-        },
+        reached=listed(reached),
         sources=sources(root),
         files=digests(root),
         broken=sorted(broken),
     )
+
+
+def listed(reached: dict[str, dict[int, set[int]]]) -> dict[str, dict[int, list[int]]]:
+    """Return sets of tests as lists, as they are stored, without lines that no test reaches."""
+    return {
+        module: {line: sorted(tests) for line, tests in lines.items() if tests}
+        for module, lines in reached.items()
+    }
 
 
 def read() -> Recording | None:
