@@ -7,8 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 from vibrissa import sensor
-from vibrissa.cli import plots
 from vibrissa.cli.app import app
+from vibrissa.design import plots as plots_of_design
+from vibrissa.sensor import plots
+from vibrissa.sensor.identification.friction import Periods
 from vibrissa.sensor.quantities import Units, read_rod
 from vibrissa.sensor.series import Column
 from vibrissa.sensor.transducer import CHANNELS
@@ -26,7 +28,7 @@ def whisker(**given):
 def test_the_rod_before_and_at_the_onset_with_the_tip_at_one_place(angle):
     rod = whisker(stage_angle=f"{angle} deg")
     found = sensor.solve(rod, 0.3)
-    (axes,) = plots.shapes(rod, found).axes
+    (axes,) = plots.shapes(rod, found.onset).axes
     first, last, surface = (np.column_stack(line.get_data()) for line in axes.lines)
     x0 = found.onset.x0_slip * 0.1
     way = np.deg2rad(angle)
@@ -56,13 +58,15 @@ def test_signals_are_each_in_a_panel_with_its_unit():
 
 
 def test_friction_stands_at_the_place_of_the_tip_with_its_interval():
-    periods = SimpleNamespace(
-        mu0=np.array([0.3, 0.4]),
-        low=np.array([0.28, 0.35]),
-        high=np.array([0.33, 0.5]),
-        contact=np.array([0.5, 0.9]),
-    )
-    figure = plots.friction_map(SimpleNamespace(periods=periods, units=Units(STEEL)))
+    known = {
+        "mu0": np.array([0.3, 0.4]),
+        "low": np.array([0.28, 0.35]),
+        "high": np.array([0.33, 0.5]),
+        "contact": np.array([0.5, 0.9]),
+    }
+    columns = [name for name in Periods.names() if name not in vars(Periods)]
+    periods = Periods(**dict.fromkeys(columns, np.full(2, "")) | known)
+    figure = plots.friction_map(periods, Units(STEEL))
     (axes,) = figure.axes
     ((dots, _, (bars,)),) = axes.containers
     assert np.column_stack(dots.get_data()) == pytest.approx(np.array([[0.05, 0.3], [0.09, 0.4]]))
@@ -89,7 +93,7 @@ def test_a_design_stands_among_the_pairs_that_were_solved(with_pairs):
         theta=3.0,
         eta=0.9,
     )
-    left, right, *_ = plots.design(found).axes
+    left, right, *_ = plots_of_design.design(found).axes
     drawn = {line.get_label(): list(line.get_ydata()) for line in left.lines}
     assert drawn == {
         "together": [5.0, 6.0, 7.0],

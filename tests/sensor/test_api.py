@@ -48,6 +48,29 @@ def test_an_onset_is_in_the_units_of_the_rod(whisker):
     assert locked["status"].values == ["lock"] and "x0_slip" not in locked
 
 
+def test_results_are_told_in_the_units_in_which_the_rod_was_given(whisker):
+    steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    given = Whisker.read(2.0, "8.5 cm", **steel)
+    found, plain = solve(given, 0.4), solve(whisker, 0.4)
+    lines = dict(line.split(None, 1) for line in repr(found).splitlines())
+    assert lines["x0_slip"] == "5.2838043 mm" and lines["force_x"].endswith(" N")
+    assert "0.0052838043 m" in repr(plain)
+    # Tables stay in SI units.
+    assert found.columns()["x0_slip"] == plain.columns()["x0_slip"]
+
+
+def test_the_largest_strain_of_a_period_is_told_as_a_part_of_the_yield_strain():
+    # In a cylinder it is where sticking begins, in a cone where it ends.
+    for theta, begins in ((1.0, True), (2.0, False)):
+        found = solve(Whisker(theta=theta, eta=0.85, rod=ROD), 0.4, yield_strain=0.006)
+        columns = {name: column.values[0] for name, column in found.columns().items()}
+        assert (columns["strain_most"] > 1.001 * columns["strain"]) == begins
+        assert columns["strain_over_yield"] == pytest.approx(columns["strain_most"] / 0.006)
+        assert 0.0 <= columns["strain_place"] < 0.1
+    with pytest.raises(ArgumentError, match="yield_strain must be positive"):
+        solve(Whisker(theta=2.0, eta=0.85), 0.4, yield_strain=0.0)
+
+
 def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, signals, tmp_path):
     found = identify(whisker, signals.to_pandas(), transducer=SENSOR, method="moment")
     table = found.to_pandas()
@@ -140,7 +163,7 @@ def test_a_data_frame_may_have_its_units_in_titles_in_attrs_or_be_in_si_units(wh
 
 def test_results_print_and_are_drawn(whisker, signals):
     onset = solve(whisker, 0.4)
-    assert "mu_lock      0.47757141" in repr(onset).splitlines()
+    assert ["mu_lock", "0.47757141"] in [line.split() for line in repr(onset).splitlines()]
     assert repr(signals).startswith("801 steps, ")
     found = identify(whisker, signals.to_pandas(), transducer=SENSOR)
     assert "mu0 = " in repr(found)

@@ -7,6 +7,8 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli.options import ALONE, AlsoOut, Picture, check_files, save_picture
 from vibrissa.cli.whisker import say_exact, takes_whisker
+from vibrissa.design.materials import material as material_named
+from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Status
 from vibrissa.sensor import series
 
@@ -19,6 +21,14 @@ def solve(
     whisker: sensor.Whisker,
     mu0: Annotated[str, typer.Option(help="Coefficient of static friction.")],
     step: Annotated[str | None, typer.Option(help="Step of the stage: '20 um'.")] = None,
+    material: Annotated[
+        str | None,
+        typer.Option(help="Material, of which the largest strain is told as a part of its yield."),
+    ] = None,
+    yield_strain: Annotated[
+        float | None,
+        typer.Option(help="Its yield strain instead; in units of d0/L without a modulus."),
+    ] = None,
     output: AlsoOut = None,
     picture: Picture = None,
 ) -> None:
@@ -29,7 +39,13 @@ def solve(
     """
     check_files(output, picture)
     say_exact(whisker, "solve")
-    found = sensor.solve(whisker, mu0, step)
+    if material is not None:
+        if yield_strain is not None:
+            raise ArgumentError("give the material or its yield strain, not both")
+        if whisker.rod is None:
+            raise ArgumentError("a material needs the rod: give modulus, diameter and length")
+        yield_strain = material_named(material).yield_strain
+    found = sensor.solve(whisker, mu0, step, yield_strain)
     typer.echo(found)
     if output is not None:
         series.write(output, found.columns())

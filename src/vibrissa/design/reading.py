@@ -4,6 +4,7 @@ from typing import Any
 
 from vibrissa.design.materials import material as material_named
 from vibrissa.design.requirements import Channels, Requirements
+from vibrissa.design.stock import read_stock
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor.quantities import Kind, Units, channels_of, in_si, range_of
@@ -54,6 +55,8 @@ def read_requirements(
         return {name: _read(name, given[name], units) for name in names if name in given}
 
     values = given | read(DIMENSIONAL, None)
+    if "stock" in given:
+        values["stock"] = read_stock(given["stock"])
     values |= _of_material(material, values)
     if "modulus" not in values:
         _refuse_dimensions(values, transducer)
@@ -90,7 +93,7 @@ def _of_transducer(name: str | None, values: dict[str, Any]) -> dict[str, Channe
 
 def _refuse_dimensions(values: dict[str, Any], transducer: str | None) -> None:
     """Refuse what has no meaning in units of the rod."""
-    surplus = [name for name in values if name in DIMENSIONAL]
+    surplus = [name for name in values if name in (*DIMENSIONAL, "stock")]
     surplus += [] if transducer is None else ["transducer"]
     if surplus:
         raise ArgumentError(

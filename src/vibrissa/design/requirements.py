@@ -61,6 +61,8 @@ class Requirements:
         Largest ratio of the weight to the normal force: the model has no gravity.
     spacing : float
         Largest clamp travel between slips (m): the distance between two measurements.
+    stock : tuple of float
+        Diameters of which one is taken at the clamp (m); any, if there are none.
     room : dict
         Factors by which limits are relaxed, by name; infinite for a limit that is left out.
 
@@ -89,6 +91,7 @@ class Requirements:
     steps: float = 10.0
     weight: float = 0.1
     spacing: float = np.inf
+    stock: tuple[float, ...] = ()
     room: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -115,6 +118,8 @@ class Requirements:
         for name in ("mu0", "diameter", "length"):
             low, high = getattr(self, name)
             self._require(name, 0.0 < low <= high < np.inf, "be a range above 0")
+        single = self.diameter[0] == self.diameter[1]
+        self._require("stock", not (self.stock and single), "not be given with a diameter")
         self._require("theta", 1.0 <= self.theta[0] <= self.theta[1] < np.inf, "be a range from 1")
         self._require("eta", 0.0 < self.eta[0] <= self.eta[1] < 1.0, "be a range above 0, below 1")
 

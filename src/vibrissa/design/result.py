@@ -39,6 +39,10 @@ class DesignStatus(StrEnum):
     FAILED = "failed"
 
 
+# A smaller taper is none: wire as it is bought.
+CYLINDER = 1.05
+
+
 def _unknown() -> FloatArray:
     return np.full(FRICTIONS, np.nan)
 
@@ -70,6 +74,8 @@ class Design(Tabular):
     relaxed : dict
         Largest standard deviation of μ0 with half the noise, half the step, or twice the room at an
         active constraint.
+    any_size : Design or None
+        The best rod of any diameter, where this one is of a stock size.
     pairs : Pairs or None
         All pairs (θ, η) that were solved.
     pair_deviation : ndarray, shape (n,)
@@ -90,6 +96,7 @@ class Design(Tabular):
     checks: list[Check] = field(default_factory=list)
     active_constraints: list[str] = field(default_factory=list)
     relaxed: dict[str, float] = field(default_factory=dict)
+    any_size: "Design | None" = None
     pairs: Pairs | None = None
     pair_deviation: FloatArray = field(default_factory=lambda: np.empty(0))
 
@@ -112,8 +119,13 @@ class Design(Tabular):
 
     @property
     def units(self) -> Units:
-        """Units of the results."""
-        return Units(self.rod)
+        """Units of the results; a workshop thinks in millimetres."""
+        return Units(self.rod, {Kind.LENGTH: "mm"})
+
+    @property
+    def is_cylinder(self) -> bool:
+        """Whether a rod without taper does."""
+        return self.theta < CYLINDER
 
     def __repr__(self) -> str:
         """Say the rod, its standard deviations, its limits, and what would help."""
@@ -137,7 +149,9 @@ class Design(Tabular):
             "theta": Column([self.theta], number, "taper"),
             "eta": Column([self.eta], "L", "height of the surface"),
             "diameter": Column([self.diameter], length, "diameter at the clamp"),
+            "tip_diameter": Column([self.diameter / self.theta], length, "diameter of the tip"),
             "length": Column([self.length], length, "length"),
+            "height": Column([self.eta * self.length], length, "height of the surface"),
             "mu_lock": Column([self.mu_lock], number, "largest friction at which the tip slips"),
             "deviation": Column(
                 [self.deviation], number, "largest standard deviation of mu0 in its range"

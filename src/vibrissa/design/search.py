@@ -14,6 +14,7 @@ from vibrissa.design.pairs import Pairs, survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.design.result import Design, DesignStatus
 from vibrissa.design.sizes import ROUNDING, Sizes, best_sizes, deviations, nearest_sizes
+from vibrissa.design.stock import near
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.whisker import Progress, quiet
 
@@ -67,8 +68,28 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
         bests = {name: search.refine(new, RELAXED_ROUNDS) for name, new in changes.items()}
         relaxed = {name: float(other.deviation.min()) for name, other in bests.items()}
         found = replace(found, relaxed=relaxed)
+    if found.status is DesignStatus.FOUND and requirements.stock:
+        found = _of_stock(search, found)
     progress("solving", search.total, search.total)
     return found
+
+
+def _of_stock(search: "_Search", any_size: Design) -> Design:
+    """Take the best of the rods whose diameter is of the stock; none may keep to all limits."""
+    asked, relaxed = any_size.requirements, any_size.relaxed
+    sizes = near(asked.stock, any_size.diameter)
+    tried = [replace(asked, diameter=(size, size), stock=()) for size in sizes]
+    bests = [search.refine(one, ROUNDS) for one in tried]
+    costs = [best.deviation.min() for best in bests]
+    chosen = int(np.argmin(costs))
+    if not np.isfinite(costs[chosen]):
+        shown = ", ".join(f"{1e3 * size:.4g}" for size in sizes)
+        message = f"no rod of a stock diameter near the best ({shown} mm) keeps to all limits"
+        return replace(any_size, status=DesignStatus.NONE, message=f"{message}; shown is the best")
+    found = _result(tried[chosen], search.pairs, bests[chosen])
+    # Among all pairs that are solved by now.
+    any_size = _result(asked, search.pairs, _best(asked, search.pairs))
+    return replace(found, relaxed=relaxed, any_size=any_size)
 
 
 @dataclass(frozen=True, kw_only=True)

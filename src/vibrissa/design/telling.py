@@ -18,14 +18,19 @@ def lines(found: "Design") -> Iterator[str]:
     """Say what was found: the rod, its standard deviations, its limits and what would help."""
 
     def shown(value: float, kind: Kind, digits: int = 4) -> str:
-        return f"{value:.{digits}g} {found.units.name(kind)}".removesuffix(" 1")
+        told, unit = found.units.told(value, kind)
+        return f"{told:.{digits}g} {unit}".removesuffix(" 1")
 
     yield found.message
-    yield f"theta        {found.theta:.4g}"
-    yield f"eta          {found.eta:.4g} L"
-    if found.rod is not None:
-        yield f"diameter     {shown(found.diameter, Kind.LENGTH)}"
+    yield f"theta        {found.theta:.4g}{', a cylinder will do' if found.is_cylinder else ''}"
+    if found.rod is None:
+        yield f"eta          {found.eta:.4g} L"
+    else:
+        yield f"base         {shown(found.diameter, Kind.LENGTH)} diameter{_of_stock(found)}"
+        yield f"tip          {shown(found.diameter / found.theta, Kind.LENGTH)} diameter"
         yield f"length       {shown(found.length, Kind.LENGTH)}"
+        height = shown(found.eta * found.length, Kind.LENGTH)
+        yield f"height       {height} from the clamp to the surface (eta {found.eta:.4g})"
     yield f"mu_lock      {found.mu_lock:.4g}"
     yield "\nstandard deviation of mu0 from one period of sticking"
     yield "mu0          total     by step   by noise  clamp travel"
@@ -44,3 +49,13 @@ def lines(found: "Design") -> Iterator[str]:
         yield "\nlargest standard deviation with"
     for name, deviation in found.relaxed.items():
         yield f"{deviation:<12.2g} {RELAXED.get(name, f'twice the room at the limit {name}')}"
+
+
+def _of_stock(found: "Design") -> str:
+    """Say what it costs that the diameter is of a stock."""
+    best = found.any_size
+    if best is None:
+        return ""
+    size, unit = found.units.told(best.diameter, Kind.LENGTH)
+    more = 1.0 - best.deviation / found.deviation
+    return f", of the stock; the best is {size:.4g} {unit}, whose deviation is {more:.1%} less"

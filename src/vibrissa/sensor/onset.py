@@ -7,10 +7,11 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
+from vibrissa.mechanics.bending import Strains
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.strain import largest_strain
+from vibrissa.sensor.strain import largest_strain, strains_until
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, solve_onset
 
@@ -28,12 +29,18 @@ class WhiskerOnset(Tabular):
         Nondimensional.
     strain : float
         Largest strain at the onset (d0/L); NaN unless the tip slips.
+    most : Strains or None
+        Largest strain of the whole period, and where along the rod it is; None unless it slips.
     whisker : Whisker
+    yield_strain : float or None
+        Strain up to which the material is elastic; in units of d0/L without a real rod.
     """
 
     onset: Onset
     strain: float
+    most: Strains | None
     whisker: Whisker
+    yield_strain: float | None = None
 
     @property
     def units(self) -> Units:
@@ -41,8 +48,9 @@ class WhiskerOnset(Tabular):
         return self.whisker.units
 
     def __repr__(self) -> str:
-        """Say each value in a line."""
-        return "\n".join(f"{name:<12} {column.text}" for name, column in self.columns().items())
+        """Say each value in a line, in the units in which the rod was given."""
+        columns = self.columns().items()
+        return "\n".join(f"{name:<17} {column.told(self.units).text}" for name, column in columns)
 
     def plot(self) -> "Figure":
         """Draw the rod where sticking begins and at the onset of slip.
@@ -86,6 +94,22 @@ class WhiskerOnset(Tabular):
             unit, slenderness = "1", units.rod.base_diameter / units.rod.length
         what = "largest strain at the onset"
         columns["strain"] = Column([self.strain * slenderness], unit, what)
+        if self.most is not None:
+            columns |= self._strength(self.most, slenderness, unit)
+        return columns
+
+    def _strength(self, most: Strains, slenderness: float, unit: str) -> dict[str, Column]:
+        """Largest strain of the period, where it is, and how much of what the material bears."""
+        strain, place = float(most.largest[0]) * slenderness, float(most.place[0])
+        length = self.units.name(Kind.LENGTH)
+        place *= self.units.unit(Kind.LENGTH)
+        columns = {
+            "strain_most": Column([strain], unit, "largest strain of the period"),
+            "strain_place": Column([place], length, "where it is: arc length from the clamp"),
+        }
+        if self.yield_strain is not None:
+            part = strain / self.yield_strain
+            columns["strain_over_yield"] = Column([part], "1", "of the yield strain; bent above 1")
         return columns
 
     def _swing(self) -> dict[str, Column]:
@@ -105,7 +129,12 @@ class WhiskerOnset(Tabular):
         }
 
 
-def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> WhiskerOnset:
+def solve(
+    whisker: Whisker,
+    mu0: Quantity,
+    step: Quantity | None = None,
+    yield_strain: float | None = None,
+) -> WhiskerOnset:
     """Solve for the end of one period of sticking, in the units of the rod.
 
     Parameters
@@ -115,6 +144,8 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
         Coefficient of static friction.
     step : str or number, optional
         Step of the stage, for the last sticking step.
+    yield_strain : float, optional
+        Strain up to which the material is elastic; in units of d0/L without a real rod.
 
     Returns
     -------
@@ -126,6 +157,8 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
     ArgumentError
         If an argument is out of range or no such quantity.
     """
+    if yield_strain is not None and not 0.0 < yield_strain < np.inf:
+        raise ArgumentError(f"yield_strain must be positive and finite, got {yield_strain!r}")
     units = whisker.units
     dx0 = None if step is None else units.read(step, Kind.LENGTH, "step")
     friction = units.read(mu0, Kind.NUMBER, "mu0")
@@ -138,7 +171,10 @@ def solve(whisker: Whisker, mu0: Quantity, step: Quantity | None = None) -> Whis
         mounting=whisker.mounting,
         section=whisker.section,
     )
-    strain = np.nan
+    strain, most = np.nan, None
     if onset.status is Status.SLIP:
         strain = largest_strain(whisker.curve, onset.slip)
-    return WhiskerOnset(onset=onset, strain=strain, whisker=whisker)
+        most = strains_until(whisker.curve, onset.x0_slip)
+    return WhiskerOnset(
+        onset=onset, strain=strain, most=most, whisker=whisker, yield_strain=yield_strain
+    )

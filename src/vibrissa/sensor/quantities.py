@@ -4,7 +4,8 @@ Nondimensional are lengths in units of L, forces in E·I0/L², moments in E·I0/
 """
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import StrEnum
 from functools import cache
@@ -88,6 +89,7 @@ NUMBER_AND_UNIT = re.compile(
 DECIMAL_COMMA = re.compile(r"\d,\d")
 # What stands between a value and its tolerance: see `vibrissa.sensor.given.values`.
 PLUS_MINUS = re.compile(r"±|\+/-|\+-")
+_LAST_UNIT = re.compile(r"[\d.]\s*([^\W\d].*)$")
 # Products, quotients and powers of names, such as kg/(m*s^2). Pint gets nothing else to read.
 _NAME = r"[A-Za-zµμÅ°][A-Za-z0-9_]*[²³]?(?:(?:\*\*|\^)-?[1-9][0-9]?)?"
 _NEXT = r"\s*[*/·\s]\s*"
@@ -218,6 +220,15 @@ def read_rod(modulus: str | None, diameter: str | None, length: str | None) -> R
     )
 
 
+def wished_units(kind: Kind, *given: Quantity | None) -> dict[Kind, str]:
+    """Give the unit in which a person thinks: the first of the usual ones that was given."""
+    for text in given:
+        parts = _LAST_UNIT.search(text.strip()) if isinstance(text, str) else None
+        if parts is not None and parts[1] in USUAL.get(kind, {}):
+            return {kind: parts[1]}
+    return {}
+
+
 @dataclass(frozen=True)
 class Units:
     """Between a person's units and those of the computation.
@@ -226,9 +237,19 @@ class Units:
     ----------
     rod : Rod or None
         Without one everything is nondimensional.
+    wished : dict of Kind to str
+        Usual units in which results are told, instead of SI units. Tables are in SI units.
     """
 
     rod: Rod | None = None
+    wished: Mapping[Kind, str] = field(default_factory=dict, compare=False)
+
+    def told(self, value: float, kind: Kind) -> tuple[float, str]:
+        """Value in a person's unit, and its name, of one as columns have it."""
+        if self.rod is None or kind not in self.wished:
+            return value, self.name(kind)
+        unit = self.wished[kind]
+        return value / float(USUAL[kind][unit]), unit
 
     def unit(self, kind: Kind) -> float:
         """Give the unit of the computation in SI units."""

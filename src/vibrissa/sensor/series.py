@@ -11,7 +11,7 @@ import re
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
@@ -21,6 +21,7 @@ from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.extras import require
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
+from vibrissa.sensor.quantities import Units
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -46,6 +47,14 @@ class Column:
     values: Sequence[Any] | FloatArray | IntArray | StrArray
     unit: str
     description: str
+
+    def told(self, units: Units) -> "Column":
+        """Give it in the units in which a person thinks."""
+        for kind in units.wished:
+            if self.unit == units.name(kind):
+                factor, name = units.told(1.0, kind)
+                return replace(self, values=np.asarray(self.values) * factor, unit=name)
+        return self
 
     @property
     def text(self) -> str:

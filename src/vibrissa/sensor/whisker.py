@@ -14,7 +14,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.given.tolerances import read_tolerances
 from vibrissa.sensor.given.values import Given
-from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod
+from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod, wished_units
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
@@ -54,6 +54,8 @@ class Whisker:
         Clamp, natural shape and stage.
     tolerances : mapping of str to float
         Standard deviations that were stated, as from `read_tolerances`.
+    wished : dict of Kind to str
+        Units in which its results are told, see `Units`.
     """
 
     theta: float
@@ -63,6 +65,7 @@ class Whisker:
     rod: Rod | None = None
     mounting: Mounting = IDEAL
     tolerances: Mapping[str, float] = field(default_factory=dict, hash=False)
+    wished: Mapping[Kind, str] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
     def read(
@@ -143,6 +146,7 @@ class Whisker:
             section=chosen(RodSection, section, "section"),
             rod=rod,
             mounting=mounting,
+            wished=wished_units(Kind.LENGTH, length, eta, diameter),
         )
         tolerances = {name: one.tolerance for name, one in parts.items() if one.tolerance}
         if stiffness := tolerances.pop("clamp_stiffness", None):
@@ -156,7 +160,7 @@ class Whisker:
     @property
     def units(self) -> Units:
         """Units of its results."""
-        return Units(self.rod)
+        return Units(self.rod, self.wished)
 
     @cached_property
     def curve(self) -> StickingCurve:

@@ -1,0 +1,132 @@
+"""The options of a design: what a rod is to measure, with what, and within which limits."""
+
+import inspect
+from collections.abc import Callable
+from functools import wraps
+from typing import Annotated, Any
+
+import typer
+
+from vibrissa.cli.options import Modulus, ReadFrom, Touch, Transducer
+from vibrissa.design.materials import MATERIALS
+from vibrissa.design.reading import read_requirements
+from vibrissa.design.requirements import Requirements
+from vibrissa.outcomes import Contact
+from vibrissa.sensor.identification.recording import Method
+
+
+def _ranged(what: str, ends: tuple[float, float], unit: float = 1.0, name: str = "") -> Any:
+    """Set up an option that is a value or a range."""
+    low, high = ends
+    default = f"{low / unit:g} to {high / unit:g}{name}"
+    return typer.Option(help=f"{what}: a value or a range.", show_default=default)
+
+
+def read_options(
+    *,
+    step: Annotated[str, typer.Option(help="Step of the stage: '20 um'.")],
+    mu0: Annotated[str, typer.Option(help="Friction coefficients to be measured: '0.2 to 0.4'.")],
+    material: Annotated[
+        str | None, typer.Option(help=f"Material of the rod: {', '.join(MATERIALS)}.")
+    ] = None,
+    modulus: Modulus = None,
+    yield_strain: Annotated[
+        float | None,
+        typer.Option(
+            help="Strain up to which the material is elastic; in units of d0/L without a modulus."
+        ),
+    ] = None,
+    density: Annotated[
+        str | None, typer.Option(help="Density of the material: '7800 kg/m^3'.")
+    ] = None,
+    transducer: Transducer = None,
+    noise: Annotated[
+        str | None,
+        typer.Option(
+            help="Standard deviation of one reading of force_x, force_y and moment_z, if there is "
+            "no transducer: '3 mN, 3 mN, 10 uN*m'."
+        ),
+    ] = None,
+    range_: Annotated[
+        str | None,
+        typer.Option(
+            "--range",
+            help="Largest force_x, force_y and moment_z that are measured, if there is no "
+            "transducer.",
+        ),
+    ] = None,
+    method: ReadFrom = Method.FORCES,
+    theta: Annotated[str | None, _ranged("Taper", Requirements.theta)] = None,
+    eta: Annotated[
+        str | None,
+        _ranged("Height of the surface in units of the length, or '85 mm'", Requirements.eta),
+    ] = None,
+    diameter: Annotated[
+        str | None, _ranged("Diameter at the clamp", Requirements.diameter, 1e-3, " mm")
+    ] = None,
+    length: Annotated[
+        str | None, _ranged("Length of the rod", Requirements.length, 1e-3, " mm")
+    ] = None,
+    tip: Annotated[
+        str | None,
+        typer.Option(
+            help="Least diameter of the tip.", show_default=f"{Requirements.tip * 1e3:g} mm"
+        ),
+    ] = None,
+    safety: Annotated[
+        float, typer.Option(help="Least ratio of the yield strain to the largest strain.")
+    ] = Requirements.safety,
+    lock_factor: Annotated[
+        float,
+        typer.Option(help="Least ratio of the critical friction coefficient to the largest mu0."),
+    ] = Requirements.lock_factor,
+    steps: Annotated[
+        float, typer.Option(help="Least number of steps of the stage in a period of sticking.")
+    ] = Requirements.steps,
+    weight: Annotated[
+        float, typer.Option(help="Largest ratio of the weight of the rod to the normal force.")
+    ] = Requirements.weight,
+    spacing: Annotated[
+        str | None,
+        typer.Option(help="Largest clamp travel between two measurements: '5 mm'."),
+    ] = None,
+    contact: Touch = Contact.POINT,
+    stock: Annotated[
+        str | None,
+        typer.Option(
+            help="Diameters that can be had: '0.5 mm, 0.8 mm, 1 mm', or R10 or R20 of ISO 3."
+        ),
+    ] = None,
+) -> Requirements:
+    """Read requirements from the options of a command."""
+    asked = {**locals(), "range": range_}
+    del asked["range_"]
+    return read_requirements(**asked)
+
+
+def takes_requirements(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of `read_options` in place of its parameter ``requirements``.
+
+    Parameters
+    ----------
+    command : callable
+
+    Returns
+    -------
+    callable
+    """
+    options = inspect.signature(read_options).parameters
+    own = dict(inspect.signature(command).parameters)
+    del own["requirements"]
+
+    @wraps(command)
+    def run(**values: Any) -> None:
+        requirements = read_options(**{name: values.pop(name) for name in options})
+        command(requirements=requirements, **values)
+
+    # Typer reads the options of a command from its signature and its annotations.
+    every = [*options.values()]
+    every += [option.replace(kind=inspect.Parameter.KEYWORD_ONLY) for option in own.values()]
+    run.__dict__["__signature__"] = inspect.Signature(every)
+    run.__annotations__ = {option.name: option.annotation for option in every}
+    return run
