@@ -22,7 +22,9 @@ from scipy.optimize import brentq, root
 
 from vibrissa import EquilibriumState, Rod, StickingState, solve_curve, solve_state
 from vibrissa.files import write_atomically
-from vibrissa.mechanics.buckling import buckling_load
+from vibrissa.mechanics.buckling import buckling_load, initial_states
+from vibrissa.mechanics.equations import ends
+from vibrissa.mechanics.states import RodStates
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "validation/published"
@@ -32,6 +34,7 @@ BEGIN, END = "<!-- made by make published -->\n", "<!-- end -->"
 # A heavily loaded rod is approached from the same rod under a load smaller by this (E·I0/L²).
 LOAD_STEP = Decimal("0.5")
 # Heights between which a cylinder under α = 0 is sought; the published tips turn by 20° to 120°.
+NODES = 64
 HEIGHTS = (0.1, 0.9999)
 # Loads (E·I0/L²) and shortenings (L) from which a limit at zero is extrapolated.
 SMALL_LOAD, SMALL_SHORTENING = Decimal("0.04"), 0.001
@@ -478,14 +481,19 @@ def _load_ratio(rod: Upright) -> float:
 
 @cache
 def _turned_by(tip_angle: Decimal) -> Upright:
-    turn = np.radians(float(tip_angle))
-    return _upright(brentq(lambda eta: _turn(_upright(eta).state) - turn, *HEIGHTS, xtol=1e-11))
+    phi1 = np.pi / 2.0 - np.radians(float(tip_angle))
+    return _upright(brentq(lambda eta: phi1 - ends(_first(eta)).phi1[0], *HEIGHTS, xtol=1e-11))
 
 
 @cache
 def _loaded_by(load_ratio: Decimal) -> Upright:
-    ratio = float(load_ratio)
-    return _upright(brentq(lambda eta: _load_ratio(_upright(eta)) - ratio, *HEIGHTS, xtol=1e-11))
+    load = float(load_ratio) * conical_column(Decimal(1))
+    return _upright(brentq(lambda eta: -_first(eta).fy[0] - load, *HEIGHTS, xtol=1e-11))
+
+
+def _first(eta: float) -> RodStates:
+    """Solve the α = 0 state alone: the height is searched for without following its whole curve."""
+    return initial_states(np.ones(1), np.array([eta]), NODES)[0]
 
 
 def _turn(state: EquilibriumState | StickingState) -> float:
