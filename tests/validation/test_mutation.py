@@ -129,6 +129,15 @@ def test_constants_are_asked_of_all_tests_of_the_module():
     ]  # fmt: skip
 
 
+def test_lines_newer_than_the_recording_are_asked_of_all_tests_of_the_module_or_package():
+    newer = TEXT.replace("    return None", "    y = 3\n    return None")
+    assert set(recorded().tests_of("a/m.py", 11, newer)) == set(recorded().tests)
+    assert recorded().tests_of("a/m.py", 12, newer) == ["tests/a/test_a.py::fast"]
+    assert recorded().tests_of("a/new.py", 10, TEXT) == [
+        "tests/a/test_a.py::fast", "tests/a/test_a.py::slow",
+    ]  # fmt: skip
+
+
 def stored(made, folder, monkeypatch):
     monkeypatch.setattr(recording, "RECORDING", folder / "new/recording.json")
     assert recording.read() is None

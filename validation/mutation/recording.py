@@ -121,18 +121,24 @@ class Recording:
                 nearest = block.a + min(line - block.b, block.size)
         return nearest
 
+    def knows(self, module: str, line: int, text: str) -> bool:
+        """Whether a line was there when the tests were recorded."""
+        blocks = matching(self.sources.get(module, ""), text)
+        return any(block.b < line <= block.b + block.size for block in blocks)
+
     def tests_of(self, module: str, line: int, text: str) -> list[str]:
         """Return the tests that reach a line, in the order in which they are asked.
 
         What runs when a module is imported (constants, tables, classes) is reached by every test
-        that reaches a function of the module, and maybe by others of the package.
+        that reaches a function of the module, and maybe by others of the package. The same is
+        assumed of lines that are newer than the recording.
         """
         lines, (span, in_function) = self.reached.get(module, {}), statement(text, line)
         numbers: set[int] = set()
         for at in span:
             numbers.update(lines.get(self.recorded_line(module, at, text), ()))
         folder = f"tests/{module.rpartition('/')[0].partition('/')[0]}"
-        if not in_function:
+        if not in_function or not self.knows(module, line, text):
             numbers.update(*lines.values())
             numbers.update(n for n, test in enumerate(self.tests) if test.startswith(folder))
         return self.ordered([self.tests[number] for number in numbers], folder)
