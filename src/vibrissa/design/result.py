@@ -16,9 +16,12 @@ from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
+from vibrissa.sensor.whisker import Whisker
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from vibrissa.design.tolerances import TolerancePart
 
 
 class DesignStatus(StrEnum):
@@ -130,6 +133,19 @@ class Design(Tabular):
     def __repr__(self) -> str:
         """Say the rod, its standard deviations, its limits, and what would help."""
         return "\n".join(lines(self))
+
+    def tolerances(self) -> "tuple[TolerancePart, ...]":
+        """Tell what each tolerance adds to the uncertainty of μ0, where that is largest.
+
+        The recording is taken as it is, not adjusted within the tolerances as `identify` can.
+        """
+        from vibrissa.design.tolerances import tolerance_parts
+
+        whisker = Whisker(
+            theta=self.theta, eta=self.eta, contact=self.requirements.contact, rod=self.rod
+        )
+        mu0 = float(self.mu0[np.argmax(self.deviations.total)])
+        return tolerance_parts(self.requirements, whisker, mu0, self.deviation)
 
     def plot(self) -> "Figure":
         """Draw the standard deviation over μ0, and all pairs (θ, η) that were solved."""
