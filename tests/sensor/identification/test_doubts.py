@@ -88,6 +88,16 @@ def test_a_jump_of_the_clamp_is_doubted(response):
     assert periods.grade[2:4].tolist() == [Grade.WRONG, Grade.INFORMATION]
 
 
+def test_a_clamp_that_rests_after_each_step_has_not_jumped(response):
+    truth = simulate(
+        response, surfaces.random(3, 0.3, 0.04, 0.05), path("0.0005", ("0.2",)), "free", 0.8
+    )
+    clamp, reactions = np.repeat(truth.clamp, 3), np.repeat(truth.reactions, 3, axis=0)
+    periods = found(response, clamp, measured(reactions, 4))
+    assert len(periods.doubt) > 2
+    assert not any("the clamp jumped" in doubt for doubt in periods.doubt)
+
+
 def test_the_grade_of_a_period_is_that_of_its_worst_doubt():
     """Whatever the order in which the doubts are found."""
     rows = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1]], dtype=bool)
