@@ -304,6 +304,6 @@ def main() -> int:
     results = run(chosen, sources, recorded, arguments.jobs)
     page, enough = summary(results)
     print(page)
-    if arguments.docs:
+    if arguments.docs and not arguments.package:
         written(page, arguments.seed)
     return 0 if enough else 1
