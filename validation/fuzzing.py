@@ -39,9 +39,9 @@ from vibrissa.sensor import (
     respond,
     simulate,
     surfaces,
-    whisker,
 )
 from vibrissa.sensor.identification.recording import read_recording
+from vibrissa.sensor.response import branch
 from vibrissa.sensor.transducer import CHANNELS
 
 PAGE = Path(__file__).parents[1] / "docs/fuzz.md"
@@ -745,7 +745,7 @@ def main() -> int:
     cases = int(sys.argv[1]) if len(sys.argv) > 1 else CASES
     begin = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     # The rod is solved once.
-    whisker.respond = cache(respond)
+    branch.respond = cache(respond)
     rows, bad, total, lines = [], [], 0, 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

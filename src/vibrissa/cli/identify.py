@@ -78,6 +78,14 @@ def identify(
         ),
     ] = None,
     tolerances: Tolerances = None,
+    slip_time: Annotated[
+        str | None,
+        typer.Option(help="How long a slip lasts: '10 ms'. Its samples are left out."),
+    ] = None,
+    delay: Annotated[
+        str | None,
+        typer.Option(help="By which the readings lag, as a low-pass filter makes them: '4 ms'."),
+    ] = None,
     picture: Picture = None,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -100,6 +108,8 @@ def identify(
         kinetic_ratio=kinetic_ratio,
         estimate=estimate or (),
         assume=EXACT not in (tolerances or ()),
+        slip_time=slip_time,
+        delay=delay,
         progress=progress_bars(),
     )
     series.write(output, found.columns())

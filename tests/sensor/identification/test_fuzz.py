@@ -10,16 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibrissa.sensor import whisker
+from vibrissa.sensor.response import branch
 
 CASES = 9
-RESPOND = cache(whisker.respond)
+RESPOND = cache(branch.respond)
 
 
 @pytest.fixture
 def known_rod(monkeypatch):
     """The rod is solved once."""
-    monkeypatch.setattr(whisker, "respond", RESPOND)
+    monkeypatch.setattr(branch, "respond", RESPOND)
 
 
 def fine(verdict):

@@ -3,10 +3,14 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import brentq
+from scipy.signal import butter, sosfilt, sosfreqz
 
 from steel import NOISE, ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.ends import moving, touching
+from vibrissa.sensor.identification import hum as hum_module
+from vibrissa.sensor.identification import identify as identify_module
 from vibrissa.sensor.identification import recording as recording_module
 from vibrissa.sensor.identification.hum import hum_of
 
@@ -41,7 +45,7 @@ def clamp_of(signals):
 
 
 def found_in(whisker, frame, method="moment", **options):
-    periods = identify(whisker, frame, method=method, noise=NOISE, **options).periods
+    periods = identify(whisker, frame, method=method, noise=NOISE, assume=False, **options).periods
     return periods, periods.take(periods.status == "slip")
 
 
@@ -134,7 +138,7 @@ def test_hum_is_found_and_taken_off(whisker, signals, frequency, method):
 
 @pytest.mark.parametrize("method", ["forces", "moment"])
 def test_hum_that_is_not_taken_off_spoils_friction(whisker, signals, method, monkeypatch):
-    monkeypatch.setattr(recording_module, "hum_of", lambda *_: None)
+    monkeypatch.setattr(hum_module, "hum_of", lambda *_: None)
     loads = signals.readings + hum(len(signals.readings), 50.0)
     try:
         _, slips = found_in(whisker, frame_of(clamp_of(signals), loads), method)
@@ -174,3 +178,132 @@ def test_steps_of_a_stage_are_no_hum():
 def test_time_without_a_unit_does_not_tell_a_frequency(whisker, signals):
     frame = frame_of(clamp_of(signals), signals.readings).rename(columns={"time [s]": "time"})
     assert right(found_in(whisker, frame)[1])
+
+
+# --- Slips that take a while, and filters ---
+
+# Of the fine scan so many samples become one.
+EVERY = 10
+
+
+@pytest.fixture(scope="module")
+def fine(whisker):
+    """Loads of a scan at 1 mm/s in steps of 1 um, of which every tenth is recorded."""
+    law = {"law": "kinetic", "kinetic_ratio": 0.6}
+    return scan(whisker, surfaces.random(3, MU0, 0.02, 0.05), step="1 um", to=["12 mm"], **law)
+
+
+def in_flight(whisker, signals, rows=50):
+    """Loads if a slip takes 50 ms: the contact goes from one place to the next."""
+    truth = signals.truth
+    place = truth.clamp - truth.x0
+    part = np.arange(rows) / rows
+    moved = place.copy()
+    for slip in np.flatnonzero(np.diff(truth.period)) + 1:
+        way = moved[slip : slip + rows]
+        smooth = (part**2 * (3 - 2 * part))[: len(way)]
+        way[:] = place[slip - 1] + (place[slip] - place[slip - 1]) * smooth
+    return whisker.pulled(truth.clamp - moved) * whisker.units.channels
+
+
+def filtered(signals, sections):
+    """Loads behind a filter, in equilibrium at the start."""
+    first = signals.readings[0]
+    return first + sosfilt(sections, signals.readings - first, axis=0)
+
+
+# A low-pass of first order with a time constant of 40 ms, and a Butterworth filter of 4 Hz: its
+# delay is √2/(2π·4 Hz).
+FIRST_ORDER = np.array([[1 - np.exp(-1 / 40), 0.0, 0.0, 1.0, -np.exp(-1 / 40), 0.0]])
+BUTTERWORTH = butter(2, 2 * 0.004, output="sos")
+SMEARED = {
+    "flight": (None, {}),
+    "flight, told": (None, {"slip_time": "60 ms"}),
+    "first order": (FIRST_ORDER, {}),
+    "first order, told": (FIRST_ORDER, {"delay": "40 ms"}),
+    "Butterworth": (BUTTERWORTH, {}),
+    "Butterworth, told": (BUTTERWORTH, {"delay": "56.3 ms"}),
+}
+
+
+def smeared(whisker, fine, sections, seed):
+    loads = in_flight(whisker, fine) if sections is None else filtered(fine, sections)
+    rows = slice(seed % EVERY, None, EVERY)
+    return frame_of(clamp_of(fine)[rows], loads[rows], seed, rate=1000.0 / EVERY)
+
+
+def errors_of(slips, fine):
+    contact, mu0 = fine.truth.contact, fine.truth.mu0
+    return slips.mu0 - np.interp(slips.contact, contact, mu0)
+
+
+@pytest.mark.parametrize("case", SMEARED)
+@pytest.mark.parametrize("method", ["forces", "moment", "spacing"])
+def test_friction_is_right_though_slips_are_smeared(whisker, fine, case, method):
+    sections, told = SMEARED[case]
+    law = {"law": "kinetic", "kinetic_ratio": 0.6} if method == "spacing" else {}
+    inside, pulls = [], []
+    for seed in (1, 5):
+        frame = smeared(whisker, fine, sections, seed)
+        periods, slips = found_in(whisker, frame, method, **told, **law)
+        assert len(slips) == fine.truth.period[-1] - 1 - (method == "spacing")
+        assert any("have not settled after a slip" in note for note in periods.notes)
+        errors = errors_of(slips, fine)
+        pulls += list(errors / slips.deviation)
+        inside += list(np.abs(errors) < 2.5 * slips.deviation)
+        assert slips.deviation.max() < (0.03 if method == "spacing" else 5e-3)
+    assert np.mean(inside) > 0.8 and np.abs(pulls).max() < 5.0
+
+
+@pytest.mark.parametrize("case", ["flight", "first order", "Butterworth"])
+@pytest.mark.parametrize("method", ["forces", "moment"])
+def test_smeared_slips_spoil_friction_otherwise(whisker, fine, case, method, monkeypatch):
+    monkeypatch.setattr(identify_module, "settled", lambda _, recording, *rest: recording)
+    _, slips = found_in(whisker, smeared(whisker, fine, SMEARED[case][0], 1), method)
+    errors = errors_of(slips, fine)
+    assert np.sqrt(np.mean(errors**2)) > 0.02 and np.abs(errors / slips.deviation).max() > 20
+
+
+def test_a_filter_that_is_told_lags_and_what_is_not_told_may(whisker, fine):
+    """A lag of d moves the onset by speed·d: 40 um for 40 ms at 1 mm/s."""
+    frame = smeared(whisker, fine, FIRST_ORDER, 1)
+    told, none, either = (
+        found_in(whisker, frame, **options)[1]
+        for options in ({"delay": "40 ms"}, {"slip_time": "60 ms"}, {})
+    )
+    states = whisker.pulled
+    onset = np.array(
+        [brentq(lambda x, mu0=mu0: states.demand(x) - mu0, 0, 0.05) for mu0 in told.mu0]
+    )
+    assert told.mu0 - none.mu0 == pytest.approx(states.demand_slope(onset) * 4e-4, rel=0.1)
+    assert either.mu0 == pytest.approx(0.5 * (told.mu0 + none.mu0), abs=2e-4)
+    assert (either.low < none.mu0).all() and (told.mu0 < either.high).all()
+
+
+@pytest.mark.parametrize("sections", [FIRST_ORDER, BUTTERWORTH])
+def test_the_delay_of_a_filter_is_told_by_the_slips(whisker, fine, sections):
+    periods, _ = found_in(whisker, smeared(whisker, fine, sections, 1))
+    (note,) = [note for note in periods.notes if "lag behind" in note]
+    frequency, gain = sosfreqz(sections, worN=[1e-6, 2e-6])
+    delay = -np.diff(np.angle(gain))[0] / np.diff(frequency)[0]  # ms
+    assert float(note.split()[-2]) == pytest.approx(delay * 1e-6, rel=0.08)
+
+
+def test_slips_within_one_sample_stay_as_they_are(whisker, fine):
+    frame = frame_of(clamp_of(fine)[::EVERY], fine.readings[::EVERY], 1, rate=100.0)
+    periods, slips = found_in(whisker, frame)
+    assert periods.notes == () and slips.deviation.max() < 1e-3
+    delayed, _ = found_in(whisker, frame, delay="10 ms")
+    assert any("lag behind" in note for note in delayed.notes)
+
+
+@pytest.mark.parametrize("told", [{"slip_time": "-1 ms"}, {"delay": "1 mm"}])
+def test_times_that_are_none_are_refused(whisker, fine, told):
+    with pytest.raises(ValueError, match=next(iter(told))):
+        found_in(whisker, frame_of(clamp_of(fine)[::EVERY], fine.readings[::EVERY]), **told)
+
+
+def test_times_need_the_time(whisker, fine):
+    frame = frame_of(clamp_of(fine)[::EVERY], fine.readings[::EVERY]).drop(columns="time [s]")
+    with pytest.raises(ValueError, match="delay must not be negative, and needs a column"):
+        found_in(whisker, frame, delay="1 ms")

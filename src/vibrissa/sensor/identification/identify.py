@@ -29,10 +29,11 @@ from vibrissa.sensor.identification.recording import (
     noise_of,
     read_recording,
 )
+from vibrissa.sensor.identification.settling import LONG, Told, settled
 from vibrissa.sensor.identification.sides import Part, parts_of
 from vibrissa.sensor.identification.summary import NAMED, FrictionSummary, summary_of
 from vibrissa.sensor.oblique import ObliqueStage
-from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
+from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, in_si
 from vibrissa.sensor.scanning import TipSide
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.slips import SlipLaw
@@ -63,6 +64,36 @@ def _noise(
     if values.shape != (len(CHANNELS),):
         raise ArgumentError(f"noise needs three values, got {noise!r}")
     return values
+
+
+def _settled(
+    whisker: Whisker, recording: Recording, noise: FloatArray | None, told: Told
+) -> Recording:
+    """Leave out what belongs to slips; on an oblique stage the rod would be solved once more."""
+    if whisker.mounting.stage_angle or len(recording) <= LONG:
+        return recording
+    noise = noise_of(recording.readings) if noise is None else noise
+    backward = bool((np.diff(recording.clamp) < 0.0).any())
+    channels = Channels.recorded(recording, noise)
+    return settled(whisker.response(backward), recording, channels, told, whisker.units)
+
+
+def _told(recording: Recording, slip_time: str | None, delay: str | None) -> Told:
+    """Read times in units of the samples' interval.
+
+    Raises
+    ------
+    ArgumentError
+        If one of them is no time, or the recording does not tell the interval.
+    """
+    times = {
+        what: None if text is None else float(in_si(text, Kind.TIME, what)) / recording.interval
+        for what, text in (("slip_time", slip_time), ("delay", delay))
+    }
+    for what, time in times.items():
+        if time is not None and not time >= 0.0:
+            raise ArgumentError(f"{what} must not be negative, and needs a column 'time [s]'")
+    return Told(slip=times["slip_time"], delay=times["delay"])
 
 
 def _known(stage: ObliqueStage, recording: Recording) -> Recording:
@@ -187,6 +218,8 @@ def identify(
     estimate: Sequence[Unknown | str] = (),
     tolerances: Mapping[str, Quantity] | None = None,
     assume: bool = True,
+    slip_time: str | None = None,
+    delay: str | None = None,
     progress: Progress = quiet,
 ) -> Identification:
     """Find the periods of sticking in a recording, and the friction of each.
@@ -223,6 +256,10 @@ def identify(
     assume : bool
         Whether what nothing is stated about has the tolerance that is assumed for it; otherwise it
         is exact.
+    slip_time : str, optional
+        How long a slip lasts: ``"10 ms"``. What the readings need to settle is found, too.
+    delay : str, optional
+        By which the readings lag behind the clamp, as a filter makes them: ``"4 ms"``.
     progress : callable
 
     Returns
@@ -252,6 +289,7 @@ def identify(
     )
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, asked.method, sensor)
+    recording = _settled(whisker, recording, given, _told(recording, slip_time, delay))
     fit = _adjusted(whisker, recording, given, sensor, asked, progress)
     size = len(fit.recording)
     periods = find_periods(

@@ -189,6 +189,8 @@ def located(
         readings=recording.readings,
         line=recording.line,
         notes=recording.notes,
+        interval=recording.interval,
+        slipping=recording.slipping,
         row=np.arange(size),
         x0=np.empty(size),
         deviation=np.empty(size),

@@ -51,6 +51,28 @@ USED = {Method.FORCES: [0, 1], Method.MOMENT: [2], Method.SPACING: [0, 1, 2]}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Slipping(Batch):
+    """What is known of slips that take a while, and of readings that lag, for each sample.
+
+    Attributes
+    ----------
+    way : ndarray, shape (n,)
+        Where the samples of a slip were left out behind this one: the way of the clamp to the
+        first of them that shows it (L); NaN elsewhere.
+    lag_low, lag_high : ndarray, shape (n,)
+        The clamp is ahead of what the readings tell by one or the other (L).
+    """
+
+    way: FloatArray
+    lag_low: FloatArray
+    lag_high: FloatArray
+
+    def mirrored(self) -> Self:
+        """Give the same of the mirrored recording."""
+        return self.each(np.negative)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Recording(Batch):
     """Samples in the order in which they were measured, nondimensional.
 
@@ -64,12 +86,18 @@ class Recording(Batch):
         Line of the file in which each sample stands.
     notes : tuple of str
         What was left out, and why.
+    interval : float
+        Usual time from one sample to the next (s); NaN if it is not known.
+    slipping : Slipping or None
+        None where slips are instantaneous and the readings do not lag.
     """
 
     clamp: FloatArray
     readings: FloatArray
     line: IntArray
     notes: tuple[str, ...] = ()
+    interval: float = np.nan
+    slipping: Slipping | None = None
 
     def without(self, offset: FloatArray) -> Self:
         """Take the offsets of the channels off the readings, shape (3,)."""
@@ -86,7 +114,9 @@ class Recording(Batch):
 
     def mirrored(self) -> Self:
         """Turn the recording of a tip behind the clamp into one of a tip ahead, or back."""
-        return replace(self, clamp=-self.clamp, readings=self.readings * MIRROR)
+        slipping = None if self.slipping is None else self.slipping.mirrored()
+        readings = self.readings * MIRROR
+        return replace(self, clamp=-self.clamp, readings=readings, slipping=slipping)
 
 
 def read_recording(
@@ -141,6 +171,8 @@ def read_recording(
     if "time" in table.columns:
         time = table.columns["time"][complete] * _time_unit(table)
         recording = _without_hum(recording, time, units)
+        if len(time) > 1:
+            recording = replace(recording, interval=float(np.median(np.diff(time))))
     return _scanned(recording, USED[method])
 
 

@@ -67,11 +67,18 @@ class Seen:
         """Last sticking state of each period, by its contact alone."""
         start, clamp, ends = self.samples.start, self.samples.clamp, self.periods.ends
         after = np.minimum(ends + 1, len(clamp) - 1)
-        x0, gap = start[ends] - self.contacts.place, start[after] - start[ends]
         none = np.zeros(len(ends))
+        clamp_gap, lag_low, lag_high = clamp[after] - clamp[ends], none, none
+        slipping = self.samples.slipping
+        if slipping is not None:
+            way = slipping.way[ends]
+            clamp_gap = np.where(np.isnan(way), clamp_gap, way)
+            lag_low, lag_high = slipping.lag_low[ends], slipping.lag_high[ends]
+        x0 = start[ends] - self.contacts.place
+        gap = self.branch.above(clamp[ends] + clamp_gap)[1] - start[ends]
         return LastStates(
             clamp=clamp[ends],
-            clamp_gap=clamp[after] - clamp[ends],
+            clamp_gap=clamp_gap,
             travel=x0,
             deviation=self.contacts.deviation,
             gap=gap,
@@ -79,6 +86,8 @@ class Seen:
             sign=np.where(gap == 0.0, np.sign(x0), np.sign(gap)),
             base=none,
             ratio_deviation=none,
+            lag_low=lag_low,
+            lag_high=lag_high,
         )
 
     @cached_property

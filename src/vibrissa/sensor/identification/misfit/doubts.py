@@ -126,7 +126,7 @@ def doubts(seen: Seen, noise: FloatArray, read: Sequence[int]) -> list[Doubted]:
     steps = np.abs(np.diff(samples.clamp))
     usual = float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
     none = np.zeros(1, dtype=bool)
-    lost = np.abs(gap) > LOST * usual
+    lost = np.abs(seen.last.clamp_gap[:-1]) > LOST * usual
     came = samples.clamp[last] - samples.clamp[np.maximum(last - FEW, 0)]
     went = samples.clamp[np.minimum(first + FEW, len(samples) - 1)] - samples.clamp[first]
     few = periods.counts < FEW

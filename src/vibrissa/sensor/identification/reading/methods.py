@@ -141,12 +141,16 @@ class BySpacing(ByMoment):
         return found, unsure
 
     def _last_states(self, seen: Seen) -> LastStates:
-        clamp, periods = seen.samples.clamp, seen.periods
+        last, none = seen.last, np.zeros(len(seen.periods))
+        # What lags does so at both slips alike.
+        begin = np.append(seen.samples.clamp[0], (last.clamp + last.clamp_gap)[:-1])
         return replace(
-            seen.last,
-            travel=clamp[periods.ends] - clamp[periods.begins],
-            deviation=np.zeros(len(periods)),
-            gap_before=np.append(0.0, seen.last.gap[:-1]),
+            last,
+            travel=last.clamp - begin,
+            deviation=none,
+            gap_before=np.append(0.0, last.gap[:-1]),
+            lag_low=none,
+            lag_high=none,
         )
 
     def _runs(self, last: LastStates) -> list[slice]:

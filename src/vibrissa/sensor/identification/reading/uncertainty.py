@@ -41,24 +41,33 @@ class Values:
         Part of a step, uniform from 0 to 1.
     noise, common : ndarray
         Standard normal.
+    ahead : ndarray
+        0 or 1: which of the two lags.
     """
 
     onset: FloatArray
     noise: FloatArray
     beginning: FloatArray
     common: FloatArray
+    ahead: FloatArray
 
     @classmethod
     def many(cls) -> Self:
         """Spread them evenly."""
         onset, noise, beginning, common = (np.arange(1, VALUES + 1)[:, None] * EVENLY % 1.0).T
-        return cls(onset=onset, noise=ndtri(noise), beginning=beginning, common=ndtri(common))
+        return cls(
+            onset=onset,
+            noise=ndtri(noise),
+            beginning=beginning,
+            common=ndtri(common),
+            ahead=np.array([0.0, 1.0] * (VALUES // 2)),
+        )
 
     @classmethod
     def centre(cls) -> Self:
         """Take the middle alone, for what changes little."""
         none = np.zeros(1)
-        return cls(onset=none + 0.5, noise=none, beginning=none, common=none)
+        return cls(onset=none + 0.5, noise=none, beginning=none, common=none, ahead=none + 0.5)
 
 
 MANY, CENTRE = Values.many(), Values.centre()
@@ -84,6 +93,8 @@ class LastStates(Batch):
         1 where the clamp moved forward, −1 where backward.
     base, ratio_deviation : ndarray
         What is added to the ratio of forces at the onset, and the standard deviation of its error.
+    lag_low, lag_high : ndarray
+        By how much the readings lag behind the clamp (L): by one or the other, equally likely.
     """
 
     clamp: FloatArray
@@ -95,6 +106,8 @@ class LastStates(Batch):
     sign: FloatArray
     base: FloatArray
     ratio_deviation: FloatArray
+    lag_low: FloatArray
+    lag_high: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -173,6 +186,8 @@ def _travels(last: LastStates, step: float, values: Values) -> FloatArray:
     """Equally likely travels, or displacements, at the onset of slip (L), shape (n, k)."""
     travel = last.travel[:, None] + last.deviation[:, None] * values.noise
     travel += last.gap[:, None] * values.onset
+    lag = last.lag_high - last.lag_low
+    travel += last.lag_low[:, None] + lag[:, None] * values.ahead
     # The slip before may have been at any step of its gap, of which a recording shows the last.
     steps = np.maximum(1.0, np.round(np.abs(last.gap_before) / step))[:, None]
     travel += np.sign(last.gap_before)[:, None] * np.floor(values.beginning * steps) * step
