@@ -156,4 +156,5 @@ def test_a_changed_file_of_tests_is_recorded_anew(tmp_path, monkeypatch):
     assert merged == stored(merged, tmp_path, monkeypatch)
     assert set(merged.tests) == {"tests/b/test_b.py::fast", "tests/a/test_a.py::new"}
     assert set(merged.tests_of("a/m.py", 11, "\n" + TEXT)) == set(merged.tests)
-    assert merged.tests_of("a/m.py", 8, "\n" + TEXT) == []
+    # No test reaches this line any more; others of the module may do so in another way.
+    assert set(merged.tests_of("a/m.py", 8, "\n" + TEXT)) == set(merged.tests)

@@ -131,14 +131,14 @@ class Recording:
 
         What runs when a module is imported (constants, tables, classes) is reached by every test
         that reaches a function of the module, and maybe by others of the package. The same is
-        assumed of lines that are newer than the recording.
+        assumed of lines that are newer than the recording, or that no test reached in it.
         """
         lines, (span, in_function) = self.reached.get(module, {}), statement(text, line)
         numbers: set[int] = set()
         for at in span:
             numbers.update(lines.get(self.recorded_line(module, at, text), ()))
         folder = f"tests/{module.rpartition('/')[0].partition('/')[0]}"
-        if not in_function or not self.knows(module, line, text):
+        if not in_function or not numbers or not self.knows(module, line, text):
             numbers.update(*lines.values())
             numbers.update(n for n, test in enumerate(self.tests) if test.startswith(folder))
         return self.ordered([self.tests[number] for number in numbers], folder)
