@@ -24,7 +24,7 @@ KNOWN = yaml.safe_load(LOOK.read_text(encoding="utf-8"))
 # Few series with a legend, and many with a colour bar.
 COUNTS = (3, 12)
 # Of very many lines in the same axes the first ones tell the look.
-MOST, MOST_PANELS = 10, 4
+MOST, MOST_PANELS = 18, 4
 
 
 def number(value):
