@@ -21,6 +21,7 @@ from vibrissa.sensor.identification.misfit.doubts import (
     notes_of,
 )
 from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
+from vibrissa.sensor.identification.misfit.law import off_law, remaining_part
 from vibrissa.sensor.identification.misfit.mixups import mixups
 from vibrissa.sensor.identification.periods import LEAST_NOISE, Channels
 from vibrissa.sensor.identification.reading.methods import ByMoment, reader_of
@@ -208,6 +209,14 @@ def find_periods(
     every = np.ones(len(found), dtype=bool)
     reasons.append(Doubted(doubt=Doubt.WHOLE, periods=every & (not goodness.fits)))
     reasons += [Doubted(doubt=why, channel=what, periods=every) for why, what in doubtful]
+    if reader.from_slip and law is not None:
+        by_states = [_read(one, channels, ByMoment())[0] for one in parts if len(one.samples)]
+        states = Periods.concatenate(by_states)
+        if off_law(found, states, setup.shared):
+            reasons.append(Doubted(doubt=Doubt.LAW, periods=every))
+            needed = [one.states.demand(one.x0)[one.periods.begins] for one in seen]
+            part = remaining_part(np.concatenate(needed), states.mu0)
+            notes += (f"after its slips the tip needs {part:.3f} of its friction (kinetic_ratio)",)
     return replace(
         found,
         grade=graded(reasons),

@@ -68,6 +68,7 @@ class Doubt(Enum):
     # If they are a spike, the period before did not end there.
     FEW_AFTER = Grade.DOUBTFUL, "too few samples after it"
     WHOLE = Grade.DOUBTFUL, "the recording as a whole does not fit the rod"
+    LAW = Grade.DOUBTFUL, "slips do not end as the law and kinetic_ratio say"
     FAR = Grade.DOUBTFUL, "is by the recording far from what was given, for its tolerance"
     NOT_ADJUSTED = Grade.DOUBTFUL, "the recording is too far from what was given to be adjusted"
 
