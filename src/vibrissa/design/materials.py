@@ -6,8 +6,11 @@ proportional limit for polymers, and fracture for brittle materials.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from vibrissa.errors import ArgumentError
+from vibrissa.sensor.cards import is_card, read_card
+from vibrissa.sensor.quantities import Kind, Units, in_si
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,17 +113,54 @@ MATERIALS = {
         yield_strain=0.005,
         density=1150.0,
     ),
+    # Printed parts: half of the least tensile strength over the largest modulus of those that were
+    # published, as no proportional limit is.
+    "pla-printed": Material(
+        name="polylactic acid, printed from filament; creeps",
+        source="additive.tools, PLA: E 3 to 4 GPa; tensile strength 35 to 45 MPa across the layers "
+        "(upright), 50 to 65 MPa along them; 1220 to 1260 kg/m³",
+        modulus=3.5e9,
+        yield_strain=0.5 * 35e6 / 4e9,
+        density=1240.0,
+    ),
+    "petg-printed": Material(
+        name="PETG, printed from filament; creeps",
+        source="additive.tools, PETG: E 2 to 3 GPa; tensile strength 25 to 38 MPa across the "
+        "layers (upright), 44 to 56 MPa along them; 1250 to 1290 kg/m³",
+        modulus=2.5e9,
+        yield_strain=0.5 * 25e6 / 3e9,
+        density=1270.0,
+    ),
 }
 
 
 def material(name: str) -> Material:
-    """Look up a material by its name.
+    """Look up a material by its name, or read a file of one's own: ``"my.toml"``.
 
     Raises
     ------
     ArgumentError
         If there is none.
     """
+    if is_card(name):
+        return _read(Path(name))
     if name.lower() not in MATERIALS:
-        raise ArgumentError(f"material must be one of {', '.join(MATERIALS)}, got {name!r}")
+        raise ArgumentError(
+            f"material must be one of {', '.join(MATERIALS)}, or a file .toml, got {name!r}"
+        )
     return MATERIALS[name.lower()]
+
+
+def _read(path: Path) -> Material:
+    """Read a material from a file."""
+    card = read_card(path, ("modulus", "yield_strain", "density"), ("name", "source"))
+
+    return Material(
+        name=card.get("name", path.stem),
+        source=card.get("source", str(path)),
+        modulus=float(in_si(card["modulus"], Kind.STRESS, f"{path}: modulus")),
+        yield_strain=float(
+            Units().read(card["yield_strain"], Kind.NUMBER, f"{path}: yield_strain")
+        ),
+        density=float(in_si(card["density"], Kind.DENSITY, f"{path}: density")),
+    )

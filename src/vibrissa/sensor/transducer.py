@@ -5,12 +5,14 @@ Fx, force_y its Fz (along the axis) and moment_z its moment about the axis norma
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.quantities import Units
+from vibrissa.sensor.cards import is_card, read_card
+from vibrissa.sensor.quantities import Units, channels_of, in_si
 
 CHANNELS = ("force_x", "force_y", "moment_z")
 
@@ -110,13 +112,36 @@ def transducer_of(given: Transducer | str | None, units: Units) -> Transducer | 
 
 
 def preset(name: str) -> Transducer:
-    """Look up a preset by its name.
+    """Look up a preset by its name, or read a file of one's own: ``"my.toml"``.
 
     Raises
     ------
     ArgumentError
         If there is none.
     """
+    if is_card(name):
+        return _read(Path(name))
     if name.lower() not in PRESETS:
-        raise ArgumentError(f"transducer must be one of {', '.join(PRESETS)}, got {name!r}")
+        raise ArgumentError(
+            f"transducer must be one of {', '.join(PRESETS)}, or a file .toml, got {name!r}"
+        )
     return PRESETS[name.lower()]
+
+
+def _read(path: Path) -> Transducer:
+    """Read a transducer from a file; without a noise it is one step of the resolution."""
+    card = read_card(path, ("limit", "resolution"), ("name", "source", "noise"))
+
+    def channels(key: str) -> tuple[float, float, float]:
+        parts = channels_of(card[key], f"{path}: {key}")
+        x, y, z = (float(in_si(text.strip(), kind, f"{path}: {key}")) for text, kind in parts)
+        return x, y, z
+
+    resolution = channels("resolution")
+    return Transducer(
+        name=card.get("name", path.stem),
+        source=card.get("source", str(path)),
+        limit=channels("limit"),
+        resolution=resolution,
+        noise=channels("noise") if "noise" in card else resolution,
+    )
