@@ -1,0 +1,134 @@
+"""The derivatives of the adjustment, against differences of what it does with a recording."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from steel import NOISE, measured, recording_of
+from vibrissa import Mounting
+from vibrissa.sensor import Whisker, identify, surfaces
+from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances
+from vibrissa.sensor.identification.adjusting import adjustment
+from vibrissa.sensor.identification.adjusting.properties import WAVES, Bench, components_of
+from vibrissa.sensor.identification.adjusting.solving import Solver
+from vibrissa.sensor.identification.periods import Channels
+from vibrissa.sensor.identification.recording import Recording
+from vibrissa.sensor.quantities import Units
+from vibrissa.sensor.scanning import path, simulate
+
+GIVEN = Whisker(theta=2.0, eta=0.85)
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    truth = simulate(GIVEN.pushed, surfaces.random(1, 0.3, 0.04, 0.02), path("0.0005", ["0.4"]))
+    return truth, recording_of(truth.clamp, measured(truth.reactions, [1, 2]))
+
+
+def fit_to(recording, tolerances):
+    bench = Bench.of(recording, None, np.ones(3))
+    return adjustment._Fit(
+        whisker=GIVEN,
+        recording=recording,
+        channels=Channels.recorded(recording, NOISE),
+        components=[one for name in tolerances for one in components_of(name, bench)],
+        prior=adjustment.Prior(tolerances=tolerances),
+        solver=Solver(clamp=recording.clamp, backward=False, pulled=False),
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in TOLERABLE if name != "kinetic_ratio"])
+def test_a_derivative_is_that_of_the_residuals(recorded, name):
+    _, recording = recorded
+    tolerances = {name: assumed_tolerances(Units(), NOISE)[name]}
+    if name != "clamp_angle":
+        tolerances["clamp_angle"] = 0.005
+    fit = fit_to(recording, tolerances)
+    scores = np.full(len(fit.components), 0.4)
+
+    def seen(scores, changes=None):
+        (branch,) = fit.solver.quick(fit._rod(scores))
+        changes = fit._changes(fit._rod(scores), branch) if changes is None else changes
+        undone = fit._undone(scores, branch, changes)
+        return adjustment._seen(branch, undone, fit.channels), changes
+
+    here, changes = seen(scores)
+    for number, one in enumerate(fit.components[:3]):
+        told = here.effect_of(changes[number]).ravel() * fit.sigma[number]
+        moved = scores.copy()
+        moved[number] += 0.05
+        there, _ = seen(moved, changes)
+        assert len(there.samples) == len(here.samples)
+        change = (here.residuals - there.residuals).ravel() / 0.05
+        # What is left is of second order, and differs most where the effect itself is small.
+        assert np.linalg.norm(told - change) < 0.1 * np.linalg.norm(change) + 3.0, one.name
+
+
+def test_a_drift_is_a_wiener_process():
+    line = np.arange(401)
+    recording = Recording(clamp=0.0 * line, readings=np.zeros((401, 3)), line=line)
+    bench = Bench.of(recording, None, np.ones(3))
+    parts = components_of("drift_force_y", bench)
+    assert len(parts) == WAVES + 1
+    shapes = np.array(
+        [-one.weight * one.property.recording(recording, 1.0).readings[:, 1] for one in parts]
+    )
+    covariance = shapes.T @ shapes
+    part = line / 400.0
+    # That of a Wiener process is the lesser of both times; the waves left out are in its diagonal.
+    error = np.minimum.outer(part, part) - covariance
+    assert np.abs(error).max() < 0.03
+    assert np.diag(error).min() > -1e-9
+
+
+def test_crosstalk_is_of_full_scale():
+    readings = np.array([[1.0, 2.0, 0.5]])
+    recording = Recording(clamp=np.zeros(1), readings=readings, line=np.array([2]))
+    bench = Bench(full_scale=np.array([4.0, 8.0, 2.0]), first=2, last=3)
+    one = next(
+        one
+        for one in components_of("crosstalk", bench)
+        if one.name == "crosstalk of moment_z in force_x"
+    )
+    undone = one.property.recording(recording, 0.01).readings[0]
+    assert undone == pytest.approx([1.0 - 0.01 * 0.5 * 4.0 / 2.0, 2.0, 0.5])
+
+
+def test_what_is_carried_makes_the_others_less_certain():
+    random = np.random.default_rng(1)
+    jacobian = random.normal(size=(40, 3))
+    free = np.array([True, True, False])
+    own = jacobian[:, free]
+    remaining = np.linalg.inv(own.T @ own + np.eye(2))
+    found = adjustment._covariance(remaining, jacobian, free)
+    # Draw what is true, adjust the first two, and see how far that is off.
+    truth = random.normal(size=(20000, 3))
+    read = truth @ jacobian.T + random.normal(size=(20000, 40))
+    best = np.zeros_like(truth)
+    best[:, free] = read @ own @ remaining
+    assert np.cov((best - truth).T) == pytest.approx(found, abs=0.03)
+
+
+def test_far_from_what_was_given_is_in_doubt(recorded):
+    _, recording = recorded
+    spoiled = replace(recording, readings=1.2 * recording.readings)
+    found = identify(
+        GIVEN, spoiled, noise=NOISE, method="moment", tolerances={"modulus": "3 %"}, assume=False
+    )
+    assert (found.periods.grade == "doubtful").all()
+    assert "modulus (6." in found.periods.doubt[0]
+
+
+@pytest.mark.slow
+def test_a_usual_mistake_is_in_the_intervals_or_said(recorded):
+    for mounting in (Mounting(clamp_angle=np.deg2rad(0.5)), Mounting(curvature=-0.02)):
+        rod = replace(GIVEN, mounting=mounting)
+        truth = simulate(rod.pushed, surfaces.random(1, 0.3, 0.04, 0.02), path("0.0005", ["0.4"]))
+        recording = recording_of(truth.clamp, measured(truth.reactions, [1, 2]))
+        found = identify(GIVEN, recording, noise=NOISE).periods
+        slip = found.status == "slip"
+        true = truth.mu0[found.last][slip]
+        assert ((found.low[slip] <= true) & (true <= found.high[slip])).mean() > 0.9
+        assert (found.grade == "").all()
