@@ -134,8 +134,8 @@ def _tolerated(found: Identification) -> Iterator[str]:
     share = found.shares
     most = sorted(share, key=lambda name: -share[name])[:NAMED]
     for one in found.tolerances:
-        moved = abs(one.score) > 1.0 and (one.name == one.of or abs(one.score) > FAR)
-        if (one.stated and one.name == one.of) or one.name in most or moved or one.estimated:
+        moved = not one.wave and one.surprise > FAR
+        if (one.stated and not one.wave) or one.name in most or moved or one.estimated:
             of_mu0 = f"; of mu0 {share[one.name]:.2g}" if one.name in share else ""
             yield f"{one.spelled(found.units)}{of_mu0}"
 

@@ -326,7 +326,8 @@ class _Fitted:
         if self.found is None:
             return ((Doubt.NOT_ADJUSTED, ""),) if self.prior.tolerances else ()
         return tuple(
-            (Doubt.FAR, f"{one.name} ({abs(one.score):.1f} tolerances)") for one in self.found.far
+            (Doubt.FAR, f"{one.name} ({one.surprise:.1f} standard deviations)")
+            for one in self.found.far
         )
 
     @property

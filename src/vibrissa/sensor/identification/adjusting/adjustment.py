@@ -54,9 +54,9 @@ NEARLY_LEVEL = 2e-3
 STAGE = "stage_angle"
 # What `--estimate eta` and `--estimate offset` ask for, in the order of a setup's covariance.
 HEIGHT_AND_ZEROS = ("eta", "zero_force_x", "zero_force_y", "zero_moment_z")
-# So many tolerances are far from what was given, and an adjustment as a whole of a lower
-# probability.
-FAR, UNLIKELY = 3.0, 1e-3
+# So many standard deviations are far from what was given, and an adjustment as a whole of a lower
+# probability; and less of a variance than this is not told by a recording.
+FAR, UNLIKELY, LITTLE = 3.0, 1e-3, 0.01
 # From more than this part on that is no state of the rod, it is another rod.
 MOST_OFF = 0.2
 # What the recording tells at least this part of, by the variance, is tested as a whole.
@@ -76,6 +76,8 @@ class Tolerance:
         Standard deviation of what was given.
     adjusted, deviation : float
         By how much it is larger by the recording, and the standard deviation that remains.
+    wave : int
+        Number of the wave of a drift; 0 for all else.
     stated : bool
         Whether the tolerance was stated; otherwise it was assumed.
     estimated : bool
@@ -87,6 +89,7 @@ class Tolerance:
     tolerance: float
     adjusted: float
     deviation: float
+    wave: int = 0
     stated: bool = True
     estimated: bool = False
 
@@ -94,6 +97,16 @@ class Tolerance:
     def score(self) -> float:
         """The adjustment in tolerances."""
         return self.adjusted / self.tolerance
+
+    @property
+    def surprise(self) -> float:
+        """How far the recording is from what was given, in standard deviations.
+
+        An adjustment p has before the variance σ² − s², where s² is what remains of the tolerance
+        σ². The sum that is minimised would fall by the square of this without the tolerance.
+        """
+        told_of = 1.0 - (self.deviation / self.tolerance) ** 2
+        return abs(self.score) / np.sqrt(told_of) if told_of > LITTLE else 0.0
 
     def spelled(self, units: Units) -> str:
         """Say it in a person's units."""
@@ -183,11 +196,10 @@ class Adjusted:
     @property
     def far(self) -> tuple[Tolerance, ...]:
         """What is far from what was given for its tolerance, the farthest first."""
-        known = [one for one in self.tolerances if not one.estimated]
-        known.sort(key=lambda one: -abs(one.score))
-        if self.chance < UNLIKELY:
-            return tuple(one for one in known if abs(one.score) > FAR) or tuple(known[:1])
-        return tuple(one for one in known if abs(one.score) > FAR)
+        known = [one for one in self.tolerances if not (one.estimated or one.wave)]
+        known.sort(key=lambda one: -one.surprise)
+        far = tuple(one for one in known if one.surprise > FAR)
+        return far or tuple(known[:1] if self.chance < UNLIKELY else ())
 
 
 def adjusted(
@@ -316,6 +328,7 @@ class _Fit:
                     tolerance=float(given),
                     adjusted=float(size),
                     deviation=float(deviation),
+                    wave=one.wave,
                     stated=one.of in prior.stated,
                     estimated=one.of in prior.estimated,
                 )

@@ -165,12 +165,15 @@ class Component:
     property : Property
     weight : float
         Its deviation, in those of the tolerance.
+    wave : int
+        Number of the wave of a drift; 0 for all else.
     """
 
     name: str
     of: str
     property: Property
     weight: float = 1.0
+    wave: int = 0
 
 
 def components_of(name: str, bench: Bench) -> list[Component]:
@@ -209,7 +212,9 @@ def _drift(name: str, channel: int, wave: int, bench: Bench) -> Component:
 
     said = f"{name}, wave {wave}" if wave else name
     weight = np.sqrt(2.0) / (np.pi * wave) if wave else 1.0
-    return Component(name=said, of=name, property=Property(recording=corrected), weight=weight)
+    return Component(
+        name=said, of=name, property=Property(recording=corrected), weight=weight, wave=wave
+    )
 
 
 def with_sizes(whisker: Whisker, components: Sequence[Component], sizes: FloatArray) -> Whisker:
