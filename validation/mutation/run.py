@@ -37,6 +37,8 @@ WANTED, WANTED_OF_PACKAGE = 0.92, 0.85
 # Seconds of processor time, as recorded, of the tests for one mutant; what the fastest of them do
 # not notice counts as not noticed. Without the recording they take a third of that.
 BUDGET = 120.0
+# No test is given more seconds than this.
+LONGEST = 180.0
 # Libraries that the tests import, loaded once; each mutant's tests run in a fork of that process.
 # Nothing of the package itself: it is to be imported from the copy.
 PRELOADED = [
@@ -95,7 +97,7 @@ class Copy:
 
     def ask(self, tests: list[str], seconds: dict[str, float]) -> asking.Answer:
         """Run tests in a process of their own until one fails."""
-        limits = {test: 10.0 + 5.0 * seconds[test] for test in tests}
+        limits = {test: min(10.0 + 5.0 * seconds[test], LONGEST) for test in tests}
         context = multiprocessing.get_context("forkserver")
         receiver, sender = context.Pipe(duplex=False)
         process = context.Process(target=asking.ask, args=(self.root, limits, sender), daemon=True)
@@ -197,6 +199,8 @@ def run(chosen: list[Mutant], sources: dict[str, str], recorded: Recording, jobs
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="vibrissa-mutant-"))
             copies.put(Copy(Path(folder)))
         pool = stack.enter_context(ThreadPoolExecutor(jobs))
+        # An interrupted run does not wait for its tests.
+        stack.callback(end_tests)
         stack.callback(pool.shutdown, wait=False, cancel_futures=True)
         futures = [
             pool.submit(result, mutant, sources[mutant.module], recorded, copies, known)
@@ -214,6 +218,12 @@ def run(chosen: list[Mutant], sources: dict[str, str], recorded: Recording, jobs
     if suspects:
         print("These tests fail without a fault, too; what they noticed does not count:", *suspects)
     return [one for one in results if one.test not in suspects]
+
+
+def end_tests() -> None:
+    """End the processes in which tests are still run."""
+    for process in multiprocessing.active_children():
+        process.kill()
 
 
 def refuted(tests: list[str], copy: Copy, recorded: Recording) -> set[str]:
