@@ -24,7 +24,7 @@ export PYTHONNOUSERSITE := 1
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations mutate lint
-.PHONY: survey chains trailing roundtrip fuzz published explorer explorer-agreement designs taper bench growth
+.PHONY: survey chains trailing roundtrip fuzz published explorer explorer-agreement explorer-speed designs taper bench growth
 .PHONY: docs setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
 
@@ -68,6 +68,7 @@ help:
 	@echo "                            docs/published.md"
 	@echo "  make explorer-agreement   2,000 random points in the page's solver and in Python; writes"
 	@echo "                            docs/explorer.md (ARGS='--points 200' only prints)"
+	@echo "  make explorer-speed       drag the clamp in the explorer's page: frames, work, time to solve"
 	@echo "  make designs              the paper's rod against its limits, the best rod of each material"
 	@echo "  make taper                does a tapered rod measure friction better? draws docs/taper.png"
 	@echo "  make bench                states per second of this and of other methods"
@@ -220,6 +221,10 @@ explorer: $(STAMP)
 # A minute; fails if a number differs by more than 1e-8.
 explorer-agreement: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/explorer_agreement.py $(or $(ARGS),--docs)
+
+# A minute and a half.
+explorer-speed: $(STAMP)
+	@$(PY) validation/explorer_speed.py $(ARGS)
 
 notebooks: $(STAMP)
 	@$(ONE_THREAD) $(PY) examples/rerun.py $(ARGS)

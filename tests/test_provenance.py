@@ -56,6 +56,9 @@ def test_a_wheel_has_commit_schema_and_workflow(wheel):
     workflow = [path for path in (ROOT / "workflow").rglob("*") if path.is_file()]
     for path in (ROOT / "Snakefile", ROOT / "config.yaml", *workflow):
         assert "__pycache__" in path.parts or f"vibrissa/{path.relative_to(ROOT)}" in names
+    pages = [p for p in (ROOT / "src").rglob("*") if p.suffix in {".html", ".css", ".js"}]
+    assert len(pages) > 20
+    assert {str(path.relative_to(ROOT / "src")) for path in pages} <= names
     assert {name.partition("/")[0] for name in names} == {
         "vibrissa",
         archive.name.removesuffix("-py3-none-any.whl") + ".dist-info",

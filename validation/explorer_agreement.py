@@ -26,7 +26,6 @@ DOCS = Path(__file__).parents[1] / "docs/explorer.md"
 BEGIN, END = "<!-- made by make explorer-agreement -->\n", "<!-- end of what it made -->"
 TOLERATED = 1e-8
 CHUNK = 50
-# The range that the page's fields allow.
 THETA, ETA, MU0 = (1.0, 8.0), (0.4, 0.97), (0.02, 1.0)
 QUANTITIES = {
     "x0_slip": "x0,slip",

@@ -10,7 +10,7 @@ from browser import CHROMIUM
 from vibrissa import solve_curve, stick_slip
 from vibrissa.explorer.__main__ import main
 from vibrissa.explorer.modules import bundle
-from vibrissa.explorer.page import PAPER, page
+from vibrissa.explorer.page import PAPER, RANGES, page
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.slips import SlipLaw, Slips
@@ -136,7 +136,7 @@ class TestPage:
             ("theta=1&eta=0.85&mu0=0.9&section=planar&clamp=1", "snaps through"),
             ("theta=3&eta=0.75&mu0=0.9&contact=line&clamp=0.2", "lies on the surface"),
             ("theta=2&eta=0.85&mu0=0.4&clamp=-0.1", "The clamp pulls"),
-            ("theta=99&mu0=x", "θ must lie between 1 and 8"),
+            ("theta=99&mu0=x", "θ must lie between 1 and 20"),
         ],
     )
     def test_what_happens_is_said(self, opened, address, words):
@@ -172,7 +172,7 @@ class TestPage:
             box.value = text; box.dispatchEvent(new Event('input')); })"""
         browser.evaluate(f"{type_in}('0.5')")
         message = "document.querySelector('[data-key=theta] .mistake').textContent"
-        assert browser.evaluate(message) == "from 1 to 8"
+        assert browser.evaluate(message) == "from 1 to 20"
         assert value(browser, "slip") == pytest.approx(0.05284)
         browser.evaluate(f"{type_in}('1')")
         wait_until(browser, "document.querySelector('[data-value=slip]').textContent !== '0.05284'")
@@ -223,6 +223,10 @@ def functions(browser):
 
 class TestFunctions:
     pytestmark = needs_chromium
+
+    def test_python_knows_the_ranges_of_the_fields(self, functions):
+        found = functions.evaluate("NUMBERS.map(({ key, min, max }) => [key, min, max])")
+        assert {key: tuple(span) for key, *span in found} == RANGES
 
     @pytest.mark.parametrize(("mu0", "contact"), [(0.3, "point"), (0.9, "point"), (0.3, "line")])
     def test_steps_are_those_of_a_study(self, functions, mu0, contact):

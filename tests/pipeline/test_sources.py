@@ -76,12 +76,15 @@ def test_modules_of_nested_packages_need_their_packages_and_what_these_import(pa
     assert names(sources("high.c")) == {"", "high", "high.c", "low", "low.a", "low.b"}
 
 
-def test_a_page_of_a_module_belongs_to_it(package):
+def test_the_files_of_a_page_belong_to_its_package(package):
     folder = package(a="", ab="")
-    for name in ("a.html", "a.js", "a.css", "a.py~", "b.js"):
+    for name in ("view", "other"):
+        (folder / name).mkdir()
+    (folder / "other/__init__.py").touch()
+    for name in ("a.html", "c.css", "a.py~", "a.json", "view/b.js", "other/d.js"):
         (folder / name).touch()
     found = {Path(path).name for path in sources("a")}
-    assert found == {"__init__.py", "a.py", "a.html", "a.js", "a.css"}
+    assert found == {"__init__.py", "a.py", "a.html", "c.css", "b.js"}
 
 
 def test_imports_for_type_checkers_are_not_followed(package):

@@ -15,8 +15,10 @@ from browser import CHROMIUM, chromium
 from vibrissa import __version__, solve_curve, stick_slip
 from vibrissa.paper import ledger
 from vibrissa.paper.evidence import gather
-from vibrissa.report import animation, facts, proofs, tables
+from vibrissa.report import facts, proofs, tables
+from vibrissa.report import motion as motions
 from vibrissa.report import page as report
+from vibrissa.report.motion import motion
 from vibrissa.report.spelling import spell
 from vibrissa.study.codec import decode_grid
 from vibrissa.tables import records, schemas, store
@@ -87,7 +89,7 @@ def test_the_page_holds_what_the_tables_say(whole):
     text = Elements(report.page("paper", whole, [picture()], RUN)).text
     for said in ("221: 9 lock, 212 slip", "6, all slip", "2049", "A caption.", "study: mine"):
         assert said in text
-    assert "not every step" not in text and "the first" not in text.partition("Tables")[0]
+    assert "Not offered" not in text and "the first" not in text.partition("Tables")[0]
     assert "−0.00012346 1/L" in text
     (row,) = (r for r in whole["states"].to_pylist() if r["state"] == "penetrating")
     assert spell(row["f"]) in text
@@ -126,11 +128,11 @@ def test_every_text_is_escaped(whole):
     found["states"] = failed(schemas.STATES, state=EVIL, message=EVIL)
     text = report.page(EVIL, found, [picture(EVIL, EVIL)], run)
     page = Elements(text)
-    assert page.count("script") == 2  # the data and the program
-    assert ("b", {}) not in [e for e in page.found if e[0] == "b"][3:]  # Fx, Fy, M
+    assert page.count("script") == 2  # the presets and the program
+    assert len([e for e in page.found if e == ("b", {})]) == 4  # titles of plots
     assert page.text.count(EVIL) > 10
-    data = re.search(r'id="scans">(.*?)</script>', text, re.DOTALL)[1]
-    assert json.loads(data)[0]["scan"] == EVIL
+    data = re.search(r'data-x="presets">(.*?)</script>', text, re.DOTALL)[1]
+    assert json.loads(data)[0]["recording"]["name"] == EVIL
 
 
 def test_a_study_may_have_nothing_but_points_that_failed():
@@ -152,35 +154,40 @@ def test_failed_scans_and_states_are_told_and_not_shown(study_tables):
     assert "Motion" not in page.text
 
 
-def test_the_frames_are_the_tables_rows(study_tables):
+def test_the_scans_are_presets_with_the_tables_rows(study_tables):
+    found = motion(study_tables["scans"])
     rows = study_tables["scans"].to_pandas()
-    first = animation.runs(study_tables["scans"])[0]
-    chosen = rows[(rows["theta"] == first["theta"]) & (rows["mu0"] == first["mu0"])]
-    assert len(first["shape"]) == first["steps"] == len(chosen)
-    for i in (0, 7, len(chosen) - 1):
-        row = chosen.iloc[i]
-        points = np.reshape(first["shapes"][first["shape"][i]], (-1, 2)) * animation.PRECISION
-        kept = np.isin(np.round(row["shape_s"], 6), first["s"])
-        shape = np.column_stack([row["shape_x"] - row["footpoint"], row["shape_y"]])[kept]
-        assert np.abs(points - shape).max() <= 0.5001 * animation.PRECISION
-        assert first["fx"][i] == pytest.approx(row["reaction_fx"], abs=1e-5)
-        assert first["m"][i] == pytest.approx(row["reaction_m"], abs=1e-5)
-    assert sum(first["slip"]) == 9
-    assert len(first["shapes"]) < len(chosen) / 8
+    assert len(found.presets) == 6 and found.notes == ()
+    for preset in found.presets:
+        assert preset.settings["contact"] == "point" and preset.settings["section"] == "round"
+        theta, mu0 = (preset.settings[name] for name in ("theta", "mu0"))
+        chosen = rows[(rows["theta"] == theta) & (rows["mu0"] == mu0)]
+        assert list(preset.recording.clamp) == pytest.approx(chosen["footpoint"].to_list())
+        for name in ("fx", "fy", "m"):
+            values = chosen[f"reaction_{name}"].to_list()
+            assert list(getattr(preset.recording, name)) == pytest.approx(values, abs=0.51e-5)
 
 
-def test_long_scans_are_thinned_out_and_keep_their_slips(study_tables, monkeypatch):
-    monkeypatch.setattr(animation, "MOST_FRAMES", 600)
-    for run in animation.runs(study_tables["scans"]):
-        assert len(run["shape"]) <= 100 + 2 * 9
-        assert sum(run["slip"]) == 9
-    monkeypatch.setattr(animation, "MOST_FRAMES", 60)
-    assert all(len(run["shape"]) <= 10 for run in animation.runs(study_tables["scans"]))
-    monkeypatch.setattr(animation, "MOST_SCANS", 2)
-    assert len(animation.runs(study_tables["scans"])) == 2
-    found = {name: study_tables[name] for name in ("stiction", "scans")}
-    text = Elements(report.page("long", found, [], RUN)).text
-    assert "not every step is shown" in text and "the first 2 of 6 scans" in text
+def changed(scans, **values):
+    return scans.from_pylist([row | values for row in scans.to_pylist()], schema=scans.schema)
+
+
+def test_scans_that_the_page_cannot_repeat_are_counted(study_tables, monkeypatch):
+    scans = study_tables["scans"]
+    tilted, steep = changed(scans, clamp_angle=0.1), changed(scans, theta=30.0, scan="steep")
+    both = scans.from_batches([*scans.to_batches(), *tilted.to_batches(), *steep.to_batches()])
+    found = motion(both)
+    assert len(found.presets) == 6
+    assert "not mounted as in the paper: 6 scans" in found.notes[0]
+    assert "outside of the fields' range: 2 scans" in found.notes[1]
+    monkeypatch.setattr(motions, "MOST_SCANS", 2)
+    monkeypatch.setattr(motions, "MOST_ROWS", 60)
+    found = motion(scans)
+    assert len(found.presets) == 2 and "the first 2 of 6 scans" in found.notes[0]
+    assert all(len(preset.recording.clamp) == 30 for preset in found.presets)
+    assert motion(tilted).presets == ()
+    text = Elements(report.page("a", {"scans": tilted}, [], RUN)).text
+    assert "Motion" not in text
 
 
 @pytest.fixture(scope="module")
@@ -196,60 +203,10 @@ def swinging():
     }
 
 
-def test_a_rod_that_swings_aside_is_seen_to_turn(swinging):
-    (run,) = animation.runs(swinging["round"])
-    assert run["turn"].count(0) == run["steps"] == len(swinging["round"])
-    swings = np.flatnonzero(run["turn"])
-    before, after = swings[0] - 1, swings[-1] + 1
-    assert len(swings) == 11 and after - before == 12
-    x = lambda i: np.reshape(run["shapes"][run["shape"][i]], (-1, 2))[:, 0]  # noqa: E731
-    for i in swings:
-        share = np.cos(np.radians(run["turn"][i]))
-        assert x(i) == pytest.approx(share * x(before), abs=1.01)
-        assert run["clamp"][i] == run["clamp"][before]
-        assert run["fx"][i] == pytest.approx(share * run["fx"][before], abs=2e-5)
-        assert run["m"][i] == pytest.approx(share * run["m"][before], abs=2e-5)
-        assert run["fy"][i] == run["fy"][before]
-    # The half turn ends in the next state of the table, up to the step of the clamp.
-    assert x(after) == pytest.approx(-x(before), abs=0.01 / animation.PRECISION)
-    text = Elements(report.page("a", {"scans": swinging["round"]}, [], RUN)).text
-    assert "seen from the side while its plane turns" in text and "not every step" not in text
-
-
-def test_what_the_frames_do_not_show_is_said_of_those_that_do_not_show_it(swinging, study_tables):
-    locking, slipping = (
-        animation.runs(found) for found in (swinging["planar"], study_tables["scans"])
-    )
-    said = facts.motion_notes(locking, swinging["planar"])
-    assert len(said) == 1 and said[0].startswith("A self-locking tip never slips forward")
-    assert facts.motion_notes(slipping, study_tables["scans"]) == []
-    (turning,) = animation.runs(swinging["round"])
-    assert len(facts.motion_notes([turning], swinging["round"])) == 2
-    short = [run | {"steps": run["steps"] + 1} for run in slipping[:-1]]
-    thinned, first = facts.motion_notes(short, study_tables["scans"])
-    assert "not every step" in thinned and first == "These are the first 5 of 6 scans."
-
-
-def test_a_planar_rod_and_a_slipping_tip_do_not_turn(swinging, study_tables):
-    planar = swinging["planar"]
-    rows = planar.to_pylist()
-    assert rows[-1]["x1"] < rows[-1]["footpoint"]
-    # As in an inclined clamp: the tip is behind it, but the rod has not yet left its plane.
-    inclined = planar.from_pylist([row | {"stability_aside": 0.1} for row in rows], planar.schema)
-    for scans in (planar, inclined, study_tables["scans"]):
-        assert not any(any(run["turn"]) for run in animation.runs(scans))
-
-
-def test_a_thinned_scan_keeps_both_sides_of_its_swing(swinging, monkeypatch):
-    whole = animation.runs(swinging["round"])[0]
-    monkeypatch.setattr(animation, "MOST_FRAMES", 20)
-    (run,) = animation.runs(swinging["round"])
-    assert len(run["shape"]) < 45 < len(whole["shape"])
-    for one in (whole, run):
-        swings = np.flatnonzero(one["turn"])
-        assert np.diff([one["clamp"][i] for i in (swings[0], swings[-1] + 1)]) == pytest.approx(
-            0.01
-        )
+def test_a_planar_rod_is_offered_as_one(swinging):
+    for section, scans in swinging.items():
+        (preset,) = motion(scans).presets
+        assert preset.settings["section"] == section and "self-locking" in preset.name
 
 
 def test_a_figure_of_very_many_lines_is_shown_as_pixels():
@@ -368,12 +325,6 @@ def test_the_environment_names_the_software_and_neither_machine_nor_folder():
 needs_chromium = pytest.mark.skipif(
     CHROMIUM is None, reason="no Chromium to look at the report with (Debian: apt install chromium)"
 )
-STATE = """JSON.stringify([
-    document.querySelector('#stage .rod').getAttribute('d'),
-    ...['fx', 'fy', 'm'].map((n) => document.querySelector(`#signal-${n} output`).textContent),
-    document.querySelector('#signal-fx .mark').getAttribute('d'),
-    document.getElementById('step').value,
-])"""
 
 
 @pytest.fixture(scope="module")
@@ -394,10 +345,6 @@ def opened(browser, whole, tmp_path):
     return open_in
 
 
-def state(page):
-    return json.loads(page.evaluate(STATE))
-
-
 def wait_until(page, condition):
     page.evaluate(f"""new Promise((done, fail) => {{
         const end = Date.now() + 20000;
@@ -407,12 +354,15 @@ def wait_until(page, condition):
     }})""")
 
 
+X0 = "Number(document.querySelector('[data-value=x0]').textContent)"
+
+
 @needs_chromium
 @pytest.mark.slow
 def test_nothing_is_asked_of_the_network_and_nothing_goes_wrong(opened):
     page = opened()
-    page.evaluate("document.getElementById('play').click()")
-    wait_until(page, "Number(document.getElementById('step').value) > 2")
+    page.evaluate("document.querySelector('[data-x=play]').click()")
+    wait_until(page, f"{X0} > 0.002")
     asked = [event["request"]["url"] for event in page.params("Network.requestWillBeSent")]
     assert [url for url in asked if not url.startswith("data:")] == [asked[0]]
     assert asked[0].startswith("file:")
@@ -422,72 +372,27 @@ def test_nothing_is_asked_of_the_network_and_nothing_goes_wrong(opened):
 
 @needs_chromium
 @pytest.mark.slow
-def test_play_moves_the_rod_and_pause_stops_it(opened):
+def test_a_scan_of_the_study_is_played_over_its_own_numbers(opened):
     page = opened()
-    before = state(page)
-    page.evaluate("document.getElementById('play').click()")
-    assert page.evaluate("document.getElementById('play').textContent") == "Pause"
-    wait_until(page, "Number(document.getElementById('step').value) > 2")
-    page.evaluate("document.getElementById('play').click()")
-    after = state(page)
-    assert all(old != new for old, new in zip(before, after, strict=True))
-    page.evaluate("new Promise((done) => setTimeout(done, 300))")
-    assert state(page) == after
-    assert page.evaluate("document.getElementById('play').textContent") == "Play"
-
-
-@needs_chromium
-@pytest.mark.slow
-def test_the_slider_shows_the_tables_row(opened, whole):
-    page = opened()
-    page.evaluate("document.getElementById('scan').value = 5")
-    page.evaluate("document.getElementById('scan').dispatchEvent(new Event('change'))")
-    page.evaluate("document.getElementById('step').value = 30")
-    page.evaluate("document.getElementById('step').dispatchEvent(new Event('input'))")
-    rows = whole["scans"].to_pandas()
-    *_, (_, chosen) = rows.groupby(list(tables.SCAN), sort=False)
-    shown = state(page)
-    for text, name in zip(shown[1:4], tables.REACTIONS, strict=True):
-        value = round(chosen[name].iloc[30], 5)
-        assert float(text.replace("−", "-")) == pytest.approx(value, abs=0.6e-4)
-    assert f"{chosen['footpoint'].iloc[30]:.4f}" in page.evaluate(
-        "document.getElementById('where').textContent"
+    page.evaluate(
+        "(() => { const choice = document.querySelector('[data-x=preset]');"
+        "choice.value = '5'; choice.dispatchEvent(new Event('change')); })()"
     )
-
-
-@needs_chromium
-@pytest.mark.slow
-def test_a_rod_that_swings_aside_turns_in_the_browser(browser, swinging, tmp_path):
-    path = tmp_path / "swinging.html"
-    path.write_text(report.page("a", {"scans": swinging["round"]}, [], RUN), encoding="utf-8")
-    browser.open(path.as_uri())
-    (run,) = animation.runs(swinging["round"])
-    half = run["turn"].index(90)
-    browser.evaluate(f"document.getElementById('step').value = {half}")
-    browser.evaluate("document.getElementById('step').dispatchEvent(new Event('input'))")
-    said = browser.evaluate("document.getElementById('phase').textContent")
-    assert said == "swings aside, turned by 90°"
-    # Edge on, the rod is seen as a straight line above its clamp, as thick as its base.
-    width = browser.evaluate("document.querySelector('#stage .rod').getBBox().width")
-    assert width == pytest.approx(2 * 14, abs=0.5)
-
-
-@needs_chromium
-@pytest.mark.slow
-def test_the_keyboard_is_enough(opened):
-    page = opened()
-    page.evaluate("document.getElementById('step').focus()")
-    page.press("ArrowRight", 39)
-    page.press("ArrowRight", 39)
-    assert state(page)[-1] == "2"
-    page.press("End", 35)
-    assert "cycle 9: has just slipped" in page.evaluate(
-        "document.getElementById('step').getAttribute('aria-valuetext')"
+    wait_until(page, f"{X0} > 0.02")
+    page.evaluate("document.querySelector('[data-x=play]').click()")
+    page.evaluate(
+        "new Promise(requestAnimationFrame).then(() => new Promise(requestAnimationFrame))"
     )
-    page.evaluate("document.getElementById('play').focus()")
-    page.press(" ", 32)  # from the end it starts anew
-    wait_until(page, "Number(document.getElementById('step').value) < 20")
-    assert page.evaluate("document.getElementById('play').textContent") == "Pause"
+    lines = page.evaluate(
+        "['measured', 'curve'].map((name) =>"
+        "document.querySelector(`svg[data-x=fy] .${name}`).getAttribute('d'))"
+    )
+    table, solved = (
+        [tuple(map(float, place.split())) for place in re.split("[ML]", line)[1:]] for line in lines
+    )
+    # The line that the page has solved so far lies on that of the table, to a tenth of a pixel.
+    assert 20 < len(solved) < len(table)
+    assert np.allclose(solved, table[: len(solved)], atol=0.1)
 
 
 @needs_chromium

@@ -217,7 +217,7 @@ def test_the_report_has_what_was_found_and_what_was_run(finished):
     assert int(curves) == 2
 
 
-@pytest.mark.parametrize("name", ["report/page.js", "report/page.css", "report/page.html"])
+@pytest.mark.parametrize("name", ["explorer/view/stage.js", "report/page.css", "report/page.html"])
 def test_editing_the_page_redraws_the_page_alone(done, name):
     path = done.root / "src/vibrissa" / name
     path.write_text(path.read_text() + "\n")
@@ -305,7 +305,7 @@ EVERYTHING = SOLVED | COLLECTED | ALL_FIGURES | REPORT
         ("sticking/cycles", {"scan": 1, "scans": 1, "figure": 2} | REPORT),
         ("figures/draw", ALL_FIGURES | REPORT),
         ("sticking/shooting", {"states": 1, "figure": 1} | REPORT),
-        ("report/animation", REPORT),
+        ("report/motion", REPORT),
         ("study/model", {}),
     ],
 )

@@ -12,6 +12,34 @@ from vibrissa.explorer.modules import bundle
 FOLDER = Path(__file__).parent
 
 
+# The range of each field of the page.
+RANGES = {
+    "theta": (1.0, 20.0),
+    "eta": (0.3, 0.99),
+    "mu0": (0.02, 2.0),
+    "dx0": (0.0001, 0.05),
+    "ratio": (0.05, 1.0),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """Readings that are drawn beside those of the page.
+
+    Attributes
+    ----------
+    name : str
+    clamp, fx, fy, m : sequence of float
+        Position of the clamp (L), its reactions (E·I0/L²) and moment (E·I0/L).
+    """
+
+    name: str
+    clamp: Sequence[float]
+    fx: Sequence[float]
+    fy: Sequence[float]
+    m: Sequence[float]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Preset:
     """Settings that a user can choose by name.
@@ -27,6 +55,7 @@ class Preset:
         Where the clamp is moved (L).
     play : bool
         Whether the clamp then moves on by itself.
+    recording : Recording, optional
     """
 
     name: str
@@ -34,6 +63,7 @@ class Preset:
     settings: Mapping[str, float | str]
     clamp: float = 0.0
     play: bool = False
+    recording: Recording | None = None
 
 
 def _paper(theta: float, mu0: float) -> dict[str, float | str]:
@@ -85,6 +115,13 @@ PAPER = (
 )
 
 
+def fits(settings: Mapping[str, float | str]) -> bool:
+    """Say whether the page's fields allow all of some settings."""
+    return all(
+        low <= float(settings.get(name, low)) <= high for name, (low, high) in RANGES.items()
+    )
+
+
 def fragment(presets: Sequence[Preset]) -> Markup:
     """Write the explorer as a part of a page, which also needs `style` and `program`.
 
@@ -127,4 +164,5 @@ def _template(name: str) -> jinja2.Template:
         autoescape=True,
         undefined=jinja2.StrictUndefined,
     )
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     return environment.get_template(name)

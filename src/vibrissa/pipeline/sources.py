@@ -10,8 +10,8 @@ from pathlib import Path
 import grimp
 
 PACKAGE = "vibrissa"
-# The files of a web page belong to the module of the same name.
-SUFFIXES = (".py", ".html", ".css", ".js")
+# The files of a web page belong to the package that they are in.
+PAGE_SUFFIXES = (".html", ".css", ".js")
 
 
 def sources(*modules: str) -> list[str]:
@@ -58,6 +58,15 @@ def _imports(package: str) -> grimp.ImportGraph:
 def _files(module: str) -> list[Path]:
     top, _, rest = module.partition(".")
     folder = Path(*import_module(top).__path__).joinpath(*rest.split("."))
-    if folder.is_dir():
-        return [folder / "__init__.py"]
-    return [path for path in folder.parent.glob(f"{folder.name}.*") if path.suffix in SUFFIXES]
+    if not folder.is_dir():
+        return [folder.with_suffix(".py")]
+    below = [path for path in folder.iterdir() if path.is_dir() and not _is_package(path)]
+    pages = [path for place in (folder, *below) for path in place.iterdir()]
+    return [
+        folder / "__init__.py",
+        *(path for path in pages if path.suffix in PAGE_SUFFIXES),
+    ]
+
+
+def _is_package(folder: Path) -> bool:
+    return (folder / "__init__.py").exists()

@@ -1,4 +1,4 @@
-"""One web page of a study: tables, figures, animation and the paper's claims."""
+"""One web page of a study: tables, figures, the explorer and the paper's claims."""
 
 from vibrissa.extras import require
 

@@ -57,27 +57,6 @@ def troubles(found: Mapping[str, Readable]) -> list[str]:
     return [line for name, table in found.items() for line in _troubles(name, table)]
 
 
-def motion_notes(runs: Sequence[Mapping[str, Any]], scans: Readable) -> list[str]:
-    """Say what a viewer of the frames, `runs`, would not see of the scans."""
-    lines = []
-    if any(run["status"] == "lock" for run in runs):
-        lines.append(
-            "A self-locking tip never slips forward: a round rod swings aside and is dragged from "
-            "then on; of others the scan is shown as far as the tip sticks."
-        )
-    if any(any(run["turn"]) for run in runs):
-        lines.append(
-            "A rod that swings aside is seen from the side while its plane turns; the loads are "
-            "those in the plane of the drawing."
-        )
-    if any(run["turn"].count(0) < run["steps"] for run in runs):
-        lines.append("Long scans are thinned out: not every step is shown.")
-    total = int(_first_rows(scans)["footpoint"].notna().sum())
-    if len(runs) < total:
-        lines.append(f"These are the first {len(runs)} of {total} scans.")
-    return lines
-
-
 def claim_rows(claims: Readable) -> list[dict[str, Any]]:
     """Rows of the ledger, with ``quantities``, the name and the text of each quantity."""
     rows = [row for part in query.parts(claims, claims.schema.names) for row in part.to_pylist()]

@@ -1,6 +1,6 @@
 """What a study found, as one web page that needs nothing else: made of tables and texts alone.
 
-The page is `page.html`, a template, with `page.css` and `page.js` put into it.
+The page is `page.html`, a template, with `page.css` and the explorer put into it.
 """
 
 import base64
@@ -11,8 +11,10 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
+from vibrissa.explorer import page as explorer
 from vibrissa.paper.ledger import verdict_counts
-from vibrissa.report import animation, facts, tables
+from vibrissa.report import facts, tables
+from vibrissa.report.motion import motion
 from vibrissa.report.proofs import Proved
 from vibrissa.tables.dictionary import entries
 from vibrissa.tables.proofs import Proof
@@ -87,16 +89,15 @@ def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture],
     """
     here = Path(__file__)
     claims = facts.claim_rows(found["claims"]) if "claims" in found else []
-    runs = animation.runs(found["scans"]) if "scans" in found else []
+    moves = motion(found["scans"]) if "scans" in found else None
     proved = Proved(run.proofs)
     return _template(here.with_suffix(".html")).render(
         study=study,
         style=Markup(here.with_suffix(".css").read_text(encoding="utf-8")),
-        program=Markup(here.with_suffix(".js").read_text(encoding="utf-8")),
         summary=facts.summary(found) | proved.summary(),
         troubles=facts.troubles(found),
-        runs=runs,
-        motion_notes=facts.motion_notes(runs, found["scans"]) if runs else [],
+        moves=moves,
+        explorer=explorer,
         pictures=list(pictures),
         verdicts=verdict_counts(row["verdict"] for row in claims),
         claims=claims,

@@ -6,6 +6,8 @@ const LOOKS = 121;
 /** Slope by which a shape may miss a limit at its nodes, and what turns less than a loop does. */
 const NEAR = 0.05;
 const HALF_TURN = Math.PI - 0.3;
+/** Slope that is none, where the rod comes to lie on the surface. */
+const LEVEL = 1e-6;
 /** Height by which a shape must pass its limit to count, as it is looked at in points alone. */
 const PASSED = 1e-6;
 
@@ -20,12 +22,14 @@ const PASSED = 1e-6;
 export function inadmissible(rod, state, eta) {
   const slopes = state.unknowns.subarray(0, rod.nodes);
   const [low, high] = [Math.min(...slopes), Math.max(...slopes)];
-  if (high < Math.PI - NEAR && low >= 0 && high - low < HALF_TURN) return "";
+  // A tip that passes through the surface is the paper's own.
+  const mayNotCross = state.contact === "line" || state.phi1 >= 0;
+  const arches = mayNotCross && low < -LEVEL;
+  if (high < Math.PI - NEAR && !arches && high - low < HALF_TURN) return "";
   const { s, x, y } = rod.shape(state, LOOKS);
   const free = s.findIndex((value) => value >= state.sc);
   const heights = y.subarray(0, free < 0 ? LOOKS : free);
   if (Math.min(...heights) < -PASSED) return "the rod dips below the level of its clamp";
-  const mayNotCross = state.contact === "line" || state.phi1 >= 0;
   if (mayNotCross && Math.max(...heights) > eta + PASSED) {
     return "the rod crosses the surface away from its contact point";
   }

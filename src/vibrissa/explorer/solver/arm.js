@@ -166,16 +166,27 @@ export function hermite(t) {
  * @param {Knot} from
  * @param {Knot} to
  * @param {number} part
- * @returns {Knot | null}
+ * @returns {State | null}
  */
-export function knotBetween(branch, from, to, part) {
+export function stateBetween(branch, from, to, part) {
   const { rod, eta } = branch;
   const value = advance(branch, from.direction, from.state) + part * to.step;
   const condition = along(branch, from.direction, value);
-  const guess = between(from, to, part);
-  const state = rod.solve(guess, eta, from.state.contact, condition, from.factors);
-  if (!state) return null;
-  return { ...knotAt(branch, state, condition), step: part * to.step };
+  return rod.solve(between(from, to, part), eta, from.state.contact, condition, from.factors);
+}
+
+/**
+ * The same as a knot.
+ *
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {Knot} to
+ * @param {number} part
+ * @returns {Knot | null}
+ */
+function knotBetween(branch, from, to, part) {
+  const state = stateBetween(branch, from, to, part);
+  return state && knotAfter(branch, from, state);
 }
 
 /**
@@ -187,7 +198,7 @@ export function knotBetween(branch, from, to, part) {
  * @param {(knot: Knot) => number} value Of different signs in both knots.
  * @returns {Knot | null}
  */
-export function knotWhere(branch, from, to, value) {
+function knotWhere(branch, from, to, value) {
   /** @type {Knot | null} */
   let found = null;
   /** @param {number} part */
@@ -200,6 +211,25 @@ export function knotWhere(branch, from, to, value) {
   if (low === 0 || high === 0) return low === 0 ? { ...from, step: 0 } : to;
   const part = bracketedRoot(at, 0, 1, low, high, TINY);
   return Number.isNaN(part) ? null : knotBetween(branch, from, to, part);
+}
+
+/**
+ * Find where between two knots a function of the state vanishes.
+ *
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {Knot} to
+ * @param {(state: State) => number} value Of different signs in both knots.
+ * @returns {State | null}
+ */
+export function stateWhere(branch, from, to, value) {
+  /** @param {number} part */
+  const at = (part) => {
+    const found = stateBetween(branch, from, to, part);
+    return found ? value(found) : NaN;
+  };
+  const part = bracketedRoot(at, 0, 1, value(from.state), value(to.state), TINY);
+  return Number.isNaN(part) ? null : stateBetween(branch, from, to, part);
 }
 
 /**

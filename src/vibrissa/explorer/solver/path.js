@@ -1,7 +1,7 @@
 // A sticking curve: both arms of the path of one rod at one height, and what is read off it.
 
 import { demand, Rod } from "./equilibrium.js";
-import { between, displacement, followed, hermite, knotWhere } from "./arm.js";
+import { between, displacement, followed, hermite, stateWhere } from "./arm.js";
 import { firstState } from "./beginning.js";
 
 /** @import { Contact, State } from "./equilibrium.js" */
@@ -68,30 +68,18 @@ function assembled(pushed, pulled) {
 }
 
 /**
- * Knots on both sides of the first place at which a function of a knot rises through zero.
+ * The first state of an arm in which a function of it rises through zero.
  *
  * @param {Arm} arm
- * @param {(knot: Knot) => number} value
- * @returns {[Knot, Knot] | null}
+ * @param {(state: State) => number} value
+ * @returns {State | null}
  */
-function firstRise({ knots }, value) {
+function firstRise({ branch, knots }, value) {
   for (let i = 1; i < knots.length; i += 1) {
-    const rises = value(knots[i - 1]) < 0 && value(knots[i]) >= 0;
-    if (rises && knots[i].step > 0) return [knots[i - 1], knots[i]];
+    const rises = value(knots[i - 1].state) < 0 && value(knots[i].state) >= 0;
+    if (rises && knots[i].step > 0) return stateWhere(branch, knots[i - 1], knots[i], value);
   }
   return null;
-}
-
-/**
- * @param {Path} path
- * @param {Arm} arm
- * @param {(knot: Knot) => number} value
- * @returns {State | null} The first state in which the value rises through zero.
- */
-function stateWhere(path, arm, value) {
-  const found = firstRise(arm, value);
-  const knot = found && knotWhere(path.branch, ...found, value);
-  return knot && knot.state;
 }
 
 /**
@@ -102,7 +90,7 @@ function stateWhere(path, arm, value) {
  * @returns {State | null} null where the tip locks.
  */
 export function onset(path, mu0) {
-  return mu0 > path.muLock ? null : stateWhere(path, path.pushed, (k) => demand(k.state) - mu0);
+  return mu0 > path.muLock ? null : firstRise(path.pushed, (state) => demand(state) - mu0);
 }
 
 /**
@@ -113,7 +101,7 @@ export function onset(path, mu0) {
  * @returns {State | null} null where that is beyond the friction to which the path was followed.
  */
 export function pulledOnset(path, mu0) {
-  return stateWhere(path, path.pulled, (knot) => -demand(knot.state) - mu0);
+  return firstRise(path.pulled, (state) => -demand(state) - mu0);
 }
 
 /**
@@ -124,7 +112,7 @@ export function pulledOnset(path, mu0) {
  * @returns {State | null}
  */
 export function backOnset(path, mu0) {
-  return stateWhere(path, path.pushed, (knot) => -demand(knot.state) - mu0);
+  return firstRise(path.pushed, (state) => -demand(state) - mu0);
 }
 
 /**
@@ -137,7 +125,7 @@ export function touch(path) {
   const { knots } = path.pushed;
   if (knots[0].state.phi1 < 0) return knots[0].state;
   const lies = knots.find(({ state }) => state.contact === "line");
-  return lies ? lies.state : stateWhere(path, path.pushed, ({ state }) => -state.phi1);
+  return lies ? lies.state : firstRise(path.pushed, (state) => -state.phi1);
 }
 
 /**
@@ -163,8 +151,7 @@ export function stateAt(path, x0) {
   const state = branch.rod.solve(guess, branch.eta, from.state.contact, condition, from.factors);
   // Next to a limit point two states have the same displacement.
   if (state && Math.abs(state.unknowns[0] - guess[0]) < 0.02) return state;
-  const knot = knotWhere(branch, from, to, (k) => branch.x1 - x0 - k.state.offset);
-  return knot && knot.state;
+  return stateWhere(branch, from, to, ({ offset }) => branch.x1 - x0 - offset);
 }
 
 /**

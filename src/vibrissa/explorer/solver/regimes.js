@@ -25,7 +25,10 @@ export function* divisions(rod, tapers) {
   let nodes = 0;
   for (const theta of tapers) {
     const { path } = solvedPath({ ...rod, theta }, nodes);
-    const state = path && touch(path);
+    const found = path && touch(path);
+    // Past the lock no tip slips any more: what it touches there divides nothing.
+    const after = path?.lock && found && found.offset < path.lock.state.offset;
+    const state = after ? null : found;
     nodes = path ? path.branch.rod.nodes : 0;
     yield {
       theta,

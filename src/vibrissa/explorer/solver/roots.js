@@ -16,6 +16,7 @@ const MOST_SECANTS = 60;
 export function bracketedRoot(value, low, high, valueLow, valueHigh, tolerance) {
   let [a, fa, b, fb] = [low, valueLow, high, valueHigh];
   if (fa === 0) return a;
+  if (fb === 0) return b;
   let side = 0;
   for (let step = 0; step < MOST_SECANTS && Math.abs(b - a) > tolerance; step += 1) {
     let at = (a * fb - b * fa) / (fb - fa);

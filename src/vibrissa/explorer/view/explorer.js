@@ -25,7 +25,9 @@ const BUDGET = 5;
 const PATIENCE = 350;
 /** Milliseconds after which the address follows. */
 const ADDRESS_AFTER = 300;
+/** Tapers of the map: up to 8, or up to 20 where the rod itself has more. */
 const TAPERS = Array.from({ length: 29 }, (_, k) => 1 + 0.25 * k);
+const MORE_TAPERS = Array.from({ length: 39 }, (_, k) => 1 + 0.5 * k);
 /** Milliseconds between two steps of a clamp that moves by itself, and where motion is reduced. */
 const PACE = 1000 / 60;
 const SLOW_PACE = 250;
@@ -42,6 +44,7 @@ const ENDS = ["swings", "snaps", "slips back", "lifts", "inadmissible", "unknown
  * @property {Partial<Settings>} settings
  * @property {number} clamp
  * @property {boolean} play
+ * @property {import("./recording.js").Recording | null} recording
  */
 
 /** @type {[string, string, Quantity][]} */
@@ -84,6 +87,7 @@ export class Explorer {
     this.controls = new Controls(this.at("fields"), this.at("rod"), (change) => this.change(change));
     this.outputs = this.readouts();
     this.playing = false;
+    this.stopAt = Infinity;
     this.due = 0;
     this.clampAim = NaN;
     /** @type {Partial<Settings> | null} */
@@ -93,6 +97,8 @@ export class Explorer {
     /** @type {string[]} */
     this.unspoken = [];
     this.listen();
+    // A study's own scans come first where it has any.
+    if (this.presets[0]?.recording) this.take({ ...this.presets[0], play: false });
     this.readAddress();
     this.resized();
     root.hidden = false;
@@ -138,10 +144,12 @@ export class Explorer {
       this.play(false);
       this.model.restart();
       this.stage.left = -0.4;
+      this.stopAt = Infinity;
       this.dirty = true;
     });
     const choice = /** @type {HTMLSelectElement} */ (this.at("preset"));
     this.presets.forEach((preset, i) => choice.append(element("option", { value: String(i) }, preset.name)));
+    if (this.presets[0]?.recording) choice.value = "0";
     choice.addEventListener("change", () => {
       if (choice.value !== "") this.take(this.presets[Number(choice.value)]);
     });
@@ -201,7 +209,9 @@ export class Explorer {
     this.model.restart();
     this.stage.left = -0.4;
     this.told(this.model.moveTo(preset.clamp));
+    this.recording = preset.recording;
     this.say(preset.note);
+    this.stopAt = preset.recording ? Math.max(...preset.recording.clamp) : Infinity;
     this.play(preset.play);
     this.dirty = true;
   }
@@ -288,6 +298,7 @@ export class Explorer {
     if (now < this.due) return;
     this.due = Math.max(this.due + pace, now - pace);
     this.told(this.model.step());
+    if (this.clampPlace >= this.stopAt - 1e-9) this.play(false);
   }
 
   /**
@@ -297,12 +308,13 @@ export class Explorer {
    * @returns {boolean} Whether there is more to be seen.
    */
   mapOn(start) {
-    const { eta, contact, section } = this.model.settings;
-    const key = [eta, contact, section].join();
+    const { theta, eta, contact, section } = this.model.settings;
+    const tapers = theta > 8 ? MORE_TAPERS : TAPERS;
+    const key = [eta, contact, section, tapers.length].join();
     if (key !== this.mapKey) {
       this.mapKey = key;
       this.map = [];
-      this.solving = divisions({ eta, contact, round: section === "round" }, TAPERS);
+      this.solving = divisions({ eta, contact, round: section === "round" }, tapers);
     }
     let found = false;
     while (this.solving && performance.now() - start < BUDGET) {

@@ -2,7 +2,7 @@
 
 import { drawn, set } from "./svg.js";
 
-const STYLES = ["fill", "stroke", "stroke-width", "stroke-dasharray", "fill-opacity", "font-size", "text-anchor", "opacity"];
+const STYLES = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-opacity", "fill-opacity", "font-size", "text-anchor", "opacity"];
 const AROUND = 24;
 
 /**

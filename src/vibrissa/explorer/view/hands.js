@@ -54,7 +54,7 @@ export function listenToMap(explorer) {
     const box = svg.getBoundingClientRect();
     const { x, y } = plot.valueAt(event.clientX - box.left, event.clientY - box.top);
     explorer.change({
-      theta: Math.round(100 * Math.min(8, Math.max(1, x))) / 100,
+      theta: Math.round(100 * Math.min(plot.frame.right, Math.max(1, x))) / 100,
       mu0: Math.round(200 * Math.min(2, Math.max(0.02, y))) / 200,
     });
   };

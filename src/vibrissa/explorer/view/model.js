@@ -12,7 +12,7 @@ import { DEFAULTS } from "./settings.js";
 /** @import { Settings } from "./settings.js" */
 
 /** Longest trace, and the parts of a move that are read one by one. */
-const MOST_READINGS = 3000;
+const MOST_READINGS = 1500;
 const MOST_PARTS = 16;
 const PARTS_OF_A_STEP = 4;
 const OF_THE_PATH = /** @type {const} */ (["theta", "eta", "contact", "section"]);
@@ -165,6 +165,8 @@ export class Model {
     const { fx, fy, m, phi1, sc } = state;
     const { side } = place;
     const row = { clamp: place.clamp, x0, contact: place.contact, fx: side * fx, fy, m: side * m };
+    const last = this.trace[this.trace.length - 1];
+    if (last && last.clamp === row.clamp && last.x0 === x0) this.trace.pop();
     this.trace.push({ ...row, phi1: side > 0 ? phi1 : Math.PI - phi1, sc, side });
     if (this.trace.length > MOST_READINGS) this.trace.splice(0, MOST_READINGS / 3);
     this.now = {

@@ -44,6 +44,8 @@ export class StickingPlot {
   /** @param {SVGSVGElement} svg */
   constructor(svg) {
     this.plot = new Plot(svg, { across: true });
+    /** @type {Curve | null} */
+    this.drawn = null;
   }
 
   /** @param {View} view */
@@ -53,7 +55,7 @@ export class StickingPlot {
     const length = units.scale.length;
     const known = Number.isFinite(path.muLock) ? path.muLock : 1;
     const top = 1.22 * Math.max(Math.min(known, 2.5), settings.mu0);
-    plot.setFrame({
+    const fresh = plot.setFrame({
       left: length * Math.max(path.x0Pulled, -0.15 * path.x0End),
       right: 1.03 * length * path.x0End,
       low: -0.3 * top,
@@ -63,7 +65,11 @@ export class StickingPlot {
     plot.line("zero", [left, right], [0, 0]);
     plot.line("friction", [left, right], [settings.mu0, settings.mu0]);
     plot.line("friction2", [left, right], [-settings.mu0, -settings.mu0]);
-    plot.line("curve", curve.x0.map((value) => length * value), curve.x0.map((_, i) => curve.fx[i] / curve.fy[i]));
+    if (fresh || curve !== this.drawn) {
+      const demands = curve.x0.map((_, i) => curve.fx[i] / curve.fy[i]);
+      plot.line("curve", curve.x0.map((value) => length * value), demands);
+    }
+    this.drawn = curve;
     plot.label("note", right, settings.mu0, `μ0 = ${spelled(settings.mu0, 3)}`, { dy: -5, end: true });
     const lock = path.lock ? length * displacement(path.branch, path.lock.state) : NaN;
     plot.mark("lock", lock, path.muLock, SMALL);
@@ -145,6 +151,8 @@ export class RegimePlot {
   /** @param {SVGSVGElement} svg */
   constructor(svg) {
     this.plot = new Plot(svg, { across: true });
+    /** What is drawn already. */
+    this.drawn = "";
   }
 
   /** @param {View} view */
@@ -152,7 +160,11 @@ export class RegimePlot {
     const { plot } = this;
     const locks = divisions.map(({ lock }) => lock).filter(Number.isFinite);
     const top = Math.max(0.6, 1.3 * settings.mu0, Math.min(2, 1.35 * Math.max(0, ...locks)));
-    plot.setFrame({ left: 1, right: 8, low: 0, high: Math.ceil(10 * top) / 10 });
+    const fresh = plot.setFrame({ left: 1, right: settings.theta > 8 ? 20 : 8, low: 0, high: Math.ceil(10 * top) / 10 });
+    plot.mark("now", settings.theta, settings.mu0, RADIUS);
+    const key = `${divisions.length} ${settings.contact} ${divisions[0]?.lock}`;
+    if (!fresh && key === this.drawn) return;
+    this.drawn = key;
     const { high } = plot.frame;
     const theta = divisions.map((row) => row.theta);
     const lock = divisions.map((row) => row.lock);
@@ -164,9 +176,8 @@ export class RegimePlot {
     const edge = divisions.map(({ lock }) => Math.min(high, lock));
     const line = settings.contact === "line";
     this.named("name", "locks", theta, edge, edge.map(() => high));
-    this.named("name2", "slips", theta, touch.map(() => 0), touch);
+    this.named("name2", "slips", theta, touch.map(() => 0), touch, 0.16);
     this.named("name3", line ? "lies, slips" : "passes through, slips", theta, touch, edge);
-    plot.mark("now", settings.theta, settings.mu0, RADIUS);
   }
 
   /**
@@ -177,11 +188,15 @@ export class RegimePlot {
    * @param {number[]} theta
    * @param {number[]} low
    * @param {number[]} high
+   * @param {number} [from] Part of the plot's width from which on it may stand.
    */
-  named(part, name, theta, low, high) {
+  named(part, name, theta, low, high, from = 0.4) {
     const { plot } = this;
     // A name needs room to both sides.
-    const inside = theta.map((_, i) => i).filter((i) => theta[i] >= 2.5 && theta[i] <= 5.25);
+    const { right } = plot.frame;
+    const inside = theta
+      .map((_, i) => i)
+      .filter((i) => theta[i] >= from * right && theta[i] <= (from + 0.25) * right);
     const tall = (/** @type {number} */ i) => high[i] - low[i] || 0;
     const best = inside.reduce((a, b) => (tall(b) > 1.02 * tall(a) ? b : a), inside[0] ?? -1);
     const room = best < 0 ? 0 : plot.y(low[best]) - plot.y(high[best]);
@@ -195,6 +210,8 @@ export class EnergyPlot {
   /** @param {SVGSVGElement} svg */
   constructor(svg) {
     this.plot = new Plot(svg, { across: true });
+    /** @type {Curve | null} */
+    this.drawn = null;
   }
 
   /** @param {View} view */
@@ -205,13 +222,17 @@ export class EnergyPlot {
     const right = high + 0.25 * (high - low);
     const seen = curve.energy.filter((_, i) => curve.x0[i] >= low && curve.x0[i] <= right);
     const [least, most] = [Math.min(...seen, now.energy), Math.max(...seen, now.energy)];
-    plot.setFrame({
+    const fresh = plot.setFrame({
       left: length * low,
       right: length * right,
       low: factor * (least - 0.12 * (most - least)),
       high: factor * (most + 0.12 * (most - least)),
     });
-    plot.line("curve", curve.x0.map((value) => length * value), curve.energy.map((value) => factor * value));
+    if (fresh || curve !== this.drawn) {
+      const energies = curve.energy.map((value) => factor * value);
+      plot.line("curve", curve.x0.map((value) => length * value), energies);
+    }
+    this.drawn = curve;
     plot.line("onset", [length * high, length * high], [plot.frame.low, plot.frame.high]);
     plot.mark("now", length * x0, factor * now.energy, RADIUS);
   }

@@ -85,10 +85,11 @@ export class Plot {
    * Set the values at the edges, and draw the axes where they have changed.
    *
    * @param {Frame} frame
+   * @returns {boolean} Whether they have.
    */
   setFrame(frame) {
     const key = [frame.left, frame.right, frame.low, frame.high, this.width, this.height].join();
-    if (key === this.key) return;
+    if (key === this.key) return false;
     [this.key, this.frame] = [key, frame];
     this.grid.replaceChildren();
     this.labels.replaceChildren();
@@ -109,6 +110,7 @@ export class Plot {
       const text = drawn(this.labels, "text", { x, y: bottom + 15, class: "middle" });
       text.textContent = spelled(value, along.digits);
     }
+    return true;
   }
 
   /**

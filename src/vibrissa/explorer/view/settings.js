@@ -50,10 +50,10 @@ export const DEFAULTS = {
 
 /** @type {NumberField[]} */
 export const NUMBERS = [
-  { key: "theta", symbol: "θ", label: "taper, base over tip", min: 1, max: 8, step: 0.01 },
-  { key: "eta", symbol: "η", label: "height of the surface", min: 0.4, max: 0.97, step: 0.005, unit: "L" },
+  { key: "theta", symbol: "θ", label: "taper, base over tip", min: 1, max: 20, step: 0.01 },
+  { key: "eta", symbol: "η", label: "height of the surface", min: 0.3, max: 0.99, step: 0.005, unit: "L" },
   { key: "mu0", symbol: "μ0", label: "static friction", min: 0.02, max: 2, step: 0.005 },
-  { key: "dx0", symbol: "Δx0", label: "step of the clamp", min: 0.0005, max: 0.02, step: 0.0005, unit: "L" },
+  { key: "dx0", symbol: "Δx0", label: "step of the clamp", min: 0.0001, max: 0.05, step: 0.0001, unit: "L" },
   { key: "ratio", symbol: "μk/μ0", label: "kinetic over static friction", min: 0.05, max: 1, step: 0.01 },
 ];
 

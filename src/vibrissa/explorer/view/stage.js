@@ -60,6 +60,7 @@ export class Stage {
     this.height = 400;
     this.scale = 300;
     this.left = -0.5;
+    this.above = ABOVE;
     this.key = "";
   }
 
@@ -79,7 +80,7 @@ export class Stage {
   /** @param {Scene} scene */
   show(scene) {
     this.look(scene);
-    const top = ABOVE * this.scale;
+    const top = this.above * this.scale;
     /** @param {number} y */
     const up = (y) => top + (scene.eta - y) * this.scale;
     set(this.rod, { d: this.outline(scene, up) });
@@ -101,8 +102,10 @@ export class Stage {
    *
    * @param {Scene} scene
    */
-  look({ clamp, eta, length }) {
-    this.scale = Math.min(this.height / (eta + ABOVE + BELOW), this.width / 1.15);
+  look({ clamp, eta, length, y }) {
+    // A rod that passes through the surface needs more room.
+    this.above = Math.max(ABOVE, Math.max(...y) - eta + HALF_CLAMP);
+    this.scale = Math.min(this.height / (eta + this.above + BELOW), this.width / 1.15);
     const wide = this.width / this.scale;
     const place = (clamp - this.left) / wide;
     if (place < KEPT.from) this.left = clamp - KEPT.from * wide;
@@ -110,7 +113,7 @@ export class Stage {
     const key = [this.left, this.scale, this.width, this.height, eta, length].join();
     if (key === this.key) return;
     this.key = key;
-    const top = ABOVE * this.scale;
+    const top = this.above * this.scale;
     set(this.surface, { d: `M0 ${top}H${this.width}` });
     const gap = 14;
     const shift = ((this.left * this.scale) % gap) + gap;

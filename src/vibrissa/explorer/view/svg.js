@@ -33,15 +33,22 @@ export function set(node, attributes) {
  * @returns {string}
  */
 export function pathThrough(x, y) {
-  let text = "";
+  const parts = [];
   let pen = "M";
+  let [lastX, lastY] = [NaN, NaN];
   for (let i = 0; i < x.length; i += 1) {
-    if (Number.isFinite(x[i]) && Number.isFinite(y[i])) {
-      text += `${pen}${x[i].toFixed(2)} ${y[i].toFixed(2)}`;
+    // A tenth of a pixel is enough; points that then are the same are one.
+    const [px, py] = [Math.round(10 * x[i]) / 10, Math.round(10 * y[i]) / 10];
+    if (!Number.isFinite(px) || !Number.isFinite(py)) {
+      pen = "M";
+      lastX = NaN;
+    } else if (px !== lastX || py !== lastY) {
+      parts.push(pen, px, " ", py);
       pen = "L";
-    } else pen = "M";
+      [lastX, lastY] = [px, py];
+    }
   }
-  return text || "M0 0";
+  return parts.length ? parts.join("") : "M0 0";
 }
 
 /**
