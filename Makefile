@@ -24,7 +24,7 @@ export PYTHONNOUSERSITE := 1
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
 .PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations mutate lint
-.PHONY: survey chains trailing roundtrip fuzz published explorer explorer-agreement explorer-speed designs taper bench growth
+.PHONY: laboratory costs survey chains trailing roundtrip fuzz published explorer explorer-agreement explorer-speed designs taper bench growth
 .PHONY: docs setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
 
@@ -63,6 +63,9 @@ help:
 	@echo "  make proof-sample         prove 300 random onsets, far beyond the paper's grid"
 	@echo "  make roundtrip            friction of 1,000 random surfaces from simulated signals, into"
 	@echo "                            docs/friction.md (20 minutes; ARGS='--seeds 50' only prints)"
+	@echo "  make laboratory           recordings of an independent bench with a laboratory's mistakes;"
+	@echo "                            writes docs/laboratory_table.md (ARGS='--seeds 2' only prints)"
+	@echo "  make costs                what each tolerance costs in friction, into docs/laboratory.md"
 	@echo "  make fuzz                 read 11,100 damaged recordings; writes docs/fuzz.md"
 	@echo "  make published            274 numbers that others published, beside ours; writes"
 	@echo "                            docs/published.md"
@@ -206,6 +209,14 @@ designs: $(STAMP)
 roundtrip: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/roundtrip.py \
 	    $(or $(ARGS),--seeds 1000 --docs docs/friction.md --figure docs/roundtrip.png)
+
+laboratory: $(STAMP)
+	@$(ONE_THREAD) $(PY) validation/sensor/laboratory.py \
+	    $(or $(ARGS),--docs docs/laboratory_table.md)
+
+costs: $(STAMP)
+	@$(ONE_THREAD) $(PY) validation/sensor/costs.py \
+	    --docs docs/laboratory.md --figure docs/laboratory.png
 
 # Two minutes; fails if any recording gives a traceback or silently a wrong number.
 fuzz: $(STAMP)
