@@ -40,7 +40,7 @@ from vibrissa.sensor import (
     simulate,
     surfaces,
 )
-from vibrissa.sensor.identification.recording import read_recording
+from vibrissa.sensor.identification.recording import WITH_ROD, read_recording
 from vibrissa.sensor.response import branch
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -624,7 +624,7 @@ def drawn(damage: Callable[[Case], bytes], number: int) -> tuple[Case, bytes, bo
     """Draw the recording and its damage of one case: the case, the file, whether it has a time."""
     kind = DAMAGE.index(damage) if damage in DAMAGE else len(DAMAGE)
     rng = np.random.default_rng([kind, number])
-    which, method = number % len(PATHS), list(Method)[number // len(PATHS) % len(Method)]
+    which, method = number % len(PATHS), WITH_ROD[number // len(PATHS) % len(WITH_ROD)]
     timed = bool(rng.random() < 0.3) and damage is not time_damaged
     values = measured(which)[:, 0 if timed else 1 :]
     header = [f"{name} [{unit}]" for name, unit in zip(NAMES, IN_SI, strict=True)]

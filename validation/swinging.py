@@ -10,10 +10,10 @@ from collections import defaultdict
 import numpy as np
 from roundtrip import DEVIATION, SCALE, SENSOR, rod
 
-from vibrissa.sensor import Method, PeriodStatus, Recording, path, simulate, surfaces
+from vibrissa.sensor import PeriodStatus, Recording, path, simulate, surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.recording import USED
+from vibrissa.sensor.identification.recording import USED, WITH_ROD
 
 POSITIONS = path("0.0005", ["0.95"])
 
@@ -40,7 +40,7 @@ def main():
     seeds = range(parser.parse_args().seeds)
     print("| method | tip | slips | bias | rms error | predicted | coverage |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
-    for method in Method:
+    for method in WITH_ROD:
         gathered = defaultdict(list)
         for seed in seeds:
             for tip, values in one(seed, method).items():

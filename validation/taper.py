@@ -36,6 +36,7 @@ from vibrissa.sensor import (
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.reading.uncertainty import ratio_deviation, step_deviation
+from vibrissa.sensor.identification.recording import WITH_ROD
 from vibrissa.sensor.strain import largest_strain
 
 ETA, CONTACT, LENGTH, MODULUS, DIAMETER = 0.85, "line", 0.1, 2.1e11, 0.7e-3
@@ -112,7 +113,7 @@ def recorded(truth, rod, seed):
 def trials(response, rod, seed, truth, step):
     """Identify friction by each method that can be used."""
     recording, setup = recorded(truth, rod, seed), known_setup(response)
-    for method in Method:
+    for method in WITH_ROD:
         asked = {"method": method, "step": float(step), "law": SlipLaw.FREE}
         try:
             found = find_periods(setup, recording, noise_in(rod), **asked)
@@ -127,7 +128,7 @@ def one(case):
     """Find the errors of one taper and step on several surfaces, where the slips are found."""
     theta, step, seeds = case
     response = respond(theta, ETA, CONTACT, pull=False)
-    done = {(design, method): [] for design in DESIGNS for method in Method}
+    done = {(design, method): [] for design in DESIGNS for method in WITH_ROD}
     for seed in range(seeds):
         surface = surfaces.random(seed, MEAN, SPREAD, CORRELATION)
         truth = simulate(response, surface, path(step, [min(MOST * float(step), LONG)]))
@@ -185,7 +186,7 @@ def print_errors(results, step):
     print("| design | method | " + " | ".join(f"θ = {theta:g}" for theta in TAPERS) + " |")
     print("| --- | --- |" + " --- |" * len(TAPERS))
     for design in DESIGNS:
-        for method in Method:
+        for method in WITH_ROD:
             errors = [results.get((theta, step, design, method)) for theta in TAPERS]
             cells = ("—" if x is None else f"{rms(x):.1e}, {x.mean():+.0e}" for x in errors)
             print(f"| {design} | {method} | " + " | ".join(cells) + " |")

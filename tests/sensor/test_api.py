@@ -111,7 +111,7 @@ def test_what_is_estimated_comes_with_the_result(signals):
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"method": "sound"}, "method must be one of forces, moment, spacing, got 'sound'"),
+        ({"method": "sound"}, "method must be one of forces, moment, spacing, ratio, got 'sound'"),
         ({"method": "spacing", "law": "none"}, "law must be one of free, kinetic, energy"),
         ({"estimate": ["tilt"]}, "what is estimated is offset or one of theta, eta"),
         ({"estimate": ["kinetic_ratio"]}, "kinetic_ratio cannot be estimated"),

@@ -19,7 +19,7 @@ from vibrissa.cli.options import (
     save_picture,
     say,
 )
-from vibrissa.cli.whisker import Tolerances, takes_whisker
+from vibrissa.cli.whisker import Tolerances, read_pairs, takes_whisker
 from vibrissa.sensor import Identification, Method, PeriodStatus, SlipLaw, Unknown, series
 from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.identification.adjusting.adjustment import FAR
@@ -44,8 +44,8 @@ def identify(
             "'footpoint [mm],force_x [N]'."
         ),
     ],
-    whisker: sensor.Whisker,
     output: Out,
+    whisker: sensor.Whisker | None = None,
     method: ReadFrom = Method.FORCES,
     transducer: Transducer = None,
     noise: Annotated[
@@ -97,6 +97,7 @@ def identify(
     determine what is to be estimated, 2 after a mistake in the input.
     """
     check_files(output, picture)
+    stated = [text for text in tolerances or () if text != EXACT]
     found = sensor.identify(
         whisker,
         recording,
@@ -107,6 +108,8 @@ def identify(
         law=law,
         kinetic_ratio=kinetic_ratio,
         estimate=estimate or (),
+        # Those of a rod that is given come with it.
+        tolerances=read_pairs(stated) if whisker is None else None,
         assume=EXACT not in (tolerances or ()),
         slip_time=slip_time,
         delay=delay,
@@ -143,6 +146,8 @@ def _tolerated(found: Identification) -> Iterator[str]:
 def _estimated(found: Identification) -> Iterator[str]:
     """Say what was estimated, its standard deviations and its correlations."""
     setup, units = found.setup, found.units
+    if setup is None:
+        return
     values = (setup.eta, *setup.offset)
     kinds = (Kind.LENGTH, *CHANNEL_KINDS)
     free = [i for i, deviation in enumerate(setup.deviation) if deviation > 0.0]

@@ -114,6 +114,8 @@ def takes_whisker(command: Callable[..., None]) -> Callable[..., None]:
     Parameters
     ----------
     command : callable
+        Where its parameter may be None, theta and eta may be left out; then it is None, and the
+        tolerances are given to the command as they are.
 
     Returns
     -------
@@ -123,9 +125,13 @@ def takes_whisker(command: Callable[..., None]) -> Callable[..., None]:
     options = dict(inspect.signature(read_setup).parameters)
     del options["reading"]
     own = [name for name in OF_READING if name in parameters]
+    needless = parameters["whisker"].default is None
 
     @wraps(command)
     def run(**values: Any) -> None:
+        if needless and values["rod"] is None and None in (values["theta"], values["eta"]):
+            command(whisker=None, **{n: v for n, v in values.items() if n not in options})
+            return
         asked = {name: values.pop(name) for name in options}
         asked |= {name: values[name] for name in own}
         if TOLERANCES in values:

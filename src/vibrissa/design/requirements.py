@@ -8,7 +8,7 @@ import numpy as np
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
-from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.identification.recording import WITH_ROD, Method
 from vibrissa.sensor.quantities import CHANNEL_KINDS, chosen
 
 # The least and the largest value; equal for a value that is given.
@@ -97,6 +97,11 @@ class Requirements:
     def __post_init__(self) -> None:
         """Refuse what no rod can be asked for."""
         object.__setattr__(self, "method", chosen(Method, self.method, "method"))
+        if self.method not in WITH_ROD:
+            raise ArgumentError(
+                f"a rod is designed for one of the methods {', '.join(WITH_ROD)}: {self.method} "
+                "needs none, and is more precise than forces on any rod"
+            )
         object.__setattr__(self, "contact", chosen(Contact, self.contact, "contact"))
         for name in ("yield_strain", "weight", "spacing"):
             self._require(name, getattr(self, name) > 0.0, "be positive")

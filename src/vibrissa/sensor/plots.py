@@ -59,6 +59,7 @@ def signals(columns: Mapping[str, Column]) -> Figure:
 def friction_map(periods: Periods, units: Units) -> Figure:
     """Draw friction with its interval over the position of the tip, and how far it is in doubt."""
     unit = units.unit(Kind.LENGTH)
+    tip = bool(np.isfinite(periods.contact).any())
     figure = Figure(figsize=(7.0, 3.5), layout="constrained")
     axes = figure.add_subplot()
     for grade, (marker, colour) in SIGNS.items():
@@ -66,7 +67,7 @@ def friction_map(periods: Periods, units: Units) -> Figure:
         if len(some):
             bars = np.stack([some.mu0 - some.low, some.high - some.mu0])
             axes.errorbar(
-                some.contact * unit,
+                (some.contact if tip else some.footpoint) * unit,
                 some.mu0,
                 np.maximum(bars, 0.0),
                 fmt=marker,
@@ -76,6 +77,6 @@ def friction_map(periods: Periods, units: Units) -> Figure:
             )
     if axes.containers and (periods.grade != "").any():
         axes.legend(title="doubts")
-    axes.set_xlabel(f"position of the tip / {units.name(Kind.LENGTH)}")
+    axes.set_xlabel(f"position of the {'tip' if tip else 'clamp'} / {units.name(Kind.LENGTH)}")
     axes.set_ylabel("static friction μ0, 95 %")
     return figure

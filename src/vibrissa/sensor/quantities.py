@@ -237,12 +237,15 @@ class Units:
     ----------
     rod : Rod or None
         Without one everything is nondimensional.
+    si : bool
+        Without a rod: numbers are in SI units, and not nondimensional.
     wished : dict of Kind to str
         Usual units in which results are told, instead of SI units. Tables are in SI units.
     """
 
     rod: Rod | None = None
     wished: Mapping[Kind, str] = field(default_factory=dict, compare=False)
+    si: bool = False
 
     def told(self, value: float, kind: Kind) -> tuple[float, str]:
         """Value in a person's unit, and its name, of one as columns have it."""
@@ -271,7 +274,12 @@ class Units:
 
     def name(self, kind: Kind) -> str:
         """Name of the unit in which columns are written."""
-        return OWN[kind] if self.rod is None else SI[kind]
+        return OWN[kind] if self.nondimensional else SI[kind]
+
+    @property
+    def nondimensional(self) -> bool:
+        """Whether there is no relation to SI units."""
+        return self.rod is None and not self.si
 
     def read(self, value: Quantity, kind: Kind, what: str) -> Decimal:
         """Nondimensional value of a quantity: a bare number is nondimensional already.
@@ -307,7 +315,7 @@ class Units:
         return float(in_si(f"1 {unit}", kind, what)) / float(self._exact_unit(kind, what))
 
     def _exact_unit(self, kind: Kind, what: str) -> Decimal:
-        if self.rod is None and kind is not Kind.ANGLE:
+        if self.nondimensional and kind is not Kind.ANGLE:
             raise ArgumentError(
                 f"{what} has a unit, but the rod is not given: give modulus, diameter and length"
             )

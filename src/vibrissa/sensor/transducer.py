@@ -106,7 +106,7 @@ PRESETS = {
 
 def transducer_of(given: Transducer | str | None, units: Units) -> Transducer | None:
     """Look up a transducer. It reads forces in N, so that the rod has to be known."""
-    if given is not None and units.rod is None:
+    if given is not None and units.nondimensional:
         raise ArgumentError("a transducer needs the rod: give modulus, diameter and length")
     return preset(given) if isinstance(given, str) else given
 

@@ -15,7 +15,13 @@ from vibrissa.cli.app import app
 from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
-from vibrissa.sensor.identification.recording import USED, Method, noise_of, read_recording
+from vibrissa.sensor.identification.recording import (
+    USED,
+    WITH_ROD,
+    Method,
+    noise_of,
+    read_recording,
+)
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.scanning import TipPhase, path, simulate
 from vibrissa.sensor.slips import SlipLaw
@@ -36,7 +42,7 @@ def known(periods):
     return periods.status == PeriodStatus.SLIP
 
 
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", WITH_ROD)
 @pytest.mark.parametrize("turns", [("1.2",), ("0.6", "0.1")])
 def test_every_slip_is_found_and_its_friction(response, method, turns):
     truth, recording = recorded(response, turns=turns)
@@ -56,7 +62,7 @@ def test_every_slip_is_found_and_its_friction(response, method, turns):
 @pytest.mark.parametrize("law", list(SlipLaw))
 def test_intervals_cover_what_they_say(response, law):
     # What the spacing tells of slips by the energy law is read in another way: see test_energy.
-    methods = set(Method) - ({Method.SPACING} if law is SlipLaw.ENERGY else set())
+    methods = set(WITH_ROD) - ({Method.SPACING} if law is SlipLaw.ENERGY else set())
     inside = {method: [] for method in methods}
     for seed in range(100, 125):
         truth, recording = recorded(response, seed, law=law)
@@ -104,7 +110,7 @@ def test_a_channel_that_was_not_recorded_has_no_noise_and_is_not_missed(response
     assert not recwarn.list
 
 
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", WITH_ROD)
 def test_lost_samples_widen_the_interval_and_nothing_else(response, method):
     truth, recording = recorded(response)
     keep = np.random.default_rng(5).random(len(recording.line)) > 0.3
@@ -122,7 +128,7 @@ def test_lost_samples_widen_the_interval_and_nothing_else(response, method):
     assert np.nanmean(periods.deviation) > np.nanmean(whole.deviation)
 
 
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", WITH_ROD)
 def test_several_samples_at_each_step_are_one_step(response, method):
     truth, _ = recorded(response)
     dwell = np.repeat(np.arange(len(truth)), 3)
@@ -168,7 +174,7 @@ def measured_over(response, surface, turns, law="free", method=Method.FORCES):
     return truth, periods, rows[periods.last]
 
 
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", WITH_ROD)
 # To where a strip snaps through, or to the end of the path somewhat past the lock.
 @pytest.mark.parametrize(("section", "stop"), [("planar", "1.5"), ("round", "0.6")])
 def test_a_tip_that_locks_gives_a_bound_and_no_number(section, method, stop):
@@ -221,7 +227,7 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", WITH_ROD)
 def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path, method):
     out, found, picture = (tmp_path / name for name in ("s.csv", "f.parquet", "m.png"))
     way = ["--step", "50 um", "--to", "100 mm", "--patches", "0 mm: 0.25, 90 mm: 0.35"]

@@ -14,7 +14,7 @@ from vibrissa.errors import RecordingError
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.identification.calibration import calibrate, known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
-from vibrissa.sensor.identification.recording import MIRROR, USED, Method
+from vibrissa.sensor.identification.recording import MIRROR, USED, WITH_ROD, Method
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.heights import respond_between
 from vibrissa.sensor.scanning import TipPhase, TipSide, path, simulate
@@ -47,7 +47,7 @@ RODS = [(2.0, 0.85, "point"), (1.0, 0.85, "point"), (10.0, 0.85, "point"), (3.0,
 
 
 @pytest.mark.parametrize("rod", RODS)
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", WITH_ROD)
 def test_both_sides_give_bounds_and_the_trailing_tip_its_friction(rod, method):
     response = solved(*rod)
     noise = 5e-4 * np.abs(response.reactions(response.x0_end))
@@ -92,7 +92,7 @@ def test_intervals_past_the_swing_cover_what_they_say(response, method):
     assert abs(np.mean(errors)) < 0.25 and 0.9 < np.std(errors) < 1.1
 
 
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", WITH_ROD)
 def test_before_the_swing_it_is_what_a_recording_up_to_there_gives(response, method):
     surface = surfaces.patches([0.0, 0.5], [0.3, 0.8])
     truth, recording = recorded(response, surface)
@@ -107,7 +107,7 @@ def test_before_the_swing_it_is_what_a_recording_up_to_there_gives(response, met
         find_periods(known_setup(respond(2.0, 0.85, section="planar")), recording, NOISE)
 
 
-@pytest.mark.parametrize("method", list(Method))
+@pytest.mark.parametrize("method", WITH_ROD)
 def test_a_recording_that_ends_before_the_trailing_tip_slips_gives_bounds(response, method):
     truth, recording = recorded(response, surfaces.constant(0.9))
     # First where the mirrored tip is still past its lock, then where the clamp pulls it.

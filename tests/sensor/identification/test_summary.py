@@ -31,6 +31,7 @@ def periods_of(mu0, noise, by_step, shifts=None):
         last_line=row,
         side=np.full(p, "ahead"),
         contact=row / p,
+        footpoint=row / p,
         mu0=np.asarray(mu0, dtype=float),
         deviation=np.sqrt(noise**2 + by_step**2 + common**2),
         low=np.full(p, np.nan),

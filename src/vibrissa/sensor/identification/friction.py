@@ -65,7 +65,8 @@ class PeriodStatus(StrEnum):
         swung aside: then the slip of the trailing tip tells μ0, in the next row. If that was not
         recorded, `low` is what the trailing tip needed at last, if that is more.
     UNSURE
-        By the spacing, which needs a slip law: `low` and `high` hold for every law.
+        By the spacing, which needs a slip law: `low` and `high` hold for every law. By the ratio of
+        forces of too few samples: `low` alone.
     BEYOND
         Its last sticking state is none from which this rod slips, or the clamp went further than
         the tip can stick, so that noise has hidden slips: μ0 is not known.
@@ -94,7 +95,9 @@ class Periods(Batch):
         One `TipSide` for each period. Where the rod swings aside a period of sticking has two
         parts, a row each.
     contact : ndarray
-        Position of the tip (L).
+        Position of the tip (L); NaN where it is not known, without a rod.
+    footpoint : ndarray
+        Position of the clamp in the last sample (L).
     mu0, deviation, low, high : ndarray
         Static friction there, its standard deviation and the central 95 %. Where only a bound is
         known the others are NaN.
@@ -129,6 +132,7 @@ class Periods(Batch):
     last_line: IntArray
     side: StrArray
     contact: FloatArray
+    footpoint: FloatArray
     mu0: FloatArray
     deviation: FloatArray
     low: FloatArray
@@ -257,6 +261,7 @@ def _read(part: Part, channels: Channels, reader: ByMoment) -> tuple[Periods, Se
         last_line=samples.line[ends],
         side=np.full(len(periods), TipSide.AHEAD if part.side > 0 else TipSide.BEHIND),
         contact=part.side * (setup.branch.x1_init + seen.contacts.place),
+        footpoint=part.side * samples.clamp[ends],
         mu0=found.mean,
         deviation=found.deviation,
         low=found.low,
@@ -299,18 +304,24 @@ def _channels(
 ) -> tuple[FloatArray, Channels]:
     """Noise of all channels, and the channels that are used."""
     used = [i for i in USED[method] if not np.isnan(recording.readings[:, i]).any()]
-    _check_size(len(recording) if used else 0)
-    noise = noise_of(recording.readings) if noise is None else np.asarray(noise)
+    check_size(len(recording) if used else 0)
+    noise = checked_noise(noise_of(recording.readings) if noise is None else noise, used)
+    return noise, Channels(used=used, noise=noise[used])
+
+
+def checked_noise(noise: FloatArray, used: Sequence[int]) -> FloatArray:
+    """Refuse noise that is none, of the channels that are used."""
     unknown = [CHANNELS[i] for i in used if not LEAST_NOISE < noise[i] < np.inf]
     if unknown:
         raise RecordingError(
             f"the noise of column {', '.join(unknown)} cannot be estimated from the readings: "
             "give the noise"
         )
-    return noise, Channels(used=used, noise=noise[used])
+    return np.asarray(noise)
 
 
-def _check_size(rows: int) -> None:
+def check_size(rows: int) -> None:
+    """Refuse a recording that is too short."""
     if rows < FEWEST_SAMPLES:
         raise RecordingError(f"too little to identify friction from: {rows} usable rows")
 
@@ -330,7 +341,7 @@ def _check_states(
         return
     said = (
         f"{len(off)} of {size} samples are no state of this rod, first in line {off[0]}: check "
-        "rod, height, units, zero and noise"
+        "rod, height, units, zero and noise; the method ratio needs no rod"
     )
     setup = parts[0].setup
     every = Channels.recorded(recording, noise)
@@ -348,7 +359,7 @@ def _left_out(parts: Sequence[Part]) -> tuple[str, ...]:
         np.concatenate([part.off.line for part in parts]), "the reading is no state of this rod"
     )
     notes += left_out(np.concatenate([part.lone.line for part in parts]), "a lone spike")
-    _check_size(sum(len(part.samples) for part in parts))
+    check_size(sum(len(part.samples) for part in parts))
     swings = ", ".join(str(part.samples.line[0]) for part in parts[1:] if len(part.samples))
     return (*notes, f"the rod has swung aside: line {swings}") if swings else notes
 

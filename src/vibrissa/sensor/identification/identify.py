@@ -28,10 +28,16 @@ from vibrissa.sensor.identification.recording import (
     left_out,
     noise_of,
     read_recording,
+    units_of,
 )
 from vibrissa.sensor.identification.settling import LONG, Told, settled
 from vibrissa.sensor.identification.sides import Part, parts_of
 from vibrissa.sensor.identification.summary import NAMED, FrictionSummary, summary_of
+from vibrissa.sensor.identification.without_rod import (
+    TOLERANCES,
+    read_ratio,
+    read_ratio_tolerances,
+)
 from vibrissa.sensor.oblique import ObliqueStage
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, in_si
 from vibrissa.sensor.scanning import TipSide
@@ -96,6 +102,15 @@ def _told(recording: Recording, slip_time: str | None, delay: str | None) -> Tol
     return Told(slip=times["slip_time"], delay=times["delay"])
 
 
+def _units(
+    whisker: Whisker | None, recording: "Recording | Path | DataFrame", method: Method
+) -> Units:
+    """Units of the rod; where none is needed and none was given, those of the recording."""
+    if whisker is not None and (whisker.rod is not None or method is not Method.RATIO):
+        return whisker.units
+    return Units() if isinstance(recording, Recording) else units_of(recording)
+
+
 def _known(stage: ObliqueStage, recording: Recording) -> Recording:
     """Take the samples at heights at which the rod has a response, and note the others."""
     known = stage.covers(recording.clamp)
@@ -114,8 +129,8 @@ class Identification(Tabular):
     ----------
     periods : Periods
         Nondimensional.
-    setup : Setup
-        Height and offsets, with their covariance if they were estimated.
+    setup : Setup or None
+        Height and offsets, with their covariance if they were estimated; None without a rod.
     units : Units
     tolerances : tuple of Tolerance
         What was adjusted, and how well it is known now.
@@ -124,7 +139,7 @@ class Identification(Tabular):
     """
 
     periods: Periods
-    setup: Setup
+    setup: Setup | None
     units: Units
     tolerances: tuple[Tolerance, ...] = ()
     covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -143,6 +158,8 @@ class Identification(Tabular):
         """
         periods = self.periods
         own = periods.deviation**2 - periods.common**2
+        if self.setup is None:
+            return np.asarray(periods.shifts @ periods.shifts.T + np.diag(own))
         if not self.tolerances:
             return np.diag(own + periods.common**2)
         return np.asarray(periods.effects @ self.covariance @ periods.effects.T + np.diag(own))
@@ -167,9 +184,10 @@ class Identification(Tabular):
             f"{cause.spelled(self.units)} (explains {cause.explained:.0%} of the misfit)"
             for cause in self.periods.causes
         )
+        unknowns = (*known, "other tolerances") if known else ()
         return summary_of(
             self.periods,
-            unknowns=(*known, "other tolerances") if known else (),
+            unknowns=("tolerances, and how the forces curve",) if self.setup is None else unknowns,
             causes=(self.periods.mixed or tuple(causes))[:NAMED],
         )
 
@@ -188,10 +206,12 @@ class Identification(Tabular):
         """One row for each period, with units."""
         periods, length = self.periods, self.units.name(Kind.LENGTH)
         contact = periods.contact * self.units.unit(Kind.LENGTH)
+        footpoint = periods.footpoint * self.units.unit(Kind.LENGTH)
         return {
             "status": Column(periods.status, "", ", ".join(PeriodStatus)),
             "side": Column(periods.side, "", "where the tip is: " + " or ".join(TipSide)),
             "contact": Column(contact, length, "position of the tip"),
+            "footpoint": Column(footpoint, length, "position of the clamp in the last sample"),
             "mu0": Column(periods.mu0, "1", "static friction there"),
             "deviation": Column(periods.deviation, "1", "its standard deviation"),
             "low": Column(periods.low, "1", "lower end of its central 95 %"),
@@ -206,7 +226,7 @@ class Identification(Tabular):
 
 
 def identify(
-    whisker: Whisker,
+    whisker: Whisker | None,
     recording: "Recording | Path | DataFrame",
     *,
     method: Method | str = Method.FORCES,
@@ -226,8 +246,9 @@ def identify(
 
     Parameters
     ----------
-    whisker : Whisker
-        That was used; its height may be a first guess.
+    whisker : Whisker or None
+        That was used; its height may be a first guess. The method ``ratio`` needs none, and uses
+        nothing but its units. Without it numbers are in SI units, or in those of the recording.
     recording : Recording, Path or DataFrame
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
         ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``;
@@ -277,12 +298,30 @@ def identify(
     NoResponseError
         If the response of the whisker is not found.
     """
-    units = whisker.units
+    method = chosen(Method, method, "method")
+    units = _units(whisker, recording, method)
     sensor = transducer_of(transducer, units)
     given = _noise(noise, sensor, units)
+    if method is Method.RATIO:
+        if estimate:
+            raise ArgumentError(
+                "the method ratio cannot estimate anything: give the zeros a tolerance"
+            )
+        sizes = read_ratio_tolerances(tolerances or {}, units)
+        if whisker is not None:
+            stated = whisker.tolerances.items()
+            sizes = {name: size for name, size in stated if name in TOLERANCES} | sizes
+        if not isinstance(recording, Recording):
+            recording = read_recording(recording, units, method, sensor)
+        periods = read_ratio(recording, given, sizes)
+        return Identification(periods=periods, setup=None, units=units)
+    if whisker is None:
+        raise ArgumentError(
+            f"the method {method} needs the rod: give theta and eta, or use the method ratio"
+        )
     ratio, whisker = _tolerant(whisker, kinetic_ratio, tolerances or {})
     asked = Asked(
-        method=chosen(Method, method, "method"),
+        method=method,
         law=None if law is None else chosen(SlipLaw, law, "law"),
         estimate=tuple(estimate),
         assume=assume,

@@ -13,7 +13,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
 from vibrissa.sensor.ends import moving, touching
-from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Units, in_si
+from vibrissa.sensor.quantities import CHANNEL_KINDS, OWN, Kind, Units, in_si
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 
 if TYPE_CHECKING:
@@ -37,17 +37,28 @@ class Method(StrEnum):
         From the moment alone: all samples of a period, through the model of the rod.
     SPACING
         From the clamp's travel from slip to slip, which depends on where slips end (the slip law).
+    RATIO
+        From the ratio of the forces at the onset, by a smooth fit to the last samples, without any
+        rod.
     """
 
     FORCES = "forces"
     MOMENT = "moment"
     SPACING = "spacing"
+    RATIO = "ratio"
 
 
 # Signs of the channels in the mirror image of a rod.
 MIRROR = np.array([-1.0, 1.0, -1.0])
+# Methods that need the rod.
+WITH_ROD = (Method.FORCES, Method.MOMENT, Method.SPACING)
 # Numbers of the channels that each method uses.
-USED = {Method.FORCES: [0, 1], Method.MOMENT: [2], Method.SPACING: [0, 1, 2]}
+USED = {
+    Method.FORCES: [0, 1],
+    Method.MOMENT: [2],
+    Method.SPACING: [0, 1, 2],
+    Method.RATIO: [0, 1],
+}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -209,6 +220,12 @@ def _without_hum(recording: Recording, time: FloatArray, units: Units) -> Record
     )
     notes = (*recording.notes, f"hum of {hum.frequency:.4g} Hz is taken off: {sizes}")
     return replace(recording, readings=recording.readings - hum.signal, notes=notes)
+
+
+def units_of(source: "Path | DataFrame") -> Units:
+    """Tell the units of a recording of which no rod is known: its own, or SI units."""
+    unit = series.read(source, ["footpoint"]).units.get("footpoint")
+    return Units(si=unit != OWN[Kind.LENGTH])
 
 
 def _check_time(table: series.Table) -> None:

@@ -67,6 +67,8 @@ class Doubt(Enum):
     FEW = Grade.DOUBTFUL, "too few samples"
     # If they are a spike, the period before did not end there.
     FEW_AFTER = Grade.DOUBTFUL, "too few samples after it"
+    ROUGH = Grade.WRONG, "the forces do not follow a smooth curve: a slip may be hidden"
+    SWUNG = Grade.DOUBTFUL, "the rod may have swung aside, and not slipped"
     WHOLE = Grade.DOUBTFUL, "the recording as a whole does not fit the rod"
     LAW = Grade.DOUBTFUL, "slips do not end as the law and kinetic_ratio say"
     FAR = Grade.DOUBTFUL, "is by the recording far from what was given, for its tolerance"

@@ -176,6 +176,8 @@ def reader_of(
     RecordingError
         If the step is not known, as the clamp never moves.
     """
+    if method is Method.RATIO:
+        raise ArgumentError("the method ratio uses no rod: read_ratio reads by it")
     if method is Method.MOMENT:
         return ByMoment()
     if method is Method.FORCES:

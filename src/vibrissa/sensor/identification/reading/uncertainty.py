@@ -178,7 +178,7 @@ def friction_of(
         part = last.take(here)
         onset = onset_of(_travels(part, step, values), here)
         states, _ = branch.above(part.clamp[:, None] + part.clamp_gap[:, None] * values.onset)
-        parts.append(_summary(_frictions(states, onset, part, common[here], values)))
+        parts.append(summary_of(_frictions(states, onset, part, common[here], values)))
     return Summary.concatenate(parts)
 
 
@@ -210,7 +210,7 @@ def _frictions(
     return np.where(possible & (mu0 > 0.0), mu0, np.inf)
 
 
-def _summary(values: FloatArray) -> Summary:
+def summary_of(values: FloatArray) -> Summary:
     """Summarise equally likely values, shape (n, k), of which infinite ones do not count."""
     counts = np.isfinite(values).sum(axis=1)
     found = Summary.unknown(len(values))

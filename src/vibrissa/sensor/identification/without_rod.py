@@ -1,0 +1,223 @@
+"""Friction of each period without a rod: the ratio of the forces at the onset of slip."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
+from vibrissa.sensor.given.tolerances import TOLERABLE
+from vibrissa.sensor.identification.adjusting.properties import PROPERTIES
+from vibrissa.sensor.identification.friction import Periods, PeriodStatus, check_size, checked_noise
+from vibrissa.sensor.identification.jumps import FALL, Spans, direction, spans_of, spikes
+from vibrissa.sensor.identification.misfit.doubts import (
+    FEW,
+    LOST,
+    Doubt,
+    Doubted,
+    graded,
+    in_words,
+    notes_of,
+)
+from vibrissa.sensor.identification.reading.ratio import Onsets, read_onsets
+from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH, Summary
+from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
+from vibrissa.sensor.quantities import Quantity, Units
+
+FORCES = USED[Method.RATIO]
+# What a tolerance may be of: errors of the readings that change the ratio of the forces.
+TOLERANCES = ("zero_force_x", "zero_force_y", "transducer_angle")
+# Places in a window, from its beginning to the last sample, where the ratio is looked at, and by
+# how many standard deviations it has been larger there if the tip has locked.
+PLACES = np.linspace(-1.0, 0.0, 9)
+CERTAIN = 6.0
+# A normal force of fewer standard deviations is none.
+PRESSES = 10.0
+# After a slip fx keeps its sign, or turns round a little. Where it turns round to this part of what
+# it was, and fy stays as large as this part, the rod has swung aside.
+TURNED, PRESSED = 0.7, 0.85
+
+
+def read_ratio(
+    recording: Recording,
+    noise: FloatArray | None = None,
+    tolerances: Mapping[str, float] | None = None,
+) -> Periods:
+    """Find the periods of sticking in a recording, and the friction of each, without a rod.
+
+    Parameters
+    ----------
+    recording : Recording
+        With both forces, in any units.
+    noise : ndarray, shape (3,), optional
+        Standard deviation of one reading of force_x, force_y and moment_z, of which the last is not
+        used; estimated from the recording by default.
+    tolerances : mapping of str to float, optional
+        Standard deviations of errors of the readings, some of `TOLERANCES`, in the same units.
+
+    Returns
+    -------
+    Periods
+        Of an unknown contact and side: without a rod they are not known.
+
+    Raises
+    ------
+    RecordingError
+        If the recording is too short, has no measurable noise, or a force has the other sign.
+    """
+    check_size(len(recording))
+    noise = checked_noise(noise_of(recording.readings) if noise is None else noise, FORCES)[FORCES]
+    lone = spikes(recording.readings[:, 0], noise[0]) | spikes(recording.readings[:, 1], noise[1])
+    notes = recording.notes + left_out(recording.line[lone], "a lone spike")
+    recording = recording.take(~lone)
+    clamp, forces = recording.clamp, recording.readings[:, FORCES]
+    _check_signs(clamp, forces, noise)
+    spans = spans_of(clamp, forces[:, 0], noise[0])
+    onsets = read_onsets(clamp, forces, noise, spans)
+    shifts = np.nan_to_num(_shifts(onsets, tolerances or {}))
+    common = np.sqrt((shifts**2).sum(axis=1))
+    found = onsets.summary(common)
+    swung = _swung(clamp, forces, spans)
+    status, least = _statuses(onsets, found, forces, noise, spans, swung)
+    least = least - HALF_WIDTH * common
+    known, nothing = status == PeriodStatus.SLIP, status == PeriodStatus.BEYOND
+    reasons = [
+        *_doubts(clamp, spans, onsets),
+        Doubted(doubt=Doubt.SWUNG, periods=swung),
+        Doubted(doubt=Doubt.WRONG_WAY, periods=nothing),
+    ]
+    first_line, last_line = recording.line[spans.begins], recording.line[spans.ends]
+    rows = np.flatnonzero(~lone)
+    return Periods(
+        status=status,
+        first=rows[spans.begins],
+        last=rows[spans.ends],
+        first_line=first_line,
+        last_line=last_line,
+        side=np.full(len(spans), ""),
+        contact=np.full(len(spans), np.nan),
+        footpoint=clamp[spans.ends],
+        mu0=np.where(known, found.mean, np.nan),
+        deviation=np.where(known, found.deviation, np.nan),
+        low=np.where(known, found.low, np.where(nothing, np.nan, np.maximum(least, 0.0))),
+        high=np.where(known, found.high, np.nan),
+        common=np.where(known, common, 0.0),
+        by_step=np.where(known, onsets.fits.by_step, np.nan),
+        effects=np.zeros((len(spans), 0)),
+        shifts=np.where(known, shifts.T, 0.0).T,
+        grade=graded(reasons),
+        doubt=in_words(reasons),
+        notes=(*notes, *notes_of(reasons, first_line, last_line)),
+    )
+
+
+def read_ratio_tolerances(given: Mapping[str, Quantity], units: Units) -> dict[str, float]:
+    """Read tolerances such as ``{"zero_force_x": "2 mN", "transducer_angle": "0.5 deg"}``.
+
+    Raises
+    ------
+    ArgumentError
+        If one does not change the ratio of the forces, is no such quantity, or not positive.
+    """
+    found = {}
+    for name, value in given.items():
+        if name not in TOLERANCES:
+            raise ArgumentError(
+                f"the method ratio uses no rod: a tolerance is of one of {', '.join(TOLERANCES)}, "
+                f"got {name!r}"
+            )
+        found[name] = float(units.read(value, TOLERABLE[name].kind, f"the tolerance of {name}"))
+        if not 0.0 < found[name] < np.inf:
+            raise ArgumentError(f"the tolerance of {name} must be positive, got {value!r}")
+    return found
+
+
+def _shifts(onsets: Onsets, tolerances: Mapping[str, float]) -> FloatArray:
+    """Shifts of μ0 by one standard deviation of each common error, shape (p, k).
+
+    The first is the error by the degree of the fits, the others are errors of the readings.
+    """
+    fx, fy = onsets.fits.forces(0.5 * onsets.fits.gap[:, None])[..., 0]
+    readings = np.stack([fx, fy, np.zeros_like(fx)], axis=1)
+    at_onset = Recording(clamp=fx, readings=readings, line=np.arange(len(fx)))
+    shifts = [np.full(len(fx), onsets.correction.common)]
+    for name, size in tolerances.items():
+        moved = PROPERTIES[name].recording(at_onset, size).readings
+        shifts.append(onsets.sign * (moved[:, 0] / moved[:, 1] - fx / fy))
+    return np.stack(shifts, axis=1)
+
+
+def _check_signs(clamp: FloatArray, forces: FloatArray, noise: FloatArray) -> None:
+    """Refuse a recording in which a force has the other sign.
+
+    Slips are short falls of the load between long rises: with the other sign they are short rises.
+    """
+    falls = np.diff(forces[:, 0]) * direction(clamp) / noise[0]
+    clear = falls[np.abs(falls) > FALL]
+    if (clear**3).sum() < 0.0:
+        raise RecordingError(
+            "force_x grows suddenly where it should fall, in slips: column force_x or footpoint "
+            "has the other sign. force_x is the load of the rod on the clamp, negative where a "
+            "clamp that moves forward pushes the tip"
+        )
+    if np.median(forces[:, 1]) > 0.0:
+        raise RecordingError(
+            "force_y is positive: it is the load of the rod on the clamp, negative where the rod "
+            "presses against the surface"
+        )
+
+
+def _swung(clamp: FloatArray, forces: FloatArray, spans: Spans) -> BoolArray:
+    """Tell which periods end as the rod swings aside: fx turns round, and fy stays."""
+    last, first = spans.ends[:-1], spans.begins[1:]
+    way = direction(clamp)[last]
+    before, after = way * forces[last, 0], way * forces[first, 0]
+    turned = (before < 0.0) & (after > -TURNED * before)
+    # A tip that slips far, and is pulled after it, presses much less than before.
+    turned &= forces[first, 1] < PRESSED * forces[last, 1]
+    return np.append(turned, False)
+
+
+def _statuses(
+    onsets: Onsets,
+    found: Summary,
+    forces: FloatArray,
+    noise: FloatArray,
+    spans: Spans,
+    swung: BoolArray,
+) -> tuple[StrArray, FloatArray]:
+    """Tell what is known about each period, and the least friction with which its tip has stuck."""
+    size = len(spans)
+    ratio, deviation = onsets.fits.ratio(np.broadcast_to(PLACES, (size, len(PLACES))))
+    ratio = onsets.sign[:, None] * ratio
+    # Where too few samples make a curve, the last one alone tells.
+    fx, fy = forces[spans.ends].T
+    presses = fy < -PRESSES * noise[1]
+    alone = onsets.sign * fx / np.where(presses, fy, np.nan)
+    error = np.hypot(noise[0], alone * noise[1]) / np.abs(fy)
+    least = np.fmax(alone - HALF_WIDTH * error, (ratio - HALF_WIDTH * deviation)[:, -1])
+    beyond = (ratio - ratio[:, -1:]) > CERTAIN * np.hypot(deviation, deviation[:, -1:])
+    locked = beyond.any(axis=1) | swung
+    peak = np.nanmax(np.where(np.isnan(ratio), -np.inf, ratio - HALF_WIDTH * deviation), axis=1)
+    opened = np.arange(size) == size - 1
+    unknown = np.isnan(found.mean) | ~presses
+    status = np.select(
+        [least < -CERTAIN * error, locked, opened, unknown],
+        [PeriodStatus.BEYOND, PeriodStatus.LOCK, PeriodStatus.OPEN, PeriodStatus.UNSURE],
+        PeriodStatus.SLIP,
+    )
+    return status, np.where(locked, np.fmax(least, peak), least)
+
+
+def _doubts(clamp: FloatArray, spans: Spans, onsets: Onsets) -> list[Doubted]:
+    """Tell for each reason to doubt a friction which periods it concerns."""
+    gap = clamp[np.minimum(spans.ends + 1, len(clamp) - 1)] - clamp[spans.ends]
+    steps = np.abs(np.diff(clamp))
+    usual = float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
+    came = clamp[spans.ends] - clamp[np.maximum(spans.ends - FEW, spans.begins)]
+    return [
+        Doubted(doubt=Doubt.ROUGH, periods=~onsets.smooth),
+        Doubted(doubt=Doubt.GAP_AFTER, periods=np.abs(gap) > LOST * usual),
+        Doubted(doubt=Doubt.TURN, periods=came * gap < 0.0),
+        Doubted(doubt=Doubt.FEW, periods=spans.ends - spans.begins + 1 < FEW),
+    ]

@@ -1,0 +1,260 @@
+"""Friction by the ratio of the forces, without a rod: against an elastica that shares no code."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+import plain_elastica
+from steel import recording_of
+from vibrissa.cli.app import app
+from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.sensor import PeriodStatus, Recording, identify, surfaces
+from vibrissa.sensor.identification.calibration import known_setup
+from vibrissa.sensor.identification.friction import find_periods
+from vibrissa.sensor.identification.jumps import spans_of
+from vibrissa.sensor.identification.without_rod import read_ratio
+from vibrissa.sensor.response.branch import respond
+from vibrissa.sensor.scanning import path, simulate
+
+# 3 mN on a steel rod of 1 mm × 100 mm, steps of 20 µm.
+NOISE = np.full(3, 0.003 / plain_elastica.FORCE)
+STEP = 0.0002
+RODS = {
+    "as given": {},
+    "tilted by two degrees": {"tilt": np.deg2rad(2.0)},
+    "bent by nature": {"curvature": -0.08},
+}
+
+
+@cache
+def rod(name, theta=2.0, eta=0.85):
+    return plain_elastica.rod(theta, eta, 0.1, **RODS[name])
+
+
+def recorded(seed, name="as given", step=STEP, to=0.3, ratio=0.8):
+    random = np.random.default_rng(seed)
+    phase = random.uniform(0.0, 2.0 * np.pi)
+
+    def mu0(x):
+        return 0.3 + 0.03 * np.sin(40.0 * x + phase)
+
+    forces, friction, period = plain_elastica.slips(rod(name), mu0, np.arange(0.0, to, step), ratio)
+    readings = np.full((len(forces), 3), np.nan)
+    readings[:, :2] = forces + random.normal(size=forces.shape) * NOISE[:2]
+    return recording_of(np.arange(0.0, to, step), readings), friction, period
+
+
+def errors(found, friction):
+    """Errors of μ0, and whether the intervals hold it, of the periods that ended."""
+    ok, truth = found.status == PeriodStatus.SLIP, friction[found.last]
+    inside = (found.low <= truth) & (truth <= found.high)
+    return (found.mu0 - truth)[ok], found.deviation[ok], inside[ok]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", RODS)
+def test_it_reads_any_rod_without_bias_and_with_half_the_scatter_of_one_sample(name):
+    runs = [recorded(seed, name) for seed in range(20)]
+    each = [errors(read_ratio(run, NOISE), friction) for run, friction, _ in runs]
+    error, deviation, inside = (np.concatenate(parts) for parts in zip(*each, strict=True))
+    assert len(error) > 500
+    assert abs(error.mean()) < 2e-4
+    assert error.std() == pytest.approx(np.sqrt((deviation**2).mean()), rel=0.1)
+    assert 0.93 <= inside.mean() <= 0.98
+    if name == "as given":
+        setup = known_setup(respond(2.0, 0.85))
+        today = [errors(find_periods(setup, run, NOISE), friction)[0] for run, friction, _ in runs]
+        assert error.std() < 0.5 * np.concatenate(today).std()
+
+
+@pytest.mark.parametrize("step", [0.0002, 0.001, 0.002])
+def test_intervals_are_honest_on_coarse_steps(step):
+    each = []
+    for seed in range(8):
+        run, friction, period = recorded(seed, step=step, to=0.6)
+        found = read_ratio(run, NOISE)
+        assert (np.diff(period)[found.last[:-1]] == 1).all() and len(found) >= period[-1]
+        each.append(errors(found, friction))
+    error, deviation, inside = (np.concatenate(parts) for parts in zip(*each, strict=True))
+    assert inside.mean() > 0.92
+    assert abs(error.mean()) < 0.2 * deviation.mean()
+
+
+def test_a_tip_that_is_pulled_back_has_the_same_friction():
+    response = respond(2.0, 0.85)
+    truth = simulate(response, surfaces.constant(0.3), path("0.0002", ["0.1", "-0.1"]), "kinetic")
+    noise = np.random.default_rng(1).normal(size=truth.reactions.shape) * NOISE
+    found = read_ratio(recording_of(truth.clamp, truth.reactions + noise), NOISE)
+    error, deviation, inside = errors(found, truth.mu0)
+    assert (np.diff(truth.clamp)[found.last[:-1]] < 0.0).sum() > 50
+    assert inside.mean() > 0.9 and np.abs(error / deviation).max() < 4.5
+
+
+def test_a_locked_tip_and_a_rod_that_swings_aside_give_bounds_alone():
+    response = respond(2.0, 0.85)
+    truth = simulate(response, surfaces.constant(0.8), path("0.0002", ["0.95"]), "free", 0.8)
+    noise = np.random.default_rng(1).normal(size=truth.reactions.shape) * NOISE
+    found = read_ratio(recording_of(truth.clamp, truth.reactions + noise), NOISE)
+    assert found.status[0] == PeriodStatus.LOCK and "swung" in found.doubt[0]
+    assert found.low[0] < response.mu_lock and np.isnan(found.mu0[0])
+    error, deviation, _ = errors(found, truth.mu0)
+    assert len(error) > 4 and np.abs(error / deviation).max() < 4.0
+
+
+def test_slips_of_several_samples_belong_to_no_period():
+    run, _, _ = recorded(1)
+    found = read_ratio(run, NOISE)
+    clamp, readings, truth = [run.clamp[0]], [run.readings[0]], []
+    for row in range(1, len(run)):
+        if row - 1 in found.last[:-1]:
+            truth.append(len(clamp) - 1)
+            for part in (0.3, 0.7):
+                readings.append((1 - part) * run.readings[row - 1] + part * run.readings[row])
+                clamp.append(clamp[-1] + STEP)
+        clamp.append(clamp[-1] + STEP)
+        readings.append(run.readings[row])
+    slow = read_ratio(recording_of(np.array(clamp), np.array(readings)), NOISE)
+    assert slow.last[:-1].tolist() == truth
+    ok = found.status == PeriodStatus.SLIP
+    assert np.abs(slow.mu0 - found.mu0)[ok].max() < 1e-3
+
+
+def test_slips_that_noise_hides_are_no_silent_error():
+    run, friction, period = recorded(1, ratio=0.97)
+    found = read_ratio(run, NOISE)
+    error, deviation, _ = errors(found, friction)
+    sound = found.doubt[found.status == PeriodStatus.SLIP] == ""
+    assert len(found) < period[-1]
+    assert np.abs(error / deviation)[sound].max() < 4.5
+
+
+def test_few_samples_give_a_bound_and_no_number():
+    run, friction, _ = recorded(1, step=0.004, to=0.6)
+    found = read_ratio(run, NOISE)
+    error, deviation, _ = errors(found, friction)
+    assert (np.abs(error) < 4.0 * deviation).all()
+    unsure = found.status == PeriodStatus.UNSURE
+    assert unsure.any() and (found.low <= friction[found.last])[unsure].all()
+    assert np.isnan(found.mu0[unsure]).all() and np.isnan(found.high[unsure]).all()
+
+
+def test_tolerances_of_the_readings_are_a_common_error():
+    run, _, _ = recorded(1)
+    zero_x, zero_y, angle = 0.01, 0.02, np.deg2rad(0.3)
+    plain = read_ratio(run, NOISE)
+    known = np.isfinite(plain.mu0)
+    mu0, fy = plain.mu0[known], run.readings[plain.last, 1][known]
+    expected = {
+        "zero_force_x": zero_x / np.abs(fy),
+        "zero_force_y": mu0 * zero_y / np.abs(fy),
+        "transducer_angle": angle * (1.0 + mu0**2),
+    }
+    for name, size in zip(expected, (zero_x, zero_y, angle), strict=True):
+        found = read_ratio(run, NOISE, {name: size})
+        shift = np.sqrt(found.common[known] ** 2 - plain.common[known] ** 2)
+        assert shift == pytest.approx(expected[name], rel=0.03)
+        assert found.mu0[known] == pytest.approx(mu0, abs=1e-3)
+
+
+def test_an_error_of_a_reading_is_within_its_tolerance():
+    run, friction, _ = recorded(1)
+    moved = replace(run, readings=run.readings + np.array([0.01, -0.01, 0.0]))
+    found = read_ratio(moved, NOISE, {"zero_force_x": 0.01, "zero_force_y": 0.01})
+    error, deviation, inside = errors(found, friction)
+    assert np.abs(errors(read_ratio(moved, NOISE), friction)[0]).mean() > 0.004
+    assert inside.all() and np.abs(error / deviation).max() < 2.0
+
+
+@pytest.mark.parametrize(("column", "said"), [(0, "force_x"), (1, "force_y")])
+def test_a_force_with_the_other_sign_is_refused(column, said):
+    run, _, _ = recorded(1)
+    sign = np.where(np.arange(3) == column, -1.0, 1.0)
+    with pytest.raises(RecordingError, match=said):
+        read_ratio(replace(run, readings=run.readings * sign), NOISE)
+
+
+def test_a_spike_is_left_out():
+    run, _, _ = recorded(1)
+    readings = run.readings.copy()
+    readings[100, 0] += 1.0
+    found = read_ratio(replace(run, readings=readings), NOISE)
+    assert any("spike" in note and "102" in note for note in found.notes)
+    assert len(found) == len(read_ratio(run, NOISE))
+
+
+def test_slips_are_found_in_a_force_that_only_rises_between_them():
+    force = -np.concatenate([np.arange(50.0), np.arange(20.0, 60.0), np.arange(30.0, 50.0)])
+    found = spans_of(np.arange(110.0), force, 0.1)
+    assert found.begins.tolist() == [0, 50, 90] and found.ends.tolist() == [49, 89, 109]
+    backward = spans_of(-np.arange(110.0), -force, 0.1)
+    assert backward.ends.tolist() == found.ends.tolist()
+
+
+def table(run):
+    """The recording in SI units."""
+    return pd.DataFrame(
+        {
+            "footpoint [mm]": 100.0 * run.clamp,
+            "force_x [N]": plain_elastica.FORCE * run.readings[:, 0],
+            "force_y [N]": plain_elastica.FORCE * run.readings[:, 1],
+        }
+    )
+
+
+def test_no_rod_is_needed_and_results_are_in_si_units(tmp_path):
+    run, _, _ = recorded(1)
+    table(run).to_csv(tmp_path / "scan.csv", index=False)
+    noise = ["--noise", "3 mN, 3 mN, 1 N*m", "--tolerance", "zero_force_x=2 mN"]
+    asked = ["identify", str(tmp_path / "scan.csv"), "--method", "ratio", *noise]
+    shown = CliRunner().invoke(app, [*asked, "-o", str(tmp_path / "friction.csv")])
+    assert shown.exit_code == 0, shown.output
+    found = pd.read_csv(tmp_path / "friction.csv")
+    limit = {"zero_force_x": 0.002 / plain_elastica.FORCE}
+    expected = read_ratio(run, NOISE, limit)
+    assert found["mu0 [1]"].to_numpy() == pytest.approx(expected.mu0, abs=1e-6, nan_ok=True)
+    assert found["footpoint [m]"].to_numpy() == pytest.approx(0.1 * expected.footpoint)
+    assert found["contact [m]"].isna().all()
+
+
+def test_a_rod_that_is_given_changes_nothing():
+    run, _, _ = recorded(1)
+    from vibrissa.sensor import Whisker
+
+    wrong = Whisker(theta=5.0, eta=0.5)
+    found = identify(wrong, run, method="ratio", noise=NOISE).periods
+    assert found.mu0.tolist() == pytest.approx(read_ratio(run, NOISE).mu0.tolist(), nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"method": "forces"}, "ratio"),
+        ({"method": "ratio", "estimate": ["eta"]}, "estimate"),
+        ({"method": "ratio", "tolerances": {"theta": "2 %"}}, "theta"),
+        ({"method": "ratio", "tolerances": {"zero_force_x": "-1 mN"}}, "positive"),
+    ],
+)
+def test_what_needs_a_rod_is_said(asked, said):
+    run, _, _ = recorded(1)
+    with pytest.raises(ArgumentError, match=said):
+        identify(None, table(run), **asked)
+
+
+def test_the_command_says_that_the_ratio_needs_no_rod(tmp_path):
+    table(recorded(1)[0]).to_csv(tmp_path / "scan.csv", index=False)
+    asked = ["identify", str(tmp_path / "scan.csv"), "-o", str(tmp_path / "friction.csv")]
+    shown = CliRunner().invoke(app, asked)
+    assert shown.exit_code == 2 and "give theta and eta, or use the method ratio" in shown.output
+
+
+def test_a_recording_without_slips_is_one_open_period():
+    run, _, _ = recorded(1)
+    found = read_ratio(run.take(slice(0, 60)), NOISE)
+    assert found.status.tolist() == [PeriodStatus.OPEN]
+    assert 0.0 < found.low[0] < 0.3
+    with pytest.raises(RecordingError, match="too little"):
+        read_ratio(Recording(clamp=np.zeros(1), readings=np.zeros((1, 3)), line=np.ones(1)), NOISE)
