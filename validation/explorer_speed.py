@@ -89,9 +89,8 @@ def main(seconds: float) -> None:
     """Measure each way of moving, and print a table."""
     if CHROMIUM is None:
         sys.exit("no Chromium to open the page with (Debian: apt install chromium)")
-    print(
-        "| what moves | frames per second | solved in, median | 95 % |\n| --- | --- | --- | --- |"
-    )
+    print("| what moves | frames per second | work for a frame | rod solved in, median | 95 % |")
+    print("| --- | --- | --- | --- | --- |")
     with TemporaryDirectory() as folder, chromium(folder) as browser:
         path = Path(folder, "explorer.html")
         path.write_text(page(), encoding="utf-8")
