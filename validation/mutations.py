@@ -65,14 +65,14 @@ MUTATIONS = [
     Mutation(
         "mechanics/taper",
         "bending compliance of a weaker taper",
-        "compliance = free / g**3 * square",
-        "compliance = free / g**2 * h",
+        "free / g**3 * square",
+        "free / g**2 * square",
     ),
     Mutation(
         "mechanics/taper",
         "arc length by the diameter, not its square",
-        "arc = free * g / square",
-        "arc = free / h",
+        "free * g / square,",
+        "free * g / np.sqrt(square),",
     ),
     Mutation(
         "mechanics/elastica",
@@ -155,8 +155,8 @@ MUTATIONS = [
     Mutation(
         "sticking/collocation",
         "single state solved 1e-6 off its place",
-        "closure = Closure.at_offset(np.array([offset]), contact)",
-        "closure = Closure.at_offset(np.array([offset + 1e-6]), contact)",
+        "closure = Closure.at_offset(offsets[rows], contact)",
+        "closure = Closure.at_offset(offsets[rows] + 1e-6, contact)",
     ),
     Mutation(
         "numerics/spectral",

@@ -35,7 +35,7 @@ from vibrissa.sensor import (
 from vibrissa.sensor.identification.calibration import calibrate, known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.response.heights import respond_between
-from vibrissa.sensor.scanning import Outcome
+from vibrissa.sensor.simulation.scanning import Outcome
 
 ROD = Rod(youngs_modulus=2.1e11, base_diameter=1e-3, length=0.1)
 SENSOR = preset("nano17-si-12-0.12")

@@ -56,7 +56,7 @@ def test_the_moment_is_wrong_by_the_stiffness_of_the_rod():
 def test_a_design_says_what_halving_brings():
     found = design(read_requirements(**ASKED))
     text = list(lines(found.tolerances(), found.units))
-    assert text[1].split()[:3] == ["transducer_angle", "0.3", "deg"]
+    assert text[1].split()[:3] == ["transducer_angle", "0.5", "deg"]
     assert "halving it brings" in text[1] and len(text) < 10
 
 

@@ -13,7 +13,7 @@ from vibrissa.explorer.modules import bundle
 from vibrissa.explorer.page import PAPER, RANGES, page
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.slips import SlipLaw, Slips
+from vibrissa.sensor.simulation.slips import SlipLaw, Slips
 
 needs_chromium = [
     pytest.mark.skipif(

@@ -13,10 +13,10 @@ from vibrissa.errors import ArgumentError, NoResponseError, RecordingError
 from vibrissa.sensor import Recording, Whisker, scan, surfaces
 from vibrissa.sensor.identification.calibration import calibrate, known_setup
 from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage, simulate_oblique
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.height_range import EXACT, respond_over
-from vibrissa.sensor.scanning import Outcome, TipPhase, path, simulate
+from vibrissa.sensor.simulation.oblique import ObliqueHeights, ObliqueStage, simulate_oblique
+from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, path, simulate
 
 THETA, ETA, MU0 = 2.0, 0.85, 0.3
 # φ1 and force of the first state, with which shooting begins.

@@ -10,8 +10,8 @@ from vibrissa import Mounting, stick_slip
 from vibrissa.outcomes import RodSection
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.scanning import Outcome, TipPhase, TipSide, path, simulate
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
+from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sticking.stiction import read_curve
 
 

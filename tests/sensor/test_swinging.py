@@ -10,8 +10,8 @@ from vibrissa import stick_slip
 from vibrissa.cli.app import app
 from vibrissa.sensor import Whisker, scan, surfaces
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.scanning import Outcome, TipPhase, TipSide, path, simulate
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
+from vibrissa.sensor.simulation.slips import SlipLaw
 
 MIRROR = np.array([-1.0, 1.0, -1.0])
 

@@ -18,8 +18,8 @@ from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.quantities import Kind, Units
-from vibrissa.sensor.scanning import simulate
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.scanning import simulate
+from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.whisker import Whisker
 
 # Of an oblique stage the rod would be solved at many heights; slips end at α = 0 here.

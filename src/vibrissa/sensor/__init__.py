@@ -13,16 +13,17 @@ if TYPE_CHECKING:
     from vibrissa.sensor import surfaces
     from vibrissa.sensor.identification.calibration import Unknown
     from vibrissa.sensor.identification.friction import Periods, PeriodStatus
-    from vibrissa.sensor.identification.identify import Identification, identify
+    from vibrissa.sensor.identification.identify import identify
     from vibrissa.sensor.identification.misfit.doubts import Grade
     from vibrissa.sensor.identification.recording import Method, Recording
+    from vibrissa.sensor.identification.result import Identification
     from vibrissa.sensor.identification.summary import FrictionSummary
     from vibrissa.sensor.onset import WhiskerOnset, solve
     from vibrissa.sensor.quantities import Units
     from vibrissa.sensor.response.branch import Response, respond
-    from vibrissa.sensor.scanning import SurfaceScan, path, simulate
-    from vibrissa.sensor.signals import Signals, scan
-    from vibrissa.sensor.slips import SlipLaw
+    from vibrissa.sensor.simulation.scanning import SurfaceScan, path, simulate
+    from vibrissa.sensor.simulation.signals import Signals, scan
+    from vibrissa.sensor.simulation.slips import SlipLaw
     from vibrissa.sensor.surfaces import Surface
     from vibrissa.sensor.transducer import Transducer, preset
     from vibrissa.sensor.whisker import Whisker
@@ -30,27 +31,27 @@ if TYPE_CHECKING:
 _HOMES = {
     "FrictionSummary": "identification.summary",
     "Grade": "identification.misfit.doubts",
-    "Identification": "identification.identify",
+    "Identification": "identification.result",
     "Method": "identification.recording",
     "PeriodStatus": "identification.friction",
     "Periods": "identification.friction",
     "Recording": "identification.recording",
     "Response": "response.branch",
-    "Signals": "signals",
-    "SlipLaw": "slips",
+    "Signals": "simulation.signals",
+    "SlipLaw": "simulation.slips",
     "Surface": "surfaces",
-    "SurfaceScan": "scanning",
+    "SurfaceScan": "simulation.scanning",
     "Transducer": "transducer",
     "Units": "quantities",
     "Unknown": "identification.calibration",
     "Whisker": "whisker",
     "WhiskerOnset": "onset",
     "identify": "identification.identify",
-    "path": "scanning",
+    "path": "simulation.scanning",
     "preset": "transducer",
     "respond": "response.branch",
-    "scan": "signals",
-    "simulate": "scanning",
+    "scan": "simulation.signals",
+    "simulate": "simulation.scanning",
     "solve": "onset",
 }
 

@@ -19,9 +19,9 @@ from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
 if TYPE_CHECKING:
-    from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
     from vibrissa.sensor.response.branch import Response
     from vibrissa.sensor.response.heights import Heights
+    from vibrissa.sensor.simulation.oblique import ObliqueHeights, ObliqueStage
 
 # Told what is being done, how much of it is done, and how much there is to do.
 Progress = Callable[[str, int, int], None]
@@ -232,8 +232,8 @@ class Whisker:
         NoResponseError
             If the rod has no response at its height.
         """
-        from vibrissa.sensor.oblique import ObliqueStage
         from vibrissa.sensor.response.height_range import respond_over
+        from vibrissa.sensor.simulation.oblique import ObliqueStage
 
         angle = self.mounting.stage_angle
         reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
@@ -260,8 +260,8 @@ class Whisker:
         self, positions: FloatArray, backward: bool, progress: Progress = quiet
     ) -> "ObliqueHeights":
         """Solve the response on an oblique stage at heights near the given one; see `stage`."""
-        from vibrissa.sensor.oblique import ObliqueHeights
         from vibrissa.sensor.response.heights import reach_of
+        from vibrissa.sensor.simulation.oblique import ObliqueHeights
 
         reach = reach_of(self.eta)
         stage = self.stage(positions, backward, progress, reach)

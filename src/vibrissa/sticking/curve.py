@@ -22,7 +22,8 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, End, Parameter, RodSection, Status
 from vibrissa.sticking.piece import Piece, StickingState
 
-# Displacements that are nearer to each other are one: where two pieces meet, and at the end.
+# Displacements that are nearer to each other are one: where two pieces meet, and at the end. A
+# shorter piece is none.
 SAME = 1e-12
 NO_MAXIMUM = "the curve has no locking maximum where sought"
 NOT_IN_PLANE = (
@@ -499,7 +500,7 @@ def _until_end(
         if np.isinf(stop):
             kept.append(piece)
             continue
-        if stop > piece.start:
+        if stop > piece.start + SAME:
             kept.append(piece.restricted(stop))
         if stop == limit.at:
             return kept, End.OUT_OF_REACH, limit.reason

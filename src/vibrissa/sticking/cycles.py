@@ -2,7 +2,7 @@
 
 The tip sticks until the first step of the footpoint at which −tan α > μ0. There it slips, in the
 paper until α = 0 is reached again: the contact point has then moved by the clamp's own travel and
-the next period is the same, translated. Other laws of slip are in `vibrissa.sensor.slips`.
+the next period is the same, translated. `vibrissa.sensor.simulation.slips` has other laws of slip.
 
 Where the tip locks, a round rod swings aside, trails behind the clamp, and slips at last. From then
 on it is dragged: in the α = 0 state into which it slips the contact point is behind the clamp.

@@ -20,7 +20,7 @@ from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.heights import respond_between
-from vibrissa.sensor.scanning import path, simulate
+from vibrissa.sensor.simulation.scanning import path, simulate
 
 OFFSET = np.array([0.1, -0.15, 0.02])
 BOTH = [Unknown.ETA, Unknown.OFFSET]

@@ -10,8 +10,8 @@ from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.misfit.doubts import Doubt, Doubted, Grade, graded
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.scanning import path, simulate
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.scanning import path, simulate
+from vibrissa.sensor.simulation.slips import SlipLaw
 
 
 @pytest.fixture(scope="module")

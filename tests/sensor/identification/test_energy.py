@@ -10,8 +10,8 @@ from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.reading.energy import EnergySlips, read_travels
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.scanning import path, simulate
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.scanning import path, simulate
+from vibrissa.sensor.simulation.slips import SlipLaw
 
 RESPONSE = respond(2.0, 0.85)
 QUIET = np.array([1e-5, 1e-5, 1e-5])

@@ -16,9 +16,9 @@ from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.misfit.goodness import Goodness
 from vibrissa.sensor.identification.recording import MIRROR, noise_of
-from vibrissa.sensor.oblique import simulate_oblique
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.scanning import path, simulate
+from vibrissa.sensor.simulation.oblique import simulate_oblique
+from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 POSITIONS = path("0.0005", ["0.6"])

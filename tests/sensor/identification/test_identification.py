@@ -23,8 +23,8 @@ from vibrissa.sensor.identification.recording import (
     read_recording,
 )
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.scanning import TipPhase, path, simulate
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
+from vibrissa.sensor.simulation.slips import SlipLaw
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.jumps import spans_of
 from vibrissa.sensor.identification.without_rod import read_ratio
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.scanning import path, simulate
+from vibrissa.sensor.simulation.scanning import path, simulate
 
 # 3 mN on a steel rod of 1 mm × 100 mm, steps of 20 µm.
 NOISE = np.full(3, 0.003 / plain_elastica.FORCE)

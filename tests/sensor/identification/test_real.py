@@ -8,11 +8,11 @@ from scipy.signal import butter, sosfilt, sosfreqz
 
 from steel import NOISE, ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
-from vibrissa.sensor.ends import moving, touching
-from vibrissa.sensor.identification import hum as hum_module
-from vibrissa.sensor.identification import identify as identify_module
 from vibrissa.sensor.identification import recording as recording_module
-from vibrissa.sensor.identification.hum import hum_of
+from vibrissa.sensor.identification.adjusting import fit
+from vibrissa.sensor.identification.preparing import hum as hum_module
+from vibrissa.sensor.identification.preparing.ends import moving, touching
+from vibrissa.sensor.identification.preparing.hum import hum_of
 
 MU0 = 0.3
 NAMES = ("force_x [N]", "force_y [N]", "moment_z [N*m]")
@@ -258,7 +258,7 @@ def test_friction_is_right_though_slips_are_smeared(whisker, fine, case, method)
 @pytest.mark.parametrize("case", ["flight", "first order", "Butterworth"])
 @pytest.mark.parametrize("method", ["forces", "moment"])
 def test_smeared_slips_spoil_friction_otherwise(whisker, fine, case, method, monkeypatch):
-    monkeypatch.setattr(identify_module, "settled", lambda _, recording, *rest: recording)
+    monkeypatch.setattr(fit, "settled", lambda _, recording, *rest: recording)
     _, slips = found_in(whisker, smeared(whisker, fine, SMEARED[case][0], 1), method)
     errors = errors_of(slips, fine)
     assert np.sqrt(np.mean(errors**2)) > 0.02 and np.abs(errors / slips.deviation).max() > 20

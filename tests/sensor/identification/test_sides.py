@@ -17,7 +17,7 @@ from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import MIRROR, USED, WITH_ROD, Method
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.heights import respond_between
-from vibrissa.sensor.scanning import TipPhase, TipSide, path, simulate
+from vibrissa.sensor.simulation.scanning import TipPhase, TipSide, path, simulate
 
 
 @pytest.fixture(scope="module")

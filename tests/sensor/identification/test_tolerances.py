@@ -13,7 +13,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Whisker, series, surfaces
 from vibrissa.sensor import identify as identify_with
 from vibrissa.sensor.given.tolerances import read_tolerances
-from vibrissa.sensor.scanning import path, simulate
+from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 STEEL = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")

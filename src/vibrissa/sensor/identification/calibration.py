@@ -28,11 +28,11 @@ from vibrissa.sensor.identification.periods import (
     lone_spikes,
 )
 from vibrissa.sensor.identification.recording import MIRROR, Recording
-from vibrissa.sensor.oblique import ObliqueHeights
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.response.height_range import HeightStates
 from vibrissa.sensor.response.heights import Heights
+from vibrissa.sensor.simulation.oblique import ObliqueHeights
 from vibrissa.sensor.transducer import CHANNELS
 
 # The unknowns: their names, and where they stand in a vector of them.

@@ -35,8 +35,8 @@ from vibrissa.sensor.identification.recording import USED, Method, Recording, le
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.identification.sides import Part, parts_of
 from vibrissa.sensor.quantities import Units, chosen
-from vibrissa.sensor.scanning import TipSide
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.scanning import TipSide
+from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS
 
 # If more than this part of the samples is no state of the rod, it is another rod or has a bias.

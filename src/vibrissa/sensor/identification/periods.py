@@ -16,8 +16,8 @@ from scipy.spatial import KDTree
 from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.recording import USED, Method, Recording
-from vibrissa.sensor.oblique import ObliqueStage
 from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.simulation.oblique import ObliqueStage
 
 # States of a rod by the position of its clamp, on a stage along the surface or an oblique one.
 Placed = Branch | ObliqueStage

@@ -12,7 +12,7 @@ from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
-from vibrissa.sensor.ends import moving, touching
+from vibrissa.sensor.identification.preparing.ends import moving, touching
 from vibrissa.sensor.quantities import CHANNEL_KINDS, OWN, Kind, Units, in_si
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 
@@ -208,7 +208,9 @@ def _time_unit(table: series.Table) -> float:
 
 def _without_hum(recording: Recording, time: FloatArray, units: Units) -> Recording:
     """Take hum of the mains off the readings, and note how much it was."""
-    from vibrissa.sensor.identification.hum import hum_of  # needs SciPy, half a second to load
+    from vibrissa.sensor.identification.preparing.hum import (
+        hum_of,  # needs SciPy, half a second to load
+    )
 
     hum = hum_of(recording.readings, time, recording.clamp)
     if hum is None:
@@ -285,11 +287,13 @@ def noise_of(readings: FloatArray) -> FloatArray:
     -------
     ndarray, shape (3,)
         Slips do not count: they are outliers among the differences. NaN for a channel with a
-        missing value.
+        missing value, and of fewer than three readings.
     """
     from scipy.special import ndtri  # half a second to load
 
     second = np.abs(np.diff(readings, n=2, axis=0))
+    if not len(second):
+        return np.full(readings.shape[1], np.nan)
     rough = np.median(second, axis=0) / ndtri(0.75)
     usual: BoolArray = second <= OUTLIER * rough
     squares = np.where(usual, second**2, 0.0).sum(axis=0)

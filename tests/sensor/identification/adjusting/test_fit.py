@@ -15,7 +15,7 @@ from vibrissa.sensor.identification.adjusting.solving import Solver
 from vibrissa.sensor.identification.periods import Channels
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.quantities import Units
-from vibrissa.sensor.scanning import path, simulate
+from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 

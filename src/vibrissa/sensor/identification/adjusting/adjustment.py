@@ -38,9 +38,9 @@ from vibrissa.sensor.identification.periods import Channels, Placed, located
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.identification.sides import parts_of
-from vibrissa.sensor.oblique import ObliqueStage
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.simulation.oblique import ObliqueStage
 from vibrissa.sensor.whisker import Whisker
 
 # Most steps, after how many the derivatives are told anew, and when they end: a step of this part

@@ -13,7 +13,7 @@ from vibrissa.sensor.identification.adjusting.properties import OF_MOUNTING
 from vibrissa.sensor.identification.calibration import Setup, Unknown
 from vibrissa.sensor.identification.recording import Method, Recording
 from vibrissa.sensor.response.heights import reach_of
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.whisker import Whisker
 
 ZEROS = ("zero_force_x", "zero_force_y", "zero_moment_z")

@@ -18,10 +18,10 @@ from vibrissa.outcomes import Status
 from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate
 from vibrissa.sensor.identification.periods import Placed
 from vibrissa.sensor.identification.recording import Recording
-from vibrissa.sensor.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.response.branch import Response, joined, tabulated
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange
 from vibrissa.sensor.response.heights import NODES, Heights
+from vibrissa.sensor.simulation.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 from vibrissa.sticking.collocation import solve_curves
 

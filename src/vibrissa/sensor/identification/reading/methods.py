@@ -24,7 +24,7 @@ from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Branch
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.slips import SlipLaw
 
 
 class ByMoment:

@@ -20,7 +20,7 @@ import numpy as np
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.response.branch import Branch
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.slips import SlipLaw
 
 # Onsets at which the travel is tabulated.
 POINTS = 4001

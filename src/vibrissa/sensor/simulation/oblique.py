@@ -29,8 +29,8 @@ from vibrissa.numerics.steps import passes
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.response.height_range import HeightRange, HeightStates
-from vibrissa.sensor.scanning import Outcome, SurfaceScan, TipPhase, TipSide
-from vibrissa.sensor.slips import SlipLaw, Slips
+from vibrissa.sensor.simulation.scanning import Outcome, SurfaceScan, TipPhase, TipSide
+from vibrissa.sensor.simulation.slips import SlipLaw, Slips
 from vibrissa.sensor.surfaces import Surface
 
 # Clamp positions at which a period is looked at, before its end is sought between two of them.

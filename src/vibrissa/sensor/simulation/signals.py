@@ -9,11 +9,11 @@ import numpy as np
 
 from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.oblique import simulate_oblique
 from vibrissa.sensor.quantities import Kind, Quantity, Units
-from vibrissa.sensor.scanning import SurfaceScan, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.slips import SlipLaw
+from vibrissa.sensor.simulation.oblique import simulate_oblique
+from vibrissa.sensor.simulation.scanning import SurfaceScan, TipPhase, TipSide, path, simulate
+from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.surfaces import Surface
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet

@@ -26,7 +26,7 @@ from vibrissa.numerics.steps import passes, step_position
 from vibrissa.outcomes import End
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Response
-from vibrissa.sensor.slips import SlipLaw, Slips
+from vibrissa.sensor.simulation.slips import SlipLaw, Slips
 from vibrissa.sensor.surfaces import Surface
 
 # More steps than these fill the memory.

@@ -125,6 +125,9 @@ class _Slips:
         Places of these contacts (L).
     usual : float
         Mean squared misfit in the middles of the periods.
+    regular : ndarray of bool, shape (s,)
+        Whether the tip comes to the contact after as soon as after most slips. Where a short period
+        lies between, it rests at a third place first.
     """
 
     branch: Placed
@@ -136,6 +139,7 @@ class _Slips:
     before: FloatArray
     after: FloatArray
     usual: float
+    regular: BoolArray
 
     @classmethod
     def of(cls, branch: Placed, recording: Recording, channels: Channels) -> Self | None:
@@ -169,6 +173,7 @@ class _Slips:
             before=contacts.place[:-1],
             after=contacts.place[1:],
             usual=usual,
+            regular=np.ones(len(long) - 1, dtype=bool),
         )
         return found._begun()
 
@@ -178,9 +183,7 @@ class _Slips:
         off = there & (self._misfit(rows, self.before) > MISFIT)
         first = self.low + 1 + np.argmax(off, axis=1)
         near = off.any(axis=1)
-        if near.sum() < FEWEST_SLIPS:
-            return None
-        return replace(
+        found = replace(
             self,
             first=first[near],
             low=self.low[near],
@@ -188,6 +191,15 @@ class _Slips:
             before=self.before[near],
             after=self.after[near],
         )
+        found = replace(found, regular=found._arrived())
+        return found if found.regular.sum() >= FEWEST_SLIPS else None
+
+    def _arrived(self) -> BoolArray:
+        """Tell which slips have come to their contact by the time at which most have."""
+        rows, there = self._rows(self.first, np.arange(AFTER))
+        off = there & (self._misfit(rows, self.after) > MISFIT)
+        few = 2 * off.sum(axis=0) < there.sum(axis=0)
+        return ~off[:, int(np.argmax(np.append(few, True)[:AFTER]))]
 
     def spans(self) -> list[tuple[int, int]]:
         """List the first row of each slip and a row that has settled; the last may end nowhere."""
@@ -220,6 +232,7 @@ class _Slips:
 
     def _count(self, steps: IntArray, place: FloatArray) -> int:
         rows, there = self._rows(self.first, steps)
+        there &= self.regular[:, None]
         number = there.sum(axis=0)
         mean = np.where(there, self._misfit(rows, place), 0.0).sum(axis=0) / np.maximum(number, 1)
         spread = np.sqrt(2.0 / np.maximum(number * len(self.channels.used), 1))
@@ -229,6 +242,7 @@ class _Slips:
     def delay(self, early: int, late: int) -> float:
         """Integrate what the step from one contact to the next still lacks, in samples."""
         rows, there = self._rows(self.first, np.arange(-early, late))
+        there &= self.regular[:, None]
         start = self._expected(rows, self.before)
         way = self._expected(rows, self.after) - start
         gone = self.channels.weighted(self.recording.readings[rows]) - start

@@ -1,0 +1,198 @@
+"""The rod that a recording is read with: the given one, or adjusted to the recording."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vibrissa.errors import UndeterminedError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.identification.adjusting.adjustment import Adjusted, Prior, adjusted
+from vibrissa.sensor.identification.adjusting.priors import Asked, needs_calibration, prior_of
+from vibrissa.sensor.identification.adjusting.properties import Bench
+from vibrissa.sensor.identification.adjusting.solving import Solver
+from vibrissa.sensor.identification.calibration import Setup, known_setup
+from vibrissa.sensor.identification.misfit.doubts import Doubt
+from vibrissa.sensor.identification.periods import JUMP, Channels
+from vibrissa.sensor.identification.preparing.settling import LONG, Told, settled
+from vibrissa.sensor.identification.recording import Recording, left_out, noise_of
+from vibrissa.sensor.identification.sides import Part, parts_of
+from vibrissa.sensor.simulation.oblique import ObliqueStage
+from vibrissa.sensor.transducer import Transducer
+from vibrissa.sensor.whisker import Progress, Whisker
+
+# An unknown that is known to no better than this part of its tolerance afterwards is not told.
+MOST_LEFT = 0.7
+
+
+def _known(stage: ObliqueStage, recording: Recording) -> Recording:
+    """Take the samples at heights at which the rod has a response, and note the others."""
+    known = stage.covers(recording.clamp)
+    why = "; ".join(filter(None, (stage.heights.below, stage.heights.above)))
+    notes = recording.notes + left_out(
+        recording.line[~known], f"no response at this height ({why})"
+    )
+    return replace(recording, notes=notes).take(known)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RodFit:
+    """A recording, and the rod that it is read with: the given one, or adjusted to it.
+
+    Attributes
+    ----------
+    whisker : Whisker
+    solver : Solver
+        Of rods like it.
+    recording : Recording
+        Without the errors of transducer and stage, as far as they were adjusted.
+    noise : ndarray, shape (3,), or None
+        Of its readings, if it was given.
+    setup : Setup
+        Of the rod.
+    prior : Prior
+        What could be adjusted.
+    found : Adjusted, optional
+        What was.
+    """
+
+    whisker: Whisker
+    solver: Solver
+    recording: Recording
+    noise: FloatArray | None
+    setup: Setup
+    prior: Prior
+    found: Adjusted | None = None
+
+    @property
+    def doubtful(self) -> tuple[tuple[Doubt, str], ...]:
+        """Why all periods are in doubt, and what it concerns."""
+        if self.found is None:
+            return ((Doubt.NOT_ADJUSTED, ""),) if self.prior.tolerances else ()
+        return tuple(
+            (Doubt.FAR, f"{one.name} ({one.surprise:.1f} standard deviations)")
+            for one in self.found.far
+        )
+
+    def settled(self, given: Recording, told: Told) -> Recording:
+        """Leave out of the recording that was given what belongs to slips.
+
+        With the rod as it was given, its errors would look like readings that have not settled.
+        """
+        whole = self.recording
+        if len(whole) <= LONG:
+            return given
+        noise = noise_of(whole.readings) if self.noise is None else self.noise
+        readings = whole.without(self.setup.offset)
+        channels = Channels.recorded(whole, noise)
+        found = settled(self.setup.branch, readings, channels, told, self.whisker.units)
+        if found is readings:
+            return given
+        kept = given.take(np.isin(given.line, found.line))
+        return replace(kept, slipping=found.slipping, notes=found.notes)
+
+    @property
+    def result(self) -> dict[str, Any]:
+        """What an `Identification` tells of it."""
+        if self.found is None:
+            return {"setup": self.setup}
+        found = self.found
+        return {
+            "setup": found.told,
+            "tolerances": found.tolerances,
+            "covariance": found.covariance,
+        }
+
+
+def fit_rod(
+    whisker: Whisker,
+    recording: Recording,
+    given: FloatArray | None,
+    transducer: Transducer | None,
+    asked: Asked,
+    progress: Progress,
+) -> RodFit:
+    """Adjust the rod to the recording, as far as it is not exact.
+
+    Parameters
+    ----------
+    whisker : Whisker
+        With its tolerances.
+    recording : Recording
+    given : ndarray, shape (3,), or None
+        Noise of the readings, nondimensional; None if it is to be estimated.
+    transducer : Transducer or None
+        Which tells the tolerances that are assumed of its zeros.
+    asked : Asked
+    progress : callable
+
+    Returns
+    -------
+    RodFit
+
+    Raises
+    ------
+    UndeterminedError
+        If the recording does not tell what is to be estimated.
+    NoResponseError
+        If the rod has no response.
+    """
+    clamp = recording.clamp
+    solver = Solver(clamp=clamp, backward=bool((np.diff(clamp) < 0.0).any()), pulled=False)
+    noise = noise_of(recording.readings) if given is None else given
+    calibrated = None
+    if unknown := needs_calibration(asked.estimate):
+        calibrated = solver.calibrated(whisker, recording, noise, unknown, progress)
+        setup = calibrated
+    else:
+        branch = solver.exact(whisker, progress)
+        if isinstance(branch, ObliqueStage):
+            recording = _known(branch, recording)
+        setup = known_setup(branch, whisker.eta)
+    channels = Channels.recorded(recording, noise)
+    parts = parts_of(setup, recording, channels) if channels.used else []
+    solver = replace(solver, pulled=solver.backward or any(map(_is_pulled, parts)))
+    prior = prior_of(whisker, recording, noise, asked, calibrated, swings=len(parts) > 1)
+    same = RodFit(
+        whisker=whisker,
+        solver=solver,
+        recording=recording,
+        noise=given,
+        setup=setup,
+        prior=prior,
+    )
+    if not (prior.tolerances and channels.used):
+        return same
+    bench = Bench.of(recording, transducer, whisker.units.channels)
+    found = adjusted(whisker, recording, channels, prior, solver, bench)
+    if found is None:
+        if asked.estimate:
+            raise UndeterminedError(
+                f"this recording does not tell {' and '.join(sorted(asked.estimate))}: it is too "
+                "far from what was given"
+            )
+        return same
+    _check_estimates(found)
+    return replace(
+        same,
+        whisker=found.whisker,
+        recording=found.recording,
+        noise=None if given is None else found.noise_of(given),
+        setup=found.setup,
+        found=found,
+    )
+
+
+def _is_pulled(part: Part) -> bool:
+    """Whether the clamp pulls the tip in some states."""
+    samples = part.samples
+    return bool((samples.x0 < -JUMP * samples.deviation).any())
+
+
+def _check_estimates(found: Adjusted) -> None:
+    """Refuse unknowns of which the recording tells little."""
+    for one in found.tolerances:
+        if one.estimated and one.deviation > MOST_LEFT * one.tolerance:
+            raise UndeterminedError(
+                f"this recording does not tell {one.name}: give it, or its tolerance"
+            )

@@ -1,0 +1,124 @@
+"""What was found in a recording: friction of its periods, in the units of the rod."""
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibrissa.extras import require
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
+from vibrissa.sensor.identification.calibration import Setup
+from vibrissa.sensor.identification.friction import Periods, PeriodStatus
+from vibrissa.sensor.identification.misfit.doubts import Grade
+from vibrissa.sensor.identification.summary import NAMED, FrictionSummary, summary_of
+from vibrissa.sensor.quantities import Kind, Units
+from vibrissa.sensor.series import Column, Tabular
+from vibrissa.sensor.simulation.scanning import TipSide
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Identification(Tabular):
+    """Friction of the periods of a recording, in the units of the rod.
+
+    Attributes
+    ----------
+    periods : Periods
+        Nondimensional.
+    setup : Setup or None
+        Height and offsets, with their covariance if they were estimated; None without a rod.
+    units : Units
+    tolerances : tuple of Tolerance
+        What was adjusted, and how well it is known now.
+    covariance : ndarray, shape (k, k)
+        Of what remains of their errors, in their order.
+    """
+
+    periods: Periods
+    setup: Setup | None
+    units: Units
+    tolerances: tuple[Tolerance, ...] = ()
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def correlation(self) -> FloatArray:
+        """Correlations of what remains, shape (k, k)."""
+        deviation = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(deviation, deviation))
+
+    @property
+    def of_periods(self) -> FloatArray:
+        """Covariance of the errors of μ0 of all p periods, shape (p, p).
+
+        Tolerances make those of different periods depend on each other.
+        """
+        periods = self.periods
+        own = periods.deviation**2 - periods.common**2
+        if self.setup is None:
+            return np.asarray(periods.shifts @ periods.shifts.T + np.diag(own))
+        if not self.tolerances:
+            return np.diag(own + periods.common**2)
+        return np.asarray(periods.effects @ self.covariance @ periods.effects.T + np.diag(own))
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Standard deviation of the mean μ0 by each of what is not known exactly, by its name.
+
+        Errors of one may make up for those of another: the squares do not add up.
+        """
+        known = np.isfinite(self.periods.mu0)
+        if not self.tolerances or not known.any():
+            return {}
+        each = np.abs(self.periods.effects[known].mean(axis=0)) * np.sqrt(np.diag(self.covariance))
+        return {one.name: float(size) for one, size in zip(self.tolerances, each, strict=True)}
+
+    def summary(self) -> FrictionSummary:
+        """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""
+        share = self.shares
+        known = sorted(share, key=lambda name: -share[name])[:NAMED]
+        causes = (
+            f"{cause.spelled(self.units)} (explains {cause.explained:.0%} of the misfit)"
+            for cause in self.periods.causes
+        )
+        unknowns = (*known, "other tolerances") if known else ()
+        return summary_of(
+            self.periods,
+            unknowns=("tolerances, and how the forces curve",) if self.setup is None else unknowns,
+            causes=(self.periods.mixed or tuple(causes))[:NAMED],
+        )
+
+    def __repr__(self) -> str:
+        """Say what `summary` says."""
+        return str(self.summary())
+
+    def plot(self) -> "Figure":
+        """Draw the friction with its interval over the position of the tip."""
+        require("plots", "matplotlib")
+        from vibrissa.sensor import plots
+
+        return plots.friction_map(self.periods, self.units)
+
+    def columns(self) -> dict[str, Column]:
+        """One row for each period, with units."""
+        periods, length = self.periods, self.units.name(Kind.LENGTH)
+        contact = periods.contact * self.units.unit(Kind.LENGTH)
+        footpoint = periods.footpoint * self.units.unit(Kind.LENGTH)
+        return {
+            "status": Column(periods.status, "", ", ".join(PeriodStatus)),
+            "side": Column(periods.side, "", "where the tip is: " + " or ".join(TipSide)),
+            "contact": Column(contact, length, "position of the tip"),
+            "footpoint": Column(footpoint, length, "position of the clamp in the last sample"),
+            "mu0": Column(periods.mu0, "1", "static friction there"),
+            "deviation": Column(periods.deviation, "1", "its standard deviation"),
+            "low": Column(periods.low, "1", "lower end of its central 95 %"),
+            "high": Column(periods.high, "1", "upper end of its central 95 %"),
+            "common": Column(periods.common, "1", "part of it that all periods share"),
+            "by_step": Column(periods.by_step, "1", "part of it by the step of the stage"),
+            "first_line": Column(periods.first_line, "1", "line of the first sample"),
+            "last_line": Column(periods.last_line, "1", "line of the last sample"),
+            "grade": Column(periods.grade, "", f"{', '.join(Grade)}; empty without a doubt"),
+            "doubt": Column(periods.doubt, "", "what speaks against its friction, in words"),
+        }
