@@ -172,8 +172,15 @@ def read_recording(
     missing = np.isnan(clamp) | np.isnan(used).any(axis=1)
     saturated = np.zeros(len(clamp), dtype=bool)
     if transducer is not None:
-        at_limit = transducer.saturated(readings * units.channels)[:, USED[method]]
-        saturated = at_limit.any(axis=1) & ~missing
+        at_limit = transducer.saturated(readings * units.channels)
+        saturated = at_limit[:, USED[method]].any(axis=1) & ~missing
+        beside = [i for i in range(len(CHANNELS)) if i not in USED[method] and at_limit[:, i].any()]
+        # The method does not need it, and where it is at its limit it says nothing of the rod.
+        readings[:, beside] = np.nan
+        notes += tuple(
+            f"{CHANNELS[i]} is at the transducer's limit in {at_limit[:, i].sum()} rows: not used"
+            for i in beside
+        )
     notes += left_out(table.line[missing], "a value is missing")
     notes += left_out(table.line[saturated], "the transducer is saturated")
     recording = Recording(clamp=clamp, readings=readings, line=table.line, notes=notes)

@@ -44,6 +44,8 @@ from vibrissa.sensor.simulation.oblique import ObliqueStage
 from vibrissa.sensor.whisker import Whisker
 
 # Most steps, after how many the derivatives are told anew, and when they end: a step of this part
+# Nothing is adjusted by more of its tolerance at once: readings are not linear further away.
+LONGEST = 3.0
 # of the deviation that remains.
 ROUNDS, RENEWED, SETTLED = 12, 3, 0.1
 # A derivative is a difference over this part of the tolerance at most.
@@ -291,7 +293,7 @@ class _Fit:
                 jacobian[:, free].T @ seen.residuals.ravel() - scores[free],
                 (low - scores)[free],
             )
-            scores[free] += step
+            scores[free] += step * min(1.0, LONGEST / np.abs(step).max())
             remaining = np.asarray(np.linalg.inv(information), dtype=float)
             if (np.abs(step) <= SETTLED * np.sqrt(np.diag(remaining))).all():
                 return self._result(scores, _covariance(remaining, jacobian, free), changes)
