@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from steel import NANO, NOISE, SCALE, SENSOR, SI, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import RecordingError
-from vibrissa.sensor import surfaces
+from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.calibration import calibrate, known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import MIRROR, USED, WITH_ROD, Method
@@ -192,13 +192,16 @@ def test_height_and_bias_are_estimated_from_before_the_swing(response):
 def test_from_a_surface_past_the_swing_to_its_friction_on_the_command_line(tmp_path):
     out, found = tmp_path / "scan.csv", tmp_path / "friction.csv"
     way = ["--mu0", "0.8", "--step", "50 um", "--to", "95 mm"]
+    exact = ["--tolerance", "exact"]
     for words in (
         ["scan", *WHISKER, *SI, *NANO, *way, "-o", str(out)],
-        ["identify", str(out), *WHISKER, *SI, *NANO, "-o", str(found)],
+        ["identify", str(out), *WHISKER, *SI, *NANO, *exact, "-o", str(found)],
     ):
         result = CliRunner().invoke(app, words)
         assert result.exit_code == 0, result.output
     assert "the rod has swung aside: line 837" in result.output
+    assert "moment_z is at the transducer's limit in 200 rows: not used" in result.output
+    assert "The recording fits what was given." in result.output
     with found.open() as file:
         ahead, trailing, *dragged = csv.DictReader(file)
     assert (ahead["status"], ahead["side"]) == ("lock", "ahead")
@@ -206,3 +209,21 @@ def test_from_a_surface_past_the_swing_to_its_friction_on_the_command_line(tmp_p
     assert {row["side"] for row in (trailing, *dragged)} == {"behind"}
     for row in (trailing, *dragged[:-1]):
         assert abs(float(row["mu0 [1]"]) - 0.8) < 4.5 * float(row["deviation [1]"])
+
+
+def test_tolerances_of_a_rod_that_swings_aside_widen_its_intervals_alone():
+    whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
+    nano = "nano17-si-12-0.12"
+    scanned = scan(whisker, surfaces.constant(0.8), step="50 um", to=["95 mm"], transducer=nano)
+    exact, assumed = (
+        identify(whisker, scanned.to_pandas(), transducer=nano, assume=assume)
+        for assume in (False, True)
+    )
+    known = np.isfinite(exact.periods.mu0)
+    assert known.sum() == 7
+    assert exact.periods.goodness.fits and assumed.periods.goodness.fits
+    assert not any(assumed.periods.doubt[known])
+    np.testing.assert_allclose(assumed.periods.mu0[known], exact.periods.mu0[known], atol=2e-3)
+    assert (assumed.periods.common[known] > 0.01).all()
+    wide = assumed.periods.high - assumed.periods.low > exact.periods.high - exact.periods.low
+    assert wide[known].all()

@@ -40,12 +40,11 @@ from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.identification.sides import parts_of
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.response.height_range import HIGHEST, LOWEST
 from vibrissa.sensor.simulation.oblique import ObliqueStage
 from vibrissa.sensor.whisker import Whisker
 
 # Most steps, after how many the derivatives are told anew, and when they end: a step of this part
-# Nothing is adjusted by more of its tolerance at once: readings are not linear further away.
-LONGEST = 3.0
 # of the deviation that remains.
 ROUNDS, RENEWED, SETTLED = 12, 3, 0.1
 # A derivative is a difference over this part of the tolerance at most.
@@ -276,7 +275,8 @@ class _Fit:
         free = self.free
         begin = np.array([self.prior.begin.get(one.name, 0.0) for one in self.components])
         scores = begin / self.sigma
-        low = np.array([_least(self.whisker, one.name) for one in self.components]) / self.sigma
+        ranges = np.array([_range(self.whisker, one.name) for one in self.components])
+        low, high = ranges.T / self.sigma
         changes: list[Alternative] = []
         level = True
         for number in range(ROUNDS):
@@ -291,9 +291,10 @@ class _Fit:
             step = _step_to(
                 information,
                 jacobian[:, free].T @ seen.residuals.ravel() - scores[free],
-                (low - scores)[free],
+                ((low - scores)[free], (high - scores)[free]),
             )
-            scores[free] += step * min(1.0, LONGEST / np.abs(step).max())
+            # Steps that go to and fro come nearer when they are halved.
+            scores[free] += step if number < ROUNDS // 2 else step / 2.0
             remaining = np.asarray(np.linalg.inv(information), dtype=float)
             if (np.abs(step) <= SETTLED * np.sqrt(np.diag(remaining))).all():
                 return self._result(scores, _covariance(remaining, jacobian, free), changes)
@@ -419,13 +420,16 @@ class _Fit:
         return np.where(of_height, np.maximum(step_in_height(rod), -PART * self.sigma), steps)
 
 
-def _step_to(information: FloatArray, gradient: FloatArray, low: FloatArray) -> FloatArray:
-    """Of all steps that are allowed, not below `low`, the one with the least sum of squares."""
+def _step_to(
+    information: FloatArray, gradient: FloatArray, bounds: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """Of all steps within the bounds, the one with the least sum of squares."""
     best = np.asarray(np.linalg.solve(information, gradient), dtype=float)
-    if (best >= low).all():
+    low, high = np.minimum(bounds[0], 0.0), np.maximum(bounds[1], 0.0)
+    if ((low <= best) & (best <= high)).all():
         return best
     root = np.linalg.cholesky(information).T
-    return np.asarray(lsq_linear(root, root @ best, (np.minimum(low, 0.0), np.inf)).x)
+    return np.asarray(lsq_linear(root, root @ best, (low, high)).x)
 
 
 def _covariance(remaining: FloatArray, jacobian: FloatArray, free: BoolArray) -> FloatArray:
@@ -441,12 +445,13 @@ def _covariance(remaining: FloatArray, jacobian: FloatArray, free: BoolArray) ->
     return covariance
 
 
-def _least(whisker: Whisker, name: str) -> float:
-    """Least size that a property can take."""
+def _range(whisker: Whisker, name: str) -> tuple[float, float]:
+    """Least and largest size that a property can take."""
     return {
-        "theta": 1.0 - whisker.theta,
-        "clamp_compliance": -whisker.mounting.clamp_compliance,
-    }.get(name, -np.inf)
+        "theta": (1.0 - whisker.theta, np.inf),
+        "eta": (LOWEST - whisker.eta, HIGHEST - whisker.eta),
+        "clamp_compliance": (-whisker.mounting.clamp_compliance, np.inf),
+    }.get(name, (-np.inf, np.inf))
 
 
 def _mixing(components: Sequence[Component], sizes: FloatArray) -> FloatArray:

@@ -101,7 +101,9 @@ def prior_of(
                 begin[name] = begun
                 if name not in stated:
                     sizes[name] = wide
-    carried = set(OF_MOUNTING) if swings else set()
+    # What comes before the swing would be adjusted alone, and friction after it is read with it: a
+    # dragged tip is so much stiffer that what remains of the errors would not fit there.
+    carried = {*OF_MOUNTING, *(set(sizes) - estimated)} if swings else set()
     if asked.method is Method.SPACING and not whisker.mounting.stage_angle:
         # It is read with a level stage alone.
         carried.add("stage_angle")
