@@ -268,7 +268,9 @@ def _sources(some: Periods, weights: FloatArray) -> dict[Source, float]:
         Source.READINGS: max(0.0, whole - step - common),
         Source.COMMON: common,
     }
-    shown = {source: part / whole for source, part in parts.items() if part > 0.0}
+    # Their sum: the deviation is that of finitely many values, and may be a little less.
+    total = sum(parts.values())
+    shown = {source: part / total for source, part in parts.items() if part > 0.0}
     return dict(sorted(shown.items(), key=lambda item: -item[1]))
 
 
