@@ -66,7 +66,7 @@ MUTATIONS = [
         "mechanics/taper",
         "bending compliance of a weaker taper",
         "free / g**3 * square",
-        "free / g**2 * square",
+        "free / g**3 * np.sqrt(square)",
     ),
     Mutation(
         "mechanics/taper",
