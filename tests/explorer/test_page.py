@@ -1,6 +1,8 @@
 """The explorer's page in a browser: what it shows, says and writes."""
 
 import json
+import subprocess
+import sys
 
 import explorer_agreement as agreement
 import pytest
@@ -40,6 +42,13 @@ def test_the_file_is_written_whole_or_a_line_says_why_not(tmp_path, capsys):
     assert "in a browser" in capsys.readouterr().out
     assert "say where to" in main([])
     assert "cannot be written" in main([str(path / "below.html")])
+
+
+@pytest.mark.slow
+def test_the_module_says_by_its_status_whether_it_has_written(tmp_path):
+    command = [sys.executable, "-m", "vibrissa.explorer"]
+    assert subprocess.run([*command, str(tmp_path / "explorer.html")], timeout=60).returncode == 0
+    assert subprocess.run(command, capture_output=True, timeout=60).returncode == 1
 
 
 def wait_until(browser, condition):
@@ -185,6 +194,26 @@ class TestPage:
         dark = browser.evaluate("getComputedStyle(document.body).backgroundColor")
         assert (dark == "rgb(20, 23, 26)") == (scheme == "dark")
 
+    @pytest.mark.parametrize("width", [390, 820, 1040, 1300, 3840])
+    def test_no_field_covers_another_and_no_label_is_cut(self, opened, width):
+        browser = opened("theta=2&law=kinetic&units=si", width=width)
+        cut = """[...document.querySelectorAll('.explorer :is(.field label, .choice span, dt)')]
+            .filter((n) => getComputedStyle(n).display !== 'inline')
+            .filter((n) => n.scrollWidth > n.clientWidth + 1)
+            .map((n) => n.textContent)"""
+        assert browser.evaluate(cut) == []
+        covered = """(() => {
+            const boxes = [...document.querySelectorAll(
+                '.explorer :is(.field input, .field label, .choice legend, .choice label)')]
+                .map((n) => [n.id || n.textContent, n.getBoundingClientRect()])
+                .filter(([, b]) => b.width > 0);
+            const over = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2
+                && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 2;
+            return boxes.flatMap(([name, a], i) =>
+                boxes.slice(i + 1).filter(([, b]) => over(a, b)).map(([other]) => [name, other]));
+        })()"""
+        assert browser.evaluate(covered) == []
+
     def test_a_recording_is_drawn_with_the_curves(self, opened, tmp_path):
         browser = opened("theta=2&eta=0.85&mu0=0.4")
         path = tmp_path / "scan.csv"
@@ -216,7 +245,9 @@ class TestPage:
 def functions(browser):
     """Functions of the page without the page."""
     browser.open("about:blank")
-    script = bundle("solver/motion.js", "view/recording.js", "view/settings.js", "view/model.js")
+    script = bundle(
+        "solver/motion.js", "view/recording.js", "view/settings.js", "view/model.js", "view/svg.js"
+    )
     browser.evaluate(f"{script}; 0")
     return browser
 
@@ -227,6 +258,22 @@ class TestFunctions:
     def test_python_knows_the_ranges_of_the_fields(self, functions):
         found = functions.evaluate("NUMBERS.map(({ key, min, max }) => [key, min, max])")
         assert {key: tuple(span) for key, *span in found} == RANGES
+
+    @pytest.mark.parametrize(
+        ("value", "text"),
+        [
+            (0, "0"),
+            (0.5, "0.5000"),
+            (-12345.6, "−12346"),
+            (1.2345e-5, "1.234e−5"),
+            (-1e-9, "−1.000e−9"),
+        ],
+    )
+    def test_numbers_are_written_to_four_digits(self, functions, value, text):
+        assert functions.evaluate(f"significant({value})") == text
+
+    def test_rounding_errors_are_nothing(self, functions):
+        assert functions.evaluate("[1e-13, -1e-13, 1e-9].map(withoutNoise)") == [0, 0, 1e-9]
 
     @pytest.mark.parametrize(("mu0", "contact"), [(0.3, "point"), (0.9, "point"), (0.3, "line")])
     def test_steps_are_those_of_a_study(self, functions, mu0, contact):

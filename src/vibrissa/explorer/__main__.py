@@ -26,4 +26,5 @@ def main(arguments: list[str]) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    # An empty text would count as a failure, too.
+    sys.exit(main(sys.argv[1:]) or 0)

@@ -19,17 +19,16 @@ export function element(tag, attributes, ...children) {
 
 export class Controls {
   /**
-   * @param {HTMLElement} place
-   * @param {HTMLElement} rodPlace
+   * @param {{ fields: HTMLElement, choices: HTMLElement, rod: HTMLElement }} places
    * @param {(change: Partial<Settings>) => void} changed
    */
-  constructor(place, rodPlace, changed) {
+  constructor(places, changed) {
     this.changed = changed;
     /** @type {Map<string, HTMLInputElement[]>} */
     this.inputs = new Map();
-    for (const field of NUMBERS) place.append(this.number(field, true));
-    for (const field of CHOICES) place.append(this.choice(field));
-    for (const field of ROD_NUMBERS) rodPlace.append(this.number(field, false));
+    for (const field of NUMBERS) places.fields.append(this.number(field, true));
+    for (const field of CHOICES) places.choices.append(this.choice(field));
+    for (const field of ROD_NUMBERS) places.rod.append(this.number(field, false));
   }
 
   /**

@@ -9,7 +9,7 @@ import { Model } from "./model.js";
 import { EnergyPlot, lastStep, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
 import { fromAddress, toAddress } from "./settings.js";
 import { Stage } from "./stage.js";
-import { set, significant, spelled } from "./svg.js";
+import { set, significant, spelled, withoutNoise } from "./svg.js";
 import { NONDIMENSIONAL, unitsOf } from "./units.js";
 import { condition, told } from "./words.js";
 
@@ -84,7 +84,8 @@ export class Explorer {
       new RegimePlot(this.graphic("regimes")),
       new EnergyPlot(this.graphic("energy")),
     ];
-    this.controls = new Controls(this.at("fields"), this.at("rod"), (change) => this.change(change));
+    const places = { fields: this.at("fields"), choices: this.at("choices"), rod: this.at("rod") };
+    this.controls = new Controls(places, (change) => this.change(change));
     this.outputs = this.readouts();
     this.playing = false;
     this.stopAt = Infinity;
@@ -257,7 +258,7 @@ export class Explorer {
   /** @param {number} value */
   length(value) {
     const { scale, name } = this.units;
-    return `${significant(scale.length * value)} ${name.length}`;
+    return `${significant(scale.length * withoutNoise(value))} ${name.length}`;
   }
 
   /** @param {string} text */
@@ -396,7 +397,7 @@ export class Explorer {
     };
     const { scale, name } = this.units;
     for (const [key, { value, unit, quantity }] of this.outputs) {
-      value.textContent = significant(scale[quantity] * values[key]);
+      value.textContent = significant(scale[quantity] * withoutNoise(values[key]));
       unit.textContent = name[quantity];
     }
     for (const [key, quantity] of /** @type {[string, Quantity][]} */ ([

@@ -1,6 +1,10 @@
 // Elements of drawings, and numbers as text.
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
+/** What is smaller is written with its power of ten. */
+const SMALLEST_PLAIN = 1e-3;
+/** Rounding errors of a solved state. */
+const NOISE = 1e-11;
 
 /**
  * Add an element to a drawing.
@@ -66,15 +70,26 @@ export function spelled(value, digits) {
 }
 
 /**
- * A number to four significant digits.
+ * A number to four significant digits, a small one with its power of ten.
  *
  * @param {number} value
  * @returns {string}
  */
 export function significant(value) {
   if (value === 0 || !Number.isFinite(value)) return spelled(value, 0);
+  if (Math.abs(value) < SMALLEST_PLAIN) return value.toExponential(3).replace(/-/g, "−");
   const size = Math.floor(Math.log10(Math.abs(value)));
-  return spelled(value, Math.min(8, Math.max(0, 3 - size)));
+  return spelled(value, Math.max(0, 3 - size));
+}
+
+/**
+ * A value of the model, 0 where it differs from it by rounding errors alone.
+ *
+ * @param {number} value In units of L and E·I0.
+ * @returns {number}
+ */
+export function withoutNoise(value) {
+  return Math.abs(value) < NOISE ? 0 : value;
 }
 
 /**
