@@ -1,11 +1,13 @@
-"""How fast equilibrium states are found, by four methods on the same curve, and how well.
+"""How fast equilibrium states are found, by several methods on the same curve, and how well.
 
 Run by `make bench`, which prints the table; see benchmarks/table.py. Each benchmark notes how many
 states it finds in a round and how far their forces are from converged ones.
 """
 
+import os
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -175,3 +177,30 @@ def test_octave(benchmark, converged):
 
     force = [float(line) for line in benchmark.pedantic(run, rounds=1).split()]
     note(benchmark, len(force), force, converged[: len(force)])
+
+
+@pytest.mark.skipif("AUTO_DIR" not in os.environ, reason="AUTO_DIR does not say where AUTO-07p is")
+def test_auto(benchmark, curve, tmp_path):
+    """AUTO-07p follows the whole planar curve; the time is that of its compiled program alone."""
+    for source in Path(__file__).with_name("auto").iterdir():
+        shutil.copy(source, tmp_path)
+    command = [Path(os.environ["AUTO_DIR"], "bin", "auto"), "whisker.auto"]
+    subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
+    # What the program reads: where the curve starts, and how it is to be followed.
+    shutil.copy(tmp_path / "s.upright", tmp_path / "fort.3")
+    shutil.copy(tmp_path / "c.curve", tmp_path / "fort.2")
+    found = tmp_path / "fort.7"
+
+    def run():
+        found.unlink(missing_ok=True)
+        subprocess.run([tmp_path / "whisker.exe"], cwd=tmp_path, capture_output=True, check=True)
+        rows = [line.split() for line in found.read_text().splitlines()]
+        # Points: rows that begin with the number of their branch; 4: offset, 11: size of force.
+        return np.array([[row[4], row[11]] for row in rows if row[0] != "0"], dtype=float)
+
+    offset, force = benchmark.pedantic(run, rounds=5, warmup_rounds=1).T
+    # Up to where −tan α has its maximum: of the offsets beyond there are several states.
+    few = np.flatnonzero(curve.x1_init - offset < curve.x0_lock)[::4]
+    expected = [solve_state(THETA, ETA, value).f for value in offset[few]]
+    note(benchmark, len(force), force[few], expected)
+    benchmark.extra_info["states"] = len(force)

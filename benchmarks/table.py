@@ -14,6 +14,7 @@ NAMES = {
     "test_states_on_random_curves": "states at 200 steps of 256 curves, residual <= 1e-12",
     "test_collocation_random_curves": "256 whole curves: and critical state, end, stability",
     "test_collocation_one_curve": "one whole curve",
+    "test_auto": "AUTO-07p along one curve, 15 x 4 nodes, 1e-9",
     "test_solve_bvp": "scipy solve_bvp, tol 1e-8",
     "test_paper": "the paper's method (Python)",
     "test_octave": "the paper's method (GNU Octave)",

@@ -216,3 +216,10 @@ def test_no_margin_of_stability_exceeds_one():
     piece = solve_curve(2.0, 0.85).pieces[0]
     states = replace(piece.states, stability=np.full(len(piece.states), 1.0001))
     assert replace(piece, states=states).at(np.array([0.05])).stability <= 1.0
+
+
+def test_a_curve_is_shown_by_what_one_asks_of_it(papers):
+    shown = repr(papers)
+    assert "mu_lock=" in shown
+    assert "x0_lock=" in shown
+    assert "array" not in shown

@@ -10,7 +10,7 @@ of smooth pieces.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -97,8 +97,8 @@ class StickingCurve:
     status: Status
     message: str = ""
     x1_init: float = np.nan
-    pieces: tuple[Piece, ...] = ()
-    pulled: tuple[Piece, ...] = ()
+    pieces: tuple[Piece, ...] = field(default=(), repr=False)
+    pulled: tuple[Piece, ...] = field(default=(), repr=False)
     section: RodSection = RodSection.ROUND
     residual: float = np.nan
     x0_lock: float = np.nan
