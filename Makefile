@@ -180,7 +180,7 @@ test-slurm: $(STAMP)
 
 # A link that leads nowhere is a warning, and a warning stops the build.
 docs: $(STAMP)
-	@$(ONE_THREAD) $(PY) -m sphinx -q -W --keep-going -b html docs "$(or $(OUTPUT),build/site)"
+	@$(ONE_THREAD) $(PY) -m sphinx -q -W --keep-going -j 2 -b html docs "$(or $(OUTPUT),build/site)"
 	@echo "Open $(or $(OUTPUT),build/site)/index.html in a browser; it needs no network."
 
 bench: $(STAMP)
