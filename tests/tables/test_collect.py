@@ -1,9 +1,12 @@
 """Many tables as one: order, bounded memory, and damaged files that are named."""
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 import pyarrow as pa
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from made_up import COMPLETE
@@ -64,6 +67,27 @@ def test_tables_stand_one_below_the_other(parts):
 def test_parts_are_merged_in_the_order_of_the_points(parts, blocks):
     found = collect(parts(blocks), STICTION, POINT_ORDER)
     assert whole(found).equals(COMPLETE)
+
+
+@settings(max_examples=8)
+@given(st.data())
+def test_neither_the_blocks_nor_their_order_matter(data):
+    """Points are dealt to blocks at random, and the blocks come in any order."""
+    number = data.draw(st.integers(1, 5))
+    block = np.array(
+        data.draw(st.lists(st.integers(0, number - 1), min_size=200, max_size=200)), dtype=int
+    )
+    some = COMPLETE.slice(0, 200)
+    blocks = data.draw(
+        st.permutations([some.take(np.flatnonzero(block == i)) for i in range(number)])
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder, f"{i}.parquet") for i in range(number)]
+        for table, path in zip(blocks, paths, strict=True):
+            store.write(table, path)
+        found = collect(paths, STICTION, POINT_ORDER)
+        assert found.rows == 200
+        assert whole(found).equals(some)
 
 
 @given(st.lists(st.lists(st.integers(0, 40), max_size=30), max_size=6), st.integers(1, 9))

@@ -39,6 +39,8 @@ FEWEST_SLIPS = 3
 # Mean squares that are so many standard deviations larger than those in the middle of the periods
 # are not settled.
 CLEAR = 5.0
+# A smaller mean square is rounding: the readings of a simulation may have no noise.
+ROUNDING = 1e-9
 # Samples before and after a slip that are looked at.
 BEFORE, AFTER = 5, 500
 # Samples over which the way of the clamp is averaged.
@@ -162,7 +164,7 @@ class _Slips:
         contacts = fitted(branch, middle, channels, parts, start)
         expected = _expected(branch, middle.clamp, channels, parts.spread(contacts.place))
         misfit = ((channels.weighted(middle.readings) - expected) ** 2).sum(axis=-1)
-        usual = float(misfit.mean())
+        usual = max(float(misfit.mean()), ROUNDING)
         found = cls(
             branch=branch,
             recording=recording,
