@@ -1,7 +1,5 @@
 """Damage recordings in every way we could think of, and see what `vibrissa identify` says.
 
-Usage: python validation/fuzzing.py [cases for each kind of damage [number of the first]]
-
 A recording of a known surface is damaged, read and identified. What must never happen: an exception
 other than VibrissaError, a warning of Python's own, or a *silent* wrong number, that is a friction
 further than 5 of its stated standard deviations from the truth without a message that names a line
@@ -9,6 +7,7 @@ or a column. Exit status 1 if any of it happened. What came out stands in docs/f
 without arguments writes.
 """
 
+import argparse
 import csv
 import io
 import re
@@ -17,7 +16,8 @@ import tempfile
 import warnings
 from collections import Counter
 from collections.abc import Callable
-from functools import cache
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -49,6 +49,8 @@ BEGIN, END = "<!-- made by make fuzz -->\n", "<!-- end -->"
 CASES = 300
 # One case of so many also goes through the command line.
 SHARE = 12
+# So many kinds of damage are tried at once.
+JOBS = 2
 # Standard deviations from which on a number is wrong. Of 10^6 right ones less than one is: the
 # uniform part of the error cannot come that far.
 WRONG = 5.0
@@ -740,44 +742,61 @@ def on_the_command_line(damage: Callable[[Case], bytes], number: int, folder: Pa
     return Verdict("right" if right else SILENT, where)
 
 
-def main() -> int:
-    """Try all, tell what was wrong, write the table."""
-    cases = int(sys.argv[1]) if len(sys.argv) > 1 else CASES
-    begin = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+class Tried(NamedTuple):
+    """What came out of all cases of one kind of damage."""
+
+    row: str
+    bad: list[str]
+    lines: int
+
+
+def tried_all(damage: Callable[[Case], bytes], begin: int, cases: int) -> Tried:
+    """Try all cases of one kind of damage."""
     # The rod is solved once.
     branch.respond = cache(respond)
-    rows, bad, total, lines = [], [], 0, 0
+    bad: list[str] = []
+    lines, count = 0, Counter[str]()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for damage in DAMAGE:
-            count: Counter[str] = Counter()
-            for number in range(begin, begin + cases):
-                verdict = tried(damage, number, folder / "recording.csv")
-                count[verdict.outcome] += 1
-                verdicts = [verdict]
-                if number % SHARE == 0:
-                    lines += 1
-                    verdicts.append(on_the_command_line(damage, number, folder))
-                bad += [
-                    f"{damage.__name__} {number}: {v.outcome}: {v.said}"
-                    for v in verdicts
-                    if v.outcome in (SILENT, BROKEN)
-                ]
-            total += cases
-            rows.append(
-                f"| {damage.__doc__} | " + " | ".join(str(count[o]) for o in OUTCOMES) + " |"
-            )
-            print(rows[-1], flush=True)
+        for number in range(begin, begin + cases):
+            verdicts = [tried(damage, number, folder / "recording.csv")]
+            count[verdicts[0].outcome] += 1
+            if number % SHARE == 0:
+                lines += 1
+                verdicts.append(on_the_command_line(damage, number, folder))
+            bad += [
+                f"{damage.__name__} {number}: {v.outcome}: {v.said}"
+                for v in verdicts
+                if v.outcome in (SILENT, BROKEN)
+            ]
+    row = f"| {damage.__doc__} | " + " | ".join(str(count[o]) for o in OUTCOMES) + " |"
+    return Tried(row=row, bad=bad, lines=lines)
+
+
+def main() -> int:
+    """Try all, tell what was wrong, write the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="?", type=int, default=CASES, help="of each kind of damage")
+    parser.add_argument("begin", nargs="?", type=int, default=0, help="number of the first case")
+    parser.add_argument("--jobs", type=int, default=JOBS, help="kinds of damage tried at once")
+    asked = parser.parse_args()
+    found = []
+    with ProcessPoolExecutor(asked.jobs) as pool:
+        for one in pool.map(partial(tried_all, begin=asked.begin, cases=asked.cases), DAMAGE):
+            print(one.row, flush=True)
+            found.append(one)
+    bad = [text for one in found for text in one.bad]
     for text in bad:
         print(text)
-    if (cases, begin) == (CASES, 0):
+    if (asked.cases, asked.begin) == (CASES, 0):
         page = PAGE.read_text(encoding="utf-8")
         start, end = page.index(BEGIN) + len(BEGIN), page.index(END)
+        total, lines = asked.cases * len(found), sum(one.lines for one in found)
         table = [
             f"{total} recordings, {lines} of them on the command line, too.\n",
             f"| damage | {' | '.join(OUTCOMES)} |",
             "| --- |" + " ---: |" * len(OUTCOMES),
-            *rows,
+            *(one.row for one in found),
         ]
         with write_atomically(PAGE) as temporary:
             temporary.write_text(page[:start] + "\n".join(table) + "\n" + page[end:], "utf-8")

@@ -204,7 +204,7 @@ def test_a_mistake_in_the_program_is_not_dressed_up_as_one_of_the_input(monkeypa
     def broken(*_, **__):
         raise ValueError("a mistake")
 
-    monkeypatch.setattr("vibrissa.sensor.onset.solve_onset", broken)
+    monkeypatch.setattr("vibrissa.sensor.onset.onset_on", broken)
     result = run("solve", *WHISKER, "--mu0", "0.4")
     assert isinstance(result.exception, ValueError)
 

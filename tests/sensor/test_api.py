@@ -12,7 +12,8 @@ from steel import NANO, ROD, SENSOR, SI, WHISKER
 from vibrissa import sensor, solve_onset
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError, UndeterminedError
-from vibrissa.sensor import Whisker, identify, scan, series, solve, surfaces
+from vibrissa.sensor import Units, Whisker, identify, scan, series, solve, surfaces
+from vibrissa.sensor.quantities import Kind
 
 
 @pytest.fixture(scope="module")
@@ -55,8 +56,40 @@ def test_results_are_told_in_the_units_in_which_the_rod_was_given(whisker):
     lines = dict(line.split(None, 1) for line in repr(found).splitlines())
     assert lines["x0_slip"] == "5.2838043 mm" and lines["force_x"].endswith(" N")
     assert "0.0052838043 m" in repr(plain)
+    # In messages, too.
+    assert lines["message"] == "the tip slips at x0 = 5.2838 mm"
+    assert "x0 = 0.0052838 m" in repr(plain)
+    locked = repr(solve(given, 0.6))
+    assert "swings aside at x0 = 41.7329 mm" in locked and "slips at x0 = 84.7969 mm" in locked
     # Tables stay in SI units.
     assert found.columns()["x0_slip"] == plain.columns()["x0_slip"]
+
+
+def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
+    steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    given = Whisker.read(2.0, "85 mm", **steel).wishing("3 mN, 4 mN, 10 N*mm", 0.3, "5 %")
+    units = given.units
+    force = 0.25 / units.unit(Kind.FORCE)
+    assert units.spelled(force, Kind.FORCE, 3) == "250 mN"
+    assert units.spelled(0.002 / units.unit(Kind.MOMENT), Kind.MOMENT) == "2 N*mm"
+    assert given.wishing("2 uN, 1 cm").units.wished == units.wished
+    assert whisker.units.spelled(force, Kind.FORCE) == "0.25 N"
+    assert Units().spelled(0.25, Kind.LENGTH) == "0.25 L"
+    assert Units(si=True, wished={Kind.LENGTH: "mm"}).spelled(0.25, Kind.LENGTH) == "250 mm"
+
+
+def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
+    steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    asked = {"step": "0.2 mm", "to": ["60 mm"], "law": "energy"}
+    level = Whisker.read(2.0, "85 mm", **steel)
+    ended = repr(scan(level, surfaces.constant(0.8), **asked))
+    assert "with the clamp at 41.8 mm the rod swings aside" in ended
+    inclined = Whisker.read(2.0, "99.98 mm", stage_angle=-0.05, **steel)
+    ended = repr(scan(inclined, surfaces.constant(0.2), step="0.05 mm", to=["2 mm"]))
+    assert "the stage takes the clamp at 0.25 mm to the height 99.9925 mm" in ended
+    measured = surfaces.profile([0.0, 0.45], [0.3, 0.3])
+    with pytest.raises(ArgumentError, match="known from x = 0 mm to 45 mm, but the tip"):
+        scan(level, measured, step="1 mm", to=["60 mm"])
 
 
 def test_the_largest_strain_of_a_period_is_told_as_a_part_of_the_yield_strain():

@@ -148,5 +148,5 @@ def test_signals_and_the_command_go_on_past_the_swing(tmp_path):
     words = ["--theta", "2", "--eta", "0.85", "--mu0", "0.8", "--step", "0.002", "--to", "1"]
     result = CliRunner().invoke(app, ["scan", *words, "--law", "energy", "-o", str(out)])
     assert result.exit_code == 0 and "complete" in result.output
-    assert "with the clamp at 0.418 (in units of L) the rod swings aside" in result.output
+    assert "with the clamp at 0.418 L the rod swings aside" in result.output
     assert out.read_text().splitlines()[-1].endswith(",behind")

@@ -153,8 +153,7 @@ def _estimated(found: Identification) -> Iterator[str]:
     free = [i for i, deviation in enumerate(setup.deviation) if deviation > 0.0]
     for i in free:
         what = NAMES[i] if NAMES[i] == Unknown.ETA else f"offset of {NAMES[i]}"
-        unit, name = units.unit(kinds[i]), units.name(kinds[i])
-        value, deviation = values[i] * unit, setup.deviation[i] * unit
-        yield f"{what} = {value:.6g} ± {deviation:.2g} {name} (one deviation)"
+        error = units.spelled(setup.deviation[i], kinds[i], 2)
+        yield f"{what} = {units.spelled(values[i], kinds[i])} ± {error} (one deviation)"
     for i, j in combinations(free, 2):
         yield f"correlation of {NAMES[i]} and {NAMES[j]}: {setup.correlation[i, j]:+.2f}"

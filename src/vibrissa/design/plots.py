@@ -27,6 +27,6 @@ def design(found: Design) -> Figure:
         if good.any():
             figure.colorbar(dots, ax=right, label="largest standard deviation of μ0")
         right.plot(found.theta, found.eta, "*", color="C3", markersize=12, label="the rod")
+        right.legend(loc="lower right")
     right.set(xlabel="taper θ", ylabel="height η / L")
-    right.legend(loc="lower right")
     return figure

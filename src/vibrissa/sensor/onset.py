@@ -11,9 +11,9 @@ from vibrissa.mechanics.bending import Strains
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.strain import largest_strain, strains_until
+from vibrissa.sensor.strain import strains_until
 from vibrissa.sensor.whisker import Whisker
-from vibrissa.sticking.api import Onset, solve_onset
+from vibrissa.sticking.api import Onset, onset_on
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -162,19 +162,10 @@ def solve(
     units = whisker.units
     dx0 = None if step is None else units.read(step, Kind.LENGTH, "step")
     friction = units.read(mu0, Kind.NUMBER, "mu0")
-    onset = solve_onset(
-        whisker.theta,
-        friction,
-        whisker.eta,
-        dx0,
-        contact=whisker.contact,
-        mounting=whisker.mounting,
-        section=whisker.section,
-    )
+    onset = onset_on(whisker.curve, friction, dx0, lambda x0: units.spelled(x0, Kind.LENGTH))
     strain, most = np.nan, None
     if onset.status is Status.SLIP:
-        strain = largest_strain(whisker.curve, onset.slip)
-        most = strains_until(whisker.curve, onset.x0_slip)
+        strain, most = strains_until(whisker.curve, onset.x0_slip)
     return WhiskerOnset(
         onset=onset, strain=strain, most=most, whisker=whisker, yield_strain=yield_strain
     )

@@ -4,7 +4,7 @@ Nondimensional are lengths in units of L, forces in E·I0/L², moments in E·I0/
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import StrEnum
@@ -80,6 +80,8 @@ OWN = {
 }
 # What the channels force_x, force_y and moment_z of a transducer measure.
 CHANNEL_KINDS = (Kind.FORCE, Kind.FORCE, Kind.MOMENT)
+# What a recording and its tolerances are told in, in the units that were given.
+MEASURED = (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
 
 # An exponent, as in 1e3, is no unit.
 NUMBER_AND_UNIT = re.compile(
@@ -220,13 +222,19 @@ def read_rod(modulus: str | None, diameter: str | None, length: str | None) -> R
     )
 
 
-def wished_units(kind: Kind, *given: Quantity | None) -> dict[Kind, str]:
-    """Give the unit in which a person thinks: the first of the usual ones that was given."""
-    for text in given:
-        parts = _LAST_UNIT.search(text.strip()) if isinstance(text, str) else None
-        if parts is not None and parts[1] in USUAL.get(kind, {}):
-            return {kind: parts[1]}
-    return {}
+def wished_units(kinds: Iterable[Kind], *given: object) -> dict[Kind, str]:
+    """Give the units in which a person thinks: of each kind the first usual one that was given.
+
+    Parameters
+    ----------
+    kinds : iterable of Kind
+    *given : object
+        What is text, such as ``"85 ± 0.1 mm"`` or ``"3 mN, 3 mN, 10 uN*m"``, may have units.
+    """
+    texts = [part for text in given if isinstance(text, str) for part in text.split(",")]
+    units = [found[1] for text in texts if (found := _LAST_UNIT.search(text.strip()))]
+    wished = {kind: [unit for unit in units if unit in USUAL[kind]] for kind in kinds}
+    return {kind: known[0] for kind, known in wished.items() if known}
 
 
 @dataclass(frozen=True)
@@ -240,7 +248,8 @@ class Units:
     si : bool
         Without a rod: numbers are in SI units, and not nondimensional.
     wished : dict of Kind to str
-        Usual units in which results are told, instead of SI units. Tables are in SI units.
+        Usual units in which results are told, instead of SI units. Tables are in SI units, and
+        so is everything where no unit was given.
     """
 
     rod: Rod | None = None
@@ -249,10 +258,15 @@ class Units:
 
     def told(self, value: float, kind: Kind) -> tuple[float, str]:
         """Value in a person's unit, and its name, of one as columns have it."""
-        if self.rod is None or kind not in self.wished:
+        if self.nondimensional or kind not in self.wished:
             return value, self.name(kind)
         unit = self.wished[kind]
         return value / float(USUAL[kind][unit]), unit
+
+    def spelled(self, value: float, kind: Kind, digits: int = 6) -> str:
+        """Write a value of the computation in a person's unit, as in ``"26.3 mm"``."""
+        told, name = self.told(value * self.unit(kind), kind)
+        return f"{told:.{digits}g} {name}".removesuffix(" 1")
 
     def unit(self, kind: Kind) -> float:
         """Give the unit of the computation in SI units."""

@@ -37,8 +37,8 @@ def largest_strain(curve: StickingCurve, state: StickingState) -> float:
     return float(strains_in(curve, state).largest[0])
 
 
-def strains_until(curve: StickingCurve, end: float) -> Strains:
-    """Largest strain of a period of sticking, and where along the rod it is.
+def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
+    """Largest strain where a period of sticking ends, and in the whole period.
 
     Parameters
     ----------
@@ -48,8 +48,10 @@ def strains_until(curve: StickingCurve, end: float) -> Strains:
 
     Returns
     -------
-    Strains
-        Columns of shape (1,).
+    at_end : float
+        In units of d0/L.
+    most : Strains
+        With the place along the rod; columns of shape (1,).
     """
     found = strains_in(curve, curve.state(np.linspace(0.0, end, STATES)))
-    return found.take(np.atleast_1d(found.largest.argmax()))
+    return float(found.largest[-1]), found.take(np.atleast_1d(found.largest.argmax()))

@@ -28,6 +28,8 @@ class Surface:
         Maps positions (L) to coefficients of static friction.
     start, stop : float
         Where it is known (L).
+    units : Units
+        In which messages tell positions.
     edges : ndarray, shape (n,)
         Where μ0 jumps or has a kink, as far as known (L). Between two edges that are near to each
         other, a slip does not miss μ0; without edges it may miss what is narrower than 1e-4 L.
@@ -38,6 +40,11 @@ class Surface:
     start: float = -np.inf
     stop: float = np.inf
     edges: FloatArray = field(default_factory=lambda: np.empty(0))
+    units: Units = field(default_factory=Units)
+
+    def told(self, x: float) -> str:
+        """Write a position (L) in a person's units."""
+        return self.units.spelled(x, Kind.LENGTH)
 
     def __call__(self, x: FloatArray | float) -> FloatArray:
         """Look up the static friction at positions on the surface (L).
@@ -51,14 +58,17 @@ class Surface:
         outside = ~((x >= self.start) & (x <= self.stop))
         if outside.any():
             raise ArgumentError(
-                f"the {self.name} surface is known from x = {self.start:.6g} to {self.stop:.6g} "
-                f"(in units of L), but the tip comes to x = {float(x[outside].ravel()[0]):.6g}"
+                f"the {self.name} surface is known from x = {self.told(self.start)} to "
+                f"{self.told(self.stop)}, but the tip comes to "
+                f"x = {self.told(float(x[outside].ravel()[0]))}"
             )
         mu0 = np.asarray(self.mu0(x), dtype=float)
         bad = ~(np.isfinite(mu0) & (mu0 > 0.0))
         if bad.any():
             where = float(np.broadcast_to(x, mu0.shape)[bad].ravel()[0])
-            raise ArgumentError(f"mu0 must be positive everywhere; it is not at x = {where:.6g}")
+            raise ArgumentError(
+                f"mu0 must be positive everywhere; it is not at x = {self.told(where)}"
+            )
         return mu0
 
 

@@ -14,7 +14,15 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.given.tolerances import read_tolerances
 from vibrissa.sensor.given.values import Given
-from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, read_rod, wished_units
+from vibrissa.sensor.quantities import (
+    MEASURED,
+    Kind,
+    Quantity,
+    Units,
+    chosen,
+    read_rod,
+    wished_units,
+)
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
@@ -146,7 +154,7 @@ class Whisker:
             section=chosen(RodSection, section, "section"),
             rod=rod,
             mounting=mounting,
-            wished=wished_units(Kind.LENGTH, length, eta, diameter),
+            wished=wished_units([Kind.LENGTH], length, eta, diameter),
         )
         tolerances = {name: one.tolerance for name, one in parts.items() if one.tolerance}
         if stiffness := tolerances.pop("clamp_stiffness", None):
@@ -156,6 +164,10 @@ class Whisker:
     def tolerating(self, tolerances: Mapping[str, float]) -> "Whisker":
         """Give the same whisker with more tolerances, as from `read_tolerances`."""
         return replace(self, tolerances={**self.tolerances, **tolerances})
+
+    def wishing(self, *given: object) -> "Whisker":
+        """Give the same whisker, whose results are told in the units of these texts, too."""
+        return replace(self, wished={**wished_units(MEASURED, *given), **self.wished})
 
     @property
     def units(self) -> Units:

@@ -1,6 +1,6 @@
 """One state, one curve, one onset: what a person uses in a notebook."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from numbers import Real
@@ -383,23 +383,54 @@ def solve_onset(
     >>> print(f"{onset.x0_slip:.6f}")
     0.066904
     """
+    _check_surface(mu0, dx0)
+    step = None if dx0 is None else float(dx0)
+    return onset_on(solve_curve(theta, eta, method, step, contact, mounting, section), mu0, dx0)
+
+
+def _check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
     _check_numbers(mu0=mu0, **({} if dx0 is None else {"dx0": dx0}))
-    friction = exact(mu0)
-    if not friction > 0:
+    if not exact(mu0) > 0:
         raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
     if dx0 is not None and not exact(dx0) > 0:
         raise ArgumentError(f"dx0 must be positive, got {dx0!r}")
-    step = None if dx0 is None else float(dx0)
-    curve = solve_curve(theta, eta, method, step, contact, mounting, section)
-    stiction = read_curve(curve, [friction], [exact(1 if dx0 is None else dx0)])
+
+
+def onset_on(
+    curve: StickingCurve,
+    mu0: float | Decimal,
+    dx0: float | Decimal | None = None,
+    told: Callable[[float], str] = lambda length: f"{length:.6g}",
+) -> Onset:
+    """Read the end of a period of sticking off a curve, as `solve_onset` does.
+
+    Parameters
+    ----------
+    curve : StickingCurve
+    mu0, dx0
+        As in `solve_onset`.
+    told : callable
+        How the message writes a length (L).
+
+    Returns
+    -------
+    Onset
+
+    Raises
+    ------
+    ArgumentError
+        If mu0 or dx0 is not positive.
+    """
+    _check_surface(mu0, dx0)
+    stiction = read_curve(curve, [exact(mu0)], [exact(1 if dx0 is None else dx0)])
     status = stiction.status[0]
     if status is Status.SLIP:
-        message = f"the tip slips at x0 = {stiction.x0_slip[0]:.6g}"
+        message = f"the tip slips at x0 = {told(float(stiction.x0_slip[0]))}"
     elif status is Status.LOCK:
         message = (
             f"the tip locks: it slips only for mu0 up to mu_lock = {curve.mu_lock:.6g}; "
             "choose a smaller mu0 or an eta closer to 1 or another theta. Past the lock "
-            + _past_lock(curve, stiction)
+            + _past_lock(curve, stiction, told)
         )
     else:
         message = curve.message
@@ -419,18 +450,18 @@ def solve_onset(
     )
 
 
-def _past_lock(curve: StickingCurve, stiction: Stiction) -> str:
+def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float], str]) -> str:
     """Say how the motion goes on past the lock."""
-    x0, trail = float(stiction.ended.x0[0]), float(stiction.trail.x0[0])
-    then = f" and trails behind the clamp until it slips at x0 = {trail:.6g}"
+    x0, trail = told(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
+    then = f" and trails behind the clamp until it slips at x0 = {told(trail)}"
     if curve.mounting != IDEAL:
         then = "; where it comes to rest is computed in the ideal mounting alone"
     elif np.isnan(trail):
         then = " and trails behind the clamp as long as it was followed"
     return {
-        End.SWINGS_ASIDE: f"the rod swings aside at x0 = {x0:.6g}{then}",
-        End.SLIPS_BACK: f"it slips back at x0 = {x0:.6g}",
-        End.SNAPS: f"the rod snaps through at x0 = {x0:.6g}",
-        End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0:.6g} on",
+        End.SWINGS_ASIDE: f"the rod swings aside at x0 = {x0}{then}",
+        End.SLIPS_BACK: f"it slips back at x0 = {x0}",
+        End.SNAPS: f"the rod snaps through at x0 = {x0}",
+        End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0} on",
         End.NOT_FOLLOWED: f"the motion was not followed: {curve.end_message}",
     }[End(stiction.end[0])]

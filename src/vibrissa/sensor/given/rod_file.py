@@ -88,9 +88,8 @@ class RodFile:
             reading["kinetic_ratio"] = ratio
             if given.tolerance is not None:
                 stated = {"kinetic_ratio": given.tolerance} | stated
-        return cls(
-            whisker=whisker.tolerating(read_tolerances(whisker, stated, ratio)), reading=reading
-        )
+        whisker = whisker.tolerating(read_tolerances(whisker, stated, ratio))
+        return cls(whisker=whisker.wishing(reading.get("noise"), *stated.values()), reading=reading)
 
 
 def with_options(keys: Mapping[str, Any], options: Mapping[str, Any]) -> dict[str, Any]:

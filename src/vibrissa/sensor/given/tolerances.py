@@ -277,4 +277,5 @@ def told(name: str, size: float, units: Units) -> tuple[float, str]:
         return 100.0 * size, "%"
     if one.kind is Kind.ANGLE:
         return float(np.rad2deg(size)), "deg"
-    return size * units.unit(one.kind), "" if one.kind is Kind.NUMBER else units.name(one.kind)
+    value, unit = units.told(size * units.unit(one.kind), one.kind)
+    return value, "" if one.kind is Kind.NUMBER else unit

@@ -157,6 +157,8 @@ def identify(
         If the response of the whisker is not found.
     """
     method = chosen(Method, method, "method")
+    if whisker is not None:
+        whisker = whisker.wishing(noise, *(tolerances or {}).values())
     units = _units(whisker, recording, method)
     sensor = transducer_of(transducer, units)
     given = _noise(noise, sensor, units)

@@ -13,7 +13,15 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
 from vibrissa.sensor.identification.preparing.ends import moving, touching
-from vibrissa.sensor.quantities import CHANNEL_KINDS, OWN, Kind, Units, in_si
+from vibrissa.sensor.quantities import (
+    CHANNEL_KINDS,
+    MEASURED,
+    OWN,
+    Kind,
+    Units,
+    in_si,
+    wished_units,
+)
 from vibrissa.sensor.transducer import CHANNELS, Transducer
 
 if TYPE_CHECKING:
@@ -223,7 +231,7 @@ def _without_hum(recording: Recording, time: FloatArray, units: Units) -> Record
     if hum is None:
         return recording
     sizes = ", ".join(
-        f"{amplitude * units.unit(kind):.3g} {units.name(kind)} in {channel}"
+        f"{units.spelled(amplitude, kind, 3)} in {channel}"
         for channel, kind, amplitude in zip(CHANNELS, CHANNEL_KINDS, hum.amplitude, strict=True)
         if amplitude > 0.0
     )
@@ -233,8 +241,9 @@ def _without_hum(recording: Recording, time: FloatArray, units: Units) -> Record
 
 def units_of(source: "Path | DataFrame") -> Units:
     """Tell the units of a recording of which no rod is known: its own, or SI units."""
-    unit = series.read(source, ["footpoint"]).units.get("footpoint")
-    return Units(si=unit != OWN[Kind.LENGTH])
+    units = series.read(source, ["footpoint"]).units
+    wished = wished_units(MEASURED, *(f"1 {unit}" for unit in units.values()))
+    return Units(si=units.get("footpoint") != OWN[Kind.LENGTH], wished=wished)
 
 
 def _check_time(table: series.Table) -> None:

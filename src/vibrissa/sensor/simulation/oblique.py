@@ -210,7 +210,7 @@ def simulate_oblique(
     positions, law = np.asarray(positions, dtype=float), chosen(SlipLaw, law, "law")
     slips = partial(Slips, surface=surface, law=law, ratio=kinetic_ratio)
     slips(response=stage.heights.at(stage.eta))  # refuses an impossible ratio
-    known, outcome, end = _known(stage, positions)
+    known, outcome, end = _known(stage, positions, surface.told)
     parts: list[_Part] = []
     start = _Start(begin=0, contact=stage.x1_init, side=1, mu0=float(surface(stage.x1_init)))
     while True:
@@ -222,7 +222,8 @@ def simulate_oblique(
         clamp = float(positions[part.end])
         if part.past_lock and part.exit is not _Exit.FORWARD:
             if not (part.exit is _Exit.END and stage.heights.swings):
-                outcome, end = Outcome.LOCK, _locked(part, float(positions[part.end - 1]))
+                outcome = Outcome.LOCK
+                end = _locked(part, float(positions[part.end - 1]), surface.told)
                 break
             start = replace(
                 start,
@@ -237,17 +238,19 @@ def simulate_oblique(
         along = float(stage.along(clamp))
         rest = slips(response=branch).rest(along, float(x0), start.side)
         if np.isnan(rest):
-            outcome, end = Outcome.LOST, _lost(part, clamp)
+            outcome, end = Outcome.LOST, _lost(part, clamp, surface.told)
             break
         contact = branch.contact(along, rest, start.side)
         start = _Start(
             begin=part.end, contact=contact, side=start.side, mu0=float(surface(contact))
         )
-    said = (_swings(parts, positions), end)
+    said = (_swings(parts, positions, surface.told), end)
     return _assembled(stage, positions, parts, outcome, "; ".join(filter(None, said)))
 
 
-def _known(stage: ObliqueStage, positions: FloatArray) -> tuple[int, Outcome, str]:
+def _known(
+    stage: ObliqueStage, positions: FloatArray, told: Callable[[float], str]
+) -> tuple[int, Outcome, str]:
     """Count the steps at which the height is known, and say why the next one is not."""
     height = stage.height(positions)
     for out, outcome, reason in (
@@ -257,8 +260,8 @@ def _known(stage: ObliqueStage, positions: FloatArray) -> tuple[int, Outcome, st
         if out.any():
             first = int(np.argmax(out))
             message = (
-                f"the stage takes the clamp at {positions[first]:.6g} to the height "
-                f"{height[first]:.6g} (in units of L): {reason}"
+                f"the stage takes the clamp at {told(float(positions[first]))} to the height "
+                f"{told(float(height[first]))}: {reason}"
             )
             return first, outcome, message
     return len(positions), Outcome.COMPLETE, ""
@@ -274,30 +277,30 @@ def _swung(stage: ObliqueStage, part: _Part) -> float:
     return float(stage.along(part.until) + part.start.side * (x0 - states.x1_init))
 
 
-def _swings(parts: Sequence[_Part], positions: FloatArray) -> str:
+def _swings(parts: Sequence[_Part], positions: FloatArray, told: Callable[[float], str]) -> str:
     """Say where the rod swings aside first; empty if it does not."""
     for part, after in pairwise(parts):
         start = part.start
         if not after.start.slipped:
             return (
-                f"the tip locks at x = {start.contact:.6g}, where mu0 = {start.mu0:.6g}; with the "
-                f"clamp at {positions[part.end]:.6g} (in units of L) the rod swings aside, and "
-                "its tip is dragged behind"
+                f"the tip locks at x = {told(start.contact)}, where mu0 = {start.mu0:.6g}; with "
+                f"the clamp at {told(float(positions[part.end]))} the rod swings aside, and its "
+                "tip is dragged behind"
             )
     return ""
 
 
-def _locked(part: _Part, clamp: float) -> str:
+def _locked(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
     return (
-        f"the tip locks at x = {part.start.contact:.6g}, where mu0 = {part.start.mu0:.6g}; pushed "
-        f"on, it cannot stick beyond the clamp at {clamp:.6g} (in units of L)"
+        f"the tip locks at x = {told(part.start.contact)}, where mu0 = {part.start.mu0:.6g}; "
+        f"pushed on, it cannot stick beyond the clamp at {told(clamp)}"
     )
 
 
-def _lost(part: _Part, clamp: float) -> str:
+def _lost(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
     return (
-        f"the slip from x = {part.start.contact:.6g}, with the clamp at {clamp:.6g} (in units of "
-        "L), has so much energy that the tip leaves the states that are known"
+        f"the slip from x = {told(part.start.contact)}, with the clamp at {told(clamp)}, has so "
+        "much energy that the tip leaves the states that are known"
     )
 
 

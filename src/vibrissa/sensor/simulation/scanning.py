@@ -254,16 +254,17 @@ def simulate(
         clamp = float(positions[part.end])
         if part.locks and not part.below:
             if not response.swings:
-                outcome, end = Outcome.LOCK, _locked(response, part, float(positions[part.end - 1]))
+                outcome = Outcome.LOCK
+                end = _locked(response, part, float(positions[part.end - 1]), surface.told)
                 break
             start = _swung(response, part)
             continue
         rest = slips.rest(clamp, part.beyond, part.start.side)
         if np.isnan(rest):
-            outcome, end = Outcome.LOST, _lost(part, clamp)
+            outcome, end = Outcome.LOST, _lost(part, clamp, surface.told)
             break
         start = _Start(begin=part.end, side=part.start.side, rest=rest)
-    said = (_swings(response, parts, positions), end)
+    said = (_swings(response, parts, positions, surface.told), end)
     return _assembled(response, positions, parts, outcome, "; ".join(filter(None, said)))
 
 
@@ -278,20 +279,25 @@ def _swung(response: Response, part: _Part) -> _Start:
     )
 
 
-def _swings(response: Response, parts: Sequence[_Part], positions: FloatArray) -> str:
+def _swings(
+    response: Response,
+    parts: Sequence[_Part],
+    positions: FloatArray,
+    told: Callable[[float], str],
+) -> str:
     """Say where the rod swings aside first; empty if it does not."""
     for part, after in pairwise(parts):
         if not after.start.slipped:
             return (
-                f"the tip locks at x = {part.contact:.6g}, where mu0 = {part.mu0:.6g} is above "
+                f"the tip locks at x = {told(part.contact)}, where mu0 = {part.mu0:.6g} is above "
                 f"mu_lock = {response.curve.mu_lock:.6g}; with the clamp at "
-                f"{positions[part.end]:.6g} (in units of L) the rod swings aside, and its "
-                "tip is dragged behind"
+                f"{told(float(positions[part.end]))} the rod swings aside, and its tip is dragged "
+                "behind"
             )
     return ""
 
 
-def _locked(response: Response, part: _Part, clamp: float) -> str:
+def _locked(response: Response, part: _Part, clamp: float, told: Callable[[float], str]) -> str:
     if response.curve.end is not End.SWINGS_ASIDE:
         then = "pushed on, it cannot stick further"
     elif response.curve.mounting == IDEAL:
@@ -299,16 +305,16 @@ def _locked(response: Response, part: _Part, clamp: float) -> str:
     else:
         then = "the rod swings aside there; what follows is computed in the ideal mounting alone"
     return (
-        f"the tip locks at x = {part.contact:.6g}, where mu0 = {part.mu0:.6g} is above "
-        f"mu_lock = {response.curve.mu_lock:.6g}; it sticks up to the clamp at {clamp:.6g} (in "
-        f"units of L): {then}"
+        f"the tip locks at x = {told(part.contact)}, where mu0 = {part.mu0:.6g} is above "
+        f"mu_lock = {response.curve.mu_lock:.6g}; it sticks up to the clamp at {told(clamp)}: "
+        f"{then}"
     )
 
 
-def _lost(part: _Part, clamp: float) -> str:
+def _lost(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
     where = "the rod is pushed through" if part.below else "the tip lifts off the surface"
     return (
-        f"the slip from x = {part.contact:.6g}, with the clamp at {clamp:.6g} (in units of L), "
+        f"the slip from x = {told(part.contact)}, with the clamp at {told(clamp)}, "
         f"has so much energy that {where}"
     )
 

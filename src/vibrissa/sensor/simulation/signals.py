@@ -1,7 +1,7 @@
 """The signals of a whisker that is moved over a surface, in the units of its rod."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -125,7 +125,8 @@ def scan(
     # pulled, too: that is not known before.
     backward = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
     told = partial(progress, "scanning")
-    how = (surface, positions, law, kinetic_ratio, lambda done: told(done, len(positions)))
+    told_surface = replace(surface, units=units)
+    how = (told_surface, positions, law, kinetic_ratio, lambda done: told(done, len(positions)))
     if whisker.mounting.stage_angle:
         truth = simulate_oblique(whisker.stage(positions, backward, progress), *how)
     else:

@@ -167,7 +167,9 @@ class Slips:
             holds = float(self.surface(response.contact(clamp, x0, side)))
             if abs(float(response.demand(x0))) <= holds * (1.0 + FULL):
                 return x0
-        raise ArgumentError(f"the slip with the clamp at {clamp:.6g} does not come to rest")
+        raise ArgumentError(
+            f"the slip with the clamp at {self.surface.told(clamp)} does not come to rest"
+        )
 
     def _slide(self, clamp: float, x0: float, side: int) -> float:
         """Where a slide in one direction ends; NaN if it does not."""
@@ -238,7 +240,7 @@ class Slips:
                 where = float(way.position(start[rough][0]))
                 raise ArgumentError(
                     f"mu0 of the {self.surface.name} surface varies too finely near x = "
-                    f"{where:.6g} (in units of L) to follow a slip over it: give it as patches or "
+                    f"{self.surface.told(where)} to follow a slip over it: give it as patches or "
                     "as a profile, or smoother"
                 )
             done.append((start[~rough], width[~rough], mu0[~rough]))

@@ -106,9 +106,9 @@ def settled(
     slipping = Slipping(way=way, lag_low=low * step, lag_high=high * step)
     notes = left_out(recording.line[~kept], "the readings have not settled after a slip")
     if high:
-        length = units.unit(Kind.LENGTH) * float(np.median(np.abs(step)))
-        sizes = " or ".join(f"{each * length:.3g}" for each in sorted({low, high}))
-        notes += (f"the readings lag behind the clamp by {sizes} {units.name(Kind.LENGTH)}",)
+        usual = float(np.median(np.abs(step)))
+        sizes = (units.spelled(lag * usual, Kind.LENGTH, 3) for lag in sorted({low, high}))
+        notes += (f"the readings lag behind the clamp by {' or '.join(sizes)}",)
     return replace(recording, slipping=slipping, notes=recording.notes + notes).take(kept)
 
 
