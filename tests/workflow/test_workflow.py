@@ -458,6 +458,37 @@ def test_a_dry_run_plans_nothing(fresh):
     assert not (fresh.root / "results").exists()
 
 
+ASKING = "jobs.logged(snakemake.log[0]):\n"
+
+
+def test_jobs_run_in_workers_that_import_nothing_anew(fresh):
+    """And without `run.py` in a Python of their own."""
+    fresh.edit("workflow/scripts/captions.py", ASKING, f"{ASKING}    import sys\n")
+    asked = '    print("matplotlib" in sys.modules, __name__)\n'
+    fresh.edit("workflow/scripts/captions.py", "    import sys\n", f"    import sys\n{asked}")
+    log = fresh.root / "results/tiny/logs/captions.log"
+    assert fresh.call(RUN, CAPTIONS).returncode == 0
+    assert log.read_text() == "True __main__\n"
+    fresh.snakemake("--forcerun", CAPTIONS, CAPTIONS)
+    assert log.read_text() == "False __main__\n"
+
+
+def test_a_worker_that_is_killed_says_so_and_the_other_figures_are_kept(done):
+    done.edit(
+        "workflow/scripts/figure.py",
+        ASKING,
+        f"{ASKING}    import os\n    if 'taper' in snakemake.output[0]: os.kill(os.getpid(), 9)\n",
+    )
+    shutil.rmtree(done.root / "results/tiny/figures")
+    result = done.call(RUN, "--keep-going")
+    assert result.returncode == 1
+    title, why, log = result.stderr.splitlines()[-3:]
+    assert title.startswith("FAILED: rule figure, making results/tiny/figures/taper.svg")
+    assert why == "    (ended by SIGKILL)" and "logs/figure/taper.log" in log
+    drawn = {path.stem for path in done.root.glob("results/tiny/figures/*.svg")}
+    assert drawn == {"friction", "scan", "period", "state"}
+
+
 def test_a_figures_folder_that_is_a_file_is_named_last(fresh):
     fresh.edit("tiny.yaml", TINY[TINY.index("scans:") : TINY.index("figures:")], "")
     for name in ("scan", "period", "state", "friction"):

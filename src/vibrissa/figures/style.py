@@ -111,7 +111,8 @@ def save(figure: Figure, paths: Sequence[str | Path]) -> None:
     with applied():
         # Laid out once: the formats measure type differently.
         figure.draw_without_rendering()
-        figure.set_layout_engine("none")
+        # Not "none", with which every format would be drawn twice.
+        figure.set_layout_engine(None)
         for path in map(Path, paths):
             with write_atomically(path) as temporary:
                 figure.savefig(
