@@ -8,8 +8,9 @@ import pytest
 
 from vibrissa.design import MATERIALS, Requirements, read_requirements
 from vibrissa.design.materials import material
+from vibrissa.design.reading import with_rod_file
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.quantities import range_of
+from vibrissa.sensor.quantities import Kind, range_of
 from vibrissa.sensor.transducer import preset
 
 WIRE = MATERIALS["music-wire"]
@@ -114,3 +115,67 @@ def test_the_documentation_has_every_material_as_it_is():
     for name, stuff in MATERIALS.items():
         row = f"| `{name}` | {stuff.modulus / 1e9:.4g} | {stuff.yield_strain:.2%} | {stuff.name}. "
         assert row + stuff.source in page
+
+
+FILE = """
+theta = "2 ± 0.01"
+length = "100 ± 0.2 mm"
+modulus = "205 ± 4 GPa"
+material = "music-wire"
+noise = "3 mN, 3 mN, 10 N*mm"
+clamp_angle = "0 ± 0.3 deg"
+kinetic_ratio = 0.8
+section = "planar"
+
+[tolerances]
+eta = "0.1 mm"
+"""
+
+
+def test_a_rod_file_fixes_sizes_and_states_tolerances(tmp_path):
+    path = tmp_path / "rod.toml"
+    path.write_text(FILE)
+    asked = {"step": "20 um", "mu0": "0.2 to 0.4", "eta": None, "diameter": "0.5 to 1 mm"}
+    found = read_requirements(**with_rod_file(path, asked))
+    assert found.theta == (2.0, 2.0) and found.length == (0.1, 0.1)
+    assert found.diameter == pytest.approx((0.5e-3, 1e-3)) and found.eta == Requirements.eta
+    assert found.noise == pytest.approx((0.003, 0.003, 0.01))
+    assert found.tolerances == {
+        "theta": "0.01",
+        "length": "0.2 mm",
+        "modulus": "4 GPa",
+        "clamp_angle": "0.3 deg",
+        "eta": "0.1 mm",
+    }
+    assert found.wished == {Kind.FORCE: "mN", Kind.MOMENT: "N*mm"}
+    # Music wire yields at the same stress, whatever modulus was measured.
+    wire = MATERIALS["music-wire"]
+    assert found.modulus == 205e9 and found.density == wire.density
+    assert found.yield_strain * 205e9 == pytest.approx(wire.yield_strain * wire.modulus)
+
+
+@pytest.mark.parametrize(
+    ("given", "instead", "said"),
+    [
+        ("0 ± 0.3 deg", "1 deg", "of clamp_angle give the tolerance alone"),
+        ('material = "music-wire"', 'material = "carbon-rod"', "is not that of pultruded carbon"),
+        ('eta = "0.1 mm"', 'eta = "0.1 N"', "the tolerance of eta must be a length"),
+        ('eta = "0.1 mm"', 'height = "0.1 mm"', "there is no key height"),
+    ],
+)
+def test_a_rod_file_of_which_nothing_can_be_designed_is_refused(given, instead, said, tmp_path):
+    path = tmp_path / "rod.toml"
+    path.write_text(FILE.replace(given, instead))
+    with pytest.raises(ArgumentError, match=said):
+        read_requirements(**with_rod_file(path, {"step": "20 um", "mu0": "0.2 to 0.4"}))
+
+
+def test_options_take_the_place_of_what_a_rod_file_says(tmp_path):
+    path = tmp_path / "rod.toml"
+    path.write_text(FILE)
+    asked = {"step": "20 um", "mu0": "0.2 to 0.4", "transducer": "nano17-si-12-0.12"}
+    asked |= {"theta": "1 to 3", "tolerances": {"eta": "exact"}, "yield_strain": 0.004}
+    found = read_requirements(**with_rod_file(path, asked))
+    assert found.theta == (1.0, 3.0) and found.yield_strain == 0.004
+    assert found.noise[0] > 0.003 and found.tolerances["eta"] == "exact"
+    assert "theta" not in found.tolerances

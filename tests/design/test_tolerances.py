@@ -1,11 +1,11 @@
-"""What each tolerance adds to the uncertainty of μ0, against closed forms."""
+"""Which tolerance limits μ0, against closed forms and against halving it."""
 
 import numpy as np
 import pytest
 
 from vibrissa import Rod
 from vibrissa.design import design, read_requirements
-from vibrissa.design.tolerances import lines, tolerance_parts
+from vibrissa.design.tolerances import tolerance_limits
 from vibrissa.sensor import Whisker, solve
 
 ASKED = {
@@ -21,48 +21,68 @@ ASKED = {
 WHISKER = Whisker(theta=1.2, eta=0.88, rod=Rod(200e9, 1.2e-3, 0.18))
 
 
-def parts_of(method):
-    asked = read_requirements(**ASKED, method=method)
-    return {one.name: one for one in tolerance_parts(asked, WHISKER, 0.3, 0.002)}
+def limits_of(whisker=WHISKER, **asked):
+    found = tolerance_limits(read_requirements(**ASKED, **asked), whisker, 0.3, 0.002)
+    return found, {one.name: one for one in found.parts}
 
 
 def test_the_ratio_of_forces_is_wrong_by_turned_axes_and_zeros():
-    found = parts_of("forces")
+    found, parts = limits_of(method="forces")
     # fx/fy of axes that are turned by γ: (1 + μ²)·γ; a zero of fx adds itself over fy.
-    turned = found["transducer_angle"]
-    assert turned.part == pytest.approx((1 + 0.3**2) * turned.tolerance, rel=0.02)
+    turned = parts["transducer_angle"]
+    assert turned.alone == pytest.approx((1 + 0.3**2) * turned.tolerance, rel=0.02)
     force_y = solve(WHISKER, 0.3).columns()["force_y"].values[0] / WHISKER.rod.force_unit
-    zero = found["zero_force_x"]
-    assert zero.part == pytest.approx(zero.tolerance / abs(force_y), rel=0.02)
-    assert found["zero_moment_z"].part == 0.0
-    # Sorted, and what halving brings is by the quadratic sum.
-    assert next(iter(found)) == "transducer_angle"
-    total = 0.002**2 + sum(one.part**2 for one in found.values())
-    less = total - turned.part**2 + (turned.part / 2) ** 2
-    assert turned.halved == pytest.approx(1 - np.sqrt(less / total))
+    zero = parts["zero_force_x"]
+    assert zero.alone == pytest.approx(zero.tolerance / abs(force_y), rel=0.02)
+    assert parts["zero_moment_z"].alone == 0.0
+    # A surface that is inclined by γ turns both forces, and the tolerance is shared by six numbers.
+    assert {"stage_angle", "crosstalk", "drift_force_x"} <= parts.keys()
+    assert found.parts[0].halved == max(one.halved for one in found.parts) > 0.05
+    assert found.common < 0.01 and found.periods >= 29
 
 
-@pytest.mark.slow
 def test_the_moment_is_wrong_by_the_stiffness_of_the_rod():
-    found = parts_of("moment")
+    _, parts = limits_of(method="moment")
     # The moment goes with E·d0⁴: equal parts of both are one to four.
-    modulus, diameter = found["modulus"], found["diameter"]
-    assert diameter.part / diameter.tolerance == pytest.approx(
-        4 * modulus.part / modulus.tolerance, rel=0.02
+    modulus, diameter = parts["modulus"], parts["diameter"]
+    assert diameter.alone / diameter.tolerance == pytest.approx(
+        4 * modulus.alone / modulus.tolerance, rel=0.02
     )
-    assert found["zero_force_x"].part == found["transducer_angle"].part == 0.0
+    assert parts["zero_force_x"].alone == parts["transducer_angle"].alone == 0.0
+
+
+@pytest.mark.parametrize("name", ["length", "transducer_angle", "zero_force_x"])
+def test_half_a_tolerance_brings_what_was_promised(name):
+    found, parts = limits_of()
+    half = WHISKER.tolerating({name: parts[name].tolerance / 2})
+    better, of = limits_of(half)
+    assert of[name].stated and not parts[name].stated
+    promised = 1.0 - np.hypot(0.002, better.common) / np.hypot(0.002, found.common)
+    assert parts[name].halved == pytest.approx(promised, rel=0.05)
+
+
+def test_without_tolerances_nothing_limits():
+    found = tolerance_limits(read_requirements(**ASKED, assume=False), WHISKER, 0.3, 0.002)
+    assert found.parts == () and found.common == 0.0 and "taken as exact" in str(found)
 
 
 def test_a_design_says_what_halving_brings():
-    found = design(read_requirements(**ASKED))
-    text = list(lines(found.tolerances(), found.units))
-    assert text[1].split()[:3] == ["transducer_angle", "0.5", "deg"]
-    assert "halving it brings" in text[1] and len(text) < 10
+    asked = ASKED | {"length": "180 ± 0.2 mm"}
+    found = design(read_requirements(**asked, tolerances={"transducer_angle": "0.25 deg"}))
+    head, common, titles, *rows = str(found.tolerances()).strip().splitlines()
+    assert "which all periods share" in head and float(common.split()[0]) < 0.01
+    assert titles.split() == ["tolerance", "alone", "halving", "it", "brings"]
+    cells = {row.split()[0]: row.split()[1:] for row in rows}
+    assert cells["transducer_angle"][:2] == ["0.25", "deg"]
+    assert cells["length"][:2] == ["0.11", "%"] and cells["eta"][1] == "mm,"
+    assert len(rows) < 15
+    brings = [float(row.split()[-1].rstrip("%")) for row in rows]
+    assert brings == sorted(brings, reverse=True) and brings[0] > 5.0
 
 
-def test_with_very_low_noise_sensitivities_are_the_same():
+def test_with_very_low_noise_turned_axes_cost_the_same():
     asked = {name: text for name, text in ASKED.items() if name != "transducer"}
-    asked = read_requirements(**asked, noise="1 nN, 1 nN, 0.01 nN*m")
-    found = {one.name: one for one in tolerance_parts(asked, WHISKER, 0.3, 0.002)}
-    turned = found["transducer_angle"]
-    assert turned.part == pytest.approx((1 + 0.3**2) * turned.tolerance, rel=0.02)
+    asked = read_requirements(**asked, noise="1 uN, 1 uN, 0.01 uN*m")
+    found = tolerance_limits(asked, WHISKER, 0.3, 0.002)
+    turned = next(one for one in found.parts if one.name == "transducer_angle")
+    assert turned.alone == pytest.approx((1 + 0.3**2) * turned.tolerance, rel=0.02)

@@ -13,7 +13,6 @@ from vibrissa.cli.options import (
 from vibrissa.cli.requirements import takes_requirements
 from vibrissa.design import DesignStatus, Requirements
 from vibrissa.design import design as find_design
-from vibrissa.design.tolerances import lines
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import series
 
@@ -43,12 +42,11 @@ def design(requirements: Requirements, output: AlsoOut = None, picture: Picture 
     if found.status is DesignStatus.FAILED:
         raise ArgumentError(found.message)
     typer.echo(found)
-    if found.status is DesignStatus.FOUND:
-        for line in lines(found.tolerances(), found.units):
-            typer.echo(line)
     if output is not None:
         series.write(output, found.columns())
     if picture is not None:
         save_picture(found.plot(), picture)
+    if found.status is DesignStatus.FOUND:
+        typer.echo(found.tolerances())
     if found.status is DesignStatus.NONE:
         raise typer.Exit(1)

@@ -7,11 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
-from vibrissa.cli.options import Modulus, ReadFrom, Touch, Transducer
+from vibrissa.cli.options import MaybeTouch, Modulus, ReadFrom, Transducer
+from vibrissa.cli.whisker import RodOption, Tolerances, read_pairs
 from vibrissa.design.materials import MATERIALS
-from vibrissa.design.reading import read_requirements
+from vibrissa.design.reading import read_requirements, with_rod_file
 from vibrissa.design.requirements import Requirements
-from vibrissa.outcomes import Contact
+from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.identification.recording import Method
 
 
@@ -90,18 +91,21 @@ def read_options(
         str | None,
         typer.Option(help="Largest clamp travel between two measurements: '5 mm'."),
     ] = None,
-    contact: Touch = Contact.POINT,
+    contact: MaybeTouch = None,
     stock: Annotated[
         str | None,
         typer.Option(
             help="Diameters that can be had: '0.5 mm, 0.8 mm, 1 mm', or R10 or R20 of ISO 3."
         ),
     ] = None,
+    rod: RodOption = None,
+    tolerances: Tolerances = None,
 ) -> Requirements:
-    """Read requirements from the options of a command."""
-    asked = {**locals(), "range": range_}
-    del asked["range_"]
-    return read_requirements(**asked)
+    """Read requirements from the options of a command, and from its rod file."""
+    asked: dict[str, Any] = {**locals(), "range": range_, "assume": EXACT not in (tolerances or ())}
+    del asked["range_"], asked["rod"]
+    asked["tolerances"] = read_pairs([text for text in tolerances or () if text != EXACT])
+    return read_requirements(**(asked if rod is None else with_rod_file(rod, asked)))
 
 
 def takes_requirements(command: Callable[..., None]) -> Callable[..., None]:

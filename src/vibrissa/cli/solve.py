@@ -44,7 +44,9 @@ def solve(
             raise ArgumentError("give the material or its yield strain, not both")
         if whisker.rod is None:
             raise ArgumentError("a material needs the rod: give modulus, diameter and length")
-        yield_strain = material_named(material).yield_strain
+        yield_strain = (
+            material_named(material).with_modulus(whisker.rod.youngs_modulus).yield_strain
+        )
     found = sensor.solve(whisker, mu0, step, yield_strain)
     typer.echo(found)
     if output is not None:

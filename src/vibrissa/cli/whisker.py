@@ -10,7 +10,14 @@ import typer
 
 from vibrissa.cli.options import MaybeSection, MaybeTouch, Modulus
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.given.rod_file import OF_READING, TOLERANCES, RodFile, keys_of, with_options
+from vibrissa.sensor.given.rod_file import (
+    OF_MATERIAL,
+    OF_READING,
+    TOLERANCES,
+    RodFile,
+    keys_of,
+    with_options,
+)
 from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.whisker import Whisker
 
@@ -124,7 +131,7 @@ def takes_whisker(command: Callable[..., None]) -> Callable[..., None]:
     parameters = dict(inspect.signature(command).parameters)
     options = dict(inspect.signature(read_setup).parameters)
     del options["reading"]
-    own = [name for name in OF_READING if name in parameters]
+    own = [name for name in (*OF_READING, *OF_MATERIAL) if name in parameters]
     needless = parameters["whisker"].default is None
 
     @wraps(command)
@@ -139,7 +146,8 @@ def takes_whisker(command: Callable[..., None]) -> Callable[..., None]:
                 [text for text in values[TOLERANCES] or () if text != EXACT]
             )
         setup = read_setup(**asked)
-        values |= {name: setup.reading.get(name) for name in own}
+        said = setup.reading | setup.material
+        values |= {name: said.get(name) for name in own}
         command(whisker=setup.whisker, **values)
 
     # Typer reads the options of a command from its signature and its annotations.

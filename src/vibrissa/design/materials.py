@@ -5,12 +5,16 @@ stress over Young's modulus for metals, the beginning of the plateau for superel
 proportional limit for polymers, and fracture for brittle materials.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Self
 
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor.cards import is_card, read_card
 from vibrissa.sensor.quantities import Kind, Units, in_si
+
+# A modulus that was measured is that of a material up to this factor.
+OTHER = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,6 +47,24 @@ class Material:
                 raise ArgumentError(
                     f"{name} of a material must be positive and finite, got {value!r}"
                 )
+
+    def with_modulus(self, modulus: float) -> Self:
+        """Give the same material with a modulus that was measured; it yields at the same stress.
+
+        Raises
+        ------
+        ArgumentError
+            If the modulus is that of another material.
+        """
+        if not 1.0 / OTHER < modulus / self.modulus < OTHER:
+            raise ArgumentError(
+                f"modulus = {modulus / 1e9:.4g} GPa is not that of {self.name} "
+                f"({self.modulus / 1e9:.4g} GPa): give the material, or its modulus and yield "
+                "strain"
+            )
+        return replace(
+            self, modulus=modulus, yield_strain=self.yield_strain * self.modulus / modulus
+        )
 
 
 # Minimum strengths, so that the yield strains are on the safe side.

@@ -1,5 +1,6 @@
 """What a rod is to measure, with what, and the limits it must keep to."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,7 +10,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.sensor.identification.recording import WITH_ROD, Method
-from vibrissa.sensor.quantities import CHANNEL_KINDS, chosen
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Quantity, chosen
 
 # The least and the largest value; equal for a value that is given.
 Range = tuple[float, float]
@@ -63,6 +64,12 @@ class Requirements:
         Largest clamp travel between slips (m): the distance between two measurements.
     stock : tuple of float
         Diameters of which one is taken at the clamp (m); any, if there are none.
+    tolerances : mapping of str to str or number
+        Standard deviations that were stated, as `read_tolerances` reads them of the rod.
+    assume : bool
+        Whether what nothing is stated about has the tolerance that is assumed for it.
+    wished : dict of Kind to str
+        Units in which results are told; lengths are in millimetres.
     room : dict
         Factors by which limits are relaxed, by name; infinite for a limit that is left out.
 
@@ -92,6 +99,9 @@ class Requirements:
     weight: float = 0.1
     spacing: float = np.inf
     stock: tuple[float, ...] = ()
+    tolerances: Mapping[str, Quantity] = field(default_factory=dict)
+    assume: bool = True
+    wished: Mapping[Kind, str] = field(default_factory=dict)
     room: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -14,6 +14,7 @@ from vibrissa.design.telling import lines
 from vibrissa.extras import require
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.given.tolerances import read_tolerances
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.whisker import Whisker
@@ -21,7 +22,7 @@ from vibrissa.sensor.whisker import Whisker
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vibrissa.design.tolerances import TolerancePart
+    from vibrissa.design.tolerances import ToleranceLimits
 
 
 class DesignStatus(StrEnum):
@@ -123,7 +124,7 @@ class Design(Tabular):
     @property
     def units(self) -> Units:
         """Units of the results; a workshop thinks in millimetres."""
-        return Units(self.rod, {Kind.LENGTH: "mm"})
+        return Units(self.rod, {Kind.LENGTH: "mm", **self.requirements.wished})
 
     @property
     def is_cylinder(self) -> bool:
@@ -134,18 +135,20 @@ class Design(Tabular):
         """Say the rod, its standard deviations, its limits, and what would help."""
         return "\n".join(lines(self))
 
-    def tolerances(self) -> "tuple[TolerancePart, ...]":
-        """Tell what each tolerance adds to the uncertainty of μ0, where that is largest.
-
-        The recording is taken as it is, not adjusted within the tolerances as `identify` can.
-        """
-        from vibrissa.design.tolerances import tolerance_parts
+    def tolerances(self) -> "ToleranceLimits":
+        """Tell which tolerance limits μ0 where its uncertainty is largest, and by how much."""
+        from vibrissa.design.tolerances import tolerance_limits
 
         whisker = Whisker(
-            theta=self.theta, eta=self.eta, contact=self.requirements.contact, rod=self.rod
+            theta=self.theta,
+            eta=self.eta,
+            contact=self.requirements.contact,
+            rod=self.rod,
+            wished=self.units.wished,
         )
+        stated = read_tolerances(whisker, self.requirements.tolerances)
         mu0 = float(self.mu0[np.argmax(self.deviations.total)])
-        return tolerance_parts(self.requirements, whisker, mu0, self.deviation)
+        return tolerance_limits(self.requirements, whisker.tolerating(stated), mu0, self.deviation)
 
     def plot(self) -> "Figure":
         """Draw the standard deviation over μ0, and all pairs (θ, η) that were solved."""

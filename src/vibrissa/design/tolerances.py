@@ -1,70 +1,113 @@
 """Which tolerance limits the friction that a rod reads, and what halving it brings.
 
-The rod is moved over a surface of one friction, without noise, and the recording is read as if one
-thing were a little larger than it was given, one after the other. The change of μ0 per change of
-that thing, times its tolerance, is the part of that tolerance.
+The rod is moved over a surface of one friction, without noise, and `identify` reads this recording
+as one with the noise of the transducer: it adjusts what was given within its tolerances. With D the
+mean change of the frictions per unit of each quantity, and C the covariance of what remains, the
+variance that all periods share is D·C·Dᵀ. The quantities of one tolerance, with its variances S,
+have half of it if they are measured once more with the covariance S/3. By then it falls by
+
+    D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ,
+
+with the columns k of these quantities in C. So correlations are kept: who measures a length better
+tells of the modulus, too.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from vibrissa.design.requirements import Requirements
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.given.tolerances import assumed_tolerances, told
-from vibrissa.sensor.identification.adjusting.properties import PROPERTIES
-from vibrissa.sensor.identification.calibration import known_setup
-from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
+from vibrissa.sensor.given.tolerances import TOLERABLE, told
+from vibrissa.sensor.identification.friction import PeriodStatus
+from vibrissa.sensor.identification.identify import identify
 from vibrissa.sensor.identification.recording import Recording
+from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.simulation.scanning import simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.whisker import Whisker
 
-# Of an oblique stage the rod would be solved at many heights; slips end at α = 0 here.
-LEFT_OUT = ("stage_angle", "kinetic_ratio")
 # So many periods of sticking are read.
-PERIODS = 4
-# Sensitivities are differences over this part of a tolerance.
-PART = 0.1
-# Less noise than this part of the largest reading would tell the changed rod from the given one.
-LEAST_NOISE = 2e-3
-# A smaller part of all tolerances together is not told.
-SHOWN = 0.02
+PERIODS = 30
+# Told are those whose halving brings so much, and those that alone were such a part of the whole.
+BRINGS, COSTS = 0.005, 0.3
 
 
 @dataclass(frozen=True, kw_only=True)
 class TolerancePart:
-    """What one tolerance adds to the uncertainty of μ0, which all periods share.
+    """What one tolerance costs in the uncertainty of μ0.
 
     Attributes
     ----------
     name : str
     tolerance : float
         Standard deviation, in units of the rod, rad, or relative.
-    part : float
-        Standard deviation of μ0 by it.
+    stated : bool
+        Whether it was stated, or is assumed.
+    alone : float
+        Standard deviation of μ0 by it, if nothing is adjusted to the recording.
     halved : float
         By which part the standard deviation of μ0, with all tolerances, falls if it is halved.
     """
 
     name: str
     tolerance: float
-    part: float
+    stated: bool
+    alone: float
     halved: float
 
 
-def tolerance_parts(
+@dataclass(frozen=True, kw_only=True)
+class ToleranceLimits:
+    """Which tolerances limit μ0; prints as a table.
+
+    Attributes
+    ----------
+    parts : tuple of TolerancePart
+        The one whose halving brings most is the first.
+    common : float
+        Standard deviation of μ0 by all of them, after `identify` has adjusted what was given.
+    periods : int
+        Of the recording to which it was adjusted.
+    units : Units
+    """
+
+    parts: tuple[TolerancePart, ...]
+    common: float
+    periods: int
+    units: Units
+
+    def __str__(self) -> str:
+        """Say which count, the most first."""
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        if not self.parts:
+            yield "\nno tolerances: what was given is taken as exact"
+            return
+        yield "\nstandard deviation of mu0 by tolerances, which all periods share"
+        yield f"{self.common:<9.2g} after identify has adjusted them to {self.periods} periods"
+        yield f"{'tolerance':<18}{'':<26}{'alone':<10}halving it brings"
+        for one in self.parts:
+            if one.halved >= BRINGS or one.alone >= COSTS * self.common:
+                size, unit = told(one.name, one.tolerance, self.units)
+                given = f"{f'{size:.2g} {unit}'.strip()}{'' if one.stated else ', assumed'}"
+                yield f"{one.name:<18}{given:<26}{one.alone:<10.2g}{one.halved:.1%}"
+
+
+def tolerance_limits(
     requirements: Requirements, whisker: Whisker, mu0: float, deviation: float
-) -> tuple[TolerancePart, ...]:
-    """Tell what each tolerance adds to the uncertainty of μ0, the most first.
+) -> ToleranceLimits:
+    """Tell which tolerances limit the uncertainty of μ0.
 
     Parameters
     ----------
     requirements : Requirements
     whisker : Whisker
-        The rod that was found.
+        The rod that was found, with the tolerances that were stated.
     mu0 : float
         Friction of the surface.
     deviation : float
@@ -72,8 +115,7 @@ def tolerance_parts(
 
     Returns
     -------
-    tuple of TolerancePart
-        Of the tolerances that `identify` assumes where none is stated.
+    ToleranceLimits
 
     Raises
     ------
@@ -82,49 +124,48 @@ def tolerance_parts(
     RecordingError
         If its periods cannot be told apart.
     """
-    noise = np.array(requirements.noise) / whisker.units.channels
     step = requirements.step / whisker.units.unit(Kind.LENGTH)
-    recording = _recorded(whisker, mu0, step)
+    found = identify(
+        whisker,
+        _recorded(whisker, mu0, step),
+        method=requirements.method,
+        noise=np.array(requirements.noise) / whisker.units.channels,
+        step=step,
+        law=SlipLaw.FREE,
+        assume=requirements.assume,
+    )
+    slips = found.periods.status == PeriodStatus.SLIP
+    parts, common = [], 0.0
+    if found.tolerances:
+        effect = found.periods.effects[slips].mean(axis=0)
+        common = float(effect @ found.covariance @ effect)
+        parts = sorted(_parts(found, effect, deviation**2 + common), key=lambda one: -one.halved)
+    return ToleranceLimits(
+        parts=tuple(parts),
+        common=float(np.sqrt(common)),
+        periods=int(slips.sum()),
+        units=whisker.units,
+    )
 
-    # Sensitivities do not depend on it, but what is taken for a state of the rod does.
-    enough = np.maximum(noise, LEAST_NOISE * np.abs(recording.readings).max(axis=0))
 
-    def read(other: Whisker, seen: Recording) -> float:
-        periods = find_periods(
-            known_setup(other.response(False), other.eta),
-            seen,
-            enough,
-            method=requirements.method,
-            step=step,
-            law=SlipLaw.FREE,
-        )
-        return float(periods.mu0[periods.status == PeriodStatus.SLIP].mean())
-
-    tolerances = {
-        name: size
-        for name, size in assumed_tolerances(whisker.units, noise).items()
-        if name in PROPERTIES and name not in LEFT_OUT
-    }
-
-    def change(name: str, tolerance: float) -> float:
-        one, size = PROPERTIES[name], PART * tolerance
-        moved = read(one.whisker(whisker, size), one.recording(recording, size))
-        return abs(moved - given) / PART
-
-    given, parts = read(whisker, recording), {}
-    for name, tolerance in tolerances.items():
-        parts[name] = change(name, tolerance)
-    total = deviation**2 + sum(part**2 for part in parts.values())
-    found = [
-        TolerancePart(
+def _parts(found: Identification, effect: FloatArray, total: float) -> Iterator[TolerancePart]:
+    """Tell of each tolerance what it costs alone, and what halving it brings; `total` is all."""
+    names = np.array([one.of for one in found.tolerances])
+    for name in TOLERABLE:
+        own = np.flatnonzero(names == name)
+        if not len(own):
+            continue
+        variance = np.array([found.tolerances[i].tolerance ** 2 for i in own])
+        measured = np.diag(variance / 3.0) + found.covariance[np.ix_(own, own)]
+        shared = found.covariance[own] @ effect
+        falls = float(shared @ np.linalg.solve(measured, shared))
+        yield TolerancePart(
             name=name,
-            tolerance=tolerances[name],
-            part=part,
-            halved=1.0 - float(np.sqrt(1.0 - 0.75 * part**2 / total)),
+            tolerance=max(found.tolerances[i].tolerance for i in own),
+            stated=found.tolerances[own[0]].stated,
+            alone=float(np.sqrt(variance @ effect[own] ** 2)),
+            halved=1.0 - float(np.sqrt(1.0 - falls / total)),
         )
-        for name, part in parts.items()
-    ]
-    return tuple(sorted(found, key=lambda one: -one.part))
 
 
 def _recorded(whisker: Whisker, mu0: float, step: float) -> Recording:
@@ -137,16 +178,3 @@ def _recorded(whisker: Whisker, mu0: float, step: float) -> Recording:
     return Recording(
         clamp=scan.clamp, readings=scan.reactions, line=np.arange(1, len(scan.clamp) + 1)
     )
-
-
-def lines(parts: Sequence[TolerancePart], units: Units) -> Iterator[str]:
-    """Say which tolerances count, the most first."""
-    total = np.sqrt(sum(one.part**2 for one in parts))
-    yield "\ntolerance of what is given, and its part in the standard deviation of mu0"
-    for one in parts:
-        if one.part >= SHOWN * total:
-            size, unit = told(one.name, one.tolerance, units)
-            yield (
-                f"{one.name:<17} {f'{size:.2g} {unit}'.strip():<12} {one.part:<8.2g} "
-                f"halving it brings {one.halved:.1%}"
-            )

@@ -34,9 +34,15 @@ OF_WHISKER = (
     "stage_angle",
 )
 OF_READING = ("transducer", "noise", "kinetic_ratio")
+# What the material bears, and what it weighs: for `solve` and `design`.
+OF_MATERIAL = ("material", "yield_strain", "density")
 TOLERANCES = "tolerances"
 # Of each pair one is given: an option takes the place of the other in the file.
-EITHER = ({"clamp_compliance", "clamp_stiffness"}, {"transducer", "noise"})
+EITHER = (
+    {"clamp_compliance", "clamp_stiffness"},
+    {"transducer", "noise"},
+    {"material", "yield_strain"},
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -50,10 +56,13 @@ class RodFile:
     reading : dict
         ``transducer``, ``noise`` and ``kinetic_ratio``, as far as they are given: arguments of
         `vibrissa.sensor.identify`.
+    material : dict
+        ``material``, ``yield_strain`` and ``density``, as far as they are given.
     """
 
     whisker: Whisker
     reading: dict[str, Any]
+    material: dict[str, Any]
 
     @classmethod
     def read(cls, path: Path | str) -> Self:
@@ -80,6 +89,10 @@ class RodFile:
                 raise ArgumentError(f"{name} is not given: neither as an option nor in a rod file")
         whisker = Whisker.read(**{name: keys[name] for name in OF_WHISKER if name in keys})
         reading = {name: keys[name] for name in OF_READING if name in keys}
+        material = {name: keys[name] for name in OF_MATERIAL if name in keys}
+        if "yield_strain" in material:
+            strain = whisker.units.read(material["yield_strain"], Kind.NUMBER, "yield_strain")
+            material["yield_strain"] = float(strain)
         stated: dict[str, Quantity] = dict(keys.get(TOLERANCES, {}))
         ratio = None
         if "kinetic_ratio" in reading:
@@ -89,7 +102,11 @@ class RodFile:
             if given.tolerance is not None:
                 stated = {"kinetic_ratio": given.tolerance} | stated
         whisker = whisker.tolerating(read_tolerances(whisker, stated, ratio))
-        return cls(whisker=whisker.wishing(reading.get("noise"), *stated.values()), reading=reading)
+        return cls(
+            whisker=whisker.wishing(reading.get("noise"), *stated.values()),
+            reading=reading,
+            material=material,
+        )
 
 
 def with_options(keys: Mapping[str, Any], options: Mapping[str, Any]) -> dict[str, Any]:
@@ -131,7 +148,7 @@ def keys_of(path: Path | str) -> dict[str, Any]:
             'name = "value unit", in quotes'
         ) from None
     for name, value in found.items():
-        _check_key(str(path), name, (*OF_WHISKER, *OF_READING, TOLERANCES))
+        _check_key(str(path), name, (*OF_WHISKER, *OF_READING, *OF_MATERIAL, TOLERANCES))
         if name != TOLERANCES:
             _check_value(str(path), name, value)
     tolerances = found.get(TOLERANCES, {})
