@@ -1,6 +1,7 @@
 """What is said to the paper's statements, and that it would be something else if they were."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -13,9 +14,10 @@ from vibrissa.mechanics.bending import Bending, solve_and_measure
 from vibrissa.mechanics.elastica import rod_equations
 from vibrissa.mechanics.rod import Rod
 from vibrissa.mechanics.taper import diameter
+from vibrissa.numerics.steps import step_position
 from vibrissa.paper.claims import CLAIMS
 from vibrissa.paper.evidence import gather
-from vibrissa.paper.judging import by_bending
+from vibrissa.paper.judging import EXAMPLE, by_bending, line_fit
 from vibrissa.paper.ledger import Verdict, claims_table, markdown, summary
 from vibrissa.sticking.shooting import PAPER, shoot
 from vibrissa.tables import schemas, store
@@ -159,6 +161,7 @@ def falling(theta, mu0):
     return 0.1 * mu0 * (5.0 - theta)
 
 
+SAME_FY = {"reaction_fy_last": lambda rows: rows["reaction_fy_slip"]}
 THIN = Rod(youngs_modulus=2.1e11, base_diameter=1e-3, length=0.1)
 MIDDLE = Rod(youngs_modulus=2.1e11, base_diameter=1.8e-3, length=0.1)
 MILLIMETRE = Rod(youngs_modulus=2.1e11, base_diameter=5e-3, length=1e-3)
@@ -333,6 +336,183 @@ OTHERWISE = [
 ]
 
 
+def swapped(evidence):
+    """Give the scans over the smaller μ0 those over the larger one, and the other way round."""
+    return changed("scan", mu0=lambda rows: (0.7 - rows["mu0"]).round(1))(evidence)
+
+
+def with_tapers(tapers):
+    """Solve curves of other tapers in the place of those that are asked for."""
+    return lambda theta, eta: solve_curve(tapers.get(theta, theta), eta)
+
+
+def bent(factor):
+    """Equations of a rod that is bent more, or less, than the moment says."""
+
+    def equations(theta, f, alpha, x1, y1):
+        slopes = rod_equations(theta, f, alpha, x1, y1)
+        return lambda s, state: factor * np.array(slopes(s, state))
+
+    return equations
+
+
+def shifted_position(by):
+    return lambda k, step: step_position(k + by, step)
+
+
+class FoldedDemand(Folded):
+    """A curve on which one friction is needed twice."""
+
+    def __init__(self, theta, eta):
+        super().__init__(theta, eta)
+        half = 0.5 * self.x0_lock
+        self.friction_demand = lambda x0: self.curve.friction_demand(half - np.abs(x0 - half))
+        self.state = self.curve.state
+
+
+# What turns a verdict the other way, or by one part of its condition alone: an error below zero as
+# one above, a trend that falls as one that stays, the second of two conditions without the first.
+OTHER_WAY = [
+    ("pushed", changed("scan", footpoint=lambda r: -r["footpoint"]), {}, CONTRADICTED),
+    ("pushed", changed("scan", x1=lambda rows: rows["footpoint"]), {}, CONTRADICTED),
+    ("event frequency", with_friction(lambda mu0: 0.2 - 0.1 * mu0), {}, CONTRADICTED),
+    ("force unit", UNCHANGED, {"EXAMPLE": replace(EXAMPLE, youngs_modulus=4e11)}, CONTRADICTED),
+    ("force unit", UNCHANGED, {"EXAMPLE": replace(EXAMPLE, youngs_modulus=1e11)}, CONTRADICTED),
+    (
+        "taper of eq. (1)",
+        UNCHANGED,
+        {"printed_diameter": lambda s, theta: 1.0 + (theta - 1.0) * s},
+        CONTRADICTED,
+    ),
+    (
+        "taper of eq. (1)",
+        UNCHANGED,
+        {"printed_diameter": lambda s, theta: 1.0 / theta if theta > 2.0 else 0.9 / theta},
+        AMBIGUOUS,
+    ),
+    ("arc length", UNCHANGED, {"EXAMPLE": replace(EXAMPLE, length=1e-4)}, AMBIGUOUS),
+    ("sense of α", UNCHANGED, {"rod_equations": bent(0.9)}, CONTRADICTED),
+    ("sense of α", UNCHANGED, {"rod_equations": bent(1.1)}, CONTRADICTED),
+    ("sign of α", changed("scan", alpha=lambda rows: rows["alpha"] - 0.1), {}, CONTRADICTED),
+    (
+        "sign of α",
+        changed("scan", alpha=lambda rows: np.where(rows["step"] == 5, 0.0, rows["alpha"])),
+        {},
+        CONTRADICTED,
+    ),
+    (
+        "end of sticking",
+        changed("friction", alpha_trail=lambda rows: 1.1 * rows["alpha_trail"]),
+        {},
+        CONTRADICTED,
+    ),
+    *(
+        (
+            "μ0 from the load",
+            changed(table, **{column: lambda rows, c=column, f=factor: f * rows[c]}),
+            {},
+            CONTRADICTED,
+        )
+        for table, column, factor in (
+            ("friction", "reaction_fx_trail", 0.9),
+            ("friction", "reaction_fx_slip", 0.9),
+            ("taper", "reaction_fx_slip", 0.9),
+            ("taper", "reaction_fx_last", 2.0),
+        )
+    ),
+    (
+        "μ0 from the load",
+        lambda evidence: changed(
+            "taper", reaction_fx_last=lambda rows: rows["reaction_fx_slip"], **SAME_FY
+        )(
+            changed("friction", reaction_fx_last=lambda rows: rows["reaction_fx_slip"], **SAME_FY)(
+                evidence
+            )
+        ),
+        {},
+        HOLDS,
+    ),
+    ("longer with θ", with_taper(lambda theta, mu0: 0.1 + 0.0 * theta), {}, CONTRADICTED),
+    (
+        "taper compensates",
+        UNCHANGED,
+        {"solve_curve": with_tapers({1.0: 2.5})},
+        CONTRADICTED,
+    ),
+    ("taper compensates", UNCHANGED, {"solve_curve": with_tapers({3.0: 1.5})}, CONTRADICTED),
+    ("longer slides with θ", changed("scan", footpoint=lambda r: r["footpoint"] / 2), {}, HOLDS),
+    ("linear in θ", UNCHANGED, {"wide_sweep": straight_curves}, CONDITION),
+    ("linear in θ", with_taper(line_in_theta), {}, CONDITION),
+    ("μ0 strengthens the taper's effect", with_taper(lambda t, m: 0.1 * t), {}, CONTRADICTED),
+    (
+        "levels of Figure 7",
+        with_friction(lambda mu0: 0.1 * mu0 + 0.0005 + 0.1 * (mu0 == mu0.max())),
+        {},
+        CONDITION,
+    ),
+    ("cause of the levels", with_friction(lambda m: 8.0 * m), {}, CONTRADICTED),
+    (
+        "periods repeat",
+        changed("scan", f=lambda rows: rows["f"] - 0.001 * (rows["cycle"] > 5)),
+        {},
+        CONTRADICTED,
+    ),
+    ("step size analysed", UNCHANGED, {"step_position": shifted_position(1)}, CONTRADICTED),
+    ("step size analysed", UNCHANGED, {"step_position": shifted_position(-1)}, CONTRADICTED),
+    ("longer with μ0", with_friction(lambda mu0: 0.1 + 0.0 * mu0), {}, CONTRADICTED),
+    (
+        "longer with μ0",
+        changed("friction", x0_max=lambda rows: 0.2 - rows["x0_slip"]),
+        {},
+        CONTRADICTED,
+    ),
+    ("μ0 from the moment", UNCHANGED, {"solve_curve": FoldedDemand}, CONTRADICTED),
+    ("longer periods with θ and μ0", swapped, {}, CONTRADICTED),
+    ("longer periods with θ and μ0", with_taper(lambda t, m: 0.1 * t / m), {}, CONTRADICTED),
+    ("longer way", swapped, {}, CONTRADICTED),
+    ("more steps", swapped, {}, CONTRADICTED),
+    ("more events with μ0", with_taper(lambda t, m: 0.01 * t + 0.0 * m), {}, AMBIGUOUS),
+    ("negative φ1 in Figure 8", state(phi1=0.0), {}, CONTRADICTED),
+    ("penetration in Figure 8", state(shape_y=np.linspace(0.0, 0.56, 101)), {}, HOLDS),
+    ("correct in theory", state(stability=0.0), {}, CONDITION),
+    ("contact along a line", changed("friction", penetrates=lambda rows: True), {}, HOLDS),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "other", "verdict"),
+    OTHER_WAY,
+    ids=[f"{name}-{verdict}" for name, *_, verdict in OTHER_WAY],
+)
+def test_a_verdict_turns_both_ways(monkeypatch, evidence, name, change, other, verdict):
+    judge = named(name).judge
+    for replaced, value in other.items():
+        monkeypatch.setattr(f"{judge.__module__}.{replaced}", value)
+    finding = judge(change(evidence))
+    assert finding.verdict == verdict, finding
+
+
+@pytest.mark.parametrize(
+    ("steps", "verdict"), [(-2, CONTRADICTED), (-1, CONDITION), (1, CONDITION), (2, CONTRADICTED)]
+)
+def test_periods_too_short_and_too_long_are_as_bad(monkeypatch, evidence, steps, verdict):
+    """And so are forces that are too small and too large."""
+
+    def walk(theta, eta, dx0, mu0, tolerances):
+        size = {(rows["theta"].iloc[0], rows["mu0"].iloc[0]): rows for rows in periods}
+        forces = size[theta, mu0]["f"].to_numpy() * (1.0 + 0.01 * steps)
+        some = [SimpleNamespace(f=force) for force in forces]
+        return (some + some)[: len(forces) + 1 + steps]
+
+    periods = evidence.first_periods()
+    monkeypatch.setattr("vibrissa.paper.modeling.shooting.walk", walk)
+    finding = named("shooting").judge(one_scan(evidence))
+    assert finding.verdict == verdict
+    assert finding.quantities["largest difference in steps"] == (abs(steps), "1")
+    if steps < 0:
+        assert finding.quantities["largest error of f"][0] == pytest.approx(-steps)
+
+
 def named(name):
     (found,) = [claim for claim in CLAIMS if claim.name == name]
     return found
@@ -482,3 +662,16 @@ def test_nothing_is_judged_by_what_failed(paper, study_tables, table, status, wh
     doctored = study_tables[table].from_pylist(rows, schema=study_tables[table].schema)
     with pytest.raises(TableError, match=f"{where} has rows with status {status}"):
         gather(study_tables | {table: doctored}, dict(paper.claims))
+
+
+def test_a_line_is_fitted_and_its_largest_deviation_is_on_either_side():
+    x = np.arange(5.0)
+    line = line_fit(x, 3.0 - 2.0 * x)
+    assert (line.slope, line.r_squared) == (pytest.approx(-2.0), pytest.approx(1.0))
+    assert line.deviation == pytest.approx(0.0, abs=1e-12)
+    # One point that is off by one, in the middle of five, is off the line by 0.8.
+    for off in (1.0, -1.0):
+        line = line_fit(x, off * (x == 2.0))
+        assert line.slope == pytest.approx(0.0, abs=1e-12)
+        assert line.deviation == pytest.approx(0.8)
+        assert line.r_squared == pytest.approx(0.0, abs=1e-12)
