@@ -1,5 +1,7 @@
 """Paths from α = 0: tubes meet, signs are proved, an onset behind the maximum is not the first."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from flint import arb
@@ -116,3 +118,149 @@ def test_a_fold_of_the_path_is_not_proved_as_a_path_without(rod, curve):
             tube(rod, curve, float(fold), reach)
     # Beside the fold there is one.
     assert tube(rod, curve, float(fold) - 0.05, 2.0**-8).rise < 0
+
+
+class Piece:
+    """A tube of which only what is proved of it is known."""
+
+    def __init__(self, rise, advance=1, mu=0.3, bend=None, holds=False):
+        self.rise, self.advance, self.mu, self.bend, self._holds = rise, advance, mu, bend, holds
+
+    def holds(self, load):
+        return self._holds
+
+
+UP, DOWN, HERE = Piece(1), Piece(-1), Piece(1, holds=True)
+# Where the sign of the rise is open, and that of its change is proved or not.
+TOP, TURNED, FLAT = Piece(0, bend=1), Piece(0, bend=-1), Piece(0, bend=0)
+TOP_HERE = Piece(0, bend=1, holds=True)
+BACK = Piece(1, advance=0)
+
+
+class State:
+    load = None
+
+
+@pytest.mark.parametrize(
+    ("tubes", "proved"),
+    [
+        ([UP, HERE], True),
+        ([HERE, DOWN], True),
+        ([UP, UP], False),
+        ([DOWN, HERE], False),
+        ([TOP, HERE], False),
+        ([BACK, HERE], False),
+        ([Piece(1, advance=-1), HERE], False),
+        ([Piece(0, holds=True)], False),
+        ([], False),
+    ],
+)
+def test_an_onset_is_the_first_if_all_before_it_rises(tubes, proved):
+    assert Path(tubes=tubes).slips_first(State()) is proved
+
+
+@pytest.mark.parametrize(
+    ("tubes", "proved"),
+    [
+        ([UP, TOP, DOWN], True),
+        ([UP, Piece(0, mu=0.5), DOWN], False),
+        ([UP, Piece(0, mu=0.4), DOWN], False),
+        ([UP, DOWN, Piece(1, mu=9)], True),
+        ([BACK, DOWN], False),
+        ([UP, TOP], False),
+        ([], False),
+    ],
+)
+def test_a_tip_locks_if_all_up_to_the_fall_needs_less(tubes, proved):
+    assert Path(tubes=tubes).locks(0.4) is proved
+
+
+@pytest.mark.parametrize(
+    ("tubes", "proved"),
+    [
+        ([UP, TOP_HERE, DOWN], True),
+        ([UP, TOP, TOP_HERE, DOWN], True),
+        ([UP, TOP_HERE, TOP, DOWN], True),
+        ([UP, Piece(0, bend=-1, holds=True), TURNED, DOWN], True),
+        ([UP, TOP_HERE, TURNED, DOWN], False),
+        ([UP, TURNED, TOP_HERE, DOWN], False),
+        ([UP, TOP_HERE, FLAT, DOWN], False),
+        ([UP, TOP, DOWN], False),
+        ([UP, HERE, DOWN], False),
+        ([UP, Piece(0, advance=0, bend=1, holds=True), DOWN], False),
+        ([UP, TOP_HERE], False),
+        ([], False),
+    ],
+)
+def test_a_maximum_is_the_first_if_the_rise_changes_its_sign_once(tubes, proved):
+    assert Path(tubes=tubes).peaks_first(State()) is proved
+
+
+@pytest.fixture
+def followed(monkeypatch):
+    """Follow a path of made-up tubes, each by its number and how far it is to reach."""
+
+    def follow_made_up(made, beyond=None, over=False):
+        asked = []
+
+        def next_tube(rod, init, tubes, reach):
+            asked.append((len(tubes), float(reach) / 2.0**-6))
+            return made(len(tubes), float(reach))
+
+        monkeypatch.setattr("vibrissa.proof.path.next_tube", next_tube)
+        init = SimpleNamespace(load=Load(arb(0), arb(-1), arb(-1)))
+        found = follow(None, init, beyond=None if beyond is None else arb(beyond), over=over)
+        return found.tubes, asked
+
+    return follow_made_up
+
+
+def ends(fx):
+    return SimpleNamespace(fx=fx)
+
+
+def test_a_path_ends_beyond_a_friction_or_where_its_demand_falls(followed):
+    made = [Piece(arb(1), mu=arb(0.1 * n)) for n in range(1, 6)] + [Piece(arb(-1), mu=arb(0.4))]
+    tubes, asked = followed(lambda n, reach: made[n], beyond=0.25)
+    assert tubes == made[:3]
+    # Each tube may be a quarter longer than the one before.
+    assert asked == [(0, 1.0), (1, 1.25), (2, 1.25**2)]
+    assert followed(lambda n, reach: made[n], beyond=0.25, over=True)[0] == made
+    assert followed(lambda n, reach: made[n], over=True)[0] == made
+
+
+def test_a_tube_that_is_not_proved_or_does_not_advance_is_made_shorter(followed):
+    def made(n, reach):
+        if reach > 2.0**-9:
+            raise NotProvedError("too long")
+        return Piece(arb(1), mu=arb(9), advance=arb(1 if reach <= 2.0**-10 else -1))
+
+    tubes, asked = followed(made, beyond=1.0)
+    assert len(tubes) == 1
+    assert [reach for _, reach in asked] == [1.0, 0.5, 0.25, 0.125, 0.0625]
+
+    def never(n, reach):
+        last = Piece(arb(1), mu=arb(0.1), advance=arb(1 if n == 0 else 0))
+        last.last = ends(-0.5)
+        return last
+
+    with pytest.raises(NotProvedError, match=r"could not be followed beyond fx = -0\.5"):
+        followed(never, beyond=1.0)
+    with pytest.raises(NotProvedError, match=r"could not be followed beyond fx = 0"):
+        followed(lambda n, reach: Piece(arb(1), advance=arb(0)), beyond=1.0)
+
+
+@pytest.mark.parametrize(
+    ("mu", "bend", "calls"),
+    [
+        # Before the friction that is asked for, the rise is to be proved, in tubes of any length.
+        (0.1, 1, 8),
+        (9.0, 1, 1),
+        (9.0, -1, 1),
+        (9.0, 0, 8),
+    ],
+)
+def test_where_the_rise_is_open_tubes_are_short_or_prove_that_it_turns(followed, mu, bend, calls):
+    made = [Piece(arb(0), mu=arb(mu), bend=arb(bend)), Piece(arb(-1), mu=arb(9))]
+    _, asked = followed(lambda n, reach: made[n], beyond=1.0, over=True)
+    assert [n for n, _ in asked].count(0) == calls
