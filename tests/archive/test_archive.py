@@ -58,6 +58,9 @@ def test_an_archive_holds_what_makes_the_results(unpacked):
     }
     assert list(reproduction.damaged(unpacked, recorded)) == []
     assert not [name for name in recorded if "__pycache__" in name]
+    # Two archives of the same files are the same, whatever the order in which a disk lists them.
+    source = [name for name in recorded if name.startswith("src/")]
+    assert source == sorted(source) and len(source) > 100
     assert (unpacked / "src/vibrissa/commit.txt").read_text() == f"{COMMIT}\n"
     assert f"commit {COMMIT}" in (unpacked / "README.md").read_text()
 

@@ -52,6 +52,13 @@ def words(text):
     return f"{text.get_text()!r} {number(text.get_fontsize())} pt {to_hex(text.get_color())}"
 
 
+def anchored(legend):
+    """Say by which of its corners a legend hangs, and where, as parts of its axes or page."""
+    whole = legend.axes.transAxes if legend.axes else legend.get_figure().transFigure
+    place = legend.get_bbox_to_anchor().transformed(whole.inverted())
+    return f"by {legend._loc_real} at {numbers(np.round(place.extents, 3))}"
+
+
 def described(artist):
     """Say in one line what an artist shows; nothing of those that show nothing."""
     look = f"z {number(artist.get_zorder())}"
@@ -77,7 +84,8 @@ def described(artist):
         )
     if isinstance(artist, Legend):
         texts = "; ".join(words(text) for text in artist.get_texts())
-        return f"legend {artist.get_title().get_text()!r} in {artist._ncols} columns: {texts}"
+        title = artist.get_title().get_text()
+        return f"legend {title!r} {anchored(artist)} in {artist._ncols} columns: {texts}"
     if isinstance(artist, Text) and artist.get_text():
         return f"text {words(artist)} at {numbers(artist.get_position())}"
     if isinstance(artist, Patch) and not isinstance(artist, Spine):

@@ -46,6 +46,32 @@ def command_of_the_docs():
     return [shlex.split(line)[1:] for line in code.splitlines()]
 
 
+SAID = """\
+read as cp1252, separator semicolon, decimal comma, titles in line 7, units in the line below, \
+1,226 rows from line 9 on
+time: Zeit in s
+force_x: minus Kraft Fy in mN
+force_y: Kraft Fx in mN
+moment_z: Moment Mz in Nmm
+the clamp position is the speed times the time since the first sample that is kept
+zero of force_x: 0.310254 ± 0.00027 N by 96 samples, taken off
+zero of force_y: 0.120221 ± 0.00029 N by 96 samples, taken off
+zero of moment_z: 0.0085855 ± 7.9e-06 N*m by 96 samples, taken off
+left out, the clamp rests, or no force acts: lines 9 to 258 and lines 1010 to 1234
+laboratory.csv: 751 rows
+for identify, the zeros are known to: --tolerance "zero_force_x=0.00027 N" \
+--tolerance "zero_force_y=0.00029 N" --tolerance "zero_moment_z=7.9e-06 N*m"
+"""
+
+
+def test_all_that_was_read_and_decided_is_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    reading, _ = command_of_the_docs()
+    reading[reading.index("-o") + 1] = "laboratory.csv"
+    assert run(*reading).output == SAID
+
+
 def test_the_laboratory_file_is_what_its_script_writes(tmp_path):
     MADE["main"](tmp_path)
     new, old = ((folder / LABORATORY.name).read_bytes() for folder in (tmp_path, ROOT / "examples"))

@@ -74,7 +74,7 @@ def _encoding_of(data: bytes) -> str:
             return encoding
     start = data[: min(LOOKED_AT, len(data) // 2 * 2)]
     for encoding, zeros in (("utf-16-le", start[1::2]), ("utf-16-be", start[::2])):
-        if start and zeros.count(0) > ZEROS * len(zeros):
+        if zeros.count(0) > ZEROS * len(zeros):
             return encoding
     try:
         data.decode()
