@@ -48,6 +48,7 @@ def wheel(tmp_path_factory):
     return [folder / name for name in names]
 
 
+@pytest.mark.slow
 def test_a_wheel_has_commit_schema_and_workflow(wheel):
     archive, source = wheel
     with zipfile.ZipFile(archive) as files:

@@ -256,6 +256,7 @@ def test_blessed_results_pass_until_they_change(folder, study_tables, capsys):
     assert check.main(MINE) == 0
 
 
+@pytest.mark.slow
 def test_tables_that_appear_or_vanish_are_differences(folder, study_tables, capsys):
     assert check.main([*MINE, "--reference", "kept", "--bless"]) == 0
     store.write(study_tables["scans"], folder / "results/mine/tables/scans.parquet")

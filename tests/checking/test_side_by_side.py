@@ -162,6 +162,7 @@ def test_a_table_in_one_alone():
     ]
 
 
+@pytest.mark.slow
 def test_the_page_and_the_figure(capsys):
     rows = np.multiply(ONSETS, 1 + 1e-3)
     results("a"), results("b", with_column(TABLE, "x0_slip", rows), STUDY.replace("0.2", "0.3"))

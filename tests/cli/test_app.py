@@ -65,6 +65,7 @@ def test_lock_is_an_answer():
     assert "lock" in result.output and "0.47757" in result.output
 
 
+@pytest.mark.slow
 def test_a_mounting_is_given_with_units():
     ideal = run("solve", *WHISKER, "--mu0", "0.4")
     tilted = run("solve", *WHISKER, "--mu0", "0.4", "--clamp-angle", "2 deg")
@@ -92,6 +93,7 @@ def test_scan_writes_signals_and_truth(tmp_path):
     assert picture.read_bytes().startswith(b"<?xml")
 
 
+@pytest.mark.slow
 def test_an_inclined_surface_is_a_stage_and_a_clamp_at_an_angle(tmp_path):
     angles = ["--stage-angle", "2 deg", "--clamp-angle", "2 deg"]
     own, si = tmp_path / "own.parquet", tmp_path / "si.parquet"
@@ -175,6 +177,7 @@ print({"numpy", "scipy", "pint", "matplotlib", "pyarrow", "rich"} & set(sys.modu
     assert "identify" in listed.stdout and listed.stdout.endswith("set()\n")
 
 
+@pytest.mark.slow
 def test_an_onset_does_not_wait_for_libraries_that_it_does_not_need():
     program = """
 import sys
@@ -219,6 +222,7 @@ def test_units_are_exact_decimals():
     assert units.column_factor("E*I0/L**2", Kind.FORCE, "f") == 1.0
 
 
+@pytest.mark.slow
 @given(st.text(max_size=20))
 def test_any_text_is_a_quantity_or_refused_as_a_value_error(text):
     try:

@@ -48,6 +48,7 @@ def test_a_search_on_the_command_line(coarse, tmp_path):
         assert name in result.output
 
 
+@pytest.mark.slow
 def test_without_units_on_the_command_line():
     own = ["--step", "0.0005", "--mu0", "0.2 to 0.4", "--noise", "0.003, 0.003, 0.0002"]
     result = run(*own, *SHAPE, "--yield-strain", "1.2")

@@ -48,6 +48,7 @@ def best(coarse, request):
     return design(asked(method=request.param))
 
 
+@pytest.mark.slow
 def test_what_is_promised_is_what_comes_out_of_scans_that_are_read_back(best):
     rod = best.rod
     whisker = Whisker(theta=best.theta, eta=best.eta, rod=rod)
@@ -145,6 +146,7 @@ def uses(requirements, pairs, diameter, length):
 UNIT = st.floats(0, 1)
 
 
+@pytest.mark.slow
 @given(UNIT, UNIT, UNIT)
 def test_no_other_size_within_the_limits_measures_better(best, thick, long, near):
     r, pairs = best.requirements, best.pairs

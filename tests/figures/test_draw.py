@@ -1,3 +1,4 @@
+from functools import cache
 from typing import get_args
 
 import numpy as np
@@ -59,28 +60,39 @@ def failed_state():
     )
 
 
-CURVES = {theta: solve_curve(float(theta), 0.85) for theta in THETA}
-TABLES = {
-    "stiction": points_table({"main": grid(mu0=MU0[:3]), "locks": grid(theta=("2",))}, CURVES),
-    "failed points": points_table({"main": grid(theta=("9",))}, {"9": FAILED}),
-    "scans": store.joined(
-        [
-            scan_table(CURVES["2"], "2", "0.3"),
-            scan_table(CURVES["3"], "3", "0.3"),
-            scan_table(CURVES["2"], "2", "0.9"),
-            scan_table(FAILED, "1", "0.3"),
-        ],
-        schemas.SCANS,
-    ),
-    "states": records.states_table(
-        {
-            "inside": solve_state(1, 0.55, 0.15),
-            "outside": solve_state(2, 0.85, 0.3),
-            "lost": failed_state(),
-        },
-        "a",
-    ),
-}
+@cache
+def curve_of(theta):
+    return solve_curve(float(theta), 0.85)
+
+
+@cache
+def tables():
+    return {
+        "stiction": points_table(
+            {"main": grid(mu0=MU0[:3]), "locks": grid(theta=("2",))},
+            {theta: curve_of(theta) for theta in THETA},
+        ),
+        "failed points": points_table({"main": grid(theta=("9",))}, {"9": FAILED}),
+        "scans": store.joined(
+            [
+                scan_table(curve_of("2"), "2", "0.3"),
+                scan_table(curve_of("3"), "3", "0.3"),
+                scan_table(curve_of("2"), "2", "0.9"),
+                scan_table(FAILED, "1", "0.3"),
+            ],
+            schemas.SCANS,
+        ),
+        "states": records.states_table(
+            {
+                "inside": solve_state(1, 0.55, 0.15),
+                "outside": solve_state(2, 0.85, 0.3),
+                "lost": failed_state(),
+            },
+            "a",
+        ),
+    }
+
+
 FIGURES = {
     "taper": ("taper", "stiction", {"grid": "main", "dx0": 0.001}),
     "friction": ("friction", "stiction", {"grid": "locks", "theta": 2, "dx0": 0.005}),
@@ -95,7 +107,7 @@ FIGURES = {
 
 def example(name):
     kind, table, selection = FIGURES[name]
-    figure = draw(kind, TABLES[table], selection)
+    figure = draw(kind, tables()[table], selection)
     return figure, figure.axes[0]
 
 
@@ -103,7 +115,7 @@ def rows(table, **values):
     """Rows of a table with the given values, in the order of the first axis that is not given."""
     found = [
         row
-        for row in TABLES[table].to_pylist()
+        for row in tables()[table].to_pylist()
         if all(value in row[k] if k == "grids" else row[k] == value for k, value in values.items())
     ]
     assert found
@@ -150,14 +162,14 @@ def test_friction_figure_shows_marks_onset_and_lock():
     slips = found[:3]
     assert is_line(onset, column(slips, "mu0"), column(slips, "x0_slip"))
     assert is_line(marks, column(slips, "mu0"), column(slips, "x0_max"))
-    assert lock.get_xdata() == [CURVES["2"].mu_lock] * 2
+    assert lock.get_xdata() == [curve_of("2").mu_lock] * 2
     assert "0.005" in marks.get_label()
-    assert any(f"{CURVES['2'].mu_lock:.4f}" in text.get_text() for text in axes.texts)
+    assert any(f"{curve_of('2').mu_lock:.4f}" in text.get_text() for text in axes.texts)
 
 
 def test_friction_figure_enlarges_the_first_of_many_levels():
     mu0 = [f"{0.1 + i / 500:g}" for i in range(150)]
-    table = points_table({"fine": grid(("2",), mu0, ("0.001",))}, {"2": CURVES["2"]})
+    table = points_table({"fine": grid(("2",), mu0, ("0.001",))}, {"2": curve_of("2")})
     figure = draw("friction", table, {"grid": "fine"})
     (axes,) = figure.axes
     (inset,) = axes.child_axes
@@ -232,7 +244,10 @@ def test_axes_say_what_they_show(name):
     assert axes.get_xlabel() and axes.get_ylabel()
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize(
+    "name",
+    ["state", *(pytest.param(name, marks=pytest.mark.slow) for name in ("friction", "scan"))],
+)
 def test_files_are_whole_and_the_same_table_gives_the_same_bytes(name, tmp_path):
     starts = {"pdf": b"%PDF-", "svg": b"<?xml", "png": b"\x89PNG\r\n\x1a\n"}
     ends = {"pdf": b"%%EOF\n", "svg": b"</svg>\n", "png": b"IEND\xaeB`\x82"}
@@ -266,7 +281,7 @@ def test_the_columns_of_a_kind_are_those_of_its_table_and_say_what_failed(model)
 def test_an_unknown_kind_is_refused():
     message = f"unknown kind of figure 'pie'; allowed: {', '.join(KINDS)}"
     with pytest.raises(ValueError, match=message):
-        draw("pie", TABLES["stiction"], {})
+        draw("pie", tables()["stiction"], {})
 
 
 @pytest.mark.parametrize(
@@ -284,7 +299,7 @@ def test_an_unknown_kind_is_refused():
 def test_nothing_to_draw_is_refused(name, other):
     kind, table, selection = FIGURES[name]
     with pytest.raises(ValueError, match=f"no rows to draw for {kind} figure with") as error:
-        draw(kind, TABLES[table], selection | other)
+        draw(kind, tables()[table], selection | other)
     assert str(selection | other) in str(error.value)
 
 
@@ -298,7 +313,7 @@ def test_nothing_to_draw_is_refused(name, other):
     ],
 )
 def test_a_figure_of_what_failed_says_so(kind, table, selection, tmp_path):
-    figure = draw(kind, TABLES[table], selection)
+    figure = draw(kind, tables()[table], selection)
     (text,) = figure.axes[0].texts
     assert text.get_text().startswith("failed: ")
     assert ("no luck" in text.get_text()) == (kind in ("state", "friction"))
@@ -311,7 +326,7 @@ def test_a_figure_of_what_failed_says_so(kind, table, selection, tmp_path):
     [("taper", {"grid": "main", "dx0": 0.001}), ("friction", {"grid": "locks", "dx0": 0.001})],
 )
 def test_points_without_an_onset_leave_gaps(kind, selection, tmp_path):
-    table = TABLES["stiction"]
+    table = tables()["stiction"]
     for name in ("x0_slip", "x0_max", "n_steps"):
         field = table.schema.field(name)
         table = table.set_column(
@@ -404,11 +419,11 @@ def test_past_the_lock_sticking_ends_where_a_trailing_or_a_planar_rod_slips():
 
 
 def test_the_margin_out_of_the_plane_is_marked_as_zero_at_x1_init():
-    axes = draw("margins", TABLES["scans"], {"scan": "runs", "mu0": 0.9}).axes[1]
+    axes = draw("margins", tables()["scans"], {"scan": "runs", "mu0": 0.9}).axes[1]
     curve, _, mark = drawn(axes)[:3]
     found = rows("scans", theta=2, mu0=0.9, cycle=1, phase="stick")
     assert is_line(curve, column(found, "footpoint"), column(found, "stability_aside"))
-    assert mark.get_xdata() == pytest.approx([CURVES["2"].x1_init], abs=1e-12)
+    assert mark.get_xdata() == pytest.approx([curve_of("2").x1_init], abs=1e-12)
     assert list(mark.get_ydata()) == [0.0]
     # In line contact it is where the clamp is under the contact point, not under the tip.
     lying = scan_table(solve_curve(5.0, 0.33, contact="line"), "5", "0.9")
@@ -420,7 +435,7 @@ def test_the_margin_out_of_the_plane_is_marked_as_zero_at_x1_init():
 
 def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
     oblique, above, _ = draw(
-        "swing", TABLES["scans"], {"scan": "runs", "theta": 2, "mu0": 0.9}
+        "swing", tables()["scans"], {"scan": "runs", "theta": 2, "mu0": 0.9}
     ).axes
     turned = {to_hex(line.get_color()): line for line in above.lines if line.get_linewidth() == 1.8}
     found = rows("scans", theta=2, mu0=0.9, cycle=1, phase="stick")
@@ -442,7 +457,7 @@ def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
 
 @pytest.mark.parametrize("mu0", [0.3, 0.9])
 def test_a_swing_is_not_drawn_of_a_tip_that_slips_or_a_rod_that_is_guided(mu0):
-    table = TABLES["scans"]
+    table = tables()["scans"]
     if mu0 == 0.9:
         planar = solve_curve(2.0, 0.85, section="planar")
         table = scan_table(planar, "2", "0.9")
@@ -463,7 +478,7 @@ def test_models_figure_marks_what_penetrates():
 
 
 def test_signals_of_a_locking_tip_show_its_stability_fall():
-    figure = draw("signals", TABLES["scans"], {"scan": "runs", "theta": 2, "mu0": 0.9})
+    figure = draw("signals", tables()["scans"], {"scan": "runs", "theta": 2, "mu0": 0.9})
     inclination, *_ = figure.axes[0].lines
     assert abs(inclination.get_ydata()).max() < 0.9
     inside, aside = (line.get_ydata() for line in figure.axes[2].lines)

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from matplotlib import image
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
 from figure_rows import ROWS, drawn, plane, states
@@ -15,6 +16,14 @@ from vibrissa.figures.draw import KINDS
 from vibrissa.figures.series import Series
 
 COUNTS = (1, 3, 6, 20, 100)
+
+
+def laid_out(figure):
+    """Lay a figure out as for its files; a warning is an error."""
+    FigureCanvasAgg(figure)
+    with style.applied(), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure.draw_without_rendering()
 
 
 def saved(figure, folder):
@@ -44,36 +53,47 @@ def test_every_kind_is_drawn():
     assert ROWS.keys() == KINDS.keys()
 
 
+def visible(figure):
+    return [axes for axes in figure.axes if axes.get_visible()]
+
+
+def panels_of(figure):
+    return [axes.get_position() for axes in visible(figure) if not is_bar(axes)]
+
+
 CASES = [
-    # A hundred maps, each with axes of its own
-    pytest.param(kind, count, marks=pytest.mark.slow if (kind, count) == ("regimes", 100) else ())
+    pytest.param(kind, count, marks=pytest.mark.slow if count >= 20 else ())
     for kind in ROWS
     for count in COUNTS
 ]
 
 
 @pytest.mark.parametrize(("kind", "count"), CASES)
-def test_the_data_have_room_and_all_formats_look_alike(kind, count, tmp_path, monkeypatch):
+def test_the_data_have_room_and_nothing_is_cut_off(kind, count):
     figure = drawn(kind, count)
+    laid_out(figure)
+    # Axes of equal scale are as wide as the rod travels.
+    area = sum(place.width * place.height for place in panels_of(figure))
+    assert area > (0.2 if kind in ("scan", "period", "state", "swing") else 0.4)
+    inside_the_page(figure)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ROWS)
+def test_all_formats_look_alike(kind, tmp_path, monkeypatch):
+    figure = drawn(kind, 6)
     # As it is laid out and looked at: type of one size is measured once.
     monkeypatch.setattr(style, "RESOLUTION", figure.dpi)
     text, pixels = saved(figure, tmp_path)
-    visible = [axes for axes in figure.axes if axes.get_visible()]
     boxes = boxes_in_svg(text)
-    places = [axes.get_position() for axes in visible]
-    for place in places:  # an inset has a box of its own
-        assert np.abs(np.array(boxes) - place.bounds).max(axis=1).min() < 2e-4
-    # Axes of equal scale are as wide as the rod travels.
-    panels = [place for place, axes in zip(places, visible, strict=True) if not is_bar(axes)]
-    area = sum(place.width * place.height for place in panels)
-    assert area > (0.2 if kind in ("scan", "period", "state", "swing") else 0.4)
+    for axes in visible(figure):  # an inset has a box of its own
+        assert np.abs(np.array(boxes) - axes.get_position().bounds).max(axis=1).min() < 2e-4
     # The left spine of each panel is in the PNG where the SVG has it.
-    for left, bottom, _, height in (place.bounds for place in panels):
+    for left, bottom, _, height in (place.bounds for place in panels_of(figure)):
         column = round(left * pixels.shape[1])
         rows = (1.0 - bottom - np.array([0.9, 0.1]) * height) * len(pixels)
         spine = pixels[slice(*rows.astype(int)), column - 2 : column + 3]
         assert spine.mean(axis=(0, 2)).min() < 0.7
-    inside_the_page(figure)
 
 
 def is_bar(axes):
@@ -84,7 +104,7 @@ def inside_the_page(figure):
     """Nothing that is read is cut off; no legend covers half of a panel, or a label."""
     renderer = figure.canvas.get_renderer()
     page = figure.bbox.padded(1.0)
-    for axes in filter(lambda axes: axes.get_visible(), figure.axes):
+    for axes in visible(figure):
         read = [axes.title, axes.xaxis.label, axes.yaxis.label, *axes.texts, axes.get_legend()]
         for artist in filter(None, read):
             box = artist.get_window_extent(renderer)
@@ -112,6 +132,7 @@ SERIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [20, 100])
 @pytest.mark.parametrize("kind", SERIES)
 def test_many_series_have_colours_of_their_own_that_a_colourbar_tells(kind, count):

@@ -66,6 +66,7 @@ def test_a_loop_crosses_itself_and_an_open_bow_does_not():
     assert CROSSES_ITSELF not in seen(bow, 0.9, Contact.POINT)
 
 
+@pytest.mark.slow
 def test_where_a_rod_begins_to_cross_itself_agrees_with_its_drawn_shape():
     curve = solve_curve(15.0, 0.5)
     assert curve.end is End.OUT_OF_REACH and CROSSES_ITSELF in curve.end_message
@@ -126,6 +127,7 @@ def test_a_rod_ends_exactly_where_it_comes_down_to_its_clamps_level(theta, eta, 
     assert y[200:].min() > 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("theta", "eta"), [(2.489112441604889, 0.3041897094801299), (3.0, 0.3395), (15.0, 0.5)]
 )
@@ -190,6 +192,7 @@ def test_a_tip_that_slips_before_its_rod_crosses_itself_does_slip(solve):
         curve.motion_end(5.0)
 
 
+@pytest.mark.slow
 def test_points_of_a_curve_that_ends_before_its_lock_slip_or_are_out_of_reach():
     known, unknown = (solve_onset(2.0, mu0, 0.15, dx0=0.001) for mu0 in (0.3, 5.0))
     assert known.status is Status.SLIP and known.x0_max == 0.042

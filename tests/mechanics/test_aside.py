@@ -167,6 +167,7 @@ def test_of_a_straight_rod_it_vanishes_on_the_axis_of_the_unloaded_clamp(theta, 
     assert margins[1] == pytest.approx(0.0, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_of_a_curved_rod_it_vanishes_elsewhere():
     # To first order where the mean bend, in the sense of the curvature, makes up for the way.
     places = [
@@ -178,6 +179,7 @@ def test_of_a_curved_rod_it_vanishes_elsewhere():
     assert 1e-4 < places[1] < 1e-2
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(st.floats(1.0, 15.0), st.floats(0.4, 0.95))
 def test_the_margin_vanishes_where_the_clamp_passes_under_the_tip(theta, eta):
@@ -185,6 +187,7 @@ def test_the_margin_vanishes_where_the_clamp_passes_under_the_tip(theta, eta):
     assert margin(theta, eta, 0.02) > 0 > margin(theta, eta, -0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("theta", "eta"), [(1.0, 0.5), (4.0, 0.6), (12.0, 0.4)])
 def test_in_line_contact_it_vanishes_where_the_clamp_passes_under_the_contact_point(theta, eta):
     ahead = lambda x1: x1 - 1 + float(solved(theta, eta, x1, "line").s_c[0])  # noqa: E731
@@ -217,6 +220,7 @@ def test_a_state_that_was_not_found_has_no_margin():
     assert np.isnan(stability_aside(lost)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("theta", "eta", "contact"), [(1.0, 0.85, "point"), (4.0, 0.6, "line")])
 def test_a_chain_in_space_stays_in_its_plane_until_there_and_then_swings_round(theta, eta, contact):
     # The state on the other side of the clamp at the same distance is the mirror image.

@@ -90,6 +90,7 @@ def test_clamp_moment_balances_the_tip_force(pair):
     assert ends(states).moment == pytest.approx(states.fy * offset - states.fx * eta, abs=1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.floats(1.0, 4.0), st.floats(0.7, 0.95))
 def test_work_of_the_clamp_is_the_gain_of_bending_energy(theta, eta):

@@ -119,6 +119,7 @@ def test_what_is_written_to_the_screen_stays_there_and_the_status_is_kept(wrappe
     assert last_lines(result) == ["usage"]
 
 
+@pytest.mark.slow
 def test_a_killed_snakemake_is_reported(wrapped):
     result = wrapped("os.kill(os.getpid(), 9)")
     assert result.returncode == 137
@@ -269,6 +270,7 @@ def test_a_study_without_figures(wrapped):
     assert last_lines(wrapped("")) == ["No figures in results/here/figures."]
 
 
+@pytest.mark.slow
 def test_nothing_to_do_is_said(wrapped):
     assert "Nothing to do: all results are up to date." in wrapped("send(Planned(jobs=0))").stderr
     for more in ("send(Planned(jobs=0)); send(Planned(jobs=2))", ""):
@@ -456,6 +458,7 @@ if "--forcerun" not in ARGUMENTS:
     assert Path("elsewhere.parquet").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", ["errno.ENOSPC", "errno.EDQUOT"])
 def test_a_full_disk_is_told_by_the_number_of_its_error(wrapped, number):
     code = f"send(Problem(message='Traceback', errno={number}))\nsys.exit(1)"
@@ -500,6 +503,7 @@ def test_the_lock_of_a_killed_run_is_removed(folder, capsys):
     assert "The last run was killed" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("snakemake", ["", "sys.exit(1)"])
 def test_a_run_that_came_to_its_end_leaves_no_lock(wrapped, snakemake):
     wrapped(snakemake)
@@ -536,6 +540,7 @@ def test_a_damaged_file_that_cannot_be_removed_is_named(folder, monkeypatch, cap
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("argument", ["-n", "--dry-run"])
 def test_a_dry_run_removes_nothing(wrapped, argument):
     path = Path("results/here/figures/a.svg")

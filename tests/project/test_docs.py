@@ -39,6 +39,7 @@ def commands():
     return [arguments for name, *arguments in filter(None, words) if name == "vibrissa"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("page", "code"), blocks("python"))
 def test_python_runs(page, code, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -65,6 +65,7 @@ def test_the_digits_are_those_of_the_solver(critical, curve):
     assert critical.mu.rad() < 1e-15
 
 
+@pytest.mark.slow
 def test_states_beside_it_demand_less_friction(critical, rod):
     """Independent of second derivatives: of equilibria on both sides −tan α is smaller."""
     for shift in (-0.05, 0.05):
@@ -75,6 +76,7 @@ def test_states_beside_it_demand_less_friction(critical, rod):
         assert not beside.load.fx.overlaps(critical.load.fx)
 
 
+@pytest.mark.slow
 def test_another_order_and_other_steps_agree(critical):
     other = lock(1, ETA, effort=Effort(bits=128, order=24, steps=16))
     assert other.mu_lock.overlaps(critical.mu) and other.mu_lock.rad() < 1e-18 * other.mu_lock
@@ -82,6 +84,7 @@ def test_another_order_and_other_steps_agree(critical):
     assert not other.mu_lock.overlaps(critical.mu + arb("1e-14"))
 
 
+@pytest.mark.slow
 def test_a_lock_moved_by_1e_14_is_refused(critical, rod):
     system, mu = stationary(rod), critical.load.fx / critical.load.fy
 
@@ -108,6 +111,7 @@ def tube(rod, curve, x0, reach):
     return proved_tube(rod, Load(*map(arb, load_at(curve, x0))), arb(reach), arb(reach) / 8)
 
 
+@pytest.mark.slow
 def test_the_first_maximum_needs_tubes_that_rise_hold_it_and_fall(rod, curve, critical):
     x0 = curve.x0_lock
     before, over, behind = (tube(rod, curve, x0 + step, 0.01) for step in (-0.02, 0.0, 0.02))

@@ -66,6 +66,7 @@ def test_the_derivatives_along_the_rod_are_derivatives():
             assert slope.rad() < 0.02 * (1 + abs(slope))
 
 
+@pytest.mark.slow
 def test_a_cylinder_without_friction_has_a_closed_form():
     """At α = 0, φ'² = 2·f·sin φ. So s_c·√f = K and η·√f = 2·E − K with the modulus k² = 1/2."""
     found = prove(
@@ -82,6 +83,7 @@ def test_a_cylinder_without_friction_has_a_closed_form():
     assert (root * arb("0.4")).overlaps(2 * area - quarter) and root.rad() < 1e-12
 
 
+@pytest.mark.slow
 def test_the_digits_are_those_of_the_solver(lying):
     solved = solve_curve(3, 0.7, contact="line").state(0.0)
     assert lying.keeps_contact() and lying.bent_once()
@@ -90,6 +92,7 @@ def test_the_digits_are_those_of_the_solver(lying):
     assert lying.s_c.rad() < 1e-15 and abs(lying.phi1) < 1e-15
 
 
+@pytest.mark.slow
 def test_another_condition_leads_to_the_same_state(rod, lying):
     near = [*lying.load, lying.s_c]
     same = prove(rod, reaching(lying.offset), [value.mid() for value in near], Contact.LINE)
@@ -116,6 +119,7 @@ def switching():
     return onset(3, "0.45", 0.85, contact="line", effort=QUICK)
 
 
+@pytest.mark.slow
 def test_a_rod_that_lies_down_on_the_way(switching):
     """At θ = 3, η = 0.85 the contact changes at x0 = 0.1157."""
     solved = solve_onset(3, 0.45, 0.85, contact="line")
@@ -141,6 +145,7 @@ def test_both_kinds_of_contact_have_the_state_in_which_they_change(switching):
     assert not line.keeps_contact() and not again.keeps_contact()
 
 
+@pytest.mark.slow
 def test_tip_contact_is_not_line_contact(switching):
     through = onset(3, "0.45", 0.85, effort=QUICK)
     assert through.slip.phi1 < 0 and not through.slip.keeps_contact()
@@ -148,6 +153,7 @@ def test_tip_contact_is_not_line_contact(switching):
     assert through.switches == ()
 
 
+@pytest.mark.slow
 def test_an_onset_at_the_change_of_contact_is_not_told_apart(switching):
     (switch,) = switching.switches
     mu0 = round(decimals(switch.mu)[0], 17)

@@ -49,6 +49,7 @@ def tube(rod, curve, x0, reach):
     return proved_tube(rod, Load(*map(arb, load_at(curve, x0))), arb(reach), arb(reach) / 8)
 
 
+@pytest.mark.slow
 def test_an_onset_on_the_path_is_the_first(path, rod, curve):
     slip = state(rod, curve, "0.08", float(curve.onset([0.08])[0]))
     assert path.slips_first(slip)
@@ -58,6 +59,7 @@ def test_an_onset_on_the_path_is_the_first(path, rod, curve):
     assert there.mu.contains(slip.mu)
 
 
+@pytest.mark.slow
 def test_a_state_beside_the_path_is_not_on_it(path, rod, curve):
     slip = state(rod, curve, "0.08", float(curve.onset([0.08])[0]))
     load = slip.load._replace(fy=slip.load.fy + 1)

@@ -23,6 +23,7 @@ def proved():
     return onset(2, 0.4, 0.85)
 
 
+@pytest.mark.slow
 def test_the_digits_are_those_of_another_proof(proved):
     """A prototype with another integrator (order 26, 32 steps) gave these."""
     known = arb("0.05283804279573990769499541", 1e-23)
@@ -63,6 +64,7 @@ def test_closed_forms_of_a_cylinder(eta):
             assert enclosure.rad() < 1e-18 and closed.rad() < 1e-18
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("theta, mu0, eta", [(1, 0.3, 0.85), (3, 0.4, 0.85), (5, 0.25, 0.7)])
 def test_the_solver_is_right_to_a_few_units_in_the_last_place(theta, mu0, eta):
     found, solved = onset(theta, mu0, eta, effort=QUICK), solve_onset(theta, mu0, eta)
@@ -71,6 +73,7 @@ def test_the_solver_is_right_to_a_few_units_in_the_last_place(theta, mu0, eta):
     assert abs(float(found.slip.phi1) - solved.slip.phi1) < 1e-12
 
 
+@pytest.mark.slow
 def test_another_order_other_steps_and_another_precision_agree(proved):
     other = onset(2, 0.4, 0.85, effort=Effort(bits=160, order=26, steps=12))
     for name, value in other.columns().items():

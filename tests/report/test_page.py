@@ -203,6 +203,7 @@ def swinging():
     }
 
 
+@pytest.mark.slow
 def test_a_planar_rod_is_offered_as_one(swinging):
     for section, scans in swinging.items():
         (preset,) = motion(scans).presets

@@ -78,6 +78,7 @@ def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
     assert Units(si=True, wished={Kind.LENGTH: "mm"}).spelled(0.25, Kind.LENGTH) == "250 mm"
 
 
+@pytest.mark.slow
 def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
     steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
     asked = {"step": "0.2 mm", "to": ["60 mm"], "law": "energy"}
@@ -104,6 +105,7 @@ def test_the_largest_strain_of_a_period_is_told_as_a_part_of_the_yield_strain():
         solve(Whisker(theta=2.0, eta=0.85), 0.4, yield_strain=0.0)
 
 
+@pytest.mark.slow
 def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, signals, tmp_path):
     found = identify(whisker, signals.to_pandas(), transducer=SENSOR, method="moment")
     table = found.to_pandas()
@@ -266,6 +268,7 @@ def test_a_mounting_that_is_none_is_refused(values, said):
     assert said in str(error.value)
 
 
+@pytest.mark.slow
 def test_friction_is_read_back_in_the_mounting_in_which_it_was_recorded():
     tilted = Whisker.read(2.0, 0.85, clamp_angle="2 deg", clamp_compliance=0.05)
     signals = scan(tilted, surfaces.constant(0.35), step=0.001, to=[0.4])

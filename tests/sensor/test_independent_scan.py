@@ -67,6 +67,7 @@ def compared(seed, number):
     return np.abs(found.contact[:n] - expected.contact).max(), int(expected.period[-1]) - 1
 
 
+@pytest.mark.slow
 def test_random_scans_are_those_of_an_independent_scan():
     error, slips = zip(*(compared(seed, 0) for seed in range(12)), strict=True)
     assert max(error) < 1e-6

@@ -91,6 +91,7 @@ def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch, method
     same(found_in(recording, method), whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", SlipLaw)
 def test_a_scan_does_not_depend_on_the_size_of_blocks(monkeypatch, law):
     whole, _ = recorded(law)

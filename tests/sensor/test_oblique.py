@@ -63,6 +63,7 @@ def compared(angle, law, ratio, step, to):
     return period[-1]
 
 
+@pytest.mark.slow
 def test_stick_slip_of_an_oblique_stage_is_that_of_shooting():
     assert compared(0.1, "kinetic", 0.6, "0.006", "0.06") == 4
 
@@ -116,6 +117,7 @@ def test_a_stage_that_is_hardly_oblique_is_a_level_one():
     assert found.x0[-1] < 0.0 and found.period[-1] > 5
 
 
+@pytest.mark.slow
 def test_friction_is_never_exceeded_and_would_be_without_the_slip():
     surface = surfaces.random(3, 0.3, 0.05, 0.02)
     stage, found = simulated(0.05, surface, "0.001", ["0.4", "0.2"], "energy")
@@ -130,6 +132,7 @@ def test_friction_is_never_exceeded_and_would_be_without_the_slip():
     assert inside.sum() > 10
 
 
+@pytest.mark.slow
 def test_reactions_between_heights_are_those_that_are_solved():
     parts = heights().parts
     assert [(part.low, part.high) for part in parts] == [(0.809, ETA), (ETA, 0.871)]
@@ -146,6 +149,7 @@ def test_reactions_between_heights_are_those_that_are_solved():
         assert heights().at(eta)(x0) == pytest.approx(states(x0), abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("angle", "eta", "step", "outcome", "said"),
     [
@@ -165,6 +169,7 @@ def test_a_scan_ends_where_the_stage_leaves_the_heights_of_the_rod(angle, eta, s
     assert 0 < len(found) < 40
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("section", "outcome"), [("round", "complete"), ("planar", "lock")])
 def test_a_rough_surface_locks_the_tip_and_a_round_rod_swings_aside(section, outcome):
     _, found = simulated(0.01, 0.6, "0.02", ["1.2"], section=section)
@@ -186,6 +191,7 @@ def test_a_dragged_tip_is_the_mirror_image_at_its_height():
         assert found.reactions[row, :2] == pytest.approx([-q, -p], abs=1e-7)
 
 
+@pytest.mark.slow
 def test_a_height_without_a_response_is_refused():
     leaning = Whisker.read(2.0, 0.99, clamp_angle="20 deg", stage_angle="1 deg")
     with pytest.raises(NoResponseError, match="alpha = 0"):
@@ -201,6 +207,7 @@ def read(stage, truth, noise, method, seed=0):
     return find_periods(known_setup(stage, ETA), recording, np.array(noise), method=method)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.05, -0.05])
 @pytest.mark.parametrize("method", ["forces", "moment"])
 def test_friction_is_read_at_the_height_of_each_period(angle, method):
@@ -228,6 +235,7 @@ def test_friction_is_read_at_the_height_of_each_period(angle, method):
         read(level, truth, [1e-5, 1e-5, 1e-6], "forces")
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_friction_on_an_oblique_stage():
     inside, error = [], []
     for seed in range(2):
@@ -253,6 +261,7 @@ def test_a_tip_that_locks_tells_a_bound_at_its_height(angle):
     assert states.mu_lock.min() <= found.low[0] <= states.mu_lock.max() < 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.02, -0.02])
 def test_friction_is_read_of_a_tip_that_is_dragged_on_an_oblique_stage(angle):
     stage, truth = simulated(angle, 0.6, "0.001", ["1.3"], "kinetic")
@@ -266,6 +275,7 @@ def test_friction_is_read_of_a_tip_that_is_dragged_on_an_oblique_stage(angle):
     assert (error < 1.05 * np.sqrt(3.0) * found.deviation[1:-1]).all()
 
 
+@pytest.mark.slow
 def test_height_and_offsets_are_estimated_on_an_oblique_stage():
     _, truth = simulated(0.05, surfaces.random(1, 0.3, 0.04, 0.02), "0.0005", ["0.2"])
     offset, noise = np.array([0.2, -0.1, 0.05]), np.array([3e-3, 3e-3, 3e-4])
@@ -301,6 +311,7 @@ def test_what_an_oblique_stage_cannot_tell_is_refused():
         read(stage, truth, [1e-3, 1e-3, 1e-4], "spacing")
 
 
+@pytest.mark.slow
 def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_point():
     near = respond_over(3.0, 0.85, 0.849, 0.85, contact="line")
     stage = ObliqueStage(heights=near, eta=0.85, angle=1e-6)

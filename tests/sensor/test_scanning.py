@@ -73,6 +73,7 @@ def test_energy_of_a_slip_is_consumed_by_friction(response):
     assert (response.demand(rest) < 0.21).all()
 
 
+@pytest.mark.slow
 def test_limits_of_the_slip_laws(response):
     def rest(law, ratio):
         positions = path("0.00001", ["0.035"])
@@ -203,7 +204,7 @@ def test_surface_is_asked_no_further_than_the_tip_comes(response):
         simulate(response, ends, path("0.001", ["0.2"]), "energy", 0.8)
 
 
-@pytest.mark.parametrize("k", range(1, 121, 7))
+@pytest.mark.parametrize("k", [1, 2, 8, 29, 64, 120])
 def test_a_step_that_ends_on_the_onset_sticks_everywhere(response, k):
     dx0 = Decimal("0.001")
     mu0 = float(response.curve.friction_demand(k * float(dx0)))

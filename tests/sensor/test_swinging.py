@@ -32,6 +32,7 @@ def swing_of(result):
     return int(row)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["response", "flat"])
 def test_free_slips_on_one_friction_are_those_of_a_study(name, request):
     response = request.getfixturevalue(name)
@@ -46,6 +47,7 @@ def test_free_slips_on_one_friction_are_those_of_a_study(name, request):
     assert set(result.side[swing_of(result) :]) == {TipSide.BEHIND}
 
 
+@pytest.mark.slow
 def test_it_swings_without_a_jump_to_the_mirror_image_of_the_strip_s_states(response):
     result = simulate(response, surfaces.constant(0.9), path("1e-5", ["0.8"]))
     swing = response.x0_end

@@ -115,6 +115,7 @@ def test_what_is_no_number_is_refused_by_name(name, value):
         solve_onset(**(good | {name: value}))
 
 
+@pytest.mark.slow
 def test_a_state_at_the_limit_point_says_so():
     curve = solve_curve(1.0, 0.85, section="planar")
     state = solve_state(1.0, 0.85, curve.x1_init - curve.x0_end)

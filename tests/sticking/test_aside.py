@@ -10,6 +10,7 @@ from vibrissa import Status, solve_curve, solve_onset, solve_state
 from vibrissa.outcomes import Contact, End
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.floats(1.0, 15.0), st.floats(0.35, 0.95), st.sampled_from(list(Contact)))
 def test_the_curve_ends_where_the_clamp_passes_under_the_contact_point(theta, eta, contact):

@@ -14,6 +14,7 @@ def both():
     return compare(THETA, MU0, ETA)
 
 
+@pytest.mark.slow
 def test_every_combination_is_solved_as_by_itself(both):
     points = list(zip(both.theta, both.mu0, both.eta, strict=True))
     assert points == [(t, m, e) for e in ETA for t in THETA for m in MU0]

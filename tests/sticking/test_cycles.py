@@ -85,6 +85,7 @@ def flipped():
     return curve, stick_slip(curve, D("0.9"), D("0.004"), cycles=3)
 
 
+@pytest.mark.slow
 def test_a_round_rod_that_locks_swings_aside_and_is_dragged(flipped):
     curve, scan = flipped
     slips = [i for i, phase in enumerate(scan.phase) if phase == "slip"]

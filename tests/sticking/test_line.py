@@ -73,6 +73,7 @@ def assert_states_agree(states, others):
         assert getattr(states, name) == pytest.approx(getattr(others, name), abs=1e-10)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.floats(1.0, 3.0), st.floats(0.8, 0.95))
 def test_both_models_agree_as_long_as_the_tip_alone_touches(theta, eta):
@@ -143,6 +144,7 @@ def test_work_of_the_clamp_is_the_gain_of_bending_energy(pair):
     assert energy(end) - energy(0.0) == pytest.approx(work, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_sticking_equilibria_are_stable_up_to_the_lock():
     for contact in Contact:
         for theta, eta in [(1.0, 0.85), (3.0, 0.85), (3.0, 0.7), (8.0, 0.6), (1.0, 0.3)]:

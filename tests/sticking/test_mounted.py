@@ -172,6 +172,7 @@ def test_a_state_does_not_know_by_which_stage_it_was_reached():
     assert here.stability == pytest.approx(there.stability, abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", Contact)
 def test_stability_is_lost_where_the_branch_turns_back(contact):
     random = np.random.default_rng(3)
@@ -267,6 +268,7 @@ def test_the_ideal_mounting_is_the_paper_s_digit_by_digit():
             assert np.array_equal(a.states.matrix(), b.states.matrix())
 
 
+@pytest.mark.slow
 def test_a_small_deviation_changes_little():
     ideal = curve(2.0, 0.85, Mounting())
     for name in ("clamp_angle", "clamp_compliance", "curvature", "stage_angle"):
@@ -293,6 +295,7 @@ def test_a_branch_that_does_not_exist_is_a_status(theta, eta, mounting, said):
     assert state.status == "out_of_reach" and said in state.message
 
 
+@pytest.mark.slow
 def test_a_branch_ends_where_two_states_meet():
     # At the end of the branch the force needed changes like a square root.
     angles = np.linspace(0.0, 0.3, 31)
@@ -337,6 +340,7 @@ def test_each_cycle_of_an_oblique_stage_has_the_curve_of_its_height():
             assert x0[-1] < own.onset(0.3) < x0[-1] + 0.005
 
 
+@pytest.mark.slow
 def test_cycles_of_an_oblique_stage_end_where_the_tip_does_not_slip_any_more():
     leaving = curve(2.0, 0.85, Mounting(stage_angle=-0.3))
     scan = stick_slip(leaving, 0.3, 0.01, 20)

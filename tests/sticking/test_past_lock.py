@@ -54,6 +54,7 @@ def test_a_tip_slips_back_where_friction_allows_and_the_rod_snaps_where_it_does_
     assert states.x0[0] < states.x0[1] == states.x0[2] == curve.x0_end
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.floats(1.0, 6.0), st.floats(0.5, 0.98))
 def test_the_tip_alone_never_slips_back_after_a_lock(theta, eta):
@@ -62,6 +63,7 @@ def test_the_tip_alone_never_slips_back_after_a_lock(theta, eta):
     assert curve.motion_end(np.nextafter(curve.mu_lock, 9))[0] == [curve.end]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", PAIRS)
 def test_the_rod_snaps_where_the_independent_branch_turns_back(pair):
     # On the branch of shapes the offset is a function of alpha; its least value is found by

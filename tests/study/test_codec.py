@@ -41,6 +41,7 @@ curvatures = st.lists(polynomials, min_size=1, unique=True).map(
 )
 
 
+@pytest.mark.slow
 @given(st.builds(Grid, theta=axes, mu0=axes, eta=axes, dx0=axes, curvature=curvatures))
 def test_a_grid_comes_back_from_its_plain_form(grid):
     assert decode_grid(json.loads(json.dumps(encode_grid(grid)))) == grid

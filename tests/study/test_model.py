@@ -363,6 +363,7 @@ values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.sampled_from(sorted(paths_of(yaml.safe_load(STUDY)), key=str)),

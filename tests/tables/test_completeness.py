@@ -10,7 +10,7 @@ from vibrissa.tables.completeness import checked_points
 from vibrissa.tables.schemas import STICTION
 
 
-@pytest.fixture(params=[(1, 13), (10, 1), (10, 100), (completeness.ROWS, 1000)], ids=str)
+@pytest.fixture(params=[(1, 13), (10, 4), (10, 100), (completeness.ROWS, 1000)], ids=str)
 def size(request, monkeypatch):
     """Rows of a part of the table; and how many points are compared together, at least."""
     together, size = request.param

@@ -43,6 +43,7 @@ def test_an_entry_says_all_of_a_column():
     assert (shape.type, shape.unit, shape.null) == ("list: number", "rad", "")
 
 
+@pytest.mark.slow
 def test_equations_of_the_dictionary_hold_in_the_papers_tables(study_tables):
     points = study_tables["stiction"].to_pandas()
     for suffix in ("_init", "_last", "_slip", "_end"):

@@ -63,6 +63,7 @@ def test_points_of_a_polynomial_that_are_missing_are_named(collected):
     assert "(1, 0.2, 0.85, 0.001, 0, 0, -0.05, '0.1', 0)" in str(error.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curvature", [0, -0.05, [-0.05, 0.1], [-0.05, -0.1, 0.2]])
 def test_a_figure_shows_the_rods_of_one_curvature(collected, curvature):
     entry = {"kind": "mounting", "grid": "main", "over": "clamp_angle", "mu0": 0.2}

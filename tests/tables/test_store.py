@@ -1,6 +1,7 @@
 import re
 from dataclasses import fields, replace
 from decimal import Decimal
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -53,26 +54,40 @@ def curve_by_shooting(curve, states):
     )
 
 
-COLLOCATION = solve_curve(theta=2, eta=0.85)
+@cache
+def collocation():
+    return solve_curve(theta=2, eta=0.85)
+
+
+@cache
+def curved():
+    return solve_curve(theta=2, eta=0.85, mounting=Mounting(curvature=(-0.05, 0.0, 0.1)))
+
+
 FAILED = failed_curve(theta=3.0, eta=0.85, method="collocation", message="no luck; try less")
-LINE = solve_curve(theta=5, eta=0.85, contact="line")  # in two pieces
-# Past its lock it is counted by an advance that begins below 0.
-LEANING = solve_curve(theta=1, eta=0.4, contact="line", mounting=Mounting(clamp_angle=-0.35))
-TILTED = solve_curve(theta=2, eta=0.85, mounting=Mounting(clamp_angle=0.02, curvature=-0.1))
-CURVED = solve_curve(theta=2, eta=0.85, mounting=Mounting(curvature=(-0.05, 0.0, 0.1)))
-CURVE_TABLES = {
-    "collocation": {
-        decode_key(["2", "0.85"]): COLLOCATION,
-        decode_key(["3", "0.85"]): FAILED,
-        decode_key(["5", "0.85"]): LINE,
-    },
-    "mounted": {
-        decode_key(["2", "0.85", "clamp_angle=0.02", "curvature=-0.1"]): TILTED,
-        decode_key(["2", "0.85", "curvature=-0.05, 0, 0.1"]): CURVED,
-        decode_key(["1", "0.4", "clamp_angle=-0.35"]): LEANING,
-    },
-    "shooting": {decode_key(["2", "0.85", "0.001"]): curve_by_shooting(COLLOCATION, 60)},
-}
+METHODS = ("collocation", "mounted", "shooting")
+
+
+@cache
+def curves_of(method):
+    """Curves of a table by their key."""
+    if method == "shooting":
+        return {decode_key(["2", "0.85", "0.001"]): curve_by_shooting(collocation(), 60)}
+    if method == "collocation":
+        return {
+            decode_key(["2", "0.85"]): collocation(),
+            decode_key(["3", "0.85"]): FAILED,
+            # In two pieces.
+            decode_key(["5", "0.85"]): solve_curve(theta=5, eta=0.85, contact="line"),
+        }
+    tilted = solve_curve(2, 0.85, mounting=Mounting(clamp_angle=0.02, curvature=-0.1))
+    # Past its lock it is counted by an advance that begins below 0.
+    leaning = solve_curve(1, 0.4, contact="line", mounting=Mounting(clamp_angle=-0.35))
+    return {
+        decode_key(["2", "0.85", "clamp_angle=0.02", "curvature=-0.1"]): tilted,
+        decode_key(["2", "0.85", "curvature=-0.05, 0, 0.1"]): curved(),
+        decode_key(["1", "0.4", "clamp_angle=-0.35"]): leaning,
+    }
 
 
 def grid(theta=("2",), mu0=("0.2", "0.4"), eta=("0.85",), dx0=("0.001",)):
@@ -105,24 +120,25 @@ def failed_state():
     )
 
 
-# A table of each kind with every status that it can have
 GRIDS = {"more": grid(mu0=("0.3", "0.4", "2.5")), "main": grid()}
-TABLES = {
-    "curves": records.curves_table(*zip(*CURVE_TABLES["collocation"].items(), strict=True)),
-    "stiction": store.joined(
-        [
-            stiction_table(COLLOCATION, ("2", "0.85"), GRIDS),
-            stiction_table(FAILED, ("3", "0.85"), {"main": grid(theta=("3",))}),
-        ],
-        STICTION,
-    ),
-    "scans": store.joined(
-        [scan_table(COLLOCATION, "0.3"), scan_table(COLLOCATION, "2.5"), scan_table(FAILED, "0.3")],
-        SCANS,
-    ),
-    "states": records.states_table({"a": solve_state(1, 0.55, 0.15), "b": failed_state()}, "a"),
-    "comparisons": records.comparison_table("both", compare([1, 8], [0.2, 9], [0.85]), "a"),
-}
+
+
+@cache
+def tables():
+    """A table of each kind with every status that it can have."""
+    curve, curves = collocation(), curves_of("collocation")
+    points = [
+        stiction_table(curve, ("2", "0.85"), GRIDS),
+        stiction_table(FAILED, ("3", "0.85"), {"main": grid(theta=("3",))}),
+    ]
+    scans = [scan_table(curve, "0.3"), scan_table(curve, "2.5"), scan_table(FAILED, "0.3")]
+    return {
+        "curves": records.curves_table(list(curves), list(curves.values())),
+        "stiction": store.joined(points, STICTION),
+        "scans": store.joined(scans, SCANS),
+        "states": records.states_table({"a": solve_state(1, 0.55, 0.15), "b": failed_state()}, "a"),
+        "comparisons": records.comparison_table("both", compare([1, 8], [0.2, 9], [0.85]), "a"),
+    }
 
 
 @pytest.fixture
@@ -140,7 +156,7 @@ def test_every_column_has_a_unit_and_a_description(kind):
 @pytest.mark.parametrize("kind", SCHEMAS)
 def test_every_value_is_in_the_range_of_its_column(kind):
     for field in SCHEMAS[kind]:
-        values = TABLES[kind].column(field.name).combine_chunks().drop_null()
+        values = tables()[kind].column(field.name).combine_chunks().drop_null()
         if pa.types.is_list(field.type):
             values = values.flatten()
         range = field.metadata[schemas.RANGE].decode()
@@ -172,15 +188,15 @@ def test_columns_of_the_stiction_table():
 
 @pytest.mark.parametrize("kind", SCHEMAS)
 def test_a_table_comes_back_from_its_file(kind, path):
-    store.write(TABLES[kind], path)
+    store.write(tables()[kind], path)
     table = store.read(path, SCHEMAS[kind])
-    assert table.equals(TABLES[kind])
+    assert table.equals(tables()[kind])
     assert [f.metadata for f in table.schema] == [f.metadata for f in SCHEMAS[kind]]
 
 
-@pytest.mark.parametrize("method", CURVE_TABLES)
+@pytest.mark.parametrize("method", METHODS)
 def test_curves_come_back_bit_for_bit(method, path):
-    curves = CURVE_TABLES[method]
+    curves = curves_of(method)
     store.write(records.curves_table(list(curves), list(curves.values())), path)
     restored = records.curves_from_table(store.read(path, CURVES))
     assert list(restored) == list(curves)
@@ -207,7 +223,7 @@ def test_curves_come_back_bit_for_bit(method, path):
 
 def test_points_of_several_curves_come_in_tables_of_a_row_group(monkeypatch):
     monkeypatch.setattr(records, "LEAST_ROW_GROUP", 5)
-    curves = [("2", COLLOCATION), ("3", FAILED), ("2", COLLOCATION)]
+    curves = [("2", collocation()), ("3", FAILED), ("2", collocation())]
     read = []
     for theta, curve in curves:
         grids = {"g": grid((theta,), ("0.1", "0.2", "9"))}
@@ -221,7 +237,7 @@ def test_points_of_several_curves_come_in_tables_of_a_row_group(monkeypatch):
 
 def rows(kind, status):
     """Rows of a status, and the columns that hold nothing in each of them."""
-    found = [row for row in TABLES[kind].to_pylist() if row["status"] == status]
+    found = [row for row in tables()[kind].to_pylist() if row["status"] == status]
     assert found
     return found, [{name for name, value in row.items() if value is None} for row in found]
 
@@ -273,25 +289,25 @@ def test_a_lock_has_no_onset():
 def test_a_polynomial_curvature_is_a_number_and_a_text():
     key = ["2", "0.85", "curvature=-0.05, 0, 0.1"]
     grids = {"g": replace(grid(), curvature=(decode_key(key).curvature,))}
-    row = stiction_table(CURVED, key, grids).to_pylist()[0]
+    row = stiction_table(curved(), key, grids).to_pylist()[0]
     assert (row["curvature"], row["curvature_powers"]) == (-0.05, "0, 0.1")
     (point, _) = grids["g"].points()
-    scan = stick_slip(CURVED, 0.1, 0.01, 1)
+    scan = stick_slip(curved(), 0.1, 0.01, 1)
     row = records.scan_table("runs", point, scan, study="a", method="collocation").to_pylist()[0]
     assert (row["curvature"], row["curvature_powers"]) == (-0.05, "0, 0.1")
 
 
 def test_a_table_from_before_there_were_polynomials_is_read(path):
-    old = TABLES["stiction"].drop_columns(list(YOUNGER))
+    old = tables()["stiction"].drop_columns(list(YOUNGER))
     store.write(old, path)
-    assert store.read(path, STICTION).equals(TABLES["stiction"])
+    assert store.read(path, STICTION).equals(tables()["stiction"])
     rows = query.rows(query.opened(path, STICTION), STICTION.names)
-    assert rows.equals(TABLES["stiction"])
+    assert rows.equals(tables()["stiction"])
     order = ("theta", "curvature_powers", "mu0", "dx0")
     merged = pa.concat_tables(collect([path], STICTION, order).parts)
     assert merged["curvature_powers"].null_count == len(merged) == len(old)
     # What has always been there must be there.
-    store.write(TABLES["stiction"].drop_columns(["x0_trail"]), path)
+    store.write(tables()["stiction"].drop_columns(["x0_trail"]), path)
     with pytest.raises(DamagedTableError, match="has other columns than its schema says"):
         store.read(path, STICTION)
 
@@ -328,7 +344,7 @@ def test_a_point_names_its_grids():
 
 
 def test_the_columns_of_a_scan_are_the_scan():
-    scan = stick_slip(COLLOCATION, Decimal("0.3"), Decimal("0.01"), 2)
+    scan = stick_slip(collocation(), Decimal("0.3"), Decimal("0.01"), 2)
     found, _ = rows("scans", "slip")
     assert [row["shape_x"] for row in found] == scan.x.tolist()
     assert [row["shape_phi"] for row in found] == scan.phi.tolist()
@@ -351,7 +367,7 @@ def test_the_columns_of_a_state_are_the_state():
 
 
 def test_a_file_tells_where_it_is_from(path):
-    store.write(TABLES["states"], path, study_file="study: paper\n")
+    store.write(tables()["states"], path, study_file="study: paper\n")
     metadata = store.read(path, STATES).schema.metadata
     assert metadata[b"vibrissa.table"] == b"states"
     assert metadata[b"vibrissa.version"] == __version__.encode()
@@ -361,7 +377,7 @@ def test_a_file_tells_where_it_is_from(path):
 
 def test_an_empty_place_where_none_may_be_is_refused(path):
     """Whether this program is asked to write it, or another one wrote it."""
-    table = TABLES["states"]
+    table = tables()["states"]
     nothing = pa.nulls(len(table), pa.string())
     place = table.column_names.index("status")
     asked = pa.Table.from_arrays(
@@ -381,7 +397,7 @@ def test_a_missing_file_is_refused(path):
 
 
 def test_a_file_cut_short_anywhere_is_refused(path):
-    store.write(TABLES["curves"], path)
+    store.write(tables()["curves"], path)
     data = path.read_bytes()
     for length in [*range(0, len(data), 97), len(data) - 1]:
         path.write_bytes(data[:length])
@@ -393,9 +409,10 @@ def flipped(data, position, bits):
     return data[:position] + bytes([data[position] ^ bits]) + data[position + 1 :]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("start", "bits"), [(0, 1), (3, 16), (6, 128), (9, 255)])
 def test_a_changed_byte_never_changes_the_table_silently(path, start, bits):
-    store.write(TABLES["curves"], path)
+    store.write(tables()["curves"], path)
     data = path.read_bytes()
     refused = 0
     for position in range(start, len(data), 17):
@@ -408,7 +425,7 @@ def test_a_changed_byte_never_changes_the_table_silently(path, start, bits):
         else:
             # The name of the digest was hit.
             assert store.DIGEST not in pq.read_metadata(path).metadata
-            assert table.equals(TABLES["curves"]), position
+            assert table.equals(tables()["curves"]), position
     assert refused > len(data) / 17 / 2
 
 
@@ -417,14 +434,14 @@ def test_a_changed_byte_never_changes_the_table_silently(path, start, bits):
 )
 @pytest.mark.parametrize("value", [b"", b"9", b"\xb3", b"\x00"])
 def test_another_kind_or_version_of_table_is_refused_however_it_is_spelled(path, key, words, value):
-    table = TABLES["curves"]
+    table = tables()["curves"]
     store.write(table.replace_schema_metadata({**table.schema.metadata, key: value}), path)
     with pytest.raises(TableError, match=f"{path} {words} "):
         store.read(path, CURVES)
 
 
 def test_a_table_of_another_version_says_what_to_do(path):
-    table = TABLES["states"]
+    table = tables()["states"]
     older = table.replace_schema_metadata({**table.schema.metadata, store.VERSION: b"4"})
     store.write(older, path)
     with pytest.raises(TableError) as caught:
@@ -438,17 +455,17 @@ def test_a_table_of_another_version_says_what_to_do(path):
 
 def test_every_row_says_where_it_is_from():
     for name in ("stiction", "scans", "states", "comparisons"):
-        rows = TABLES[name].select(["study", "method"]).to_pylist()
-        assert rows == [{"study": "a", "method": "collocation"}] * len(TABLES[name])
-    (curve,) = CURVE_TABLES["shooting"].values()
-    ((_, points),) = points_on_curves(CURVE_TABLES["shooting"], {"g": grid()})
+        rows = tables()[name].select(["study", "method"]).to_pylist()
+        assert rows == [{"study": "a", "method": "collocation"}] * len(tables()[name])
+    (curve,) = curves_of("shooting").values()
+    ((_, points),) = points_on_curves(curves_of("shooting"), {"g": grid()})
     stiction = read_curve(curve, points.mu0, points.dx0)
     (table,) = records.stiction_tables([(points, curve, stiction)], "b")
     assert set(table["method"].to_pylist()) == {"shooting"}
 
 
 def test_a_table_of_another_kind_is_refused(path):
-    store.write(TABLES["states"], path)
+    store.write(tables()["states"], path)
     with pytest.raises(TableError, match=r"holds the table states where scans is needed"):
         store.read(path, SCANS)
 
@@ -475,14 +492,14 @@ def test_a_file_of_another_program_is_refused(path):
     ids=["missing", "more", "names", "order", "type"],
 )
 def test_other_columns_are_refused(path, change):
-    store.write(change(TABLES["curves"]), path)
+    store.write(change(tables()["curves"]), path)
     with pytest.raises(TableError, match=f"{path} has other columns .*{AGAIN}"):
         store.read(path, CURVES)
 
 
 @pytest.mark.parametrize("column", ["status", "eta"])
 def test_a_gap_in_a_required_column_is_refused(path, column):
-    table = TABLES["states"]
+    table = tables()["states"]
     index = STATES.get_field_index(column)
     gap = pa.array([None, *table.column(column).to_pylist()[1:]], STATES.field(index).type)
     with pytest.raises(TableError, match=f"{path}: column {column} must not be empty"):
@@ -491,7 +508,7 @@ def test_a_gap_in_a_required_column_is_refused(path, column):
 
 
 def test_a_failed_write_leaves_the_old_table(path, monkeypatch):
-    store.write(TABLES["states"], path)
+    store.write(tables()["states"], path)
     before = path.read_bytes()
 
     def full_disk(writer, table):
@@ -500,13 +517,13 @@ def test_a_failed_write_leaves_the_old_table(path, monkeypatch):
 
     monkeypatch.setattr(pq.ParquetWriter, "write_table", full_disk)
     with pytest.raises(OSError, match="No space left"):
-        store.write(TABLES["states"], path)
+        store.write(tables()["states"], path)
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]
 
 
 def test_statuses_are_counted():
-    table = TABLES["stiction"]
+    table = tables()["stiction"]
     assert store.status_counts([table]) == {"failed": 2, "lock": 1, "slip": 3}
     assert store.status_counts([table.slice(0, 2), table.slice(2)]) == {
         "failed": 2,

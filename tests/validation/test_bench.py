@@ -26,6 +26,7 @@ def test_a_cylinder_is_the_elastica():
     assert m == pytest.approx(fy * dx, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_the_table_of_states_is_as_good_as_the_states():
     states = States.tabulated(BENT, 0.848, 0.853)
     parts = np.random.default_rng(1).uniform(size=(2, 20))

@@ -6,6 +6,7 @@ import pytest
 from rod_chain import Chain
 
 
+@pytest.mark.slow
 def test_the_energies_of_a_tip_ahead_of_the_clamp_and_behind_it_are_those_of_the_planar_rod():
     found = chains.compare((1.0, 0.85, "point"), 0.1, 1, np.random.default_rng(3), (10, 20, 40))
     assert found.off < 1e-5
@@ -14,6 +15,7 @@ def test_the_energies_of_a_tip_ahead_of_the_clamp_and_behind_it_are_those_of_the
     assert found.straight_on > 1.1 * found.rod
 
 
+@pytest.mark.slow
 def test_so_are_those_of_a_rod_whose_tail_lies_on_the_surface():
     found = chains.compare((4.0, 0.6, "line"), 0.1, 1, np.random.default_rng(3), (8, 16, 32))
     assert found.off < 1e-5 and found.aside < 1e-3

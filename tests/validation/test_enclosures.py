@@ -38,6 +38,7 @@ def study(tmp_path, monkeypatch):
     return output, arguments
 
 
+@pytest.mark.slow
 def test_a_study_is_proved_once(study, capsys, monkeypatch):
     output, arguments = study
     # All numbers are proved, but not that mu_lock is the first maximum: the path ends before.
@@ -108,6 +109,7 @@ def test_two_proofs_of_a_number_must_overlap():
     assert enclosures.apart([locks], [locks | {"on_path": "no"}]) == [locks]
 
 
+@pytest.mark.slow
 def test_a_random_point_far_from_the_paper_is_proved(monkeypatch):
     monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: Effort(96, 20, 24))
     found = proof_sample.tried(proof_sample.anywhere(1))

@@ -49,6 +49,7 @@ def test_a_mistake_beyond_its_tolerance_is_noticed(title, method, seed):
     assert not entry(title, Said.LITTLE, seed, method).accepted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_without_tolerances_a_wrong_rod_is_silently_wrong_by_no_method(seed, monkeypatch):
     # What the scores are for: a sensor that says nothing is found out.

@@ -69,6 +69,7 @@ def test_a_sample_has_something_of_each_package_and_is_the_same_each_time():
         assert count == max(2, round(20 * all_counts[package] / len(found)))
 
 
+@pytest.mark.slow
 def test_equivalent_mutants_are_still_there():
     """An entry of the list whose line has changed is to be judged again."""
     known = mutants.equivalents()

@@ -59,6 +59,7 @@ def test_between_heights_the_branch_is_that_of_a_rod_solved_there(heights, eta):
     assert between(past) == pytest.approx(solved(past), abs=1e-3)
 
 
+@pytest.mark.slow
 def test_heights_beyond_the_range_are_refused(heights):
     with pytest.raises(ValueError, match="eta must lie in"):
         heights.at(0.95)
@@ -68,6 +69,7 @@ def test_heights_beyond_the_range_are_refused(heights):
         respond_between(3.0, 0.85, "line")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unknown", [[Unknown.ETA], [Unknown.OFFSET], BOTH])
 def test_errors_of_the_estimates_are_of_the_size_they_say(heights, response, unknown):
     offset = OFFSET if Unknown.OFFSET in unknown else np.zeros(3)
@@ -133,6 +135,7 @@ def test_what_a_recording_does_not_tell_is_said(heights, response):
         calibrated(heights, recording, ["offset"], 0.83)
 
 
+@pytest.mark.slow
 def test_a_height_out_of_range_is_said(response):
     _, recording = recorded(response, offset=np.zeros(3))
     far = respond_between(2.0, 0.78)

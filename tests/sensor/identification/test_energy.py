@@ -74,6 +74,7 @@ def test_errors_of_travels_are_those_of_onsets_within_a_step():
     assert np.abs(linear.errors[0, 1]) > 0.3 * unit
 
 
+@pytest.mark.slow
 def test_the_surface_is_read_between_the_travels():
     truth = scanned(3)
     begins, ends = runs(truth)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from vibrissa.sensor.response import branch
 
-CASES = 9
+CASES = 5
 RESPOND = cache(branch.respond)
 
 
@@ -26,6 +26,7 @@ def fine(verdict):
     return verdict.outcome not in (fuzzing.SILENT, fuzzing.BROKEN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", fuzzing.DAMAGE, ids=lambda damage: damage.__name__)
 def test_damage_is_named_or_does_no_harm(damage, tmp_path, known_rod):
     for number in range(CASES):
@@ -49,6 +50,7 @@ def test_a_wrong_number_is_wrong():
     assert not fuzzing.judged(["slip", "slip"], at, truth * [1, np.nan], deviation)[0]
 
 
+@pytest.mark.slow
 @given(
     st.integers(0, 400),
     st.integers(0, 3),

@@ -34,6 +34,7 @@ def recorded(response, seed=1):
     return recording_of(truth.clamp, measured(truth.reactions, [seed, 2]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [NOISE, None])
 def test_a_recording_of_the_rod_fits_as_often_as_it_says(response, noise):
     found = [

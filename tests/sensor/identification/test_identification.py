@@ -306,6 +306,7 @@ def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factor
 FUZZED = respond(2.0, 0.85)
 
 
+@pytest.mark.slow
 def test_slips_hidden_in_noise_give_no_bound():
     whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
     signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["20 mm"], law="kinetic")

@@ -76,6 +76,7 @@ def with_ends(signals):
     return clamp + np.random.default_rng(3).uniform(-1e-7, 1e-7, len(clamp)), whole, before
 
 
+@pytest.mark.slow
 def test_rest_and_lift_off_are_recognised_and_named(whisker, signals):
     clamp, loads, before = with_ends(signals)
     periods, slips = found_in(whisker, frame_of(clamp, loads))
@@ -85,6 +86,7 @@ def test_rest_and_lift_off_are_recognised_and_named(whisker, signals):
     assert "nothing touches the surface" in said and "the clamp rests" in said
 
 
+@pytest.mark.slow
 def test_without_it_the_recording_is_refused_or_in_doubt(whisker, signals, monkeypatch):
     clamp, loads, _ = with_ends(signals)
     monkeypatch.setattr(recording_module, "_scanned", lambda recording, used: recording)
@@ -124,8 +126,14 @@ def hum(size, frequency, phases=(0.3, 1.1, 2.0)):
     return amplitude * np.cos(angle)
 
 
-@pytest.mark.parametrize("frequency", [50.0, 49.93, 60.05])
-@pytest.mark.parametrize("method", ["forces", "moment"])
+@pytest.mark.parametrize(
+    ("method", "frequency"),
+    [
+        ("moment", 49.93),
+        pytest.param("moment", 60.05, marks=pytest.mark.slow),
+        pytest.param("forces", 50.0, marks=pytest.mark.slow),
+    ],
+)
 def test_hum_is_found_and_taken_off(whisker, signals, frequency, method):
     loads = signals.readings + hum(len(signals.readings), frequency)
     periods, slips = found_in(whisker, frame_of(clamp_of(signals), loads), method)
@@ -136,6 +144,7 @@ def test_hum_is_found_and_taken_off(whisker, signals, frequency, method):
     assert "in force_x" in note and "in moment_z" in note
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["forces", "moment"])
 def test_hum_that_is_not_taken_off_spoils_friction(whisker, signals, method, monkeypatch):
     monkeypatch.setattr(hum_module, "hum_of", lambda *_: None)
@@ -159,6 +168,7 @@ def test_its_amplitude_and_phase_are_those_that_were_put_in(signals):
     assert found.frequency == pytest.approx(50.07, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [50.0, 100.0, 137.0, 1000.0, 20000.0])
 def test_no_hum_is_seen_where_there_is_none(signals, rate):
     rng = np.random.default_rng(int(rate))
@@ -175,6 +185,7 @@ def test_steps_of_a_stage_are_no_hum():
     assert hum_of(loads, time, time) is not None
 
 
+@pytest.mark.slow
 def test_time_without_a_unit_does_not_tell_a_frequency(whisker, signals):
     frame = frame_of(clamp_of(signals), signals.readings).rename(columns={"time [s]": "time"})
     assert right(found_in(whisker, frame)[1])
@@ -237,6 +248,7 @@ def errors_of(slips, fine):
     return slips.mu0 - np.interp(slips.contact, contact, mu0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", SMEARED)
 @pytest.mark.parametrize("method", ["forces", "moment", "spacing"])
 def test_friction_is_right_though_slips_are_smeared(whisker, fine, case, method):
@@ -255,6 +267,7 @@ def test_friction_is_right_though_slips_are_smeared(whisker, fine, case, method)
     assert np.mean(inside) > 0.8 and np.abs(pulls).max() < 5.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["flight", "first order", "Butterworth"])
 @pytest.mark.parametrize("method", ["forces", "moment"])
 def test_smeared_slips_spoil_friction_otherwise(whisker, fine, case, method, monkeypatch):
@@ -264,6 +277,7 @@ def test_smeared_slips_spoil_friction_otherwise(whisker, fine, case, method, mon
     assert np.sqrt(np.mean(errors**2)) > 0.02 and np.abs(errors / slips.deviation).max() > 20
 
 
+@pytest.mark.slow
 def test_a_filter_that_is_told_lags_and_what_is_not_told_may(whisker, fine):
     """A lag of d moves the onset by speed·d: 40 um for 40 ms at 1 mm/s."""
     frame = smeared(whisker, fine, FIRST_ORDER, 1)

@@ -46,7 +46,9 @@ solved = cache(respond)
 RODS = [(2.0, 0.85, "point"), (1.0, 0.85, "point"), (10.0, 0.85, "point"), (3.0, 0.7, "line")]
 
 
-@pytest.mark.parametrize("rod", RODS)
+@pytest.mark.parametrize(
+    "rod", [RODS[0], *(pytest.param(rod, marks=pytest.mark.slow) for rod in RODS[1:])]
+)
 @pytest.mark.parametrize("method", WITH_ROD)
 def test_both_sides_give_bounds_and_the_trailing_tip_its_friction(rod, method):
     response = solved(*rod)
@@ -73,6 +75,7 @@ def test_both_sides_give_bounds_and_the_trailing_tip_its_friction(rod, method):
     assert any("swung aside" in note for note in periods.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
 def test_intervals_past_the_swing_cover_what_they_say(response, method):
     inside, errors = [], []
@@ -173,6 +176,7 @@ def test_a_sensor_bias_is_that_of_the_same_transducer_on_both_sides(response):
     assert (recording.mirrored().readings == recording.readings * MIRROR).all()
 
 
+@pytest.mark.slow
 def test_height_and_bias_are_estimated_from_before_the_swing(response):
     heights = respond_between(2.0, 0.86)
     surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
@@ -189,6 +193,7 @@ def test_height_and_bias_are_estimated_from_before_the_swing(response):
     assert abs(periods.mu0[trailing] - 0.8) < 4.5 * periods.deviation[trailing]
 
 
+@pytest.mark.slow
 def test_from_a_surface_past_the_swing_to_its_friction_on_the_command_line(tmp_path):
     out, found = tmp_path / "scan.csv", tmp_path / "friction.csv"
     way = ["--mu0", "0.8", "--step", "50 um", "--to", "95 mm"]
@@ -211,6 +216,7 @@ def test_from_a_surface_past_the_swing_to_its_friction_on_the_command_line(tmp_p
         assert abs(float(row["mu0 [1]"]) - 0.8) < 4.5 * float(row["deviation [1]"])
 
 
+@pytest.mark.slow
 def test_tolerances_of_a_rod_that_swings_aside_widen_its_intervals_alone():
     whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
     nano = "nano17-si-12-0.12"

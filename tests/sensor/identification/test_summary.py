@@ -106,6 +106,7 @@ def test_without_a_friction_there_is_no_mean():
     assert str(found).endswith("no mean of mu0, from 0 of 2 periods (left out: 2 open)")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["forces", "moment"])
 def test_the_mean_of_a_surface_is_as_far_off_as_it_says(method):
     errors = {}
@@ -131,6 +132,7 @@ def test_the_mean_of_a_surface_is_as_far_off_as_it_says(method):
         assert 0.2 < np.sqrt(np.mean(np.square(values))) < 1.9
 
 
+@pytest.mark.slow
 def test_a_recording_that_does_not_fit_says_so_and_why():
     given = Whisker(theta=2.05, eta=0.85, rod=ROD)
     signals = scan(

@@ -42,6 +42,7 @@ def bias(found, truth):
     return error.mean(), np.sqrt(own.mean() / len(error) + found.periods.common[known].mean() ** 2)
 
 
+@pytest.mark.slow
 def test_a_modulus_within_its_tolerance_is_found_and_spoils_nothing():
     truth, recording = recorded(GIVEN, scale=1.04)
     spoiled = identify(GIVEN, recording, method="moment", noise=NOISE)
@@ -60,6 +61,7 @@ def test_the_noise_is_adjusted_with_the_readings():
     assert found.periods.goodness.ratio == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_small_tolerance_holds_what_was_given_and_then_it_does_not_fit():
     _, recording = recorded(GIVEN)
     error, tolerance = 0.01, 1e-5

@@ -83,6 +83,7 @@ def test_the_laboratory_file_is_what_its_script_writes(tmp_path):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["forces", "moment"])
 def test_a_german_laboratory_file_is_read_by_the_command_of_the_docs(tmp_path, monkeypatch, method):
     monkeypatch.chdir(tmp_path)
@@ -320,6 +321,7 @@ def test_mistakes_of_a_settings_file_are_named(text, message, tmp_path):
     assert result.output.count("\n") == 1 and not (tmp_path / "a.csv").exists()
 
 
+@pytest.mark.slow
 def test_standard_input_and_output(tmp_path):
     arguments = ["--settings", ROOT / "examples/laboratory.yaml", "-o", "-"]
     piped = run("import", "-", *arguments, text=LABORATORY.read_bytes())

@@ -111,6 +111,7 @@ def test_what_is_carried_makes_the_others_less_certain():
     assert np.cov((best - truth).T) == pytest.approx(found, abs=0.03)
 
 
+@pytest.mark.slow
 def test_far_from_what_was_given_is_in_doubt(recorded):
     _, recording = recorded
     spoiled = replace(recording, readings=1.2 * recording.readings)
