@@ -26,6 +26,7 @@ def limits_of(whisker=WHISKER, **asked):
     return found, {one.name: one for one in found.parts}
 
 
+@pytest.mark.slow
 def test_the_ratio_of_forces_is_wrong_by_turned_axes_and_zeros():
     found, parts = limits_of(method="forces")
     # fx/fy of axes that are turned by γ: (1 + μ²)·γ; a zero of fx adds itself over fy.
@@ -51,6 +52,7 @@ def test_the_moment_is_wrong_by_the_stiffness_of_the_rod():
     assert parts["zero_force_x"].alone == parts["transducer_angle"].alone == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["length", "transducer_angle", "zero_force_x"])
 def test_half_a_tolerance_brings_what_was_promised(name):
     found, parts = limits_of()
@@ -66,6 +68,7 @@ def test_without_tolerances_nothing_limits():
     assert found.parts == () and found.common == 0.0 and "taken as exact" in str(found)
 
 
+@pytest.mark.slow
 def test_a_design_says_what_halving_brings():
     asked = ASKED | {"length": "180 ± 0.2 mm"}
     found = design(read_requirements(**asked, tolerances={"transducer_angle": "0.25 deg"}))
@@ -80,6 +83,7 @@ def test_a_design_says_what_halving_brings():
     assert brings == sorted(brings, reverse=True) and brings[0] > 5.0
 
 
+@pytest.mark.slow
 def test_with_very_low_noise_turned_axes_cost_the_same():
     asked = {name: text for name, text in ASKED.items() if name != "transducer"}
     asked = read_requirements(**asked, noise="1 uN, 1 uN, 0.01 uN*m")
