@@ -81,8 +81,9 @@ help:
 	@echo "  make setup                install the locked packages into .venv; the others do it too"
 	@echo "  make notebooks            run the notebooks of examples/ and keep their outputs"
 	@echo "  make architecture         bring docs/architecture.md in line with the imports"
-	@echo "  make schema               bring docs/study_file.md, docs/tables.md and the study file's"
-	@echo "                            schema in line with the code"
+	@echo "  make schema               bring docs/study_file.md, docs/tables.md, the tables of tolerances,"
+	@echo "                            materials and transducers, and the study file's schema in line"
+	@echo "                            with the code"
 	@echo "  make sketch               draw docs/sketch.svg"
 	@echo "  make docs                 these pages, the reference and the notebooks as a site, in"
 	@echo "                            build/site (warnings are errors; OUTPUT=folder)"
@@ -247,6 +248,7 @@ architecture: $(STAMP)
 schema: $(STAMP)
 	@$(PY) docs/study_file.py
 	@$(PY) docs/tables.py
+	@$(PY) docs/sensor_tables.py
 
 sketch: $(STAMP)
 	@$(PY) docs/sketch.py

@@ -135,7 +135,7 @@ MATERIALS = {
         yield_strain=0.005,
         density=1150.0,
     ),
-    # Printed parts: half of the least tensile strength over the largest modulus of those that were
+    # From here on: half of the least tensile strength over the largest modulus of those that were
     # published, as no proportional limit is.
     "pla-printed": Material(
         name="polylactic acid, printed from filament; creeps",
@@ -152,6 +152,41 @@ MATERIALS = {
         modulus=2.5e9,
         yield_strain=0.5 * 25e6 / 3e9,
         density=1270.0,
+    ),
+    "pa12-sls": Material(
+        name="polyamide 12, laser sintered (EOS PA 2200); creeps",
+        source="EOS, PA 2200 Speed 1.0: tensile modulus 1600 MPa in the layers, 1550 MPa across "
+        "them; "
+        "tensile strength 48 and 42 MPa; 930 kg/m³",
+        modulus=1.6e9,
+        yield_strain=0.5 * 42e6 / 1.6e9,
+        density=930.0,
+    ),
+    "resin-standard": Material(
+        name="standard resin, printed by stereolithography (Formlabs Clear and Black V5); brittle",
+        source="Formlabs, product pages of Clear and Black Resin V5 in July 2026: flexural modulus "
+        "2700 and 2750 MPa, tensile strength 60 and 61 MPa; 1110 kg/m³ as a liquid",
+        modulus=2.75e9,
+        yield_strain=0.5 * 60e6 / 2.75e9,
+        density=1110.0,
+    ),
+    "resin-tough": Material(
+        name="tough resin, printed by stereolithography (Formlabs Tough 2000 V2); creeps",
+        source="Formlabs, product page of Tough 2000 Resin V2 in July 2026: flexural modulus 1701 "
+        "MPa, "
+        "tensile strength 40.4 MPa; 1030 kg/m³ as a liquid",
+        modulus=1.701e9,
+        yield_strain=0.5 * 40.4e6 / 1.701e9,
+        density=1030.0,
+    ),
+    "pom": Material(
+        name="acetal homopolymer, machined or drawn; creeps",
+        source="Margolis, Engineering Plastics Handbook (2006), table 5.5: tensile and flexural "
+        "modulus "
+        "3.0 GPa, tensile strength 72 MPa; 1410 kg/m³",
+        modulus=3.0e9,
+        yield_strain=0.5 * 72e6 / 3.0e9,
+        density=1410.0,
     ),
 }
 

@@ -32,7 +32,7 @@ class Assumed:
         The same in SI units where the rod is known; 0 where `size` holds for every rod.
     of_noise : bool
     reason : str
-        Where it is from.
+        Where it is from: a standard, a sheet, or what we would expect and why.
     """
 
     size: float
@@ -76,55 +76,89 @@ def _noisy(kind: Kind, channel: int, what: str, reason: str) -> Tolerable:
     return Tolerable(kind=kind, what=what, assumed=assumed, channel=channel)
 
 
-_TARED = "a tare is the mean of few readings, and the zero moves after it"
-_WARM = "over minutes, from the warmth of the hand and of the electronics"
+_TARED = "no sheet; a tare is the mean of few readings, and the zero moves after it"
+_WARM = (
+    "ME-Messsysteme, sheet of the K3D40 (5 Oct 2016): 0.05 % of full scale per kelvin, as much "
+    "creep; "
+    "of 12 N that is 6 mN for a change by 1 K, two deviations of a Nano17"
+)
 TOLERABLE = {
     "theta": Tolerable(
         kind=Kind.NUMBER,
         what="taper",
-        assumed=Assumed(size=0.02, reason="5 um of each of two diameters of about 1 and 0.5 mm"),
+        assumed=Assumed(
+            size=0.02,
+            reason="5 um of each of two diameters of about 1 and 0.5 mm, as for the diameter",
+        ),
     ),
     "eta": Tolerable(
         kind=Kind.LENGTH,
         what="height of the surface above the clamp",
-        assumed=Assumed(size=0.002, si=2e-4, reason="touched off with a feeler gauge or by eye"),
+        assumed=Assumed(
+            size=0.002,
+            si=2e-4,
+            reason="no sheet; touched off with a feeler gauge or by eye. ISO 2768-1, class m: "
+            "±0.3 mm on 30 to 120 mm",
+        ),
     ),
     "clamp_angle": Tolerable(
         kind=Kind.ANGLE,
         what="inclination of the clamp",
-        assumed=Assumed(size=np.deg2rad(0.5), reason="a hole with 0.1 mm of play over 10 mm"),
+        assumed=Assumed(
+            size=np.deg2rad(0.5),
+            reason="ISO 2768-1, classes f and m: ±0.5° where the shorter side has 10 to 50 mm; a "
+            "hole "
+            "with 0.1 mm of play over 10 mm",
+        ),
     ),
     "clamp_compliance": Tolerable(
         kind=Kind.COMPLIANCE,
         what="turn of the clamp per moment",
-        assumed=Assumed(size=0.005, reason="half a diameter more of rod in the collet"),
+        assumed=Assumed(
+            size=0.005, reason="no sheet; half a diameter more of rod in the collet, of 1 on 100 mm"
+        ),
     ),
     "curvature": Tolerable(
         kind=Kind.CURVATURE,
         what="natural curvature, at the clamp",
-        assumed=Assumed(size=0.02, reason="a wire whose tip is 1 % of the length off the axis"),
+        assumed=Assumed(
+            size=0.02, reason="no sheet; a wire whose tip is 1 % of the length off the axis"
+        ),
     ),
     "stage_angle": Tolerable(
         kind=Kind.ANGLE,
         what="angle of the stage to the surface",
-        assumed=Assumed(size=np.deg2rad(0.5), reason="a surface laid on the stage: 0.9 mm on 100"),
+        assumed=Assumed(
+            size=np.deg2rad(0.5), reason="no sheet; a surface laid on the stage: 0.9 mm on 100"
+        ),
     ),
     "modulus": Tolerable(
         kind=Kind.STRESS,
         what="Young's modulus",
-        assumed=Assumed(size=0.03, reason="handbooks: steels from 195 to 215 GPa"),
+        assumed=Assumed(
+            size=0.03,
+            reason="of the same spring wire EN 10270-1 says 206 GPa, and Shigley (table 10-5) 200",
+        ),
         relative=True,
     ),
     "diameter": Tolerable(
         kind=Kind.LENGTH,
         what="diameter at the clamp",
-        assumed=Assumed(size=0.005, reason="a micrometer: 5 um of 1 mm"),
+        assumed=Assumed(
+            size=0.005,
+            reason="a micrometer: 5 um of 1 mm. ISO 286-2: a rod of 1 mm to h7 is up to 10 um "
+            "thinner",
+        ),
         relative=True,
     ),
     "length": Tolerable(
         kind=Kind.LENGTH,
         what="length",
-        assumed=Assumed(size=0.003, reason="a calliper, and where the clamp begins: 0.3 of 100 mm"),
+        assumed=Assumed(
+            size=0.003,
+            reason="ISO 2768-1, class m: ±0.3 mm on 30 to 120 mm; a calliper, and where the clamp "
+            "begins",
+        ),
         relative=True,
     ),
     "zero_force_x": _noisy(Kind.FORCE, 0, "reading of force_x without load", _TARED),
@@ -136,33 +170,53 @@ TOLERABLE = {
     "transducer_angle": Tolerable(
         kind=Kind.ANGLE,
         what="turn of the transducer's axes from x to y",
-        assumed=Assumed(size=np.deg2rad(0.5), reason="holes with play: 0.2 mm on 20 mm"),
+        assumed=Assumed(
+            size=np.deg2rad(0.5),
+            reason="ISO 273, fine: M2 in holes of 2.2 mm; 0.2 mm of play on 20 mm",
+        ),
     ),
     "crosstalk": Tolerable(
         kind=Kind.NUMBER,
         what="part of each other channel, of full scale, that a channel shows too",
-        assumed=Assumed(size=0.002, reason="what is left of 1 to 2 % after calibration"),
+        assumed=Assumed(
+            size=0.002,
+            reason="ME-Messsysteme, sheet of the K3D40 (5 Oct 2016): 0.5 to 1 % as delivered; a "
+            "part of "
+            "it is left after a calibration with weights",
+        ),
     ),
     "moment_origin_x": Tolerable(
         kind=Kind.LENGTH,
         what="where along the surface the moment is taken, from the clamp",
-        assumed=Assumed(size=0.002, si=2e-4, reason="drawings of clamp and transducer"),
+        assumed=Assumed(
+            size=0.002,
+            si=2e-4,
+            reason="ISO 2768-1, class m: ±0.2 mm on 6 to 30 mm, by drawings of clamp and "
+            "transducer",
+        ),
     ),
     "moment_origin_y": Tolerable(
         kind=Kind.LENGTH,
         what="the same along the normal",
-        assumed=Assumed(size=0.002, si=2e-4, reason="drawings of clamp and transducer"),
+        assumed=Assumed(
+            size=0.002,
+            si=2e-4,
+            reason="ISO 2768-1, class m: ±0.2 mm on 6 to 30 mm, by drawings of clamp and "
+            "transducer",
+        ),
     ),
     "stage_scale": Tolerable(
         kind=Kind.NUMBER,
         what="scale of the clamp positions",
-        assumed=Assumed(size=0.001, reason="a lead screw of class C7 to C10: 50 to 210 um on 300"),
+        assumed=Assumed(
+            size=0.001, reason="JIS B 1192: ball screws of grade C7 50 um on 300 mm, of C10 210 um"
+        ),
         relative=True,
     ),
     "kinetic_ratio": Tolerable(
         kind=Kind.NUMBER,
         what="kinetic over static friction",
-        assumed=Assumed(size=0.05, reason="rarely measured on the same surface"),
+        assumed=Assumed(size=0.05, reason="no sheet; rarely measured on the same surface"),
     ),
 }
 # What a rod has that sets its tolerance in SI units.
