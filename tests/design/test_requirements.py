@@ -131,6 +131,21 @@ def test_ranges():
     assert range_of("1 to 2 eV") == ("1 eV", "2 eV")
 
 
+FILE = """
+theta = "2 ± 0.01"
+length = "100 ± 0.2 mm"
+modulus = "205 ± 4 GPa"
+material = "music-wire"
+noise = "3 mN, 3 mN, 10 N*mm"
+clamp_angle = "0 ± 0.3 deg"
+kinetic_ratio = 0.8
+section = "planar"
+
+[tolerances]
+eta = "0.1 mm"
+"""
+
+
 def test_a_rod_file_fixes_sizes_and_states_tolerances(tmp_path):
     path = tmp_path / "rod.toml"
     path.write_text(FILE)
