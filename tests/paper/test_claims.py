@@ -625,7 +625,11 @@ def test_strain_and_curvature_at_the_clamp_of_a_cylinder():
 
 def test_the_ledger_as_a_table_and_to_read(evidence, tmp_path):
     table = claims_table(
-        [named("force unit"), named("example rod")], evidence, study="paper", method="collocation"
+        [named("force unit"), named("example rod")], evidence, study="paper", method="shooting"
+    )
+    assert (
+        table.select(["study", "method"]).to_pylist()
+        == [{"study": "paper", "method": "shooting"}] * 2
     )
     store.write(table, tmp_path / "claims.parquet")
     assert store.read(tmp_path / "claims.parquet", schemas.CLAIMS).equals(table)

@@ -1,11 +1,13 @@
 """The faults that make mutate puts into the code, and which tests it asks about them."""
 
 import ast
+import json
+import subprocess
 from collections import Counter
 
 import pytest
 from cosmic_ray.mutating import mutate_code
-from mutation import mutants, recording
+from mutation import mutants, recording, run
 from mutation.operators import DropCall, DropCondition, SwapNeighbours
 from mutation.recording import Recording
 
@@ -159,3 +161,47 @@ def test_a_changed_file_of_tests_is_recorded_anew(tmp_path, monkeypatch):
     assert set(merged.tests_of("a/m.py", 11, "\n" + TEXT)) == set(merged.tests)
     # No test reaches this line any more; others of the module may do so in another way.
     assert set(merged.tests_of("a/m.py", 8, "\n" + TEXT)) == set(merged.tests)
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """Make a small project of two commits' worth of changes."""
+    folder = tmp_path / "src/vibrissa/a"
+    folder.mkdir(parents=True)
+    (folder / "old.py").write_text("one = 1\ntwo = 2\nthree = 3\n")
+    (folder / "gone.py").write_text("gone = 1\n")
+
+    def git(*arguments):
+        who = ("-c", "user.name=a", "-c", "user.email=a@b.c")
+        subprocess.run(["git", *who, *arguments], cwd=tmp_path, check=True, capture_output=True)
+
+    git("init", "-q")
+    git("add", ".")
+    git("commit", "-qm", "first")
+    monkeypatch.setattr(run, "ROOT", tmp_path)
+    return folder
+
+
+def test_only_lines_that_differ_are_changed_and_all_of_a_new_module(checkout):
+    assert run.changed_lines("HEAD") == {}
+    (checkout / "old.py").write_text("one = 1\ntwo = 4\nthree = 3\nfour = 4\nfive = 5\n")
+    (checkout / "gone.py").unlink()
+    (checkout / "new.py").write_text("one = 1\n\ntwo = 2\n")
+    (checkout / "notes.txt").write_text("no module\n")
+    lines = run.changed_lines("HEAD")
+    assert {name: lines[name] for name in ("a/old.py", "a/new.py")} == {
+        "a/old.py": {2, 4, 5},
+        "a/new.py": {1, 2, 3},
+    }
+
+
+def test_an_unknown_commit_is_refused_in_the_words_of_git(checkout):
+    with pytest.raises(SystemExit, match=r"git diff: fatal: .*nowhere"):
+        run.changed_lines("nowhere")
+
+
+def test_a_recording_that_reached_nothing_is_refused(tmp_path):
+    entry = {"test": "t", "outcome": "passed", "seconds": 1.0, "effort": 1.0, "fixtures": []}
+    (tmp_path / "1.jsonl").write_text(json.dumps(entry) + "\n")
+    with pytest.raises(SystemExit, match="coverage did not start"):
+        recording.merged(tmp_path, tmp_path)

@@ -62,7 +62,7 @@ def mutants_of(module: str, source: str) -> list[Mutant]:
 
 
 def sample(
-    mutants: Iterable[Mutant], sources: dict[str, str], size: int, seed: int, least: int = 15
+    mutants: Iterable[Mutant], sources: dict[str, str], size: int, seed: int, least: int
 ) -> list[Mutant]:
     """Draw mutants at random: from each package by its number of mutants, and some at least.
 

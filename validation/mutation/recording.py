@@ -263,6 +263,8 @@ def merged(folder: Path, root: Path) -> Recording:
             for line, contexts in data.contexts_by_lineno(file).items():
                 for context in filter(None, contexts):
                     reached[module][line].update(users.get(context, ()))
+    if runs and not reached:
+        sys.exit("coverage did not start in the processes of the tests: make setup installs it")
     seconds, effort = (
         {
             run["test"]: run[kind]

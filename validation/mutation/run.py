@@ -15,6 +15,7 @@ import queue
 import re
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections import Counter, defaultdict
@@ -34,6 +35,10 @@ PAGE = ROOT / "docs/tests.md"
 BEGIN, END = "<!-- made by make mutate -->\n", "<!-- end of what make mutate made -->"
 RESULTS = ROOT / ".mutation/results.jsonl"
 WANTED, WANTED_OF_PACKAGE = 0.92, 0.85
+# Mutants of the whole program, and of lines that differ from a commit: an hour, and minutes; and
+# how many at least are of each package.
+SAMPLE, SAMPLE_SINCE = 600, 60
+LEAST, LEAST_SINCE = 15, 1
 # Seconds of processor time, as recorded, of the tests for one mutant; what the fastest of them do
 # not notice counts as not noticed. Without the recording they take a third of that.
 BUDGET = 120.0
@@ -160,10 +165,12 @@ def result(
 
 
 def changed_lines(since: str) -> dict[str, set[int]]:
-    """Return the lines of each module that differ from those of a commit."""
-    command = ["git", "diff", "--unified=0", "--no-color", "--relative", since, "--", PACKAGE]
-    diff = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    """Return the lines of each module that differ from those of a commit; all of a new one."""
     lines, module = defaultdict(set), ""
+    for name in _git("ls-files", "--others", "--exclude-standard", "--", PACKAGE).splitlines():
+        count = len((ROOT / name).read_bytes().splitlines())
+        lines[name.partition(PACKAGE)[2]].update(range(1, count + 1))
+    diff = _git("diff", "--unified=0", "--no-color", "--relative", since, "--", PACKAGE)
     for line in diff.splitlines():
         if line.startswith("+++ "):
             module = line.partition(PACKAGE)[2]
@@ -171,6 +178,14 @@ def changed_lines(since: str) -> dict[str, set[int]]:
             first, count = int(found[1]), int(found[2] or 1)
             lines[module].update(range(first, first + count))
     return lines
+
+
+def _git(*arguments: str) -> str:
+    """Return what git prints; where it refuses, as an unknown commit, end with its words."""
+    result = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
+    if result.returncode:
+        sys.exit(f"git {arguments[0]}: {result.stderr.strip().splitlines()[0]}")
+    return result.stdout
 
 
 def up_to_date(jobs: int, again: bool) -> Recording:
@@ -288,7 +303,11 @@ def written(table: str, seed: int) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--sample", type=int, default=600, help="number of mutants")
+    parser.add_argument(
+        "--sample",
+        type=int,
+        help=f"number of mutants: {SAMPLE}, or {SAMPLE_SINCE} of the lines that differ",
+    )
     parser.add_argument("--seed", type=int, default=1, help="other seeds, other mutants")
     parser.add_argument("--jobs", type=int, default=2, help="tried at the same time")
     parser.add_argument("--since", help="only lines that differ from this commit")
@@ -306,7 +325,8 @@ def main() -> int:
     if arguments.package:
         wanted = tuple(arguments.package)
         mutants = [mutant for mutant in mutants if mutant.module.startswith(wanted)]
-    chosen = sample(mutants, sources, arguments.sample, arguments.seed)
+    usual, least = (SAMPLE_SINCE, LEAST_SINCE) if arguments.since else (SAMPLE, LEAST)
+    chosen = sample(mutants, sources, arguments.sample or usual, arguments.seed, least)
     print(f"{len(chosen)} of {len(mutants)} mutants, seed {arguments.seed}", flush=True)
     if not chosen:
         return 0
