@@ -11,6 +11,7 @@ from vibrissa.cli.options import ALONE, Out, check_files, say
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import series
 from vibrissa.sensor.importing import Imported, Settings, import_recording
+from vibrissa.sensor.importing.columns import KINDS
 from vibrissa.sensor.importing.layout import Separator
 from vibrissa.sensor.importing.settings import read_file
 from vibrissa.sensor.series import STANDARD
@@ -123,12 +124,7 @@ def _say(found: Imported, output: Path) -> None:
     say(f"{output}: {rows} rows", output)
     if found.zeros:
         options = " ".join(
-            f'--tolerance "zero_{name}={zero.deviation:.2g} {unit}"'
-            for (name, zero), unit in zip(found.zeros.items(), _units(found), strict=True)
+            f'--tolerance "zero_{name}={found.units.spelled(zero.deviation, KINDS[name], 2)}"'
+            for name, zero in found.zeros.items()
         )
         typer.echo(f"for identify, the zeros are known to: {options}", err=True)
-
-
-def _units(found: Imported) -> list[str]:
-    columns = found.columns()
-    return [columns[name].unit for name in found.zeros]

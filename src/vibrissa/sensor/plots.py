@@ -25,7 +25,7 @@ def shapes(whisker: Whisker, onset: Onset) -> Figure:
     stage_angle = whisker.mounting.stage_angle
     figure = Figure(figsize=(5.0, 4.0), layout="constrained")
     axes = figure.add_subplot()
-    unit, s = units.unit(Kind.LENGTH), np.linspace(0.0, 1.0, 101)
+    (unit, name), s = units.told(units.unit(Kind.LENGTH), Kind.LENGTH), np.linspace(0.0, 1.0, 101)
     for x0, label in ((0.0, "α = 0"), (onset.x0_slip, "onset of slip")):
         x1, height = curve.contact_point(x0)
         state = solve_state(
@@ -38,7 +38,6 @@ def shapes(whisker: Whisker, onset: Onset) -> Figure:
             label=label,
         )
     axes.axhline(whisker.eta * unit, color="0.5", linewidth=0.8)
-    name = units.name(Kind.LENGTH)
     axes.set(aspect="equal", xlabel=f"x / {name}", ylabel=f"y / {name}")
     axes.legend()
     return figure
@@ -58,7 +57,7 @@ def signals(columns: Mapping[str, Column]) -> Figure:
 
 def friction_map(periods: Periods, units: Units) -> Figure:
     """Draw friction with its interval over the position of the tip, and how far it is in doubt."""
-    unit = units.unit(Kind.LENGTH)
+    unit, name = units.told(units.unit(Kind.LENGTH), Kind.LENGTH)
     tip = bool(np.isfinite(periods.contact).any())
     figure = Figure(figsize=(7.0, 3.5), layout="constrained")
     axes = figure.add_subplot()
@@ -77,6 +76,6 @@ def friction_map(periods: Periods, units: Units) -> Figure:
             )
     if axes.containers and (periods.grade != "").any():
         axes.legend(title="doubts")
-    axes.set_xlabel(f"position of the {'tip' if tip else 'clamp'} / {units.name(Kind.LENGTH)}")
+    axes.set_xlabel(f"position of the {'tip' if tip else 'clamp'} / {name}")
     axes.set_ylabel("static friction μ0, 95 %")
     return figure

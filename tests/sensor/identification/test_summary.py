@@ -92,7 +92,7 @@ def test_wrong_periods_are_left_out_unless_most_are_wrong():
     found = summary_of(periods)
     assert found.mean == pytest.approx(0.3) and found.used == 3
     assert found.left == {"wrong": 1} and "mean of 3 of 4 periods (left out: 1 wrong)" in str(found)
-    assert "1 of them are in doubt" in str(found)
+    assert "1 of them is in doubt" in str(found)
     periods.grade[:3] = Grade.WRONG
     found = summary_of(periods)
     assert found.used == 4 and "do not rely on it" in str(found)

@@ -54,13 +54,13 @@ force_x: minus Kraft Fy in mN
 force_y: Kraft Fx in mN
 moment_z: Moment Mz in Nmm
 the clamp position is the speed times the time since the first sample that is kept
-zero of force_x: 0.310254 ± 0.00027 N by 96 samples, taken off
-zero of force_y: 0.120221 ± 0.00029 N by 96 samples, taken off
-zero of moment_z: 0.0085855 ± 7.9e-06 N*m by 96 samples, taken off
+zero of force_x: 310.254 ± 0.27 mN by 96 samples, taken off
+zero of force_y: 120.221 ± 0.29 mN by 96 samples, taken off
+zero of moment_z: 8.5855 ± 0.0079 N*mm by 96 samples, taken off
 left out, the clamp rests, or no force acts: lines 9 to 258 and lines 1010 to 1234
 laboratory.csv: 751 rows
-for identify, the zeros are known to: --tolerance "zero_force_x=0.00027 N" \
---tolerance "zero_force_y=0.00029 N" --tolerance "zero_moment_z=7.9e-06 N*m"
+for identify, the zeros are known to: --tolerance "zero_force_x=0.27 mN" \
+--tolerance "zero_force_y=0.29 mN" --tolerance "zero_moment_z=0.0079 N*mm"
 """
 
 

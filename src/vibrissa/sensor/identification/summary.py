@@ -136,7 +136,8 @@ class FrictionSummary:
         if self.wrong:
             yield f"do not rely on it: the readings contradict the rod in {self.wrong} of them"
         elif self.doubtful:
-            yield f"{self.doubtful} of them are in doubt: see the columns grade and doubt"
+            are = "is" if self.doubtful == 1 else "are"
+            yield f"{self.doubtful} of them {are} in doubt: see the columns grade and doubt"
         if self.degrees:
             yield self._surface()
         shown = {source: part for source, part in self.sources.items() if part >= SHOWN}

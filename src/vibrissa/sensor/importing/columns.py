@@ -9,8 +9,8 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.importing.layout import Layout
 from vibrissa.sensor.importing.notation import Notation, numbers_of
 from vibrissa.sensor.importing.settings import NAMES, Source
-from vibrissa.sensor.importing.units import Title, title_of, unit_size
-from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
+from vibrissa.sensor.importing.units import Title, title_of, unit_size, usual
+from vibrissa.sensor.quantities import CHANNEL_KINDS, MEASURED, Kind, Units, wished_units
 from vibrissa.sensor.transducer import CHANNELS
 
 KINDS = dict(zip(NAMES, (Kind.TIME, Kind.LENGTH, *CHANNEL_KINDS), strict=True))
@@ -28,11 +28,14 @@ class Columns:
         Of the numbers.
     said : tuple of str
         What was taken for what.
+    units : Units
+        In which messages tell values: those of the file.
     """
 
     values: dict[str, FloatArray]
     notation: Notation
     said: tuple[str, ...]
+    units: Units
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +90,7 @@ def columns_of(
     cells = {one.title: [row[one.number] for row in layout.rows] for one in found.values()}
     place = [f"{name}, line {line}" for line in layout.line]
     numbers = numbers_of(cells, place, decimal)
-    values, said = {}, []
+    values, said, units = {}, [], []
     for target, one in found.items():
         unit = one.unit or one.unit_in_file
         what = f"{name}: column {one.title}"
@@ -98,7 +101,13 @@ def columns_of(
         size = one.sign * unit_size(unit, KINDS[target], what)
         values[target] = numbers.columns[one.title] * size
         said.append(_said(target, one))
-    return Columns(values=values, notation=numbers.notation, said=tuple(said))
+        units.append(f"1 {usual(unit)}")
+    return Columns(
+        values=values,
+        notation=numbers.notation,
+        said=tuple(said),
+        units=Units(si=True, wished=wished_units(MEASURED, *units)),
+    )
 
 
 def _said(target: str, one: _Column) -> str:

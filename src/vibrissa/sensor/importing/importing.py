@@ -22,7 +22,7 @@ from vibrissa.sensor.importing.preparing import (
     zeros_of,
 )
 from vibrissa.sensor.importing.settings import NAMES, Settings, Window
-from vibrissa.sensor.quantities import SI
+from vibrissa.sensor.quantities import SI, Units
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
@@ -50,11 +50,14 @@ class Imported(Tabular):
         What was taken off the channels.
     said : tuple of str
         What was found in the file and taken from it.
+    units : Units
+        In which messages tell values: those of the file.
     """
 
     values: Values
     zeros: dict[str, Zero]
     said: tuple[str, ...]
+    units: Units
 
     def columns(self) -> dict[str, Column]:
         """Columns as `vibrissa identify` reads them."""
@@ -105,11 +108,12 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
     return Imported(
         values={key: values[key] for key in NAMES if key in values},
         zeros=zeros,
+        units=columns.units,
         said=(
             f"read as {found}, {_where(layout)}",
             *columns.said,
             *([STEADY] if settings.speed is not None else []),
-            *(_spelled(key, zero) for key, zero in zeros.items()),
+            *(_spelled(key, zero, columns.units) for key, zero in zeros.items()),
             *_left_out(layout.line[kept], layout, why),
             *_missing(values),
         ),
@@ -209,11 +213,11 @@ def _with_clamp(values: Values, settings: Settings, name: str) -> Values:
     return values | {"footpoint": settings.speed * (values["time"] - values["time"][0])}
 
 
-def _spelled(name: str, zero: Zero) -> str:
-    unit = SI[KINDS[name]]
+def _spelled(name: str, zero: Zero, units: Units) -> str:
+    value, _ = units.told(zero.value, KINDS[name])
+    deviation = units.spelled(zero.deviation, KINDS[name], 2)
     return (
-        f"zero of {name}: {zero.value:.6g} ± {zero.deviation:.2g} {unit} by "
-        f"{counted(zero.samples, 'sample')}, taken off"
+        f"zero of {name}: {value:.6g} ± {deviation} by {counted(zero.samples, 'sample')}, taken off"
     )
 
 

@@ -32,6 +32,13 @@ def title_of(text: str) -> Title:
     return Title(parts["name"], unit.strip())
 
 
+def usual(unit: str) -> str:
+    """Write a unit in the usual way: ``N*mm`` for ``Nmm``."""
+    text = unit.strip()
+    together = RUN_TOGETHER.fullmatch(text)
+    return f"{together[1]}*{together[2]}" if together else text
+
+
 def unit_size(unit: str, kind: Kind, what: str) -> float:
     """Give the size of a unit in SI units.
 
@@ -49,11 +56,8 @@ def unit_size(unit: str, kind: Kind, what: str) -> float:
     ArgumentError
         If it is no such unit.
     """
-    text = unit.strip()
-    together = RUN_TOGETHER.fullmatch(text)
-    text = f"{together[1]}*{together[2]}" if together else text
     try:
-        return float(in_si(f"1 {text}", kind, what))
+        return float(in_si(f"1 {usual(unit)}", kind, what))
     except ArgumentError:
         raise ArgumentError(
             f"{what} must have the unit of a {kind}, such as {SI[kind]}, got {unit!r}"
