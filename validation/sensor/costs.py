@@ -18,8 +18,9 @@ from vibrissa.files import write_atomically
 from vibrissa.sensor import Method, Recording, SlipLaw, Whisker, identify, scan, surfaces
 from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances, told
 
-WHISKER = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
 NOISE = "3 mN, 3 mN, 10 uN*m"
+STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+WHISKER = Whisker.read(2, "85 mm", **STEEL).wishing(NOISE)
 LAW, KINETIC_RATIO = SlipLaw.KINETIC, 0.8
 # Those that need the rod.
 METHODS = (Method.FORCES, Method.MOMENT, Method.SPACING)
@@ -134,7 +135,7 @@ def table(found):
     for name in TOLERABLE:
         size, unit = told(name, assumed[name], WHISKER.units)
         cells = [_spelled(each[name]) for each, _ in found.values()]
-        yield f"| `{name}` | {size:.2g} {unit} | {' | '.join(cells)} |"
+        yield f"| `{name}` | {f'{size:.2g} {unit}'.strip()} | {' | '.join(cells)} |"
     cells = [_spelled(total) for _, total in found.values()]
     yield f"| all together | | {' | '.join(cells)} |"
 
