@@ -1,6 +1,7 @@
 """The explorer's page in a browser: what it shows, says and writes."""
 
 import json
+import math
 import subprocess
 import sys
 
@@ -9,7 +10,7 @@ import pytest
 import yaml
 from browser import CHROMIUM
 
-from vibrissa import solve_curve, stick_slip
+from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.explorer.__main__ import main
 from vibrissa.explorer.modules import bundle
 from vibrissa.explorer.page import PAPER, RANGES, page
@@ -145,12 +146,29 @@ class TestPage:
             ("theta=1&eta=0.85&mu0=0.9&section=planar&clamp=1", "snaps through"),
             ("theta=3&eta=0.75&mu0=0.9&contact=line&clamp=0.2", "lies on the surface"),
             ("theta=2&eta=0.85&mu0=0.4&clamp=-0.1", "The clamp pulls"),
+            ("theta=2&eta=0.85&mu0=0.9&beta=5&clamp=0.6", "not computed in this mounting"),
             ("theta=99&mu0=x", "θ must lie between 1 and 20"),
         ],
     )
     def test_what_happens_is_said(self, opened, address, words):
         browser = opened(address)
         wait_until(browser, f"document.querySelector('.said').innerText.includes('{words}')")
+
+    def test_a_mounting_is_said_and_drawn_and_stands_in_the_address(self, opened):
+        browser = opened("theta=2&eta=0.85&mu0=0.4")
+        upright = value(browser, "slip")
+        seen = "document.querySelector('[data-x=mounted]').textContent"
+        assert browser.evaluate(seen).startswith("ideal")
+        browser.evaluate("""(() => { const box = document.getElementById('x-beta');
+            box.value = '5'; box.dispatchEvent(new Event('input')); })()""")
+        wait_until(browser, f"{seen}.includes('inclined by 5°')")
+        wait_until(browser, "document.querySelector('.said').innerText.includes('leans back')")
+        turned = "document.querySelector('.stage .clamp path').getAttribute('transform')"
+        assert browser.evaluate(turned).startswith("rotate(-5 ")
+        curve = solve_curve(2, 0.85, mounting=Mounting(clamp_angle=math.radians(5)))
+        assert value(browser, "slip") == pytest.approx(float(curve.onset(0.4)), rel=6e-4)
+        assert value(browser, "slip") > 1.2 * upright
+        wait_until(browser, "location.hash.includes('beta=5')")
 
     def test_the_keyboard_is_enough(self, opened):
         browser = opened("theta=2&eta=0.85&mu0=0.4&dx0=0.01")
@@ -196,7 +214,8 @@ class TestPage:
 
     @pytest.mark.parametrize("width", [390, 820, 1040, 1300, 3840])
     def test_no_field_covers_another_and_no_label_is_cut(self, opened, width):
-        browser = opened("theta=2&law=kinetic&units=si", width=width)
+        browser = opened("theta=2&law=kinetic&units=si&beta=5&kappa0=-0.2&delta=1", width=width)
+        browser.evaluate("document.querySelector('.explorer .mounting').open = true")
         cut = """[...document.querySelectorAll('.explorer :is(.field label, .choice span, dt)')]
             .filter((n) => getComputedStyle(n).display !== 'inline')
             .filter((n) => n.scrollWidth > n.clientWidth + 1)
@@ -256,7 +275,9 @@ class TestFunctions:
     pytestmark = needs_chromium
 
     def test_python_knows_the_ranges_of_the_fields(self, functions):
-        found = functions.evaluate("NUMBERS.map(({ key, min, max }) => [key, min, max])")
+        found = functions.evaluate(
+            "[...NUMBERS, ...MOUNTING_NUMBERS].map(({ key, min, max }) => [key, min, max])"
+        )
         assert {key: tuple(span) for key, *span in found} == RANGES
 
     @pytest.mark.parametrize(
@@ -296,6 +317,37 @@ class TestFunctions:
         state = rows.state
         expected = (rows.footpoint, rows.x1, state.reaction_fx, state.reaction_fy, state.reaction_m)
         assert len(found) == count
+        for got, *row in zip(found, *expected, strict=True):
+            assert got == pytest.approx(row, abs=1e-8)
+
+    @pytest.mark.parametrize(
+        ("settings", "mounting"),
+        [
+            ({"beta": 5.0, "kappa0": -0.2}, {"clamp_angle": 5.0, "curvature": -0.2}),
+            ({"compliance": 0.1}, {"clamp_compliance": 0.1}),
+            ({"delta": 3.0, "kappa1": -0.1}, {"stage_angle": 3.0, "curvature": (0, -0.1)}),
+            ({"delta": -3.0}, {"stage_angle": -3.0}),
+        ],
+    )
+    def test_steps_in_other_mountings_are_those_of_a_study(self, functions, settings, mounting):
+        angles = ("clamp_angle", "stage_angle")
+        given = {k: math.radians(v) if k in angles else v for k, v in mounting.items()}
+        rows = stick_slip(solve_curve(2.0, 0.8, mounting=Mounting(**given)), 0.3, 0.005, 4)
+        settings = json.dumps({"theta": 2.0, "eta": 0.8, "mu0": 0.3, "dx0": 0.005} | settings)
+        count = len(rows.footpoint)
+        found = json.loads(
+            functions.evaluate(f"""(() => {{
+                const model = new Model();
+                model.change({settings});
+                model.restart();
+                for (let k = 1; k < {count}; k += 1) model.step();
+                return JSON.stringify(
+                    model.trace.map((row) => [row.clamp, row.contact, row.fx, row.fy, row.m]));
+            }})()""")
+        )
+        state = rows.state
+        expected = (rows.footpoint, rows.x1, state.reaction_fx, state.reaction_fy, state.reaction_m)
+        assert len(found) == count > 8
         for got, *row in zip(found, *expected, strict=True):
             assert got == pytest.approx(row, abs=1e-8)
 

@@ -1,6 +1,7 @@
 """The solver of the explorer's page, in a browser: against Python's solver and closed forms."""
 
 import json
+import math
 
 import explorer_agreement as agreement
 import pytest
@@ -38,6 +39,47 @@ def test_both_solvers_agree(page):
     for rows in found.values():
         assert len(rows) == 30 and any("x0_slip" in row for row in rows)
         assert max(max(row.values()) for row in rows) < agreement.TOLERATED
+
+
+def test_both_solvers_agree_in_any_mounting(page):
+    found = agreement.compared(agreement.points(40, seed=3, mounted=True), page)
+    for rows in found.values():
+        assert len(rows) == 20 and any("x0_slip" in row for row in rows)
+        assert any("x0_end" in row for row in rows)
+        worst = max(value for row in rows for value in row.values())
+        assert worst < agreement.TOLERATED
+
+
+@pytest.mark.parametrize(
+    ("mounting", "said"),
+    [
+        ({"angle": 0.6}, "springs to the other side"),
+        ({"angle": -0.6}, "does not press on the surface"),
+        ({"curvature": [2.5, 0]}, ""),
+    ],
+)
+def test_a_mounting_in_which_no_period_begins_is_told(page, mounting, said):
+    ideal = {"angle": 0, "compliance": 0, "curvature": [0], "stage": 0}
+    found = solved(
+        page, "path ? '' : message", theta=1, eta=0.95, mounting=ideal | mounting, round=True
+    )
+    assert said in found and found
+
+
+@pytest.mark.parametrize("stage", [0, 0.1])
+def test_the_work_of_the_stage_is_the_gain_of_energy_in_any_mounting(page, stage):
+    mounting = {"angle": 0.1, "compliance": 0.2, "curvature": [-0.2, 0.1], "stage": stage}
+    states = solved(
+        page,
+        "Array.from({ length: 201 }, (_, k) => stateAt(path, 0.0005 * k))"
+        ".map((s) => [s.fx, s.fy, path.branch.rod.energyOf(s.unknowns)])",
+        theta=3,
+        eta=0.8,
+        mounting=mounting,
+    )
+    load = [fx * math.cos(stage) + fy * math.sin(stage) for fx, fy, _ in states]
+    work = -0.0005 / 3 * (load[0] + load[-1] + 4 * sum(load[1:-1:2]) + 2 * sum(load[2:-1:2]))
+    assert work == pytest.approx(states[-1][2] - states[0][2], rel=1e-7)
 
 
 def test_a_state_that_only_one_solver_finds_counts():

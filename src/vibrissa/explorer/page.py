@@ -19,6 +19,11 @@ RANGES = {
     "mu0": (0.02, 2.0),
     "dx0": (0.0001, 0.05),
     "ratio": (0.05, 1.0),
+    "beta": (-20.0, 20.0),
+    "compliance": (0.0, 0.5),
+    "kappa0": (-1.0, 1.0),
+    "kappa1": (-1.0, 1.0),
+    "delta": (-6.0, 6.0),
 }
 
 
@@ -66,10 +71,14 @@ class Preset:
     recording: Recording | None = None
 
 
+# A rod that is mounted as in the paper.
+IDEAL = dict.fromkeys(("beta", "compliance", "kappa0", "kappa1", "delta"), 0.0)
+
+
 def _paper(theta: float, mu0: float) -> dict[str, float | str]:
-    """Give the paper's settings: tip contact, free slips, a round rod."""
+    """Give the paper's settings: tip contact, free slips, a round rod, the ideal mounting."""
     words = {"contact": "point", "section": "round", "law": "free"}
-    return {"theta": theta, "mu0": mu0, "eta": 0.85, "dx0": 0.001} | words
+    return {"theta": theta, "mu0": mu0, "eta": 0.85, "dx0": 0.001} | words | IDEAL
 
 
 # The figures of the paper, as config.yaml has them.
@@ -115,6 +124,35 @@ PAPER = (
 )
 
 
+def _mounted(name: str, note: str, **settings: float | str) -> Preset:
+    """Make a preset of a rod that is mounted otherwise than in the paper."""
+    return Preset(
+        name=f"Mounting: {name}", note=note, settings=_paper(2, 0.4) | settings, play=True
+    )
+
+
+# The deviations of docs/mounting.md, each by itself.
+MOUNTED = (
+    _mounted("a clamp that leans back", "The tip locks earlier and slips later.", beta=5),
+    _mounted("a clamp that yields", "A tapered rod slips later.", compliance=0.1),
+    _mounted(
+        "a curved whisker",
+        "A strongly tapered rod that is curved away from the surface, in line contact.",
+        theta=15,
+        mu0=0.3,
+        dx0=0.002,
+        contact="line",
+        kappa0=-0.3,
+    ),
+    _mounted(
+        "an oblique stage",
+        "The clamp comes nearer to the surface, so that each period is another one.",
+        dx0=0.002,
+        delta=3,
+    ),
+)
+
+
 def fits(settings: Mapping[str, float | str]) -> bool:
     """Say whether the page's fields allow all of some settings."""
     return all(
@@ -155,7 +193,9 @@ def page() -> str:
     str
         HTML that refers to nothing outside itself.
     """
-    return _template("page.html").render(explorer=fragment(PAPER), style=style(), program=program())
+    return _template("page.html").render(
+        explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program()
+    )
 
 
 def _template(name: str) -> jinja2.Template:

@@ -1,6 +1,9 @@
 // Whether a solved shape is one that a rod beside a surface can have: docs/model.md.
 
-/** @import { Rod, State } from "./equilibrium.js" */
+import { isStraight, naturalCurvature, tailOf } from "./rod/mounting.js";
+
+/** @import { Rod } from "./rod/rod.js" */
+/** @import { State } from "./rod/state.js" */
 
 const LOOKS = 121;
 /** Slope by which a shape may miss a limit at its nodes, and what turns less than a loop does. */
@@ -10,30 +13,46 @@ const HALF_TURN = Math.PI - 0.3;
 const LEVEL = 1e-6;
 /** Height by which a shape must pass its limit to count, as it is looked at in points alone. */
 const PASSED = 1e-6;
+/** Places on a tail at which its height is looked at. */
+const TAIL_LOOKS = 16;
+const TAIL_TOLERANCE = 1e-12;
+const CROSSES_SURFACE = "the rod crosses the surface away from its contact point";
 
 /**
  * Say how a shape is inadmissible.
  *
  * @param {Rod} rod
  * @param {State} state
- * @param {number} eta
  * @returns {string} Empty where it is admissible.
  */
-export function inadmissible(rod, state, eta) {
+export function inadmissible(rod, state) {
+  if (state.contact === "line" && tailRises(rod, state)) return CROSSES_SURFACE;
   const slopes = state.unknowns.subarray(0, rod.nodes);
   const [low, high] = [Math.min(...slopes), Math.max(...slopes)];
   // A tip that passes through the surface is the paper's own.
-  const mayNotCross = state.contact === "line" || state.phi1 >= 0;
+  const mayNotCross = state.contact === "line" || state.phi1 >= -LEVEL;
   const arches = mayNotCross && low < -LEVEL;
   if (high < Math.PI - NEAR && !arches && high - low < HALF_TURN) return "";
   const { s, x, y } = rod.shape(state, LOOKS);
   const free = s.findIndex((value) => value >= state.sc);
   const heights = y.subarray(0, free < 0 ? LOOKS : free);
   if (Math.min(...heights) < -PASSED) return "the rod dips below the level of its clamp";
-  if (mayNotCross && Math.max(...heights) > eta + PASSED) {
-    return "the rod crosses the surface away from its contact point";
-  }
+  if (mayNotCross && Math.max(...heights) > state.height + PASSED) return CROSSES_SURFACE;
   return high - low >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
+}
+
+/**
+ * @param {Rod} rod
+ * @param {State} state
+ * @returns {boolean} Whether the unloaded tail of a rod that lies on the surface passes through it.
+ */
+function tailRises({ mounting }, { sc }) {
+  if (isStraight(mounting)) return false;
+  if (naturalCurvature(mounting, sc) > TAIL_TOLERANCE) return true;
+  for (let k = 1; k <= TAIL_LOOKS; k += 1) {
+    if (tailOf(mounting, sc, sc + ((1 - sc) * k) / TAIL_LOOKS).up > TAIL_TOLERANCE) return true;
+  }
+  return false;
 }
 
 /**

@@ -2,10 +2,15 @@
 
 import { inadmissible } from "./admissible.js";
 import { isPossible } from "./beginning.js";
-import { bracketedRoot } from "./roots.js";
+import { bracketedRoot } from "./numerics/roots.js";
+import { isStraight, naturalCurvature } from "./rod/mounting.js";
+import { solvedState, tangent } from "./rod/newton.js";
+import { marginAside } from "./rod/stability.js";
 
-/** @import { Condition, Contact, Rod, State } from "./equilibrium.js" */
-/** @import { Factors } from "./linear.js" */
+/** @import { Factors } from "./numerics/linear.js" */
+/** @import { Condition, Surface } from "./rod/newton.js" */
+/** @import { Rod } from "./rod/rod.js" */
+/** @import { Contact, State } from "./rod/state.js" */
 
 /** First and shortest step, and the longest, in units of the first state's offset and force. */
 const FIRST_STEP = 0.02;
@@ -37,7 +42,9 @@ const RESOLVED = 1e-7;
  * @property {Contact} model
  * @property {boolean} round Whether the rod can leave its plane.
  * @property {number} x1 Offset of the first state.
- * @property {number} force Force of the first state.
+ * @property {Surface} surface Where the contact point may be.
+ * @property {number} scale Offset of the first state in the ideal mounting.
+ * @property {number} force Force of that state.
  */
 
 /**
@@ -68,7 +75,18 @@ const RESOLVED = 1e-7;
  * @returns {number}
  */
 export function displacement(branch, state) {
-  return branch.x1 - state.offset;
+  return (branch.x1 - state.offset) / Math.cos(branch.rod.mounting.stage);
+}
+
+/**
+ * Offset of the state at a displacement.
+ *
+ * @param {Branch} branch
+ * @param {number} x0
+ * @returns {number}
+ */
+export function offsetAt(branch, x0) {
+  return branch.x1 - x0 * Math.cos(branch.rod.mounting.stage);
 }
 
 /**
@@ -91,8 +109,8 @@ export function demandChange(knot, branch) {
  * @param {number} value
  * @returns {Condition}
  */
-function along({ x1, force }, [a, b, c, d], value) {
-  return { offset: a / x1, fx: b / force, fy: c / force, sc: d, value };
+function along({ scale, force }, [a, b, c, d], value) {
+  return { offset: a / scale, fx: b / force, fy: c / force, sc: d, value };
 }
 
 /**
@@ -101,8 +119,8 @@ function along({ x1, force }, [a, b, c, d], value) {
  * @param {State} state
  * @returns {number}
  */
-function advance({ x1, force }, [a, b, c, d], state) {
-  return (a * state.offset) / x1 + (b * state.fx + c * state.fy) / force + d * state.sc;
+function advance({ scale, force }, [a, b, c, d], state) {
+  return (a * state.offset) / scale + (b * state.fx + c * state.fy) / force + d * state.sc;
 }
 
 /**
@@ -115,12 +133,12 @@ function advance({ x1, force }, [a, b, c, d], state) {
  * @returns {Knot}
  */
 function knotAt(branch, state, condition, sign = 1) {
-  const { rod, x1, force } = branch;
+  const { rod, surface, scale: unit, force } = branch;
   const count = rod.nodes;
-  const { change, factors } = rod.tangent(state, condition);
+  const { change, factors } = tangent(rod, state, surface, condition);
   const offset = rod.offsetChange(state, change);
   const [fx, fy, sc] = change.subarray(count);
-  const direction = [offset / x1, fx / force, fy / force, state.contact === "line" ? sc : 0];
+  const direction = [offset / unit, fx / force, fy / force, state.contact === "line" ? sc : 0];
   const scale = sign / Math.hypot(...direction);
   return {
     state,
@@ -169,10 +187,11 @@ export function hermite(t) {
  * @returns {State | null}
  */
 export function stateBetween(branch, from, to, part) {
-  const { rod, eta } = branch;
+  const { rod, surface } = branch;
+  const { contact } = from.state;
   const value = advance(branch, from.direction, from.state) + part * to.step;
   const condition = along(branch, from.direction, value);
-  return rod.solve(between(from, to, part), eta, from.state.contact, condition, from.factors);
+  return solvedState(rod, between(from, to, part), { surface, contact, condition }, from.factors);
 }
 
 /**
@@ -256,7 +275,8 @@ function knotAfter(branch, from, state) {
  * @returns {{ knot: Knot, next: number } | null} With the length of the step after it.
  */
 function stepped(branch, last, before, step) {
-  const { rod, eta } = branch;
+  const { rod, surface } = branch;
+  const { contact } = last.state;
   for (let h = step; h > SHORTEST_STEP; h *= 0.4) {
     const bend = before && last.step > 0 ? (0.5 * h * h) / last.step : 0;
     const guess = last.state.unknowns.map(
@@ -265,7 +285,7 @@ function stepped(branch, last, before, step) {
     );
     const value = advance(branch, last.direction, last.state) + h;
     const condition = along(branch, last.direction, value);
-    const state = rod.solve(guess, eta, last.state.contact, condition, last.factors);
+    const state = solvedState(rod, guess, { surface, contact, condition }, last.factors);
     if (!state) continue;
     let miss = 0;
     for (let i = 0; i < rod.nodes; i += 1) {
@@ -288,13 +308,14 @@ function stepped(branch, last, before, step) {
  * @returns {Knot[] | null}
  */
 function kink(branch, last, beyond) {
-  const { rod, eta } = branch;
+  const { rod, surface } = branch;
   const lies = last.state.contact === "point";
   const [a, b] = lies
     ? [last.state.phi1, beyond.state.phi1]
     : [last.state.sc - 1, beyond.state.sc - 1];
   const guess = between(last, beyond, Math.min(1, Math.max(0, a / (a - b))));
-  const state = rod.solve(guess, eta, "point", { phi1: 1, value: 0 });
+  const condition = { phi1: 1, value: 0 };
+  const state = solvedState(rod, guess, { surface, contact: "point", condition });
   if (!state) return null;
   const here = { ...state, contact: last.state.contact, phi1: 0 };
   const there = { ...state, contact: /** @type {Contact} */ (lies ? "line" : "point"), phi1: 0 };
@@ -303,7 +324,7 @@ function kink(branch, last, beyond) {
     // Beyond, s_c falls from 1, or the slope of the tip rises from 0.
     lies
       ? knotAt(branch, there, { sc: 1, value: 0 }, -1)
-      : knotAt(branch, there, { phi1: 1, value: 0 }),
+      : knotAt(branch, there, condition),
   ];
 }
 
@@ -317,25 +338,73 @@ function kink(branch, last, beyond) {
  * @returns {{ end: End, knot: Knot | null, why?: string } | null}
  */
 function ending(branch, side, from, to) {
-  const { rod, eta, round } = branch;
-  const { x1 } = branch;
+  const { rod, surface, round } = branch;
+  const { contact } = from.state;
   /** @param {Condition} condition */
   const where = (condition) => {
-    const state = rod.solve(to.state.unknowns, eta, from.state.contact, condition);
+    const state = solvedState(rod, to.state.unknowns, { surface, contact, condition });
     return state && knotAfter(branch, from, state);
   };
   if (side < 0 && to.state.fx > -MOST_PULLED * to.state.fy) {
     return { end: "steep", knot: where({ fx: 1, fy: MOST_PULLED, value: 0 }) };
   }
   if (to.state.fy >= 0) return { end: "lifts", knot: where({ fy: 1, value: 0 }) };
-  if (round && to.state.offset + to.state.sc <= 1) {
-    return { end: "swings", knot: where({ offset: 1 / x1, sc: 1 / x1, value: 1 / x1 }) };
+  if (round && swung(branch, to.state) <= 0) {
+    const curved = !isStraight(rod.mounting);
+    return {
+      end: "swings",
+      knot: curved
+        ? knotWhere(branch, from, to, (knot) => swung(branch, knot.state))
+        : where(onAxis(branch)),
+    };
   }
   if (side * to.offsetChange >= 0) {
     return { end: "snaps", knot: knotWhere(branch, from, to, (knot) => knot.offsetChange) };
   }
-  const why = inadmissible(rod, to.state, eta);
-  return why ? { end: "inadmissible", knot: lastAdmissible(branch, from, to), why } : null;
+  const beyond = arched(branch, from, to) ?? to;
+  const why = inadmissible(rod, beyond.state);
+  return why ? { end: "inadmissible", knot: lastAdmissible(branch, from, beyond), why } : null;
+}
+
+/**
+ * The knot between two in which the tip becomes parallel to the surface, where it may be curved
+ * towards it by nature: then the rod passes through the surface just before its tip.
+ *
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {Knot} to
+ * @returns {Knot | null} null where there is none.
+ */
+function arched(branch, from, to) {
+  const falls = from.state.phi1 > 0 && to.state.phi1 < 0;
+  if (!falls || naturalCurvature(branch.rod.mounting, 1) <= 0) return null;
+  return knotWhere(branch, from, to, (knot) => knot.state.phi1);
+}
+
+/**
+ * Positive where a round rod stays in its plane. A straight one does so as long as its contact point
+ * is ahead of the axis of its unloaded clamp.
+ *
+ * @param {Branch} branch
+ * @param {State} state
+ * @returns {number}
+ */
+export function swung({ rod }, state) {
+  if (!isStraight(rod.mounting)) return marginAside(rod, state);
+  const { angle } = rod.mounting;
+  return (state.offset + state.sc - 1) * Math.cos(angle) + state.height * Math.sin(angle);
+}
+
+/**
+ * The condition that the contact point is on that axis.
+ *
+ * @param {Branch} branch
+ * @returns {Condition}
+ */
+function onAxis({ rod, surface, scale }) {
+  const [cos, sin] = [Math.cos(rod.mounting.angle), Math.sin(rod.mounting.angle)];
+  const offset = (cos + surface.tilt * sin) / scale;
+  return { offset, sc: cos / scale, value: (cos - surface.level * sin) / scale };
 }
 
 /**
@@ -350,7 +419,7 @@ function lastAdmissible(branch, from, to) {
     const part = 0.5 * (low + high);
     const knot = knotBetween(branch, from, to, part);
     if (!knot) return null;
-    if (inadmissible(branch.rod, knot.state, branch.eta)) high = part;
+    if (inadmissible(branch.rod, knot.state)) high = part;
     else low = part;
   }
   return low ? knotBetween(branch, from, to, low) : null;
@@ -365,7 +434,7 @@ function lastAdmissible(branch, from, to) {
  * @returns {Arm}
  */
 export function followed(branch, first, side) {
-  const knots = [knotAt(branch, first, { offset: 1 / branch.x1, value: 0 }, -side)];
+  const knots = [knotAt(branch, first, { offset: 1 / branch.scale, value: 0 }, -side)];
   let step = FIRST_STEP;
   for (let count = 0; count < MOST_STEPS; count += 1) {
     const last = knots[knots.length - 1];

@@ -1,25 +1,114 @@
 // The state in which sticking begins: the buckled rod under a vertical force, α = 0.
 
-import { gaussRule } from "./spectral.js";
-import { bracketedRoot } from "./roots.js";
+import { bracketedRoot } from "./numerics/roots.js";
+import { gaussRule } from "./numerics/spectral.js";
+import { CLAMP_SLOPE, isIdealRod, scaledMounting } from "./rod/mounting.js";
+import { solvedState } from "./rod/newton.js";
+import { Rod } from "./rod/rod.js";
+import { slidesStably } from "./rod/stability.js";
 
-/** @import { Contact, Rod, State } from "./equilibrium.js" */
+/** @import { Contact, State } from "./rod/state.js" */
 
 /** Heights near 1, where the rod is nearly straight, from which a low surface is approached. */
 const HIGHEST = 0.99;
 /** Largest step of √(1 − η), with which the deflection grows. */
 const LARGEST_STEP = 0.09;
 const VERTICAL = { fx: 1, value: 0 };
+/** Part of the rod's bend by which a state may differ from its guess: further is another branch. */
+const CLOSE = 0.3;
+/** What a step on the way from the ideal mounting is divided by, and the shortest part. */
+const DIVISION = 4;
+const SHORTEST_PART = 1e-4;
+
+/**
+ * The state in which a period begins, and that of the ideal mounting, in whose units steps count.
+ *
+ * @typedef {object} Beginning
+ * @property {State} state
+ * @property {State} ideal
+ */
+
+/**
+ * Find where a period of sticking begins.
+ *
+ * @param {Rod} rod
+ * @param {number} eta
+ * @param {Contact} model "point": with the tip alone; "line": with the contact that is possible.
+ * @returns {Beginning | string} What to say where there is none; empty where none was found.
+ */
+export function beginningOf(rod, eta, model) {
+  const ideal = firstState(new Rod(rod.theta, rod.nodes), eta, model);
+  if (!ideal) return "";
+  if (isIdealRod(rod.mounting)) return { state: ideal, ideal };
+  const state = mountedState(rod, ideal, eta, model);
+  return typeof state === "string" ? state : { state, ideal };
+}
+
+/**
+ * Follow a first state from the ideal mounting to that of a rod, all deviations in proportion.
+ *
+ * @param {Rod} rod
+ * @param {State} ideal
+ * @param {number} eta
+ * @param {Contact} model
+ * @returns {State | string}
+ */
+function mountedState({ theta, nodes, mounting }, ideal, eta, model) {
+  /** @type {{ state: State, share: number }[]} */
+  let known = [{ state: ideal, share: 0 }];
+  for (let step = 1; known[known.length - 1].share < 1; ) {
+    const { state, share } = known[known.length - 1];
+    const target = Math.min(1, share + step);
+    const part = new Rod(theta, nodes, scaledMounting(mounting, target));
+    const guess = known.length > 1 ? towards(known[0], known[1], target) : state.unknowns;
+    const found = solvedActive(part, guess, eta, state.contact, model);
+    if (found && isNear(found, guess, nodes) && slidesStably(part, found)) {
+      if (found.fy >= 0) return "the rod does not press on the surface: try a smaller η";
+      known = [{ state, share }, { state: found, share: target }];
+      step *= 2;
+    } else {
+      step /= DIVISION;
+      if (step < SHORTEST_PART) {
+        return "the rod springs to the other side: try a smaller η, β or curvature";
+      }
+    }
+  }
+  return known[known.length - 1].state;
+}
+
+/**
+ * @param {{ state: State, share: number }} before
+ * @param {{ state: State, share: number }} last
+ * @param {number} target
+ * @returns {Float64Array} Unknowns on the line through two states.
+ */
+function towards(before, last, target) {
+  const weight = (target - last.share) / (last.share - before.share);
+  const old = before.state.unknowns;
+  return last.state.unknowns.map((value, i) => value + weight * (value - old[i]));
+}
+
+/**
+ * @param {State} state
+ * @param {Float64Array} guess
+ * @param {number} nodes
+ * @returns {boolean} Whether the state is on the branch of its guess.
+ */
+function isNear(state, guess, nodes) {
+  const slopes = state.unknowns.subarray(0, nodes);
+  const missed = slopes.reduce((most, value, i) => Math.max(most, Math.abs(value - guess[i])), 0);
+  return missed < CLOSE * (Math.max(...slopes) - Math.min(...slopes));
+}
 
 /**
  * Solve the first-mode state that is bent towards +x.
  *
  * @param {Rod} rod
  * @param {number} eta
- * @param {Contact} model "point": with the tip alone; "line": with the contact that is possible.
+ * @param {Contact} model
  * @returns {State | null}
  */
-export function firstState(rod, eta, model) {
+function firstState(rod, eta, model) {
   const low = Math.sqrt(1 - Math.max(eta, HIGHEST));
   const high = Math.sqrt(1 - eta);
   const count = Math.ceil((high - low) / LARGEST_STEP);
@@ -56,14 +145,13 @@ function ahead(before, state) {
  * @returns {State | null}
  */
 function solvedActive(rod, guess, eta, contact, model) {
-  const state = rod.solve(guess, eta, contact, VERTICAL);
+  const closure = { surface: { level: eta, tilt: 0 }, condition: VERTICAL };
+  const state = solvedState(rod, guess, { ...closure, contact });
   if (model === "point" || (state && isPossible(state))) return state;
-  const other = rod.solve(
-    touching(state ? state.unknowns : guess),
-    eta,
-    contact === "line" ? "point" : "line",
-    VERTICAL,
-  );
+  const other = solvedState(rod, touching(state ? state.unknowns : guess), {
+    ...closure,
+    contact: contact === "line" ? "point" : "line",
+  });
   return other && isPossible(other) ? other : null;
 }
 
@@ -121,7 +209,7 @@ function buckled(rod, eta) {
   }
   const amplitude = Math.sqrt((2 * (1 - eta)) / square);
   const unknowns = new Float64Array(count + 3);
-  unknowns.set(mode.map((value) => Math.PI / 2 + amplitude * value));
+  unknowns.set(mode.map((value) => CLAMP_SLOPE + amplitude * value));
   unknowns.set([0, -((kappa / theta) ** 2), 1], count);
   return unknowns;
 }

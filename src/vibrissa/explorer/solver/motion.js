@@ -1,12 +1,13 @@
 // The clamp moves and the tip sticks, slips, locks: docs/model.md and docs/simulate.md.
 
-import { demand } from "./equilibrium.js";
 import { displacement } from "./arm.js";
-import { bracketedRoot } from "./roots.js";
+import { bracketedRoot } from "./numerics/roots.js";
 import { backOnset, onset, pulledOnset, stateAt, touch } from "./path.js";
+import { isIdealRod } from "./rod/mounting.js";
+import { demand } from "./rod/state.js";
 
-/** @import { State } from "./equilibrium.js" */
 /** @import { Path } from "./path.js" */
+/** @import { State } from "./rod/state.js" */
 
 /** Stretches of a slip in which its energy is added up, and how often a tip may slide back. */
 const STRETCHES = 24;
@@ -63,6 +64,7 @@ const TOLERANCE = 1e-12;
  * @property {number} clamp
  * @property {number} x0
  * @property {number} rest Displacement afterwards.
+ * @property {number} side On which side of the clamp the tip is then.
  */
 
 /**
@@ -118,8 +120,16 @@ function endOf(end) {
  * @param {Sticking} sticking
  * @returns {Place}
  */
-export function begun({ path }) {
-  return { clamp: 0, contact: path.branch.x1, side: 1 };
+export function begun(sticking) {
+  return placed(sticking, 0, 0, 1);
+}
+
+/**
+ * @param {Sticking} sticking
+ * @returns {number} Way along the surface for each way of the clamp.
+ */
+function wayAlong({ path }) {
+  return Math.cos(path.branch.rod.mounting.stage);
 }
 
 /**
@@ -129,8 +139,9 @@ export function begun({ path }) {
  * @param {Place} place
  * @returns {number}
  */
-export function x0Of({ path }, { clamp, contact, side }) {
-  return side * (clamp - contact) + path.branch.x1;
+export function x0Of(sticking, { clamp, contact, side }) {
+  const way = wayAlong(sticking);
+  return (side * (way * clamp - contact) + sticking.path.branch.x1) / way;
 }
 
 /**
@@ -142,8 +153,9 @@ export function x0Of({ path }, { clamp, contact, side }) {
  * @param {number} side
  * @returns {Place}
  */
-export function placed({ path }, clamp, x0, side) {
-  return { clamp, contact: clamp + side * (path.branch.x1 - x0), side };
+export function placed(sticking, clamp, x0, side) {
+  const way = wayAlong(sticking);
+  return { clamp, contact: way * clamp + side * (sticking.path.branch.x1 - way * x0), side };
 }
 
 /**
@@ -154,7 +166,8 @@ export function placed({ path }, clamp, x0, side) {
  * @param {number} clamp
  * @param {boolean} stepped Whether a tip slips after the step that is too far, as in the paper, and
  *   not at the exact onset on the way.
- * @returns {{ place: Place, events: Event[] }}
+ * @returns {{ place: Place, events: Event[] }} On an oblique stage a path is that of one period: the
+ *   place is that in which the period ends, wherever the clamp was to go.
  */
 export function moved(sticking, from, clamp, stepped = false) {
   /** @type {Event[]} */
@@ -171,15 +184,31 @@ export function moved(sticking, from, clamp, stepped = false) {
     const at = exact ? place.clamp + place.side * (limit.x0 - x0) : clamp;
     events.push(...passed(sticking, place, limit ? limit.x0 : aim));
     if (!limit) return { place: { ...place, clamp }, events };
-    const rest = limit.by === "slips" ? restOf(sticking, until) : 0;
-    events.push({ what: limit.by, clamp: at, x0: limit.x0, rest });
-    place =
-      limit.by === "swings"
-        ? placed(sticking, at, limit.x0, -place.side)
-        : placed(sticking, at, rest, place.side);
-    if (stepped && limit.by !== "swings") return { place, events };
+    // A rod that has swung aside trails behind, mirrored; in another mounting nobody knows where it goes.
+    const mirrored = limit.by === "swings" && isMirrored(sticking.path);
+    const after = limit.by === "slips" ? restOf(sticking, until) : 0;
+    const [rest, side] = mirrored ? [limit.x0, -place.side] : [after, place.side];
+    events.push({ what: limit.by, clamp: at, x0: limit.x0, rest, side });
+    place = placed(sticking, at, rest, side);
+    if ((stepped && limit.by !== "swings") || isOblique(sticking.path)) return { place, events };
   }
   return { place: { ...place, clamp }, events };
+}
+
+/**
+ * @param {Path} path
+ * @returns {boolean} Whether the height changes as the clamp moves.
+ */
+export function isOblique({ branch }) {
+  return branch.surface.tilt !== 0;
+}
+
+/**
+ * @param {Path} path
+ * @returns {boolean} Whether a rod that has swung aside is in the mirrored state.
+ */
+export function isMirrored(path) {
+  return isIdealRod(path.branch.rod.mounting) && !isOblique(path);
 }
 
 /**
@@ -212,7 +241,7 @@ function passed(sticking, place, to) {
     .filter(([at]) => from < at !== to < at && at > 0)
     .map(([at, up, down]) => {
       const clamp = place.clamp + place.side * (at - from);
-      return { what: to > from ? up : down, clamp, x0: at, rest: at };
+      return { what: to > from ? up : down, clamp, x0: at, rest: at, side: place.side };
     });
 }
 

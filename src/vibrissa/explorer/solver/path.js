@@ -1,11 +1,17 @@
 // A sticking curve: both arms of the path of one rod at one height, and what is read off it.
 
-import { demand, Rod } from "./equilibrium.js";
-import { between, displacement, followed, hermite, stateWhere } from "./arm.js";
-import { firstState } from "./beginning.js";
+import { inadmissible } from "./admissible.js";
+import { between, displacement, followed, hermite, offsetAt, stateWhere, swung } from "./arm.js";
+import { beginningOf } from "./beginning.js";
+import { IDEAL } from "./rod/mounting.js";
+import { solvedState } from "./rod/newton.js";
+import { Rod } from "./rod/rod.js";
+import { demand } from "./rod/state.js";
 
-/** @import { Contact, State } from "./equilibrium.js" */
 /** @import { Arm, Branch, Knot } from "./arm.js" */
+/** @import { Beginning } from "./beginning.js" */
+/** @import { Mounting } from "./rod/mounting.js" */
+/** @import { Contact, State } from "./rod/state.js" */
 
 /** Numbers of nodes that are tried. */
 const NODES = [20, 26, 34, 46, 64, 90];
@@ -22,25 +28,60 @@ const NODES = [20, 26, 34, 46, 64, 90];
  */
 
 /**
+ * A rod below a surface; by default its mounting is ideal.
+ *
+ * @typedef {{ theta: number, eta: number, contact: Contact, round: boolean, mounting?: Mounting }} Given
+ */
+
+/**
  * Solve the path of a rod.
  *
- * @param {{ theta: number, eta: number, contact: Contact, round: boolean }} rod
+ * @param {Given} given
  * @param {number} [fewest] Nodes to begin with, as they were enough for a similar rod.
  * @returns {{ path: Path | null, message: string }} The message says what to try without a path.
  */
-export function solvedPath({ theta, eta, contact, round }, fewest = 0) {
+export function solvedPath(given, fewest = 0) {
+  const { theta, eta, contact, mounting = IDEAL } = given;
   let message = "no state with α = 0 was found: try a larger η or a θ closer to 1";
   for (const nodes of NODES.filter((count) => count >= fewest)) {
-    const rod = new Rod(theta, nodes);
-    const first = firstState(rod, eta, contact);
-    if (!first) continue;
-    const branch = { rod, eta, model: contact, round, x1: first.offset, force: -first.fy };
-    const pushed = followed(branch, first, 1);
+    const rod = new Rod(theta, nodes, mounting);
+    const begun = beginningOf(rod, eta, contact);
+    if (begun === "") continue;
+    if (typeof begun === "string") return { path: null, message: begun };
+    const branch = branchOf(rod, given, begun);
+    const why = unsuitable(branch, begun.state);
+    if (why) return { path: null, message: why };
+    const pushed = followed(branch, begun.state, 1);
     message = `the path was lost (${pushed.why}): try a slightly different θ or η`;
     if (pushed.end === "lost") continue;
-    return { path: assembled(pushed, followed(branch, first, -1)), message: "" };
+    return { path: assembled(pushed, followed(branch, begun.state, -1)), message: "" };
   }
   return { path: null, message };
+}
+
+/**
+ * @param {Rod} rod
+ * @param {Given} given
+ * @param {Beginning} begun
+ * @returns {Branch}
+ */
+function branchOf(rod, { eta, contact, round }, { state, ideal }) {
+  const tilt = Math.tan(rod.mounting.stage);
+  const surface = { level: eta - tilt * state.offset, tilt };
+  const unit = { scale: ideal.offset, force: -ideal.fy };
+  return { rod, eta, model: contact, round, x1: state.offset, surface, ...unit };
+}
+
+/**
+ * @param {Branch} branch
+ * @param {State} state
+ * @returns {string} Why no period begins in a state; empty where one does.
+ */
+function unsuitable(branch, state) {
+  const why = inadmissible(branch.rod, state);
+  if (why) return `with α = 0 ${why}`;
+  const leaves = branch.round && swung(branch, state) <= 0;
+  return leaves ? "the round rod leaves its plane with α = 0 already: try a planar one" : "";
 }
 
 /**
@@ -54,8 +95,10 @@ function assembled(pushed, pulled) {
     demand(knot.state) > demand(best.state) ? knot : best,
   );
   const last = knots[knots.length - 1];
-  const inside = lock !== last || pushed.end === "swings" || pushed.end === "snaps";
-  const lifts = pushed.end === "lifts";
+  const turns = pushed.end === "swings" || pushed.end === "snaps";
+  const inside = turns || demand(lock.state) > demand(last.state);
+  // Where the clamp pushes, friction grows without limit as the normal force vanishes.
+  const lifts = pushed.end === "lifts" && last.state.fx < 0;
   return {
     branch,
     pushed,
@@ -146,12 +189,14 @@ export function stateAt(path, x0) {
   if (index < 1) return null;
   const [from, to] = [knots[index - 1], knots[index]];
   if (displacement(branch, to.state) === x0) return to.state;
-  const guess = between(from, to, partOf(from, to, branch.x1 - x0));
-  const condition = { offset: 1, value: branch.x1 - x0 };
-  const state = branch.rod.solve(guess, branch.eta, from.state.contact, condition, from.factors);
+  const offset = offsetAt(branch, x0);
+  const guess = between(from, to, partOf(from, to, offset));
+  const { contact } = from.state;
+  const closure = { surface: branch.surface, contact, condition: { offset: 1, value: offset } };
+  const state = solvedState(branch.rod, guess, closure, from.factors);
   // Next to a limit point two states have the same displacement.
   if (state && Math.abs(state.unknowns[0] - guess[0]) < 0.02) return state;
-  return stateWhere(branch, from, to, ({ offset }) => branch.x1 - x0 - offset);
+  return stateWhere(branch, from, to, (between) => offset - between.offset);
 }
 
 /**
@@ -224,8 +269,9 @@ function samples(branch, knots, parts) {
     if (knots[i].step === 0) continue;
     for (let k = 0; k < parts; k += 1) {
       const unknowns = between(knots[i - 1], knots[i], k / parts);
-      const { offset, fx, fy, m } = rod.state(unknowns, knots[i - 1].state.contact);
-      rows.push([branch.x1 - offset, fx, fy, m, rod.energyOf(unknowns)]);
+      const state = rod.state(unknowns, knots[i - 1].state.contact);
+      const { fx, fy, m } = state;
+      rows.push([displacement(branch, state), fx, fy, m, rod.energyOf(unknowns)]);
     }
   }
   const { state } = knots[knots.length - 1];

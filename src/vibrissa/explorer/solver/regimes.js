@@ -1,9 +1,9 @@
 // The map of what a tip does: friction coefficients over the taper, at one height.
 
-import { demand } from "./equilibrium.js";
 import { solvedPath, touch } from "./path.js";
+import { demand } from "./rod/state.js";
 
-/** @import { Contact } from "./equilibrium.js" */
+/** @import { Given } from "./path.js" */
 
 /**
  * What divides the map at one taper.
@@ -17,7 +17,7 @@ import { solvedPath, touch } from "./path.js";
 /**
  * Solve the map, one taper at a time, so that a page can do so between its frames.
  *
- * @param {{ eta: number, contact: Contact, round: boolean }} rod
+ * @param {Omit<Given, "theta">} rod
  * @param {number[]} tapers
  * @returns {Generator<Division, void, void>}
  */

@@ -1,6 +1,6 @@
 // Fields that change the settings: a slider with a number beside it, and choices of words.
 
-import { CHOICES, NUMBERS, ROD_NUMBERS } from "./settings.js";
+import { CHOICES, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
 
 /** @import { ChoiceField, NumberField, Settings } from "./settings.js" */
 
@@ -19,7 +19,7 @@ export function element(tag, attributes, ...children) {
 
 export class Controls {
   /**
-   * @param {{ fields: HTMLElement, choices: HTMLElement, rod: HTMLElement }} places
+   * @param {{ fields: HTMLElement, choices: HTMLElement, mounting: HTMLElement, rod: HTMLElement }} places
    * @param {(change: Partial<Settings>) => void} changed
    */
   constructor(places, changed) {
@@ -28,6 +28,7 @@ export class Controls {
     this.inputs = new Map();
     for (const field of NUMBERS) places.fields.append(this.number(field, true));
     for (const field of CHOICES) places.choices.append(this.choice(field));
+    for (const field of MOUNTING_NUMBERS) places.mounting.append(this.number(field, true));
     for (const field of ROD_NUMBERS) places.rod.append(this.number(field, false));
   }
 

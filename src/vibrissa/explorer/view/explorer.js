@@ -1,17 +1,17 @@
 // The page: what a user does moves the model, and each frame shows where it is.
 
 import { divisions } from "../solver/regimes.js";
-import { force, inclination } from "../solver/equilibrium.js";
+import { force, inclination } from "../solver/rod/state.js";
 import { Controls, element } from "./controls.js";
 import { asCsv } from "./exports.js";
 import { listenToClamp, listenToFiles, listenToMap } from "./hands.js";
 import { Model } from "./model.js";
 import { EnergyPlot, lastStep, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
-import { fromAddress, toAddress } from "./settings.js";
+import { fromAddress, MOUNTING_NUMBERS, mountingOf, toAddress } from "./settings.js";
 import { Stage } from "./stage.js";
 import { set, significant, spelled, withoutNoise } from "./svg.js";
 import { NONDIMENSIONAL, unitsOf } from "./units.js";
-import { condition, told } from "./words.js";
+import { condition, mounted, told } from "./words.js";
 
 /** @import { Event } from "../solver/motion.js" */
 /** @import { Division } from "../solver/regimes.js" */
@@ -84,7 +84,12 @@ export class Explorer {
       new RegimePlot(this.graphic("regimes")),
       new EnergyPlot(this.graphic("energy")),
     ];
-    const places = { fields: this.at("fields"), choices: this.at("choices"), rod: this.at("rod") };
+    const places = {
+      fields: this.at("fields"),
+      choices: this.at("choices"),
+      mounting: this.at("mounting"),
+      rod: this.at("rod"),
+    };
     this.controls = new Controls(places, (change) => this.change(change));
     this.outputs = this.readouts();
     this.playing = false;
@@ -273,6 +278,9 @@ export class Explorer {
     const start = performance.now();
     if (this.waiting) {
       this.told(this.model.change(this.waiting));
+      if (MOUNTING_NUMBERS.some(({ key }) => key in (this.waiting ?? {}))) {
+        this.unspoken.push(`Mounting: ${mounted(this.model.settings)}.`);
+      }
       this.waiting = null;
     }
     if (!Number.isNaN(this.clampAim)) {
@@ -311,11 +319,12 @@ export class Explorer {
   mapOn(start) {
     const { theta, eta, contact, section } = this.model.settings;
     const tapers = theta > 8 ? MORE_TAPERS : TAPERS;
-    const key = [eta, contact, section, tapers.length].join();
+    const mounting = mountingOf(this.model.settings);
+    const key = [eta, contact, section, tapers.length, JSON.stringify(mounting)].join();
     if (key !== this.mapKey) {
       this.mapKey = key;
       this.map = [];
-      this.solving = divisions({ eta, contact, round: section === "round" }, tapers);
+      this.solving = divisions({ eta, contact, round: section === "round", mounting }, tapers);
     }
     let found = false;
     while (this.solving && performance.now() - start < BUDGET) {
@@ -333,7 +342,9 @@ export class Explorer {
     const { settings, sticking, state, place, now, curve } = model;
     this.controls.show(settings);
     this.root.classList.toggle("si", settings.units === "si");
-    this.root.classList.toggle("ratio", settings.law !== "free");
+    this.root.classList.toggle("ratio", settings.law !== "free" && settings.delta === 0);
+    this.root.classList.toggle("oblique", settings.delta !== 0);
+    this.at("mounted").textContent = mounted(settings);
     const failed = !sticking || !state || !place || !now || !curve;
     this.root.classList.toggle("failed", failed || model.message !== "");
     this.at("state").textContent = failed || model.message ? `Not solved: ${model.message}.` : "";
@@ -357,12 +368,17 @@ export class Explorer {
     const { rod, force: unit } = sticking.path.branch;
     const shape = rod.shape(state, POINTS);
     const first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
+    const { beta, delta } = settings;
+    const stage = (delta * Math.PI) / 180;
+    const start = place.clamp - place.side * this.model.x0;
     this.stage.show({
       theta: settings.theta,
       eta: settings.eta,
       mu0: settings.mu0,
       length: this.units.scale.length,
-      clamp: place.clamp,
+      clamp: place.clamp * Math.cos(stage),
+      rise: place.clamp * Math.sin(stage),
+      lean: place.side * beta,
       contact: place.contact - place.side * (1 - state.sc),
       side: place.side,
       ...shape,
@@ -370,7 +386,12 @@ export class Explorer {
       fy: state.fy,
       unit,
       slides: performance.now() - (this.slid ?? -1e9) < 250,
-      ghost: { ...first, clamp: place.clamp - place.side * this.model.x0, side: place.side },
+      ghost: {
+        ...first,
+        clamp: start * Math.cos(stage),
+        rise: start * Math.sin(stage),
+        side: place.side,
+      },
     });
     const text = `${this.length(place.clamp)}, ${said}`;
     set(this.stage.clamp, { "aria-valuenow": place.clamp.toFixed(4), "aria-valuetext": text });

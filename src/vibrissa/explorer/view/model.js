@@ -1,12 +1,12 @@
 // The rod that the page moves: settings, solved path, place of clamp and tip, and what was read.
 
-import { demand } from "../solver/equilibrium.js";
-import { begun, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
+import { begun, isOblique, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
 import { sampled, solvedPath, stateAt } from "../solver/path.js";
-import { DEFAULTS } from "./settings.js";
+import { demand } from "../solver/rod/state.js";
+import { DEFAULTS, mountingOf } from "./settings.js";
 
-/** @import { State } from "../solver/equilibrium.js" */
-/** @import { Event, Place, Sticking } from "../solver/motion.js" */
+/** @import { Event, Friction, Place, Sticking } from "../solver/motion.js" */
+/** @import { State } from "../solver/rod/state.js" */
 /** @import { Curve } from "../solver/path.js" */
 /** @import { Reading } from "./panels.js" */
 /** @import { Settings } from "./settings.js" */
@@ -15,7 +15,11 @@ import { DEFAULTS } from "./settings.js";
 const MOST_READINGS = 1500;
 const MOST_PARTS = 16;
 const PARTS_OF_A_STEP = 4;
-const OF_THE_PATH = /** @type {const} */ (["theta", "eta", "contact", "section"]);
+const OF_THE_PATH = /** @type {const} */ ([
+  "theta", "eta", "contact", "section", "beta", "compliance", "kappa0", "kappa1", "delta",
+]);
+/** Nearest and furthest height at which a period on an oblique stage is solved. */
+const HEIGHTS = { low: 0.05, high: 0.998 };
 const OF_FRICTION = /** @type {const} */ (["mu0", "ratio", "law"]);
 
 /**
@@ -51,8 +55,14 @@ export class Model {
       return [];
     }
     if (!OF_FRICTION.some((key) => this.settings[key] !== before[key])) return [];
-    this.sticking = stickingOf(this.sticking.path, this.settings);
+    this.sticking = stickingOf(this.sticking.path, this.friction);
     return this.place ? this.moveTo(this.place.clamp) : [];
+  }
+
+  /** @returns {Friction} On an oblique stage slips end at α = 0. */
+  get friction() {
+    const { mu0, ratio, law, delta } = this.settings;
+    return { mu0, ratio, law: delta === 0 ? law : "free" };
   }
 
   /**
@@ -61,26 +71,38 @@ export class Model {
    * @param {number} x0
    */
   solve(x0) {
+    const { clamp, side } = this.place ?? { clamp: 0, side: 1 };
+    this.curve = null;
+    this.begin(clamp - x0);
+    if (!this.sticking) return;
+    const { low, high } = this.sticking;
+    const within = Math.min(high, Math.max(low, x0));
+    this.place = placed(this.sticking, clamp, within, isOblique(this.sticking.path) ? 1 : side);
+    this.trace = [];
+    this.look();
+  }
+
+  /**
+   * Solve the path of a period that begins with the clamp at a position of its stage.
+   *
+   * @param {number} clamp
+   */
+  begin(clamp) {
     const { theta, eta, contact, section } = this.settings;
-    const rod = { theta, eta, contact, round: section === "round" };
-    const { path, message } = solvedPath(rod, this.nodes);
+    const mounting = mountingOf(this.settings);
+    const height = eta - clamp * Math.sin(mounting.stage);
+    const known = height > HEIGHTS.low && height < HEIGHTS.high;
+    const rod = { theta, eta: height, contact, round: section === "round", mounting };
+    const { path, message } = known
+      ? solvedPath(rod, this.nodes)
+      : { path: null, message: "the stage has left the heights at which a period can begin" };
     this.message = message;
     this.nodes = path ? path.branch.rod.nodes : 0;
     // Not more nodes for ever because of one rod that needed them.
     if (this.nodes > 30) this.nodes = Math.round(0.7 * this.nodes);
-    if (!path) {
-      this.sticking = null;
-      return;
-    }
-    this.sticking = stickingOf(path, this.settings);
-    /** @type {Curve} */
-    this.curve = sampled(path, PARTS_OF_A_STEP);
-    const { low, high } = this.sticking;
-    const clamp = this.place ? this.place.clamp : 0;
-    const side = this.place ? this.place.side : 1;
-    this.place = placed(this.sticking, clamp, Math.min(high, Math.max(low, x0)), side);
-    this.trace = [];
-    this.look();
+    this.sticking = path && stickingOf(path, this.friction);
+    /** @type {Curve | null} */
+    this.curve = path && sampled(path, PARTS_OF_A_STEP);
   }
 
   /** Displacement since α = 0. */
@@ -90,6 +112,7 @@ export class Model {
 
   /** Begin anew with the clamp at 0. */
   restart() {
+    if (this.settings.delta !== 0 || !this.sticking) this.begin(0);
     if (!this.sticking) return;
     this.place = begun(this.sticking);
     this.trace = [];
@@ -140,13 +163,23 @@ export class Model {
       // The last reading before the jump, and the first after it.
       this.place = placed(this.sticking, jump.clamp, jump.x0, this.place.side);
       this.look();
-      const side = jump.what === "swings" ? -this.place.side : this.place.side;
-      this.place = placed(this.sticking, jump.clamp, jump.what === "swings" ? jump.x0 : jump.rest, side);
+      this.place = placed(this.sticking, jump.clamp, jump.rest, jump.side);
       this.look();
     }
     this.place = place;
+    const last = events[events.length - 1];
+    const ended = last && isOblique(this.sticking.path) && last.rest === 0 && last.x0 !== 0;
+    if (!ended) {
+      this.look();
+      return events;
+    }
+    // Another height: the next period has a path of its own.
+    this.begin(place.clamp);
+    if (!this.sticking) return events;
+    this.place = placed(this.sticking, place.clamp, 0, 1);
     this.look();
-    return events;
+    const more = place.clamp === clamp ? [] : this.part(clamp, stepped);
+    return [...events, ...more];
   }
 
   /** Solve the state in which the rod is now, and read the clamp's forces. */

@@ -122,6 +122,8 @@ export class SignalPlot {
     if (name !== "fy" && trace.some((row) => name in row && row.fx > 0)) {
       values.push(...values.map((value) => -value));
     }
+    // On an oblique stage each period has a path of its own.
+    values.push(...trace.map((row) => row[name]));
     values.push(...(recording?.[name] ?? []).filter(Number.isFinite), ...(name === "fy" ? [] : [0]));
     const [low, high] = [Math.min(...values), Math.max(...values)];
     const pad = 0.1 * (high - low || 1);

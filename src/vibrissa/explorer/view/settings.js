@@ -1,6 +1,7 @@
 // What a user sets, and the same as text in the page's address.
 
-/** @import { Contact } from "../solver/equilibrium.js" */
+/** @import { Mounting } from "../solver/rod/mounting.js" */
+/** @import { Contact } from "../solver/rod/state.js" */
 /** @import { SlipLaw } from "../solver/motion.js" */
 
 /**
@@ -17,6 +18,11 @@
  * @property {number} modulus
  * @property {number} diameter
  * @property {number} length
+ * @property {number} beta Degrees.
+ * @property {number} compliance
+ * @property {number} kappa0
+ * @property {number} kappa1
+ * @property {number} delta Degrees.
  */
 
 /** @type {Settings} */
@@ -33,13 +39,18 @@ export const DEFAULTS = {
   modulus: 210,
   diameter: 1,
   length: 100,
+  beta: 0,
+  compliance: 0,
+  kappa0: 0,
+  kappa1: 0,
+  delta: 0,
 };
 
 /**
  * A number that a user sets.
  *
  * @typedef {object} NumberField
- * @property {"theta" | "eta" | "mu0" | "dx0" | "ratio" | "modulus" | "diameter" | "length"} key
+ * @property {"theta" | "eta" | "mu0" | "dx0" | "ratio" | "modulus" | "diameter" | "length" | "beta" | "compliance" | "kappa0" | "kappa1" | "delta"} key
  * @property {string} symbol
  * @property {string} label
  * @property {number} min
@@ -55,6 +66,15 @@ export const NUMBERS = [
   { key: "mu0", symbol: "μ0", label: "static friction", min: 0.02, max: 2, step: 0.005 },
   { key: "dx0", symbol: "Δx0", label: "step of the clamp", min: 0.0001, max: 0.05, step: 0.0001, unit: "L" },
   { key: "ratio", symbol: "μk/μ0", label: "kinetic over static friction", min: 0.05, max: 1, step: 0.01 },
+];
+
+/** @type {NumberField[]} */
+export const MOUNTING_NUMBERS = [
+  { key: "beta", symbol: "β", label: "inclination of the clamp", min: -20, max: 20, step: 0.1, unit: "°" },
+  { key: "compliance", symbol: "c", label: "its turn per moment, L/(E·I0)", min: 0, max: 0.5, step: 0.005 },
+  { key: "kappa0", symbol: "κ0", label: "natural curvature at the clamp", min: -1, max: 1, step: 0.01, unit: "1/L" },
+  { key: "kappa1", symbol: "κ1", label: "its growth up to the tip", min: -1, max: 1, step: 0.01, unit: "1/L" },
+  { key: "delta", symbol: "δ", label: "angle of the stage", min: -6, max: 6, step: 0.1, unit: "°" },
 ];
 
 /** @type {NumberField[]} */
@@ -80,6 +100,15 @@ export const CHOICES = [
   { key: "law", label: "A slip ends", words: [["free", "Free"], ["kinetic", "Kinetic"], ["energy", "Energy"]] },
   { key: "units", label: "Units", words: [["none", "L, E·I0"], ["si", "SI"]] },
 ];
+
+/**
+ * @param {Settings} settings
+ * @returns {Mounting}
+ */
+export function mountingOf({ beta, compliance, kappa0, kappa1, delta }) {
+  const radian = Math.PI / 180;
+  return { angle: radian * beta, compliance, curvature: [kappa0, kappa1], stage: radian * delta };
+}
 
 /**
  * Settings and clamp position as the text after the # of an address.
@@ -112,7 +141,7 @@ export function fromAddress(text) {
   const settings = { ...DEFAULTS };
   /** @type {string[]} */
   const mistakes = [];
-  for (const { key, symbol, min, max } of [...NUMBERS, ...ROD_NUMBERS]) {
+  for (const { key, symbol, min, max } of [...NUMBERS, ...MOUNTING_NUMBERS, ...ROD_NUMBERS]) {
     const word = given.get(key);
     if (word === null) continue;
     const value = Number(word);

@@ -9,7 +9,9 @@ import { drawn, pathThrough, set, spelled, ticks } from "./svg.js";
  * @property {number} theta
  * @property {number} eta
  * @property {number} mu0
- * @property {number} clamp
+ * @property {number} clamp Its place along the surface.
+ * @property {number} rise Height of the clamp over that at the start.
+ * @property {number} lean Inclination of the clamp (degrees).
  * @property {number} contact Place at which the rod touches the surface.
  * @property {number} side
  * @property {Float64Array} s
@@ -20,7 +22,7 @@ import { drawn, pathThrough, set, spelled, ticks } from "./svg.js";
  * @property {number} length What a length is multiplied with, for the ruler.
  * @property {number} unit Force that is drawn as long as a quarter of L.
  * @property {boolean} slides Whether the tip has just slipped.
- * @property {{ x: Float64Array, y: Float64Array, clamp: number, side: number } | null} ghost
+ * @property {{ x: Float64Array, y: Float64Array, clamp: number, rise: number, side: number } | null} ghost
  */
 
 /** Half of the base's diameter, and the clamp's size, in parts of L; exaggerated. */
@@ -83,10 +85,14 @@ export class Stage {
     const top = this.above * this.scale;
     /** @param {number} y */
     const up = (y) => top + (scene.eta - y) * this.scale;
-    set(this.rod, { d: this.outline(scene, up) });
-    set(this.ghost, { d: scene.ghost ? this.line(scene.ghost, up) : "M0 0" });
+    set(this.rod, { d: this.outline(scene, (y) => up(y + scene.rise)) });
+    const { ghost } = scene;
+    set(this.ghost, { d: ghost ? this.line(ghost, (y) => up(y + ghost.rise)) : "M0 0" });
     const half = HALF_CLAMP * this.scale;
-    const [x, y] = [this.x(scene.clamp), up(0)];
+    const [x, y] = [this.x(scene.clamp), up(scene.rise)];
+    const turn = `rotate(${-scene.lean} ${x} ${y})`;
+    set(this.body, { transform: turn });
+    set(this.grip, { transform: turn });
     set(this.body, { d: `M${x - half} ${y}h${2 * half}v${1.2 * half}h${-2 * half}z` });
     const step = half / 3;
     const lines = [-step, 0, step].map((d) => `M${x + d} ${y + 0.35 * half}v${0.5 * half}`);
@@ -102,15 +108,16 @@ export class Stage {
    *
    * @param {Scene} scene
    */
-  look({ clamp, eta, length, y }) {
-    // A rod that passes through the surface needs more room.
-    this.above = Math.max(ABOVE, Math.max(...y) - eta + HALF_CLAMP);
-    this.scale = Math.min(this.height / (eta + this.above + BELOW), this.width / 1.15);
+  look({ clamp, eta, rise, length, y }) {
+    // A rod that passes through the surface needs more room, and so does a stage that leaves it.
+    this.above = Math.max(ABOVE, Math.max(...y) + rise - eta + HALF_CLAMP);
+    const below = Math.max(0, -rise);
+    this.scale = Math.min(this.height / (eta + this.above + below + BELOW), this.width / 1.15);
     const wide = this.width / this.scale;
     const place = (clamp - this.left) / wide;
     if (place < KEPT.from) this.left = clamp - KEPT.from * wide;
     if (place > KEPT.to) this.left = clamp - KEPT.to * wide;
-    const key = [this.left, this.scale, this.width, this.height, eta, length].join();
+    const key = [this.left, this.scale, this.width, this.height, eta, below, length].join();
     if (key === this.key) return;
     this.key = key;
     const top = this.above * this.scale;
@@ -120,7 +127,7 @@ export class Stage {
     let hatch = "";
     for (let px = -shift; px < this.width + gap; px += gap) hatch += `M${px} ${top}l9 -9`;
     set(this.hatch, { d: hatch });
-    this.drawRuler(top + (eta + 1.2 * HALF_CLAMP) * this.scale, length);
+    this.drawRuler(top + (eta + below + 1.2 * HALF_CLAMP) * this.scale, length);
   }
 
   /**

@@ -1,9 +1,11 @@
 // What happens, in words.
 
+import { isMirrored } from "../solver/motion.js";
 import { spelled } from "./svg.js";
 
+/** @import { Settings } from "./settings.js" */
 /** @import { Event, Place, Sticking } from "../solver/motion.js" */
-/** @import { State } from "../solver/equilibrium.js" */
+/** @import { State } from "../solver/rod/state.js" */
 
 /**
  * Say what happened.
@@ -34,7 +36,9 @@ export function told(event, { path, friction }, length) {
     case "comes free":
       return "The tip touches from below again.";
     case "swings":
-      return "The clamp passes under the contact point: the round rod swings aside, and trails behind.";
+      return isMirrored(path)
+        ? "The clamp passes under the contact point: the round rod swings aside, and trails behind."
+        : `At x0 = ${at} the round rod swings aside. Where it goes is not computed in this mounting. The model begins anew at α = 0.`;
     case "slips back":
       return `The tip slips back at x0 = ${at}. The model begins anew at α = 0.`;
     case "snaps":
@@ -64,4 +68,30 @@ export function condition(sticking, place, state, x0) {
   if (state.contact === "line") parts.push("lies on the surface");
   else if (state.phi1 < 0) parts.push("passes through the surface");
   return parts.join(", ");
+}
+
+/**
+ * Say how the rod is mounted.
+ *
+ * @param {Settings} settings
+ * @returns {string}
+ */
+export function mounted({ beta, compliance, kappa0, kappa1, delta }) {
+  const parts = [];
+  if (beta !== 0) parts.push(`the clamp is inclined by ${number(Math.abs(beta))}° (${beta > 0 ? "leans back" : "leans forward"})`);
+  if (compliance !== 0) parts.push(`the clamp yields, c = ${number(compliance)}`);
+  if (kappa0 !== 0 || kappa1 !== 0) {
+    const tip = kappa0 + kappa1;
+    parts.push(`the rod is curved by nature, ${number(kappa0)}/L at the clamp and ${number(tip)}/L at the tip`);
+  }
+  if (delta !== 0) parts.push(`the stage ${delta > 0 ? "approaches" : "leaves"} the surface at ${number(Math.abs(delta))}°`);
+  return parts.length ? parts.join("; ") : "ideal: an upright, rigid clamp, a straight rod, a level stage";
+}
+
+/**
+ * @param {number} value
+ * @returns {string} With up to three decimals.
+ */
+function number(value) {
+  return String(Number(value.toFixed(3))).replace("-", "−");
 }

@@ -85,3 +85,61 @@ export function solved({ size, rows, order }, right) {
   }
   return x;
 }
+
+/**
+ * Sign and size of a determinant.
+ *
+ * @param {Factors} factors
+ * @returns {number}
+ */
+export function determinant({ size, rows, order }) {
+  let value = 1;
+  const place = order.slice();
+  for (let k = 0; k < size; k += 1) {
+    value *= rows[k * size + k];
+    // Each swap that puts the rows in order changes the sign.
+    while (place[k] !== k) {
+      const to = place[k];
+      [place[k], place[to]] = [place[to], to];
+      value = -value;
+    }
+  }
+  return value;
+}
+
+/**
+ * Whether a symmetric matrix is positive definite.
+ *
+ * @param {Float64Array} matrix Row by row; it is overwritten.
+ * @param {number} size
+ * @returns {boolean}
+ */
+export function isPositive(matrix, size) {
+  for (let k = 0; k < size; k += 1) {
+    const pivot = matrix[k * size + k];
+    if (!(pivot > 0)) return false;
+    for (let i = k + 1; i < size; i += 1) {
+      const factor = matrix[i * size + k] / pivot;
+      for (let j = k + 1; j < size; j += 1) matrix[i * size + j] -= factor * matrix[k * size + j];
+    }
+  }
+  return true;
+}
+
+/**
+ * Product of a matrix, row by row, and a vector.
+ *
+ * @param {Float64Array} matrix
+ * @param {Float64Array} vector
+ * @returns {Float64Array}
+ */
+export function product(matrix, vector) {
+  const count = vector.length;
+  const result = new Float64Array(matrix.length / count);
+  for (let i = 0; i < result.length; i += 1) {
+    let sum = 0;
+    for (let k = 0; k < count; k += 1) sum += matrix[i * count + k] * vector[k];
+    result[i] = sum;
+  }
+  return result;
+}

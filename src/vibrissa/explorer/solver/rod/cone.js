@@ -81,3 +81,25 @@ export function bendingCoordinate(theta, sc, s) {
   const { g, b } = inverseDiameter(theta, sc);
   return (s * g) / (theta * sc - b * s);
 }
+
+/**
+ * @param {number} theta
+ * @param {number} sc
+ * @param {number} tau
+ * @returns {number} Arc length s(τ).
+ */
+export function arcLength(theta, sc, tau) {
+  const { g, b } = inverseDiameter(theta, sc);
+  return (theta * sc * tau) / (g + b * tau);
+}
+
+/**
+ * @param {number} theta
+ * @param {number} sc
+ * @param {number} tau
+ * @returns {number} Derivative of `arcLength` with respect to s_c at a fixed τ.
+ */
+export function arcLengthGrowth(theta, sc, tau) {
+  const { g, b } = inverseDiameter(theta, sc);
+  return (theta ** 2 * tau) / (g + b * tau) ** 2;
+}

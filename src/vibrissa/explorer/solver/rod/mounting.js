@@ -1,0 +1,89 @@
+// How a rod is mounted: its clamp, its natural curvature, the way of its stage: docs/mounting.md.
+
+/**
+ * @typedef {object} Mounting
+ * @property {number} angle Inclination β of the clamp (rad), positive where the rod leans back.
+ * @property {number} compliance Turn c of the clamp per moment, in L/(E·I0).
+ * @property {number[]} curvature Coefficients of the powers of s in κ0·L.
+ * @property {number} stage Angle δ of the clamp's way to the surface (rad).
+ */
+
+/** @type {Mounting} */
+export const IDEAL = { angle: 0, compliance: 0, curvature: [0], stage: 0 };
+/** Slope of the rod at an upright, rigid clamp. */
+export const CLAMP_SLOPE = Math.PI / 2;
+/** Parts of a tail over which its natural shape is integrated. */
+const TAIL_PARTS = 16;
+
+/**
+ * @param {Mounting} mounting
+ * @returns {boolean}
+ */
+export function isStraight({ curvature }) {
+  return curvature.every((value) => value === 0);
+}
+
+/**
+ * @param {Mounting} mounting
+ * @returns {boolean} Whether clamp and rod are the paper's.
+ */
+export function isIdealRod(mounting) {
+  return mounting.angle === 0 && mounting.compliance === 0 && isStraight(mounting);
+}
+
+/**
+ * @param {Mounting} mounting
+ * @param {number} s
+ * @returns {number} κ0 at an arc length.
+ */
+export function naturalCurvature({ curvature }, s) {
+  return curvature.reduceRight((sum, value) => sum * s + value, 0);
+}
+
+/**
+ * @param {Mounting} mounting
+ * @param {number} s
+ * @returns {number} Slope of the unloaded rod, π/2 + β + ∫κ0.
+ */
+export function naturalSlope({ angle, curvature }, s) {
+  const turn = curvature.reduceRight((sum, value, k) => sum * s + value / (k + 1), 0);
+  return CLAMP_SLOPE + angle + s * turn;
+}
+
+/**
+ * A mounting that differs from the ideal one by a part of this one; the stage has no part in it.
+ *
+ * @param {Mounting} mounting
+ * @param {number} share
+ * @returns {Mounting}
+ */
+export function scaledMounting({ angle, compliance, curvature, stage }, share) {
+  return {
+    angle: share * angle,
+    compliance: share * compliance,
+    curvature: curvature.map((value) => share * value),
+    stage,
+  };
+}
+
+/**
+ * The unloaded tail of a rod that touches the surface tangentially, seen from there.
+ *
+ * @param {Mounting} mounting
+ * @param {number} from Arc length of the contact point.
+ * @param {number} to
+ * @returns {{ along: number, up: number, turn: number }}
+ */
+export function tailOf(mounting, from, to) {
+  const [begin, length] = [naturalSlope(mounting, from), to - from];
+  if (length <= 0 || isStraight(mounting)) return { along: length, up: 0, turn: 0 };
+  let [along, up] = [0, 0];
+  for (let k = 0; k <= 2 * TAIL_PARTS; k += 1) {
+    // Simpson's rule.
+    const weight = (k === 0 || k === 2 * TAIL_PARTS ? 1 : k % 2 ? 4 : 2) / (6 * TAIL_PARTS);
+    const turn = naturalSlope(mounting, from + (k / (2 * TAIL_PARTS)) * length) - begin;
+    along += weight * length * Math.cos(turn);
+    up += weight * length * Math.sin(turn);
+  }
+  return { along, up, turn: naturalSlope(mounting, to) - begin };
+}

@@ -1,0 +1,235 @@
+// Newton's iteration for one state: residuals of (E1) to (E4) of docs/model.md and their Jacobian.
+
+import { arcGrowth, arcLengthGrowth, arcLength, complianceGrowths } from "./cone.js";
+import { naturalCurvature } from "./mounting.js";
+import { factorised, product, solved } from "../numerics/linear.js";
+
+/** @import { Factors } from "../numerics/linear.js" */
+/** @import { Parts, Rod } from "./rod.js" */
+/** @import { Contact, State } from "./state.js" */
+
+const MOST_ITERATIONS = 14;
+/** The next correction, as small as the last two let expect, that is not needed. */
+const LAST_CORRECTION = 1e-12;
+/** A correction of an angle larger than this leads away. */
+const LARGEST_CORRECTION = 4;
+/** A correction this much smaller than the one before was found with a Jacobian that still serves. */
+const GOOD_CONTRACTION = 0.1;
+
+/**
+ * The condition E3, linear in what it prescribes; what is not named has no part in it.
+ *
+ * @typedef {object} Condition
+ * @property {number} [offset]
+ * @property {number} [fx]
+ * @property {number} [fy]
+ * @property {number} [sc]
+ * @property {number} [phi1]
+ * @property {number} value
+ */
+
+/**
+ * Where the contact point may be: height − tilt·offset = level, (M6) of docs/mounting.md.
+ *
+ * @typedef {object} Surface
+ * @property {number} level
+ * @property {number} tilt
+ */
+
+/**
+ * What closes the equations of a state.
+ *
+ * @typedef {object} Closure
+ * @property {Surface} surface
+ * @property {Contact} contact
+ * @property {Condition} condition
+ */
+
+/**
+ * Residuals of (E1) to (E4).
+ *
+ * @param {Parts} parts
+ * @param {Float64Array} unknowns
+ * @param {Closure} closure
+ * @returns {Float64Array}
+ */
+function residualOf({ natural, turned, height, reach }, unknowns, { surface, contact, condition }) {
+  const count = turned.length - 1;
+  const residual = new Float64Array(count + 3);
+  for (let i = 0; i < count; i += 1) residual[i] = unknowns[i] - natural[i] + turned[i];
+  const phi1 = natural[count] - turned[count];
+  const sc = unknowns[count + 2];
+  const { offset = 0, fx = 0, fy = 0, sc: ofSc = 0, phi1: ofPhi1 = 0, value } = condition;
+  residual[count] = height - surface.tilt * (reach + 1 - sc) - surface.level;
+  residual[count + 1] =
+    offset * (reach + 1 - sc) +
+    fx * unknowns[count] +
+    fy * unknowns[count + 1] +
+    ofSc * sc +
+    ofPhi1 * phi1 -
+    value;
+  residual[count + 2] = contact === "line" ? phi1 : sc - 1;
+  return residual;
+}
+
+/**
+ * Factors of the residuals' Jacobian.
+ *
+ * @param {Rod} rod
+ * @param {Parts} parts
+ * @param {Float64Array} unknowns
+ * @param {Closure} closure
+ * @returns {Factors}
+ */
+function jacobian(rod, parts, unknowns, { surface, contact, condition }) {
+  const { kernel, arc, sin, cos } = parts;
+  const { nodes: count, rule, theta } = rod;
+  const size = count + 3;
+  const fx = unknowns[count];
+  const fy = unknowns[count + 1];
+  const sc = unknowns[count + 2];
+  const rows = new Float64Array(size * size);
+  // Slopes at the nodes and, one row more, at the contact point: E1.
+  const ofTurned = new Float64Array(size);
+  const lies = contact === "line";
+  const ofSc = lies ? turnedGrowth(rod, sc, parts) : null;
+  const stiffness = new Float64Array(count);
+  const byFx = new Float64Array(count);
+  const byFy = new Float64Array(count);
+  for (let k = 0; k < count; k += 1) {
+    stiffness[k] = arc[k] * (fx * cos[k] + fy * sin[k]);
+    byFx[k] = arc[k] * sin[k];
+    byFy[k] = -arc[k] * cos[k];
+  }
+  for (let i = 0; i <= count; i += 1) {
+    const row = i < count ? rows : ofTurned;
+    const start = i < count ? i * size : 0;
+    let ofFx = 0;
+    let ofFy = 0;
+    for (let k = 0; k < count; k += 1) {
+      const weight = kernel[i * count + k];
+      row[start + k] = weight * stiffness[k];
+      ofFx += weight * byFx[k];
+      ofFy += weight * byFy[k];
+    }
+    row[start + count] = ofFx;
+    row[start + count + 1] = ofFy;
+    if (ofSc) row[start + count + 2] = ofSc[i];
+    if (i < count) row[start + i] += 1;
+  }
+  const e2 = count * size;
+  const e3 = e2 + size;
+  const e4 = e3 + size;
+  const { offset = 0, phi1 = 0 } = condition;
+  for (let k = 0; k < count; k += 1) {
+    const weight = rule.weights[k] * arc[k];
+    rows[e2 + k] = weight * (cos[k] + surface.tilt * sin[k]);
+    rows[e3 + k] = -offset * weight * sin[k];
+    if (!lies) continue;
+    const growth = weight * arcGrowth(theta, sc, rule.nodes[k]);
+    rows[e2 + count + 2] += growth * (sin[k] - surface.tilt * cos[k]);
+    rows[e3 + count + 2] += offset * growth * cos[k];
+  }
+  rows[e2 + count + 2] += surface.tilt;
+  rows[e3 + count] += condition.fx ?? 0;
+  rows[e3 + count + 1] += condition.fy ?? 0;
+  rows[e3 + count + 2] += (condition.sc ?? 0) - offset;
+  for (let k = 0; k < size; k += 1) {
+    rows[e3 + k] -= phi1 * ofTurned[k];
+    if (lies) rows[e4 + k] = -ofTurned[k];
+  }
+  if (!lies) rows[e4 + count + 2] = 1;
+  return factorised(rows, size);
+}
+
+/**
+ * Derivative of `turned`, less that of the natural slopes, with respect to s_c.
+ *
+ * @param {Rod} rod
+ * @param {number} sc
+ * @param {Parts} parts
+ * @returns {Float64Array}
+ */
+function turnedGrowth({ theta, rule, mounting }, sc, { arc, gradient, kernel }) {
+  const grown = gradient.map((value, k) => value * arcGrowth(theta, sc, rule.nodes[k]));
+  const sum = product(kernel, grown);
+  const factors = complianceGrowths(theta, sc);
+  for (let power = 0; power < factors.length; power += 1) {
+    const part = product(rule.kernels[power], gradient);
+    for (let i = 0; i < sum.length; i += 1) sum[i] += factors[power] * part[i];
+  }
+  for (let i = 0; i < sum.length; i += 1) {
+    const tau = i < arc.length ? rule.nodes[i] : 1;
+    const curvature = naturalCurvature(mounting, arcLength(theta, sc, tau));
+    sum[i] -= curvature * arcLengthGrowth(theta, sc, tau);
+  }
+  return sum;
+}
+
+/**
+ * Newton's iteration, with one Jacobian for several corrections where they shrink fast.
+ *
+ * @param {Rod} rod
+ * @param {Float64Array} guess
+ * @param {Closure} closure
+ * @param {Factors | null} [near] Factors of the Jacobian in a state nearby.
+ * @returns {State | null} null where it does not converge.
+ */
+export function solvedState(rod, guess, closure, near = null) {
+  const { contact } = closure;
+  const unknowns = guess.slice();
+  const size = rod.nodes + 3;
+  if (contact === "point") unknowns[size - 1] = 1;
+  let factors = near;
+  let before = 0;
+  for (let step = 0; step < MOST_ITERATIONS; step += 1) {
+    const parts = rod.parts(unknowns);
+    factors ??= jacobian(rod, parts, unknowns, closure);
+    const change = solved(factors, residualOf(parts, unknowns, closure));
+    const largest = corrected(unknowns, change);
+    if (!(largest < LARGEST_CORRECTION) || !(unknowns[size - 1] > 0)) return null;
+    if (contact === "point") unknowns[size - 1] = 1;
+    // Factors from elsewhere tell nothing of the next correction yet; Newton's own square it.
+    const contraction = step > 0 ? largest / before : near ? 1 : largest;
+    if (largest * Math.min(1, contraction) < LAST_CORRECTION) return rod.state(unknowns, contact);
+    if (contraction > GOOD_CONTRACTION && (step > 0 || !near)) factors = null;
+    before = largest;
+  }
+  return null;
+}
+
+/**
+ * Derivative of a state with respect to what a condition prescribes.
+ *
+ * @param {Rod} rod
+ * @param {State} state
+ * @param {Surface} surface
+ * @param {Condition} condition
+ * @returns {{ change: Float64Array, factors: Factors }} Of the unknowns, and the Jacobian's factors.
+ */
+export function tangent(rod, { unknowns, contact }, surface, condition) {
+  const right = new Float64Array(rod.nodes + 3);
+  right[rod.nodes + 1] = 1;
+  const closure = { surface, contact, condition };
+  const factors = jacobian(rod, rod.parts(unknowns), unknowns, closure);
+  return { change: solved(factors, right), factors };
+}
+
+/**
+ * Subtract a correction.
+ *
+ * @param {Float64Array} unknowns
+ * @param {Float64Array} change
+ * @returns {number} The largest change, of a slope (rad), of a force relative to it, or of s_c.
+ */
+function corrected(unknowns, change) {
+  const size = unknowns.length;
+  const scale = 1 / (1 + Math.abs(unknowns[size - 3]) + Math.abs(unknowns[size - 2]));
+  let largest = 0;
+  for (let i = 0; i < size; i += 1) {
+    unknowns[i] -= change[i];
+    const part = Math.abs(change[i]) * (i === size - 3 || i === size - 2 ? scale : 1);
+    if (!(part <= largest)) largest = part;
+  }
+  return largest;
+}

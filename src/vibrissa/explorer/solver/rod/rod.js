@@ -1,0 +1,229 @@
+// A tapered rod: its shape and forces on a number of nodes, (E1) to (E4) of docs/model.md.
+
+import {
+  arcDensity,
+  arcGrowth,
+  arcLength,
+  bendingCoordinate,
+  compliance,
+  compliances,
+} from "./cone.js";
+import { IDEAL, naturalSlope, tailOf } from "./mounting.js";
+import { product } from "../numerics/linear.js";
+import { gaussRule, legendre, legendreIntegrals } from "../numerics/spectral.js";
+
+/** @import { Mounting } from "./mounting.js" */
+/** @import { Contact, State } from "./state.js" */
+
+/**
+ * What a state is made of at the nodes.
+ *
+ * @typedef {object} Parts
+ * @property {Float64Array} kernel
+ * @property {Float64Array} natural Slope of the unloaded rod; last at the contact point.
+ * @property {Float64Array} arc ds/dτ.
+ * @property {Float64Array} sin
+ * @property {Float64Array} cos
+ * @property {Float64Array} gradient dm/dτ.
+ * @property {Float64Array} turned Slope that the moment takes from the rod; last at the contact point.
+ * @property {number} height
+ * @property {number} reach
+ */
+
+/** A tapered rod: its equations on a number of nodes. */
+export class Rod {
+  /**
+   * @param {number} theta Taper factor.
+   * @param {number} nodes
+   * @param {Mounting} [mounting]
+   */
+  constructor(theta, nodes, mounting = IDEAL) {
+    this.theta = theta;
+    this.nodes = nodes;
+    this.mounting = mounting;
+    this.rule = gaussRule(nodes);
+    this.tipKernel = this.kernel(compliances(theta, 1));
+    this.tipSlopes = this.naturalSlopes(1);
+  }
+
+  /**
+   * Matrix of the double integral in (E1) with factors of the powers of τ in the compliance; a
+   * yielding clamp adds c·m(0), an integral of the same gradient, to each row.
+   *
+   * @param {number[]} factors
+   * @returns {Float64Array}
+   */
+  kernel(factors) {
+    const [k0, k1, k2] = this.rule.kernels;
+    const [a, b, c] = factors;
+    const sum = new Float64Array(k0.length);
+    for (let i = 0; i < sum.length; i += 1) sum[i] = a * k0[i] + b * k1[i] + c * k2[i];
+    const turn = this.mounting.compliance;
+    if (turn === 0) return sum;
+    const { weights, count } = this.rule;
+    for (let i = 0; i < sum.length; i += 1) sum[i] += turn * weights[i % count];
+    return sum;
+  }
+
+  /**
+   * Slopes of the unloaded rod at the nodes and, last, at the contact point.
+   *
+   * @param {number} sc
+   * @returns {Float64Array}
+   */
+  naturalSlopes(sc) {
+    const { nodes: count, rule, theta, mounting } = this;
+    const slopes = new Float64Array(count + 1);
+    for (let i = 0; i < count; i += 1) {
+      slopes[i] = naturalSlope(mounting, arcLength(theta, sc, rule.nodes[i]));
+    }
+    slopes[count] = naturalSlope(mounting, sc);
+    return slopes;
+  }
+
+  /**
+   * @param {Float64Array} unknowns
+   * @returns {Parts}
+   */
+  parts(unknowns) {
+    const { nodes: count, rule, theta } = this;
+    const fx = unknowns[count];
+    const fy = unknowns[count + 1];
+    const sc = unknowns[count + 2];
+    const kernel = sc === 1 ? this.tipKernel : this.kernel(compliances(theta, sc));
+    const natural = sc === 1 ? this.tipSlopes : this.naturalSlopes(sc);
+    const arc = new Float64Array(count);
+    const sin = new Float64Array(count);
+    const cos = new Float64Array(count);
+    const gradient = new Float64Array(count);
+    let height = 0;
+    let reach = 0;
+    for (let i = 0; i < count; i += 1) {
+      arc[i] = arcDensity(theta, sc, rule.nodes[i]);
+      sin[i] = Math.sin(unknowns[i]);
+      cos[i] = Math.cos(unknowns[i]);
+      gradient[i] = arc[i] * (fx * sin[i] - fy * cos[i]);
+      height += rule.weights[i] * arc[i] * sin[i];
+      reach += rule.weights[i] * arc[i] * cos[i];
+    }
+    const turned = product(kernel, gradient);
+    return { kernel, natural, arc, sin, cos, gradient, turned, height, reach };
+  }
+
+  /**
+   * @param {Float64Array} unknowns
+   * @param {Contact} contact
+   * @returns {State}
+   */
+  state(unknowns, contact) {
+    const { natural, gradient, turned, height, reach } = this.parts(unknowns);
+    const [fx, fy, sc] = unknowns.subarray(this.nodes);
+    let m = 0;
+    for (let i = 0; i < this.nodes; i += 1) m -= this.rule.weights[i] * gradient[i];
+    const phi1 = contact === "line" ? 0 : natural[this.nodes] - turned[this.nodes];
+    return { unknowns, contact, offset: reach + 1 - sc, height, fx, fy, m, phi1, sc };
+  }
+
+  /**
+   * Derivative of the offset along a change of the unknowns.
+   *
+   * @param {State} state
+   * @param {Float64Array} change
+   * @returns {number}
+   */
+  offsetChange(state, change) {
+    const { rule, theta, nodes: count } = this;
+    const [sc, ofSc] = [state.sc, change[count + 2]];
+    let sum = -ofSc;
+    for (let k = 0; k < count; k += 1) {
+      const phi = state.unknowns[k];
+      const growth = ofSc === 0 ? 0 : ofSc * arcGrowth(theta, sc, rule.nodes[k]);
+      const weight = rule.weights[k] * arcDensity(theta, sc, rule.nodes[k]);
+      sum += weight * (growth * Math.cos(phi) - change[k] * Math.sin(phi));
+    }
+    return sum;
+  }
+
+  /**
+   * Bending moments at the nodes.
+   *
+   * @param {Float64Array} unknowns
+   * @returns {Float64Array}
+   */
+  moments(unknowns) {
+    const { gradient } = this.parts(unknowns);
+    const { fromStart, weights } = this.rule;
+    const count = this.nodes;
+    return weights.map((_, i) => {
+      let m = 0;
+      for (let k = 0; k < count; k += 1) {
+        m -= (weights[k] - fromStart[i * count + k]) * gradient[k];
+      }
+      return m;
+    });
+  }
+
+  /**
+   * Elastic energy of rod and clamp (M1), in units of E·I0/L.
+   *
+   * @param {Float64Array} unknowns
+   * @returns {number}
+   */
+  energyOf(unknowns) {
+    const { nodes, weights } = this.rule;
+    const sc = unknowns[this.nodes + 2];
+    const rod = this.moments(unknowns).reduce(
+      (sum, m, i) => sum + 0.5 * weights[i] * m * m * compliance(this.theta, sc, nodes[i]),
+      0,
+    );
+    const turn = this.mounting.compliance;
+    return turn === 0 ? rod : rod + 0.5 * turn * this.state(unknowns, "point").m ** 2;
+  }
+
+  /**
+   * The deformed rod at equally spaced arc lengths, with its clamp at the origin.
+   *
+   * @param {State} state
+   * @param {number} points
+   * @returns {{ s: Float64Array, x: Float64Array, y: Float64Array, phi: Float64Array }}
+   */
+  shape(state, points) {
+    const { nodes: count, theta, rule } = this;
+    const { arc, sin, cos } = this.parts(state.unknowns);
+    const phi = product(rule.toCoefficients, state.unknowns.subarray(0, count));
+    const along = product(rule.toCoefficients, arc.map((a, k) => a * cos[k]));
+    const up = product(rule.toCoefficients, arc.map((a, k) => a * sin[k]));
+    const [s, x, y, slope] = [0, 1, 2, 3].map(() => new Float64Array(points));
+    for (let i = 0; i < points; i += 1) {
+      s[i] = i / (points - 1);
+      const free = Math.min(s[i], state.sc);
+      const at = bendingCoordinate(theta, state.sc, free);
+      const values = legendre(count, at);
+      const integrals = legendreIntegrals(values, at);
+      // Beyond the contact point, where the rod is level, it has its natural shape.
+      const tail = tailOf(this.mounting, free, s[i]);
+      [x[i], y[i], slope[i]] = [tail.along, tail.up, tail.turn];
+      for (let k = 0; k < count; k += 1) {
+        x[i] += along[k] * integrals[k];
+        y[i] += up[k] * integrals[k];
+        slope[i] += phi[k] * values[k];
+      }
+    }
+    return { s, x, y, phi: slope };
+  }
+
+  /**
+   * Size of the last coefficients of the slope, relative to the largest: whether the nodes suffice.
+   *
+   * @param {State} state
+   * @returns {number}
+   */
+  decay(state) {
+    const coefficients = product(
+      this.rule.toCoefficients,
+      state.unknowns.subarray(0, this.nodes),
+    ).map(Math.abs);
+    const last = Math.max(...coefficients.subarray(this.nodes - 2));
+    return last / Math.max(...coefficients);
+  }
+}
