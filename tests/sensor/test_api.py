@@ -112,6 +112,8 @@ def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, 
     truth = signals.truth.mu0[found.periods.last]
     slip = table["status"] == "slip"
     assert slip.sum() == len(table) - 1 > 10
+    assert repr(found.periods) == f"{len(table)} periods: {slip.sum()} slip, 1 open"
+    assert repr(surfaces.constant(0.3)) == "Surface(name='constant', start=-inf, stop=inf)"
     error = (table["mu0"] - truth)[slip]
     assert (np.abs(error / table["deviation"][slip]) < 4.5).all()
 

@@ -36,11 +36,11 @@ class Surface:
     """
 
     name: str
-    mu0: Callable[[FloatArray], FloatArray]
+    mu0: Callable[[FloatArray], FloatArray] = field(repr=False)
     start: float = -np.inf
     stop: float = np.inf
-    edges: FloatArray = field(default_factory=lambda: np.empty(0))
-    units: Units = field(default_factory=Units)
+    edges: FloatArray = field(default_factory=lambda: np.empty(0), repr=False)
+    units: Units = field(default_factory=Units, repr=False)
 
     def told(self, x: float) -> str:
         """Write a position (L) in a person's units."""

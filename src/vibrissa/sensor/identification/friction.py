@@ -1,5 +1,6 @@
 """From a recording to the friction of each period of sticking, with its uncertainty."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -38,6 +39,7 @@ from vibrissa.sensor.quantities import Units, chosen
 from vibrissa.sensor.simulation.scanning import TipSide
 from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS
+from vibrissa.wording import counted
 
 # If more than this part of the samples is no state of the rod, it is another rod or has a bias.
 MOST_OFF = 0.2
@@ -147,6 +149,11 @@ class Periods(Batch):
     goodness: Goodness | None = None
     causes: tuple[Cause, ...] = ()
     mixed: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Say how many there are of each status."""
+        each = ", ".join(f"{n} {status}" for status, n in Counter(self.status.tolist()).items())
+        return f"{counted(len(self), 'period')}: {each}"
 
 
 def find_periods(
