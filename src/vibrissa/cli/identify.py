@@ -128,7 +128,8 @@ def identify(
 
 def _tolerated(found: Identification) -> Iterator[str]:
     """Say which tolerances were assumed, and what of them the recording tells or leaves."""
-    assumed = list(dict.fromkeys(one.of for one in found.tolerances if not one.stated))
+    unstated = (one for one in found.tolerances if not (one.stated or one.estimated))
+    assumed = list(dict.fromkeys(one.of for one in unstated))
     if assumed:
         yield (
             f"Nothing is stated about {', '.join(assumed)}: tolerances are assumed "

@@ -87,7 +87,8 @@ def prior_of(
     stated, estimated = whisker.tolerances, asked.estimated
     assumed = assumed_tolerances(whisker.units, noise)
     sizes = {**(assumed if asked.assume else {}), **stated}
-    sizes |= {name: WIDE * assumed[name] for name in estimated if name not in stated}
+    # In the order of what is assumed, not of a set: what is told comes in it.
+    sizes |= {name: WIDE * assumed[name] for name in assumed if name in estimated - stated.keys()}
     begin: dict[str, float] = {}
     if calibrated is not None:
         largest = np.nanmax(np.abs(recording.readings), axis=0)
