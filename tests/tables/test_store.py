@@ -462,7 +462,7 @@ def test_every_row_says_where_it_is_from():
     stiction = read_curve(curve, points.mu0, points.dx0)
     (table,) = records.stiction_tables([(points, curve, stiction)], "b")
     assert set(table["method"].to_pylist()) == {"shooting"}
-    scan = stick_slip(COLLOCATION, Decimal("0.3"), Decimal("0.01"), 1)
+    scan = stick_slip(collocation(), Decimal("0.3"), Decimal("0.01"), 1)
     (point,) = grid(mu0=("0.3",), dx0=("0.01",)).points()
     table = records.scan_table("runs", point, scan, study="b", method=Solver.SHOOTING)
     assert set(table["method"].to_pylist()) == {"shooting"}
