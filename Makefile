@@ -220,7 +220,7 @@ costs: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/sensor/costs.py \
 	    --docs docs/laboratory.md --figure docs/laboratory.png
 
-# Two minutes; fails if any recording gives a traceback or silently a wrong number.
+# A quarter of an hour on two cores; fails if any recording gives a traceback or silently a wrong number.
 fuzz: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/fuzzing.py $(ARGS)
 

@@ -1,5 +1,7 @@
 """Height and zeros from the recording: interpolated rods, least squares, what cannot be told."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,9 @@ from typer.testing import CliRunner
 from steel import NANO, NOISE, SI, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import NoResponseError, UndeterminedError
+from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import surfaces
+from vibrissa.sensor.identification import calibration
 from vibrissa.sensor.identification.calibration import (
     Unknown,
     calibrate,
@@ -18,6 +22,7 @@ from vibrissa.sensor.identification.calibration import (
 )
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.heights import respond_between
 from vibrissa.sensor.simulation.scanning import path, simulate
@@ -141,6 +146,20 @@ def test_a_height_out_of_range_is_said(response):
     far = respond_between(2.0, 0.78)
     with pytest.raises(UndeterminedError, match=r"looked for from 0.73|do not match"):
         calibrated(far, recording, [Unknown.ETA], 0.78)
+
+
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        (Units(), "eta would be 0.85 L with a standard deviation of 0.02 L, and is looked for "),
+        (Units(Rod(2.1e11, 1e-3, 0.1), {Kind.LENGTH: "mm"}), "from 83 mm to 87 mm"),
+    ],
+)
+def test_an_uncertain_height_is_told_in_the_units_of_the_rod(units, said):
+    values, covariance = np.array([0.85, 0.0, 0.0, 0.0]), np.diag([4e-4, 0.0, 0.0, 0.0])
+    near = SimpleNamespace(low=0.83, high=0.87)
+    with pytest.raises(UndeterminedError, match=said):
+        calibration._check_range(near, values, covariance, [0, 1], units)
 
 
 def test_nothing_unknown_is_the_given_setup(heights, response):

@@ -28,7 +28,7 @@ from vibrissa.sensor.identification.periods import (
     lone_spikes,
 )
 from vibrissa.sensor.identification.recording import MIRROR, Recording
-from vibrissa.sensor.quantities import chosen
+from vibrissa.sensor.quantities import OWN_UNITS, Kind, Units, chosen
 from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.response.height_range import HeightStates
 from vibrissa.sensor.response.heights import Heights
@@ -133,6 +133,7 @@ def calibrate(
     recording: Recording,
     noise: FloatArray,
     unknown: Sequence[Unknown | str],
+    units: Units = OWN_UNITS,
 ) -> Setup:
     """Estimate η, offsets or both from a recording, whatever its friction.
 
@@ -146,6 +147,8 @@ def calibrate(
     noise : ndarray, shape (3,)
         Standard deviation of one reading of each channel.
     unknown : sequence of Unknown
+    units : Units
+        In which messages tell heights.
 
     Returns
     -------
@@ -166,7 +169,7 @@ def calibrate(
     try:
         fit, values = _settled(heights, eta, recording, channels, free)
         covariance = _covariance(fit, values)
-        _check_range(heights, values, covariance, used)
+        _check_range(heights, values, covariance, used, units)
     except UndeterminedError as error:
         what = " and ".join(sorted(asked))
         raise UndeterminedError(f"this recording does not tell {what}: {error}") from None
@@ -261,15 +264,20 @@ def _check_range(
     values: FloatArray,
     covariance: FloatArray,
     used: list[int],
+    units: Units,
 ) -> None:
     """Refuse an estimate that is too uncertain for its error to be proportional to the noise."""
+
+    def told(height: float, digits: int) -> str:
+        return units.spelled(height, Kind.LENGTH, digits)
+
     low, high = heights.low, heights.high
     eta, room = values[ETA], min(values[ETA] - low, high - values[ETA])
     deviation = np.sqrt(np.diag(covariance))
     if (deviation[ETA] > 0.0 and not SIGMAS * deviation[ETA] < room) or not room > 0.0:
         raise UndeterminedError(
-            f"eta would be {eta:.5g} with a standard deviation of {deviation[ETA]:.2g}, and is "
-            f"looked for from {low:.5g} to {high:.5g} (in units of L); {ADVICE}"
+            f"eta would be {told(eta, 5)} with a standard deviation of {told(deviation[ETA], 2)}, "
+            f"and is looked for from {told(low, 5)} to {told(high, 5)}; {ADVICE}"
         )
     branch = heights.at(eta).level
     span = np.ptp(branch(np.linspace(0.0, branch.x0_lock, 101)), axis=0)

@@ -35,7 +35,7 @@ from vibrissa.sensor.identification.reading.uncertainty import (
 from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.identification.sides import Part, parts_of
-from vibrissa.sensor.quantities import Units, chosen
+from vibrissa.sensor.quantities import OWN_UNITS, Units, chosen
 from vibrissa.sensor.simulation.scanning import TipSide
 from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS
@@ -47,8 +47,6 @@ MOST_OFF = 0.2
 NAMED, EXPLAINS = 3, 0.9
 # From this part on that does not fit by itself, no period is left out of the test of the whole.
 MOST_ALONE = 0.5
-# Without a rod's own units messages are nondimensional.
-OWN_UNITS = Units()
 # Fewer samples do not make a period and a slip.
 FEWEST_SAMPLES = 3
 

@@ -74,7 +74,7 @@ class Solver:
             heights = whisker.heights(
                 self.backward, lambda done: progress("solving the rod", done, NODES + 1)
             )
-        return calibrate(heights, whisker.eta, recording, noise, unknown)
+        return calibrate(heights, whisker.eta, recording, noise, unknown, whisker.units)
 
     def quick(self, *whiskers: Whisker) -> list[Placed]:
         """Solve whiskers for telling how readings change, all at once."""
