@@ -1,3 +1,4 @@
+import os
 import signal
 from pathlib import Path
 
@@ -16,6 +17,10 @@ ROOT = Path(__file__).parents[1]
 
 # What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# How wide and colourful a terminal is, and whether it is GitHub's, must not decide what is shown.
+for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "PY_COLORS", "GITHUB_ACTIONS"):
+    os.environ.pop(name, None)
 
 # A deadline would measure how busy the machine is.
 settings.register_profile("vibrissa", deadline=None)

@@ -18,12 +18,12 @@ from vibrissa.errors import ComparisonError
 from vibrissa.tables import schemas, store
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs/regression.md").read_text()
+PAGE = (ROOT / "docs/regression.md").read_text("utf-8")
 spec = importlib.util.spec_from_file_location("check", ROOT / "workflow/check.py")
 check = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(check)
 
-LAYOUTS = parse_layouts((ROOT / "workflow/regression.yaml").read_text(), "regression.yaml")
+LAYOUTS = parse_layouts((ROOT / "workflow/regression.yaml").read_text("utf-8"), "regression.yaml")
 LAYOUT = Layout(("theta", "mu0"), {"status": None, "n": None, "x": Tolerance(1e-9, 1e-6)})
 TABLE = pd.DataFrame(
     {
@@ -311,7 +311,7 @@ def test_a_study_file_that_is_not_there_is_named(folder):
 
 @pytest.mark.parametrize("mutation", mutations.MUTATIONS, ids=lambda m: f"{m.module}-{m.what}")
 def test_a_mutation_breaks_what_it_says_and_the_page_lists_it(mutation):
-    text = (ROOT / f"src/vibrissa/{mutation.module}.py").read_text()
+    text = (ROOT / f"src/vibrissa/{mutation.module}.py").read_text("utf-8")
     assert text.count(mutation.old) == 1
     assert mutation.old != mutation.new
     (row,) = [line for line in PAGE.splitlines() if f"| {mutation.what} |" in line]
@@ -340,9 +340,9 @@ def test_ci_gets_a_summary_a_json_file_annotations_and_a_diff(folder, monkeypatc
     )
     assert "+paper,collocation" not in (folder / "out/reference.diff").read_text()
     assert "+penetrating,paper,collocation,solved" in (folder / "out/reference.diff").read_text()
-    text = summary.read_text()
+    text = summary.read_text("utf-8")
     assert text.startswith("# Before\n## ✅ Study mine") and "## ❌ Study mine" in text
-    assert (folder / "out/check.md").read_text() in text
+    assert (folder / "out/check.md").read_text("utf-8") in text
 
 
 def test_an_error_is_shown_in_ci_too(folder, monkeypatch, capsys):
