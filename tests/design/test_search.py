@@ -164,6 +164,7 @@ def test_no_other_size_within_the_limits_measures_better(best, thick, long, near
     assert (other[allowed] >= sizes.cost[allowed] * (1 - 1e-4)).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(UNIT, UNIT)
 def test_no_other_size_violates_the_limits_less(best, thick, long):

@@ -42,6 +42,7 @@ def test_the_ratio_of_forces_is_wrong_by_turned_axes_and_zeros():
     assert found.common < 0.01 and found.periods >= 29
 
 
+@pytest.mark.slow
 def test_the_moment_is_wrong_by_the_stiffness_of_the_rod():
     _, parts = limits_of(method="moment")
     # The moment goes with E·d0⁴: equal parts of both are one to four.

@@ -79,6 +79,7 @@ def test_arguments_go_through_to_snakemake(wrapped):
     assert result.stderr.startswith("Study 'mine': snakemake --configfile my.yaml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -106,12 +107,14 @@ def test_a_terminal_gets_progress_bars(command):
     assert process.stdout.split()[-3:] == ["--logger", "vibrissa", "rich"]
 
 
+@pytest.mark.slow
 def test_a_problem_without_a_failed_job_is_shown(wrapped):
     result = wrapped(problem("some reason"))
     assert result.returncode == 1
     assert last_lines(result) == ["some reason"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("status", [1, 2])
 def test_what_is_written_to_the_screen_stays_there_and_the_status_is_kept(wrapped, status):
     result = wrapped(f"print('usage', file=sys.stderr)\nsys.exit({status})")
@@ -129,6 +132,7 @@ def test_a_killed_snakemake_is_reported(wrapped):
     assert "The last run was killed" in wrapped("").stderr
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_says_how_to_go_on(command):
     process = subprocess.Popen(
         command(
@@ -148,6 +152,7 @@ def test_an_interrupted_run_says_how_to_go_on(command):
     assert rest.splitlines()[-1].startswith("Interrupted. Finished results are kept")
 
 
+@pytest.mark.slow
 def test_a_request_to_end_is_passed_on(command):
     process = subprocess.Popen(
         command(
@@ -177,6 +182,7 @@ def scancel(folder, monkeypatch):
     return make
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_run_on_slurm_that_is_stopped_leaves_no_job_there(command, folder, scancel, number):
     scancel("echo $@ > cancelled")
@@ -201,6 +207,7 @@ def test_a_run_on_slurm_that_is_stopped_leaves_no_job_there(command, folder, sca
     assert (folder / "cancelled").read_text() == "--me --name=vibrissa_1\n"
 
 
+@pytest.mark.slow
 def test_a_snakemake_that_does_not_end_is_killed_and_leaves_no_lock(command, folder, scancel):
     scancel("echo 'no controller' >&2; exit 1")
     (folder / ".snakemake/locks").mkdir(parents=True)
@@ -246,6 +253,7 @@ def test_the_end_of_a_good_run_lists_the_figures(wrapped):
     ]
 
 
+@pytest.mark.slow
 def test_the_verdicts_on_the_papers_statements_are_the_last_line(wrapped):
     folder = Path("results/here")
     folder.mkdir(parents=True)
@@ -255,6 +263,7 @@ def test_the_verdicts_on_the_papers_statements_are_the_last_line(wrapped):
     ]
 
 
+@pytest.mark.slow
 def test_where_the_report_is_is_the_last_line(wrapped):
     folder = Path("results/here")
     folder.mkdir(parents=True)
@@ -266,6 +275,7 @@ def test_where_the_report_is_is_the_last_line(wrapped):
     ]
 
 
+@pytest.mark.slow
 def test_a_study_without_figures(wrapped):
     assert last_lines(wrapped("")) == ["No figures in results/here/figures."]
 
@@ -300,6 +310,7 @@ def test_a_failed_job_is_the_last_thing_on_the_screen(wrapped):
     ]
 
 
+@pytest.mark.slow
 def test_only_three_failed_jobs_are_shown_in_full(wrapped):
     code = "Path('job.log').write_text('error: the reason\\n')\n"
     failed = [Failed(jobs=[job("curves", [f"{i}.parquet"], number=i)]) for i in range(5)]
@@ -413,6 +424,7 @@ def test_of_a_cluster_job_that_never_began_all_rules_are_named(folder):
     ]
 
 
+@pytest.mark.slow
 def test_the_log_of_an_earlier_run_is_not_shown(wrapped):
     Path("job.log").write_text("error: long ago\n")
     os.utime("job.log", (0, 0))
@@ -434,6 +446,7 @@ def test_a_rule_without_log_and_output(folder):
     ]
 
 
+@pytest.mark.slow
 def test_a_damaged_table_is_removed_and_what_failed_is_run_again(wrapped):
     tables = Path("results/here/tables")
     tables.mkdir(parents=True)
@@ -510,6 +523,7 @@ def test_a_run_that_came_to_its_end_leaves_no_lock(wrapped, snakemake):
     assert "was killed" not in wrapped(snakemake).stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", ["..", "/", "a/b", "", "a b", "7.5"])
 def test_only_the_folder_of_a_study_is_mended(wrapped, folder, study):
     """A mistaken name must not have anything removed elsewhere."""
@@ -552,6 +566,7 @@ def test_a_dry_run_removes_nothing(wrapped, argument):
     assert not path.exists()
 
 
+@pytest.mark.slow
 def test_a_lock_that_is_not_this_commands_is_explained(wrapped):
     result = wrapped(problem("Error: Directory cannot be locked.", locked=True))
     assert "rm -r .snakemake/locks" in last_lines(result)[0]
@@ -578,6 +593,7 @@ def test_a_missing_profile_is_named(wrapped):
     assert result.stderr == ("No such profile: slrum; there are: cluster-generic, default, slurm\n")
 
 
+@pytest.mark.slow
 def test_the_study_runs_in_the_folder_that_is_named(wrapped, folder):
     Path("my.yaml").write_text(f"study: mine\n{GRIDS}")
     code = "print(*ARGUMENTS); Path('here').touch()"

@@ -44,6 +44,7 @@ def _precision():
         yield
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", [(0, 0), (0, 1), (1, 2), (2, 2)])
 def test_second_derivatives_are_derivatives_of_the_first(pair):
     """By the mean value theorem a difference quotient is a derivative between its two places."""
@@ -60,6 +61,7 @@ def test_second_derivatives_are_derivatives_of_the_first(pair):
         assert curvature.rad() < 1e-3 * (1 + abs(curvature))
 
 
+@pytest.mark.slow
 def test_the_digits_are_those_of_the_solver(critical, curve):
     assert abs(float(critical.mu) - curve.mu_lock) < 1e-14
     assert critical.mu.rad() < 1e-15

@@ -62,6 +62,7 @@ def same(one, other, shift=0.0):
         ), name
 
 
+@pytest.mark.slow
 @few
 @given(by=st.floats(-3.0, 3.0), law=st.sampled_from(SlipLaw), start=st.floats(-0.3, 0.3))
 def test_a_scan_moves_with_its_surface(by, law, start):

@@ -80,6 +80,7 @@ def test_onset_that_cannot_be_solved_is_failed():
     assert "try a larger eta" in onset.message
 
 
+@pytest.mark.slow
 def test_onset_out_of_reach_says_why():
     onset = solve_onset(theta=3.1, mu0=5.0, eta=0.15, section="planar")
     assert onset.status is Status.OUT_OF_REACH

@@ -36,7 +36,9 @@ def test_whole_range_is_solved_to_the_promised_residual():
 
 
 @pytest.mark.parametrize("pair", RANGE)
-@pytest.mark.parametrize("fraction", [0.3, 0.9, 0.999])
+@pytest.mark.parametrize(
+    "fraction", [0.9, *(pytest.param(part, marks=pytest.mark.slow) for part in (0.3, 0.999))]
+)
 def test_onset_agrees_with_an_independent_shooting(curves, pair, fraction):
     curve = curves[pair]
     mu0 = fraction * curve.mu_lock
@@ -51,6 +53,7 @@ def test_onset_agrees_with_an_independent_shooting(curves, pair, fraction):
     assert x0_slip == pytest.approx(expected, abs=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", RANGE)
 def test_states_between_the_solved_ones_agree_with_an_independent_shooting(curves, pair):
     curve = curves[pair]

@@ -24,6 +24,7 @@ def line(theta, eta):
     return solve_curve(theta, eta, contact="line")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", LYING + TOUCHING)
 def test_states_agree_with_an_independent_shooting(pair):
     curve = line(*pair)

@@ -59,6 +59,7 @@ def misses(found, state):
     return [end[0], end[1], end[2] - slope, end[3] - state.reaction_m]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MOUNTINGS)
 @pytest.mark.parametrize("contact", Contact)
 def test_an_integration_from_the_contact_meets_the_clamp(name, contact):

@@ -21,6 +21,7 @@ def solve_curve(*pair, **kind):
 PAIRS = [(1.0, 0.85), (2.0, 0.85), (4.0, 0.7), (1.5, 0.5)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pair", "kind"),
     [((1.5, 0.5), "point"), ((2.0, 0.45), "point"), ((12.0, 0.4), "line"), ((5.0, 0.33), "line")],

@@ -28,6 +28,7 @@ def test_a_key_comes_back_from_its_plain_form(key):
     assert decode_key(json.loads(json.dumps(encode_key(key)))) == key
 
 
+@pytest.mark.slow
 @given(st.lists(keys))
 def test_keys_come_back_from_columns(written):
     columns = encode_columns(written)

@@ -48,6 +48,7 @@ def same(bench, whisker, law, step=0.001, to=(0.1, 0.06), turn=0.0):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slip", list(Slip))
 @pytest.mark.parametrize(
     ("rod", "mounting"),

@@ -14,6 +14,7 @@ from vibrissa.sensor.identification.recording import WITH_ROD
 TAPER = runpy.run_path(str(Path(__file__).parents[2] / "validation/taper.py"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", WITH_ROD)
 @pytest.mark.parametrize(("theta", "step"), [(1.0, 0.0005), (3.0, 0.0005), (3.0, 0.002)])
 def test_prediction_agrees_with_what_the_identification_states(theta, step, method):

@@ -10,6 +10,7 @@ from vibrissa import solve_curve
 
 
 # The last three need several parts: shooting in one did not converge.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("theta", "eta", "mu0", "contact"),
     [

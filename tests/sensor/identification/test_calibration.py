@@ -52,6 +52,7 @@ def calibrated(heights, recording, unknown, eta=0.865):
     return calibrate(heights, eta, recording, NOISE, unknown)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("eta", [0.833, 0.85, 0.881])
 def test_between_heights_the_branch_is_that_of_a_rod_solved_there(heights, eta):
     between, solved = heights.at(eta), respond(2.0, eta)

@@ -32,7 +32,7 @@ def found(response, clamp, readings, method=Method.FORCES):
 
 
 @pytest.mark.parametrize("law", list(SlipLaw))
-@pytest.mark.parametrize("turns", [("0.4",), ("0.3", "0.1")])
+@pytest.mark.parametrize("turns", [("0.4",), pytest.param(("0.3", "0.1"), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
 def test_a_clean_recording_leaves_no_doubt(response, law, turns, method):
     clamp, readings, _ = signals(response, law, turns)

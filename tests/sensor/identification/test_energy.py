@@ -98,6 +98,7 @@ def test_intervals_cover_what_they_say():
     assert 0.93 <= np.mean(inside) <= 0.97
 
 
+@pytest.mark.slow
 def test_slips_that_may_have_gone_back_tell_nothing():
     # From 0.4 with kinetic friction of half of that a tip rests pulled, or slips back.
     truth = simulate(RESPONSE, surfaces.constant(0.4), path("0.0005", ["2"]), SlipLaw.ENERGY, 0.5)

@@ -190,6 +190,7 @@ def test_a_period_that_does_not_fit_by_itself_does_not_spoil_the_others(response
     assert np.flatnonzero(found.doubt != "").tolist() == [3]
 
 
+@pytest.mark.slow
 def test_the_command_says_what_does_not_fit(tmp_path, response):
     recording = wrong(recorded(response), "modulus", 0.01)
     fx, fy, m = recording.readings.T

@@ -227,7 +227,10 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-@pytest.mark.parametrize("method", WITH_ROD)
+@pytest.mark.parametrize(
+    "method",
+    ["moment", *(pytest.param(name, marks=pytest.mark.slow) for name in ("forces", "spacing"))],
+)
 def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path, method):
     out, found, picture = (tmp_path / name for name in ("s.csv", "f.parquet", "m.png"))
     way = ["--step", "50 um", "--to", "100 mm", "--patches", "0 mm: 0.25, 90 mm: 0.35"]
@@ -321,10 +324,10 @@ def test_slips_hidden_in_noise_give_no_bound():
 @pytest.mark.parametrize(
     "mounting",
     [
-        {"clamp_angle": "2 deg"},
-        {"clamp_compliance": "0.1 rad/(N*m)"},
-        {"clamp_stiffness": "50 N*m/rad"},
-        {"curvature": "-1 m^-1"},
+        pytest.param({"clamp_angle": "2 deg"}, marks=pytest.mark.slow),
+        pytest.param({"clamp_compliance": "0.1 rad/(N*m)"}, marks=pytest.mark.slow),
+        pytest.param({"clamp_stiffness": "50 N*m/rad"}, marks=pytest.mark.slow),
+        pytest.param({"curvature": "-1 m^-1"}, marks=pytest.mark.slow),
         {"curvature": "-0.1, 0.05"},
         pytest.param({"stage_angle": "2 deg", "clamp_angle": "2 deg"}, marks=pytest.mark.slow),
     ],

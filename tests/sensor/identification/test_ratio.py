@@ -71,6 +71,7 @@ def test_it_reads_any_rod_without_bias_and_with_half_the_scatter_of_one_sample(n
         assert error.std() < 0.5 * np.concatenate(today).std()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.0002, 0.001, 0.002])
 def test_intervals_are_honest_on_coarse_steps(step):
     each = []

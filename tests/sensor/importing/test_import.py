@@ -198,6 +198,7 @@ def test_axes_turned_by_90_degrees_are_swapped_with_one_sign():
     assert back["force_y"] == pytest.approx(found["force_y"])
 
 
+@pytest.mark.slow
 def test_a_zero_is_known_as_well_as_its_mean_scatters():
     rng, told, errors = np.random.default_rng(5), [], []
     for _ in range(60):
