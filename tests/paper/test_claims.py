@@ -452,6 +452,15 @@ OTHER_WAY = [
     ),
     ("cause of the levels", with_friction(lambda m: 8.0 * m), {}, CONTRADICTED),
     (
+        "no exact trend",
+        changed(
+            "friction",
+            x0_max=lambda r: np.where(r["mu0"] < 0.11, r["x0_slip"], r["x0_max"]),
+        ),
+        {},
+        CONDITION,
+    ),
+    (
         "periods repeat",
         changed("scan", f=lambda rows: rows["f"] - 0.001 * (rows["cycle"] > 5)),
         {},

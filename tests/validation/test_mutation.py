@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 import subprocess
 from collections import Counter
 
@@ -205,3 +206,12 @@ def test_a_recording_that_reached_nothing_is_refused(tmp_path):
     (tmp_path / "1.jsonl").write_text(json.dumps(entry) + "\n")
     with pytest.raises(SystemExit, match="coverage did not start"):
         recording.merged(tmp_path, tmp_path)
+
+
+def test_tests_that_the_page_names_are_there():
+    root = recording.ROOT
+    page = (root / "docs/tests.md").read_text(encoding="utf-8")
+    named = re.findall(r"`([\w/]+\.py)::(\w+)", page)
+    assert len(named) > 10
+    for file, test in named:
+        assert f"\ndef {test}(" in (root / "tests" / file).read_text(encoding="utf-8"), test
