@@ -101,6 +101,10 @@ def test_the_largest_strain_of_a_period_is_told_as_a_part_of_the_yield_strain():
         assert (columns["strain_most"] > 1.001 * columns["strain"]) == begins
         assert columns["strain_over_yield"] == pytest.approx(columns["strain_most"] / 0.006)
         assert 0.0 <= columns["strain_place"] < 0.1
+        bent = "the rod does not spring back"
+        assert (bent in repr(found)) == (columns["strain_over_yield"] > 1.0)
+        weaker = solve(Whisker(theta=theta, eta=0.85, rod=ROD), 0.4, yield_strain=0.06)
+        assert bent not in repr(weaker)
     with pytest.raises(ArgumentError, match="yield_strain must be positive"):
         solve(Whisker(theta=2.0, eta=0.85), 0.4, yield_strain=0.0)
 

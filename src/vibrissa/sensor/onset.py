@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+# Column of the largest strain as a part of the yield strain.
+YIELDS = "strain_over_yield"
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WhiskerOnset(Tabular):
     """Onset of slip of a whisker, in the units of its rod.
@@ -49,8 +53,11 @@ class WhiskerOnset(Tabular):
 
     def __repr__(self) -> str:
         """Say each value in a line, in the units in which the rod was given."""
-        columns = self.columns().items()
-        return "\n".join(f"{name:<17} {column.told(self.units).text}" for name, column in columns)
+        columns = self.columns()
+        lines = [f"{name:<17} {one.told(self.units).text}" for name, one in columns.items()]
+        if YIELDS in columns and columns[YIELDS].values[0] > 1.0:
+            lines.append("the rod does not spring back: its strain exceeds the yield strain")
+        return "\n".join(lines)
 
     def plot(self) -> "Figure":
         """Draw the rod where sticking begins and at the onset of slip.
@@ -109,7 +116,7 @@ class WhiskerOnset(Tabular):
         }
         if self.yield_strain is not None:
             part = strain / self.yield_strain
-            columns["strain_over_yield"] = Column([part], "1", "of the yield strain; bent above 1")
+            columns[YIELDS] = Column([part], "1", "of the yield strain; bent above 1")
         return columns
 
     def _swing(self) -> dict[str, Column]:

@@ -192,3 +192,24 @@ def test_assumed_tolerances_follow_the_noise_and_the_size_of_the_rod():
     assert "zero_force_y" not in own and "drift_force_y" not in own
     longer = Whisker.read(2, 0.85, **{**STEEL, "length": "200 mm"})
     assert assumed_tolerances(longer.units, noise)["eta"] == pytest.approx(0.001)
+
+
+def test_solve_takes_the_material_of_a_rod_file(tmp_path):
+    path = tmp_path / "rod.toml"
+    size = 'theta = 2\neta = 0.85\ndiameter = "1 mm"\nlength = "100 mm"\nmodulus = "210 GPa"\n'
+    asked = ["solve", "--rod", str(path), "--mu0", "0.3"]
+
+    def said(last, *options):
+        path.write_text(size + last)
+        lines = CliRunner().invoke(app, [*asked, *options]).stdout.splitlines()
+        return {line.split()[0]: line.split()[-1] for line in lines}
+
+    wire = said('material = "music-wire"\ndensity = "7800 kg/m^3"\n')
+    # It yields at 0.65 of 1840 MPa.
+    over = 210e9 * float(wire["strain_most"]) / (0.65 * 1840e6)
+    assert float(wire["strain_over_yield"]) == pytest.approx(over, rel=1e-6) and over > 1.0
+    given = said('yield_strain = "0.012"\n')
+    assert float(given["strain_over_yield"]) == pytest.approx(float(given["strain_most"]) / 0.012)
+    # An option takes the place of either.
+    assert "strain_over_yield" in said('yield_strain = "0.012"\n', "--material", "music-wire")
+    assert "strain_over_yield" not in said("")
