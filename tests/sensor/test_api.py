@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from steel import NANO, ROD, SENSOR, SI, WHISKER
-from vibrissa import sensor, solve_onset
+from vibrissa import Mounting, sensor, solve_onset
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError, UndeterminedError
 from vibrissa.sensor import Units, Whisker, identify, scan, series, solve, surfaces
@@ -79,6 +79,17 @@ def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("angle", [0.0, 0.002])
+@pytest.mark.parametrize("estimate", [(), ("offset",)])
+def test_a_recording_of_which_all_rows_are_saturated_is_refused(angle, estimate, signals):
+    # Newtons that are called kilonewtons.
+    wrong = signals.to_pandas().assign(force_y=1e3 * signals.to_pandas()["force_y"])
+    leaning = Whisker(theta=2.0, eta=0.85, rod=ROD, mounting=Mounting(stage_angle=angle))
+    said = "0 usable rows; the transducer is saturated in 801 rows, left out: line 1, 2, "
+    with pytest.raises(RecordingError, match=said):
+        identify(leaning, wrong, transducer=SENSOR, estimate=estimate)
+
+
 def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
     steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
     asked = {"step": "0.2 mm", "to": ["60 mm"], "law": "energy"}

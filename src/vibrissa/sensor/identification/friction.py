@@ -32,7 +32,14 @@ from vibrissa.sensor.identification.reading.uncertainty import (
     Summary,
     common_deviation,
 )
-from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
+from vibrissa.sensor.identification.recording import (
+    USED,
+    Method,
+    Recording,
+    check_size,
+    left_out,
+    noise_of,
+)
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.identification.sides import Part, parts_of
 from vibrissa.sensor.quantities import OWN_UNITS, Units, chosen
@@ -47,8 +54,6 @@ MOST_OFF = 0.2
 NAMED, EXPLAINS = 3, 0.9
 # From this part on that does not fit by itself, no period is left out of the test of the whole.
 MOST_ALONE = 0.5
-# Fewer samples do not make a period and a slip.
-FEWEST_SAMPLES = 3
 
 
 class PeriodStatus(StrEnum):
@@ -309,7 +314,7 @@ def _channels(
 ) -> tuple[FloatArray, Channels]:
     """Noise of all channels, and the channels that are used."""
     used = [i for i in USED[method] if not np.isnan(recording.readings[:, i]).any()]
-    check_size(len(recording) if used else 0)
+    check_size(len(recording) if used else 0, recording.notes)
     noise = checked_noise(noise_of(recording.readings) if noise is None else noise, used)
     return noise, Channels(used=used, noise=noise[used])
 
@@ -323,12 +328,6 @@ def checked_noise(noise: FloatArray, used: Sequence[int]) -> FloatArray:
             "give the noise"
         )
     return np.asarray(noise)
-
-
-def check_size(rows: int) -> None:
-    """Refuse a recording that is too short."""
-    if rows < FEWEST_SAMPLES:
-        raise RecordingError(f"too little to identify friction from: {rows} usable rows")
 
 
 def _check_states(

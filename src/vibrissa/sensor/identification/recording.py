@@ -1,6 +1,6 @@
 """A recording: what was measured, in the rod's own units, and what of it is left out."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 # No measurement is larger than this, in the rod's own units; squares of smaller values are finite.
 LARGEST = 1e100
+# Fewer samples do not make a period and a slip.
+FEWEST_SAMPLES = 3
 # Second differences beyond this multiple of their standard deviation are slips, not noise.
 OUTLIER = 4.0
 
@@ -290,6 +292,25 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
         return ()
     shown = ", ".join(str(line) for line in lines[:5]) + (", ..." if len(lines) > 5 else "")
     return (f"{why} in {len(lines)} rows, left out: line {shown}",)
+
+
+def check_size(rows: int, notes: Sequence[str] = ()) -> None:
+    """Refuse a recording that is too short.
+
+    Parameters
+    ----------
+    rows : int
+        How many can be used.
+    notes : sequence of str
+        Why others cannot.
+
+    Raises
+    ------
+    RecordingError
+    """
+    if rows < FEWEST_SAMPLES:
+        few = f"too little to identify friction from: {rows} usable rows"
+        raise RecordingError("; ".join((few, *notes)))
 
 
 def noise_of(readings: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
 from vibrissa.sensor.given.tolerances import TOLERABLE
 from vibrissa.sensor.identification.adjusting.properties import PROPERTIES
-from vibrissa.sensor.identification.friction import Periods, PeriodStatus, check_size, checked_noise
+from vibrissa.sensor.identification.friction import Periods, PeriodStatus, checked_noise
 from vibrissa.sensor.identification.jumps import FALL, Spans, direction, spans_of, spikes
 from vibrissa.sensor.identification.misfit.doubts import (
     FEW,
@@ -21,7 +21,14 @@ from vibrissa.sensor.identification.misfit.doubts import (
 )
 from vibrissa.sensor.identification.reading.ratio import Onsets, read_onsets
 from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH, Summary
-from vibrissa.sensor.identification.recording import USED, Method, Recording, left_out, noise_of
+from vibrissa.sensor.identification.recording import (
+    USED,
+    Method,
+    Recording,
+    check_size,
+    left_out,
+    noise_of,
+)
 from vibrissa.sensor.quantities import Quantity, Units
 
 FORCES = USED[Method.RATIO]
@@ -65,7 +72,7 @@ def read_ratio(
     RecordingError
         If the recording is too short, has no measurable noise, or a force has the other sign.
     """
-    check_size(len(recording))
+    check_size(len(recording), recording.notes)
     noise = checked_noise(noise_of(recording.readings) if noise is None else noise, FORCES)[FORCES]
     lone = spikes(recording.readings[:, 0], noise[0]) | spikes(recording.readings[:, 1], noise[1])
     notes = recording.notes + left_out(recording.line[lone], "a lone spike")

@@ -15,7 +15,7 @@ from vibrissa.sensor.identification.calibration import Setup, known_setup
 from vibrissa.sensor.identification.misfit.doubts import Doubt
 from vibrissa.sensor.identification.periods import JUMP, Channels
 from vibrissa.sensor.identification.preparing.settling import LONG, Told, settled
-from vibrissa.sensor.identification.recording import Recording, left_out, noise_of
+from vibrissa.sensor.identification.recording import Recording, check_size, left_out, noise_of
 from vibrissa.sensor.identification.sides import Part, parts_of
 from vibrissa.sensor.simulation.oblique import ObliqueStage
 from vibrissa.sensor.transducer import Transducer
@@ -137,6 +137,7 @@ def fit_rod(
     NoResponseError
         If the rod has no response.
     """
+    check_size(len(recording), recording.notes)
     clamp = recording.clamp
     solver = Solver(clamp=clamp, backward=bool((np.diff(clamp) < 0.0).any()), pulled=False)
     noise = noise_of(recording.readings) if given is None else given
@@ -148,6 +149,7 @@ def fit_rod(
         branch = solver.exact(whisker, progress)
         if isinstance(branch, ObliqueStage):
             recording = _known(branch, recording)
+            check_size(len(recording), recording.notes)
         setup = known_setup(branch, whisker.eta)
     channels = Channels.recorded(recording, noise)
     parts = parts_of(setup, recording, channels) if channels.used else []
