@@ -153,3 +153,10 @@ def test_the_tutorial_can_be_followed(tmp_path):
     assert locked[points["eta"] == 0.95].all()
     assert (points["mu_lock"] < points["mu0"].astype(float))[locked].all()
     assert locked[points["mu0"] == 0.4].sum() > locked[points["mu0"] == 0.3].sum()
+    first = points[points["mu0"] == 0.3].astype({"theta": float, "eta": float})
+    below = {2.0: 0.7, 3.0: 0.8}
+    wrong = first["eta"].round(9) < first["theta"].map(below).fillna(0.0)
+    assert (first["penetrates"].fillna(False).astype(bool) == wrong).all()
+    onsets = first[first["eta"] < 0.86].groupby("theta")["x0_slip"]
+    assert (onsets.max() / onsets.min()).max() < 1.2
+    assert 2.8 < onsets.min()[2.0] / onsets.min()[1.0] < 3.2

@@ -102,7 +102,7 @@ class Study(Section):
 
     name: Name = Field(
         alias="study",
-        description="name of the study, letters, digits, _ and -; results go to results/<study>/",
+        description="name of the study, letters, digits, _ and -; results go to `results/<study>/`",
     )
     contact: Contact = Field(
         default=Contact.POINT,
