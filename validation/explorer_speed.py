@@ -8,6 +8,7 @@ own time on the processor: other programs that run meanwhile do not count.
 import argparse
 import json
 import math
+import os
 import sys
 import time
 from pathlib import Path
@@ -25,8 +26,7 @@ let last = performance.now();
 const watch = (now) => {
     window.seen.frames.push(now - last);
     last = now;
-    const text = document.querySelector('[data-x=solved]').textContent;
-    const value = Number.parseFloat(text.replace(/[^0-9.]*/, ''));
+    const value = Number.parseFloat(document.querySelector('.explorer').dataset.solved);
     if (Number.isFinite(value)) window.seen.solved.push(value);
     requestAnimationFrame(watch);
 };
@@ -42,7 +42,17 @@ RODS = {
         "theta=4&eta=0.6&mu0=0.4&contact=line",
         "[data-key=theta]",
     ),
+    "friction μ0 from 0.05 to 0.75, tip contact": (
+        "theta=2&eta=0.85&mu0=0.4&clamp=0.02",
+        "[data-key=mu0]",
+    ),
+    "clamp, leaning back by 5°, curved, tip contact": (
+        "theta=2&eta=0.85&mu0=0.4&beta=5&kappa0=-0.2",
+        MOVE_CLAMP,
+    ),
 }
+# Middle and half of the way of a slider.
+WAYS = {"[data-key=theta]": (4.5, 3.5), "[data-key=mu0]": (0.4, 0.35)}
 
 
 def dragged(browser: Page, seconds: float) -> dict[str, list[float]]:
@@ -62,14 +72,15 @@ def dragged(browser: Page, seconds: float) -> dict[str, list[float]]:
     return json.loads(browser.evaluate("JSON.stringify(window.seen)"))
 
 
-def slid(browser: Page, seconds: float) -> dict[str, list[float]]:
-    """Move the slider of θ to and fro, in each frame."""
+def slid(browser: Page, seconds: float, field: str) -> dict[str, list[float]]:
+    """Move the slider of a field to and fro, in each frame."""
+    middle, half = WAYS[field]
     browser.evaluate(WATCH)
     browser.evaluate(f"""new Promise((done) => {{
-        const slider = document.querySelector('[data-key=theta] input[type=range]');
+        const slider = document.querySelector('{field} input[type=range]');
         const end = performance.now() + {1000 * seconds};
         const move = (now) => {{
-            slider.value = 4.5 - 3.5 * Math.cos(now / 1500);
+            slider.value = {middle} - {half} * Math.cos(now / 1500);
             slider.dispatchEvent(new Event('input'));
             if (now < end) requestAnimationFrame(move);
             else done();
@@ -89,6 +100,7 @@ def main(seconds: float) -> None:
     """Measure each way of moving, and print a table."""
     if CHROMIUM is None:
         sys.exit("no Chromium to open the page with (Debian: apt install chromium)")
+    print(f"Processes that want to run: {os.getloadavg()[0]:.0f}, on {os.cpu_count()} cores.\n")
     print("| what moves | frames per second | work for a frame | rod solved in, median | 95 % |")
     print("| --- | --- | --- | --- | --- |")
     with TemporaryDirectory() as folder, chromium(folder) as browser:
@@ -101,7 +113,8 @@ def main(seconds: float) -> None:
             time.sleep(5)
             browser.call("Performance.enable", timeDomain="threadTicks")
             before = worked(browser)
-            seen = (dragged if moves == MOVE_CLAMP else slid)(browser, seconds / len(RODS))
+            part = seconds / len(RODS)
+            seen = dragged(browser, part) if moves == MOVE_CLAMP else slid(browser, part, moves)
             work = 1000 * (worked(browser) - before) / len(seen["frames"])
             rate = 1000 / np.mean(seen["frames"][5:])
             median, most = np.quantile(seen["solved"], [0.5, 0.95])

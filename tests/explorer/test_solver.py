@@ -128,6 +128,27 @@ def test_states_between_are_those_of_python(page, contact, x0):
     assert found == pytest.approx(expected, abs=1e-8)
 
 
+@pytest.mark.parametrize("contact", ["point", "line"])
+def test_curves_that_are_drawn_pass_through_solved_states(page, contact):
+    mounting = {"angle": 0.1, "compliance": 0.2, "curvature": [-0.2, 0.1], "stage": 0.05}
+    rows = solved(
+        page,
+        "(({ x0, fx, fy, m, energy }) => x0.map((at, i) => {"
+        "  const s = stateAt(path, at);"
+        "  return s && [[fx[i], fy[i], m[i], energy[i]],"
+        "    [s.fx, s.fy, s.m, path.branch.rod.energyOf(s.unknowns)]];"
+        "}))(sampled(path, 4))",
+        theta=3,
+        eta=0.75,
+        contact=contact,
+        mounting=mounting,
+    )
+    known = [row for row in rows[4:-4] if row]
+    assert len(known) > 60
+    for drawn, exact in known:
+        assert drawn == pytest.approx(exact, abs=2e-4)
+
+
 def test_a_planar_rod_snaps_where_python_says(page):
     rod = {"theta": 1, "eta": 0.85}
     curve = solve_curve(**rod, section="planar")

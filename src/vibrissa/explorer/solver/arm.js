@@ -19,6 +19,8 @@ const LONGEST_STEP = 0.3;
 /** Difference of guess and solution (rad) that a step aims at, and that it must not pass. */
 const AIM = 0.02;
 const TOO_FAR = 0.15;
+/** Accuracy of the states of a path: what is read off it is solved exactly. */
+const OF_STEPS = 1e-7;
 /** A path that needs more steps is given up. */
 const MOST_STEPS = 400;
 /** Friction up to which a pulled tip is followed. */
@@ -159,22 +161,27 @@ function knotAt(branch, state, condition, sign = 1) {
  * @returns {Float64Array} Unknowns.
  */
 export function between(from, to, part) {
-  const [a, b, c, d] = hermite(part);
-  // Along the direction of the first knot.
-  const slope = from.direction.reduce((sum, value, i) => sum + value * to.direction[i], 0);
-  const [p, q] = [c * to.step, (d * to.step) / slope];
-  return from.state.unknowns.map(
-    (value, i) => a * value + b * to.state.unknowns[i] + p * from.change[i] + q * to.change[i],
+  const [a, b, c, d] = cubic(from, to, part);
+  const [start, stop] = [from.state.unknowns, to.state.unknowns];
+  return start.map(
+    (value, i) => a * value + b * stop[i] + c * from.change[i] + d * to.change[i],
   );
 }
 
 /**
- * @param {number} t
- * @returns {number[]} Weights of both values and both slopes.
+ * Weights of both values and both changes in a cubic between two knots.
+ *
+ * @param {Knot} from
+ * @param {Knot} to
+ * @param {number} t From 0 to 1.
+ * @returns {[number, number, number, number]}
  */
-export function hermite(t) {
+export function cubic(from, to, t) {
+  // Along the direction of the first knot.
+  const slope = from.direction.reduce((sum, value, i) => sum + value * to.direction[i], 0);
   const s = 1 - t;
-  return [s * s * (1 + 2 * t), t * t * (1 + 2 * s), t * s * s, -t * t * s];
+  const { step } = to;
+  return [s * s * (1 + 2 * t), t * t * (1 + 2 * s), step * t * s * s, (-step * t * t * s) / slope];
 }
 
 /**
@@ -285,7 +292,8 @@ function stepped(branch, last, before, step) {
     );
     const value = advance(branch, last.direction, last.state) + h;
     const condition = along(branch, last.direction, value);
-    const state = solvedState(rod, guess, { surface, contact, condition }, last.factors);
+    const closure = { surface, contact, condition };
+    const state = solvedState(rod, guess, closure, last.factors, OF_STEPS);
     if (!state) continue;
     let miss = 0;
     for (let i = 0; i < rod.nodes; i += 1) {

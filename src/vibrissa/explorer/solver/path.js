@@ -1,8 +1,9 @@
 // A sticking curve: both arms of the path of one rod at one height, and what is read off it.
 
 import { inadmissible } from "./admissible.js";
-import { between, displacement, followed, hermite, offsetAt, stateWhere, swung } from "./arm.js";
+import { between, cubic, displacement, followed, offsetAt, stateWhere, swung } from "./arm.js";
 import { beginningOf } from "./beginning.js";
+import { bracketedRoot } from "./numerics/roots.js";
 import { IDEAL } from "./rod/mounting.js";
 import { solvedState } from "./rod/newton.js";
 import { Rod } from "./rod/rod.js";
@@ -11,10 +12,13 @@ import { demand } from "./rod/state.js";
 /** @import { Arm, Branch, Knot } from "./arm.js" */
 /** @import { Beginning } from "./beginning.js" */
 /** @import { Mounting } from "./rod/mounting.js" */
+/** @import { Condition } from "./rod/newton.js" */
 /** @import { Contact, State } from "./rod/state.js" */
 
 /** Numbers of nodes that are tried. */
 const NODES = [20, 26, 34, 46, 64, 90];
+/** Part of a step to which the guess of a state is sought. */
+const ROUGHLY = 1e-3;
 
 /**
  * @typedef {object} Path
@@ -115,14 +119,39 @@ function assembled(pushed, pulled) {
  *
  * @param {Arm} arm
  * @param {(state: State) => number} value
+ * @param {Condition} condition That the function is zero.
  * @returns {State | null}
  */
-function firstRise({ branch, knots }, value) {
+function firstRise({ branch, knots }, value, condition) {
   for (let i = 1; i < knots.length; i += 1) {
-    const rises = value(knots[i - 1].state) < 0 && value(knots[i].state) >= 0;
-    if (rises && knots[i].step > 0) return stateWhere(branch, knots[i - 1], knots[i], value);
+    const [from, to] = [knots[i - 1], knots[i]];
+    if (!(value(from.state) < 0 && value(to.state) >= 0 && to.step > 0)) continue;
+    const found = solvedBetween(branch, from, to, value, condition);
+    return found ?? stateWhere(branch, from, to, value);
   }
   return null;
+}
+
+/**
+ * The state between two knots in which a condition holds, from the cubic between them.
+ *
+ * @param {Branch} branch
+ * @param {Knot} from
+ * @param {Knot} to
+ * @param {(state: State) => number} value
+ * @param {Condition} condition
+ * @returns {State | null} null where there is none, or another one was found.
+ */
+function solvedBetween(branch, from, to, value, condition) {
+  const { rod, surface } = branch;
+  const { contact } = from.state;
+  /** @param {number} part */
+  const at = (part) => value(rod.state(between(from, to, part), contact));
+  const part = bracketedRoot(at, 0, 1, value(from.state), value(to.state), ROUGHLY);
+  const state = solvedState(rod, between(from, to, part), { surface, contact, condition });
+  const ahead = state && (displacement(branch, state) - displacement(branch, from.state));
+  const way = displacement(branch, to.state) - displacement(branch, from.state);
+  return ahead !== null && ahead / way >= 0 && ahead / way <= 1 ? state : null;
 }
 
 /**
@@ -133,7 +162,11 @@ function firstRise({ branch, knots }, value) {
  * @returns {State | null} null where the tip locks.
  */
 export function onset(path, mu0) {
-  return mu0 > path.muLock ? null : firstRise(path.pushed, (state) => demand(state) - mu0);
+  return mu0 > path.muLock ? null : firstRise(path.pushed, (state) => demand(state) - mu0, {
+    fx: 1,
+    fy: -mu0,
+    value: 0,
+  });
 }
 
 /**
@@ -144,7 +177,7 @@ export function onset(path, mu0) {
  * @returns {State | null} null where that is beyond the friction to which the path was followed.
  */
 export function pulledOnset(path, mu0) {
-  return firstRise(path.pulled, (state) => -demand(state) - mu0);
+  return firstRise(path.pulled, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
 }
 
 /**
@@ -155,7 +188,7 @@ export function pulledOnset(path, mu0) {
  * @returns {State | null}
  */
 export function backOnset(path, mu0) {
-  return firstRise(path.pushed, (state) => -demand(state) - mu0);
+  return firstRise(path.pushed, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
 }
 
 /**
@@ -168,7 +201,8 @@ export function touch(path) {
   const { knots } = path.pushed;
   if (knots[0].state.phi1 < 0) return knots[0].state;
   const lies = knots.find(({ state }) => state.contact === "line");
-  return lies ? lies.state : firstRise(path.pushed, (state) => -state.phi1);
+  if (lies) return lies.state;
+  return firstRise(path.pushed, (state) => -state.phi1, { phi1: 1, value: 0 });
 }
 
 /**
@@ -188,7 +222,8 @@ export function stateAt(path, x0) {
   const index = knots.findIndex(beyond);
   if (index < 1) return null;
   const [from, to] = [knots[index - 1], knots[index]];
-  if (displacement(branch, to.state) === x0) return to.state;
+  // At the end, perhaps a limit point, the state is known exactly.
+  if (index === knots.length - 1 && displacement(branch, to.state) === x0) return to.state;
   const offset = offsetAt(branch, x0);
   const guess = between(from, to, partOf(from, to, offset));
   const { contact } = from.state;
@@ -208,16 +243,13 @@ export function stateAt(path, x0) {
  * @returns {number}
  */
 function partOf(from, to, offset) {
-  const slope = from.direction.reduce((sum, value, i) => sum + value * to.direction[i], 0);
   let [low, high] = [0, 1];
   const falls = to.state.offset < from.state.offset;
   for (let k = 0; k < 40; k += 1) {
     const part = 0.5 * (low + high);
-    const [a, b, c, d] = hermite(part);
+    const [a, b, c, d] = cubic(from, to, part);
     const value =
-      a * from.state.offset +
-      b * to.state.offset +
-      to.step * (c * from.offsetChange + (d * to.offsetChange) / slope);
+      a * from.state.offset + b * to.state.offset + c * from.offsetChange + d * to.offsetChange;
     if (value > offset === falls) low = part;
     else high = part;
   }
@@ -263,19 +295,48 @@ export function sampled({ branch, pulled, pushed }, parts) {
  * @returns {number[][]} x0, fx, fy, m and energy.
  */
 function samples(branch, knots, parts) {
-  const { rod } = branch;
+  const known = knots.map((knot) => course(branch, knot));
   const rows = [];
   for (let i = 1; i < knots.length; i += 1) {
     if (knots[i].step === 0) continue;
+    const [from, to] = [known[i - 1], known[i]];
     for (let k = 0; k < parts; k += 1) {
-      const unknowns = between(knots[i - 1], knots[i], k / parts);
-      const state = rod.state(unknowns, knots[i - 1].state.contact);
-      const { fx, fy, m } = state;
-      rows.push([displacement(branch, state), fx, fy, m, rod.energyOf(unknowns)]);
+      const [a, b, c, d] = cubic(knots[i - 1], knots[i], k / parts);
+      const at = from.values.map(
+        (value, j) => a * value + b * to.values[j] + c * from.changes[j] + d * to.changes[j],
+      );
+      rows.push(sample(branch, at));
     }
   }
-  const { state } = knots[knots.length - 1];
-  const x0 = displacement(branch, state);
-  rows.push([x0, state.fx, state.fy, state.m, rod.energyOf(state.unknowns)]);
+  rows.push(sample(branch, known[known.length - 1].values));
   return rows;
+}
+
+/**
+ * What is drawn of a path follows from six numbers, whose course is known as well.
+ *
+ * @param {Branch} branch
+ * @param {Knot} knot
+ * @returns {{ values: number[], changes: number[] }} Offset, height, fx, fy, s_c, energy.
+ */
+function course({ rod, surface }, { state, change, offsetChange }) {
+  const { offset, height, fx, fy, sc, unknowns } = state;
+  const [dfx, dfy, dsc] = change.subarray(rod.nodes);
+  const { tilt } = surface;
+  return {
+    values: [offset, height, fx, fy, sc, rod.energyOf(unknowns)],
+    // The energy grows by the work of the stage, (M7) of docs/mounting.md.
+    changes: [offsetChange, tilt * offsetChange, dfx, dfy, dsc, (fx + tilt * fy) * offsetChange],
+  };
+}
+
+/**
+ * @param {Branch} branch
+ * @param {number[]} values
+ * @returns {number[]}
+ */
+function sample(branch, [offset, height, fx, fy, sc, energy]) {
+  const x0 = (branch.x1 - offset) / Math.cos(branch.rod.mounting.stage);
+  // The moment of the contact force about the clamp.
+  return [x0, fx, fy, fy * (offset - 1 + sc) - fx * height, energy];
 }

@@ -24,6 +24,8 @@ export class Controls {
    */
   constructor(places, changed) {
     this.changed = changed;
+    /** @type {Settings | undefined} */
+    this.shown = undefined;
     /** @type {Map<string, HTMLInputElement[]>} */
     this.inputs = new Map();
     for (const field of NUMBERS) places.fields.append(this.number(field, true));
@@ -91,6 +93,7 @@ export class Controls {
    * @param {boolean} [all] Also the field in which the user types.
    */
   show(settings, all = false) {
+    if (settings === this.shown && !all) return;
     this.shown = settings;
     for (const [key, inputs] of this.inputs) {
       const value = String(settings[/** @type {keyof Settings} */ (key)]);

@@ -9,7 +9,7 @@ import { Model } from "./model.js";
 import { EnergyPlot, lastStep, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
 import { fromAddress, MOUNTING_NUMBERS, mountingOf, toAddress } from "./settings.js";
 import { Stage } from "./stage.js";
-import { set, significant, spelled, withoutNoise } from "./svg.js";
+import { set, significant, spelled, withoutNoise, write } from "./svg.js";
 import { NONDIMENSIONAL, unitsOf } from "./units.js";
 import { condition, mounted, told } from "./words.js";
 
@@ -92,6 +92,8 @@ export class Explorer {
     };
     this.controls = new Controls(places, (change) => this.change(change));
     this.outputs = this.readouts();
+    /** @type {import("../solver/path.js").Path | undefined} */
+    this.firstOf = undefined;
     this.playing = false;
     this.stopAt = Infinity;
     this.due = 0;
@@ -339,26 +341,31 @@ export class Explorer {
   /** @param {number} solved Milliseconds that the rod took. */
   show(solved) {
     const { model } = this;
-    const { settings, sticking, state, place, now, curve } = model;
+    const { settings, sticking, state, place, now: reading, curve } = model;
     this.controls.show(settings);
     this.root.classList.toggle("si", settings.units === "si");
     this.root.classList.toggle("ratio", settings.law !== "free" && settings.delta === 0);
     this.root.classList.toggle("oblique", settings.delta !== 0);
-    this.at("mounted").textContent = mounted(settings);
-    const failed = !sticking || !state || !place || !now || !curve;
+    write(this.at("mounted"), mounted(settings));
+    const failed = !sticking || !state || !place || !reading || !curve;
     this.root.classList.toggle("failed", failed || model.message !== "");
-    this.at("state").textContent = failed || model.message ? `Not solved: ${model.message}.` : "";
+    const wrong = failed || model.message !== "";
+    if (wrong) write(this.at("state"), `Not solved: ${model.message}.`);
     if (failed) return;
     const x0 = model.x0;
     const said = condition(sticking, place, state, x0);
-    if (!model.message) this.at("state").textContent = said;
+    if (!wrong) write(this.at("state"), said);
     this.showStage(said);
     const { units, recording, map } = this;
-    const view = { settings, units, sticking, curve, x0, now, trace: model.trace, recording, divisions: map };
+    const view = { settings, units, sticking, curve, x0, now: reading, trace: model.trace, recording, divisions: map };
     for (const plot of this.plots) plot.show(view);
     this.showValues();
     const { rod } = sticking.path.branch;
-    if (solved > 0.05) this.at("solved").textContent = `solved in ${spelled(solved, 1)} ms on ${rod.nodes} nodes`;
+    this.root.dataset.solved = String(solved);
+    const now = performance.now();
+    if (solved < 0.05 || now - (this.toldSolved ?? -Infinity) < PATIENCE) return;
+    this.toldSolved = now;
+    write(this.at("solved"), `solved in ${spelled(solved, 1)} ms on ${rod.nodes} nodes`);
   }
 
   /** @param {string} said */
@@ -367,7 +374,10 @@ export class Explorer {
     if (!sticking || !state || !place || !now) return;
     const { rod, force: unit } = sticking.path.branch;
     const shape = rod.shape(state, POINTS);
-    const first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
+    if (this.firstOf !== sticking.path) {
+      this.firstOf = sticking.path;
+      this.first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
+    }
     const { beta, delta } = settings;
     const stage = (delta * Math.PI) / 180;
     const start = place.clamp - place.side * this.model.x0;
@@ -387,7 +397,7 @@ export class Explorer {
       unit,
       slides: performance.now() - (this.slid ?? -1e9) < 250,
       ghost: {
-        ...first,
+        ...(this.first ?? shape),
         clamp: start * Math.cos(stage),
         rise: start * Math.sin(stage),
         side: place.side,
@@ -418,13 +428,13 @@ export class Explorer {
     };
     const { scale, name } = this.units;
     for (const [key, { value, unit, quantity }] of this.outputs) {
-      value.textContent = significant(scale[quantity] * withoutNoise(values[key]));
-      unit.textContent = name[quantity];
+      write(value, significant(scale[quantity] * withoutNoise(values[key])));
+      write(unit, name[quantity]);
     }
     for (const [key, quantity] of /** @type {[string, Quantity][]} */ ([
       ["sticking", "length"], ["fx", "force"], ["fy", "force"], ["m", "moment"], ["energy", "energy"],
     ])) {
-      this.at(`${key}-unit`).textContent = name[quantity];
+      write(this.at(`${key}-unit`), name[quantity]);
     }
   }
 }

@@ -30,6 +30,16 @@ export function set(node, attributes) {
 }
 
 /**
+ * Put a text into an element where it is another one: only then the page is laid out anew.
+ *
+ * @param {Element} node
+ * @param {string} text
+ */
+export function write(node, text) {
+  if (node.textContent !== text) node.textContent = text;
+}
+
+/**
  * Path through points; a point that is not a number lifts the pen.
  *
  * @param {ArrayLike<number>} x

@@ -9,7 +9,7 @@ import { factorised, product, solved } from "../numerics/linear.js";
 /** @import { Contact, State } from "./state.js" */
 
 const MOST_ITERATIONS = 14;
-/** The next correction, as small as the last two let expect, that is not needed. */
+/** The next correction, as small as the last two let expect, that is not needed; of angles in rad. */
 const LAST_CORRECTION = 1e-12;
 /** A correction of an angle larger than this leads away. */
 const LARGEST_CORRECTION = 4;
@@ -173,9 +173,10 @@ function turnedGrowth({ theta, rule, mounting }, sc, { arc, gradient, kernel }) 
  * @param {Float64Array} guess
  * @param {Closure} closure
  * @param {Factors | null} [near] Factors of the Jacobian in a state nearby.
+ * @param {number} [tolerance] The next correction that is not needed.
  * @returns {State | null} null where it does not converge.
  */
-export function solvedState(rod, guess, closure, near = null) {
+export function solvedState(rod, guess, closure, near = null, tolerance = LAST_CORRECTION) {
   const { contact } = closure;
   const unknowns = guess.slice();
   const size = rod.nodes + 3;
@@ -191,7 +192,7 @@ export function solvedState(rod, guess, closure, near = null) {
     if (contact === "point") unknowns[size - 1] = 1;
     // Factors from elsewhere tell nothing of the next correction yet; Newton's own square it.
     const contraction = step > 0 ? largest / before : near ? 1 : largest;
-    if (largest * Math.min(1, contraction) < LAST_CORRECTION) return rod.state(unknowns, contact);
+    if (largest * Math.min(1, contraction) < tolerance) return rod.state(unknowns, contact);
     if (contraction > GOOD_CONTRACTION && (step > 0 || !near)) factors = null;
     before = largest;
   }

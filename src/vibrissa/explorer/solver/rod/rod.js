@@ -44,6 +44,7 @@ export class Rod {
     this.rule = gaussRule(nodes);
     this.tipKernel = this.kernel(compliances(theta, 1));
     this.tipSlopes = this.naturalSlopes(1);
+    this.tipArc = this.arcs(1);
   }
 
   /**
@@ -63,6 +64,14 @@ export class Rod {
     const { weights, count } = this.rule;
     for (let i = 0; i < sum.length; i += 1) sum[i] += turn * weights[i % count];
     return sum;
+  }
+
+  /**
+   * @param {number} sc
+   * @returns {Float64Array} ds/dτ at the nodes.
+   */
+  arcs(sc) {
+    return this.rule.nodes.map((tau) => arcDensity(this.theta, sc, tau));
   }
 
   /**
@@ -92,14 +101,13 @@ export class Rod {
     const sc = unknowns[count + 2];
     const kernel = sc === 1 ? this.tipKernel : this.kernel(compliances(theta, sc));
     const natural = sc === 1 ? this.tipSlopes : this.naturalSlopes(sc);
-    const arc = new Float64Array(count);
+    const arc = sc === 1 ? this.tipArc : this.arcs(sc);
     const sin = new Float64Array(count);
     const cos = new Float64Array(count);
     const gradient = new Float64Array(count);
     let height = 0;
     let reach = 0;
     for (let i = 0; i < count; i += 1) {
-      arc[i] = arcDensity(theta, sc, rule.nodes[i]);
       sin[i] = Math.sin(unknowns[i]);
       cos[i] = Math.cos(unknowns[i]);
       gradient[i] = arc[i] * (fx * sin[i] - fy * cos[i]);

@@ -88,121 +88,86 @@ function within(matrix, normal) {
  * Positive where a round rod stays in its plane, zero where it swings aside: the determinant of the
  * second variation (D1) of docs/aside.md among shapes that keep the contact point in the plane.
  *
+ * Variables are the roots of the energies of twist and bend at the nodes, and of the clamp's turn. So
+ * the elastic energy is a unit matrix.
+ *
  * @param {Rod} rod
  * @param {State} state
  * @returns {number}
  */
 export function marginAside(rod, state) {
-  const variation = new Variation(rod, state);
-  const { size, held } = variation;
+  const { nodes: count, rule } = rod;
+  const { sin, cos, arc } = rod.parts(state.unknowns);
+  const { along, across, twist, bend } = rotations(rod, state, sin, cos);
+  const size = 2 * count + 1;
   const border = size + 1;
   const matrix = new Float64Array(border * border);
-  const unit = new Float64Array(size);
-  for (let column = 0; column < size; column += 1) {
-    unit[column] = 1;
-    const image = variation.image(unit);
-    unit[column] = 0;
-    for (let row = 0; row < size; row += 1) {
-      matrix[row * border + column] = image[row] + (row === column ? 1 : 0);
+  const half = rod.moments(state.unknowns).map((m) => 0.5 * m);
+  const held = new Float64Array(size);
+  const mixed = new Float64Array(size);
+  for (let i = 0; i < count; i += 1) {
+    const length = rule.weights[i] * arc[i];
+    const pull = 0.5 * length * (state.fx * cos[i] + state.fy * sin[i]);
+    const shear = 0.5 * length * (state.fy * cos[i] - state.fx * sin[i]);
+    const row = i * size;
+    for (let k = 0; k < size; k += 1) {
+      held[k] += length * across[row + k];
+      mixed[k] = pull * across[row + k] - shear * along[row + k];
     }
-    matrix[size * border + column] = held[column];
-    matrix[column * border + size] = held[column];
+    mixed[i] += half[i] * twist[i];
+    for (let a = 0; a < size; a += 1) {
+      const [c, g] = [across[row + a], mixed[a]];
+      for (let b = 0; b < size; b += 1) {
+        matrix[a * border + b] += c * mixed[b] + g * across[row + b];
+      }
+      const bent = half[i] * bend[i] * along[row + a];
+      matrix[a * border + count + i] -= bent;
+      matrix[(count + i) * border + a] -= bent;
+    }
+  }
+  const norm = Math.hypot(...held);
+  for (let k = 0; k < size; k += 1) {
+    matrix[k * border + k] += 1;
+    matrix[k * border + size] = held[k] / norm;
+    matrix[size * border + k] = held[k] / norm;
   }
   return -determinant(factorised(matrix, border));
 }
 
-/** The part of (D1) that is not elastic energy, on the roots of the energies of twist and bend. */
-class Variation {
-  /**
-   * @param {Rod} rod
-   * @param {State} state
-   */
-  constructor(rod, state) {
-    const { nodes: count, rule } = rod;
-    const { sin, cos, arc } = rod.parts(state.unknowns);
-    this.count = count;
-    /** Twists, bends, and the turn of the clamp. */
-    this.size = 2 * count + 1;
-    this.sin = sin;
-    this.cos = cos;
-    this.rule = rule;
-    this.half = rod.moments(state.unknowns).map((m) => 0.5 * m);
-    const length = arc.map((value, k) => value * rule.weights[k]);
-    this.bend = rule.nodes.map((tau, k) =>
-      Math.sqrt(rule.weights[k] * compliance(rod.theta, state.sc, tau)),
-    );
-    this.twist = this.bend.map((value) => Math.sqrt(1 + POISSON) * value);
-    const { fx, fy } = state;
-    this.pull = length.map((value, k) => value * (fx * cos[k] + fy * sin[k]));
-    this.shear = length.map((value, k) => 0.5 * value * (fy * cos[k] - fx * sin[k]));
-    this.clamp = clampTurn(rod, state.m);
-    const moved = this.transposed(new Float64Array(count), length);
-    const norm = Math.hypot(...moved);
-    /** Direction that moves the contact point out of the plane (D2). */
-    this.held = moved.map((value) => value / norm);
-  }
-
-  /**
-   * @param {Float64Array} u
-   * @returns {Float64Array}
-   */
-  image(u) {
-    const { count, sin, cos, half, twist, bend, pull, shear, rule, clamp } = this;
-    const [along, across] = [new Float64Array(count), new Float64Array(count)];
-    const [turned, bent] = [new Float64Array(count), new Float64Array(count)];
-    const [ofX, ofY] = [new Float64Array(count), new Float64Array(count)];
+/**
+ * Rotations at the nodes, along the rod and across it in its plane, for each variable.
+ *
+ * @param {Rod} rod
+ * @param {State} state
+ * @param {Float64Array} sin
+ * @param {Float64Array} cos
+ * @returns {{ along: Float64Array, across: Float64Array, twist: Float64Array, bend: Float64Array }}
+ *   Two matrices, row by row, and ω' for each twist and bend, times the weights of the nodes.
+ */
+function rotations(rod, state, sin, cos) {
+  const { nodes: count, rule } = rod;
+  const size = 2 * count + 1;
+  const [along, across] = [new Float64Array(count * size), new Float64Array(count * size)];
+  const bend = rule.nodes.map((tau, k) =>
+    Math.sqrt(rule.weights[k] * compliance(rod.theta, state.sc, tau)),
+  );
+  const twist = bend.map((value) => Math.sqrt(1 + POISSON) * value);
+  const [x, y] = clampTurn(rod, state.m);
+  for (let i = 0; i < count; i += 1) {
+    const row = i * size;
     for (let k = 0; k < count; k += 1) {
-      [turned[k], bent[k]] = [twist[k] * u[k], bend[k] * u[count + k]];
-      ofX[k] = (cos[k] * turned[k] - sin[k] * bent[k]) / rule.weights[k];
-      ofY[k] = (sin[k] * turned[k] + cos[k] * bent[k]) / rule.weights[k];
+      const integral = rule.fromStart[i * count + k] / rule.weights[k];
+      const near = integral * (cos[i] * cos[k] + sin[i] * sin[k]);
+      const aside = integral * (cos[i] * sin[k] - sin[i] * cos[k]);
+      along[row + k] = twist[k] * near;
+      across[row + k] = twist[k] * aside;
+      along[row + count + k] = -bend[k] * aside;
+      across[row + count + k] = bend[k] * near;
     }
-    for (let i = 0; i < count; i += 1) {
-      let [x, y] = [clamp[0] * u[2 * count], clamp[1] * u[2 * count]];
-      for (let k = 0; k < count; k += 1) {
-        x += rule.fromStart[i * count + k] * ofX[k];
-        y += rule.fromStart[i * count + k] * ofY[k];
-      }
-      along[i] = cos[i] * x + sin[i] * y;
-      across[i] = cos[i] * y - sin[i] * x;
-    }
-    const image = this.transposed(
-      across.map((value, k) => -half[k] * bent[k] - shear[k] * value),
-      across.map((value, k) => half[k] * turned[k] + pull[k] * value - shear[k] * along[k]),
-    );
-    for (let k = 0; k < count; k += 1) {
-      image[k] += twist[k] * half[k] * across[k];
-      image[count + k] -= bend[k] * half[k] * along[k];
-    }
-    return image;
+    along[row + 2 * count] = cos[i] * x + sin[i] * y;
+    across[row + 2 * count] = cos[i] * y - sin[i] * x;
   }
-
-  /**
-   * Transpose of the map from the variables to rotations along the rod and across it.
-   *
-   * @param {Float64Array} along
-   * @param {Float64Array} across
-   * @returns {Float64Array}
-   */
-  transposed(along, across) {
-    const { count, sin, cos, twist, bend, rule, clamp } = this;
-    const result = new Float64Array(this.size);
-    const [ofX, ofY] = [new Float64Array(count), new Float64Array(count)];
-    for (let i = 0; i < count; i += 1) {
-      const x = cos[i] * along[i] - sin[i] * across[i];
-      const y = sin[i] * along[i] + cos[i] * across[i];
-      result[2 * count] += clamp[0] * x + clamp[1] * y;
-      for (let k = 0; k < count; k += 1) {
-        ofX[k] += rule.fromStart[i * count + k] * x;
-        ofY[k] += rule.fromStart[i * count + k] * y;
-      }
-    }
-    for (let k = 0; k < count; k += 1) {
-      const weight = 1 / rule.weights[k];
-      result[k] = twist[k] * weight * (cos[k] * ofX[k] + sin[k] * ofY[k]);
-      result[count + k] = bend[k] * weight * (cos[k] * ofY[k] - sin[k] * ofX[k]);
-    }
-    return result;
-  }
+  return { along, across, twist, bend };
 }
 
 /**
