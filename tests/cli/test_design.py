@@ -64,6 +64,7 @@ def test_without_units_on_the_command_line():
         ([*NANO, "--material", "music-wire", "--yield-strain", "0.1"], "not both"),
         ([*NANO, "--material", "music-wire", "--tolerance", "eta=1 GPa"], "tolerance of eta must"),
         ([*NANO, "--material", "music-wire", "--rod", "no.toml"], "no such rod file"),
+        ([*NANO, "--material", "music-wire", "--theta", "1 to 3 ± 0.1"], "theta is a range: give"),
         ([*NANO, "--modulus", "1 GPa"], "needs a yield strain"),
         ([*NANO, "--material", "music-wire", "--noise", "1 N, 1 N, 1 N*m"], "not both"),
         ([*NANO[2:], "--material", "music-wire"], "give a transducer or the noise"),

@@ -14,6 +14,7 @@ from vibrissa.sensor.given.tolerances import TOLERABLE, read_tolerances
 from vibrissa.sensor.given.values import Given
 from vibrissa.sensor.quantities import (
     CHANNEL_KINDS,
+    PLUS_MINUS,
     Kind,
     Quantity,
     Units,
@@ -115,7 +116,7 @@ def read_requirements(
         If something is missing, given twice, out of range, or no such quantity.
     """
     given = {name: value for name, value in asked.items() if value is not None}
-    parts = {name: Given.read(given[name], name) for name in TOLERATED if name in given}
+    parts = {name: _given(given[name], name) for name in TOLERATED if name in given}
     given |= {name: str(part.value) for name, part in parts.items()}
     stated: dict[str, Quantity] = {
         name: part.tolerance for name, part in parts.items() if part.tolerance is not None
@@ -142,6 +143,17 @@ def read_requirements(
     values["tolerances"], values["wished"] = stated, wished_units(CHANNEL_KINDS, *told)
     _check_tolerances(values)
     return (Requirements if "modulus" in values else Requirements.nondimensional)(**values)
+
+
+def _given(value: Quantity, name: str) -> Given:
+    """Split a value from its tolerance, which a range does not have."""
+    text = str(value)
+    if PLUS_MINUS.search(text) and len(set(range_of(text))) > 1:
+        raise ArgumentError(
+            f"{name} is a range: give its tolerance apart, as in --tolerance '{name}=1 %', "
+            f"got {text!r}"
+        )
+    return Given.read(value, name)
 
 
 def _of_material(name: str | None, values: dict[str, Any]) -> dict[str, float]:
