@@ -6,7 +6,7 @@ import pytest
 
 from vibrissa.errors import StudyError
 from vibrissa.pipeline.blocks import block_name, grids_of_block, partition
-from vibrissa.study.grid import CurveKey, points_on_curves, study_points
+from vibrissa.study.grid import CurveKey, keys_of, points_on_curves, study_points
 from vibrissa.study.parsing import parse_study
 
 PLAIN = {
@@ -44,16 +44,17 @@ def test_a_study_without_them_has_the_keys_and_blocks_that_it_had():
     plain = study()
     assert plain.curve_keys == [CurveKey(Decimal(theta), Decimal("0.85")) for theta in (1, 2)]
     # Named by the plain form of its keys, which has no word of a mounting.
-    assert block_name(plain.curve_keys) == "0c3b8e9c4195"
+    (box,) = plain.curves
+    assert block_name(box) == "78b228af3325"
 
 
 def test_a_study_that_gets_tilted_rods_keeps_its_blocks():
     plain, more = study(), study(grids={**PLAIN["grids"], "tilted": TILTED})
-    known = partition(plain.curve_keys, 8, {})
-    blocks = partition(more.curve_keys, 8, known)
+    known = partition(plain.curves, 8, {})
+    blocks = partition(more.curves, 8, known)
     (old,) = known
     assert list(blocks) == [old, *list(blocks)[1:]] and blocks[old] == known[old]
-    new = [key for name, members in blocks.items() if name != old for key in members]
+    new = [key for name, box in blocks.items() if name != old for key in keys_of(box)]
     assert sorted(new) == sorted(set(more.curve_keys) - set(plain.curve_keys))
     # The points of each block are those of its own mountings.
     parts = grids_of_block(blocks[old], more.point_grids)
@@ -77,8 +78,8 @@ def test_a_curvature_may_be_a_polynomial():
     assert curved.point_grids["main"].curvature == tuple(expected)
     assert [key.curvature for key in curved.curve_keys] == expected * 2
     # The plan of blocks has one text for each.
-    blocks = partition(curved.curve_keys, 3, {})
-    assert partition(curved.curve_keys, 3, blocks) == blocks
+    blocks = partition(curved.curves, 3, {})
+    assert partition(curved.curves, 3, blocks) == blocks
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,13 @@ from hypothesis import strategies as st
 
 from vibrissa.decimals import exact, order_of, polynomial
 from vibrissa.study.codec import (
+    decode_axis,
+    decode_box,
     decode_columns,
     decode_grid,
     decode_key,
+    encode_axis,
+    encode_box,
     encode_columns,
     encode_grid,
     encode_key,
@@ -93,3 +97,51 @@ def test_what_is_no_key_is_refused(texts):
 def test_what_is_no_number_is_refused(text):
     with pytest.raises(ValueError, match="number"):
         decode_key([text, "0.85"])
+
+
+steps = st.tuples(decimals, st.integers(1, 500), st.integers(1, 9)).map(
+    lambda drawn: tuple(exact(drawn[0] + i * exact(drawn[1]) / 1000) for i in range(drawn[2]))
+)
+values = st.lists(steps, min_size=1, max_size=4).map(lambda parts: tuple(sum(parts, ())))
+
+
+@given(values)
+def test_an_axis_comes_back_from_its_plain_form(axis):
+    assert decode_axis(json.loads(json.dumps(encode_axis(axis)))) == axis
+
+
+def test_equal_steps_are_spelled_as_a_range():
+    axis = decode_axis(["0.5", "1:3:0.1", "4", "5.5"])
+    assert len(axis) == 24 and axis[1:3] == (1, Decimal("1.1"))
+    assert encode_axis(axis) == ["0.5", "1:3:0.1", "4", "5.5"]
+    assert encode_axis(axis[1:4]) == ["1", "1.1", "1.2"]
+    assert encode_axis(tuple(map(Decimal, range(4)))) == ["0:3:1"]
+
+
+def test_equal_steps_end_at_a_polynomial():
+    numbers = tuple(map(Decimal, range(4)))
+    axis = (*numbers, (Decimal(4), Decimal(1)))
+    assert encode_axis(axis) == ["0:3:1", "4, 1"] and decode_axis(["0:3:1", "4, 1"]) == axis
+
+
+def test_a_box_says_nothing_of_axes_that_it_does_not_have():
+    box = decode_box({"theta": ["1", "2"], "eta": ["0.85"]})
+    assert box["dx0"] == (None,) and box["curvature"] == (0,)
+    assert encode_box(box) == {"eta": ["0.85"], "theta": ["1", "2"]}
+    assert encode_box(box | {"dx0": (Decimal("0.001"),)})["dx0"] == ["0.001"]
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"theta": ["1"]},
+        {"eta": ["1"]},
+        {"theta": ["1"], "eta": ["1"], "mu0": ["1"]},
+        {"theta": ["1:2"], "eta": ["1"]},
+        {"theta": ["1:2:0.3"], "eta": ["1"]},
+        {"theta": ["1:2:0"], "eta": ["1"]},
+    ],
+)
+def test_what_is_no_box_is_refused(axes):
+    with pytest.raises((KeyError, ValueError, ArithmeticError)):
+        decode_box(axes)

@@ -9,6 +9,7 @@ from vibrissa.decimals import exact, spell
 from vibrissa.errors import ArgumentError
 from vibrissa.pipeline.blocks import grids_of_block, partition
 from vibrissa.study import grid
+from vibrissa.study.boxes import disjoint
 from vibrissa.study.codec import decode_grid, encode_grid, encode_key
 from vibrissa.study.grid import Grid
 
@@ -69,7 +70,8 @@ def test_an_axis_longer_than_anybody_can_mean_is_refused(monkeypatch, stop):
 def test_curve_keys_are_unique_and_ordered_by_number():
     one = make_grid(theta=("2", "9", "10"), eta=("0.6", "0.85"), dx0=("0.001", "0.01"))
     other = make_grid(theta=("9",), eta=("0.7",))
-    assert list(map(encode_key, grid.curve_keys([one, other, one], by_step=False))) == [
+    boxes = [some.curves(by_step=False) for some in (one, other, one)]
+    assert list(map(encode_key, grid.curve_keys(boxes))) == [
         *[[theta, "0.6"] for theta in ("2", "9", "10")],
         ["9", "0.7"],
         *[[theta, "0.85"] for theta in ("2", "9", "10")],
@@ -78,7 +80,7 @@ def test_curve_keys_are_unique_and_ordered_by_number():
 
 def test_curve_keys_have_the_step_where_the_solver_walks_along_it():
     one = make_grid(theta=("1", "2"), dx0=("0.001", "0.01"))
-    assert list(map(encode_key, grid.curve_keys([one], by_step=True))) == [
+    assert list(map(encode_key, grid.curve_keys([one.curves(by_step=True)]))) == [
         ["1", "0.85", "0.001"],
         ["1", "0.85", "0.01"],
         ["2", "0.85", "0.001"],
@@ -100,12 +102,13 @@ def named_points(curves):
 
 @given(grids_by_name, st.booleans(), sizes)
 def test_points_of_all_blocks_are_the_points_of_the_study(named, by_step, size):
-    members = grid.curve_keys(named.values(), by_step)
+    curves = disjoint(some.curves(by_step) for some in named.values())
     read = {}
-    for block in partition(members, size, {}).values():
+    for box in partition(curves, size, {}).values():
+        block = list(grid.keys_of(box))
         part = {
             name: decode_grid(encode_grid(axes))
-            for name, axes in grids_of_block(block, named).items()
+            for name, axes in grids_of_block(box, named).items()
         }
         points = named_points(grid.points_on_curves(block, part))
         assert points == named_points(grid.points_on_curves(block, named))

@@ -8,11 +8,12 @@ import yaml
 import vibrissa
 from vibrissa.errors import PlanError, StudyError
 from vibrissa.pipeline import places
-from vibrissa.pipeline.blocks import grids_of_block, planned_blocks
+from vibrissa.pipeline.blocks import grids_of_block, known_blocks, planned_blocks
 from vibrissa.pipeline.effort import effort
 from vibrissa.pipeline.sources import sources
 from vibrissa.study import costs
-from vibrissa.study.codec import encode_grid, encode_key, encode_values
+from vibrissa.study.boxes import meets, size
+from vibrissa.study.codec import encode_box, encode_grid, encode_values
 from vibrissa.study.reading import read_study, retyped
 
 ENDINGS = ["pdf", "svg", "png"]
@@ -64,19 +65,22 @@ def study_texts():
 
 
 def is_solved(block):
-    """Whether a block's curves are there; jobs take the plan as it stands."""
-    curves = Path(RESULTS, "blocks", STUDY.blocks_name, f"{block}.curves.parquet")
-    return curves.exists() or not workflow.is_main_process
+    """Whether a block's curves are there."""
+    return Path(RESULTS, "blocks", STUDY.blocks_name, f"{block}.curves.parquet").exists()
 
 
+PLAN = Path(RESULTS, "blocks", f"{STUDY.blocks_name}.json")
 try:
-    BLOCKS = planned_blocks(
-        Path(RESULTS, "blocks", f"{STUDY.blocks_name}.json"),
-        STUDY.curve_keys,
-        STUDY.curves_per_job,
-        is_solved,
-        remember=not workflow.output_settings.dryrun,
-    )
+    if workflow.is_main_process:
+        BLOCKS = planned_blocks(
+            PLAN,
+            STUDY.curves,
+            STUDY.curves_per_job,
+            is_solved,
+            remember=not workflow.output_settings.dryrun,
+        )
+    else:  # jobs take the plan as it stands
+        BLOCKS = known_blocks(PLAN)
 except PlanError as error:
     raise WorkflowError(str(error)) from None
 
@@ -87,13 +91,11 @@ if workflow.is_main_process:
         flush=True,
     )
 
-# Blocks whose curves have grid points on them, and the grids' parts there; a scan may have blocks of
-# its own.
-BLOCK_GRIDS = {
-    block: grids
-    for block, members in BLOCKS.items()
-    if (grids := grids_of_block(members, STUDY.point_grids))
-}
+# Blocks whose curves have grid points on them; a scan may have blocks of its own.
+HAS_POINTS = [meets(grid.curves(STUDY.method.by_step)) for grid in STUDY.point_grids.values()]
+POINT_BLOCKS = [
+    block for block, curves in BLOCKS.items() if any(has_points(curves) for has_points in HAS_POINTS)
+]
 
 # At most so many points are read off a curve.
 POINTS_ON_CURVE = sum(len(grid.mu0) * len(grid.dx0) for grid in STUDY.point_grids.values())
@@ -106,13 +108,13 @@ def minutes_of_block(block):
 
 def megabytes_of_blocks(blocks):
     """What a job may need that holds the curves of some blocks."""
-    return costs.megabytes(sum(len(BLOCKS[block]) for block in blocks), len(STUDY.curve_keys))
+    return costs.megabytes(sum(size(BLOCKS[block]) for block in blocks))
 
 
 def blocks_of_scan(scan):
     """Blocks that hold the curves of a set of scans."""
-    keys = set(STUDY.scan_grids[scan].curve_keys(STUDY.method.by_step))
-    return [block for block, members in BLOCKS.items() if keys.intersection(members)]
+    is_needed = meets(STUDY.scan_grids[scan].curves(STUDY.method.by_step))
+    return [block for block, curves in BLOCKS.items() if is_needed(curves)]
 
 
 wildcard_constraints:

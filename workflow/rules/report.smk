@@ -30,7 +30,7 @@ rule report:
         # texts that `expand` makes of them can be handed to a job.
         benchmarks={
             "curves": expand(rules.curves.benchmark, block=BLOCKS),
-            "points": expand(rules.points.benchmark, block=BLOCK_GRIDS),
+            "points": expand(rules.points.benchmark, block=POINT_BLOCKS),
             "stiction": expand(rules.stiction.benchmark),
             "scan": expand(rules.scan.benchmark, scan=STUDY.scans),
             "scans": expand(rules.scans.benchmark) if STUDY.scans else [],

@@ -20,7 +20,7 @@ rule curves:
         method=STUDY.method.value,
         contact=STUDY.contact.value,
         section=STUDY.section.value,
-        curves=lambda wildcards: list(map(encode_key, BLOCKS[wildcards.block])),
+        curves=lambda wildcards: encode_box(BLOCKS[wildcards.block]),
     message:
         "solving the sticking curves of block {wildcards.block}"
     script:
@@ -42,12 +42,13 @@ rule points:
     threads: 1
     resources:
         runtime=lambda wildcards, attempt: attempt
-        * costs.minutes(costs.POINT * POINTS_ON_CURVE * len(BLOCKS[wildcards.block])),
+        * costs.minutes(costs.POINT * POINTS_ON_CURVE * size(BLOCKS[wildcards.block])),
         mem_mb=lambda wildcards, attempt: attempt * megabytes_of_blocks([wildcards.block]),
     params:
         study=STUDY.name,
         grids=lambda wildcards: {
-            name: encode_grid(part) for name, part in BLOCK_GRIDS[wildcards.block].items()
+            name: encode_grid(part)
+            for name, part in grids_of_block(BLOCKS[wildcards.block], STUDY.point_grids).items()
         },
     message:
         "reading grid points off block {wildcards.block}"
@@ -57,7 +58,7 @@ rule points:
 
 rule stiction:
     input:
-        points=expand(rules.points.output, block=BLOCK_GRIDS),
+        points=expand(rules.points.output, block=POINT_BLOCKS),
         code=sources("tables.collect", "tables.completeness", "study.codec", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/stiction.parquet",

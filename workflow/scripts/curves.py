@@ -4,13 +4,14 @@ import numpy as np
 
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.pipeline import jobs
-from vibrissa.study.codec import decode_key, encode_key
+from vibrissa.study.codec import decode_box, encode_key
+from vibrissa.study.grid import keys_of
 from vibrissa.tables import records, store
 from vibrissa.tables.mounted import mounting_of
 
 with jobs.logged(snakemake.log[0]):
     section = RodSection(snakemake.params.section)
-    keys = list(map(decode_key, snakemake.params.curves))
+    keys = list(keys_of(decode_box(snakemake.params.curves)))
     # NaN for the dx0 of a curve that serves all.
     theta, eta, dx0 = np.array([key[:3] for key in keys], dtype=float).T
     # A job depends on the solver that it uses alone.

@@ -1,9 +1,10 @@
 """Blocks of curves: what one job solves, and which block holds which curve.
 
-A *block* is a fixed set of curve keys, named by a hash of its contents. Which block holds which
-curve is kept in a file, the plan, so that an extended study keeps its blocks. No rule that only
-looks at the values of a grid can do that: cut every longer grid into the same blocks plus new ones
-(unless each block is a single curve).
+A *block* is a box of curves (`vibrissa.study.boxes`): some values of each axis, and all their
+combinations. It is named by a hash of its contents. Which blocks there are is kept in a file, the
+plan, so that an extended study keeps its blocks. No rule that only looks at the values of a grid
+can do that: cut every longer grid into the same blocks plus new ones (unless each block is a single
+curve). No curve is named by itself, so that a plan of millions of curves is small.
 """
 
 import hashlib
@@ -13,13 +14,14 @@ from pathlib import Path
 
 from vibrissa.errors import ArgumentError, PlanError
 from vibrissa.files import write_atomically
-from vibrissa.study.codec import decode_key, encode_key
-from vibrissa.study.grid import CurveKey, Grid
+from vibrissa.study.boxes import Box, cut, holds, joined, meets, remaining, size
+from vibrissa.study.codec import decode_box, encode_box
+from vibrissa.study.grid import Grid
 
-Blocks = dict[str, tuple[CurveKey, ...]]
+Blocks = dict[str, Box]
 
 
-def partition(keys: Sequence[CurveKey], size: int, known: Blocks) -> Blocks:
+def partition(curves: Sequence[Box], most: int, known: Mapping[str, Box]) -> Blocks:
     """Distribute curves over blocks, keeping every block that exists.
 
     An extended grid adds blocks for what is new and leaves the rest as it is, wherever on an axis
@@ -27,16 +29,16 @@ def partition(keys: Sequence[CurveKey], size: int, known: Blocks) -> Blocks:
 
     Parameters
     ----------
-    keys : sequence of CurveKey
-        Curves that are needed.
-    size : int
+    curves : sequence of Box
+        Curves that are needed, in boxes that have none in common.
+    most : int
         Largest number of curves in a new block.
-    known : dict
+    known : mapping of Box
         Blocks that exist, by name.
 
     Returns
     -------
-    dict
+    dict of Box
         Blocks that hold at least one needed curve, known ones first.
 
     Raises
@@ -44,30 +46,31 @@ def partition(keys: Sequence[CurveKey], size: int, known: Blocks) -> Blocks:
     ArgumentError
         If the size is not positive.
     """
-    if size < 1:
-        raise ArgumentError(f"a block holds at least one curve, got block_size {size}")
-    wanted = set(keys)
-    blocks = {name: members for name, members in known.items() if not wanted.isdisjoint(members)}
-    wanted.difference_update(*blocks.values())
-    new = [key for key in keys if key in wanted]
-    for first in range(0, len(new), size):
-        members = tuple(new[first : first + size])
-        blocks[block_name(members)] = members
+    if most < 1:
+        raise ArgumentError(f"a block holds at least one curve, got block_size {most}")
+    needed = list(map(meets, curves))
+    blocks = {
+        name: block for name, block in known.items() if any(meets_it(block) for meets_it in needed)
+    }
+    held = joined(list(blocks.values()), "eta")
+    for box in remaining(curves, held):
+        blocks |= {block_name(part): part for part in cut(box, most)}
     return blocks
 
 
-def block_name(members: Sequence[CurveKey]) -> str:
-    """Name of a block: a hash of its curves, the same wherever and whenever it is made."""
-    text = ";".join(",".join(encode_key(key)) for key in members)
+def block_name(block: Box) -> str:
+    """Name of a block: a hash of its axes, the same wherever and whenever it is made."""
+    axes = encode_box(block).items()
+    text = ";".join(f"{axis}={','.join(values)}" for axis, values in axes)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def grids_of_block(members: Sequence[CurveKey], grids: Mapping[str, Grid]) -> dict[str, Grid]:
+def grids_of_block(block: Box, grids: Mapping[str, Grid]) -> dict[str, Grid]:
     """Parts of a study's grids that lie on the curves of a block.
 
     Parameters
     ----------
-    members : sequence of CurveKey
+    block : Box
     grids : mapping of Grid
         The study's grids by name.
 
@@ -78,11 +81,13 @@ def grids_of_block(members: Sequence[CurveKey], grids: Mapping[str, Grid]) -> di
         block has no curve for are left out, and so are steps where each curve has its own: a grid
         that grows elsewhere leaves the part as it is.
     """
-    held = {name: {getattr(key, name) for key in members} for name in CurveKey._fields}
+    held = {axis: {None, *values} for axis, values in block.items() if values != (None,)}
     parts = {}
     for name, grid in grids.items():
         axes = {
-            axis: tuple(value for value in values if {None, value} & held.get(axis, {None}))
+            axis: tuple(value for value in values if value in held[axis])
+            if axis in held
+            else values
             for axis, values in vars(grid).items()
         }
         if all(axes.values()):
@@ -92,8 +97,8 @@ def grids_of_block(members: Sequence[CurveKey], grids: Mapping[str, Grid]) -> di
 
 def planned_blocks(
     path: Path,
-    keys: Sequence[CurveKey],
-    size: int,
+    curves: Sequence[Box],
+    most: int,
     is_solved: Callable[[str], bool] = lambda name: True,
     remember: bool = True,
 ) -> Blocks:
@@ -103,9 +108,9 @@ def planned_blocks(
     ----------
     path : Path
         The plan; it need not exist.
-    keys : sequence of CurveKey
-        Curves that are needed.
-    size : int
+    curves : sequence of Box
+        Curves that are needed, in boxes that have none in common.
+    most : int
         Largest number of curves in a new block.
     is_solved : callable, optional
         Tells by its name whether a block has been solved. One that has not is kept only if the
@@ -115,7 +120,7 @@ def planned_blocks(
 
     Returns
     -------
-    dict
+    dict of Box
         Blocks that hold at least one needed curve, by name.
 
     Raises
@@ -123,20 +128,26 @@ def planned_blocks(
     PlanError
         If the file is damaged or cannot be written.
     """
-    planned = _read(path)
-    wanted = set(keys)
+    planned = known_blocks(path)
+    whole = list(map(holds, curves))
+
+    def is_needed(block: Box) -> bool:
+        # Most blocks lie in one box.
+        return any(has(block) for has in whole) or not remaining([block], curves)
+
     known = {
-        name: members
-        for name, members in planned.items()
-        if is_solved(name) or (len(members) <= size and wanted.issuperset(members))
+        name: block
+        for name, block in planned.items()
+        if is_solved(name) or (size(block) <= most and is_needed(block))
     }
-    blocks = partition(keys, size, known)
+    blocks = partition(curves, most, known)
     if remember and known | blocks != planned:
         _write(path, known | blocks)
     return blocks
 
 
-def _read(path: Path) -> Blocks:
+def known_blocks(path: Path) -> Blocks:
+    """Read a plan; see `planned_blocks`."""
     remedy = f"delete {path} and run again (blocks that fit the new plan are used again)"
     try:
         data = path.read_bytes()
@@ -145,21 +156,17 @@ def _read(path: Path) -> Blocks:
     except OSError as error:
         raise PlanError(f"cannot read the plan of blocks: {error}") from None
     try:
-        blocks = {
-            name: tuple(decode_key(texts) for texts in members)
-            for name, members in json.loads(data).items()
-        }
-    except (ValueError, AttributeError, TypeError):
+        blocks = {name: decode_box(axes) for name, axes in json.loads(data).items()}
+    except (ValueError, AttributeError, TypeError, KeyError):
         raise PlanError(f"the plan of blocks is damaged; {remedy}") from None
-    if any(name != block_name(members) for name, members in blocks.items()):
+    if any(name != block_name(block) for name, block in blocks.items()):
         raise PlanError(f"the plan of blocks was changed; {remedy}")
     return blocks
 
 
 def _write(path: Path, blocks: Blocks) -> None:
     lines = (
-        f"{json.dumps(name)}: {json.dumps([encode_key(key) for key in members])}"
-        for name, members in blocks.items()
+        f"{json.dumps(name)}: {json.dumps(encode_box(block))}" for name, block in blocks.items()
     )
     text = "{\n" + ",\n".join(lines) + "\n}\n"
     try:

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from vibrissa.pipeline.blocks import Blocks
-from vibrissa.study import costs
-from vibrissa.study.grid import study_points
+from vibrissa.study import boxes, costs
 from vibrissa.study.model import TRAVEL, Study
 from vibrissa.wording import counted
 
@@ -63,14 +62,14 @@ def effort(study: Study, blocks: Blocks, is_solved: Callable[[str], bool], cores
     -------
     Effort
     """
-    unsolved = [members for name, members in blocks.items() if not is_solved(name)]
-    new = sum(map(len, unsolved))
-    points = sum(len(points) for _, points in study_points(study.point_grids))
-    curves = len(study.curve_keys)
+    unsolved = [block for name, block in blocks.items() if not is_solved(name)]
+    new = sum(map(boxes.size, unsolved))
+    points = sum(map(boxes.size, boxes.disjoint(vars(grid) for grid in study.point_grids.values())))
+    curves = sum(map(boxes.size, study.curves))
     scans = study.scan_steps(TRAVEL)
     work = (
         2 * len(unsolved) * costs.USUAL_JOB
-        + sum(costs.usual_curve_seconds(keys, study.method, study.contact) for keys in unsolved)
+        + sum(costs.usual_curve_seconds(block, study.method, study.contact) for block in unsolved)
         + points * (new / max(curves, 1)) * costs.POINT
         + len(study.scans) * costs.USUAL_JOB
         + scans * costs.USUAL_STEP

@@ -5,16 +5,106 @@ it. Everywhere else a value is a `Decimal`, or a tuple of them: the coefficients
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
+from itertools import islice, pairwise
 from operator import attrgetter
 from typing import Any
 
 from vibrissa.decimals import Value, exact, read_value, spell
-from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid
+from vibrissa.study.boxes import Box
+from vibrissa.study.grid import CURVE_AXES, MOUNTING_AXES, ZERO, CurveKey, Grid, equal_steps
+
+# So many values in equal steps have the short form of a range.
+LEAST_RANGE = 4
 
 
 def encode_values(values: Iterable[Value]) -> list[str]:
     """Plain form of exact values, such as an axis."""
     return [spell(value) for value in values]
+
+
+def encode_axis(values: Iterable[Value]) -> list[str]:
+    """Plain form of an axis: its values, and ``start:stop:step`` for values in equal steps."""
+    return list(_axis_texts(tuple(values)))
+
+
+# Many blocks have the same values of an axis.
+@lru_cache(maxsize=1024)
+def _axis_texts(values: Sequence[Any]) -> tuple[str, ...]:
+    texts: list[str] = []
+    first = 0
+    while first < len(values):
+        count = _equal_steps_from(values, first)
+        if count < LEAST_RANGE:
+            texts.append(spell(values[first]))
+            first += 1
+            continue
+        last = values[first + count - 1]
+        step = values[first + 1] - values[first]
+        texts.append(":".join(map(spell, (values[first], last, step))))
+        first += count
+    return tuple(texts)
+
+
+def _equal_steps_from(values: Sequence[Any], first: int) -> int:
+    """Count the values from one on that are numbers in equal steps."""
+    step, last = None, first
+    for value, following in pairwise(islice(values, first, None)):
+        if isinstance(value, tuple) or isinstance(following, tuple):
+            break
+        step = following - value if step is None else step
+        if following - value != step:
+            break
+        last += 1
+    return last - first + 1
+
+
+def decode_axis(texts: Iterable[str]) -> tuple[Any, ...]:
+    """Inverse of `encode_axis`.
+
+    Raises
+    ------
+    ValueError
+        If a text is neither a finite number nor a range of them.
+    """
+    return _axis_values(tuple(texts))
+
+
+@lru_cache(maxsize=1024)
+def _axis_values(texts: Sequence[str]) -> tuple[Any, ...]:
+    values: list[Value] = []
+    for text in texts:
+        if ":" in text:
+            start, stop, step = map(exact, text.split(":"))
+            values += equal_steps(start, stop, step)
+        else:
+            values.append(read_value(text))
+    return tuple(values)
+
+
+def encode_box(curves: Box) -> dict[str, list[str]]:
+    """Plain form of a box of curves: its axes by name, without those that say nothing."""
+    return {
+        axis: encode_axis(curves[axis])
+        for axis in CURVE_AXES
+        if curves[axis] not in ((None,), (ZERO,))
+    }
+
+
+def decode_box(axes: Mapping[str, Sequence[str]]) -> Box:
+    """Inverse of `encode_box`.
+
+    Raises
+    ------
+    KeyError
+        If an axis is missing, or there is no such axis.
+    ValueError
+        As `decode_axis`.
+    """
+    absent = dict.fromkeys(MOUNTING_AXES, (ZERO,)) | {"dx0": (None,)}
+    if unknown := set(axes) - set(CURVE_AXES):
+        raise KeyError(f"unknown axes: {unknown}")
+    return {name: decode_axis(axes[name]) if name in axes else absent[name] for name in CURVE_AXES}
 
 
 def encode_key(key: CurveKey) -> list[str]:
@@ -68,7 +158,7 @@ def encode_columns(keys: Sequence[CurveKey]) -> dict[str, list[str | None]]:
 
 def encode_grid(grid: Grid) -> dict[str, list[str]]:
     """Plain form of a grid: its axes by name."""
-    return {name: encode_values(values) for name, values in grid.axes.items()}
+    return {name: encode_axis(values) for name, values in grid.axes.items()}
 
 
 def decode_grid(axes: Mapping[str, Sequence[str]]) -> Grid:
@@ -77,7 +167,8 @@ def decode_grid(axes: Mapping[str, Sequence[str]]) -> Grid:
     Parameters
     ----------
     axes : mapping of sequence of str
-        Decimals of ``theta``, ``mu0``, ``eta`` and ``dx0``, and of any axis of the mounting.
+        Decimals of ``theta``, ``mu0``, ``eta`` and ``dx0``, and of any axis of the mounting; or
+        ranges, as `encode_axis` makes them.
 
     Returns
     -------
@@ -86,7 +177,7 @@ def decode_grid(axes: Mapping[str, Sequence[str]]) -> Grid:
     Raises
     ------
     ValueError
-        If a text is not a finite number.
+        As `decode_axis`.
     """
-    values: Any = {name: tuple(map(read_value, texts)) for name, texts in axes.items()}
+    values: Any = {name: decode_axis(texts) for name, texts in axes.items()}
     return Grid(**values)

@@ -8,9 +8,12 @@ What things usually take was measured with many curves in a job; docs/speed.md h
 import math
 from collections.abc import Sequence
 from decimal import Decimal
+from functools import cache
+from statistics import fmean
 
 from vibrissa.outcomes import Contact, Solver
-from vibrissa.study.grid import CurveKey, Grid
+from vibrissa.study.boxes import Box, size
+from vibrissa.study.grid import Grid
 
 # Seconds that a job should work at most: with room for slower machines, twice this fits in the
 # half hour that short partitions allow.
@@ -30,18 +33,17 @@ FIGURE, CLAIMS, REPORT = 1.8, 5.0, 1.0
 CURVE_BYTES, POINT_BYTES, STEP_BYTES, FIGURE_BYTES = 4_400, 260, 4_500, 1_000_000
 # Minutes: for a job to start, and what requests are rounded up to (with few different ones).
 START, ROUND = 5, 5
-# MB: three processes of Snakemake and one that solves; for each curve that this one solves; for
-# each curve of the study, in the plan that Snakemake reads.
-PROCESSES, CURVE, PLANNED = 800, 0.1, 0.002
+# MB: three processes of Snakemake and one that solves; for each curve that this one solves.
+PROCESSES, CURVE = 800, 0.1
 MB_ROUND = 100
 
 
-def curve_seconds(keys: Sequence[CurveKey], method: Solver, contact: Contact) -> float:
+def curve_seconds(curves: Box, method: Solver, contact: Contact) -> float:
     """Return the seconds that solving some curves may take.
 
     Parameters
     ----------
-    keys : sequence of CurveKey
+    curves : Box
     method : Solver
     contact : Contact
 
@@ -50,19 +52,30 @@ def curve_seconds(keys: Sequence[CurveKey], method: Solver, contact: Contact) ->
     float
     """
     if method is Solver.SHOOTING:
-        return SHOOTING * len(keys)
+        return SHOOTING * size(curves)
     if contact is Contact.LINE:
-        return LINE * len(keys)
-    return sum(min(TIP * float(key.theta), TIP_MOST) for key in keys)
+        return LINE * size(curves)
+    return size(curves) * _mean_seconds(curves["theta"])
 
 
-def usual_curve_seconds(keys: Sequence[CurveKey], method: Solver, contact: Contact) -> float:
+def usual_curve_seconds(curves: Box, method: Solver, contact: Contact) -> float:
     """Return the seconds that solving some curves usually takes; see `curve_seconds`."""
     if method is Solver.SHOOTING:
-        return USUAL_SHOOTING * len(keys)
+        return USUAL_SHOOTING * size(curves)
     if contact is Contact.LINE:
-        return USUAL_LINE * len(keys)
-    return USUAL_TIP * sum(float(key.theta) ** 2 for key in keys)
+        return USUAL_LINE * size(curves)
+    return size(curves) * _usual_mean_seconds(curves["theta"])
+
+
+# Many blocks have the same values of θ.
+@cache
+def _mean_seconds(thetas: tuple[Decimal, ...]) -> float:
+    return fmean(min(TIP * float(theta), TIP_MOST) for theta in thetas)
+
+
+@cache
+def _usual_mean_seconds(thetas: tuple[Decimal, ...]) -> float:
+    return USUAL_TIP * fmean(float(theta) ** 2 for theta in thetas)
 
 
 def scan_seconds(grid: Grid, cycles: int) -> float:
@@ -76,9 +89,8 @@ def scan_seconds(grid: Grid, cycles: int) -> float:
 
 def comparison_seconds(theta: Sequence[Decimal], eta: Sequence[Decimal]) -> float:
     """Return the seconds that solving curves in both kinds of contact may take."""
-    keys = [CurveKey(theta=value, eta=eta[0]) for value in theta]
-    kinds = (curve_seconds(keys, Solver.COLLOCATION, contact) for contact in Contact)
-    return len(eta) * sum(kinds)
+    curves = {"theta": tuple(theta), "eta": tuple(eta)}
+    return sum(curve_seconds(curves, Solver.COLLOCATION, contact) for contact in Contact)
 
 
 def minutes(seconds: float) -> int:
@@ -86,19 +98,17 @@ def minutes(seconds: float) -> int:
     return ROUND * math.ceil((START + 2 * seconds / 60) / ROUND)
 
 
-def megabytes(curves: int, planned: int) -> int:
+def megabytes(curves: int) -> int:
     """Return the memory to ask a cluster for.
 
     Parameters
     ----------
     curves : int
         Curves that the job holds in memory.
-    planned : int
-        Curves of the study.
 
     Returns
     -------
     int
         MB.
     """
-    return MB_ROUND * math.ceil((PROCESSES + CURVE * curves + PLANNED * planned) / MB_ROUND)
+    return MB_ROUND * math.ceil((PROCESSES + CURVE * curves) / MB_ROUND)

@@ -5,7 +5,7 @@ A *point* is (θ, μ0, η, Δx0), and where its rod is not mounted as in the pap
 walks along the steps. Everything here is light enough for a Snakefile.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -14,12 +14,15 @@ from typing import Any, NamedTuple
 
 from vibrissa.decimals import Value, exact, order_of, spell
 from vibrissa.errors import ArgumentError
+from vibrissa.study.boxes import Box, members
 
 # The axes of a grid, in their order in names, tables and messages.
 AXES = ("theta", "mu0", "eta", "dx0")
 # Further axes, of how the rod is mounted, which a grid may have. Without them it is ideal: 0.
 MOUNTING_AXES = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
 ZERO = Decimal(0)
+# The axes of curves, in the order of curves in blocks and tables.
+CURVE_AXES = ("eta", "theta", *MOUNTING_AXES, "dx0")
 # Longer axes are typing errors: 10^6 points are three axes of 100.
 LONGEST_AXIS = 1_000_000
 
@@ -113,16 +116,10 @@ class Grid:
             for values, mounting in product(product(*axes), self.mountings())
         )
 
-    def curve_keys(self, by_step: bool) -> Iterable[CurveKey]:
+    def curves(self, by_step: bool) -> Box:
         """Return the curves that the grid needs, one for each step size if `by_step`."""
-        steps = self.dx0 if by_step else (None,)
-        return (
-            CurveKey(theta, eta, dx0, *mounting)
-            for eta in self.eta
-            for theta in self.theta
-            for dx0 in steps
-            for mounting in self.mountings()
-        )
+        axes = {name: getattr(self, name) for name in CURVE_AXES}
+        return axes if by_step else axes | {"dx0": (None,)}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -181,21 +178,44 @@ def count_of_steps(start: Decimal, stop: Decimal, step: Decimal) -> int:
     return int(steps)
 
 
-def curve_keys(grids: Iterable[Grid], by_step: bool) -> list[CurveKey]:
-    """Curves that a study needs, each once, ordered by η, then θ, then the mounting, then Δx0.
+def keys_of(curves: Box) -> Iterator[CurveKey]:
+    """Keys of the curves of a box, in its order."""
+    return (CurveKey(**dict(zip(curves, values, strict=True))) for values in members(curves))
+
+
+def curve_keys(curves: Sequence[Box]) -> Iterator[CurveKey]:
+    """Curves of some boxes, each once, ordered by η, then θ, then the mounting, then Δx0.
 
     Parameters
     ----------
-    grids : iterable of Grid
-    by_step : bool
-        Whether a curve belongs to one Δx0 (shooting) or serves all (collocation).
+    curves : sequence of Box
+        With the axes `CURVE_AXES`; they may have curves in common.
 
-    Returns
-    -------
-    list of CurveKey
+    Yields
+    ------
+    CurveKey
     """
-    keys = dict.fromkeys(key for grid in grids for key in grid.curve_keys(by_step))
-    return sorted(keys, key=lambda k: (k.eta, k.theta, *map(order_of, k.mounting), k.dx0))
+    rests: dict[tuple[int, ...], list[tuple[Any, ...]]] = {}
+    for eta, at_eta in _sections(dict(enumerate(curves)), "eta"):
+        for theta, here in _sections(at_eta, "theta"):
+            if (found := tuple(here)) not in rests:
+                rests[found] = _rests(here.values())
+            for dx0, *mounting in rests[found]:
+                yield CurveKey(theta, eta, dx0, *mounting)
+
+
+def _sections(boxes: Mapping[int, Box], axis: str) -> Iterator[tuple[Decimal, dict[int, Box]]]:
+    """Values of an axis in order, each with the boxes that have it."""
+    held = {number: frozenset(box[axis]) for number, box in boxes.items()}
+    for value in sorted(frozenset().union(*held.values())):
+        yield value, {number: boxes[number] for number in boxes if value in held[number]}
+
+
+def _rests(boxes: Iterable[Box]) -> list[tuple[Any, ...]]:
+    """Return steps and mountings of some boxes, each once, ordered by the mounting."""
+    names = ("dx0", *MOUNTING_AXES)
+    found = {values for box in boxes for values in product(*(box[name] for name in names))}
+    return sorted(found, key=lambda values: (*map(order_of, values[1:]), values[0]))
 
 
 def points_on_curves(
@@ -252,7 +272,8 @@ def study_points(grids: Mapping[str, Grid]) -> Iterator[tuple[CurveKey, CurvePoi
     points : CurvePoints
         One and the same object wherever the same grids meet.
     """
-    return points_on_curves(curve_keys(grids.values(), by_step=False), grids)
+    boxes = [grid.curves(by_step=False) for grid in grids.values()]
+    return points_on_curves(curve_keys(boxes), grids)
 
 
 def _points(grids: Mapping[str, Grid], step: Decimal | None) -> CurvePoints:

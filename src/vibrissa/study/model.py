@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from vibrissa.decimals import spell
 from vibrissa.outcomes import Contact, RodSection, Solver
+from vibrissa.study.boxes import Box, disjoint, size
 from vibrissa.study.claims import Claims
 from vibrissa.study.costs import LONGEST_JOB, curve_seconds
 from vibrissa.study.figures import AnyFigure
@@ -169,18 +170,23 @@ class Study(Section):
         return {name: section.grid for name, section in self.scans.items()}
 
     @cached_property
+    def curves(self) -> list[Box]:
+        """Curves that the study needs, in boxes that have none in common."""
+        grids = [*self.point_grids.values(), *self.scan_grids.values()]
+        return disjoint(grid.curves(self.method.by_step) for grid in grids)
+
+    @property
     def curve_keys(self) -> list[CurveKey]:
         """Curves that the study needs, each once, ordered by η, then θ, then Δx0."""
-        grids = [*self.point_grids.values(), *self.scan_grids.values()]
-        return curve_keys(grids, self.method.by_step)
+        return list(curve_keys(self.curves))
 
     @property
     def curves_per_job(self) -> int:
         """Largest number of curves that one job solves."""
         if self.block_size:
             return self.block_size
-        seconds = curve_seconds(self.curve_keys, self.method, self.contact)
-        return default_block_size(self.method, len(self.curve_keys), seconds)
+        seconds = sum(curve_seconds(box, self.method, self.contact) for box in self.curves)
+        return default_block_size(self.method, sum(map(size, self.curves)), seconds)
 
     def scan_steps(self, travel: float) -> int:
         """Estimate the steps of all scans from how far the clamp moves in a cycle (L)."""
