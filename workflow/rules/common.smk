@@ -94,7 +94,9 @@ if workflow.is_main_process:
 # Blocks whose curves have grid points on them; a scan may have blocks of its own.
 HAS_POINTS = [meets(grid.curves(STUDY.method.by_step)) for grid in STUDY.point_grids.values()]
 POINT_BLOCKS = [
-    block for block, curves in BLOCKS.items() if any(has_points(curves) for has_points in HAS_POINTS)
+    block
+    for block, curves in BLOCKS.items()
+    if any(has_points(curves) for has_points in HAS_POINTS)
 ]
 
 # At most so many points are read off a curve.

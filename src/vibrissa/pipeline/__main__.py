@@ -4,18 +4,28 @@ Snakemake finds a plugin by itself only if it is a package of its own at the top
 """
 
 import logging
+import os
 import sys
 
-from snakemake.cli import main
-from snakemake.logging import logger
-from snakemake_interface_logger_plugins.registry import LoggerPluginRegistry
+from vibrissa.pipeline import events, lean, workers
 
-from vibrissa.pipeline import events, workers
 
-LoggerPluginRegistry().register_plugin("snakemake_logger_plugin_vibrissa", events)
-logger.addFilter(events.note_exception)
-# If Snakemake's log cannot be written, as on a full disk, a traceback for each line is no help.
-logging.raiseExceptions = False
-workers.install()
-sys.argv[0] = "snakemake"
+def main() -> None:
+    """Run Snakemake with the arguments of this process."""
+    # It looks for plugins as it is imported.
+    lean.leave_out(lean.unused(sys.argv[1:], os.environ))
+    from snakemake.cli import main as snakemake
+    from snakemake.logging import logger
+    from snakemake_interface_logger_plugins.registry import LoggerPluginRegistry
+
+    LoggerPluginRegistry().register_plugin("snakemake_logger_plugin_vibrissa", events)
+    logger.addFilter(events.note_exception)
+    lean.compare_plain_params()
+    workers.install()
+    # If Snakemake's log cannot be written, as on a full disk, a traceback for each line is no help.
+    logging.raiseExceptions = False
+    sys.argv[0] = "snakemake"
+    snakemake()
+
+
 main()
