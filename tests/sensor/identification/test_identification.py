@@ -235,7 +235,7 @@ def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path, method):
     out, found, picture = (tmp_path / name for name in ("s.csv", "f.parquet", "m.png"))
     way = ["--step", "50 um", "--to", "100 mm", "--patches", "0 mm: 0.25, 90 mm: 0.35"]
     assert run("scan", *WHISKER, *SI, *NANO, *way, "-o", out).exit_code == 0
-    asked = ["--method", method.value, "--law", "free", "-o", found, "--picture", picture]
+    asked = ["--method", method, "--law", "free", "-o", found, "--picture", picture]
     result = run("identify", out, *WHISKER, *SI, *NANO, *asked)
     assert result.exit_code == 0, result.output
     rows = [row for row in pq.read_table(found).to_pylist() if row["status"] == "slip"]
