@@ -117,7 +117,6 @@ def test_the_tutorial_can_be_followed(tmp_path):
     (figure,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     environment = os.environ | {
         "PYTHONPATH": str(tmp_path / "src"),
-        "XDG_CACHE_HOME": str(tmp_path / ".cache"),
         "MPLBACKEND": "agg",
     }
 

@@ -68,10 +68,7 @@ class Copy:
         self.write(name, text.replace(old, new))
 
     def call(self, command, *arguments, study="tiny.yaml", cwd=None, packages="src"):
-        environment = os.environ | {
-            "PYTHONPATH": str(self.root / packages),
-            "XDG_CACHE_HOME": str(self.root / ".cache"),
-        }
+        environment = os.environ | {"PYTHONPATH": str(self.root / packages)}
         study = ["--configfile", study] if study else []
         command = [*command, *arguments, *study]
         return subprocess.run(
@@ -315,15 +312,31 @@ def test_editing_a_module_reruns_what_depends_on_it(done, module, jobs):
     assert done.jobs() == jobs
 
 
+TOO_SMALL = (
+    *("theta: [1.5, 2]", "theta: [0.5, 2]"),
+    "grids.main.theta[0]: 0.5 is not allowed; allowed:",
+)
+
+
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("command", "old", "new", "message"),
     [
-        ("theta: [1.5, 2]", "theta: [0.5, 2]", "grids.main.theta[0]: 0.5 is not allowed; allowed:"),
-        ("theta: [1.5, 2]", "theta: [1], theta: [2]", "'theta' stands twice, in lines 5 and 5"),
-        ("grid: main}", "grid: other}", "figures.taper.grid: 'other' is not the name of a grid"),
+        (SNAKEMAKE, *TOO_SMALL),
+        (RUN, *TOO_SMALL),
+        (
+            RUN,
+            "theta: [1.5, 2]",
+            "theta: [1], theta: [2]",
+            "'theta' stands twice, in lines 5 and 5",
+        ),
+        (
+            RUN,
+            "grid: main}",
+            "grid: other}",
+            "figures.taper.grid: 'other' is not the name of a grid",
+        ),
     ],
 )
-@pytest.mark.parametrize("command", [SNAKEMAKE, RUN], ids=["snakemake", "run.py"])
 def test_a_bad_study_stops_with_one_message(fresh, command, old, new, message):
     fresh.edit("tiny.yaml", old, new)
     result = fresh.call(command)
