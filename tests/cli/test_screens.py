@@ -15,6 +15,8 @@ from typer.testing import CliRunner
 
 from vibrissa.cli.app import app
 
+# One run of all commands serves all tests.
+pytestmark = pytest.mark.slow
 SCREENS = Path(__file__).with_name("screens.yaml")
 KNOWN = yaml.safe_load(SCREENS.read_text(encoding="utf-8"))
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
