@@ -28,6 +28,11 @@ def exact(value: Decimal | float | int | str) -> Decimal:
     ------
     ValueError
         If the value is not a finite number.
+
+    Examples
+    --------
+    >>> exact(0.1), exact("0.30")
+    (Decimal('0.1'), Decimal('0.3'))
     """
     try:
         # float() for the sake of NumPy's numbers, whose repr names their type

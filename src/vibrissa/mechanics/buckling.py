@@ -47,6 +47,11 @@ def buckling_load(theta: FloatArray) -> FloatArray:
     -------
     ndarray, shape (n,)
         Load, in units of E·I0/L²; π²/4 at θ = 1.
+
+    Examples
+    --------
+    >>> print(buckling_load([1.0, 2.0]).round(6))  # the first is (π/2)²
+    [2.467401 1.028965]
     """
     theta = np.asarray(theta, dtype=float)
     return (_wave_number(theta) / theta) ** 2

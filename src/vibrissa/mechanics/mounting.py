@@ -52,6 +52,13 @@ class Mounting:
     ------
     ArgumentError
         If a value is out of range.
+
+    Examples
+    --------
+    >>> Mounting(clamp_angle=np.radians(2)).is_ideal_rod
+    False
+    >>> Mounting(curvature=[-0.1, 0.3]).coefficients
+    (-0.1, 0.3)
     """
 
     clamp_angle: float = 0.0

@@ -35,6 +35,11 @@ def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     -----
     Equation (1) of the paper prints d1/θ where d1 = d0/θ must stand; its equation (2) uses the
     taper given here.
+
+    Examples
+    --------
+    >>> print(diameter([0.0, 0.5, 1.0], theta=2.0))
+    [1.   0.75 0.5 ]
     """
     s, theta = np.asarray(s, dtype=float), np.asarray(theta, dtype=float)
     return 1.0 - (1.0 - 1.0 / theta) * s
@@ -54,6 +59,11 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     -------
     ndarray
         Stiffness in units of E·I0.
+
+    Examples
+    --------
+    >>> print(stiffness([0.0, 1.0], theta=2.0))
+    [1.     0.0625]
     """
     return diameter(s, theta) ** 4
 

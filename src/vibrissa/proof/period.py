@@ -157,7 +157,7 @@ def onset(
     --------
     >>> found = onset(theta=2, mu0=0.4, eta=0.85)
     >>> print(found.x0_slip.str(20))
-    [0.052838042795739907695 +/- 4.59e-22]
+    [0.052838042795739907695 +/- ...]
     """
     number = numbers(theta=theta, mu0=mu0, eta=eta)
     if not number["mu0"] > 0:
@@ -236,7 +236,7 @@ def lock(
     --------
     >>> found = lock(theta=2, eta=0.85)
     >>> print(found.mu_lock.str(20))
-    [0.47757140928181466471 +/- 1.41e-21]
+    [0.47757140928181466471 +/- ...]
     """
     number = numbers(theta=theta, eta=eta)
     curve = solve_curve(float(number["theta"]), float(number["eta"]))

@@ -163,6 +163,14 @@ def solve(
     ------
     ArgumentError
         If an argument is out of range or no such quantity.
+
+    Examples
+    --------
+    >>> from vibrissa.sensor import Whisker
+    >>> steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    >>> onset = solve(Whisker.read(2, "85 mm", **steel), mu0=0.4, step="20 um")
+    >>> print(onset.onset.status, f"{onset.onset.x0_slip:.6f}")
+    slip 0.052838
     """
     if yield_strain is not None and not 0.0 < yield_strain < np.inf:
         raise ArgumentError(f"yield_strain must be positive and finite, got {yield_strain!r}")

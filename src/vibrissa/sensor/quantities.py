@@ -128,6 +128,11 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
     ------
     ArgumentError
         If it is no such quantity.
+
+    Examples
+    --------
+    >>> print(in_si("85 mm", Kind.LENGTH, "eta"))
+    0.085
     """
     if PLUS_MINUS.search(text):
         raise ArgumentError(f"{what} takes no tolerance, got {text!r}")
@@ -175,7 +180,13 @@ def chosen(kind: type[Choice], value: str, what: str) -> Choice:
 
 
 def range_of(text: str) -> tuple[str, str]:
-    """Split ``"20 to 200 mm"`` into its ends, ``"20 mm"`` and ``"200 mm"``; one value is both."""
+    """Split ``"20 to 200 mm"`` into its ends, ``"20 mm"`` and ``"200 mm"``; one value is both.
+
+    Examples
+    --------
+    >>> range_of("0.2 to 0.4")
+    ('0.2', '0.4')
+    """
     low, to, high = (part.strip() for part in text.partition(" to "))
     if not to:
         return low, low

@@ -73,7 +73,13 @@ class Surface:
 
 
 def constant(mu0: float) -> Surface:
-    """Surface with the same friction everywhere."""
+    """Surface with the same friction everywhere.
+
+    Examples
+    --------
+    >>> print(constant(0.3).mu0(np.array([0.0, 1.0])))
+    [0.3 0.3]
+    """
     if not (np.isfinite(mu0) and mu0 > 0.0):
         raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
     return Surface(name="constant", mu0=lambda x: np.full(np.shape(x), float(mu0)))
@@ -88,6 +94,11 @@ def patches(starts: Sequence[float], mu0: Sequence[float]) -> Surface:
         Where each patch begins (L), increasing; the first also reaches to −infinity.
     mu0 : sequence of float
         Friction of each patch.
+
+    Examples
+    --------
+    >>> print(patches([0.0, 0.5], [0.2, 0.4]).mu0(np.array([0.1, 0.9])))
+    [0.2 0.4]
     """
     edges, values = np.asarray(starts, dtype=float), np.asarray(mu0, dtype=float)
     if len(edges) == 0 or len(edges) != len(values):
@@ -110,6 +121,11 @@ def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
         Positions (L), increasing.
     mu0 : sequence of float
         Friction there.
+
+    Examples
+    --------
+    >>> print(profile([0.0, 1.0], [0.2, 0.4]).mu0(np.array([0.25])))
+    [0.25]
     """
     at, values = np.asarray(x, dtype=float), np.asarray(mu0, dtype=float)
     if len(at) < 2 or len(at) != len(values):

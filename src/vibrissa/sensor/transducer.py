@@ -147,6 +147,15 @@ def transducer_of(given: Transducer | str | None, units: Units) -> Transducer | 
 def preset(name: str) -> Transducer:
     """Look up a preset by its name, or read a file of one's own: ``"my.toml"``.
 
+    Parameters
+    ----------
+    name : str
+        Of a preset, or of a file that ends with ``.toml``.
+
+    Returns
+    -------
+    Transducer
+
     Raises
     ------
     ArgumentError

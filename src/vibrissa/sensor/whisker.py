@@ -122,6 +122,13 @@ class Whisker:
         ------
         ArgumentError
             If an argument is no such quantity.
+
+        Examples
+        --------
+        >>> steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+        >>> whisker = Whisker.read(2, "85 mm", **steel)
+        >>> print(whisker.eta, f"{whisker.rod.force_unit:.3f} N")
+        0.85 1.031 N
         """
         given = {
             "theta": theta,

@@ -315,6 +315,12 @@ def solve_curve(
     ------
     ArgumentError
         If an argument is out of range.
+
+    Examples
+    --------
+    >>> curve = solve_curve(theta=2, eta=0.85)
+    >>> print(f"{curve.mu_lock:.6f} {curve.end}")
+    0.477571 swings_aside
     """
     _check(theta, eta, method, contact, mounting, section)
     if method == Solver.COLLOCATION:

@@ -175,6 +175,13 @@ class StickingCurve:
         ------
         ArgumentError
             If the curve was not solved or a displacement lies outside it.
+
+        Examples
+        --------
+        >>> from vibrissa import solve_curve
+        >>> state = solve_curve(theta=2, eta=0.85).state(0.05)
+        >>> print(f"{state.reaction_fx:.4f} {state.reaction_fy:.4f} {state.reaction_m:.4f}")
+        -0.8806 -2.2418 -0.0750
         """
         self._need_states("states on")
         x0 = np.asarray(x0, dtype=float)
@@ -227,6 +234,12 @@ class StickingCurve:
         ------
         ArgumentError
             If the curve was not solved or a coefficient is not positive.
+
+        Examples
+        --------
+        >>> from vibrissa import solve_curve
+        >>> print(solve_curve(theta=2, eta=0.85).onset([0.2, 0.4, 0.5]).round(6))
+        [0.013232 0.052838      nan]
         """
         mu0 = np.asarray(mu0, dtype=float)
         if np.any(~(mu0 > 0.0)):

@@ -121,6 +121,15 @@ def stick_slip(
     ------
     ArgumentError
         If the step or the number of cycles is not positive, or a shape has fewer than two points.
+
+    Examples
+    --------
+    >>> from vibrissa import solve_curve
+    >>> scan = stick_slip(solve_curve(theta=2, eta=0.85), mu0=0.3, dx0=0.01, cycles=2)
+    >>> print(scan.footpoint)
+    [0.   0.01 0.02 0.03 0.04 0.05 0.06]
+    >>> print(scan.x1.round(4))
+    [0.4173 0.4173 0.4173 0.4473 0.4473 0.4473 0.4773]
     """
     if cycles < 1:
         raise ArgumentError(f"cycles must be at least 1, got {cycles}")

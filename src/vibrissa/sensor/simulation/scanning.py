@@ -220,8 +220,9 @@ def simulate(
     surface : Surface
     positions : ndarray
         Clamp positions (L), as from `path`; the scan begins in the α = 0 state.
-    law, kinetic_ratio
-        As in `vibrissa.sensor.scan`.
+    law : SlipLaw or str
+    kinetic_ratio : float
+        Both as in `vibrissa.sensor.scan`.
     progress : callable
         Told after each period how many steps are done.
 
