@@ -42,7 +42,7 @@ LEAST, LEAST_SINCE = 15, 1
 # Seconds of processor time, as recorded, of the tests for one mutant; what the fastest of them do
 # not notice counts as not noticed. Without the recording they take a third of that.
 BUDGET = 120.0
-# No test is given more seconds than this.
+# No test is given more seconds than this, on a quiet machine.
 LONGEST = 180.0
 # Libraries that the tests import, loaded once; each mutant's tests run in a fork of that process.
 # Nothing of the package itself: it is to be imported from the copy.
@@ -102,7 +102,9 @@ class Copy:
 
     def ask(self, tests: list[str], seconds: dict[str, float]) -> asking.Answer:
         """Run tests in a process of their own until one fails."""
-        limits = {test: min(10.0 + 5.0 * seconds[test], LONGEST) for test in tests}
+        # Where others work, too, a test is not slow because of the fault.
+        busy = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+        limits = {test: busy * min(10.0 + 5.0 * seconds[test], LONGEST) for test in tests}
         context = multiprocessing.get_context("forkserver")
         receiver, sender = context.Pipe(duplex=False)
         process = context.Process(target=asking.ask, args=(self.root, limits, sender), daemon=True)
