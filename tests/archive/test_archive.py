@@ -1,10 +1,12 @@
 """A study as one file, and whether it makes its results again."""
 
+import json
 import os
 import shutil
 import subprocess
 import sys
 import zipfile
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pyarrow as pa
@@ -48,6 +50,14 @@ def unpacked(packed, tmp_path):
     with zipfile.ZipFile(packed) as file:
         file.extractall(tmp_path / "a b")
     return tmp_path / "a b"
+
+
+def test_an_archive_says_to_the_second_when_it_was_made(unpacked):
+    graph = json.loads((unpacked / "ro-crate-metadata.json").read_text())["@graph"]
+    (root,) = [entity for entity in graph if entity["@id"] == "./"]
+    made = datetime.fromisoformat(root["datePublished"])
+    assert made.microsecond == 0 and made.utcoffset() == timedelta(0)
+    assert abs(datetime.now(UTC) - made) < timedelta(minutes=10)
 
 
 def test_an_archive_holds_what_makes_the_results(unpacked):
