@@ -79,7 +79,10 @@ def _of_stock(search: "_Search", any_size: Design) -> Design:
     asked, relaxed = any_size.requirements, any_size.relaxed
     sizes = near(asked.stock, any_size.diameter)
     tried = [replace(asked, diameter=(size, size), stock=()) for size in sizes]
-    bests = [search.refine(one, ROUNDS) for one in tried]
+    for one in tried:
+        search.refine(one, ROUNDS)
+    # Each among all pairs that are solved by now.
+    bests = [_best(one, search.pairs) for one in tried]
     costs = [best.deviation.min() for best in bests]
     chosen = int(np.argmin(costs))
     if not np.isfinite(costs[chosen]):
@@ -87,7 +90,6 @@ def _of_stock(search: "_Search", any_size: Design) -> Design:
         message = f"no rod of a stock diameter near the best ({shown} mm) keeps to all limits"
         return replace(any_size, status=DesignStatus.NONE, message=f"{message}; shown is the best")
     found = _result(tried[chosen], search.pairs, bests[chosen])
-    # Among all pairs that are solved by now.
     any_size = _result(asked, search.pairs, _best(asked, search.pairs))
     return replace(found, relaxed=relaxed, any_size=any_size)
 
