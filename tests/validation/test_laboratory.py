@@ -1,7 +1,10 @@
 """Recordings of the bench with mistakes: a few of those that `make laboratory` reads."""
 
+from dataclasses import replace
+
 import costs
 import laboratory
+import laboratory_table
 import numpy as np
 import pytest
 from bench import Bench, Friction, scan
@@ -27,7 +30,7 @@ def entry(title, said, seed, method):
     [("clamp inclined by 0.5°", "moment"), ("transducer turned by 1°", "forces")],
 )
 def test_a_mistake_within_its_tolerance_is_covered(title, method, seed):
-    for said in (Said.ENOUGH, Said.DRAWN):
+    for said in (Said.NOTHING, Said.ENOUGH):
         score = entry(title, said, seed, method)
         assert score.accepted and not score.silent
         assert score.covered > 0.8
@@ -87,29 +90,86 @@ def test_everything_is_drawn_at_once():
         assert (getattr(one, name) != getattr(Bench(), name)).all()
 
 
-def test_the_table_says_what_is_silently_wrong():
-    good = Score(read=True, doubted=False, bias=1e-4, half=1e-3, covered=0.95)
-    bad = Score(read=True, doubted=False, bias=-2e-3, half=1e-3, covered=0.0)
-    doubted = Score(read=True, doubted=True, bias=-2e-3, half=1e-3, covered=0.0)
-    refused = Score(read=False)
-    number = TITLES.index("E 5 % off")
-    scores = {
-        (number, said, seed): {Method.MOMENT: one}
-        for said, both in {
-            Said.NOTHING: (bad, doubted),
-            Said.ENOUGH: (good, good),
-            Said.DRAWN: (good, bad),
-            Said.LITTLE: (doubted, refused),
-        }.items()
-        for seed, one in enumerate(both)
+def test_each_way_of_a_row_is_judged_by_what_it_says():
+    rows = {row.title: row for row in ROWS}
+    off = rows["E 5 % off"]
+    assert [off.contained(said, Method.MOMENT) for said in Said] == [False, True, False]
+    assert rows["nothing"].contained(Said.NOTHING, Method.MOMENT)
+    assert rows["everything, drawn from what is assumed"].ways == [Said.NOTHING]
+    law = rows["law free, but slips are kinetic"]
+    assert law.contained(Said.ENOUGH, Method.MOMENT)
+    assert not law.contained(Said.ENOUGH, Method.SPACING)
+    assert Method.MOMENT not in rows["the same, no moment recorded"].methods
+
+
+GOOD = Score(read=True, doubted=False, bias=1e-4, half=1e-3, covered=0.95, shared=0.1)
+BAD = replace(GOOD, bias=-2e-3, covered=0.0)
+DOUBTED, REFUSED = replace(BAD, doubted=True), Score(read=False)
+
+
+@pytest.mark.parametrize(
+    ("said", "scores", "fails"),
+    [
+        (Said.ENOUGH, [GOOD] * 20, ()),
+        (Said.ENOUGH, [GOOD] * 10 + [BAD] * 10, ("covers too little",)),
+        # Two of twenty that are missed together are no surprise where all periods share the error.
+        (Said.ENOUGH, [replace(GOOD, covered=1.0, shared=1.0)] * 18 + [BAD] * 2, ()),
+        (Said.ENOUGH, [replace(GOOD, covered=0.9, shared=0.0)] * 20, ("covers too little",)),
+        (Said.ENOUGH, [GOOD] * 15 + [replace(GOOD, doubted=True)] * 5, ("doubted",)),
+        (Said.ENOUGH, [REFUSED] * 20, ("doubted",)),
+        (Said.LITTLE, [GOOD] * 10 + [DOUBTED] * 5 + [REFUSED] * 5, ()),
+        (Said.LITTLE, [DOUBTED] * 19 + [BAD], ()),
+        (Said.LITTLE, [DOUBTED] * 18 + [BAD] * 2, ("silently wrong",)),
+        (Said.NOTHING, [BAD] * 20, ("silently wrong",)),
+    ],
+)
+def test_a_line_fails_that_covers_too_little_or_is_silently_wrong(said, scores, fails):
+    row = ROWS[TITLES.index("E 5 % off")]
+    assert laboratory_table.judged(row, said, Method.MOMENT, scores).fails == fails
+
+
+def test_intervals_that_hold_the_truth_too_often_are_said_to():
+    row, scores = ROWS[0], [replace(GOOD, covered=1.0, shared=0.0)] * 20
+    found = laboratory_table.judged(row, Said.ENOUGH, Method.MOMENT, scores)
+    assert found.conservative and not found.fails
+
+
+def of_line(title, **ways):
+    """Scores by the moment, as of a run."""
+    number = TITLES.index(title)
+    return {
+        (number, Said(said), 7 + place): {Method.MOMENT: one}
+        for said, scores in ways.items()
+        for place, one in enumerate(scores)
     }
-    counted, *_, line, _, pooled = laboratory.table(scores)
-    assert counted.startswith("2 recordings for each entry, and 2 where")
-    assert (
-        "| E 5 % off | moment | +0.0000 | 0.0010 | 0 % | 1 doubted, **1 silently wrong** " in line
-    )
-    assert line.endswith("| 95 % | – | 48 % | **1 silently wrong** | 1 refused, 1 doubted |")
-    assert "47.5 ± 33.6 %" in pooled and "1 of 2 (nothing said)" in pooled
+
+
+def test_the_table_says_what_is_silently_wrong_and_fails(tmp_path):
+    bad = of_line("E 5 % off", nothing=(BAD, DOUBTED), enough=(GOOD, GOOD), little=(BAD, REFUSED))
+    good = of_line("nothing", nothing=(GOOD, GOOD), enough=(GOOD, GOOD))
+    counted, _, right, wrong, _, failing, _, pooled = laboratory_table.table(bad | good)
+    assert counted.startswith("2 recordings for each entry, with the seeds 7 to 8")
+    assert right.endswith("| pass |")
+    assert wrong.startswith("| E 5 % off | moment | +0.0000 | 0.0010 | 0 ± 5 % | 1 doubted, 1 sil")
+    assert wrong.endswith("**fails** (nothing: silently wrong, little: silently wrong) |")
+    assert failing == "1 of 2 lines fail."
+    assert "silently wrong: 1 of 4 (nothing said), 1 of 2 (a tenth)" in pooled
+    assert laboratory_table.passes(good) and not laboratory_table.passes(bad | good)
+    page = tmp_path / "page.md"
+    page.write_text("before\n<!-- table of make laboratory -->\nwhat was there\n<!-- end of the table -->\nx")
+    laboratory_table.written(page, good)
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("before\n") and text.endswith("-->\nx") and "what was there" not in text
+    assert "| nothing | moment |" in text
+
+
+def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
+    path = tmp_path / "new" / "scores.csv"
+    scores = of_line("E 5 % off", nothing=(BAD, DOUBTED), enough=(GOOD,), little=(REFUSED,))
+    assert laboratory.known_scores(path) == {}
+    for one, found in scores.items():
+        laboratory.keep(path, one, found)
+    assert str(laboratory.known_scores(path)) == str(scores)
 
 
 @pytest.mark.slow

@@ -13,9 +13,11 @@ from steel import recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.sensor import PeriodStatus, Recording, identify, surfaces
+from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.jumps import spans_of
+from vibrissa.sensor.identification.reading.carried import Carried
 from vibrissa.sensor.identification.without_rod import read_ratio
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
@@ -143,6 +145,11 @@ def test_few_samples_give_a_bound_and_no_number():
     assert np.isnan(found.mu0[unsure]).all() and np.isnan(found.high[unsure]).all()
 
 
+def errors_of(run, sizes):
+    """Errors of the readings with standard deviations of these sizes."""
+    return Carried.of(sizes, Bench.of(run, None, np.ones(3)))
+
+
 def test_tolerances_of_the_readings_are_a_common_error():
     run, _, _ = recorded(1)
     zero_x, zero_y, angle = 0.01, 0.02, np.deg2rad(0.3)
@@ -155,7 +162,7 @@ def test_tolerances_of_the_readings_are_a_common_error():
         "transducer_angle": angle * (1.0 + mu0**2),
     }
     for name, size in zip(expected, (zero_x, zero_y, angle), strict=True):
-        found = read_ratio(run, NOISE, {name: size})
+        found = read_ratio(run, NOISE, errors_of(run, {name: size}))
         shift = np.sqrt(found.common[known] ** 2 - plain.common[known] ** 2)
         assert shift == pytest.approx(expected[name], rel=0.03)
         assert found.mu0[known] == pytest.approx(mu0, abs=1e-3)
@@ -164,7 +171,8 @@ def test_tolerances_of_the_readings_are_a_common_error():
 def test_an_error_of_a_reading_is_within_its_tolerance():
     run, friction, _ = recorded(1)
     moved = replace(run, readings=run.readings + np.array([0.01, -0.01, 0.0]))
-    found = read_ratio(moved, NOISE, {"zero_force_x": 0.01, "zero_force_y": 0.01})
+    sizes = {"zero_force_x": 0.01, "zero_force_y": 0.01}
+    found = read_ratio(moved, NOISE, errors_of(run, sizes))
     error, deviation, inside = errors(found, friction)
     assert np.abs(errors(read_ratio(moved, NOISE), friction)[0]).mean() > 0.004
     assert inside.all() and np.abs(error / deviation).max() < 2.0
@@ -210,12 +218,13 @@ def test_no_rod_is_needed_and_results_are_in_si_units(tmp_path):
     run, _, _ = recorded(1)
     table(run).to_csv(tmp_path / "scan.csv", index=False)
     noise = ["--noise", "3 mN, 3 mN, 1 N*m", "--tolerance", "zero_force_x=2 mN"]
+    noise += ["--tolerance", "exact"]
     asked = ["identify", str(tmp_path / "scan.csv"), "--method", "ratio", *noise]
     shown = CliRunner().invoke(app, [*asked, "-o", str(tmp_path / "friction.csv")])
     assert shown.exit_code == 0, shown.output
     found = pd.read_csv(tmp_path / "friction.csv")
     limit = {"zero_force_x": 0.002 / plain_elastica.FORCE}
-    expected = read_ratio(run, NOISE, limit)
+    expected = read_ratio(run, NOISE, errors_of(run, limit))
     assert found["mu0 [1]"].to_numpy() == pytest.approx(expected.mu0, abs=1e-6, nan_ok=True)
     assert found["footpoint [m]"].to_numpy() == pytest.approx(0.1 * expected.footpoint)
     assert found["contact [m]"].isna().all()
@@ -226,7 +235,7 @@ def test_a_rod_that_is_given_changes_nothing():
     from vibrissa.sensor import Whisker
 
     wrong = Whisker(theta=5.0, eta=0.5)
-    found = identify(wrong, run, method="ratio", noise=NOISE).periods
+    found = identify(wrong, run, method="ratio", noise=NOISE, assume=False).periods
     assert found.mu0.tolist() == pytest.approx(read_ratio(run, NOISE).mu0.tolist(), nan_ok=True)
 
 

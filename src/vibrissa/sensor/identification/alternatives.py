@@ -162,8 +162,14 @@ def inclined(given: Branch, other: Branch, step: float) -> Alternative:
     def corrected(samples: Samples, size: float) -> Samples:
         x0 = other.clip(given.clip(samples.x0))
         height = -size * samples.clamp / step
-        # The contact stays where it is, but the place from which displacements count moves.
-        moved = replace(samples, clamp=samples.clamp + height * (other.x1_init - given.x1_init))
+        more = height * (other.demand(x0) - given.demand(x0))
+        moved = replace(
+            samples,
+            # The contact stays where it is, but the place from which displacements count moves.
+            clamp=samples.clamp + height * (other.x1_init - given.x1_init),
+            # At its own height a tip with this displacement needs another friction.
+            excess=more if samples.excess is None else samples.excess + more,
+        )
         return moved.without(height[:, None] * (other(x0) - given(x0)))
 
     return Alternative(name="stage_angle", step=STEP, corrected=corrected, odd=True)

@@ -11,24 +11,24 @@ from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.given.tolerances import read_tolerances
 from vibrissa.sensor.given.values import Given
+from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
 from vibrissa.sensor.identification.adjusting.fit import fit_rod
 from vibrissa.sensor.identification.adjusting.priors import Asked
+from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.alternatives import alternatives_to
 from vibrissa.sensor.identification.calibration import Unknown
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.preparing.settling import Told
+from vibrissa.sensor.identification.reading.carried import Carried, bearing_tolerances
 from vibrissa.sensor.identification.recording import (
     Method,
     Recording,
+    noise_of,
     read_recording,
     units_of,
 )
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.without_rod import (
-    TOLERANCES,
-    read_ratio,
-    read_ratio_tolerances,
-)
+from vibrissa.sensor.identification.without_rod import read_ratio
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, in_si
 from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
@@ -167,14 +167,10 @@ def identify(
             raise ArgumentError(
                 "the method ratio cannot estimate anything: give the zeros a tolerance"
             )
-        sizes = read_ratio_tolerances(tolerances or {}, units)
-        if whisker is not None:
-            stated = whisker.tolerances.items()
-            sizes = {name: size for name, size in stated if name in TOLERANCES} | sizes
         if not isinstance(recording, Recording):
             recording = read_recording(recording, units, method, sensor)
-        periods = read_ratio(recording, given, sizes)
-        return Identification(periods=periods, setup=None, units=units)
+        stated = {} if whisker is None else whisker.tolerances
+        return _without_rod(recording, units, given, sensor, stated, tolerances or {}, assume)
     if whisker is None:
         raise ArgumentError(
             f"the method {method} needs the rod: give theta and eta, or use the method ratio"
@@ -208,6 +204,40 @@ def identify(
         progress=lambda done: progress("identifying", done, size),
     )
     return Identification(periods=periods, units=units, **fit.result)
+
+
+def _without_rod(
+    recording: Recording,
+    units: Units,
+    noise: FloatArray | None,
+    transducer: Transducer | None,
+    stated: Mapping[str, float],
+    given: Mapping[str, Quantity],
+    assume: bool,
+) -> Identification:
+    """Read the friction as the ratio of the forces, with those tolerances that change it."""
+    known = noise_of(recording.readings) if noise is None else noise
+    sizes = bearing_tolerances(given, stated, units, known, assume)
+    errors = Carried.of(sizes, Bench.of(recording, transducer, units.channels))
+    tolerances = tuple(
+        Tolerance(
+            name=one.name,
+            of=one.of,
+            tolerance=float(size),
+            adjusted=0.0,
+            deviation=float(size),
+            wave=one.wave,
+            stated=one.of in {**stated, **given},
+        )
+        for one, size in zip(errors.components, errors.sizes, strict=True)
+    )
+    return Identification(
+        periods=read_ratio(recording, noise, errors),
+        setup=None,
+        units=units,
+        tolerances=tolerances,
+        covariance=np.diag(errors.sizes**2),
+    )
 
 
 def _tolerant(

@@ -191,6 +191,7 @@ def located(
         notes=recording.notes,
         interval=recording.interval,
         slipping=recording.slipping,
+        excess=recording.excess,
         row=np.arange(size),
         x0=np.empty(size),
         deviation=np.empty(size),

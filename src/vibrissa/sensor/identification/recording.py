@@ -111,6 +111,9 @@ class Recording(Batch):
         Usual time from one sample to the next (s); NaN if it is not known.
     slipping : Slipping or None
         None where slips are instantaneous and the readings do not lag.
+    excess : ndarray, shape (n,), or None
+        Friction that the tip needs more than the response says, on a stage that is nearly level;
+        None on one that is.
     """
 
     clamp: FloatArray
@@ -119,6 +122,7 @@ class Recording(Batch):
     notes: tuple[str, ...] = ()
     interval: float = np.nan
     slipping: Slipping | None = None
+    excess: FloatArray | None = None
 
     def without(self, offset: FloatArray) -> Self:
         """Take the offsets of the channels off the readings, shape (3,)."""
@@ -136,8 +140,9 @@ class Recording(Batch):
     def mirrored(self) -> Self:
         """Turn the recording of a tip behind the clamp into one of a tip ahead, or back."""
         slipping = None if self.slipping is None else self.slipping.mirrored()
+        excess = None if self.excess is None else -self.excess
         readings = self.readings * MIRROR
-        return replace(self, clamp=-self.clamp, readings=readings, slipping=slipping)
+        return replace(self, clamp=-self.clamp, readings=readings, slipping=slipping, excess=excess)
 
 
 def read_recording(

@@ -84,7 +84,7 @@ class Seen:
             gap=gap,
             gap_before=none,
             sign=np.where(gap == 0.0, np.sign(x0), np.sign(gap)),
-            base=none,
+            base=none if self.samples.excess is None else self.samples.excess[ends],
             ratio_deviation=none,
             lag_low=lag_low,
             lag_high=lag_high,

@@ -1,13 +1,9 @@
 """Friction of each period without a rod: the ratio of the forces at the onset of slip."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
-from vibrissa.sensor.given.tolerances import TOLERABLE
-from vibrissa.sensor.identification.adjusting.properties import PROPERTIES
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, checked_noise
 from vibrissa.sensor.identification.jumps import FALL, Spans, direction, spans_of, spikes
 from vibrissa.sensor.identification.misfit.doubts import (
@@ -19,6 +15,7 @@ from vibrissa.sensor.identification.misfit.doubts import (
     in_words,
     notes_of,
 )
+from vibrissa.sensor.identification.reading.carried import Carried
 from vibrissa.sensor.identification.reading.ratio import Onsets, read_onsets
 from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH, Summary
 from vibrissa.sensor.identification.recording import (
@@ -29,11 +26,8 @@ from vibrissa.sensor.identification.recording import (
     left_out,
     noise_of,
 )
-from vibrissa.sensor.quantities import Quantity, Units
 
 FORCES = USED[Method.RATIO]
-# What a tolerance may be of: errors of the readings that change the ratio of the forces.
-TOLERANCES = ("zero_force_x", "zero_force_y", "transducer_angle")
 # Places in a window, from its beginning to the last sample, where the ratio is looked at, and by
 # how many standard deviations it has been larger there if the tip has locked.
 PLACES = np.linspace(-1.0, 0.0, 9)
@@ -46,9 +40,7 @@ TURNED, PRESSED = 0.7, 0.85
 
 
 def read_ratio(
-    recording: Recording,
-    noise: FloatArray | None = None,
-    tolerances: Mapping[str, float] | None = None,
+    recording: Recording, noise: FloatArray | None = None, errors: Carried | None = None
 ) -> Periods:
     """Find the periods of sticking in a recording, and the friction of each, without a rod.
 
@@ -59,13 +51,14 @@ def read_ratio(
     noise : ndarray, shape (3,), optional
         Standard deviation of one reading of force_x, force_y and moment_z, of which the last is not
         used; estimated from the recording by default.
-    tolerances : mapping of str to float, optional
-        Standard deviations of errors of the readings, some of `TOLERANCES`, in the same units.
+    errors : Carried, optional
+        Of the readings, which all periods share; none by default.
 
     Returns
     -------
     Periods
-        Of an unknown contact and side: without a rod they are not known.
+        Of an unknown contact and side: without a rod they are not known. Their `effects` are those
+        of the errors of the readings.
 
     Raises
     ------
@@ -81,7 +74,13 @@ def read_ratio(
     _check_signs(clamp, forces, noise)
     spans = spans_of(clamp, forces[:, 0], noise[0])
     onsets = read_onsets(clamp, forces, noise, spans)
-    shifts = np.nan_to_num(_shifts(onsets, tolerances or {}))
+    effects = np.zeros((len(spans), 0))
+    shifts = np.full((len(spans), 1), np.nan_to_num(onsets.correction.common))
+    if errors is not None:
+        at_onset = onsets.fits.forces(0.5 * onsets.fits.gap[:, None])[..., 0].T
+        effects = errors.effects(at_onset, recording.take(spans.ends))
+        effects = np.nan_to_num(onsets.sign[:, None] * effects)
+        shifts = np.hstack([shifts, effects * errors.sizes])
     common = np.sqrt((shifts**2).sum(axis=1))
     found = onsets.summary(common)
     swung = _swung(clamp, forces, spans)
@@ -110,48 +109,12 @@ def read_ratio(
         high=np.where(known, found.high, np.nan),
         common=np.where(known, common, 0.0),
         by_step=np.where(known, onsets.fits.by_step, np.nan),
-        effects=np.zeros((len(spans), 0)),
+        effects=np.where(known, effects.T, 0.0).T,
         shifts=np.where(known, shifts.T, 0.0).T,
         grade=graded(reasons),
         doubt=in_words(reasons),
         notes=(*notes, *notes_of(reasons, first_line, last_line)),
     )
-
-
-def read_ratio_tolerances(given: Mapping[str, Quantity], units: Units) -> dict[str, float]:
-    """Read tolerances such as ``{"zero_force_x": "2 mN", "transducer_angle": "0.5 deg"}``.
-
-    Raises
-    ------
-    ArgumentError
-        If one does not change the ratio of the forces, is no such quantity, or not positive.
-    """
-    found = {}
-    for name, value in given.items():
-        if name not in TOLERANCES:
-            raise ArgumentError(
-                f"the method ratio uses no rod: a tolerance is of one of {', '.join(TOLERANCES)}, "
-                f"got {name!r}"
-            )
-        found[name] = float(units.read(value, TOLERABLE[name].kind, f"the tolerance of {name}"))
-        if not 0.0 < found[name] < np.inf:
-            raise ArgumentError(f"the tolerance of {name} must be positive, got {value!r}")
-    return found
-
-
-def _shifts(onsets: Onsets, tolerances: Mapping[str, float]) -> FloatArray:
-    """Shifts of μ0 by one standard deviation of each common error, shape (p, k).
-
-    The first is the error by the degree of the fits, the others are errors of the readings.
-    """
-    fx, fy = onsets.fits.forces(0.5 * onsets.fits.gap[:, None])[..., 0]
-    readings = np.stack([fx, fy, np.zeros_like(fx)], axis=1)
-    at_onset = Recording(clamp=fx, readings=readings, line=np.arange(len(fx)))
-    shifts = [np.full(len(fx), onsets.correction.common)]
-    for name, size in tolerances.items():
-        moved = PROPERTIES[name].recording(at_onset, size).readings
-        shifts.append(onsets.sign * (moved[:, 0] / moved[:, 1] - fx / fy))
-    return np.stack(shifts, axis=1)
 
 
 def _check_signs(clamp: FloatArray, forces: FloatArray, noise: FloatArray) -> None:

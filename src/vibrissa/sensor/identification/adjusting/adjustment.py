@@ -51,7 +51,8 @@ ROUNDS, RENEWED, SETTLED = 12, 3, 0.1
 PART = 0.1
 # A stage that is level but for a change of the height by this much along the recording (L) is
 # corrected to first order; otherwise the rod is solved at all heights.
-NEARLY_LEVEL = 2e-3
+# The spacing is read with a level stage alone, and corrected up to a larger change.
+NEARLY_LEVEL, LEVEL_AT_MOST = 4e-3, 1e-2
 STAGE = "stage_angle"
 # What `--estimate eta` and `--estimate offset` ask for, in the order of a setup's covariance.
 HEIGHT_AND_ZEROS = ("eta", "zero_force_x", "zero_force_y", "zero_moment_z")
@@ -133,6 +134,8 @@ class Prior:
         Names of those that were stated, and of those that are unknown.
     carried : frozenset of str
         Names of those that are not adjusted, but make what is read less certain.
+    level : bool
+        Whether the stage is to stay level, however its angle is adjusted.
     begin : mapping of str to float
         Where to begin; 0 by default.
     """
@@ -141,6 +144,7 @@ class Prior:
     stated: frozenset[str] = frozenset()
     estimated: frozenset[str] = frozenset()
     carried: frozenset[str] = frozenset()
+    level: bool = False
     begin: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -311,6 +315,8 @@ class _Fit:
         if len(part.off) > MOST_OFF * len(part.with_all().samples):
             return None
         sizes, scale = scores * self.sigma, np.outer(self.sigma, self.sigma)
+        if (np.abs(sizes[self._leans(scores)]) * self.reach > LEVEL_AT_MOST).any():
+            return None
         setup = replace(
             known_setup(branch, rod.eta),
             displaced=tuple(changes),
@@ -365,7 +371,8 @@ class _Fit:
         if self.whisker.mounting.stage_angle:
             return np.zeros(len(scores), dtype=bool)
         angle = np.array([one.name == STAGE for one in self.components])
-        return angle & (np.abs(scores * self.sigma) * self.reach < NEARLY_LEVEL)
+        rise = np.abs(scores * self.sigma) * self.reach
+        return angle & (self.prior.level | (rise < NEARLY_LEVEL))
 
     def _undone(
         self, scores: FloatArray, branch: Placed, changes: Sequence[Alternative]
@@ -383,7 +390,12 @@ class _Fit:
         for number in np.flatnonzero(self._leans(scores) & (sizes != 0.0)).tolist():
             samples = located(branch, undone, self.channels, np.zeros(3))
             corrected = changes[number].corrected(samples, float(sizes[number]))
-            undone = replace(undone, clamp=corrected.clamp, readings=corrected.readings)
+            undone = replace(
+                undone,
+                clamp=corrected.clamp,
+                readings=corrected.readings,
+                excess=corrected.excess,
+            )
         return replace(undone, readings=np.where(lost, np.nan, undone.readings))
 
     def _changes(self, rod: Whisker, branch: Placed) -> list[Alternative]:

@@ -105,9 +105,6 @@ def prior_of(
     # What comes before the swing would be adjusted alone, and friction after it is read with it: a
     # dragged tip is so much stiffer that what remains of the errors would not fit there.
     carried = {*OF_MOUNTING, *(set(sizes) - estimated)} if swings else set()
-    if asked.method is Method.SPACING and not whisker.mounting.stage_angle:
-        # It is read with a level stage alone.
-        carried.add("stage_angle")
     there = [bool(np.isfinite(column).all()) for column in recording.readings.T]
     return Prior(
         tolerances={
@@ -118,6 +115,7 @@ def prior_of(
         stated=frozenset(stated),
         estimated=estimated,
         carried=frozenset(carried),
+        level=asked.method is Method.SPACING,
         begin=begin,
     )
 

@@ -70,7 +70,7 @@ class ByForces(ByMoment):
         return replace(
             seen.last,
             deviation=np.zeros(len(fx)),
-            base=fx / fy - seen.ending.demand(seen.ending.clip(seen.last.travel)),
+            base=seen.last.base + fx / fy - seen.ending.demand(seen.ending.clip(seen.last.travel)),
             ratio_deviation=ratio_deviation(fx, fy, *seen.channels.noise),
         )
 

@@ -1,0 +1,194 @@
+"""Judge what was read from the recordings of `laboratory`, and write the table of the page.
+
+Where what is said allows for what is off, coverage is judged: of all stated intervals 93 to 99 %
+are to hold the truth. Its standard error is that over recordings. With the part r of the variance
+that all periods of a recording share it is at least √(0.95·0.05·r/n), as then all its intervals
+hold the truth together, or none. Otherwise silence is judged: at most one recording in twenty may
+be read without a doubt and with a mean error beyond half its stated interval.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from laboratory import ROWS, Said, sign_of
+from scipy.stats import binom
+
+from vibrissa.files import write_atomically
+
+BEGIN, END = "<!-- table of make laboratory -->", "<!-- end of the table -->"
+# Coverage that is stated, and between what it is to be.
+STATED, LOW, HIGH = 0.95, 0.93, 0.99
+# So many standard errors are allowed.
+ERRORS = 2.0
+# Part of the recordings that may be silently wrong; where all is said, that may be in doubt.
+SILENT = 0.05
+# A number of false alarms of a lower probability is too many.
+UNLIKELY = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """How the recordings of one entry were read by one method.
+
+    Attributes
+    ----------
+    covered, error : float
+        Part of the intervals that hold the truth, and its standard error; NaN where none is read.
+    fails : tuple of str
+        What is not as it should be.
+    conservative : bool
+        Whether the intervals hold the truth more often than they say.
+    """
+
+    covered: float
+    error: float
+    fails: tuple[str, ...] = ()
+    conservative: bool = False
+
+
+def judged(row, said, method, scores):
+    """Judge the scores of one entry, one for each seed."""
+    covered, error = _coverage(scores)
+    if not row.contained(said, method):
+        silent = sum(one.silent for one in scores)
+        many = silent > SILENT * len(scores)
+        return Judged(covered=covered, error=error, fails=("silently wrong",) * many)
+    noticed = sum(not one.accepted for one in scores)
+    alarms = binom.sf(noticed - 1, len(scores), SILENT) < UNLIKELY
+    fails = ("doubted",) * bool(alarms)
+    fails += ("covers too little",) * bool(covered + ERRORS * error < LOW)
+    conservative = bool(covered - ERRORS * error > HIGH)
+    return Judged(covered=covered, error=error, fails=fails, conservative=conservative)
+
+
+def _coverage(scores):
+    """Coverage and its standard error over recordings."""
+    some = [one for one in scores if one.read]
+    if not some:
+        return np.nan, np.nan
+    covered = np.array([one.covered for one in some])
+    shared = np.mean([one.shared for one in some])
+    variance = max(covered.var(ddof=min(1, len(some) - 1)), STATED * (1.0 - STATED) * shared)
+    return float(covered.mean()), float(np.sqrt(variance / len(some)))
+
+
+def by_line(scores):
+    """Scores in the order of their seeds, by row and method and then by what was said."""
+    found = {}
+    for (number, said, seed), of_methods in sorted(scores.items(), key=lambda one: one[0][2]):
+        for method, one in of_methods.items():
+            ways = found.setdefault((number, method), {})
+            ways.setdefault(said, {})[seed] = one
+    return dict(sorted(found.items(), key=lambda item: item[0][0]))
+
+
+def passes(scores):
+    """Tell whether no line fails."""
+    return all(_verdict(*line, ways) == PASS for line, ways in by_line(scores).items())
+
+
+PASS = "pass"
+
+
+def _verdict(number, method, ways):
+    """Say what fails in a line of the table."""
+    found = [
+        f"{said}: {why}"
+        for said, scores in sorted(ways.items(), key=lambda item: list(Said).index(item[0]))
+        for why in judged(ROWS[number], said, method, list(scores.values())).fails
+    ]
+    return f"**fails** ({', '.join(found)})" if found else PASS
+
+
+HEADER = (
+    "| what is off | method | nothing said: bias | 95 % ± | covered | noticed "
+    "| enough: bias | 95 % ± | covered | noticed | a tenth: noticed | verdict |\n"
+    + "| --- " * 12
+    + "|"
+)
+
+
+def table(scores):
+    """Lines of the page: a line for each row and method, and what they show together.
+
+    Parameters
+    ----------
+    scores : mapping
+        From (row, what is said, seed) to a `Score` for each method.
+    """
+    lines = by_line(scores)
+    seeds = sorted({seed for _, _, seed in scores})
+    yield f"{len(seeds)} recordings for each entry, with the seeds {seeds[0]} to {seeds[-1]}.\n"
+    yield HEADER
+    for (number, method), ways in lines.items():
+        yield _shown(number, method, ways)
+    yield ""
+    failing = sum(_verdict(*line, ways) != PASS for line, ways in lines.items())
+    yield f"{failing} of {len(lines)} lines fail."
+    yield ""
+    for method in dict.fromkeys(method for _, method in lines):
+        yield _pooled(lines, method)
+
+
+def _shown(number, method, ways):
+    """One line of the table in Markdown."""
+    cells = [ROWS[number].title, str(method)]
+    for said in (Said.NOTHING, Said.ENOUGH):
+        if said not in ways:
+            cells += [""] * 4
+            continue
+        scores = list(ways[said].values())
+        found = judged(ROWS[number], said, method, scores)
+        more = ", more than it says" if found.conservative else ""
+        shown = f"{100.0 * found.covered:.0f} ± {100.0 * found.error:.0f} %{more}"
+        cells += [*_biased(ways[said], said), shown if np.isfinite(found.covered) else "–"]
+        cells.append(_noticed(scores))
+    cells.append(_noticed(ways[Said.LITTLE].values()) if Said.LITTLE in ways else "")
+    return f"| {' | '.join([*cells, _verdict(number, method, ways)])} |"
+
+
+def _biased(scores, said):
+    """Bias in the direction of the mistake, where that has one, and half of the 95 %."""
+    some = {seed: one for seed, one in scores.items() if one.read}
+    if not some:
+        return "–", "–"
+    signs = [1.0 if said is Said.ENOUGH else sign_of(seed) for seed in some]
+    bias = np.mean([sign * one.bias for sign, one in zip(signs, some.values(), strict=True)])
+    return f"{bias:+.4f}", f"{np.mean([one.half for one in some.values()]):.4f}"
+
+
+def _noticed(scores):
+    """How many are refused, doubted and silently wrong."""
+    refused = sum(not one.read for one in scores)
+    doubted = sum(one.read and one.doubted for one in scores)
+    silent = sum(one.silent for one in scores)
+    parts = [f"{refused} refused" * bool(refused), f"{doubted} doubted" * bool(doubted)]
+    parts.append(f"{silent} silently wrong" * bool(silent))
+    return ", ".join(filter(None, parts)) or "–"
+
+
+def _pooled(lines, method):
+    """Say what all rows show of one method, with the standard error over recordings."""
+    scores = {said: [] for said in Said}
+    for (number, own), ways in lines.items():
+        for said, of_seeds in ways.items():
+            if own == method and (said is not Said.ENOUGH or ROWS[number].contained(said, method)):
+                scores[said] += of_seeds.values()
+    covered, error = _coverage(scores[Said.ENOUGH])
+    silent = ", ".join(
+        f"{sum(one.silent for one in scores[said])} of {len(scores[said])} ({name})"
+        for said, name in ((Said.NOTHING, "nothing said"), (Said.LITTLE, "a tenth"))
+    )
+    return (
+        f"- `{method}`: {100.0 * covered:.1f} ± {100.0 * error:.1f} % of the intervals hold the "
+        f"truth where enough is said; silently wrong: {silent}."
+    )
+
+
+def written(page, scores):
+    """Write the table into a page."""
+    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
+    after = rest.partition(END)[2]
+    text = "\n".join(table(scores))
+    with write_atomically(page) as temporary:
+        temporary.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
