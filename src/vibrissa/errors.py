@@ -76,6 +76,10 @@ class UndeterminedError(RecordingError):
     """A recording that does not determine what is to be estimated from it."""
 
 
+class WrongRodError(RecordingError):
+    """A recording whose readings are not those of the rod that was given."""
+
+
 class NoResponseError(ArgumentError):
     """A rod whose response was not found, or not found where the clamp pulls."""
 

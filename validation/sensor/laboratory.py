@@ -35,7 +35,6 @@ from mistakes import (
 from vibrissa.errors import VibrissaError
 from vibrissa.sensor import Method, PeriodStatus, SlipLaw, Whisker, identify
 from vibrissa.sensor.given.tolerances import assumed_tolerances
-from vibrissa.sensor.identification.reading.carried import BEARING
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS
 STEP, WAY = 2e-4, 0.2
@@ -160,6 +159,12 @@ ROWS = (
     ),
     _one("κ 0.05 off", "kinetic_ratio", 0.05),
     Row(title="κ is not given", sizes={}, kinetic_ratio=None),
+    Row(
+        title="κ is not given, and the tip slips while the stage moves",
+        sizes={},
+        kinetic_ratio=None,
+        on_the_way=True,
+    ),
     Row(title="law free, but slips are kinetic", sizes={}, law=SlipLaw.FREE),
     Row(title="tip slips while the stage moves", sizes={}, on_the_way=True),
 )
@@ -181,6 +186,8 @@ class Score:
         Part of the intervals that hold the true friction.
     shared : float
         Part of the stated variance that all periods share.
+    periods : int
+        How many frictions there are.
     """
 
     read: bool
@@ -189,6 +196,7 @@ class Score:
     half: float = np.nan
     covered: float = np.nan
     shared: float = np.nan
+    periods: int = 0
 
     @property
     def accepted(self):
@@ -240,12 +248,7 @@ def believed():
 def read(frame, row, said, method):
     """Read a recording as a laboratory does."""
     part = {Said.NOTHING: 0.0, Said.LITTLE: 0.1}.get(said, 1.0)
-    stated = {
-        name: part * abs(size)
-        for name, size in row.tolerances.items()
-        # The ratio of forces takes those alone that change it.
-        if part and (method is not Method.RATIO or name in BEARING)
-    }
+    stated = {name: part * abs(size) for name, size in row.tolerances.items() if part}
     return identify(
         believed(),
         frame,
@@ -277,6 +280,7 @@ def scored(frame, truth, row, said, method):
         half=float(np.mean(0.5 * (high - low))),
         covered=float(np.mean((low <= mu0) & (mu0 <= high))),
         shared=float(np.mean(periods.common[known] ** 2 / periods.deviation[known] ** 2)),
+        periods=int(known.sum()),
     )
 
 
@@ -305,8 +309,10 @@ def known_scores(path):
         for line in csv.DictReader(file):
             entry = numbers.get(line["row"]), Said(line["said"]), int(line["seed"])
             flags = {name: line[name] == "True" for name in ("read", "doubted")}
-            values = {name: float(line[name]) for name in FIELDS[6:]}
-            found.setdefault(entry, {})[Method(line["method"])] = Score(**flags, **values)
+            values = {name: float(line[name]) for name in FIELDS[6:-1]}
+            found.setdefault(entry, {})[Method(line["method"])] = Score(
+                **flags, **values, periods=int(line["periods"])
+            )
     return {entry: scores for entry, scores in found.items() if entry[0] is not None}
 
 
@@ -373,13 +379,14 @@ def _prepared():
     # All believe in the same rod, and most mistakes are none of the rod.
     branch = import_module("vibrissa.sensor.response.branch")
     branch.respond = lru_cache(maxsize=8)(branch.respond)
-    module = import_module("vibrissa.sensor.identification.identify")
+    module = import_module("vibrissa.sensor.identification.both")
     fitted, last = module.fit_rod, {}
 
     def once(rod, recording, given, transducer, asked, progress):
         # That of the spacing carries κ in addition, which changes nothing for the others.
         asked = replace(asked, method=Method.SPACING)
-        key = recording.readings.tobytes(), asked, *sorted(rod.tolerances.items())
+        sizes = sorted(rod.tolerances.items())
+        key = recording.readings.tobytes(), asked.law, asked.assume, *sizes
         if key not in last:
             last.clear()
             last[key] = fitted(rod, recording, given, transducer, asked, progress)

@@ -1,10 +1,11 @@
 """Judge what was read from the recordings of `laboratory`, and write the table of the page.
 
 Where what is said allows for what is off, coverage is judged: of all stated intervals 93 to 99 %
-are to hold the truth. Its standard error is that over recordings. With the part r of the variance
-that all periods of a recording share it is at least √(0.95·0.05·r/n), as then all its intervals
-hold the truth together, or none. Otherwise silence is judged: at most one recording in twenty may
-be read without a doubt and with a mean error beyond half its stated interval.
+are to hold the truth. Its standard error is that over the n recordings. With the part r of the
+variance that all p periods of a recording share it is at least √(0.95·0.05·(r + (1 − r)/p)/n): what
+they share makes all their intervals hold the truth together, or none. Otherwise silence is judged:
+at most one recording in twenty may be read without a doubt and with a mean error beyond half its
+stated interval.
 """
 
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ def _coverage(scores):
     if not some:
         return np.nan, np.nan
     covered = np.array([one.covered for one in some])
-    shared = np.mean([one.shared for one in some])
+    shared = np.mean([one.shared + (1.0 - one.shared) / max(one.periods, 1) for one in some])
     variance = max(covered.var(ddof=min(1, len(some) - 1)), STATED * (1.0 - STATED) * shared)
     return float(covered.mean()), float(np.sqrt(variance / len(some)))
 
@@ -141,18 +142,22 @@ def _shown(number, method, ways):
         found = judged(ROWS[number], said, method, scores)
         more = ", more than it says" if found.conservative else ""
         shown = f"{100.0 * found.covered:.0f} ± {100.0 * found.error:.0f} %{more}"
-        cells += [*_biased(ways[said], said), shown if np.isfinite(found.covered) else "–"]
+        cells += [
+            *_biased(ROWS[number], ways[said], said),
+            shown if np.isfinite(found.covered) else "–",
+        ]
         cells.append(_noticed(scores))
     cells.append(_noticed(ways[Said.LITTLE].values()) if Said.LITTLE in ways else "")
     return f"| {' | '.join([*cells, _verdict(number, method, ways)])} |"
 
 
-def _biased(scores, said):
+def _biased(row, scores, said):
     """Bias in the direction of the mistake, where that has one, and half of the 95 %."""
     some = {seed: one for seed, one in scores.items() if one.read}
     if not some:
         return "–", "–"
-    signs = [1.0 if said is Said.ENOUGH else sign_of(seed) for seed in some]
+    both = said is not Said.ENOUGH and row.tolerances
+    signs = [sign_of(seed) if both else 1.0 for seed in some]
     bias = np.mean([sign * one.bias for sign, one in zip(signs, some.values(), strict=True)])
     return f"{bias:+.4f}", f"{np.mean([one.half for one in some.values()]):.4f}"
 

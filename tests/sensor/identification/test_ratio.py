@@ -16,8 +16,8 @@ from vibrissa.sensor import PeriodStatus, Recording, identify, surfaces
 from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.jumps import spans_of
 from vibrissa.sensor.identification.reading.carried import Carried
+from vibrissa.sensor.identification.reading.jumps import spans_of
 from vibrissa.sensor.identification.without_rod import read_ratio
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate

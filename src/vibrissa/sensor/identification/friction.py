@@ -7,10 +7,10 @@ from enum import StrEnum
 
 import numpy as np
 
-from vibrissa.errors import RecordingError
+from vibrissa.errors import RecordingError, WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.alternatives import Alternative, of_readings
+from vibrissa.sensor.identification.alternatives import STEP, Alternative, of_readings
 from vibrissa.sensor.identification.calibration import Setup, principal_axes
 from vibrissa.sensor.identification.misfit.doubts import (
     Doubt,
@@ -22,10 +22,17 @@ from vibrissa.sensor.identification.misfit.doubts import (
     notes_of,
 )
 from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
-from vibrissa.sensor.identification.misfit.law import off_law, remaining_part
+from vibrissa.sensor.identification.misfit.law import apart, remaining_part
 from vibrissa.sensor.identification.misfit.mixups import mixups
 from vibrissa.sensor.identification.periods import LEAST_NOISE, Channels
-from vibrissa.sensor.identification.reading.methods import ByMoment, reader_of
+from vibrissa.sensor.identification.reading.kinetic import KineticRatio, ratio_after_slips
+from vibrissa.sensor.identification.reading.methods import (
+    AT_REST,
+    ON_THE_WAY,
+    ByMoment,
+    BySpacing,
+    reader_of,
+)
 from vibrissa.sensor.identification.reading.uncertainty import (
     CENTRE,
     HALF_WIDTH,
@@ -128,6 +135,9 @@ class Periods(Batch):
         What may be other than it was given, the likeliest first; none where the recording fits.
     mixed : tuple of str
         Mix-ups of axes, signs or units with which it would fit better.
+    kinetic : KineticRatio or None
+        The ratio of the frictions, where the states after slips have told it; the last of the
+        `effects` is of its error.
     """
 
     status: StrArray
@@ -152,6 +162,7 @@ class Periods(Batch):
     goodness: Goodness | None = None
     causes: tuple[Cause, ...] = ()
     mixed: tuple[str, ...] = ()
+    kinetic: KineticRatio | None = None
 
     def __repr__(self) -> str:
         """Say how many there are of each status."""
@@ -213,7 +224,19 @@ def find_periods(
     parts = parts_of(setup, recording, channels, progress)
     _check_states(parts, recording, channels, noise, alternatives, units)
     notes = recording.notes + _left_out(parts)
-    read = [_read(part, channels, reader) for part in parts if len(part.samples)]
+    parts = [part for part in parts if len(part.samples)]
+    kinetic = None
+    if isinstance(reader, BySpacing) and reader.estimates_ratio:
+        # Those of a tip that slips while the stage moves differ by parts of a step; their mean is
+        # in the ratio.
+        reader = replace(reader, early=ON_THE_WAY)
+        kinetic = ratio_after_slips(parts[0].seen(channels))
+        parts = [replace(one, setup=_with_ratio(one.setup, kinetic)) for one in parts]
+        notes += (
+            f"kinetic_ratio = {kinetic.value:.3f} ± {kinetic.deviation:.2g}, by the states after "
+            "slips",
+        )
+    read = [_read(part, channels, reader) for part in parts]
     found = Periods.concatenate([periods for periods, _ in read])
     seen = [each for _, each in read]
     first, *others = [doubts(one, noise, channels.used) for one in seen]
@@ -223,16 +246,20 @@ def find_periods(
     every = np.ones(len(found), dtype=bool)
     reasons.append(Doubted(doubt=Doubt.WHOLE, periods=every & (not goodness.fits)))
     reasons += [Doubted(doubt=why, channel=what, periods=every) for why, what in doubtful]
-    if reader.from_slip and law is not None:
-        by_states = [_read(one, channels, ByMoment())[0] for one in parts if len(one.samples)]
-        states = Periods.concatenate(by_states)
-        if off_law(found, states, setup.shared):
+    if isinstance(reader, BySpacing) and law is not None:
+        states = Periods.concatenate([_read(one, channels, ByMoment())[0] for one in parts])
+        told = apart(found, states, parts[0].setup.shared)
+        if kinetic is None and law != SlipLaw.ENERGY and told.early != AT_REST:
+            other = replace(reader, early=told.early)
+            found = Periods.concatenate([_read(one, channels, other)[0] for one in parts])
+        if told.off_law:
             reasons.append(Doubted(doubt=Doubt.LAW, periods=every))
             needed = [one.states.demand(one.x0)[one.periods.begins] for one in seen]
             part = remaining_part(np.concatenate(needed), states.mu0)
             notes += (f"after its slips the tip needs {part:.3f} of its friction (kinetic_ratio)",)
     return replace(
         found,
+        kinetic=kinetic,
         grade=graded(reasons),
         doubt=in_words(reasons),
         notes=(*notes, *notes_of(reasons, found.first_line, found.last_line)),
@@ -240,6 +267,17 @@ def find_periods(
         causes=() if goodness.fits else likeliest(whole[0], alternatives(), goodness),
         mixed=() if goodness.fits else mixups(setup, recording, whole[0].channels, MOST_OFF),
     )
+
+
+def _with_ratio(setup: Setup, kinetic: KineticRatio) -> Setup:
+    """Let the error of the kinetic ratio be one that all periods share, the last one."""
+    number = len(setup.displaced)
+    shared = np.zeros((number + 1, number + 1))
+    shared[:number, :number] = np.eye(number) if setup.shared is None else setup.shared
+    shared[number, number] = kinetic.deviation**2
+    step = kinetic.deviation or STEP
+    more = Alternative(name="kinetic_ratio", step=step, kinetic_ratio=step)
+    return replace(setup, displaced=(*setup.displaced, more), shared=shared)
 
 
 def _tested(seen: Seen, noise: FloatArray) -> Seen:
@@ -345,16 +383,16 @@ def _check_states(
         return
     said = (
         f"{len(off)} of {size} samples are no state of this rod, first in line {off[0]}: check "
-        "rod, height, units, zero and noise; the method ratio needs no rod"
+        "rod, height, units, zero and noise"
     )
     setup = parts[0].setup
     every = Channels.recorded(recording, noise)
     if mixed := mixups(setup, recording, every, MOST_OFF):
-        raise RecordingError(f"{said}. They would be with {mixed[0]}")
+        raise WrongRodError(f"{said}. They would be with {mixed[0]}")
     whole = parts[0].with_all().seen(channels).by(every)
     causes = likeliest(whole, alternatives(), Goodness.of([whole], 0, noise_is_given=True))
     likely = [cause.spelled(units) for cause in causes[:NAMED] if cause.explained > EXPLAINS]
-    raise RecordingError(f"{said}. Likely: {', or '.join(likely)}" if likely else said)
+    raise WrongRodError(f"{said}. Likely: {', or '.join(likely)}" if likely else said)
 
 
 def _left_out(parts: Sequence[Part]) -> tuple[str, ...]:

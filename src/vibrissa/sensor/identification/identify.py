@@ -9,15 +9,17 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.given.tolerances import read_tolerances
+from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.given.values import Given
-from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
-from vibrissa.sensor.identification.adjusting.fit import fit_rod
 from vibrissa.sensor.identification.adjusting.priors import Asked
 from vibrissa.sensor.identification.adjusting.properties import Bench
-from vibrissa.sensor.identification.alternatives import alternatives_to
+from vibrissa.sensor.identification.both import (
+    WithoutRod,
+    WithRod,
+    model_beside_ratio,
+    ratio_beside_model,
+)
 from vibrissa.sensor.identification.calibration import Unknown
-from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.preparing.settling import Told
 from vibrissa.sensor.identification.reading.carried import Carried, bearing_tolerances
 from vibrissa.sensor.identification.recording import (
@@ -28,7 +30,6 @@ from vibrissa.sensor.identification.recording import (
     units_of,
 )
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.without_rod import read_ratio
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, in_si
 from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
@@ -124,7 +125,8 @@ def identify(
     law : SlipLaw, optional
         Where slips end, for the spacing; without it bounds are found that hold for all laws.
     kinetic_ratio : str or number, optional
-        μk/μ0, for the spacing with the law ``kinetic`` or ``energy``; ``"0.8 ± 0.03"``.
+        μk/μ0, for the spacing with the law ``kinetic`` or ``energy``; ``"0.8 ± 0.03"``. Without
+        it the states after kinetic slips tell it.
     estimate : sequence of str
         What is not known, and estimated from the recording: ``eta`` near the given height,
         ``offset`` of all channels, or names of tolerances.
@@ -162,82 +164,49 @@ def identify(
     units = _units(whisker, recording, method)
     sensor = transducer_of(transducer, units)
     given = _noise(noise, sensor, units)
-    if method is Method.RATIO:
-        if estimate:
-            raise ArgumentError(
-                "the method ratio cannot estimate anything: give the zeros a tolerance"
-            )
-        if not isinstance(recording, Recording):
-            recording = read_recording(recording, units, method, sensor)
-        stated = {} if whisker is None else whisker.tolerances
-        return _without_rod(recording, units, given, sensor, stated, tolerances or {}, assume)
-    if whisker is None:
+    if method is Method.RATIO and estimate:
+        raise ArgumentError("the method ratio cannot estimate anything: give the zeros a tolerance")
+    if method is not Method.RATIO and whisker is None:
         raise ArgumentError(
             f"the method {method} needs the rod: give theta and eta, or use the method ratio"
         )
-    ratio, whisker = _tolerant(whisker, kinetic_ratio, tolerances or {})
+    if not isinstance(recording, Recording):
+        recording = read_recording(recording, units, method, sensor)
+    known = noise_of(recording.readings) if given is None else given
+    ratio = None
+    if whisker is None:
+        sizes = bearing_tolerances(tolerances or {}, units, known, assume)
+        stated = frozenset(tolerances or {})
+    else:
+        ratio, whisker = _tolerant(whisker, kinetic_ratio, tolerances or {})
+        assumed = assumed_tolerances(units, known) if assume else {}
+        sizes, stated = {**assumed, **whisker.tolerances}, frozenset(whisker.tolerances)
+    errors = Carried.of(sizes, Bench.of(recording, sensor, units.channels))
+    alone = WithoutRod(recording=recording, noise=given, errors=errors, stated=stated, units=units)
+    if whisker is None or (method is Method.RATIO and whisker.units != units):
+        return alone.read()
     asked = Asked(
         method=method,
         law=None if law is None else chosen(SlipLaw, law, "law"),
         estimate=tuple(estimate),
         assume=assume,
+        ratio_given=ratio is not None,
     )
-    if not isinstance(recording, Recording):
-        recording = read_recording(recording, units, asked.method, sensor)
-    told = _told(recording, slip_time, delay)
-    fit = fit_rod(whisker, recording, given, sensor, asked, progress)
-    kept = fit.settled(recording, told)
-    if kept is not recording:
-        fit = fit_rod(whisker, kept, given, sensor, asked, progress)
-    size = len(fit.recording)
-    periods = find_periods(
-        fit.setup,
-        fit.recording,
-        fit.noise,
-        method=method,
-        step=None if step is None else float(units.read(step, Kind.LENGTH, "step")),
-        law=law,
+    with_rod = WithRod(
+        whisker=whisker,
+        recording=recording,
+        noise=given,
+        transducer=sensor,
+        asked=asked,
         kinetic_ratio=ratio,
-        alternatives=lambda: alternatives_to(fit.whisker, lambda other: fit.solver.quick(other)[0]),
-        doubtful=fit.doubtful,
+        step=None if step is None else float(units.read(step, Kind.LENGTH, "step")),
+        told=_told(recording, slip_time, delay),
         units=units,
-        progress=lambda done: progress("identifying", done, size),
+        progress=progress,
     )
-    return Identification(periods=periods, units=units, **fit.result)
-
-
-def _without_rod(
-    recording: Recording,
-    units: Units,
-    noise: FloatArray | None,
-    transducer: Transducer | None,
-    stated: Mapping[str, float],
-    given: Mapping[str, Quantity],
-    assume: bool,
-) -> Identification:
-    """Read the friction as the ratio of the forces, with those tolerances that change it."""
-    known = noise_of(recording.readings) if noise is None else noise
-    sizes = bearing_tolerances(given, stated, units, known, assume)
-    errors = Carried.of(sizes, Bench.of(recording, transducer, units.channels))
-    tolerances = tuple(
-        Tolerance(
-            name=one.name,
-            of=one.of,
-            tolerance=float(size),
-            adjusted=0.0,
-            deviation=float(size),
-            wave=one.wave,
-            stated=one.of in {**stated, **given},
-        )
-        for one, size in zip(errors.components, errors.sizes, strict=True)
-    )
-    return Identification(
-        periods=read_ratio(recording, noise, errors),
-        setup=None,
-        units=units,
-        tolerances=tolerances,
-        covariance=np.diag(errors.sizes**2),
-    )
+    if method is Method.RATIO:
+        return ratio_beside_model(alone, with_rod)
+    return model_beside_ratio(with_rod, alone)
 
 
 def _tolerant(

@@ -10,6 +10,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
 from vibrissa.sensor.identification.calibration import Setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus
+from vibrissa.sensor.identification.misfit.beside import Beside
 from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.identification.summary import NAMED, FrictionSummary, summary_of
 from vibrissa.sensor.quantities import Kind, Units
@@ -31,6 +32,8 @@ class Identification(Tabular):
     setup : Setup or None
         Height and offsets, with their covariance if they were estimated; None without a rod.
     units : Units
+    beside : Beside or None
+        The friction by the ratio of the forces; None where both forces and a rod are not given.
     tolerances : tuple of Tolerance
         What was adjusted, and how well it is known now.
     covariance : ndarray, shape (k, k)
@@ -40,6 +43,7 @@ class Identification(Tabular):
     periods: Periods
     setup: Setup | None
     units: Units
+    beside: Beside | None = None
     tolerances: tuple[Tolerance, ...] = ()
     covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
@@ -88,6 +92,7 @@ class Identification(Tabular):
             self.periods,
             unknowns=("tolerances, and how the forces curve",) if self.setup is None else unknowns,
             causes=(self.periods.mixed or tuple(causes))[:NAMED],
+            beside=self.beside,
         )
 
     def __repr__(self) -> str:
@@ -100,6 +105,16 @@ class Identification(Tabular):
         from vibrissa.sensor import plots
 
         return plots.friction_map(self.periods, self.units)
+
+    @property
+    def _by_ratio(self) -> tuple[FloatArray, FloatArray]:
+        """Friction by the ratio of the forces and its deviation, NaN where it was not read."""
+        if self.setup is None:
+            return self.periods.mu0, self.periods.deviation
+        if self.beside is None:
+            none = np.full(len(self.periods), np.nan)
+            return none, none
+        return self.beside.ratio, self.beside.deviation
 
     def columns(self) -> dict[str, Column]:
         """One row for each period, with units."""
@@ -117,6 +132,8 @@ class Identification(Tabular):
             "high": Column(periods.high, "1", "upper end of its central 95 %"),
             "common": Column(periods.common, "1", "part of it that all periods share"),
             "by_step": Column(periods.by_step, "1", "part of it by the step of the stage"),
+            "mu0_ratio": Column(self._by_ratio[0], "1", "static friction by the ratio of forces"),
+            "deviation_ratio": Column(self._by_ratio[1], "1", "its standard deviation"),
             "first_line": Column(periods.first_line, "1", "line of the first sample"),
             "last_line": Column(periods.last_line, "1", "line of the last sample"),
             "grade": Column(periods.grade, "", f"{', '.join(Grade)}; empty without a doubt"),

@@ -32,6 +32,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus
+from vibrissa.sensor.identification.misfit.beside import Beside
 from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.identification.misfit.goodness import LEVEL, Goodness
 from vibrissa.sensor.identification.reading.uncertainty import COVERAGE
@@ -88,6 +89,8 @@ class FrictionSummary:
         Whether the recording as a whole fits what was given.
     causes : tuple of str
         What may be other than it was given, if it does not.
+    beside : Beside or None
+        The model of the rod beside the ratio of the forces.
     """
 
     mean: float = np.nan
@@ -107,6 +110,7 @@ class FrictionSummary:
     wrong: int = 0
     goodness: Goodness | None = None
     causes: tuple[str, ...] = ()
+    beside: Beside | None = None
 
     @property
     def deviation(self) -> float:
@@ -138,6 +142,8 @@ class FrictionSummary:
         elif self.doubtful:
             are = "is" if self.doubtful == 1 else "are"
             yield f"{self.doubtful} of them {are} in doubt: see the columns grade and doubt"
+        if self.beside is not None and self.beside.compared:
+            yield self._compared(self.beside)
         if self.degrees:
             yield self._surface()
         shown = {source: part for source, part in self.sources.items() if part >= SHOWN}
@@ -157,6 +163,11 @@ class FrictionSummary:
         for text in self.causes:
             yield f"  {text}"
 
+    def _compared(self, beside: Beside) -> str:
+        said = "they agree" if beside.agrees else "they disagree: one of them is wrong"
+        of = f"the model of the rod and the ratio of the forces differ {beside.size}"
+        return f"{of} in {counted(beside.number, 'period')}: {said}"
+
     def _surface(self) -> str:
         test = f"chi2 of the means: {self.chi2:.4g}, {self.degrees} degrees of freedom"
         if self.varies:
@@ -165,7 +176,10 @@ class FrictionSummary:
 
 
 def summary_of(
-    periods: Periods, unknowns: Sequence[str] = (), causes: tuple[str, ...] = ()
+    periods: Periods,
+    unknowns: Sequence[str] = (),
+    causes: tuple[str, ...] = (),
+    beside: Beside | None = None,
 ) -> FrictionSummary:
     """Summarise the friction of some periods.
 
@@ -176,6 +190,7 @@ def summary_of(
         What is not known exactly of the setup.
     causes : tuple of str
         What may be other than it was given, if the recording does not fit.
+    beside : Beside, optional
 
     Returns
     -------
@@ -195,6 +210,7 @@ def summary_of(
         left={why: others.count(why) for why in sorted(set(others))},
         goodness=periods.goodness,
         causes=causes,
+        beside=beside,
     )
     return _with_mean(known, periods.take(used), unknowns) if used.any() else known
 

@@ -5,7 +5,6 @@ import numpy as np
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, checked_noise
-from vibrissa.sensor.identification.jumps import FALL, Spans, direction, spans_of, spikes
 from vibrissa.sensor.identification.misfit.doubts import (
     FEW,
     LOST,
@@ -16,6 +15,7 @@ from vibrissa.sensor.identification.misfit.doubts import (
     notes_of,
 )
 from vibrissa.sensor.identification.reading.carried import Carried
+from vibrissa.sensor.identification.reading.jumps import FALL, Spans, direction, spans_of, spikes
 from vibrissa.sensor.identification.reading.ratio import Onsets, read_onsets
 from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH, Summary
 from vibrissa.sensor.identification.recording import (

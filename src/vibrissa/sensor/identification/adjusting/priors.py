@@ -35,12 +35,15 @@ class Asked:
         Names of tolerances, and of `Unknown`.
     assume : bool
         Whether what nothing is stated about has the tolerance that is assumed for it.
+    ratio_given : bool
+        Whether the ratio of the frictions is; otherwise the readings after slips tell it.
     """
 
     method: Method
     law: SlipLaw | None
     estimate: tuple[str, ...]
     assume: bool
+    ratio_given: bool = True
 
     @property
     def estimated(self) -> frozenset[str]:
@@ -124,7 +127,7 @@ def _matters(name: str, asked: Asked, there: Sequence[bool]) -> bool:
     """Tell whether something has a part in what was recorded, or in how it is read."""
     if name == "kinetic_ratio":
         of_law = asked.law in (SlipLaw.KINETIC, SlipLaw.ENERGY)
-        return asked.method is Method.SPACING and of_law
+        return asked.method is Method.SPACING and of_law and asked.ratio_given
     channel = NEEDS.get(name, TOLERABLE[name].channel)
     return channel < 0 or there[channel]
 

@@ -71,6 +71,7 @@ class Doubt(Enum):
     SWUNG = Grade.DOUBTFUL, "the rod may have swung aside, and not slipped"
     WHOLE = Grade.DOUBTFUL, "the recording as a whole does not fit the rod"
     LAW = Grade.DOUBTFUL, "slips do not end as the law and kinetic_ratio say"
+    BESIDE = Grade.DOUBTFUL, "model and ratio of the forces disagree"
     FAR = Grade.DOUBTFUL, "is by the recording far from what was given, for its tolerance"
     NOT_ADJUSTED = Grade.DOUBTFUL, "the recording is too far from what was given to be adjusted"
 
@@ -196,6 +197,18 @@ def _wrong_way(seen: Seen, gap: FloatArray, usual: float) -> BoolArray:
     # Over a longer step the slip must be certain, or it was the clamp that jumped.
     limit = np.where(np.abs(gap) > LONG * usual, -CERTAIN, CERTAIN)
     return np.asarray(backward | unloaded | (gained > limit * error))
+
+
+def with_reason(grade: StrArray, words: StrArray, reason: Doubted) -> tuple[StrArray, StrArray]:
+    """Add a reason to the grades and words of p periods."""
+    order = ["", *Grade]
+    worse = [order.index(one) < order.index(reason.doubt.grade) for one in grade.tolist()]
+    joined = [f"{one}; {reason.why}" if one else reason.why for one in words.tolist()]
+    longest = max(map(len, Grade))
+    return (
+        np.where(reason.periods & worse, reason.doubt.grade.value, grade.astype(f"U{longest}")),
+        np.where(reason.periods, np.array(joined), words),
+    )
 
 
 def in_words(reasons: Sequence[Doubted]) -> StrArray:

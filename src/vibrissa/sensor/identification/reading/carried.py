@@ -81,20 +81,14 @@ class Carried:
 
 
 def bearing_tolerances(
-    given: Mapping[str, Quantity],
-    stated: Mapping[str, float],
-    units: Units,
-    noise: FloatArray,
-    assume: bool,
+    given: Mapping[str, Quantity], units: Units, noise: FloatArray, assume: bool
 ) -> dict[str, float]:
-    """Put together the tolerances that change the ratio of the forces.
+    """Put together the tolerances that change the ratio of the forces, without a rod.
 
     Parameters
     ----------
     given : mapping of str to str or number
         Such as ``{"zero_force_x": "2 mN", "transducer_angle": "0.5 deg"}``, or ``"exact"``.
-    stated : mapping of str to float
-        Those of a rod that was given; others than `BEARING` do not count.
     units : Units
     noise : ndarray, shape (3,)
         Standard deviation of one reading; NaN where it is not known.
@@ -111,8 +105,7 @@ def bearing_tolerances(
     ArgumentError
         If one that is given does not change the ratio, is no such quantity, or not positive.
     """
-    assumed = assumed_tolerances(units, noise) if assume else {}
-    found = {name: size for name, size in {**assumed, **stated}.items() if name in BEARING}
+    found = assumed_tolerances(units, noise) if assume else {}
     for name, value in given.items():
         if name not in BEARING:
             raise ArgumentError(

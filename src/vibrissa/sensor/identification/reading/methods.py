@@ -10,6 +10,7 @@ from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.reading.energy import FEWEST, read_travels
+from vibrissa.sensor.identification.reading.kinetic import ratio_after_slips
 from vibrissa.sensor.identification.reading.spacing import spacing
 from vibrissa.sensor.identification.reading.uncertainty import (
     MANY,
@@ -25,6 +26,9 @@ from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.simulation.slips import SlipLaw
+
+# Whether a tip slips while the stage moves: see `BySpacing.early`.
+AT_REST, ON_THE_WAY, EITHER = (0.0, 0.0), (1.0, 1.0), (0.0, 1.0)
 
 
 class ByMoment:
@@ -86,19 +90,35 @@ class BySpacing(ByMoment):
     law : SlipLaw or None
         Where slips end, if that is known.
     kinetic_ratio : float or None
-        μk/μ0, for the laws that need it.
+        μk/μ0, for the laws that need it; None where the states after slips are to tell it.
+    more : float
+        By how much the ratio is larger than they tell.
+    early : tuple of float
+        Whether the tip slips while the stage moves, 1, or at rest, 0: one or the other.
     """
 
     from_slip: ClassVar[bool] = True
     step: float
     law: SlipLaw | None
     kinetic_ratio: float | None
+    more: float = 0.0
+    early: tuple[float, float] = AT_REST
+
+    @property
+    def estimates_ratio(self) -> bool:
+        """Whether the ratio of the frictions is to be told by the states after slips.
+
+        By the law ``energy`` they do not: the friction on the whole way of a slip counts.
+        """
+        return self.kinetic_ratio is None and self.law is SlipLaw.KINETIC
 
     def as_if(self, other: Alternative) -> Self:
         """Give the method as if the ratio of the frictions were a little larger."""
-        if self.kinetic_ratio is None:
-            return self
-        return replace(self, kinetic_ratio=self.kinetic_ratio + other.kinetic_ratio)
+        return replace(self, more=self.more + other.kinetic_ratio)
+
+    def _ratio(self, seen: Seen) -> float | None:
+        known = ratio_after_slips(seen).value if self.estimates_ratio else self.kinetic_ratio
+        return None if known is None else known + self.more
 
     def friction(
         self, seen: Seen, common: FloatArray, values: Values = MANY
@@ -117,7 +137,8 @@ class BySpacing(ByMoment):
                 "method forces or moment"
             )
         before = np.append(0.0, last.sign[:-1])
-        relation = spacing(branch, self.law, self.kinetic_ratio)
+        ratio = self._ratio(seen)
+        relation = spacing(branch, self.law, ratio)
         found = friction_of(
             branch,
             last,
@@ -127,10 +148,10 @@ class BySpacing(ByMoment):
             values,
         )
         unsure = relation.gives_bounds(before, last.sign)
-        if self.law is SlipLaw.ENERGY and self.kinetic_ratio is not None:
+        if self.law is SlipLaw.ENERGY and ratio is not None:
             for run in self._runs(last):
                 travel, gap, place = last.travel[run], last.gap[run], seen.contacts.place[run]
-                mean, own = read_travels(branch, self.kinetic_ratio, travel, gap, place)
+                mean, own = read_travels(branch, ratio, travel, gap, place)
                 # What came before the first of them is not known.
                 mean[0] = np.nan
                 known = ~np.isnan(mean)
@@ -149,6 +170,9 @@ class BySpacing(ByMoment):
             travel=last.clamp - begin,
             deviation=none,
             gap_before=np.append(0.0, last.gap[:-1]),
+            early_low=none + self.early[0],
+            early_high=none + self.early[1],
+            early_mean=none + (0.5 if self.estimates_ratio else 0.0),
             lag_low=none,
             lag_high=none,
         )

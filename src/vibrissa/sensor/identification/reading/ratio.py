@@ -23,7 +23,7 @@ from numpy.polynomial.legendre import legvander
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.sensor.identification.jumps import Spans, direction
+from vibrissa.sensor.identification.reading.jumps import Spans, direction
 from vibrissa.sensor.identification.reading.uncertainty import (
     BLOCK,
     MANY,

@@ -89,6 +89,11 @@ class LastStates(Batch):
         as much as the clamp moves.
     gap_before : ndarray
         The same at the slip before (L): for the spacing, otherwise 0.
+    early_low, early_high : ndarray
+        1 where the tip slipped before while the stage moved, which it then did for the rest of a
+        step; 0 where it slipped at rest. One or the other, equally likely.
+    early_mean : ndarray
+        Part of a step that is known of it: 1/2 where the ratio of the frictions has the mean.
     sign : ndarray
         1 where the clamp moved forward, −1 where backward.
     base, ratio_deviation : ndarray
@@ -103,6 +108,9 @@ class LastStates(Batch):
     deviation: FloatArray
     gap: FloatArray
     gap_before: FloatArray
+    early_low: FloatArray
+    early_high: FloatArray
+    early_mean: FloatArray
     sign: FloatArray
     base: FloatArray
     ratio_deviation: FloatArray
@@ -190,7 +198,10 @@ def _travels(last: LastStates, step: float, values: Values) -> FloatArray:
     travel += last.lag_low[:, None] + lag[:, None] * values.ahead
     # The slip before may have been at any step of its gap, of which a recording shows the last.
     steps = np.maximum(1.0, np.round(np.abs(last.gap_before) / step))[:, None]
-    travel += np.sign(last.gap_before)[:, None] * np.floor(values.beginning * steps) * step
+    way, part = np.sign(last.gap_before)[:, None] * step, values.beginning * steps
+    travel += way * np.floor(part)
+    early = last.early_low[:, None] + (last.early_high - last.early_low)[:, None] * values.ahead
+    travel += way * early * (1.0 - part % 1.0 - last.early_mean[:, None])
     return travel
 
 
