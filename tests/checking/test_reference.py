@@ -285,7 +285,11 @@ def test_the_reference_folder_may_have_a_layout_of_its_own(folder):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (MINE, "tests/regression/mine has no reference tables; make them with: make bless"),
+        (
+            MINE,
+            "tests/regression/mine has no reference tables; make them with: make bless, and the "
+            "same STUDY and REFERENCE",
+        ),
         ([*MINE, "--results", "none"], "none has no tables/stiction.parquet; run the study first"),
     ],
 )

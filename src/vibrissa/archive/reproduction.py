@@ -6,6 +6,8 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 from rocrate.rocrate import ROCrate
 
@@ -100,6 +102,24 @@ def differences(folder: Path, scratch: Path, recorded: Mapping[str, str]) -> Ite
                 yield f"{name} has other bytes"
 
 
+def _largest_change(old: pa.Table, new: pa.Table) -> float | None:
+    """Find the largest change, relative to the largest number of its column.
+
+    None where other things than numbers differ, or a number stands where there was none.
+    """
+    sizes = []
+    for one, other in zip(old.itercolumns(), new.itercolumns(), strict=True):
+        if not pa.types.is_floating(one.type):
+            return None
+        was, now = (column.to_pandas().to_numpy() for column in (one, other))
+        known = np.isfinite(was)
+        if not known.any() or (known != np.isfinite(now)).any():
+            return None
+        largest = np.abs([was[known], now[known]]).max()
+        sizes.append(float(np.abs(now[known] - was[known]).max() / largest))
+    return max(sizes)
+
+
 def _table_difference(one: Path, other: Path) -> str:
     """Say in which columns two tables differ, or that only what stands beside them does."""
     old, new = pq.read_table(one), pq.read_table(other)
@@ -107,7 +127,9 @@ def _table_difference(one: Path, other: Path) -> str:
         return f"rows and columns were {old.shape} and are {new.shape}"
     columns = [name for name in old.column_names if not old[name].equals(new[name])]
     if columns:
-        return f"other values in {', '.join(columns)}"
+        size = _largest_change(old.select(columns), new.select(columns))
+        rounding = f", by {size:.1g} of the largest number of a column at most" if size else ""
+        return f"other values in {', '.join(columns)}{rounding}"
     was, now = old.schema.metadata or {}, new.schema.metadata or {}
     keys = sorted(key.decode() for key in was.keys() | now.keys() if was.get(key) != now.get(key))
     return f"the same values; other metadata ({', '.join(keys) or 'of the file format'})"

@@ -188,7 +188,8 @@ def need_reference(comparison: Comparison) -> None:
     """
     if not comparison.stored:
         raise ComparisonError(
-            f"{comparison.reference} has no reference tables; make them with: make bless"
+            f"{comparison.reference} has no reference tables; make them with: make bless, and the "
+            "same STUDY and REFERENCE"
         )
 
 
