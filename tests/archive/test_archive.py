@@ -125,10 +125,10 @@ def test_what_differs_is_said(unpacked, tmp_path):
     index = COMPLETE.schema.get_field_index("mu0")
     store.write(COMPLETE.set_column(index, COMPLETE.schema.field(index), moved), again / TABLE)
     assert differences()[1].startswith(f"{TABLE}: other values in mu0, by 0.6 of the largest")
-    index = COMPLETE.schema.get_field_index("x0_slip")
-    changed = pa.array(COMPLETE["x0_slip"].to_pandas() * (1 + 1e-14))
+    index = COMPLETE.schema.get_field_index("theta")
+    changed = pa.array(COMPLETE["theta"].to_pandas() * (1 + 1e-14))
     store.write(COMPLETE.set_column(index, COMPLETE.schema.field(index), changed), again / TABLE)
-    said = f"{TABLE}: other values in x0_slip, by 1e-14 of the largest number of a column at most"
+    said = f"{TABLE}: other values in theta, by 1e-14 of the largest number of a column at most"
     assert differences()[1] == said
     store.write(COMPLETE.slice(1), again / TABLE)
     assert differences()[1].startswith(f"{TABLE}: rows and columns were (")
