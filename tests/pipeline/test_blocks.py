@@ -92,6 +92,7 @@ def test_a_plan_can_be_made_without_being_written(path):
         b'{"a": {"theta": ["1"], "eta": ["0.85"], "eat": ["1"]}}',
         b'{"a": {"theta": ["1:2:0.3"], "eta": ["0.85"]}}',
         b'{"a": {"theta": ["1:2"], "eta": ["0.85"]}}',
+        b'{"a": {"theta": ["1:2:0"], "eta": ["0.85"]}}',
         b"\xff\xfe\x00",
     ],
 )

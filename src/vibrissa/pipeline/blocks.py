@@ -157,7 +157,7 @@ def known_blocks(path: Path) -> Blocks:
         raise PlanError(f"cannot read the plan of blocks: {error}") from None
     try:
         blocks = {name: decode_box(axes) for name, axes in json.loads(data).items()}
-    except (ValueError, AttributeError, TypeError, KeyError):
+    except (ValueError, AttributeError, TypeError, KeyError, ArithmeticError):
         raise PlanError(f"the plan of blocks is damaged; {remedy}") from None
     if any(name != block_name(block) for name, block in blocks.items()):
         raise PlanError(f"the plan of blocks was changed; {remedy}")

@@ -24,7 +24,7 @@ def encode_values(values: Iterable[Value]) -> list[str]:
 
 
 def encode_axis(values: Iterable[Value]) -> list[str]:
-    """Plain form of an axis: its values, and ``start:stop:step`` for values in equal steps."""
+    """Plain form of distinct values of an axis: ``start:stop:step`` where steps are equal."""
     return list(_axis_texts(tuple(values)))
 
 
