@@ -9,6 +9,7 @@ from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.misfit.doubts import Doubt, Doubted, Grade, graded
 from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.identification.summary import summary_of
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
@@ -39,7 +40,7 @@ def test_a_clean_recording_leaves_no_doubt(response, law, turns, method):
     periods = found(response, clamp, readings, method)
     said = {why for doubt in periods.doubt for why in doubt.split("; ")}
     # Slips of a pulled tip are so short that they follow each other within a few steps.
-    short = {"too few samples", "too few samples after it"}
+    short = {Doubt.FEW.why, Doubt.FEW_AFTER.why}
     assert said - (short if law == "kinetic" and len(turns) > 1 else set()) == {""}
 
 
@@ -72,6 +73,21 @@ def test_clamp_in_another_unit_is_doubted(response):
     assert any("too few samples" in note for note in periods.notes)
 
 
+def test_samples_of_a_rest_that_was_not_cut_off_are_not_in_the_mean(response):
+    clamp, readings, _ = signals(response)
+    # At rest the readings stay, while the clamp is taken to move.
+    rest = np.arange(-2, 0) * 0.0005 + clamp[0]
+    begun = measured(response(np.zeros(2)), 5)
+    whole = summary_of(found(response, clamp, readings, Method.MOMENT))
+    late = found(response, np.r_[rest, clamp], np.r_[begun, readings], Method.MOMENT)
+    assert (late.mu0[:2] < 0.1).all() and (late.grade[:2] == Grade.WRONG).all()
+    assert "import --from" in late.doubt[0] and "import --from" in late.notes[0]
+    said = summary_of(late)
+    assert said.left == {"open": 1, "wrong": 2}
+    assert said.mean == pytest.approx(whole.mean, abs=whole.random)
+    assert said.variation == pytest.approx(whole.variation, rel=0.05)
+
+
 def test_a_recording_that_runs_backward_is_doubted(response):
     clamp, readings, _ = signals(response)
     periods = found(response, clamp[::-1], readings[::-1])
@@ -101,7 +117,7 @@ def test_a_clamp_that_rests_after_each_step_has_not_jumped(response):
 def test_the_grade_of_a_period_is_that_of_its_worst_doubt():
     """Whatever the order in which the doubts are found."""
     rows = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1]], dtype=bool)
-    kinds = (Doubt.GAP_BEFORE, Doubt.FEW, Doubt.WRONG_WAY)
+    kinds = (Doubt.GAP_BEFORE, Doubt.FEW_AFTER, Doubt.WRONG_WAY)
     reasons = [Doubted(doubt=d, periods=row) for d, row in zip(kinds, rows, strict=True)]
     for order in (reasons, reasons[::-1]):
         assert graded(order).tolist() == ["", "information", "doubtful", "wrong"]

@@ -54,6 +54,8 @@ force_x: minus Kraft Fy in mN
 force_y: Kraft Fx in mN
 moment_z: Moment Mz in Nmm
 the clamp position is the speed times the time since the first sample that is kept
+by the readings the stage begins to move in line 259, or up to 1 line before: if you know when, \
+give --from
 zero of force_x: 310.254 ± 0.27 mN by 96 samples, taken off
 zero of force_y: 120.221 ± 0.29 mN by 96 samples, taken off
 zero of moment_z: 8.5855 ± 0.0079 N*mm by 96 samples, taken off
@@ -137,6 +139,22 @@ def settings_of_the_laboratory():
         "tare": ["0 s, 1.9 s"],
         "speed": "1 mm/s",
     }
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_motion_of_large_steps_begins_behind_the_rest(seed):
+    """A step of the readings that looks like a slip does not let samples of the rest in."""
+    pushed = np.r_[np.zeros(60), 0.2 * np.arange(1, 80)]
+    noise = np.random.default_rng(seed).normal(0.0, 0.01, (2, len(pushed)))
+    fx, fy = noise + [[0.0], [-20.0]] + np.array([[-1.0], [-0.5]]) * pushed
+    text = file_of([np.arange(len(pushed)) * 0.02, pushed, fx, fy])
+    columns = {"time": "t", "force_x": "Fx [N]", "force_y": "Fy [N]"}
+    found = imported(text, columns=columns, speed="1 mm/s")
+    assert found.values["time"][0] == pytest.approx(1.2)
+    said = "by the readings the stage begins to move in line 62, or up to 1 line before"
+    assert any(text.startswith(said) for text in found.said)
+    given = imported(text, columns=columns, speed="1 mm/s", begin="1 s")
+    assert not any("begins to move" in text for text in given.said)
 
 
 def test_the_load_is_that_of_the_rod_within_the_errors_of_the_zeros():

@@ -138,7 +138,7 @@ class FrictionSummary:
         alike = f" ({', '.join(self.alike)})" if self.alike else ""
         yield f"± {self.random:.1g} is random, ± {self.common:.1g} the same in all periods{alike}"
         if self.wrong:
-            yield f"do not rely on it: the readings contradict the rod in {self.wrong} of them"
+            yield f"do not rely on it: {self.wrong} of them are graded wrong, see the column doubt"
         elif self.doubtful:
             are = "is" if self.doubtful == 1 else "are"
             yield f"{self.doubtful} of them {are} in doubt: see the columns grade and doubt"

@@ -11,7 +11,7 @@ from vibrissa.sensor.identification.preparing.ends import moving, touching
 from vibrissa.sensor.importing.columns import KINDS, columns_of
 from vibrissa.sensor.importing.decoding import decoded
 from vibrissa.sensor.importing.layout import Layout, layout_of
-from vibrissa.sensor.importing.onset import moving_by_readings
+from vibrissa.sensor.importing.onset import Motion, moving_by_readings
 from vibrissa.sensor.importing.preparing import (
     Values,
     Zero,
@@ -102,7 +102,8 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
     values = {
         key: each - zeros[key].value if key in zeros else each for key, each in values.items()
     }
-    kept, why = _kept(values, settings, name)
+    scan = _scan(values, settings, name)
+    kept, why = _kept(values, scan.rows, settings, name)
     values = _with_clamp({key: each[kept] for key, each in values.items()}, settings, name)
     found = f"{text.encoding}, separator {layout.separator}, {columns.notation.spelled}"
     return Imported(
@@ -113,6 +114,7 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
             f"read as {found}, {_where(layout)}",
             *columns.said,
             *([STEADY] if settings.speed is not None else []),
+            *_begin(scan, settings, layout.line),
             *(_spelled(key, zero, columns.units) for key, zero in zeros.items()),
             *_left_out(layout.line[kept], layout, why),
             *_missing(values),
@@ -143,10 +145,19 @@ def _where(layout: Layout) -> str:
     return f"{head}{units}, {counted(len(layout.rows), 'row')} from line {layout.line[0]} on"
 
 
-def _kept(values: Values, settings: Settings, name: str) -> tuple[slice, str]:
-    """Find which rows are a scan, and say why the others are none."""
+def _begin(scan: Motion, settings: Settings, lines: IntArray) -> list[str]:
+    """Say where the stage begins to move, if the readings have told it."""
+    if settings.begin is not None or scan.spread == 0:
+        return []
+    return [
+        f"by the readings the stage begins to move in line {lines[scan.rows.start]}, or up to "
+        f"{counted(scan.spread, 'line')} before: if you know when, give --from"
+    ]
+
+
+def _kept(values: Values, found: slice, settings: Settings, name: str) -> tuple[slice, str]:
+    """Find which rows are kept, of a scan, and say why the others are not."""
     first, last = 0, len(next(iter(values.values())))
-    found = _scan(values, settings, name)
     if settings.begin is not None:
         first = _row(values, settings.begin, "from")
     if settings.end is not None:
@@ -175,24 +186,24 @@ def _row(values: Values, window: Window, what: str, last: bool = False) -> int:
     return int(rows[0]) if len(rows) else len(where)
 
 
-def _scan(values: Values, settings: Settings, name: str) -> slice:
+def _scan(values: Values, settings: Settings, name: str) -> Motion:
     """Find the rows in which the clamp moves and the rod touches the surface."""
     size = len(next(iter(values.values())))
     there = ~np.isnan(np.stack(list(values.values()))).any(axis=0)
     rows = np.flatnonzero(there)
     both = settings.begin is not None and settings.end is not None
     if both or len(rows) == 0:
-        return slice(0, size)
+        return Motion(slice(0, size), 0)
     rows = rows[touching(_readings(values)[rows])]
     if settings.speed is None and "footpoint" in values:
-        kept = moving(values["footpoint"][rows])
+        kept = Motion(moving(values["footpoint"][rows]), 0)
     else:
         kept = moving_by_readings(_readings(values)[rows], name)
-    rows = rows[kept]
+    rows = rows[kept.rows]
     # Rows that miss a value stay at an end where nothing was cut.
     begin = 0 if rows[0] == np.flatnonzero(there)[0] else int(rows[0])
     end = size if rows[-1] == np.flatnonzero(there)[-1] else int(rows[-1]) + 1
-    return slice(begin, end)
+    return Motion(slice(begin, end), kept.spread)
 
 
 def _readings(values: Values) -> FloatArray:

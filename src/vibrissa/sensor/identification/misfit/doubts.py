@@ -64,7 +64,7 @@ class Doubt(Enum):
     GAP_BEFORE = Grade.INFORMATION, "samples are missing before it, or the clamp jumped"
     GAP_AFTER = Grade.DOUBTFUL, "samples are missing after it, or the clamp jumped"
     TURN = Grade.DOUBTFUL, "the clamp turned beside its end"
-    FEW = Grade.DOUBTFUL, "too few samples"
+    FEW = Grade.WRONG, "too few samples: a spike, or a rest to be cut off (import --from)"
     # If they are a spike, the period before did not end there.
     FEW_AFTER = Grade.DOUBTFUL, "too few samples after it"
     ROUGH = Grade.WRONG, "the forces do not follow a smooth curve: a slip may be hidden"
