@@ -80,6 +80,10 @@ class WrongRodError(RecordingError):
     """A recording whose readings are not those of the rod that was given."""
 
 
+class MixedColumnsError(RecordingError):
+    """A recording whose columns are mixed up: axes, signs or units."""
+
+
 class NoResponseError(ArgumentError):
     """A rod whose response was not found, or not found where the clamp pulls."""
 

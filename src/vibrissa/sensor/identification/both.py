@@ -4,7 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vibrissa.errors import NoResponseError, RecordingError, UndeterminedError, WrongRodError
+from vibrissa.errors import (
+    MixedColumnsError,
+    NoResponseError,
+    RecordingError,
+    UndeterminedError,
+    WrongRodError,
+)
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.adjusting.adjustment import FAR, Tolerance
 from vibrissa.sensor.identification.adjusting.fit import fit_rod
@@ -157,12 +163,20 @@ def model_beside_ratio(model: WithRod, ratio: WithoutRod) -> Identification:
 
 
 def ratio_beside_model(ratio: WithoutRod, model: WithRod) -> Identification:
-    """Read by the ratio of the forces, and compare with the model where that can be read."""
+    """Read by the ratio of the forces, and compare with the model where that can be read.
+
+    Raises
+    ------
+    MixedColumnsError
+        If the model tells that the columns are mixed up.
+    """
     found = ratio.read()
     moment = not np.isnan(ratio.recording.readings[:, MOMENT]).any()
     method = Method.MOMENT if moment else Method.FORCES
     try:
         other = replace(model, asked=replace(model.asked, method=method)).read()
+    except MixedColumnsError:
+        raise
     except (NoResponseError, RecordingError) as error:
         return _noted(found, f"not compared with the model of the rod: {error}")
     compared = beside(_read(other), _read(found))

@@ -23,7 +23,7 @@ from vibrissa.sensor.identification.misfit.doubts import (
 )
 from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
 from vibrissa.sensor.identification.misfit.law import apart, remaining_part
-from vibrissa.sensor.identification.misfit.mixups import mixups
+from vibrissa.sensor.identification.misfit.mixups import check_columns
 from vibrissa.sensor.identification.periods import LEAST_NOISE, Channels
 from vibrissa.sensor.identification.reading.kinetic import KineticRatio, ratio_after_slips
 from vibrissa.sensor.identification.reading.methods import (
@@ -133,8 +133,6 @@ class Periods(Batch):
         Whether the recording fits what was given, but for periods that do not by themselves.
     causes : tuple of Cause
         What may be other than it was given, the likeliest first; none where the recording fits.
-    mixed : tuple of str
-        Mix-ups of axes, signs or units with which it would fit better.
     kinetic : KineticRatio or None
         The ratio of the frictions, where the states after slips have told it; the last of the
         `effects` is of its error.
@@ -161,7 +159,6 @@ class Periods(Batch):
     notes: tuple[str, ...] = ()
     goodness: Goodness | None = None
     causes: tuple[Cause, ...] = ()
-    mixed: tuple[str, ...] = ()
     kinetic: KineticRatio | None = None
 
     def __repr__(self) -> str:
@@ -213,7 +210,8 @@ def find_periods(
     Raises
     ------
     RecordingError
-        If the recording is too short, has no measurable noise, or does not fit the rod.
+        If the recording is too short, has no measurable noise, or does not fit the rod, or its
+        columns are mixed up.
     ArgumentError
         If an argument is out of range.
     """
@@ -221,6 +219,7 @@ def find_periods(
     noise_is_given = noise is not None
     noise, channels = _channels(recording, method, noise)
     reader = reader_of(method, recording.clamp, step, law, kinetic_ratio)
+    check_columns(setup, recording, Channels.recorded(recording, noise))
     parts = parts_of(setup, recording, channels, progress)
     _check_states(parts, recording, channels, noise, alternatives, units)
     notes = recording.notes + _left_out(parts)
@@ -265,7 +264,6 @@ def find_periods(
         notes=(*notes, *notes_of(reasons, found.first_line, found.last_line)),
         goodness=goodness,
         causes=() if goodness.fits else likeliest(whole[0], alternatives(), goodness),
-        mixed=() if goodness.fits else mixups(setup, recording, whole[0].channels, MOST_OFF),
     )
 
 
@@ -385,10 +383,7 @@ def _check_states(
         f"{len(off)} of {size} samples are no state of this rod, first in line {off[0]}: check "
         "rod, height, units, zero and noise"
     )
-    setup = parts[0].setup
     every = Channels.recorded(recording, noise)
-    if mixed := mixups(setup, recording, every, MOST_OFF):
-        raise WrongRodError(f"{said}. They would be with {mixed[0]}")
     whole = parts[0].with_all().seen(channels).by(every)
     causes = likeliest(whole, alternatives(), Goodness.of([whole], 0, noise_is_given=True))
     likely = [cause.spelled(units) for cause in causes[:NAMED] if cause.explained > EXPLAINS]

@@ -91,7 +91,7 @@ class Identification(Tabular):
         return summary_of(
             self.periods,
             unknowns=("tolerances, and how the forces curve",) if self.setup is None else unknowns,
-            causes=(self.periods.mixed or tuple(causes))[:NAMED],
+            causes=tuple(causes)[:NAMED],
             beside=self.beside,
         )
 

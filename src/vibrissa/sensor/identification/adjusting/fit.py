@@ -13,6 +13,7 @@ from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.adjusting.solving import Solver
 from vibrissa.sensor.identification.calibration import Setup, known_setup
 from vibrissa.sensor.identification.misfit.doubts import Doubt
+from vibrissa.sensor.identification.misfit.mixups import check_columns
 from vibrissa.sensor.identification.periods import JUMP, Channels
 from vibrissa.sensor.identification.preparing.settling import LONG, Told, settled
 from vibrissa.sensor.identification.recording import Recording, check_size, left_out, noise_of
@@ -134,6 +135,8 @@ def fit_rod(
     ------
     UndeterminedError
         If the recording does not tell what is to be estimated.
+    MixedColumnsError
+        If its columns are mixed up.
     NoResponseError
         If the rod has no response.
     """
@@ -152,6 +155,8 @@ def fit_rod(
             check_size(len(recording), recording.notes)
         setup = known_setup(branch, whisker.eta)
     channels = Channels.recorded(recording, noise)
+    if channels.used:
+        check_columns(setup, recording, channels)
     parts = parts_of(setup, recording, channels) if channels.used else []
     solver = replace(solver, pulled=solver.backward or any(map(_is_pulled, parts)))
     prior = prior_of(whisker, recording, noise, asked, calibrated, swings=len(parts) > 1)

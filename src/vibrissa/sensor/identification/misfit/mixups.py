@@ -5,52 +5,68 @@ from itertools import product
 
 import numpy as np
 
+from vibrissa.errors import MixedColumnsError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.calibration import Setup
 from vibrissa.sensor.identification.periods import MISFIT, Channels, located
-from vibrissa.sensor.identification.recording import Recording
+from vibrissa.sensor.identification.recording import MIRROR, Recording
 from vibrissa.sensor.transducer import CHANNELS
 
 # So many samples tell whether a mix-up explains the readings.
 SAMPLED = 300
-# Squared residuals that are smaller by this factor are much smaller.
-MUCH = 100.0
+# So many of them tell on which side the tip begins.
+BEGINNING = 20
+# Squared residuals that are smaller by this factor are much smaller: by 15, what they are of.
+MUCH = 225.0
 # A unit of 1/1000, such as mN or N·mm, that was taken for the other.
 THOUSAND = 1e3
 
 
-def mixups(
-    setup: Setup, recording: Recording, channels: Channels, most_off: float
-) -> tuple[str, ...]:
-    """Tell with which mix-ups the readings would be states of the rod, the best first.
+def check_columns(setup: Setup, recording: Recording, channels: Channels) -> None:
+    """Refuse a recording that comes much nearer to the rod if its columns were mixed up.
+
+    Nothing that is known to a tolerance makes up for that: it would be adjusted to nonsense.
 
     Parameters
     ----------
     setup : Setup
     recording : Recording
-        That does not fit the rod.
     channels : Channels
-    most_off : float
-        Part of the samples that may still be none.
+        All that were recorded.
 
-    Returns
-    -------
-    tuple of str
-        Also those with which the readings come much nearer to the rod.
+    Raises
+    ------
+    MixedColumnsError
+        If so; the message names the likeliest mix-up.
     """
     some = recording.take(np.unique(np.linspace(0, len(recording) - 1, SAMPLED).astype(int)))
 
-    def misfit(mixed: FloatArray) -> FloatArray:
+    def misfits(mixed: FloatArray) -> FloatArray:
         return located(setup.branch, some.mixed(mixed), channels, setup.offset).misfit
 
-    limit = float(np.median(misfit(np.eye(3)))) / MUCH
-    found = []
-    for text, mixed in _candidates(channels):
-        off = misfit(mixed)
-        usual = float(np.median(off))
-        if (off > MISFIT).mean() <= most_off or usual < limit:
-            found.append((usual, text))
-    return tuple(text for _, text in sorted(found))
+    def misfit(mixed: FloatArray) -> float:
+        return float(np.median(misfits(mixed)))
+
+    def size(mixed: FloatArray) -> float:
+        weighted = channels.weighted(some.mixed(mixed).readings - setup.offset)
+        return float(np.median((weighted**2).sum(axis=1)))
+
+    ahead, behind = misfits(np.eye(3)), misfits(np.diag(MIRROR))
+    if np.median(ahead[:BEGINNING]) <= np.median(behind[:BEGINNING]):
+        # The rod may swing aside later on.
+        ahead = np.minimum(ahead, behind)
+    given = float(np.median(ahead))
+    if given <= MISFIT:
+        return
+    candidates = dict(_candidates(channels))
+    least, text = min((misfit(mixed), text) for text, mixed in candidates.items())
+    # A rod that is quite another one is not near to the readings, however they are mixed.
+    if least < min(given, size(candidates[text])) / MUCH:
+        raise MixedColumnsError(
+            f"the columns seem to be mixed up: {text}. The readings would be "
+            f"{np.sqrt(given / least):.3g} times as near to this rod. Say which is which with "
+            "vibrissa import --column, a minus before a title turns the sign: 'moment_z=-Mz'"
+        )
 
 
 def _candidates(channels: Channels) -> Iterator[tuple[str, FloatArray]]:
