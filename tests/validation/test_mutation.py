@@ -9,7 +9,7 @@ from collections import Counter
 import pytest
 from cosmic_ray.mutating import mutate_code
 from mutation import mutants, recording, run
-from mutation.operators import DropCall, DropCondition, SwapNeighbours
+from mutation.operators import CatchNothing, DropCall, DropCondition, SwapNeighbours
 from mutation.recording import Recording
 
 SOURCES = recording.sources()
@@ -32,7 +32,7 @@ def changes(text):
     return {one.change(text) for one in mutants.mutants_of("m.py", text)}
 
 
-@pytest.mark.parametrize("operator", [DropCall, DropCondition, SwapNeighbours])
+@pytest.mark.parametrize("operator", [CatchNothing, DropCall, DropCondition, SwapNeighbours])
 def test_own_operators_do_what_they_say(operator):
     for example in operator.examples():
         code = example.pre_mutation_code

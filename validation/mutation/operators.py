@@ -44,7 +44,6 @@ CHOSEN = (
     "ReplaceOrWithAnd",
     "ReplaceBreakWithContinue",
     "ReplaceContinueWithBreak",
-    "ExceptionReplacer",
     "NumberReplacer",
     "ZeroIterationForLoop",
 )
@@ -104,6 +103,41 @@ class DropCall(Operator):
     @classmethod
     def examples(cls) -> tuple[Example, ...]:
         return (Example("y = abs(x)", "y = (x)"), Example("y = np.sqrt(x)", "y = (x)"))
+
+
+class CatchNothing(Operator):
+    """An exception is not caught. (Cosmic Ray's own does not know `except module.Error`.)"""
+
+    def mutation_positions(self, node: NodeOrLeaf) -> Iterator[Span]:
+        for name in self._names(node):
+            yield name.start_pos, name.end_pos
+
+    def _names(self, node: NodeOrLeaf) -> list[NodeOrLeaf]:
+        if node.type != "except_clause":
+            return []
+        caught = node.children[1]
+        if caught.type != "atom":
+            return [caught]
+        inner = caught.children[1]
+        return inner.children[::2] if inner.type == "testlist_comp" else [inner]
+
+    def mutate(self, node: NodeOrLeaf, index: int) -> NodeOrLeaf:
+        name = self._names(node)[index]
+        siblings = name.parent.children
+        siblings[siblings.index(name)] = replaced(name, "GeneratorExit")
+        return node
+
+    @classmethod
+    def examples(cls) -> tuple[Example, ...]:
+        return (
+            Example("try: x\nexcept A: pass", "try: x\nexcept GeneratorExit: pass"),
+            Example("try: x\nexcept a.B as e: pass", "try: x\nexcept GeneratorExit as e: pass"),
+            Example(
+                "try: x\nexcept (A, b.C): pass",
+                "try: x\nexcept (A, GeneratorExit): pass",
+                occurrence=1,
+            ),
+        )
 
 
 class SwapNeighbours(Operator):
@@ -178,5 +212,6 @@ def _annotation(node: NodeOrLeaf) -> bool:
 
 
 OPERATORS: dict[str, Operator] = {name: OperatorProvider()[name]() for name in CHOSEN} | {
-    operator.__name__: operator() for operator in (DropCondition, DropCall, SwapNeighbours)
+    operator.__name__: operator()
+    for operator in (DropCondition, DropCall, CatchNothing, SwapNeighbours)
 }
