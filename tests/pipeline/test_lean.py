@@ -25,11 +25,20 @@ PROFILES = str(ROOT / "workflow/profiles")
         (["--executor", "mine"], set()),
         (["-e", "mine"], set()),
         (["--profile", "mine"], set()),
+        (["--profile=mine"], set()),
+        ([f"--workflow-profile={PROFILES}/slurm"], {RICH}),
     ],
 )
 def test_plugins_that_nobody_asks_for_are_left_out(arguments, left_out):
     assert lean.unused(arguments, {}) == left_out
     assert lean.unused(arguments, {"SNAKEMAKE_PROFILE": "mine"}) == set()
+
+
+def test_a_profile_in_the_working_directory_may_ask_for_plugins(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "profiles/default").mkdir(parents=True)
+    (tmp_path / "profiles/default/config.yaml").write_text("executor: slurm\n")
+    assert lean.unused([], {}) == {RICH}
 
 
 def test_what_is_left_out_is_not_imported():

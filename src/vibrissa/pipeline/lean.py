@@ -14,6 +14,8 @@ from typing import Any
 PLUGINS = {"snakemake_executor_plugin_slurm": "slurm", "snakemake_logger_plugin_rich": "rich"}
 # With these, who knows where a plugin is asked for.
 ELSEWHERE = {"--profile", "--executor", "-e"}
+# The profile that Snakemake takes where it is in the working directory.
+OWN_PROFILE = Path("profiles/default")
 
 
 def unused(arguments: Sequence[str], environment: Mapping[str, str]) -> set[str]:
@@ -30,11 +32,12 @@ def unused(arguments: Sequence[str], environment: Mapping[str, str]) -> set[str]
     set of str
         Names of packages; none where a profile of the user may ask for them.
     """
-    if "SNAKEMAKE_PROFILE" in environment or ELSEWHERE.intersection(arguments):
+    words = [word for argument in arguments for word in argument.split("=", 1)]
+    if "SNAKEMAKE_PROFILE" in environment or ELSEWHERE.intersection(words):
         return set()
-    folders = [Path(words) for words in arguments if Path(words).is_dir()]
+    folders = [OWN_PROFILE, *(Path(word) for word in words)]
     texts = [path.read_text() for folder in folders for path in folder.glob("config*.yaml")]
-    said = " ".join([*arguments, *texts])
+    said = " ".join([*words, *texts])
     return {package for package, word in PLUGINS.items() if word not in said}
 
 
