@@ -14,6 +14,7 @@ from vibrissa.sensor.identification.misfit.goodness import Goodness
 from vibrissa.sensor.identification.summary import Source, summary_of
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
+UNITS = ("N", "N", "N*m")
 
 
 def periods_of(mu0, noise, by_step, shifts=None):
@@ -143,3 +144,37 @@ def test_a_recording_that_does_not_fit_says_so_and_why():
     assert repr(found) == text
     assert "The recording does not fit what was given" in text and "theta smaller by 0.05" in text
     assert "do not rely on it" in text
+
+
+def said_of(**change):
+    """What a recording of the whisker says of one that is given otherwise."""
+    signals = scan(
+        WHISKER, surfaces.constant(0.3), step="50 um", to=["20 mm"], transducer=SENSOR, seed=2
+    )
+    noise = np.array(SENSOR.deviation) * change.pop("noise", 1.0)
+    text = ", ".join(f"{size:.9g} {unit}" for size, unit in zip(noise, UNITS, strict=True))
+    given = replace(WHISKER, **change).tolerating({"eta": 0.001, "theta": 0.01})
+    return identify(given, signals.to_pandas(), noise=text, assume=False).summary()
+
+
+def test_a_recording_fits_only_with_a_height_that_is_far_from_the_given_one():
+    found = said_of(eta=WHISKER.eta + 0.01)
+    lines = str(found).splitlines()
+    assert found.goodness.fits and "The recording fits what was given." not in lines
+    (line,) = (line for line in lines if "fits only" in line)
+    assert line.startswith("The recording fits only with eta smaller by ")
+    assert line.endswith("standard deviations): measure it again, or --estimate eta")
+    assert "The recording fits what was given." in str(said_of()).splitlines()
+
+
+def test_noise_that_was_stated_too_small_is_named_and_not_causes_that_explain_nothing():
+    found = said_of(noise=0.5)
+    text = str(found)
+    assert not found.goodness.fits and found.causes == ()
+    assert "No single thing that is other explains it." in text
+    for name in ("force_x", "force_y", "moment_z"):
+        assert found.goodness.noisier[name] == pytest.approx(2.0, rel=0.15)
+        assert f"{name} scatters" in text
+    assert not said_of(noise=1.0).goodness.noisier
+    assert "By the recording is" not in text
+    assert "By the recording is eta smaller by" in str(said_of(noise=0.5, eta=WHISKER.eta + 0.01))

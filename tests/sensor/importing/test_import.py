@@ -153,8 +153,9 @@ def test_a_motion_of_large_steps_begins_behind_the_rest(seed):
     assert found.values["time"][0] == pytest.approx(1.2)
     said = "by the readings the stage begins to move in line 62, or up to 1 line before"
     assert any(text.startswith(said) for text in found.said)
-    given = imported(text, columns=columns, speed="1 mm/s", begin="1 s")
-    assert not any("begins to move" in text for text in given.said)
+    assert "no tare: readings without load are taken as 0" in found.said
+    given = imported(text, columns=columns, speed="1 mm/s", begin="1 s", tare=["0 s, 1 s"])
+    assert not any("begins to move" in text or "no tare" in text for text in given.said)
 
 
 def test_the_load_is_that_of_the_rod_within_the_errors_of_the_zeros():

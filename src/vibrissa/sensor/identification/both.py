@@ -187,6 +187,7 @@ def ratio_beside_model(ratio: WithoutRod, model: WithRod) -> Identification:
         if one.of in BEARING and not one.wave and one.surprise > FAR:
             said = f"{one.name} ({one.surprise:.1f} standard deviations)"
             found = _with(found, Doubted(doubt=Doubt.FAR, channel=said, periods=every))
+            found = replace(found, far=(*found.far, one))
     return replace(found, beside=compared)
 
 

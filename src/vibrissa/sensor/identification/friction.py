@@ -21,7 +21,7 @@ from vibrissa.sensor.identification.misfit.doubts import (
     misfits,
     notes_of,
 )
-from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
+from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest, noisier
 from vibrissa.sensor.identification.misfit.law import apart, remaining_part
 from vibrissa.sensor.identification.misfit.mixups import check_columns
 from vibrissa.sensor.identification.periods import LEAST_NOISE, Channels
@@ -242,6 +242,7 @@ def find_periods(
     reasons = [one.followed_by(rest) for one, *rest in zip(first, *others, strict=True)]
     whole = [_tested(one, noise) for one in seen]
     goodness = Goodness.of(whole, setup.fitted, noise_is_given, setup.penalty)
+    goodness = replace(goodness, noisier=noisier(noise_of(recording.readings), noise))
     every = np.ones(len(found), dtype=bool)
     reasons.append(Doubted(doubt=Doubt.WHOLE, periods=every & (not goodness.fits)))
     reasons += [Doubted(doubt=why, channel=what, periods=every) for why, what in doubtful]

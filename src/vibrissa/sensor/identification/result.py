@@ -8,11 +8,12 @@ import numpy as np
 from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
+from vibrissa.sensor.identification.adjusting.priors import ZEROS
 from vibrissa.sensor.identification.calibration import Setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus
 from vibrissa.sensor.identification.misfit.beside import Beside
 from vibrissa.sensor.identification.misfit.doubts import Grade
-from vibrissa.sensor.identification.summary import NAMED, FrictionSummary, summary_of
+from vibrissa.sensor.identification.summary import EXPLAINS, NAMED, FrictionSummary, summary_of
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.simulation.scanning import TipSide
@@ -38,6 +39,8 @@ class Identification(Tabular):
         What was adjusted, and how well it is known now.
     covariance : ndarray, shape (k, k)
         Of what remains of their errors, in their order.
+    far : tuple of Tolerance
+        What is by the recording far from what was given, the farthest first.
     """
 
     periods: Periods
@@ -46,6 +49,7 @@ class Identification(Tabular):
     beside: Beside | None = None
     tolerances: tuple[Tolerance, ...] = ()
     covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    far: tuple[Tolerance, ...] = ()
 
     @property
     def correlation(self) -> FloatArray:
@@ -86,6 +90,7 @@ class Identification(Tabular):
         causes = (
             f"{cause.spelled(self.units)} (explains {cause.explained:.0%} of the misfit)"
             for cause in self.periods.causes
+            if cause.explained >= EXPLAINS
         )
         unknowns = (*known, "other tolerances") if known else ()
         return summary_of(
@@ -93,7 +98,18 @@ class Identification(Tabular):
             unknowns=("tolerances, and how the forces curve",) if self.setup is None else unknowns,
             causes=tuple(causes)[:NAMED],
             beside=self.beside,
+            far=self._far(),
         )
+
+    def _far(self) -> tuple[str, ...]:
+        """Say without what the recording would not fit, what to do, and what may stand for it."""
+        if not self.far:
+            return ()
+        first, *others = self.far
+        name = "offset" if first.of in ZEROS else first.of
+        asked = f"{first.moved(self.units)}: measure it again, or --estimate {name}"
+        stand_for = ", ".join(one.name for one in others)
+        return (asked, f"Others that may stand for it: {stand_for}.") if others else (asked,)
 
     def __repr__(self) -> str:
         """Say what `summary` says."""

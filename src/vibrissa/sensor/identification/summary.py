@@ -43,8 +43,8 @@ from vibrissa.wording import counted
 MOST_WRONG = 0.5
 # A smaller part of the variance is not named.
 SHOWN = 0.005
-# So many causes of a misfit are named.
-NAMED = 3
+# So many causes of a misfit are named, of those that explain this part of it.
+NAMED, EXPLAINS = 3, 0.1
 
 
 class Source(StrEnum):
@@ -91,6 +91,8 @@ class FrictionSummary:
         What may be other than it was given, if it does not.
     beside : Beside or None
         The model of the rod beside the ratio of the forces.
+    far : tuple of str
+        With what alone it fits, and what may stand for that; empty where it fits what was given.
     """
 
     mean: float = np.nan
@@ -111,6 +113,7 @@ class FrictionSummary:
     goodness: Goodness | None = None
     causes: tuple[str, ...] = ()
     beside: Beside | None = None
+    far: tuple[str, ...] = ()
 
     @property
     def deviation(self) -> float:
@@ -156,12 +159,26 @@ class FrictionSummary:
             return
         of = f"{fit.ratio:.4g} per degree of freedom, of which there are {fit.degrees}"
         yield f"chi2 = {of}; its chance is {fit.chance:.2g}"
+        if fit.fits and self.far:
+            yield f"The recording fits only with {self.far[0]}"
+            yield from self.far[1:]
+            return
         if fit.fits:
             yield "The recording fits what was given."
             return
-        yield "The recording does not fit what was given. What may be other, each if it alone is:"
+        may = "What may be other, each if it alone is:"
+        found = may if self.causes else "No single thing that is other explains it."
+        yield f"The recording does not fit what was given. {found}"
         for text in self.causes:
             yield f"  {text}"
+        for name, part in fit.noisier.items():
+            yield (
+                f"{name} scatters {part:.2g} times as much as the noise that was given: give that, "
+                "or none, and it is estimated"
+            )
+        if self.far:
+            yield f"By the recording is {self.far[0]}"
+            yield from self.far[1:]
 
     def _compared(self, beside: Beside) -> str:
         said = "they agree" if beside.agrees else "they disagree: one of them is wrong"
@@ -180,6 +197,7 @@ def summary_of(
     unknowns: Sequence[str] = (),
     causes: tuple[str, ...] = (),
     beside: Beside | None = None,
+    far: tuple[str, ...] = (),
 ) -> FrictionSummary:
     """Summarise the friction of some periods.
 
@@ -191,6 +209,8 @@ def summary_of(
     causes : tuple of str
         What may be other than it was given, if the recording does not fit.
     beside : Beside, optional
+    far : tuple of str
+        With what alone the recording fits.
 
     Returns
     -------
@@ -211,6 +231,7 @@ def summary_of(
         goodness=periods.goodness,
         causes=causes,
         beside=beside,
+        far=far,
     )
     return _with_mean(known, periods.take(used), unknowns) if used.any() else known
 

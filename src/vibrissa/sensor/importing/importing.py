@@ -37,6 +37,8 @@ WORDS = {
 # What a stage without a recorded position is taken to do.
 STEADY = "the clamp position is the speed times the time since the first sample that is kept"
 
+UNTARED = "no tare: readings without load are taken as 0"
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Imported(Tabular):
@@ -116,6 +118,7 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
             *([STEADY] if settings.speed is not None else []),
             *_begin(scan, settings, layout.line),
             *(_spelled(key, zero, columns.units) for key, zero in zeros.items()),
+            *([] if zeros else [UNTARED]),
             *_left_out(layout.line[kept], layout, why),
             *_missing(values),
         ),

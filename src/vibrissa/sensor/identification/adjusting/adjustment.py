@@ -110,6 +110,13 @@ class Tolerance:
         told_of = 1.0 - (self.deviation / self.tolerance) ** 2
         return abs(self.score) / np.sqrt(told_of) if told_of > LITTLE else 0.0
 
+    def moved(self, units: Units) -> str:
+        """Say by how much it is other than given, and how surprising that is."""
+        size, unit = told(self.of, abs(self.adjusted), units)
+        way = "larger" if self.adjusted > 0.0 else "smaller"
+        by = f"{size:.3g} {unit}".rstrip()
+        return f"{self.name} {way} by {by} than given ({self.surprise:.1f} standard deviations)"
+
     def spelled(self, units: Units) -> str:
         """Say it in a person's units."""
         adjusted, unit = told(self.of, self.adjusted, units)

@@ -102,6 +102,7 @@ class RodFit:
             "setup": found.told,
             "tolerances": found.tolerances,
             "covariance": found.covariance,
+            "far": found.far,
         }
 
 

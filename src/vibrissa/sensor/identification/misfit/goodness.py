@@ -5,23 +5,33 @@ sum alone. A cause is judged by what it would explain if it were the only one: t
 the best contact of each period.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.given.tolerances import told
 from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.quantities import Units
+from vibrissa.sensor.transducer import CHANNELS
 
 # Probability with which a recording that fits is said not to.
 LEVEL = 1e-3
 # Independent values per second difference of readings, from which noise is estimated: neighbours
 # are correlated by −2/3, the next ones by 1/6.
 PER_DIFFERENCE = 18.0 / 35.0
+# Readings that scatter by this factor more than their noise have another noise.
+NOISY = 1.25
+
+
+def noisier(scatter: FloatArray, noise: FloatArray) -> dict[str, float]:
+    """Channels that scatter by more than the noise that was given, shape (3,) each."""
+    parts = zip(CHANNELS, scatter, noise, strict=True)
+    return {name: float(own / given) for name, own, given in parts if own > NOISY * given > 0.0}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,11 +45,14 @@ class Goodness:
         Readings, less what was fitted to them.
     noise_degrees : float
         Degrees of freedom of the noise; infinite where it was given.
+    noisier : dict of str to float
+        Channels that scatter by more than the noise that was given, and by which factor.
     """
 
     chi2: float
     degrees: int
     noise_degrees: float
+    noisier: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(
