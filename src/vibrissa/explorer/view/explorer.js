@@ -49,7 +49,8 @@ const ENDS = ["swings", "snaps", "slips back", "lifts", "inadmissible", "unknown
 
 /** @type {[string, string, Quantity][]} */
 const READOUTS = [
-  ["x0", "clamp displacement x0", "length"],
+  ["clamp", "position of the clamp", "length"],
+  ["x0", "x0 on the sticking curve", "length"],
   ["slip", "exact onset x0,slip", "length"],
   ["step", "last step x0,max", "length"],
   ["lock", "critical friction μ_lock", "number"],
@@ -57,9 +58,9 @@ const READOUTS = [
   ["alpha", "its inclination α", "angle"],
   ["phi1", "slope at the contact φ1", "angle"],
   ["sc", "contact at s_c", "length"],
-  ["fx", "clamp force Fx", "force"],
-  ["fy", "clamp force Fy", "force"],
-  ["m", "clamp moment M", "moment"],
+  ["fx", "load on the clamp Fx", "force"],
+  ["fy", "load on the clamp Fy", "force"],
+  ["m", "moment on the clamp M", "moment"],
   ["energy", "bending energy", "energy"],
 ];
 
@@ -365,7 +366,7 @@ export class Explorer {
     const now = performance.now();
     if (solved < 0.05 || now - (this.toldSolved ?? -Infinity) < PATIENCE) return;
     this.toldSolved = now;
-    write(this.at("solved"), `solved in ${spelled(solved, 1)} ms on ${rod.nodes} nodes`);
+    write(this.at("solved"), `Solved in ${spelled(solved, 1)} ms on ${rod.nodes} nodes`);
   }
 
   /** @param {string} said */
@@ -408,11 +409,12 @@ export class Explorer {
   }
 
   showValues() {
-    const { settings, sticking, state, now } = this.model;
-    if (!sticking || !state || !now) return;
+    const { settings, sticking, state, place, now } = this.model;
+    if (!sticking || !state || !place || !now) return;
     const slips = sticking.highBy === "slips";
     /** @type {Record<string, number>} */
     const values = {
+      clamp: place.clamp,
       x0: this.model.x0,
       slip: slips ? sticking.high : NaN,
       step: slips ? lastStep(sticking.high, settings.dx0) : NaN,

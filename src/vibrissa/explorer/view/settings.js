@@ -97,7 +97,7 @@ export const ROD_NUMBERS = [
 export const CHOICES = [
   { key: "contact", label: "Contact", words: [["point", "Tip"], ["line", "Line"]] },
   { key: "section", label: "Section", words: [["round", "Round"], ["planar", "Planar"]] },
-  { key: "law", label: "A slip ends", words: [["free", "Free"], ["kinetic", "Kinetic"], ["energy", "Energy"]] },
+  { key: "law", label: "A slip ends", words: [["free", "At α = 0"], ["kinetic", "Kinetic"], ["energy", "Energy"]] },
   { key: "units", label: "Units", words: [["none", "L, E·I0"], ["si", "SI"]] },
 ];
 

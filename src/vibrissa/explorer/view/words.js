@@ -21,8 +21,8 @@ export function told(event, { path, friction }, length) {
   switch (event.what) {
     case "slips":
       return event.x0 > 0
-        ? `The tip slips ahead at x0 = ${at} and comes to rest at ${length(event.rest)}.`
-        : `The clamp pulls: the tip slips at x0 = ${at} and comes to rest at ${length(event.rest)}.`;
+        ? `The tip slips ahead at x0 = ${at} and comes to rest at x0 = ${length(event.rest)}.`
+        : `The clamp pulls: the tip slips at x0 = ${at} and comes to rest at x0 = ${length(event.rest)}.`;
     case "locks":
       return `The tip locks: ${mu0} is more than the tip can ever need, ${spelled(path.muLock, 4)}.`;
     case "unlocks":
