@@ -141,6 +141,7 @@ verify: $(STAMP)
 	@$(PY) workflow/verify.py
 
 setup: $(STAMP)
+	@echo "$(VENV) is ready. For the commands vibrissa and python, type: . $(VENV)/bin/activate"
 
 # The stamp holds the folder's path: in a moved or copied folder .venv still points to the old one.
 ifneq ($(shell cat $(STAMP) 2>/dev/null),$(CURDIR))
@@ -162,7 +163,7 @@ $(STAMP): requirements.lock pyproject.toml
 	        >&2; exit 1; \
 	fi; \
 	echo "Setting up $(VENV) with $$("$$python" --version): downloading and installing the locked" \
-	    "packages, a minute or two ..."; \
+	    "packages, 1 GB, silently for a minute or two ..."; \
 	rm -rf $(VENV) && "$$python" -m venv $(VENV)
 # setuptools first: one locked package (connection_pool) has no wheel, and pip would otherwise
 # fetch some setuptools without a pin or a hash to build it.
