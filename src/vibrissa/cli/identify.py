@@ -24,7 +24,6 @@ from vibrissa.sensor import Identification, Method, PeriodStatus, SlipLaw, Unkno
 from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.identification.adjusting.adjustment import FAR
 from vibrissa.sensor.identification.calibration import NAMES
-from vibrissa.sensor.identification.summary import NAMED
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
 
 app = typer.Typer(**ALONE)
@@ -118,11 +117,14 @@ def identify(
     series.write(output, found.columns())
     if picture is not None:
         save_picture(found.plot(), picture)
-    for note in found.periods.notes:
-        typer.echo(note, err=True)
     known = (found.periods.status == PeriodStatus.SLIP).sum()
     written = f"{output}: {len(found.periods)} periods, friction of {known} of them"
-    for text in (*_estimated(found), *_tolerated(found), written, found.summary()):
+    # What was asked for first.
+    for text in (written, found.summary()):
+        say(text, output)
+    for note in found.periods.notes:
+        typer.echo(note, err=True)
+    for text in (*_estimated(found), *_tolerated(found)):
         say(text, output)
 
 
@@ -135,13 +137,12 @@ def _tolerated(found: Identification) -> Iterator[str]:
             f"Nothing is stated about {', '.join(assumed)}: tolerances are assumed "
             "(docs/tolerances.md); state yours, or --tolerance exact"
         )
-    share = found.shares
-    most = sorted(share, key=lambda name: -share[name])[:NAMED]
+    left = found.summary().if_exact
     for one in found.tolerances:
         moved = not one.wave and one.surprise > FAR
-        if (one.stated and not one.wave) or one.name in most or moved or one.estimated:
-            of_mu0 = f"; of mu0 {share[one.name]:.2g}" if one.name in share else ""
-            yield f"{one.spelled(found.units)}{of_mu0}"
+        if (one.stated and not one.wave) or moved or one.estimated:
+            exact = f"; if it were exact, mu0 ± {left[one.of]:.2g}" if one.of in left else ""
+            yield f"{one.spelled(found.units)}{exact}"
 
 
 def _estimated(found: Identification) -> Iterator[str]:

@@ -11,7 +11,7 @@ from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus
 from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.identification.misfit.goodness import Goodness
-from vibrissa.sensor.identification.summary import Source, summary_of
+from vibrissa.sensor.identification.summary import Source, if_exact, summary_of
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
 UNITS = ("N", "N", "N*m")
@@ -104,7 +104,7 @@ def test_without_a_friction_there_is_no_mean():
     periods.status[:] = PeriodStatus.OPEN
     found = summary_of(replace(periods, goodness=Goodness(chi2=9.0, degrees=9, noise_degrees=9.0)))
     assert np.isnan(found.mean) and found.left == {"open": 2}
-    assert str(found).endswith("no mean of mu0, from 0 of 2 periods (left out: 2 open)")
+    assert str(found).startswith("no mean of mu0, from 0 of 2 periods (left out: 2 open)")
 
 
 @pytest.mark.slow
@@ -178,3 +178,41 @@ def test_noise_that_was_stated_too_small_is_named_and_not_causes_that_explain_no
     assert not said_of(noise=1.0).goodness.noisier
     assert "By the recording is" not in text
     assert "By the recording is eta smaller by" in str(said_of(noise=0.5, eta=WHISKER.eta + 0.01))
+
+
+TOLERANCES = {"theta": 0.02, "eta": 0.001, "clamp_angle": 0.005, "transducer_angle": 0.005}
+
+
+@pytest.mark.parametrize("method", ["forces", "moment"])
+def test_what_remains_if_one_tolerance_were_exact_is_what_remains_if_it_is(method):
+    signals = scan(
+        WHISKER, surfaces.constant(0.3), step="50 um", to=["20 mm"], transducer=SENSOR, seed=2
+    )
+    table = signals.to_pandas()
+
+    def summary(sizes):
+        given = WHISKER.tolerating(sizes)
+        found = identify(given, table, method=method, transducer=SENSOR, assume=False)
+        return found.summary()
+
+    whole = summary(TOLERANCES)
+    assert list(whole.if_exact.values()) == sorted(whole.if_exact.values())
+    assert min(whole.if_exact.values()) < 0.9 * whole.deviation
+    for name in TOLERANCES:
+        left = summary({one: size for one, size in TOLERANCES.items() if one != name}).deviation
+        assert whole.if_exact[name] == pytest.approx(left, rel=0.03)
+    first, then = next(iter(whole.if_exact.items()))
+    assert f"measure first: {first} (then ± {then:.2g})" in str(whole)
+
+
+def test_parts_of_one_tolerance_become_exact_together():
+    covariance = np.array([[4.0, 1.0, 0.0], [1.0, 9.0, 2.0], [0.0, 2.0, 1.0]])
+    effect = np.array([1.0, 0.5, -1.0])
+    deviation = np.sqrt(effect @ covariance @ effect + 0.25)
+    left = if_exact(effect, covariance, ("a", "b", "a"), deviation)
+    # What remains of b where both parts of a are known, and the other way.
+    b = 9.0 - np.array([1.0, 2.0]) @ np.diag([0.25, 1.0]) @ [1.0, 2.0]
+    assert left["a"] == pytest.approx(np.sqrt(0.25 * b + 0.25))
+    column = np.array([1.0, 2.0])
+    rest = np.diag([4.0, 1.0]) - np.outer(column, column) / 9.0
+    assert left["b"] == pytest.approx(np.sqrt(effect[[0, 2]] @ rest @ effect[[0, 2]] + 0.25))

@@ -197,8 +197,8 @@ def test_tolerances_on_the_command_line(tmp_path):
 
     result = said("--tolerance", "modulus=3 %", "--tolerance", "exact")
     assert result.exit_code == 0
-    assert "modulus: +1" in result.stdout or "modulus: +0.99" in result.stdout
-    assert "% beside what was given (tolerance 3)" in result.stdout
+    assert "recording +1" in result.stdout or "recording +0.99" in result.stdout
+    assert "modulus: given to ± 3 %, by the recording +" in result.stdout
     assert "does not fit" not in result.stdout
     assert said("--tolerance", "modulus").exit_code == 2
     twice = said("--tolerance", "modulus=3 %", "--tolerance", "modulus=2 %")

@@ -71,31 +71,18 @@ class Identification(Tabular):
             return np.diag(own + periods.common**2)
         return np.asarray(periods.effects @ self.covariance @ periods.effects.T + np.diag(own))
 
-    @property
-    def shares(self) -> dict[str, float]:
-        """Standard deviation of the mean μ0 by each of what is not known exactly, by its name.
-
-        Errors of one may make up for those of another: the squares do not add up.
-        """
-        known = np.isfinite(self.periods.mu0)
-        if not self.tolerances or not known.any():
-            return {}
-        each = np.abs(self.periods.effects[known].mean(axis=0)) * np.sqrt(np.diag(self.covariance))
-        return {one.name: float(size) for one, size in zip(self.tolerances, each, strict=True)}
-
     def summary(self) -> FrictionSummary:
         """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""
-        share = self.shares
-        known = sorted(share, key=lambda name: -share[name])[:NAMED]
         causes = (
             f"{cause.spelled(self.units)} (explains {cause.explained:.0%} of the misfit)"
             for cause in self.periods.causes
             if cause.explained >= EXPLAINS
         )
-        unknowns = (*known, "other tolerances") if known else ()
         return summary_of(
             self.periods,
-            unknowns=("tolerances, and how the forces curve",) if self.setup is None else unknowns,
+            unknowns=("how the forces curve",) if self.setup is None else (),
+            tolerances=tuple(one.of for one in self.tolerances),
+            covariance=self.covariance,
             causes=tuple(causes)[:NAMED],
             beside=self.beside,
             far=self._far(),

@@ -20,6 +20,10 @@ the weights w_i = 1/(n_i² + t² + s'_i²), normalised,
 This is the mean over the places where the tip slipped. How far it is from that of other places is
 another question: places that are near to each other may be alike.
 
+If a tolerance i were exact, its error would be known to be 0. That takes (C·e)_i²/C_ii off the
+variance of the mean, where C is the covariance of what remains of the errors, and e the change of
+the mean per unit of each; for several parts of i the same with blocks of C.
+
 Whether the surface varies is told by Q = Σ (μ_i − μ̄)²/r_i² with r_i² = n_i² + s_i² and the mean μ̄
 of weights 1/r_i²: if it does not, Q is at most χ² with one degree of freedom less than periods.
 """
@@ -41,6 +45,8 @@ from vibrissa.wording import counted
 # Where more than this part of the frictions is graded wrong, none is left out: the rod is another
 # one, and the mean is given with a warning.
 MOST_WRONG = 0.5
+# What leaves more of the standard deviation if it were exact is not to be measured first.
+HELPS = 0.95
 # A smaller part of the variance is not named.
 SHOWN = 0.005
 # So many causes of a misfit are named, of those that explain this part of it.
@@ -69,6 +75,9 @@ class FrictionSummary:
         Its standard deviation by what all periods share. It does not average out.
     alike : tuple of str
         What that is, the largest part first.
+    if_exact : dict of str to float
+        What `deviation` would be if one tolerance were exact and the others as they are, the
+        smallest first: what to measure first.
     variation : float
         Standard deviation of μ0 from place to place, beyond its errors.
     chi2, chance : float
@@ -99,6 +108,7 @@ class FrictionSummary:
     random: float = np.nan
     common: float = np.nan
     alike: tuple[str, ...] = ()
+    if_exact: dict[str, float] = field(default_factory=dict)
     variation: float = np.nan
     chi2: float = 0.0
     chance: float = 1.0
@@ -130,16 +140,10 @@ class FrictionSummary:
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterator[str]:
+        yield from self._mean()
         yield from self._fit()
-        left = ", ".join(f"{number} {why}" for why, number in self.left.items())
-        of = f"{self.used} of {counted(self.periods, 'period')}"
-        of += f" (left out: {left})" if left else ""
         if not self.used:
-            yield f"no mean of mu0, from {of}"
             return
-        yield f"mu0 = {_rounded(self.mean, self.deviation)} ± {self.deviation:.2g}, mean of {of}"
-        alike = f" ({', '.join(self.alike)})" if self.alike else ""
-        yield f"± {self.random:.1g} is random, ± {self.common:.1g} the same in all periods{alike}"
         if self.wrong:
             yield f"do not rely on it: {self.wrong} of them are graded wrong, see the column doubt"
         elif self.doubtful:
@@ -152,6 +156,21 @@ class FrictionSummary:
         shown = {source: part for source, part in self.sources.items() if part >= SHOWN}
         parts = ", ".join(f"{source} {part:.0%}" for source, part in shown.items())
         yield f"one period: ± {self.single:.2g}; its variance is by {parts}"
+
+    def _mean(self) -> Iterator[str]:
+        left = ", ".join(f"{number} {why}" for why, number in self.left.items())
+        of = f"{self.used} of {counted(self.periods, 'period')}"
+        of += f" (left out: {left})" if left else ""
+        if not self.used:
+            yield f"no mean of mu0, from {of}"
+            return
+        yield f"mu0 = {_rounded(self.mean, self.deviation)} ± {self.deviation:.2g}, mean of {of}"
+        alike = f" ({', '.join(self.alike)})" if self.alike else ""
+        yield f"± {self.random:.1g} is random, ± {self.common:.1g} the same in all periods{alike}"
+        gains = {name: to for name, to in self.if_exact.items() if to < HELPS * self.deviation}
+        first = [f"{name} (then ± {to:.2g})" for name, to in gains.items()][:NAMED]
+        if first:
+            yield f"measure first: {', '.join(first)}"
 
     def _fit(self) -> Iterator[str]:
         fit = self.goodness
@@ -195,6 +214,8 @@ class FrictionSummary:
 def summary_of(
     periods: Periods,
     unknowns: Sequence[str] = (),
+    tolerances: Sequence[str] = (),
+    covariance: FloatArray | None = None,
     causes: tuple[str, ...] = (),
     beside: Beside | None = None,
     far: tuple[str, ...] = (),
@@ -205,7 +226,11 @@ def summary_of(
     ----------
     periods : Periods
     unknowns : sequence of str
-        What is not known exactly of the setup.
+        What is not known exactly of the setup, beside the tolerances.
+    tolerances : sequence of str, length k
+        Of which tolerance each effect of the periods is.
+    covariance : ndarray, shape (k, k), optional
+        Of what remains of their errors.
     causes : tuple of str
         What may be other than it was given, if the recording does not fit.
     beside : Beside, optional
@@ -233,7 +258,53 @@ def summary_of(
         beside=beside,
         far=far,
     )
-    return _with_mean(known, periods.take(used), unknowns) if used.any() else known
+    if not used.any():
+        return known
+    some = periods.take(used)
+    if covariance is None or not tolerances:
+        return _with_mean(known, some, unknowns)
+    found = _with_mean(known, some, ("tolerances", *unknowns))
+    effect = _weights_of(some) @ some.effects
+    return replace(found, if_exact=if_exact(effect, covariance, tolerances, found.deviation))
+
+
+def if_exact(
+    effect: FloatArray, covariance: FloatArray, names: Sequence[str], deviation: float
+) -> dict[str, float]:
+    """Give the standard deviation that remains of a value if one tolerance were exact.
+
+    Parameters
+    ----------
+    effect : ndarray, shape (k,)
+        Change of the value per unit of each of k errors.
+    covariance : ndarray, shape (k, k)
+        Of these.
+    names : sequence of str, length k
+        Of which tolerance each is.
+    deviation : float
+        Of the value, by these errors and by others.
+
+    Returns
+    -------
+    dict of str to float
+        For each tolerance, the smallest first.
+    """
+    along, left = covariance @ effect, {}
+    for name in dict.fromkeys(names):
+        rows = np.flatnonzero([one == name for one in names])
+        # Parts of which one is known by the others, or known, have no inverse.
+        inverse = np.linalg.pinv(covariance[np.ix_(rows, rows)], hermitian=True)
+        gained = float(along[rows] @ inverse @ along[rows])
+        left[name] = float(np.sqrt(max(0.0, deviation**2 - gained)))
+    return dict(sorted(left.items(), key=lambda item: item[1]))
+
+
+def _weights_of(some: Periods) -> FloatArray:
+    """Weights of the periods in their mean."""
+    step = some.by_step**2
+    noise = np.maximum(some.deviation**2 - some.common**2 - step, 0.0)
+    scattered, surely = _scatter(some.mu0, noise)
+    return _weights(noise + scattered + np.maximum(step - surely, 0.0))
 
 
 def _with_mean(known: FrictionSummary, some: Periods, unknowns: Sequence[str]) -> FrictionSummary:
@@ -242,7 +313,7 @@ def _with_mean(known: FrictionSummary, some: Periods, unknowns: Sequence[str]) -
     noise = np.maximum(some.deviation**2 - some.common**2 - step, 0.0)
     scattered, surely = _scatter(some.mu0, noise)
     same_step = np.sqrt(np.maximum(step - surely, 0.0))
-    weights = _weights(noise + scattered + same_step**2)
+    weights = _weights_of(some)
     by_step = float(weights @ same_step)
     by_setup = float(np.linalg.norm(weights @ some.shifts))
     parts = sorted([(by_step, (Source.STEP,)), (by_setup, tuple(unknowns))], reverse=True)

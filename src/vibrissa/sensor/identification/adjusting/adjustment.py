@@ -124,9 +124,13 @@ class Tolerance:
             told(self.of, size, units)[0] for size in (self.deviation, self.tolerance)
         )
         return (
-            f"{self.name}: {adjusted:+.3g} ± {deviation:.2g} {unit} beside what was given "
-            f"(tolerance {tolerance:.3g})"
-        ).replace("  ", " ")
+            (
+                f"{self.name}: given to ± {tolerance:.3g} {unit}, by the recording "
+                f"{adjusted:+.3g} ± {deviation:.2g} {unit} beside that"
+            )
+            .replace("  ", " ")
+            .replace(" ,", ",")
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
