@@ -294,7 +294,7 @@ def test_a_moment_may_be_written_without_a_sign_between(unit):
         ({"columns": {"force_x": "Fx [mm]"}}, "must have the unit of a force"),
         ({"columns": {"fx": "Fx"}}, "column must be one of time, footpoint"),
         ({"columns": {"force_x": "-"}}, "needs the title"),
-        ({"columns": {"force_x": "Fx [N]"}}, "the clamp position is missing"),
+        ({"columns": {"force_x": "Fx [N]"}}, "--column 'footpoint=...', or give --speed"),
         ({"columns": {"force_x": "Fx [N]"}, "speed": "1 mm/s"}, "column time, or the rate"),
         ({"columns": {"force_x": "Fx [N]"}, "speed": "1 mm"}, "speed must be a speed"),
         ({"columns": TITLED, "speed": "1 mm/s"}, "give the speed or the column"),

@@ -218,8 +218,8 @@ def _with_clamp(values: Values, settings: Settings, name: str) -> Values:
     if settings.speed is None:
         if "footpoint" not in values:
             raise RecordingError(
-                f"{name}: the clamp position is missing: say which column is the footpoint, or "
-                "give the speed"
+                f"{name}: the clamp position is missing: say which column it is, "
+                "--column 'footpoint=...', or give --speed '1 mm/s'"
             )
         return values
     if "time" not in values:
