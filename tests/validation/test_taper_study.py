@@ -9,7 +9,7 @@ import pytest
 from vibrissa.sensor import Recording, Units, path, respond, simulate, surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.recording import WITH_ROD
+from vibrissa.sensor.identification.recording import WITH_ROD, Method
 
 TAPER = runpy.run_path(str(Path(__file__).parents[2] / "validation/taper.py"))
 
@@ -28,6 +28,10 @@ def test_prediction_agrees_with_what_the_identification_states(theta, step, meth
     asked = {"method": method, "step": step, "law": "free"}
     found = find_periods(known_setup(response), recording, noise, **asked)
     expected = TAPER["predicted"](response, truth.mu0[found.last], step, noise, method)
+    if method is Method.SPACING and theta > 1.0:
+        # So thick a rod does not tell whether the tip slips at rest or while the stage moves, which
+        # is half a step earlier on average: the onset is somewhere in a step and a half.
+        expected = 1.5 * expected
     ratio = (found.deviation / expected)[np.isfinite(found.deviation)]
     assert len(ratio) > 8
     # The reading's own noise and where it stands in its step move single periods.

@@ -194,7 +194,7 @@ def test_estimates_on_the_command_line(tmp_path):
     asked += ["--tolerance", "exact"]
     result = run("identify", scanned, *whisker, *asked)
     assert result.exit_code == 0, result.output
-    assert "eta = 0.0850" in result.output and "correlation of eta and moment_z" in result.output
+    assert "eta = 85.0" in result.output and "correlation of eta and moment_z" in result.output
     assert "common [1]" in found.read_text().partition("\n")[0]
     found.unlink()
     scanned.write_text("".join(scanned.read_text().splitlines(keepends=True)[:4]))

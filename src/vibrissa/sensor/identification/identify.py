@@ -25,6 +25,7 @@ from vibrissa.sensor.identification.reading.carried import Carried, bearing_tole
 from vibrissa.sensor.identification.recording import (
     Method,
     Recording,
+    check_size,
     noise_of,
     read_recording,
     units_of,
@@ -172,6 +173,7 @@ def identify(
         )
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, method, sensor)
+    check_size(len(recording), recording.notes)
     known = noise_of(recording.readings) if given is None else given
     ratio = None
     if whisker is None:
