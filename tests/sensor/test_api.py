@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from steel import NANO, ROD, SENSOR, SI, WHISKER
 from vibrissa import Mounting, sensor, solve_onset
 from vibrissa.cli.app import app
-from vibrissa.errors import ArgumentError, RecordingError, UndeterminedError
+from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.sensor import Units, Whisker, identify, scan, series, solve, surfaces
 from vibrissa.sensor.quantities import Kind
 
