@@ -1,5 +1,8 @@
 """Workers; tests/workflow runs jobs in them."""
 
+import sys
+from multiprocessing import get_context
+from threading import Thread
 from types import SimpleNamespace
 
 import pytest
@@ -37,3 +40,21 @@ PLAIN = {"conda_env": None, "container_img": None, "env_modules": None, "shadow_
 def test_a_job_with_surroundings_of_its_own_gets_a_python_of_its_own(given, alone):
     script = SimpleNamespace(**PLAIN | {"threads": 1} | given)
     assert workers.needs_its_own(script) is alone
+
+
+def test_the_status_of_each_process_is_its_own_where_several_threads_start_some():
+    context, found = get_context("forkserver"), []
+
+    def some(status):
+        for _ in range(30):
+            worker = context.Process(target=sys.exit, args=[status], daemon=True)
+            workers.start(worker)
+            found.append((status, workers.exit_status(worker)))
+
+    threads = [Thread(target=some, args=[status]) for status in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 4 * 30
+    assert all(status == expected for expected, status in found)

@@ -14,7 +14,9 @@ import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
 from multiprocessing import get_context
+from multiprocessing.connection import wait
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 from vibrissa.pipeline.places import HOME
@@ -33,6 +35,7 @@ ALSO = (
 )
 # Read when numerical libraries are loaded. A rule with more threads gets a Python of its own.
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR")
+_ONE_AT_A_TIME = Lock()
 
 
 def modules_of(script: Path) -> Iterator[str]:
@@ -75,14 +78,46 @@ def install() -> None:
             return
         os.environ.update({f"{library}_NUM_THREADS": "1" for library in THREADS})
         worker: Any = context.Process(target=run, args=[fname], daemon=True)
-        worker.start()
+        start(worker)
         record = self.bench_record
         with benchmarked(worker.pid, record) if record else nullcontext():
-            worker.join()
-        if worker.exitcode:
-            raise subprocess.CalledProcessError(worker.exitcode, [sys.executable, fname])
+            status = exit_status(worker)
+        if status:
+            raise subprocess.CalledProcessError(status, [sys.executable, fname])
 
     PythonScript.execute_script = execute_script
+
+
+def start(worker: Any) -> None:
+    """Start a process, as several threads may do at the same time.
+
+    Parameters
+    ----------
+    worker : multiprocessing.Process
+    """
+    with _ONE_AT_A_TIME:
+        worker.start()
+
+
+def exit_status(worker: Any) -> int:
+    """Wait for a process that `start` has started.
+
+    Whoever starts a process looks which others have ended, too. The status of a process can be read
+    but once: of two threads that read it the second would get 255.
+
+    Parameters
+    ----------
+    worker : multiprocessing.Process
+
+    Returns
+    -------
+    int
+        Negative where a signal ended it.
+    """
+    wait([worker.sentinel])
+    with _ONE_AT_A_TIME:
+        worker.join()
+    return int(worker.exitcode)
 
 
 def run(script: str) -> None:
