@@ -167,7 +167,7 @@ def test_the_tables_are_the_same_as_without_a_cluster(cluster, hold, tmp_path):
     project = Project(tmp_path / "there", STUDY, cluster)
     with project.running("slurm", *SOON):
         # The screen is told some seconds after the jobs have started; until then they wait.
-        wait_for(lambda: "SLURM: 4 running, 1 pending: Resources" in project.said, "full cluster")
+        wait_for(lambda: "SLURM: 4 running, 2 pending: " in project.said, "full cluster")
         hold.unlink()
     seconds.append(time.monotonic() - start - seconds[0])
 
@@ -182,7 +182,7 @@ def test_the_tables_are_the_same_as_without_a_cluster(cluster, hold, tmp_path):
     assert {state for state, _ in jobs} == {"COMPLETED"}
     assert {node for _, node in jobs} == {"n1", "n2"}
     blocks = list(project.root.glob("results/*/blocks/*/*.curves.parquet"))
-    assert len(jobs) == len(blocks) + 2 == 6  # one for each block, the scans and the states
+    assert len(jobs) == len(blocks) + 2 == 7  # one for each block, the scans and the states
     print(
         f"\n{len(points)} points, bit for bit the same: {seconds[0]:.0f} s on this machine, "
         f"{seconds[1]:.0f} s as {len(jobs)} jobs of SLURM"
