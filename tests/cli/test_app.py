@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import vibrissa
+from vibrissa.cli import options
 from vibrissa.cli.app import COMMANDS, app, module_of
 from vibrissa.mechanics.rod import Rod
 from vibrissa.provenance import commit
@@ -298,3 +299,14 @@ def test_numbers_are_written_in_one_way(cell, tmp_path):
     path.write_text(f'a\n"{cell}"\n', encoding="utf-8")
     with pytest.raises(ValueError, match="line 2: a must be a number"):
         series.read(path, ["a"])
+
+
+@pytest.mark.parametrize("patience, lines", [(-1.0, ["solving"]), (60.0, [])])
+def test_long_work_is_shown_beside_the_result(monkeypatch, capsys, patience, lines):
+    monkeypatch.setattr(options, "PATIENCE", patience)
+    tell = options.progress_bars()
+    for done in (1, 2):
+        tell("solving", done, 2)
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert [line.split()[0] for line in told.err.splitlines() if line.strip()] == lines

@@ -156,8 +156,7 @@ MATERIALS = {
     "pa12-sls": Material(
         name="polyamide 12, laser sintered (EOS PA 2200); creeps",
         source="EOS, PA 2200 Speed 1.0: tensile modulus 1600 MPa in the layers, 1550 MPa across "
-        "them; "
-        "tensile strength 48 and 42 MPa; 930 kg/m³",
+        "them; tensile strength 48 and 42 MPa; 930 kg/m³",
         modulus=1.6e9,
         yield_strain=0.5 * 42e6 / 1.6e9,
         density=930.0,
@@ -173,8 +172,7 @@ MATERIALS = {
     "resin-tough": Material(
         name="tough resin, printed by stereolithography (Formlabs Tough 2000 V2); creeps",
         source="Formlabs, product page of Tough 2000 Resin V2 in July 2026: flexural modulus 1701 "
-        "MPa, "
-        "tensile strength 40.4 MPa; 1030 kg/m³ as a liquid",
+        "MPa, tensile strength 40.4 MPa; 1030 kg/m³ as a liquid",
         modulus=1.701e9,
         yield_strain=0.5 * 40.4e6 / 1.701e9,
         density=1030.0,
@@ -182,8 +180,7 @@ MATERIALS = {
     "pom": Material(
         name="acetal homopolymer, machined or drawn; creeps",
         source="Margolis, Engineering Plastics Handbook (2006), table 5.5: tensile and flexural "
-        "modulus "
-        "3.0 GPa, tensile strength 72 MPa; 1410 kg/m³",
+        "modulus 3.0 GPa, tensile strength 72 MPa; 1410 kg/m³",
         modulus=3.0e9,
         yield_strain=0.5 * 72e6 / 3.0e9,
         density=1410.0,

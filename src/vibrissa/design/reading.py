@@ -185,7 +185,8 @@ def _of_transducer(name: str | None, values: dict[str, Any]) -> dict[str, Channe
 def _check_tolerances(values: dict[str, Any]) -> None:
     """Refuse what is no tolerance of a rod, before any rod is looked for."""
     rod = Rod(values["modulus"], 1e-3, 0.1) if "modulus" in values else None
-    read_tolerances(Whisker(theta=2.0, eta=0.85, rod=rod), values["tolerances"])
+    whisker = Whisker(theta=2.0, eta=0.85, rod=rod)
+    read_tolerances(whisker.units, values["tolerances"], whisker)
 
 
 def _refuse_dimensions(values: dict[str, Any], transducer: str | None) -> None:

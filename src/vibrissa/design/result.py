@@ -146,7 +146,7 @@ class Design(Tabular):
             rod=self.rod,
             wished=self.units.wished,
         )
-        stated = read_tolerances(whisker, self.requirements.tolerances)
+        stated = read_tolerances(whisker.units, self.requirements.tolerances, whisker)
         mu0 = float(self.mu0[np.argmax(self.deviations.total)])
         return tolerance_limits(self.requirements, whisker.tolerating(stated), mu0, self.deviation)
 

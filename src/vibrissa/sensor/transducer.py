@@ -99,8 +99,7 @@ PRESETS = {
     "nano17-si-12-0.12": Transducer(
         name="ATI Nano17 SI-12-0.12",
         source="ATI Industrial Automation, product page of the Nano17, calibration SI-12-0.12: "
-        "Fx, Fy "
-        "12 N, Fz 17 N (12 N is taken), moments 120 N*mm; resolution 1/320 N and 1/64 N*mm",
+        "Fx, Fy 12 N, Fz 17 N (12 N is taken), moments 120 N*mm; resolution 1/320 N and 1/64 N*mm",
         limit=(12.0, 12.0, 0.12),
         resolution=_NANO17,
         noise=_NANO17,
@@ -108,10 +107,8 @@ PRESETS = {
     "mini40-si-40-2": Transducer(
         name="ATI Mini40 SI-40-2",
         source="ATI Industrial Automation, product page of the Mini40, calibration SI-40-2, Net "
-        "or DAQ: "
-        "Fx, Fy 40 N, Fz 120 N, moments 2 N*m; resolution 1/100, 1/50 N and 1/4000 N*m. Noise: "
-        "measured "
-        "by a laboratory on one of them at rest, 0.015 and 0.03 N, 0.0005 N*m",
+        "or DAQ: Fx, Fy 40 N, Fz 120 N, moments 2 N*m; resolution 1/100, 1/50 N and 1/4000 N*m. "
+        "Noise: measured by a laboratory on one of them at rest, 0.015 and 0.03 N, 0.0005 N*m",
         limit=(40.0, 120.0, 2.0),
         resolution=(0.01, 0.02, 1.0 / 4000.0),
         noise=(0.015, 0.03, 0.0005),
@@ -119,8 +116,7 @@ PRESETS = {
     "axia80-si-200-8": Transducer(
         name="ATI Axia80-M20 SI-200-8",
         source="ATI Industrial Automation, product page of the Axia80-M20, calibration SI-200-8: "
-        "Fx, Fy "
-        "200 N, Fz 360 N, moments 8 N*m; resolution 1/10 N and 1/200 N*m",
+        "Fx, Fy 200 N, Fz 360 N, moments 8 N*m; resolution 1/10 N and 1/200 N*m",
         limit=(200.0, 360.0, 8.0),
         resolution=_AXIA80,
         noise=_AXIA80,
@@ -128,8 +124,7 @@ PRESETS = {
     "onrobot-hex-e": Transducer(
         name="OnRobot HEX-E QC",
         source="OnRobot, data sheet HEX-E/H QC, v1.5: 200 N, Tx and Ty 10 N*m; noise-free "
-        "resolution "
-        "0.2 N in Fx and Fy, 0.8 N in Fz, 0.010 N*m",
+        "resolution 0.2 N in Fx and Fy, 0.8 N in Fz, 0.010 N*m",
         limit=(200.0, 200.0, 10.0),
         resolution=_HEX_E,
         noise=_HEX_E,

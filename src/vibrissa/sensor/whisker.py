@@ -166,7 +166,7 @@ class Whisker:
         tolerances = {name: one.tolerance for name, one in parts.items() if one.tolerance}
         if stiffness := tolerances.pop("clamp_stiffness", None):
             tolerances["clamp_compliance"] = _of_stiffness(units, value, stiffness)
-        return replace(whisker, tolerances=read_tolerances(whisker, tolerances))
+        return replace(whisker, tolerances=read_tolerances(whisker.units, tolerances, whisker))
 
     def tolerating(self, tolerances: Mapping[str, float]) -> "Whisker":
         """Give the same whisker with more tolerances, as from `read_tolerances`."""

@@ -140,7 +140,7 @@ def test_a_clamp_does_not_yield_less_than_a_rigid_one():
 
 def test_tolerances_are_read_with_units_and_in_per_cent():
     found = read_tolerances(
-        STEEL,
+        STEEL.units,
         {
             "modulus": "5 GPa",
             "diameter": "1 %",
@@ -150,6 +150,7 @@ def test_tolerances_are_read_with_units_and_in_per_cent():
             "clamp_angle": "0.5 deg",
             "stage_scale": 0.01,
         },
+        STEEL,
     )
     assert found == pytest.approx(
         {
@@ -177,7 +178,7 @@ def test_tolerances_are_read_with_units_and_in_per_cent():
 )
 def test_what_is_no_tolerance_is_refused(given, message):
     with pytest.raises(ArgumentError, match=message):
-        read_tolerances(STEEL, given)
+        read_tolerances(STEEL.units, given, STEEL)
 
 
 def test_tolerances_on_the_command_line(tmp_path):

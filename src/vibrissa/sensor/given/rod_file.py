@@ -101,7 +101,7 @@ class RodFile:
             reading["kinetic_ratio"] = ratio
             if given.tolerance is not None:
                 stated = {"kinetic_ratio": given.tolerance} | stated
-        whisker = whisker.tolerating(read_tolerances(whisker, stated, ratio))
+        whisker = whisker.tolerating(read_tolerances(whisker.units, stated, whisker, ratio))
         return cls(
             whisker=whisker.wishing(reading.get("noise"), *stated.values()),
             reading=reading,

@@ -79,8 +79,7 @@ def _noisy(kind: Kind, channel: int, what: str, reason: str) -> Tolerable:
 _TARED = "no sheet; a tare is the mean of few readings, and the zero moves after it"
 _WARM = (
     "ME-Messsysteme, sheet of the K3D40 (5 Oct 2016): 0.05 % of full scale per kelvin, as much "
-    "creep; "
-    "of 12 N that is 6 mN for a change by 1 K, two deviations of a Nano17"
+    "creep; of 12 N that is 6 mN for a change by 1 K, two deviations of a Nano17"
 )
 TOLERABLE = {
     "theta": Tolerable(
@@ -107,8 +106,7 @@ TOLERABLE = {
         assumed=Assumed(
             size=np.deg2rad(0.5),
             reason="ISO 2768-1, classes f and m: ±0.5° where the shorter side has 10 to 50 mm; a "
-            "hole "
-            "with 0.1 mm of play over 10 mm",
+            "hole with 0.1 mm of play over 10 mm",
         ),
     ),
     "clamp_compliance": Tolerable(
@@ -181,8 +179,7 @@ TOLERABLE = {
         assumed=Assumed(
             size=0.002,
             reason="ME-Messsysteme, sheet of the K3D40 (5 Oct 2016): 0.5 to 1 % as delivered; a "
-            "part of "
-            "it is left after a calibration with weights",
+            "part of it is left after a calibration with weights",
         ),
     ),
     "moment_origin_x": Tolerable(
@@ -243,16 +240,20 @@ def check_name(name: str, what: str = "a tolerance is of") -> None:
 
 
 def read_tolerances(
-    whisker: "Whisker", given: Mapping[str, Quantity], kinetic_ratio: float | None = None
+    units: Units,
+    given: Mapping[str, Quantity],
+    whisker: "Whisker | None" = None,
+    kinetic_ratio: float | None = None,
 ) -> dict[str, float]:
     """Read tolerances such as ``{"clamp_angle": "0.5 deg", "modulus": "2 %"}``.
 
     Parameters
     ----------
-    whisker : Whisker
-        That was given; a percentage is one of its value.
+    units : Units
     given : mapping of str to str or number
         Standard deviations of some of `TOLERABLE`, or `EXACT`.
+    whisker : Whisker, optional
+        That was given, in these units; a percentage is one of its value.
     kinetic_ratio : float, optional
         That was given, for the same purpose.
 
@@ -269,26 +270,34 @@ def read_tolerances(
     found = {}
     for name, value in given.items():
         check_name(name)
-        found[name] = 0.0 if value == EXACT else _read(whisker, name, value, kinetic_ratio)
+        found[name] = 0.0 if value == EXACT else _read(units, name, value, whisker, kinetic_ratio)
         if not 0.0 <= found[name] < np.inf:
             raise ArgumentError(f"the tolerance of {name} must not be negative, got {value!r}")
     return found
 
 
-def _read(whisker: "Whisker", name: str, value: Quantity, kinetic_ratio: float | None) -> float:
-    units, what, one = whisker.units, f"the tolerance of {name}", TOLERABLE[name]
+def _read(
+    units: Units,
+    name: str,
+    value: Quantity,
+    whisker: "Whisker | None",
+    kinetic_ratio: float | None,
+) -> float:
+    what, one = f"the tolerance of {name}", TOLERABLE[name]
     if isinstance(value, str) and value.strip().endswith("%"):
         part = float(units.read(value.strip()[:-1], Kind.NUMBER, what)) / 100.0
         if one.relative or name == "crosstalk":
             return part
-        of = {"theta": whisker.theta, "eta": whisker.eta} | vars(whisker.mounting)
-        of["kinetic_ratio"] = kinetic_ratio
+        of = {"kinetic_ratio": kinetic_ratio}
+        if whisker is not None:
+            of |= {"theta": whisker.theta, "eta": whisker.eta} | vars(whisker.mounting)
         size = of.get(name)
         if size is None or not np.atleast_1d(size)[0]:
             raise ArgumentError(f"{what} has no value of which it could be {value}: give a size")
         return part * abs(float(np.atleast_1d(size)[0]))
-    if name in OF_SIZE and whisker.rod is not None and not _is_number(value):
-        return float(in_si(str(value), one.kind, what)) / getattr(whisker.rod, OF_SIZE[name])
+    rod = None if whisker is None else whisker.rod
+    if name in OF_SIZE and rod is not None and not _is_number(value):
+        return float(in_si(str(value), one.kind, what)) / getattr(rod, OF_SIZE[name])
     kind = Kind.NUMBER if one.relative else one.kind
     return float(units.read(value, kind, what))
 

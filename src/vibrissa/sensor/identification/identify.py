@@ -221,4 +221,4 @@ def _tolerant(
         ratio = float(whisker.units.read(given.value, Kind.NUMBER, "kinetic_ratio"))
         if given.tolerance is not None:
             stated = {"kinetic_ratio": given.tolerance} | stated
-    return ratio, whisker.tolerating(read_tolerances(whisker, stated, ratio))
+    return ratio, whisker.tolerating(read_tolerances(whisker.units, stated, whisker, ratio))

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.given.tolerances import EXACT, TOLERABLE, assumed_tolerances
+from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.identification.adjusting.properties import Bench, Component, components_of
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.quantities import Quantity, Units
@@ -103,26 +103,13 @@ def bearing_tolerances(
     Raises
     ------
     ArgumentError
-        If one that is given does not change the ratio, is no such quantity, or not positive.
+        If one that is given does not change the ratio, is no such quantity, or negative.
     """
-    found = assumed_tolerances(units, noise) if assume else {}
-    for name, value in given.items():
+    for name in given:
         if name not in BEARING:
             raise ArgumentError(
                 f"the method ratio uses no rod: a tolerance is of one of {', '.join(BEARING)}, "
                 f"got {name!r}"
             )
-        found[name] = 0.0 if value == EXACT else _read(name, value, units)
-    return found
-
-
-def _read(name: str, value: Quantity, units: Units) -> float:
-    """Read a tolerance; that of crosstalk may be a percentage."""
-    what, text = f"the tolerance of {name}", str(value).strip()
-    if name == "crosstalk" and text.endswith("%"):
-        size = float(units.read(text[:-1], TOLERABLE[name].kind, what)) / 100.0
-    else:
-        size = float(units.read(value, TOLERABLE[name].kind, what))
-    if not 0.0 < size < np.inf:
-        raise ArgumentError(f"{what} must be positive, got {value!r}")
-    return size
+    assumed = assumed_tolerances(units, noise) if assume else {}
+    return assumed | read_tolerances(units, given)
