@@ -18,6 +18,7 @@ from matplotlib.spines import Spine
 from matplotlib.text import Text
 
 from figure_rows import ROWS, drawn
+from vibrissa.figures import style
 
 LOOK = Path(__file__).with_name("look.yaml")
 KNOWN = yaml.safe_load(LOOK.read_text(encoding="utf-8"))
@@ -50,6 +51,15 @@ def colors(values):
 
 def words(text):
     return f"{text.get_text()!r} {number(text.get_fontsize())} pt {to_hex(text.get_color())}"
+
+
+def ticks(axis):
+    """Say where an axis has its marks, and what stands there if it is no number as usual."""
+    marks = axis.get_major_ticks()
+    sizes = dict.fromkeys(number(mark.label1.get_fontsize()) for mark in marks)
+    labels = [text.get_text() for text in axis.get_ticklabels()]
+    places = numbers(axis.get_ticklocs())
+    return f"{places} as {' '.join(labels)}, {' '.join(sizes)} pt, {len(axis.get_minor_ticks())}"
 
 
 def anchored(legend):
@@ -87,7 +97,8 @@ def described(artist):
         title = artist.get_title().get_text()
         return f"legend {title!r} {anchored(artist)} in {artist._ncols} columns: {texts}"
     if isinstance(artist, Text) and artist.get_text():
-        return f"text {words(artist)} at {numbers(artist.get_position())}"
+        where = f"{artist.get_ha()} {artist.get_va()} of {numbers(artist.get_position())}"
+        return f"text {words(artist)} {where}, wraps: {artist.get_wrap()}"
     if isinstance(artist, Patch) and not isinstance(artist, Spine):
         corners = artist.get_patch_transform().transform(artist.get_path().vertices)
         return (
@@ -104,7 +115,9 @@ def axes_described(axes):
     shows = list(filter(None, shown))
     return {
         "words": [words(text) for text in (axes.title, axes.xaxis.label, axes.yaxis.label)],
+        "place": numbers(np.round(axes.get_position().bounds, 3)),
         "limits": f"x {numbers(axes.get_xlim())}, y {numbers(axes.get_ylim())}",
+        "marks": [ticks(axes.xaxis), ticks(axes.yaxis)],
         "scales": f"{axes.get_xscale()} {axes.get_yscale()}, aspect {axes.get_aspect()}",
         "insets": [axes_described(inset) for inset in axes.child_axes],
         "shows": [*shows[:MOST], *(f"and {more} more" for more in [len(shows) - MOST] if more > 0)],
@@ -121,16 +134,31 @@ def figure_described(figure):
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
-    looks = {
-        f"{kind} {count}": figure_described(drawn(kind, count)) for kind in ROWS for count in COUNTS
-    }
-    new = tmp_path_factory.mktemp("look") / LOOK.name
-    new.write_text(yaml.safe_dump(looks, allow_unicode=True, sort_keys=False, width=1000))
-    print(f"If figures were meant to change: look at them, and copy {new} over {LOOK}.")
-    return looks
+def now(tmp_path_factory):
+    """The looks as they are now, and a file for them."""
+    return dict(KNOWN), tmp_path_factory.mktemp("look") / LOOK.name
 
 
-@pytest.mark.parametrize("name", [f"{kind} {count}" for kind in ROWS for count in COUNTS])
-def test_a_figure_looks_as_it_did(found, name):
-    assert found[name] == KNOWN[name]
+def compared(now, name, figure):
+    looks, new = now
+    looks[name] = figure_described(figure)
+    if looks[name] != KNOWN.get(name):
+        new.write_text(yaml.safe_dump(looks, allow_unicode=True, sort_keys=False, width=1000))
+        print(f"If figures were meant to change: look at them, and copy {new} over {LOOK}.")
+    assert looks[name] == KNOWN.get(name)
+
+
+@pytest.mark.parametrize("kind", ROWS)
+@pytest.mark.parametrize("count", COUNTS)
+def test_a_figure_looks_as_it_did(kind, count, now):
+    compared(now, f"{kind} {count}", drawn(kind, count))
+
+
+@pytest.mark.parametrize("count", [7, 21])
+def test_maps_of_many_heights_look_as_they_did(count, now):
+    compared(now, f"regimes {count}", drawn("regimes", count))
+
+
+def test_a_figure_that_says_why_there_is_none_looks_as_it_did(now):
+    with style.applied():
+        compared(now, "message", style.message("failed: no luck"))

@@ -1,6 +1,7 @@
 """Every kind of figure with one to a hundred series, in all formats."""
 
 import re
+import struct
 import warnings
 from xml.etree import ElementTree
 
@@ -94,6 +95,22 @@ def test_all_formats_look_alike(kind, tmp_path, monkeypatch):
         rows = (1.0 - bottom - np.array([0.9, 0.1]) * height) * len(pixels)
         spine = pixels[slice(*rows.astype(int)), column - 2 : column + 3]
         assert spine.mean(axis=(0, 2)).min() < 0.7
+
+
+def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):
+    """Else its PDF, whose type is measured in another way, would have other axes than its PNG."""
+    figure, layouts = drawn("taper", 3), []
+    engine = figure.get_layout_engine()
+    execute = engine.execute
+    monkeypatch.setattr(engine, "execute", lambda page: layouts.append(page) or execute(page))
+    style.save(figure, [tmp_path / f"figure.{ending}" for ending in ("svg", "pdf", "png")])
+    assert layouts == [figure]
+
+
+def test_pixels_are_enough_for_print(tmp_path):
+    style.save(drawn("taper", 3), [tmp_path / "figure.png"])
+    header = (tmp_path / "figure.png").read_bytes()[16:24]
+    assert struct.unpack(">II", header) == (round(6.3 * 200), round(4.2 * 200))
 
 
 def is_bar(axes):

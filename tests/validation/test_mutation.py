@@ -6,6 +6,7 @@ import re
 import subprocess
 from collections import Counter
 
+import coverage
 import pytest
 from cosmic_ray.mutating import mutate_code
 from mutation import mutants, recording, run
@@ -199,6 +200,39 @@ def test_only_lines_that_differ_are_changed_and_all_of_a_new_module(checkout):
 def test_an_unknown_commit_is_refused_in_the_words_of_git(checkout):
     with pytest.raises(SystemExit, match=r"git diff: fatal: .*nowhere"):
         run.changed_lines("nowhere")
+
+
+def test_a_fixture_that_tests_share_is_paid_for_once():
+    """Else a table of forty rows, each a test of its own, would be asked for five rows."""
+    tests = ["dear", "cheap", "alone", "late"]
+    one = recorded(
+        effort={"dear": 10.1, "cheap": 10.2, "alone": 3.0, "late": 1.0},
+        shared={"dear": ["f"], "cheap": ["f"]},
+        fixtures={"f": 10.0},
+    )
+    assert one.affordable(tests, 14.3 + 1e-9) == tests
+    assert one.affordable(tests, 14.2) == tests[:3]
+    assert one.affordable(tests, 10.2) == tests[:1]
+    assert one.affordable(tests, 1.0) == tests[:1]
+
+
+def test_a_recording_says_what_each_test_shares(tmp_path, monkeypatch):
+    lines = [
+        {"fixture": "f", "seconds": 2.0, "effort": 3.0},
+        *(
+            {"test": test, "outcome": "passed", "seconds": 1.0, "effort": 0.5, "fixtures": needs}
+            for test, needs in {"a": ["f", "free"], "b": []}.items()
+        ),
+    ]
+    (tmp_path / "1.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    data = coverage.CoverageData(basename=str(tmp_path / "coverage.1"))
+    data.set_context("f")
+    data.add_lines({f"{tmp_path}/src/vibrissa/wording.py": [7]})
+    data.write()
+    found = recording.merged(tmp_path, tmp_path)
+    assert found.effort == {"a": 3.5, "b": 0.5} and found.seconds == {"a": 3.0, "b": 1.0}
+    assert found.shared == {"a": ["f"], "b": []} and found.fixtures == {"f": 3.0}
+    assert found.reached == {"wording.py": {7: [0]}}
 
 
 def test_a_recording_that_reached_nothing_is_refused(tmp_path):

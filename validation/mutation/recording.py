@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections import defaultdict
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 
@@ -72,6 +72,10 @@ class Recording:
         A digest of each file of tests, as it was.
     broken
         Tests that fail in a copy as it is; they are not asked.
+    shared
+        The fixtures that each test shares with others, by their names.
+    fixtures
+        The effort of these, which is in `effort` of each test that needs them.
 
     """
 
@@ -81,6 +85,8 @@ class Recording:
     sources: dict[str, str]
     files: dict[str, str]
     broken: list[str]
+    shared: dict[str, list[str]] = field(default_factory=dict)
+    fixtures: dict[str, float] = field(default_factory=dict)
 
     @cached_property
     def tests(self) -> list[str]:
@@ -107,7 +113,24 @@ class Recording:
             sources=newer.sources,
             files=newer.files,
             broken=sorted({*newer.broken, *self.broken} - newer.seconds.keys()),
+            shared={test: self.shared.get(test, []) for test in kept} | newer.shared,
+            fixtures=self.fixtures | newer.fixtures,
         )
+
+    def affordable(self, tests: list[str], budget: float) -> list[str]:
+        """Return the first tests that together take no longer than a budget, one at least.
+
+        A fixture that several of them share is made once.
+        """
+        spent, chosen, made = 0.0, [], set[str]()
+        for test in tests:
+            shared = self.shared.get(test, [])
+            spent += self.effort[test] - sum(self.fixtures[name] for name in made & set(shared))
+            if chosen and spent > budget:
+                break
+            chosen.append(test)
+            made.update(shared)
+        return chosen
 
     def line_now(self, newer: "Recording", module: str, line: int) -> int:
         """Return the line of a newer text that is a line of this one, or lies next to it."""
@@ -280,6 +303,10 @@ def merged(folder: Path, root: Path) -> Recording:
         sources=sources(root),
         files=digests(root),
         broken=sorted(broken),
+        shared={
+            run["test"]: [name for name in run["fixtures"] if name in fixtures] for run in runs
+        },
+        fixtures={name: entry["effort"] for name, entry in fixtures.items()},
     )
 
 

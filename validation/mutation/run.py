@@ -128,17 +128,6 @@ class Copy:
             path.write_text(source, encoding="utf-8")
 
 
-def affordable(tests: list[str], effort: dict[str, float]) -> list[str]:
-    """Return the first tests that together take no longer than the budget, one at least."""
-    spent, chosen = 0.0, []
-    for test in tests:
-        spent += effort[test]
-        if chosen and spent > BUDGET:
-            break
-        chosen.append(test)
-    return chosen
-
-
 def result(
     mutant: Mutant, source: str, recorded: Recording, copies: "queue.Queue[Copy]", known: dict
 ) -> Result:
@@ -146,7 +135,7 @@ def result(
     old, new = mutant.change(source)
     if (mutant.module, old, new) in known:
         return Result(mutant=mutant, old=old, new=new, outcome=Outcome.EQUIVALENT)
-    tests = affordable(recorded.tests_of(mutant.module, mutant.line, source), recorded.effort)
+    tests = recorded.affordable(recorded.tests_of(mutant.module, mutant.line, source), BUDGET)
     if not tests:
         return Result(mutant=mutant, old=old, new=new, outcome=Outcome.NOT_REACHED)
     copy, begin = copies.get(), time.monotonic()
