@@ -45,11 +45,4 @@ onstart:
 rule all:
     default_target: True
     input:
-        f"{RESULTS}/tables/stiction.parquet",
-        f"{RESULTS}/tables/scans.parquet" if STUDY.scans else [],
-        f"{RESULTS}/tables/states.parquet" if STUDY.states else [],
-        f"{RESULTS}/tables/comparisons.parquet" if STUDY.comparisons else [],
-        f"{RESULTS}/tables/claims.parquet" if STUDY.claims else [],
-        expand(f"{RESULTS}/figures/{{figure}}.{{ending}}", figure=STUDY.figures, ending=ENDINGS),
-        f"{RESULTS}/figures/captions.md" if STUDY.figures else [],
-        f"{RESULTS}/report.html",
+        expand(f"{RESULTS}/{{file}}", file=STUDY.results),

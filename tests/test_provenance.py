@@ -30,6 +30,53 @@ def test_what_a_build_recorded_counts(monkeypatch, tmp_path):
     assert commit() == "0123456789-dirty"
 
 
+@pytest.fixture
+def clone(tmp_path, monkeypatch):
+    """A clone of a project that has the files of this one, with little in them."""
+    names = ("config.yaml", "README.md", "workflow/profiles/slurm/config.yaml", *provenance.CODE)
+    for name in names:
+        path = tmp_path / name
+        if (ROOT / name).is_dir():
+            path /= "vibrissa/provenance.py"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("as committed")
+    git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@example.org"]
+    for arguments in (["init", "-q"], ["add", "."], ["commit", "-qm", "all"]):
+        subprocess.run([*git, *arguments], check=True)
+    monkeypatch.setattr(provenance, "_PACKAGE", tmp_path / "src/vibrissa")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "counts"),
+    [
+        ("src/vibrissa/provenance.py", True),
+        ("workflow/vibrissa/provenance.py", True),
+        ("Snakefile", True),
+        ("requirements.lock", True),
+        # They change no number, and tables hold the study file.
+        ("workflow/profiles/slurm/config.yaml", False),
+        ("config.yaml", False),
+        ("README.md", False),
+    ],
+)
+def test_edits_that_may_change_a_number_are_told(clone, name, counts):
+    assert re.fullmatch("[0-9a-f]{40}", was := commit())
+    (clone / name).write_text("edited")
+    assert commit() == (f"{was}-dirty" if counts else was)
+
+
+def test_the_commit_of_another_repository_says_nothing(clone):
+    git = ["git", "-C", str(clone), "rm", "-q", "--cached", "src/vibrissa/provenance.py"]
+    subprocess.run(git, check=True)
+    assert commit() == "unknown"
+
+
+def test_what_counts_as_code_is_there():
+    assert [name for name in provenance.CODE if not (ROOT / name).exists()] == []
+    assert (ROOT / provenance.PROFILES).is_dir()
+
+
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     """A wheel, and a source distribution, as `pip` has them made."""

@@ -13,9 +13,9 @@ from pathlib import Path
 
 from vibrissa.archive.crate import write_archive
 from vibrissa.errors import VibrissaError
-from vibrissa.pipeline import staleness
+from vibrissa.pipeline import repair, staleness
 from vibrissa.pipeline.places import HOME, PAPER
-from vibrissa.pipeline.run import study_name
+from vibrissa.pipeline.run import study_of
 from vibrissa.provenance import commit
 
 
@@ -24,16 +24,18 @@ def main(argv: list[str]) -> int:
     parser.add_argument("--configfile", help="study file, instead of config.yaml")
     parser.add_argument("--output", type=Path, help="instead of results/<study>.crate.zip")
     options = parser.parse_args(argv)
-    study = study_name([options.configfile] if options.configfile else [])
+    study, made = study_of([options.configfile] if options.configfile else [])
     results = Path("results", study)
     output = options.output or results.with_name(f"{study}.crate.zip")
     study_file = Path(options.configfile or PAPER)
     try:
         staleness.need_current(results, options.configfile, everything=True)
-        files = write_archive(HOME, results, study_file, commit(), output)
+        files = write_archive(HOME, results, made, study_file, commit(), output)
     except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+    if others := repair.others(results, made):
+        print(others)
     print(f"{output} holds {len(files)} files; unpacked, make verify makes its results again")
     return 0
 

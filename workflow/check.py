@@ -23,7 +23,7 @@ from vibrissa.checking.reference import Comparison, bless, compare_folders, need
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.pipeline import staleness
-from vibrissa.pipeline.run import study_name
+from vibrissa.pipeline.run import study_of
 
 LAYOUT = "regression.yaml"
 
@@ -73,7 +73,7 @@ def main(argv: list[str]) -> int:
     parser.add_argument("--output", type=Path, help="folder for check.md, check.json, a diff")
     parser.add_argument("--bless", action="store_true", help="make the reference tables anew")
     options = parser.parse_args(argv)
-    study = study_name([options.configfile] if options.configfile else [])
+    study, _ = study_of([options.configfile] if options.configfile else [])
     results = options.results or Path("results", study)
     reference = options.reference or Path("tests/regression", study)
     try:

@@ -25,6 +25,7 @@ study: whisker
 grids:
   main: {theta: [2], mu0: [0.3, 5], eta: [0.85], dx0: [0.005]}
 """
+MADE = ("tables/stiction.parquet", "figures/taper.svg", "report.html")
 TABLE = "results/whisker/tables/stiction.parquet"
 COMMIT = "0123456789abcdef"
 
@@ -38,10 +39,12 @@ def packed(tmp_path_factory):
     for name in ("tables", "figures", "logs"):
         (results / name).mkdir(parents=True)
     store.write(COMPLETE, results / "tables/stiction.parquet")
-    for name in ("figures/taper.svg", "report.html", "logs/all.log"):
+    # The last three are not of the study as it is now.
+    others = ("figures/old.svg", "claims.md", "logs/all.log")
+    for name in (*MADE[1:], *others):
         (results / name).write_text(name)
     output = folder / "whisker.zip"
-    write_archive(ROOT, results, folder / "whisker.yaml", COMMIT, output)
+    write_archive(ROOT, results, MADE, folder / "whisker.yaml", COMMIT, output)
     return output
 
 
@@ -152,9 +155,9 @@ def test_metadata_that_differ_are_named_on_either_side(tmp_path, again):
 
 def test_code_that_no_commit_names_is_refused(tmp_path):
     with pytest.raises(ArchiveError, match="edited since commit abc; commit the changes"):
-        write_archive(ROOT, tmp_path, ROOT / "config.yaml", "abc-dirty", tmp_path / "a.zip")
+        write_archive(ROOT, tmp_path, MADE, ROOT / "config.yaml", "abc-dirty", tmp_path / "a.zip")
     with pytest.raises(ArchiveError, match=r"has no Snakefile, .*; make archive needs a clone"):
-        write_archive(tmp_path, tmp_path, ROOT / "config.yaml", "abc", tmp_path / "a.zip")
+        write_archive(tmp_path, tmp_path, MADE, ROOT / "config.yaml", "abc", tmp_path / "a.zip")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -179,8 +182,13 @@ def test_an_archive_makes_its_results_again_bit_for_bit(tmp_path):
 
     study = ("--configfile", "whisker.yaml")
     assert call(project, "workflow/run.py", *study).returncode == 0
+    old = project / "results/whisker/figures/old.png"
+    old.parent.mkdir()
+    old.write_text("of an earlier study file")
     made = call(project, "workflow/archive.py", *study)
     assert made.returncode == 0, made.stderr
+    assert made.stdout.startswith("Not of the study file as it is now, and in neither report nor")
+    assert "figures/old.png (1 file in results/whisker;" in made.stdout
     with zipfile.ZipFile(project / "results/whisker.crate.zip") as file:
         file.extractall(tmp_path / "else where")
     again = call(tmp_path / "else where", "workflow/verify.py")

@@ -240,23 +240,43 @@ def test_our_own_error_is_shown_without_warnings_before_it(wrapped):
 
 
 def test_the_end_of_a_good_run_lists_the_figures(wrapped):
+    drawn = "figures: {a: {kind: friction, grid: g}, b: {kind: friction, grid: g}}\n"
+    Path("config.yaml").write_text(f"study: here\n{GRIDS}{drawn}")
     figures = Path("results/here/figures")
     figures.mkdir(parents=True)
     for name in ("b.pdf", "a.svg", "a.pdf", "captions.md"):
         (figures / name).write_text(name)
     result = wrapped("send(Planned(jobs=2))")
     assert result.returncode == 0
-    assert last_lines(result, 3) == [
+    listed = [
         "Figures in results/here/figures:",
         "  results/here/figures/a .pdf .svg",
         "  results/here/figures/b .pdf",
     ]
+    assert last_lines(result, 3) == listed
+    # Of an earlier study file: neither listed nor lost.
+    for name in ("c.pdf", "c.svg", "../claims.md", "note.txt"):
+        (figures / name).write_text("# Title\n\n2 statements: 2 hold. Units are\n")
+    *shown, others = last_lines(wrapped("send(Planned(jobs=0))"), 4)
+    assert shown == listed
+    assert others == (
+        "Not of the study file as it is now, and in neither report nor archive: claims.md, "
+        "figures/c.pdf, figures/c.svg ... (4 files in results/here; remove what you do not need)"
+    )
+    assert (figures / "c.pdf").is_file()
+
+
+def judged():
+    """Folder of a study that judges the paper's statements."""
+    Path("config.yaml").write_text(places.PAPER.read_text().replace("study: paper", "study: here"))
+    folder = Path("results/here")
+    folder.mkdir(parents=True)
+    return folder
 
 
 @pytest.mark.slow
 def test_the_verdicts_on_the_papers_statements_are_the_last_line(wrapped):
-    folder = Path("results/here")
-    folder.mkdir(parents=True)
+    folder = judged()
     (folder / "claims.md").write_text("# Title\n\n2 statements: 1 holds, 1 ambiguous. Units are\n")
     assert last_lines(wrapped("")) == [
         "2 statements: 1 holds, 1 ambiguous (results/here/claims.md)"
@@ -265,8 +285,7 @@ def test_the_verdicts_on_the_papers_statements_are_the_last_line(wrapped):
 
 @pytest.mark.slow
 def test_where_the_report_is_is_the_last_line(wrapped):
-    folder = Path("results/here")
-    folder.mkdir(parents=True)
+    folder = judged()
     (folder / "claims.md").write_text("# Title\n\n2 statements: 2 holds. Units are\n")
     (folder / "report.html").touch()
     assert last_lines(wrapped(""), 2) == [

@@ -95,6 +95,18 @@ def test_the_study_is_what_is_written():
     }
 
 
+def test_the_results_are_what_the_study_asks_for():
+    few = ["tables/stiction.parquet", "report.html"]
+    assert parse(SMALLEST).results == few
+    made = parse(STUDY).results
+    assert len(made) == 3 + 3 * 5 + 2
+    assert {*few, "tables/scans.parquet", "tables/states.parquet"} < set(made)
+    assert {"figures/taper.pdf", "figures/taper.svg", "figures/captions.md"} < set(made)
+    assert {"claims.md", "tables/claims.parquet", "tables/comparisons.parquet"}.isdisjoint(made)
+    paper = parse((ROOT / "config.yaml").read_text())
+    assert {"claims.md", "tables/claims.parquet"} < set(paper.results)
+
+
 def test_the_order_and_the_spelling_of_values_do_not_matter():
     axes = [
         parse(edited(("[1, 2.5]", theta))).point_grids["main"].theta

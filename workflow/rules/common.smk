@@ -16,8 +16,6 @@ from vibrissa.study.boxes import meets, size
 from vibrissa.study.codec import encode_box, encode_grid, encode_values
 from vibrissa.study.reading import read_study, retyped
 
-ENDINGS = ["pdf", "svg", "png"]
-
 # Snakemake (9.27) writes the path of its Python into shell commands, of `script:` rules and of cluster
 # jobs, as it stands. Without quotes no job would start in a folder with a space in its name. A path
 # that is quoted already, by an earlier reading of this file, names no file.

@@ -5,7 +5,7 @@ anywhere and make its results again; see `vibrissa.archive.reproduction`.
 """
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,19 +15,17 @@ import yaml
 from rocrate.model import ContextEntity
 from rocrate.rocrate import ROCrate
 
-from vibrissa import __version__
+from vibrissa import __version__, provenance
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.provenance import COMMIT_FILE
 
 # What runs a study, and what explains it, relative to the project.
 CODE = (
-    *("Snakefile", "Makefile", "config.yaml", "pyproject.toml", "hatch_build.py"),
-    *("requirements.lock", "environment.yml", "LICENSE", "CITATION.cff"),
-    *("docs/model.md", "docs/sketch.svg", "docs/tables.md", "src", "workflow"),
+    *provenance.CODE,
+    *("config.yaml", "LICENSE", "CITATION.cff"),
+    *("docs/model.md", "docs/sketch.svg", "docs/tables.md"),
 )
-# What a study's results are, relative to results/<study>.
-RESULTS = ("tables/*.parquet", "figures/*", "report.html", "claims.md")
 CHECKSUMS = "checksums.sha256"
 STUDY_FOLDER = "studies"
 RUN = "#run"
@@ -69,7 +67,9 @@ class ArchiveError(VibrissaError):
     """A study that cannot be archived, or an archive that cannot be used."""
 
 
-def archived_files(root: Path, results: Path, study_file: Path) -> dict[str, Path]:
+def archived_files(
+    root: Path, results: Path, made: Iterable[str], study_file: Path
+) -> dict[str, Path]:
     """List what an archive holds.
 
     Parameters
@@ -78,6 +78,8 @@ def archived_files(root: Path, results: Path, study_file: Path) -> dict[str, Pat
         The project.
     results : Path
         ``results/<study>``.
+    made : iterable of str
+        What the study makes there; anything else in the folder is left out.
     study_file : Path
 
     Returns
@@ -101,10 +103,7 @@ def archived_files(root: Path, results: Path, study_file: Path) -> dict[str, Pat
         files |= {one.relative_to(root).as_posix(): one for one in found if _is_source(one)}
     if study_file.resolve() != (root / "config.yaml").resolve():
         files[f"{STUDY_FOLDER}/{study_file.name}"] = study_file
-    for pattern in RESULTS:
-        for path in sorted(results.glob(pattern)):
-            files[f"results/{results.name}/{path.relative_to(results).as_posix()}"] = path
-    return files
+    return files | {f"results/{results.name}/{name}": results / name for name in sorted(made)}
 
 
 def _is_source(path: Path) -> bool:
@@ -118,7 +117,12 @@ def checksum(path: Path) -> str:
 
 
 def write_archive(
-    root: Path, results: Path, study_file: Path, commit: str, output: Path
+    root: Path,
+    results: Path,
+    made: Iterable[str],
+    study_file: Path,
+    commit: str,
+    output: Path,
 ) -> Mapping[str, Path]:
     """Write the archive of a study, whole or not at all.
 
@@ -128,6 +132,8 @@ def write_archive(
         The project.
     results : Path
         ``results/<study>``, with the results that the code and the study file of today make.
+    made : iterable of str
+        Their names, as `vibrissa.study.model.Study.results`.
     study_file : Path
     commit : str
         Commit of the code.
@@ -149,7 +155,7 @@ def write_archive(
             f"the code was edited since commit {commit.removesuffix('-dirty')}; commit the "
             "changes, run the study again, and archive it then"
         )
-    files = archived_files(root, results, study_file)
+    files = archived_files(root, results, made, study_file)
     study = next((f for f in files if f.startswith(f"{STUDY_FOLDER}/")), "config.yaml")
     with TemporaryDirectory() as folder:
         made = {

@@ -7,12 +7,13 @@ import errno
 import fcntl
 import os
 import shutil
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.pipeline.jobs import RECORD
+from vibrissa.wording import counted
 
 # The folders that a study's rules write to, below results/<study>/.
 FOLDERS = ("blocks", "tables", "figures", "logs", "benchmarks")
@@ -21,6 +22,8 @@ LEAST_SPACE = 1024**2
 # The operating system's errors that mean a full disk, or a user's share of it.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
 MAGIC = b"PAR1"
+# Files that a message names.
+FEW = 3
 
 
 def remove_leftovers(folder: Path) -> None:
@@ -80,6 +83,29 @@ def misplaced(folder: Path) -> str:
         if os.path.lexists(path) and not path.is_dir():
             return f"{path} is a file where a folder is needed; move it away and run again."
     return ""
+
+
+def others(folder: Path, made: Collection[str]) -> str:
+    """Tell which files in a study's folder are not its results, or return nothing.
+
+    They are of an earlier study file, or a person's own: nothing removes them.
+
+    Parameters
+    ----------
+    folder : Path
+    made : collection of str
+        `vibrissa.study.model.Study.results`.
+    """
+    paths = [*folder.glob("tables/[!.]*"), *folder.glob("figures/[!.]*"), folder / "claims.md"]
+    names = sorted(path.relative_to(folder).as_posix() for path in paths if path.is_file())
+    names = [name for name in names if name not in made]
+    if not names:
+        return ""
+    shown = ", ".join(names[:FEW]) + (" ..." if len(names) > FEW else "")
+    return (
+        f"Not of the study file as it is now, and in neither report nor archive: {shown} "
+        f"({counted(len(names), 'file')} in {folder}; remove what you do not need)"
+    )
 
 
 def obstacles(folder: Path, errors: Iterable[int | None] = ()) -> list[str]:

@@ -20,7 +20,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from multiprocessing import Pipe
@@ -41,13 +41,13 @@ from vibrissa.pipeline.events import (
     Queued,
     has_terminal,
 )
+from vibrissa.study.model import FIGURE_ENDINGS
 from vibrissa.study.reading import as_text_says, read_study, read_yaml
 
 SNAKEMAKE = [sys.executable, "-m", "vibrissa.pipeline"]
 SNAKEMAKE_LOCKS = Path(".snakemake/locks")
 # As `vibrissa.study.values.Name` has it; a run need not wait for pydantic.
 STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]{0,99}"
-FIGURE_SUFFIXES = {".pdf", ".svg", ".png"}
 # Percents between two progress lines, lines of a log, and jobs that are shown with their lines.
 STEP, TAIL, IN_FULL = 5, 6, 3
 # Seconds until an interrupted Snakemake that has jobs on a cluster is killed: it may wait for
@@ -114,13 +114,14 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def study_name(
+def study_of(
     configfiles: list[str], changes: list[str] | None = None, is_study: bool = True
-) -> str:
-    """Return the study's name, or end with all mistakes of its file.
+) -> tuple[str, list[str]]:
+    """Return the study's name and `Study.results`, or end with all mistakes of its file.
 
     A study file given takes the place of config.yaml; `changes` are what stands after --config.
-    A workflow of which this is a module has a file of its own: `is_study` is false.
+    A workflow of which this is a module has a file of its own: `is_study` is false, and its results
+    are not known.
     """
     paths = [Path(path) for path in configfiles or [str(places.PAPER)]]
     try:
@@ -128,7 +129,10 @@ def study_name(
         for key, equals, value in (change.partition("=") for change in changes or ()):
             if equals:
                 config[key] = as_text_says(value)
-        return read_study(paths, config).name if is_study else str(config.get("study"))
+        if not is_study:
+            return str(config.get("study")), []
+        study = read_study(paths, config)
+        return study.name, study.results
     except StudyError as error:
         sys.exit("\n".join(error.mistakes))
 
@@ -313,26 +317,28 @@ def report_failure(outcome: Outcome, folder: Path) -> None:
         )
 
 
-def report_results(outcome: Outcome, folder: Path) -> None:
-    """Say where the results are."""
+def report_results(outcome: Outcome, folder: Path, made: Collection[str]) -> None:
+    """Say where the results are, and which files are not `made` by the study; all are if empty."""
     if outcome.planned == 0:
         say("Nothing to do: all results are up to date.")
     figures = folder / "figures"
     endings: dict[str, list[str]] = {}
-    for path in sorted(figures.glob("[!.]*")):
-        if path.suffix in FIGURE_SUFFIXES:
+    for path in sorted(figures.glob("[!.]*.*")):
+        if path.suffix[1:] in FIGURE_ENDINGS and (not made or f"figures/{path.name}" in made):
             endings.setdefault(path.stem, []).append(path.suffix)
     say(f"Figures in {figures}:" if endings else f"No figures in {figures}.")
     for name, suffixes in endings.items():
         say(f"  {figures / name} {' '.join(suffixes)}")
     claims = folder / "claims.md"
-    if claims.is_file():
+    if claims.is_file() and (not made or claims.name in made):
         # The counts of verdicts are the first sentence under the title.
         counts, _, _ = claims.read_text(encoding="utf-8").splitlines()[2].partition(". ")
         say(f"{counts} ({claims})")
     report = folder / "report.html"
     if report.is_file():
         say(f"All on one page: {report}")
+    if made and (others := repair.others(folder, made)):
+        say(others)
 
 
 def parsed(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
@@ -367,7 +373,7 @@ def main(arguments: list[str]) -> int:
     """Run the workflow with Snakemake's arguments; return the exit status."""
     known, arguments = parsed(arguments)
     is_study = known.snakefile.resolve() in (places.SNAKEFILE, places.HOME / "workflow/Snakefile")
-    study = study_name(known.configfile, known.config, is_study)
+    study, made = study_of(known.configfile, known.config, is_study)
     folder = Path("results", study)
     # The workflow refuses any other name, and its folder is not to be changed.
     named_well = re.fullmatch(STUDY_NAME, study) is not None
@@ -395,7 +401,7 @@ def main(arguments: list[str]) -> int:
     if outcome.status:
         report_failure(outcome, folder)
         return outcome.status if outcome.status > 0 else 128 - outcome.status
-    report_results(outcome, folder)
+    report_results(outcome, folder, made)
     return 0
 
 

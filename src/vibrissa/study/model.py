@@ -44,6 +44,8 @@ LEAST_BLOCK_SIZE = {Solver.COLLOCATION: 64, Solver.SHOOTING: 1}
 MAX_POINTS = 10_000_000
 # Travel of the clamp in a cycle, by which the steps of scans are estimated; few are longer (L).
 TRAVEL = 0.1
+# Formats in which each figure is drawn.
+FIGURE_ENDINGS = ("pdf", "svg", "png")
 # Bound on the rows of a scan, each of which carries a shape.
 LONGEST_SCAN = 1_000_000
 
@@ -158,6 +160,24 @@ class Study(Section):
         """Contact, section and solver in one word: names the blocks' folder and their plan."""
         section = "" if self.section is RodSection.ROUND else f"-{self.section}"
         return f"{self.contact}{section}-{self.method}"
+
+    @property
+    def results(self) -> list[str]:
+        """Files that the study makes for its reader, relative to `results/<study>/`."""
+        tables = {
+            "stiction": True,
+            "scans": self.scans,
+            "states": self.states,
+            "comparisons": self.comparisons,
+            "claims": self.claims,
+        }
+        return [
+            *(f"tables/{name}.parquet" for name, wanted in tables.items() if wanted),
+            *(f"figures/{name}.{ending}" for name in self.figures for ending in FIGURE_ENDINGS),
+            *(["figures/captions.md"] if self.figures else []),
+            *(["claims.md"] if self.claims else []),
+            "report.html",
+        ]
 
     @cached_property
     def point_grids(self) -> dict[str, Grid]:
