@@ -41,6 +41,12 @@ def test_both_solvers_agree(page):
         assert max(max(row.values()) for row in rows) < agreement.TOLERATED
 
 
+@pytest.mark.parametrize(("theta", "eta"), [(5.2071883, 0.5663943), (3.7000854, 0.6262328)])
+def test_the_lock_is_a_landmark_even_where_a_state_beside_it_looks_steeper(page, theta, eta):
+    found = solved(page, "path.muLock", theta=theta, eta=eta, contact="line")
+    assert found == pytest.approx(solve_curve(theta, eta, contact="line").mu_lock, abs=1e-9)
+
+
 def test_both_solvers_agree_in_any_mounting(page):
     found = agreement.compared(agreement.points(40, seed=3, mounted=True), page)
     for rows in found.values():

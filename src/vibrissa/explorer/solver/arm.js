@@ -19,7 +19,7 @@ const LONGEST_STEP = 0.3;
 /** Difference of guess and solution (rad) that a step aims at, and that it must not pass. */
 const AIM = 0.02;
 const TOO_FAR = 0.15;
-/** Accuracy of the states of a path: what is read off it is solved exactly. */
+/** Accuracy (rad) of the states between landmarks: what is read off a path is solved exactly. */
 const OF_STEPS = 1e-7;
 /** A path that needs more steps is given up. */
 const MOST_STEPS = 400;
@@ -58,6 +58,7 @@ const RESOLVED = 1e-7;
  * @property {number} offsetChange The same of the offset.
  * @property {number[]} direction The same of offset, fx, fy and s_c, in their units; of length 1.
  * @property {number} step Length along the direction of the knot before; 0 in a kink.
+ * @property {boolean} exact Whether its state is a landmark, solved as accurately as numbers allow.
  * @property {Factors} factors Of the Jacobian, for states nearby.
  */
 
@@ -148,6 +149,7 @@ function knotAt(branch, state, condition, sign = 1) {
     offsetChange: scale * offset,
     direction: direction.map((value) => scale * value),
     step: 0,
+    exact: true,
     factors,
   };
 }
@@ -301,7 +303,7 @@ function stepped(branch, last, before, step) {
     }
     if (miss > TOO_FAR) continue;
     const growth = Math.min(2, Math.max(0.5, Math.cbrt(AIM / (miss + TINY))));
-    const knot = { ...knotAt(branch, state, condition), step: h };
+    const knot = { ...knotAt(branch, state, condition), step: h, exact: false };
     return { knot, next: Math.min(LONGEST_STEP, h * growth) };
   }
   return null;
@@ -484,8 +486,10 @@ export function followed(branch, first, side) {
  */
 function withExtremes(branch, from, to) {
   if (demandChange(from, branch) > 0 === demandChange(to, branch) > 0) return [to];
-  const extreme = knotWhere(branch, from, to, (knot) => demandChange(knot, branch));
-  if (!extreme || !(extreme.step > 0) || extreme === to) return [to];
+  const found = knotWhere(branch, from, to, (knot) => demandChange(knot, branch));
+  if (!found || found === to) return [to];
+  // It may be the knot before, to within its error.
+  const extreme = { ...found, step: Math.max(found.step, 0), exact: true };
   const rest =
     advance(branch, extreme.direction, to.state) - advance(branch, extreme.direction, extreme.state);
   return rest > TINY ? [extreme, { ...to, step: rest }] : [extreme];

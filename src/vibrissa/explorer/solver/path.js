@@ -95,7 +95,9 @@ function unsuitable(branch, state) {
  */
 function assembled(pushed, pulled) {
   const { branch, knots } = pushed;
-  const lock = knots.reduce((best, knot) =>
+  // The demand is largest in a landmark. Next to it, the error of another state may hide that.
+  const landmarks = knots.filter((knot) => knot.exact);
+  const lock = landmarks.reduce((best, knot) =>
     demand(knot.state) > demand(best.state) ? knot : best,
   );
   const last = knots[knots.length - 1];
