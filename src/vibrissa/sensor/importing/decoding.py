@@ -72,7 +72,7 @@ def _encoding_of(data: bytes) -> str:
     for mark, encoding in MARKS.items():
         if data.startswith(mark):
             return encoding
-    start = data[: min(LOOKED_AT, len(data) // 2 * 2)]
+    start = data[:LOOKED_AT]
     for encoding, zeros in (("utf-16-le", start[1::2]), ("utf-16-be", start[::2])):
         if zeros.count(0) > ZEROS * len(zeros):
             return encoding

@@ -249,6 +249,7 @@ def _mistake(
     """Say which line does not fit a table; empty if all do."""
     block = max(blocks, key=len)
     same = [one for one in blocks if len(cells[one[0]]) == len(cells[block[0]])]
+    lost: int | None
     if len(same) > 1:
         between = (row for row in range(same[0][-1] + 1, same[1][0]) if any(cells[row]))
         lost = next(between, same[1][0])
@@ -256,8 +257,8 @@ def _mistake(
             return f"line {lost + 1}: the table ends, but one more begins: give the line of titles"
     else:
         rest = range(block[-1] + 1, len(cells))
-        lost = next((row for row in rest if any(map(like_a_number, cells[row]))), -1)
-    if lost >= 0:
+        lost = next((row for row in rest if any(map(like_a_number, cells[row]))), None)
+    if lost is not None:
         return f"line {lost + 1}: {counted(len(cells[lost]), 'value')}, but the table has {width}"
     above = titles_at
     if titles_at is None:
