@@ -1,0 +1,131 @@
+"""Whole curves, and how they were found: no number of them changes unnoticed.
+
+That they are right is tested elsewhere, against other methods.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from known import RELATIVE, Known
+from vibrissa import Mounting, solve_curve
+from vibrissa.outcomes import Contact, RodSection, Status
+from vibrissa.sticking import continuation
+from vibrissa.sticking.collocation import STEP_SIZES
+
+CURVES = Known(Path(__file__).with_name("curves.yaml"))
+SEGMENTS = Known(Path(__file__).with_name("segments.yaml"))
+TOGETHER = Mounting(
+    clamp_angle=-0.05, clamp_compliance=0.1, curvature=(-0.1, -0.2), stage_angle=0.05
+)
+CASES = {
+    "cylinder": {"theta": 1.0, "eta": 0.85},
+    "paper": {"theta": 2.0, "eta": 0.85},
+    "strong taper": {"theta": 4.0, "eta": 0.7},
+    "very strong taper": {"theta": 12.0, "eta": 0.8},
+    "lies down": {"theta": 3.0, "eta": 0.8, "contact": "line"},
+    "lies from the start": {"theta": 3.0, "eta": 0.7, "contact": "line"},
+    "planar": {"theta": 2.0, "eta": 0.85, "section": "planar"},
+    "planar and lies down": {"theta": 3.0, "eta": 0.85, "contact": "line", "section": "planar"},
+    "low": {"theta": 1.5, "eta": 0.35},
+    "dips": {"theta": 1.0, "eta": 0.3126},
+    "dips and is planar": {"theta": 1.0, "eta": 0.3126, "section": "planar"},
+    "crosses itself": {"theta": 2.489, "eta": 0.3042, "section": "planar"},
+    "nearly upright": {"theta": 1.5, "eta": 0.98},
+    "leans back": {"theta": 2.0, "eta": 0.85, "mounting": Mounting(clamp_angle=0.1)},
+    "yields": {"theta": 2.0, "eta": 0.85, "mounting": Mounting(clamp_compliance=0.2)},
+    "curved": {"theta": 2.0, "eta": 0.85, "mounting": Mounting(curvature=(0.05, 0.1, -0.5))},
+    "oblique": {"theta": 2.0, "eta": 0.85, "mounting": Mounting(stage_angle=0.1)},
+    "mounted": {"theta": 3.0, "eta": 0.8, "contact": "line", "mounting": TOGETHER},
+    "mounted and planar": {"theta": 2.0, "eta": 0.85, "mounting": TOGETHER, "section": "planar"},
+    "springs": {"theta": 4.0, "eta": 0.95, "mounting": Mounting(curvature=2.0)},
+    "leaves": {"theta": 2.0, "eta": 0.85, "mounting": Mounting(curvature=-2.0)},
+}
+
+
+def seen(curve):
+    """What one can ask of a curve."""
+    result = {
+        name: getattr(curve, name)
+        for name in (
+            *("status", "message", "end", "end_message", "method", "section", "x1_init"),
+            *("x0_lock", "mu_lock", "x0_touch", "x0_end", "x0_pull"),
+        )
+    }
+    if not curve.pieces:
+        return result
+    x0 = np.array([0.0, 0.123, 0.456, 0.789, 1.0]) * curve.x0_end
+    lock = curve.mu_lock if np.isfinite(curve.mu_lock) else 1.0
+    result |= {
+        "pieces": [
+            f"{piece.contact} contact over {piece.parameter}: {len(piece.states)} states"
+            for piece in (*curve.pulled, *curve.pieces)
+        ],
+        "begins": [piece.start for piece in (*curve.pulled, *curve.pieces)],
+        "states": curve.state(x0),
+        "contact": " ".join(curve.contact(x0)),
+        "onsets": curve.onset(lock * np.array([0.01, 0.5, 0.99])),
+    }
+    if curve.pulled:
+        result["pulled"] = curve.state(curve.x0_pull * np.array([1.0, 0.7, 0.2]))
+        result["trails"] = curve.trailing_end(lock * np.array([1.001, 1.2, 2.0]))
+    if curve.status is Status.SOLVED:
+        result["past"] = curve.motion_end(lock * np.array([1.001, 1.5, 4.0]))
+    return result
+
+
+SLOW = ("springs", "crosses itself")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES]
+)
+def test_a_curve_is_the_known_one(name, tmp_path):
+    curve = solve_curve(**CASES[name])
+    assert not curve.residual > 1e-11
+    # Where the branch turns back a place is known to half of the digits.
+    relative = 1e-5 if curve.section == "planar" else RELATIVE
+    CURVES.compare(name, seen(curve), tmp_path, relative)
+
+
+WAYS = {
+    f"{model} contact in steps of {sizes.x0:g}": (model, sizes)
+    for model in Contact
+    for sizes in STEP_SIZES[:2]
+}
+RODS = (np.array([1.0, 2.0, 3.0, 6.0]), np.array([0.85, 0.5, 0.75, 0.9]))
+
+
+def followed(segment):
+    """How far branches were followed, and where they are then, as well as their steps tell."""
+    last, line = segment.at(segment.last)
+    return {
+        "step": segment.step,
+        "steps": segment.last,
+        "lies": segment.line.sum(axis=0),
+        "ends in line contact": line,
+        "from": segment.origin,
+        "fx": last.fx,
+        "fy": last.fy,
+        "s_c": last.s_c,
+        "tip": last.phi[:, -1],
+    }
+
+
+@pytest.mark.parametrize("name", WAYS)
+def test_branches_are_followed_as_far_as_they_were(name, tmp_path):
+    model, sizes = WAYS[name]
+    begun, index = continuation.begin(*RODS, sizes, model)
+    first = continuation.first_segment(begun, sizes, model)
+    result = {
+        "found": index,
+        "begin": followed(begun),
+        "first": followed(first),
+        "both ways": followed(continuation.both_ways(begun, sizes, model)),
+    } | {
+        str(section): followed(continuation.second_segment(first, sizes, model, section))
+        for section in RodSection
+    }
+    # Their states are guesses for what is solved exactly.
+    SEGMENTS.compare(name, result, tmp_path, 1e-4)
