@@ -4,6 +4,7 @@ import ast
 import json
 import re
 import subprocess
+import tomllib
 from collections import Counter
 
 import coverage
@@ -163,6 +164,16 @@ def test_a_changed_file_of_tests_is_recorded_anew(tmp_path, monkeypatch):
     assert set(merged.tests_of("a/m.py", 11, "\n" + TEXT)) == set(merged.tests)
     # No test reaches this line any more; others of the module may do so in another way.
     assert set(merged.tests_of("a/m.py", 8, "\n" + TEXT)) == set(merged.tests)
+
+
+def test_what_kills_runs_or_brings_up_a_cluster_is_never_asked():
+    with (recording.ROOT / "pyproject.toml").open("rb") as file:
+        apart = tomllib.load(file)["tool"]["pytest"]["ini_options"]["norecursedirs"]
+    assert recording.APART < set(apart)
+    asked = recording.digests()
+    assert "tests/validation/test_mutation.py" in asked
+    assert not [name for name in asked if "test_slurm.py" in name and "pipeline" not in name]
+    assert not [name for name in asked if "faults" in name]
 
 
 @pytest.fixture

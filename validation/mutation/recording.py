@@ -22,6 +22,8 @@ from vibrissa.files import write_atomically
 ROOT = Path(__file__).parents[2]
 RECORDING = ROOT / ".mutation/recording.json"
 PACKAGE = "src/vibrissa/"
+# Tests that nobody runs without naming them (norecursedirs in pyproject.toml): no mutant is asked.
+APART = frozenset({"slurm", "faults"})
 # Seconds of processor time that part fast tests from slower ones, as recorded.
 SPEEDS = (0.1, 1.0, 10.0)
 # Read by every Python process that a test starts: the package coverage brings a .pth file for that.
@@ -217,11 +219,12 @@ def statement(text: str, line: int) -> tuple[range, bool]:
 
 
 def digests(root: Path = ROOT) -> dict[str, str]:
-    """Return a digest of each Python file of the tests."""
+    """Return a digest of each Python file of the tests that may be asked."""
     paths = sorted((root / "tests").rglob("*.py"))
     return {
         path.relative_to(root).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in paths
+        if APART.isdisjoint(path.relative_to(root).parts)
     }
 
 
