@@ -38,7 +38,7 @@ def slipping(rows):
 
 def taper(count):
     return slipping(
-        combined(theta=THETA, mu0=np.linspace(0.05, 0.5, count), eta=[0.85], dx0=[0.001])
+        combined(theta=THETA, mu0=np.linspace(0.05, 0.45, count), eta=[0.85], dx0=[0.001])
     )
 
 

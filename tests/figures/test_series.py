@@ -11,7 +11,7 @@ from matplotlib import image
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
-from figure_rows import ROWS, drawn, plane, states
+from figure_rows import ROWS, THETA, combined, drawn, plane, slipping, states
 from vibrissa.figures import style
 from vibrissa.figures.draw import KINDS
 from vibrissa.figures.series import Series
@@ -48,6 +48,46 @@ def boxes_in_svg(text):
             left, bottom = x.min() / width, 1.0 - y.max() / height
             found.append((left, bottom, np.ptp(x) / width, np.ptp(y) / height))
     return found
+
+
+@pytest.mark.parametrize(
+    ("largest", "told", "count", "few"),
+    [
+        (0.2, "", 19, False),
+        (0.42, "\na line ends where the tip locks", 19, False),
+        (
+            0.95,
+            "\na line ends where the tip locks: for $\\mu_0 \\geq 0.5$ at every $\\theta$",
+            9,
+            False,
+        ),
+        (
+            1.85,
+            "\na line ends where the tip locks: for $\\mu_0 \\geq 0.55$ at every $\\theta$",
+            5,
+            True,
+        ),
+    ],
+)
+def test_series_that_lock_take_no_colours(largest, told, count, few):
+    mu0 = np.linspace(0.05, largest, 19).round(9)
+    rows = slipping(combined(theta=THETA, mu0=mu0, eta=[0.85], dx0=[0.001]))
+    figure = KINDS["taper"].plot(rows)
+    (axes,) = [axes for axes in figure.axes if not is_bar(axes)]
+    assert axes.get_title().endswith(f"0.001${told}")
+    colors = {line.get_color() for line in axes.lines} - {"black"}
+    assert len(colors) == count
+    # The light end of the colour map, or the last of the colours that are used.
+    last = style.COLORS[count - 1] if few else Series(range(count), "").color(count - 1)
+    assert last in colors
+    laid_out(figure)
+    inside_the_page(figure)
+
+
+def test_a_study_that_locks_everywhere_says_so():
+    rows = slipping(combined(theta=THETA, mu0=[0.8, 0.9], eta=[0.85], dx0=[0.001]))
+    (text,) = KINDS["taper"].plot(rows).axes[0].texts
+    assert text.get_text() == "the tip locks at every point"
 
 
 def test_every_kind_is_drawn():

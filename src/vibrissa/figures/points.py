@@ -20,6 +20,13 @@ SHOWN_LEVELS, MANY_LEVELS = 7, 20
 @kind("taper", columns=(*POINT, "x0_slip", "x0_max", "penetrates"))
 def taper(rows: pd.DataFrame) -> Figure:
     """x0,max over θ for each μ0: the step grid's marks and the exact onset (paper Figure 6)."""
+    locks = rows["status"] == "lock"
+    if locks.all():
+        return style.message("the tip locks at every point")
+    # Series of which nothing can be drawn would take the colours from the others.
+    never_slip = locks.groupby(rows["mu0"]).transform("all")
+    locking = _where_it_locks(locks, rows["mu0"][never_slip])
+    rows = rows[~never_slip]
     figure, axes = style.axes(4.2)
     series = Series(rows["mu0"], r"\mu_0")
     for mu0, points in rows.sort_values("theta").groupby("mu0"):
@@ -42,13 +49,23 @@ def taper(rows: pd.DataFrame) -> Figure:
         axes.plot([], [], "o", color="black", markerfacecolor="white", label=label)
     first = rows.iloc[0]
     marked = rf"marks: last sticking state, $\Delta x_0 = {first['dx0']:g}$"
-    axes.set_title(rf"$\eta = {first['eta']:g}$; {marked}")
+    axes.set_title(rf"$\eta = {first['eta']:g}$; {marked}{locking}")
     axes.set_xlabel(style.TAPER)
     axes.set_ylabel(style.DISPLACEMENT)
     axes.set_ylim(bottom=0)
     axes.margins(x=0.03)
     series.explain(axes)
     return figure
+
+
+def _where_it_locks(locks: pd.Series, not_drawn: pd.Series) -> str:
+    """Say in a line below a title why lines end, and from which μ0 on there are none."""
+    if not locks.any():
+        return ""
+    all_lock = (
+        "" if not_drawn.empty else rf": for $\mu_0 \geq {not_drawn.min():g}$ at every $\theta$"
+    )
+    return f"\na line ends where the tip locks{all_lock}"
 
 
 @kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"))

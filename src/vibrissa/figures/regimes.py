@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator
 
 from vibrissa.figures import style
 from vibrissa.figures.kinds import POINT, kind
@@ -147,6 +148,8 @@ def law(rows: pd.DataFrame) -> Figure:
     near.set_xlabel(r"$\mu_\mathrm{lock} - \mu_0$")
     near.set_ylabel(r"$x_{0,\mathrm{lock}} - x_{0,\mathrm{slip}}$")
     near.set_title("distance from the critical state")
+    # Within a decade matplotlib would label each of the ticks between, one upon the other.
+    near.xaxis.set_minor_locator(LogLocator(subs=(3,)))
     series.explain(near, beside=0)
     if not series.few:
         _exponents(near, {theta: law.exponent for theta, law in laws.items()}, series)
