@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+from vibrissa.errors import MissingExtraError
+from vibrissa.extras import require
+
 ROOT = Path(__file__).parents[1]
 SOLVE = ("solve", "--theta", "2", "--mu0", "0.4", "--eta", "0.85", "--step", "0.001")
 
@@ -82,6 +85,19 @@ def test_a_program_that_needs_an_extra_says_so_in_one_line(bare, program):
     )
     line = "this needs snakemake, grimp, yaml: pip install 'vibrissa[workflow]'\n"
     assert (result.returncode, result.stderr) == (1, line)
+
+
+def test_what_python_looks_for_by_its_name_ends_with_a_line(monkeypatch):
+    """The error would be shown with forty lines of a module that looks for modules."""
+    line = "this needs none_such, nor_this: pip install 'vibrissa[plots]'"
+    monkeypatch.setattr(sys, "argv", ["-m"])
+    with pytest.raises(SystemExit) as ended:
+        require("plots", "none_such", "sys", "nor_this")
+    assert ended.value.code == line
+    monkeypatch.setattr(sys, "argv", ["vibrissa", "-m"])
+    with pytest.raises(MissingExtraError) as missing:
+        require("plots", "none_such", "nor_this")
+    assert str(missing.value) == line
 
 
 @pytest.mark.parametrize(

@@ -4,16 +4,18 @@ import json
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import explorer_agreement as agreement
 import pytest
 import yaml
 from browser import CHROMIUM
 
+from known import Known
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.explorer.__main__ import main
 from vibrissa.explorer.modules import bundle
-from vibrissa.explorer.page import PAPER, RANGES, page
+from vibrissa.explorer.page import MOUNTED, PAPER, RANGES, fits, page
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.slips import SlipLaw, Slips
@@ -35,6 +37,20 @@ def test_presets_are_the_figures_of_the_paper():
         assert preset.settings["mu0"] == figure.get("mu0", preset.settings["mu0"])
         assert preset.settings["eta"] == (0.55 if name == "fig8" else 0.85)
     assert len({preset.name for preset in PAPER}) == len(study["figures"])
+
+
+def test_what_a_user_can_choose_is_known(tmp_path):
+    """Where the clamp stands, which fields are set and to what, and what is said to it."""
+    known = Known(Path(__file__).with_name("presets.yaml"))
+    known.compare("presets", [vars(preset) for preset in (*PAPER, *MOUNTED)], tmp_path)
+    assert all(fits(preset.settings) for preset in (*PAPER, *MOUNTED))
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_settings_beyond_a_field_do_not_fit(name):
+    low, high = RANGES[name]
+    assert fits({name: low}) and fits({name: high}) and fits({"other": 99.0})
+    assert not fits({name: low - 1e-6}) and not fits({name: high + 1e-6, "theta": 2.0})
 
 
 def test_the_file_is_written_whole_or_a_line_says_why_not(tmp_path, capsys):
