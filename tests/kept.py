@@ -5,6 +5,7 @@ a factor or an index is seen wherever it is.
 """
 
 from dataclasses import fields, is_dataclass
+from decimal import Decimal
 from math import inf, isfinite
 from numbers import Real
 from pathlib import Path
@@ -32,8 +33,8 @@ def plain(value):
         return [plain(one) for one in value]
     if isinstance(value, bool | np.bool_):
         return bool(value)
-    if isinstance(value, Real):
-        return float(f"{value:.{DIGITS}g}")
+    if isinstance(value, Real | Decimal):
+        return float(f"{float(value):.{DIGITS}g}")
     return None if value is None else str(value)
 
 
