@@ -50,7 +50,7 @@ def test_what_a_user_can_choose_is_known(tmp_path):
 def test_settings_beyond_a_field_do_not_fit(name):
     low, high = RANGES[name]
     assert fits({name: low}) and fits({name: high}) and fits({"other": 99.0})
-    assert not fits({name: low - 1e-6}) and not fits({name: high + 1e-6, "theta": 2.0})
+    assert not fits({name: low - 1e-6}) and not fits({"theta": 2.0, name: high + 1e-6})
 
 
 def test_the_file_is_written_whole_or_a_line_says_why_not(tmp_path, capsys):
