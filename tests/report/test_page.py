@@ -18,7 +18,7 @@ from vibrissa.paper.evidence import gather
 from vibrissa.report import facts, proofs, tables
 from vibrissa.report import motion as motions
 from vibrissa.report import page as report
-from vibrissa.report.motion import motion
+from vibrissa.report.motion import motion, of_points, of_scans
 from vibrissa.report.spelling import spell
 from vibrissa.study.codec import decode_grid
 from vibrissa.tables import records, schemas, store
@@ -139,7 +139,7 @@ def test_a_study_may_have_nothing_but_points_that_failed():
     found = {"stiction": failed(schemas.STICTION, grids=["g"], message="try a thicker rod")}
     page = Elements(report.page("bad", found, [], RUN))
     assert "stiction: 1 row failed: try a thicker rod" in page.text
-    assert not page.count("script") and not page.count("img")
+    assert not page.count("img")
     assert "Grid g" in page.text
 
 
@@ -151,11 +151,41 @@ def test_failed_scans_and_states_are_told_and_not_shown(study_tables):
     }
     page = Elements(report.page("bad", found, [], RUN))
     assert "scans: 1 row failed" in page.text and "states: 1 row failed: it is too low" in page.text
-    assert "Motion" not in page.text
+    assert "Choose a point of the study, or" in page.text and "Green" not in page.text
+
+
+def test_a_study_without_scans_offers_corners_of_its_grids(study_tables):
+    points = study_tables["stiction"]
+    found = motion({"stiction": points})
+    assert (found.what, found.notes) == ("a point of the study", ())
+    names = [preset.name for preset in found.presets]
+    assert names[0] == "friction: θ = 2, μ0 = 0.1, η = 0.85, Δx0 = 0.001"
+    assert names[2].endswith("(self-locking)") and len(names) == 3 + 9
+    rows = points.to_pandas()
+    for preset in found.presets:
+        settings = preset.settings
+        (row,) = rows[
+            (rows["theta"] == settings["theta"]) & (rows["mu0"] == settings["mu0"])
+        ].to_dict("records")
+        slips = row["status"] == "slip"
+        assert preset.clamp == (row["x0_max"] if slips else 0.0)
+        assert f"{row['x0_slip'] if slips else row['mu_lock']:.5g}" in preset.note
+        assert (settings["beta"], settings["contact"], settings["section"]) == (0, "point", "round")
+
+
+def test_points_are_offered_as_their_study_has_them(study_tables):
+    points = study_tables["stiction"].slice(0, 9)
+    other = {b"vibrissa.study": b"{study: a, contact: line, section: planar}"}
+    presets = of_points(points.replace_schema_metadata(other)).presets
+    assert presets
+    assert {preset.settings["contact"] for preset in presets} == {"line"}
+    assert {preset.settings["section"] for preset in presets} == {"planar"}
+    for others in ({"clamp_angle": 0.1}, {"theta": 30.0}, {"status": "failed"}):
+        assert of_points(changed(points, **others)).presets == ()
 
 
 def test_the_scans_are_presets_with_the_tables_rows(study_tables):
-    found = motion(study_tables["scans"])
+    found = of_scans(study_tables["scans"])
     rows = study_tables["scans"].to_pandas()
     assert len(found.presets) == 6 and found.notes == ()
     for preset in found.presets:
@@ -176,18 +206,18 @@ def test_scans_that_the_page_cannot_repeat_are_counted(study_tables, monkeypatch
     scans = study_tables["scans"]
     tilted, steep = changed(scans, clamp_angle=0.1), changed(scans, theta=30.0, scan="steep")
     both = scans.from_batches([*scans.to_batches(), *tilted.to_batches(), *steep.to_batches()])
-    found = motion(both)
+    found = of_scans(both)
     assert len(found.presets) == 6
     assert "not mounted as in the paper: 6 scans" in found.notes[0]
     assert "outside of the fields' range: 2 scans" in found.notes[1]
     monkeypatch.setattr(motions, "MOST_SCANS", 2)
     monkeypatch.setattr(motions, "MOST_ROWS", 60)
-    found = motion(scans)
+    found = of_scans(scans)
     assert len(found.presets) == 2 and "the first 2 of 6 scans" in found.notes[0]
     assert all(len(preset.recording.clamp) == 30 for preset in found.presets)
-    assert motion(tilted).presets == ()
+    assert of_scans(tilted).presets == ()
     text = Elements(report.page("a", {"scans": tilted}, [], RUN)).text
-    assert "Motion" not in text
+    assert "Choose a figure of the paper, or" in text and "not mounted as in the paper: 6" in text
 
 
 @pytest.fixture(scope="module")
@@ -206,7 +236,7 @@ def swinging():
 @pytest.mark.slow
 def test_a_planar_rod_is_offered_as_one(swinging):
     for section, scans in swinging.items():
-        (preset,) = motion(scans).presets
+        (preset,) = of_scans(scans).presets
         assert preset.settings["section"] == section and "self-locking" in preset.name
 
 

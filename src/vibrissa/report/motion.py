@@ -1,13 +1,17 @@
-"""Stick-slip scans as presets of the explorer: the page solves what the table holds."""
+"""Scans and points of a study as presets of the explorer: the page solves what the tables hold."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 
-from vibrissa.explorer.page import Preset, Recording, fits
-from vibrissa.report.spelling import symbol
-from vibrissa.report.tables import POINT, SCAN
+from vibrissa.explorer.page import IDEAL, MOUNTED, PAPER, Preset, Recording, fits
+from vibrissa.outcomes import Contact, RodSection
+from vibrissa.report.spelling import spell, symbol
+from vibrissa.report.tables import POINT, SCAN, corners
 from vibrissa.tables import query
 from vibrissa.tables.query import Readable
 from vibrissa.wording import counted
@@ -27,16 +31,94 @@ class Motion:
 
     Attributes
     ----------
+    what : str
+        What a preset is, such as ``a scan of the study``.
     presets : tuple of Preset
     notes : tuple of str
         What is not offered, and why.
     """
 
+    what: str
     presets: tuple[Preset, ...]
     notes: tuple[str, ...]
 
 
-def motion(scans: Readable) -> Motion:
+def motion(found: Mapping[str, Readable]) -> Motion:
+    """Choose what the explorer of a study's page offers, so that there is something always.
+
+    Parameters
+    ----------
+    found : mapping of pyarrow.Table or Dataset
+        The study's tables by name.
+
+    Returns
+    -------
+    Motion
+        The study's scans; without any, points of its grids; without any, the explorer's own.
+    """
+    own = Motion(what="a figure of the paper", presets=(*PAPER, *MOUNTED), notes=())
+    nothing = Motion(what="", presets=(), notes=())
+    scans = of_scans(found["scans"]) if "scans" in found else nothing
+    points = nothing
+    if "stiction" in found and not scans.presets:
+        points = of_points(found["stiction"])
+    chosen = next(one for one in (scans, points, own) if one.presets)
+    return replace(chosen, notes=scans.notes)
+
+
+def of_points(points: Readable) -> Motion:
+    """Choose the points of a study's grids that the explorer can show.
+
+    Parameters
+    ----------
+    points : pyarrow.Table or Dataset
+        With the schema `STICTION`.
+
+    Returns
+    -------
+    Motion
+        Of the corners and the middle of each grid, as far as they slip or lock, are mounted as in
+        the paper and lie within the range of the page's fields.
+    """
+    text = (points.schema.metadata or {}).get(b"vibrissa.study", b"")
+    study = yaml.safe_load(text) or {}
+    same = {
+        "contact": study.get("contact", Contact.POINT.value),
+        "section": study.get("section", RodSection.ROUND.value),
+        "law": "free",
+        "units": "none",
+        **IDEAL,
+    }
+    columns = (*POINT, *MOUNTING, "status", "x0_max", "x0_slip", "mu_lock")
+    presets = []
+    for name, rows in corners(points, columns).items():
+        ideal = rows[~rows[list(MOUNTING)].any(axis=1) & rows["status"].isin(("slip", "lock"))]
+        for row in ideal.to_dict("records"):
+            settings = {**{axis: float(row[axis]) for axis in POINT}, **same}
+            if fits(settings):
+                presets.append(_point_preset(name, row, settings))
+    return Motion(what="a point of the study", presets=tuple(presets[:MOST_SCANS]), notes=())
+
+
+def _point_preset(grid: str, row: Mapping[str, Any], settings: Mapping[str, float | str]) -> Preset:
+    if row["status"] == "lock":
+        note = f"In the study’s table the tip locks: μ_lock = {spell(row['mu_lock'])}."
+        clamp = 0.0
+    else:
+        clamp = float(row["x0_max"])
+        note = (
+            f"In the study’s table: x0,max = {spell(clamp)}, exact onset {spell(row['x0_slip'])}."
+        )
+    return Preset(name=_name(grid, row), note=note, settings=settings, clamp=clamp)
+
+
+def _name(source: str, row: Mapping[str, Any]) -> str:
+    """Name of the preset of a scan or of a point of a grid."""
+    axes = ", ".join(f"{symbol(name)} = {row[name]:g}" for name in POINT)
+    return f"{source}: {axes}{' (self-locking)' * (row['status'] == 'lock')}"
+
+
+def of_scans(scans: Readable) -> Motion:
     """Choose the scans that the explorer can repeat.
 
     Parameters
@@ -64,7 +146,7 @@ def motion(scans: Readable) -> Motion:
         notes.append(f"These are the first {MOST_SCANS} of {len(offered)} scans.")
     offered = offered[:MOST_SCANS]
     presets = tuple(_preset(rows, MOST_ROWS // len(offered)) for rows in offered)
-    return Motion(presets=presets, notes=tuple(notes))
+    return Motion(what="a scan of the study", presets=presets, notes=tuple(notes))
 
 
 def _settings(rows: pd.DataFrame) -> dict[str, float | str]:
@@ -83,13 +165,12 @@ def _settings(rows: pd.DataFrame) -> dict[str, float | str]:
 
 def _preset(rows: pd.DataFrame, most: int) -> Preset:
     first = rows.iloc[0]
-    axes = ", ".join(f"{symbol(name)} = {first[name]:g}" for name in POINT)
     kept = rows.iloc[np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(int)]
     values = {
         name: (kept[column].round(DECIMALS) + 0.0).tolist() for name, column in COLUMNS.items()
     }
     return Preset(
-        name=f"{first['scan']}: {axes}{' (self-locking)' * (first['status'] == 'lock')}",
+        name=_name(first["scan"], first),
         note="Green: what the table of this study has.",
         settings=_settings(rows),
         recording=Recording(name=str(first["scan"]), **values),

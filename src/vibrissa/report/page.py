@@ -89,14 +89,13 @@ def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture],
     """
     here = Path(__file__)
     claims = facts.claim_rows(found["claims"]) if "claims" in found else []
-    moves = motion(found["scans"]) if "scans" in found else None
     proved = Proved(run.proofs)
     return _template(here.with_suffix(".html")).render(
         study=study,
         style=Markup(here.with_suffix(".css").read_text(encoding="utf-8")),
         summary=facts.summary(found) | proved.summary(),
         troubles=facts.troubles(found),
-        moves=moves,
+        moves=motion(found),
         explorer=explorer,
         pictures=list(pictures),
         verdicts=verdict_counts(row["verdict"] for row in claims),

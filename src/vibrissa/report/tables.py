@@ -232,12 +232,36 @@ def _grids(table: Readable) -> dict[str, _Grid]:
     return grids
 
 
+def _corners(table: Readable, columns: Sequence[str], name: str, grid: _Grid) -> pd.DataFrame:
+    """Rows at the corners and in the middle of a grid."""
+    where = [query.one_of(*axis) for axis in _key_values(grid.values).items()]
+    rows = query.frame(table, columns, reduce(and_, where, query.in_grid(name)))
+    return rows.sort_values(list(POINT))
+
+
+def corners(table: Readable, columns: Sequence[str]) -> dict[str, pd.DataFrame]:
+    """Rows of grid points at the corners and in the middle of each grid, by its name.
+
+    Parameters
+    ----------
+    table : pyarrow.Table or Dataset
+        With the schema `STICTION`.
+    columns : sequence of str
+        Columns that are wanted, the axes among them.
+
+    Returns
+    -------
+    dict of DataFrame
+    """
+    return {
+        name: _corners(table, columns, name, grid) for name, grid in sorted(_grids(table).items())
+    }
+
+
 def _stiction(table: Readable, proved: Proved) -> list[Section]:
     shown, keyed = [], []
     for name, grid in sorted(_grids(table).items()):
-        corners = [query.one_of(*axis) for axis in _key_values(grid.values).items()]
-        rows = query.frame(table, STICTION, reduce(and_, corners, query.in_grid(name)))
-        rows = rows.sort_values(list(POINT))
+        rows = _corners(table, STICTION, name, grid)
         note = f"Points: {spell_counts(grid.statuses)}."
         if len(rows) < grid.statuses.total():
             note += " Here are the corners and the middle of the grid."
