@@ -139,6 +139,9 @@ def _tolerated(found: Identification) -> Iterator[str]:
         )
     left = found.summary().if_exact
     for one in found.tolerances:
+        if one.of == "kinetic_ratio" and found.periods.kinetic is not None:
+            # A note has said what the recording tells; nothing was given.
+            continue
         moved = not one.wave and one.surprise > FAR
         if (one.stated and not one.wave) or moved or one.estimated:
             exact = f"; if it were exact, mu0 ± {left[one.of]:.2g}" if one.of in left else ""

@@ -13,6 +13,7 @@ from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.misfit.doubts import Doubt
 from vibrissa.sensor.identification.misfit.law import apart
+from vibrissa.sensor.identification.reading.kinetic import KineticRatio, sharing_ratio
 from vibrissa.sensor.identification.reading.methods import AT_REST, EITHER, ON_THE_WAY
 
 
@@ -21,19 +22,33 @@ def response():
     return respond(2.0, 0.85)
 
 
-def read(law, ratio, given_law, given_ratio, method="spacing", to="0.15"):
+def read(law, ratio, given_law, given_ratio, method="spacing", to="0.15", unsure=None):
     truth = simulate(
         response(), surfaces.random(1, 0.3, 0.02, 0.05), path("0.0002", [to]), law, ratio
     )
     recording = recording_of(truth.clamp, measured(truth.reactions, 1))
+    setup = known_setup(response())
+    if unsure is not None:
+        setup = sharing_ratio(setup, KineticRatio(value=given_ratio, deviation=unsure))
     return find_periods(
-        known_setup(response()),
+        setup,
         recording,
         NOISE,
         method=method,
         law=given_law,
         kinetic_ratio=given_ratio,
     )
+
+
+@pytest.mark.parametrize(("unsure", "said"), [(0.05, True), (1e-3, False), (None, False)])
+def test_a_ratio_that_the_readings_tell_better_need_not_be_given(unsure, said):
+    found = read("kinetic", 0.8, "kinetic", 0.8, unsure=unsure)
+    notes = [note for note in found.notes if "closer than the 0.8 ± 0.05 that was given" in note]
+    assert len(notes) == said
+    if said:
+        assert notes[0].startswith("the states after slips tell kinetic_ratio = 0.8")
+        larger = found.common[:-1].max()
+        assert read("kinetic", 0.8, "kinetic", None).common[1:-1].max() < 0.5 * larger
 
 
 def doubted(found):

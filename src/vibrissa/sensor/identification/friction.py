@@ -10,7 +10,7 @@ import numpy as np
 from vibrissa.errors import RecordingError, WrongRodError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.alternatives import STEP, Alternative, of_readings
+from vibrissa.sensor.identification.alternatives import Alternative, of_readings
 from vibrissa.sensor.identification.calibration import Setup, principal_axes
 from vibrissa.sensor.identification.misfit.doubts import (
     Doubt,
@@ -25,7 +25,12 @@ from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, like
 from vibrissa.sensor.identification.misfit.law import apart, remaining_part
 from vibrissa.sensor.identification.misfit.mixups import check_columns
 from vibrissa.sensor.identification.periods import LEAST_NOISE, Channels
-from vibrissa.sensor.identification.reading.kinetic import KineticRatio, ratio_after_slips
+from vibrissa.sensor.identification.reading.kinetic import (
+    KineticRatio,
+    ratio_after_slips,
+    sharing_ratio,
+    told_closer,
+)
 from vibrissa.sensor.identification.reading.methods import (
     AT_REST,
     ON_THE_WAY,
@@ -230,7 +235,7 @@ def find_periods(
         # in the ratio.
         reader = replace(reader, early=ON_THE_WAY)
         kinetic = ratio_after_slips(parts[0].seen(channels))
-        parts = [replace(one, setup=_with_ratio(one.setup, kinetic)) for one in parts]
+        parts = [replace(one, setup=sharing_ratio(one.setup, kinetic)) for one in parts]
         notes += (
             f"kinetic_ratio = {kinetic.value:.3f} ± {kinetic.deviation:.2g}, by the states after "
             "slips",
@@ -246,17 +251,10 @@ def find_periods(
     every = np.ones(len(found), dtype=bool)
     reasons.append(Doubted(doubt=Doubt.WHOLE, periods=every & (not goodness.fits)))
     reasons += [Doubted(doubt=why, channel=what, periods=every) for why, what in doubtful]
-    if isinstance(reader, BySpacing) and law is not None:
-        states = Periods.concatenate([_read(one, channels, ByMoment())[0] for one in parts])
-        told = apart(found, states, parts[0].setup.shared)
-        if kinetic is None and law != SlipLaw.ENERGY and told.early != AT_REST:
-            other = replace(reader, early=told.early)
-            found = Periods.concatenate([_read(one, channels, other)[0] for one in parts])
-        if told.off_law:
-            reasons.append(Doubted(doubt=Doubt.LAW, periods=every))
-            needed = [one.states.demand(one.x0)[one.periods.begins] for one in seen]
-            part = remaining_part(np.concatenate(needed), states.mu0)
-            notes += (f"after its slips the tip needs {part:.3f} of its friction (kinetic_ratio)",)
+    if isinstance(reader, BySpacing):
+        found, off_law, more = _beside_states(found, reader, parts, channels, seen)
+        reasons += [Doubted(doubt=Doubt.LAW, periods=every & off_law)]
+        notes += more
     return replace(
         found,
         kinetic=kinetic,
@@ -268,15 +266,37 @@ def find_periods(
     )
 
 
-def _with_ratio(setup: Setup, kinetic: KineticRatio) -> Setup:
-    """Let the error of the kinetic ratio be one that all periods share, the last one."""
-    number = len(setup.displaced)
-    shared = np.zeros((number + 1, number + 1))
-    shared[:number, :number] = np.eye(number) if setup.shared is None else setup.shared
-    shared[number, number] = kinetic.deviation**2
-    step = kinetic.deviation or STEP
-    more = Alternative(name="kinetic_ratio", step=step, kinetic_ratio=step)
-    return replace(setup, displaced=(*setup.displaced, more), shared=shared)
+def _beside_states(
+    found: Periods, reader: BySpacing, parts: Sequence[Part], channels: Channels, seen: list[Seen]
+) -> tuple[Periods, bool, tuple[str, ...]]:
+    """Compare what the travels give with the last states, which the law does not concern.
+
+    Returns
+    -------
+    Periods
+        Read again if the tip slips while the stage moves.
+    bool
+        Whether slips do not end as the law says.
+    tuple of str
+        Notes.
+    """
+    if reader.law is None:
+        say = "without a law for the end of a slip, travels give only bounds of mu0: give law "
+        return found, False, (say + " or ".join(SlipLaw),)
+    states = Periods.concatenate([_read(one, channels, ByMoment())[0] for one in parts])
+    told = apart(found, states, parts[0].setup.shared)
+    if not reader.estimates_ratio and reader.law != SlipLaw.ENERGY and told.early != AT_REST:
+        other = replace(reader, early=told.early)
+        found = Periods.concatenate([_read(one, channels, other)[0] for one in parts])
+    if told.off_law:
+        needed = [one.states.demand(one.x0)[one.periods.begins] for one in seen]
+        part = remaining_part(np.concatenate(needed), states.mu0)
+        note = f"after its slips the tip needs {part:.3f} of its friction (kinetic_ratio)"
+        return found, True, (note,)
+    if reader.kinetic_ratio is not None and reader.law == SlipLaw.KINETIC:
+        first = parts[0]
+        return found, False, told_closer(reader.kinetic_ratio, first.setup, first.seen(channels))
+    return found, False, ()
 
 
 def _tested(seen: Seen, noise: FloatArray) -> Seen:
