@@ -50,6 +50,14 @@ html_title = "Vibrissa"
 html_static_path = ["site/static"]
 # As it is: the explorer is a page of its own.
 html_extra_path = ["made/explorer"]
+templates_path = ["site/templates"]
+# As furo has them, and the explorer above the pages.
+html_sidebars = {
+    "**": [
+        *("sidebar/brand.html", "sidebar/search.html", "sidebar/scroll-start.html"),
+        *("explorer.html", "sidebar/navigation.html", "sidebar/scroll-end.html"),
+    ]
+}
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False

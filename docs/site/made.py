@@ -121,7 +121,7 @@ def make(folder: Path) -> None:
     gallery(folder / "gallery")
     (folder / "packages.svg").write_text(drawing(), encoding="utf-8")
     (folder / "explorer").mkdir()
-    (folder / "explorer/play.html").write_text(page(), encoding="utf-8")
+    (folder / "explorer/play.html").write_text(page(home="index.html"), encoding="utf-8")
     for notebook in EXAMPLES.glob("*.ipynb"):
         (folder / "notebooks").mkdir(exist_ok=True)
         shutil.copy(notebook, folder / "notebooks")

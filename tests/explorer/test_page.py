@@ -53,6 +53,11 @@ def test_settings_beyond_a_field_do_not_fit(name):
     assert not fits({name: low - 1e-6}) and not fits({"theta": 2.0, name: high + 1e-6})
 
 
+def test_only_a_page_that_is_part_of_a_site_links_to_it():
+    assert "<a " not in page()
+    assert '<a href="index.html">Documentation</a>' in page(home="index.html")
+
+
 def test_the_file_is_written_whole_or_a_line_says_why_not(tmp_path, capsys):
     path = tmp_path / "new/explorer.html"
     assert main([str(path)]) == "" and path.read_text() == page()

@@ -84,6 +84,19 @@ def test_every_page_has_its_place_in_the_site(page):
     assert page.stem in listed | {"index"}
 
 
+def test_the_explorer_and_the_site_lead_to_each_other(monkeypatch, tmp_path):
+    made = tool("made")
+    monkeypatch.setattr(made, "gallery", lambda folder: None)
+    made.make(tmp_path)
+    assert 'href="index.html"' in (tmp_path / "explorer/play.html").read_text()
+    assert 'href="play.html"' in (DOCS / "index.md").read_text()
+    # In the navigation of every page.
+    (sidebar,) = (DOCS / "site/templates").iterdir()
+    assert (
+        "play.html" in sidebar.read_text() and f'"{sidebar.name}"' in (DOCS / "conf.py").read_text()
+    )
+
+
 def test_the_reference_has_every_public_name():
     made = tool("made")
     page = made.public_names()

@@ -185,16 +185,21 @@ def program() -> Markup:
     return Markup(f'(() => {{\n"use strict";\n{bundle("view/explorer.js")}}})();')
 
 
-def page() -> str:
+def page(home: str = "") -> str:
     """Write the explorer as a page of its own.
+
+    Parameters
+    ----------
+    home : str, optional
+        Address of the site that the page is part of; the page links there.
 
     Returns
     -------
     str
-        HTML that refers to nothing outside itself.
+        HTML that needs nothing outside itself.
     """
     return _template("page.html").render(
-        explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program()
+        home=home, explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program()
     )
 
 
