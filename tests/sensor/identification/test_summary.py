@@ -11,7 +11,12 @@ from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus
 from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.identification.misfit.goodness import Goodness
-from vibrissa.sensor.identification.summary import Source, if_exact, summary_of
+from vibrissa.sensor.identification.summary import (
+    FrictionSummary,
+    Source,
+    if_exact,
+    summary_of,
+)
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
 UNITS = ("N", "N", "N*m")
@@ -216,3 +221,28 @@ def test_parts_of_one_tolerance_become_exact_together():
     column = np.array([1.0, 2.0])
     rest = np.diag([4.0, 1.0]) - np.outer(column, column) / 9.0
     assert left["b"] == pytest.approx(np.sqrt(effect[[0, 2]] @ rest @ effect[[0, 2]] + 0.25))
+
+
+def test_nothing_is_said_of_no_period():
+    nothing = FrictionSummary()
+    assert str(nothing) == "no mean of mu0, from 0 of 0 periods"
+    unknown = {"mean", "random", "common", "variation", "single"}
+    assert {name for name, value in vars(nothing).items() if value != value} == unknown
+    known = {name: value for name, value in vars(nothing).items() if name not in unknown}
+    assert known == {
+        "alike": (),
+        "if_exact": {},
+        "chi2": 0.0,
+        "chance": 1.0,
+        "degrees": 0,
+        "sources": {},
+        "periods": 0,
+        "used": 0,
+        "left": {},
+        "doubtful": 0,
+        "wrong": 0,
+        "goodness": None,
+        "causes": (),
+        "beside": None,
+        "far": (),
+    }

@@ -94,7 +94,7 @@ def prior_of(
     sizes |= {name: WIDE * assumed[name] for name in assumed if name in estimated - stated.keys()}
     begin: dict[str, float] = {}
     if calibrated is not None:
-        largest = np.nanmax(np.abs(recording.readings), axis=0)
+        largest = np.abs(np.nan_to_num(recording.readings)).max(axis=0)
         known = calibrated.deviation > 0.0
         places = {"eta": (calibrated.eta - whisker.eta, reach_of(whisker.eta))}
         places |= {

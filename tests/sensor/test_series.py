@@ -1,0 +1,162 @@
+"""Tables of the sensor: what is written, what is read of it, and what a mistake is called."""
+
+import io
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from steel import ROD
+from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.sensor import Units, series
+from vibrissa.sensor.quantities import Kind
+from vibrissa.sensor.series import Column
+
+COLUMNS = {
+    "footpoint": Column(np.array([0.1, np.nan, 1e-300]), "mm", "position of the clamp"),
+    "period": Column(np.array([1, 2, 3]), "1", "number"),
+    "side": Column(np.array(["ahead", "behind", ""]), "", "where the tip is"),
+}
+TEXT = "footpoint [mm],period [1],side\n0.1,1,ahead\nnan,2,behind\n1e-300,3,\n"
+
+
+def read(tmp_path, text, names=("a",), optional=(), name="r.csv"):
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return series.read(path, names, optional)
+
+
+def test_a_csv_file_is_written_as_it_is_said(tmp_path, capsys):
+    series.write(tmp_path / "a.CSV", COLUMNS)
+    assert (tmp_path / "a.CSV").read_bytes() == TEXT.encode()
+    series.write(Path("-"), COLUMNS)
+    assert capsys.readouterr().out == TEXT
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.parquet", "a.Parquet"])
+def test_what_is_written_is_read(tmp_path, name):
+    path = tmp_path / name
+    series.write(path, COLUMNS)
+    table = series.read(path, ["footpoint"], ["period", "height"])
+    assert list(table.columns) == ["footpoint", "period"]
+    assert table.columns["footpoint"] == pytest.approx([0.1, np.nan, 1e-300], nan_ok=True, rel=0)
+    assert table.columns["period"].tolist() == [1.0, 2.0, 3.0]
+    assert table.units == {"footpoint": "mm", "period": "1"}
+    first = 2 if name == "a.csv" else 1
+    assert table.line.tolist() == [first, first + 1, first + 2]
+    assert table.place(1) == f"{path}, line {first + 1}"
+
+
+def test_a_parquet_file_says_unit_and_meaning_of_each_column(tmp_path):
+    series.write(tmp_path / "a.parquet", COLUMNS)
+    metadata = {one.name: one.metadata for one in pq.read_schema(tmp_path / "a.parquet")}
+    assert metadata["side"] == {b"unit": b"", b"description": b"where the tip is"}
+    assert metadata["footpoint"] == {b"unit": b"mm", b"description": b"position of the clamp"}
+
+
+def test_lines_are_those_of_the_file_whatever_stands_between(tmp_path):
+    table = read(tmp_path, '\ufeffa [N] ,"b\nc"\n1,2\n\n"3","4\n"\n5,6\n')
+    assert table.columns["a"].tolist() == [1.0, 3.0, 5.0] and table.units == {"a": "N"}
+    assert table.line.tolist() == [3, 6, 7]
+
+
+def test_standard_input_is_read(monkeypatch):
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=io.BytesIO(TEXT.encode())))
+    table = series.read(Path("-"), ["footpoint"])
+    assert table.source == "standard input" and len(table.line) == 3
+
+
+def test_a_frame_has_units_in_its_titles_or_beside_them():
+    frame = pd.DataFrame({"a [N]": [1.0, None], "b": ["2", " NA "], "c": [True, False]})
+    frame.attrs["units"] = {"b": "m", "a": "kN"}
+    table = series.read(frame, ["a", "b"])
+    assert table.units == {"a": "N", "b": "m"} and table.line.tolist() == [1, 2]
+    assert np.isnan(table.columns["a"]).tolist() == [False, True]
+    assert np.isnan(table.columns["b"]).tolist() == [False, True]
+    with pytest.raises(
+        RecordingError, match=r"the DataFrame, line 1: c must be a number, got True"
+    ):
+        series.read(frame, ["c"])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("b,c\n1,2\n", "r.csv: column a is missing; there are: b, c"),
+        ("", "r.csv: column a is missing; there are: none"),
+        ("a\n", "r.csv: the table has no rows"),
+        ("a,b\n1,2\n3\n", "r.csv, line 3: 1 values, but the header has 2"),
+        ("a,b\n1,2,3\n", "r.csv, line 2: 3 values, but the header has 2"),
+        ("a [N],b,a [m]\n1,2,3\n", "r.csv, line 1: a column stands there twice: a, b, a"),
+        (b"a\n\xff\n", "r.csv: not a text file in UTF-8"),
+        ('a\n"1"2\n', "r.csv, line 2: ',' expected after '\"'"),
+        ("a\n1\ninf\n", "r.csv, line 3: a must be finite, got 'inf'"),
+        ("a\n1_0\n", "r.csv, line 2: a must be a number, got '1_0'"),
+        ("a\n1 2\n", "r.csv, line 2: a must be a number, got '1 2'"),
+        ("a\n1..\n", "r.csv, line 2: a must be a number, got '1..'"),
+        ("a\n١\n", "r.csv, line 2: a must be a number, got '١'"),
+    ],
+)
+def test_a_mistake_is_named_with_its_place(tmp_path, text, message):
+    with pytest.raises(RecordingError) as raised:
+        read(tmp_path, text)
+    assert str(raised.value) == f"{tmp_path}/{message}"
+
+
+@pytest.mark.parametrize(
+    ("cell", "value"),
+    [("1", 1.0), (" -1.5E+3 ", -1500.0), ("+.5", 0.5), ("5.", 5.0)],
+)
+def test_numbers_are_read_as_they_are_written(tmp_path, cell, value):
+    assert read(tmp_path, f"a,b\n{cell},x\n").columns["a"].tolist() == [value]
+
+
+@pytest.mark.parametrize("cell", ["", " ", "NaN", " nan ", "NA", "na", "null", "None", "-"])
+def test_missing_values_are_nan(tmp_path, cell):
+    assert np.isnan(read(tmp_path, f"a,b\n{cell},x\n").columns["a"]).all()
+
+
+def test_a_file_that_cannot_be_is_refused_before_any_work(tmp_path):
+    with pytest.raises(ArgumentError, match=r"a\.txt: the ending must be \.csv or \.parquet"):
+        series.write(tmp_path / "a.txt", COLUMNS)
+    with pytest.raises(ArgumentError, match=r"no/a\.csv: there is no folder "):
+        series.write(tmp_path / "no" / "a.csv", COLUMNS)
+    with pytest.raises(RecordingError, match=r"a\.csv: there is no such file"):
+        series.read(tmp_path / "a.csv", ["a"])
+    (tmp_path / "a.parquet").write_text("a\n1\n")
+    with pytest.raises(RecordingError, match=r"a\.parquet: not a Parquet file: "):
+        series.read(tmp_path / "a.parquet", ["a"])
+    with pytest.raises(ValueError, match="zip"):
+        series.write(tmp_path / "b.csv", COLUMNS | {"more": Column([1.0], "", "")})
+    assert not (tmp_path / "b.csv").exists()
+
+
+def test_a_column_is_told_in_the_units_that_a_person_wishes():
+    units = Units(ROD, wished={Kind.LENGTH: "mm", Kind.MOMENT: "N*mm"})
+    told = {unit: Column([1.0, 2.0], unit, "x").told(units) for unit in ("m", "N*m", "N", "1")}
+    assert [one.unit for one in told.values()] == ["mm", "N*mm", "N", "1"]
+    assert [list(one.values) for one in told.values()] == [[1e3, 2e3], [1e3, 2e3], [1, 2], [1, 2]]
+    assert {one.description for one in told.values()} == {"x"}
+
+
+def test_the_only_value_of_a_column_is_a_text():
+    assert Column([0.1234567891], "mm", "").text == "0.12345679 mm"
+    assert Column([0.3], "1", "").text == "0.3"
+    assert Column(["slip"], "", "").text == "slip"
+
+
+def test_a_result_is_a_frame_with_its_units():
+    class Result(series.Tabular):
+        def columns(self):
+            return COLUMNS
+
+    frame = Result().to_pandas()
+    assert list(frame) == list(COLUMNS) and frame["side"].tolist() == ["ahead", "behind", ""]
+    assert frame.attrs == {
+        "units": {"footpoint": "mm", "period": "1", "side": ""},
+        "descriptions": {name: one.description for name, one in COLUMNS.items()},
+    }
+    assert series.titles(COLUMNS) == ["footpoint [mm]", "period [1]", "side"]
