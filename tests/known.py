@@ -23,10 +23,12 @@ def plain(value):
     if isinstance(value, str | None | Path):
         return None if value is None else str(value)
     if isinstance(value, list | tuple) and not all(isinstance(one, float | int) for one in value):
+        if value and all(one is None or (isinstance(one, str) and len(one) < 20) for one in value):
+            return " | ".join("none" if one is None else str(one) for one in value)
         return [plain(one) for one in value]
     array = np.asarray(value)
     if array.dtype.kind in "OU":
-        return [plain(one) for one in array.ravel().tolist()]
+        return plain(array.tolist()) if array.ndim else str(value)
     if array.ndim > 1:
         return [plain(row) for row in array]
     digits = ".12g" if array.dtype.kind == "f" else ""

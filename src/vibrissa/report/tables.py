@@ -259,7 +259,8 @@ def corners(table: Readable, columns: Sequence[str]) -> dict[str, pd.DataFrame]:
 
 
 def _stiction(table: Readable, proved: Proved) -> list[Section]:
-    shown, keyed = [], []
+    shown: list[Section] = []
+    keyed: list[pd.DataFrame] = []
     for name, grid in sorted(_grids(table).items()):
         rows = _corners(table, STICTION, name, grid)
         note = f"Points: {spell_counts(grid.statuses)}."

@@ -1,0 +1,83 @@
+"""Tables of a small study, by its code but without its workflow."""
+
+from decimal import Decimal
+from functools import cache
+
+from vibrissa import Mounting, solve_curve, solve_state, stick_slip
+from vibrissa.sticking.curve import failed_curve
+from vibrissa.sticking.stiction import read_curve
+from vibrissa.study.codec import decode_grid, decode_key
+from vibrissa.study.grid import points_on_curves
+from vibrissa.tables import records, schemas, store
+
+MU0 = ("0.2", "0.3", "0.45", "0.9")
+FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck")
+
+
+@cache
+def curves():
+    """Curves of a cylinder, of a rod that lies down, and of one that was not found."""
+    return {
+        "1": solve_curve(1.0, 0.85),
+        "3": solve_curve(3.0, 0.85, contact="line"),
+        "9": FAILED,
+    }
+
+
+def grid(*theta):
+    axes = {"theta": theta, "mu0": MU0, "eta": ("0.85",), "dx0": ("0.01",)}
+    return decode_grid(axes)
+
+
+@cache
+def stiction():
+    """Two grids, of which one lies within the other."""
+    grids, parts = {"main": grid("1", "3", "9"), "more": grid("3")}, []
+    for theta, curve in curves().items():
+        ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
+        read = read_curve(curve, points.mu0, points.dx0)
+        parts += records.stiction_tables([(points, curve, read)], "small")
+    return store.joined(parts, schemas.STICTION)
+
+
+@cache
+def scans():
+    """Three scans: one that slips, one that swings aside and is dragged, one without states."""
+    parts = []
+    for theta, mu0, step in (("1", 0.3, "0.004"), ("3", 0.9, "0.1"), ("9", 0.3, "0.01")):
+        (point, *_) = grid(theta).points()
+        curve = curves()[theta]
+        scan = stick_slip(curve, mu0, Decimal(step), 2, 5, "line" if theta == "3" else "point")
+        parts.append(records.scan_table("runs", point, scan, study="small", method=curve.method))
+    return store.joined(parts, schemas.SCANS)
+
+
+@cache
+def states():
+    mounted = Mounting(clamp_angle=0.05, curvature=(0.1, -0.2))
+    return records.states_table(
+        {
+            "inside": solve_state(1, 0.55, 0.15),
+            "lies": solve_state(3, 0.75, 0.3, contact="line"),
+            "mounted": solve_state(2, 0.85, 0.3, mounting=mounted),
+            "lost": solve_state(2, 0.85, 0.3, mounting=Mounting(curvature=-2.0)),
+        },
+        "small",
+    )
+
+
+def tables():
+    return {"stiction": stiction(), "scans": scans(), "states": states()}
+
+
+def columns(table):
+    """All columns of a table, of which long lists are told by their first, middle and last item."""
+    found = {}
+    for name in table.schema.names:
+        values = table.column(name).to_pylist()
+        if "list<" in str(table.schema.field(name).type) and name != "grids":
+            values = [[row[0], row[len(row) // 2], row[-1]] if row else [] for row in values]
+        elif any(isinstance(value, float | int) for value in values):
+            values = [float("nan") if value is None else value for value in values]
+        found[name] = values
+    return found
