@@ -36,7 +36,9 @@ def lines(found: "Design") -> Iterator[str]:
     yield "mu0          total     by step   by noise  clamp travel"
     deviations = found.deviations
     parts = deviations.total, deviations.by_step, deviations.by_reading
-    for mu0, travel, *values in zip(found.mu0, found.x0_slip, *parts, strict=True):
+    rows = list(zip(found.mu0, found.x0_slip, *parts, strict=True))
+    # Of a single friction all rows are the same.
+    for mu0, travel, *values in rows[:1] if found.mu0[0] == found.mu0[-1] else rows:
         cells = [*(f"{value:.2g}" for value in values), shown(travel, Kind.LENGTH, 3)]
         row = "".join(f"{cell:<10}" for cell in cells).rstrip()
         yield f"{mu0:<12.4g} {'the tip locks' if np.isnan(travel) else row}"

@@ -74,7 +74,8 @@ def _rest(readings: FloatArray, what: str, option: str) -> Rest:
     begins = _stretches(readings)
     sizes = np.diff(begins, append=len(readings))
     longest = max(LONGER * np.quantile(sizes, USUAL), 2.0 * FEWEST)
-    rests = np.flatnonzero(sizes > longest)
+    # A rest that lasts to the last sample is the one at the other end.
+    rests = np.flatnonzero(sizes[:-1] > longest)
     if not len(rests):
         return Rest(0, 0)
     # From a rest on a reading is constant, and then, up to the first slip, a parabola in time.
