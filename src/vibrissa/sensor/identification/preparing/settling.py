@@ -107,7 +107,7 @@ def settled(
     notes = left_out(recording.line[~kept], "the readings have not settled after a slip")
     if high:
         usual = float(np.median(np.abs(step)))
-        sizes = (units.spelled(lag * usual, Kind.LENGTH, 3) for lag in sorted({low, high}))
+        sizes = (units.spelled(lag * usual, Kind.LENGTH, 3) for lag in dict.fromkeys((low, high)))
         notes += (f"the readings lag behind the clamp by {' or '.join(sizes)}",)
     return replace(recording, slipping=slipping, notes=recording.notes + notes).take(kept)
 
