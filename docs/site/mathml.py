@@ -11,6 +11,8 @@ from sphinx.writers.html5 import HTML5Translator
 TAG = r"\tag{"
 
 
+# Where a line may end on a narrow screen: MathML itself has no line breaks.
+BETWEEN = re.compile(r"\\q?quad(?![a-zA-Z])")
 # A function and the letter that it is taken of, as in cos α.
 APPLIED = re.compile(r"(<mi>(?:sin|cos|tan|det)</mi>)(?=<m[ins])")
 
@@ -27,6 +29,11 @@ def without_tag(latex: str) -> tuple[str, str]:
     return equation + after, number if tagged else ""
 
 
+def lines(latex: str) -> list[str]:
+    r"""Split an equation where ``\quad`` stands between its parts, but not one of several rows."""
+    return [latex] if r"\begin" in latex else [part.strip() for part in BETWEEN.split(latex)]
+
+
 def visit_inline(self: HTML5Translator, node: nodes.math) -> None:
     """Write an equation in a line of text."""
     self.body.append(mathml(node.astext(), "inline"))
@@ -37,7 +44,9 @@ def visit_block(self: HTML5Translator, node: nodes.math_block) -> None:
     """Write an equation that stands by itself, with its number and a place to link to."""
     equation, number = without_tag(node.astext())
     self.body.append(self.starttag(node, "div", CLASS="equation"))
-    self.body.append(mathml(equation, "block"))
+    self.body.append('<div class="parts">')
+    self.body += [mathml(part, "block") for part in lines(equation)]
+    self.body.append("</div>")
     if number:
         place = f"equation-{number.lower()}"
         self.body.append(f'<a class="number" id="{place}" href="#{place}">({number})</a>')

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from browser import CHROMIUM, chromium
 
 pytest.importorskip("sphinx")
 
@@ -71,6 +72,38 @@ def test_equations_have_their_number_beside_them():
     assert mathml.without_tag("a = b") == ("a = b", "")
     shown = mathml.mathml(r"\cos\alpha", "inline")
     assert shown.startswith("<math") and "mspace" in shown
+
+
+def test_equations_are_cut_between_their_parts():
+    lines = tool("mathml").lines
+    assert lines(r"x = 1, \quad y = 2, \qquad z = 3") == ["x = 1,", "y = 2,", "z = 3"]
+    assert lines(r"x = \quadratic") == [r"x = \quadratic"]
+    rows = r"\begin{aligned} a &= b \quad c \end{aligned}"
+    assert lines(rows) == [rows]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")
+def test_equations_can_be_read_on_a_phone(tmp_path):
+    mathml = tool("mathml")
+    wide = "x(0) = x_0, " + " + ".join(["y(0)"] * 20)
+    for name, latex in (("several", r"x(0) = x_0, \quad " * 6 + "y = 1"), ("wide", wide)):
+        parts = "".join(mathml.mathml(part, "block") for part in mathml.lines(latex))
+        style = (DOCS / "site/static/site.css").read_text()
+        (tmp_path / f"{name}.html").write_text(
+            "<!doctype html><meta name=viewport content='width=device-width'>"
+            f"<style>{style}</style>"
+            f'<div class="equation"><div class="parts">{parts}</div><a class="number">(1)</a></div>'
+        )
+    with chromium(tmp_path / "browser") as browser:
+        for name, fits in (("several", True), ("wide", False)):
+            browser.open((tmp_path / f"{name}.html").as_uri(), width=390)
+            seen = browser.evaluate("""(() => {
+                const equation = document.querySelector(".equation");
+                const lefts = [...document.querySelectorAll("math")].map(
+                    (math) => math.firstElementChild.getBoundingClientRect().left);
+                return [Math.min(...lefts), equation.scrollWidth <= equation.clientWidth];
+            })()""")
+            assert seen[0] >= 0 and seen[1] == fits
 
 
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda path: path.stem)
