@@ -25,11 +25,6 @@ from vibrissa.tables import schemas, store
 HOLDS, CONDITION, AMBIGUOUS, CONTRADICTED = Verdict
 
 
-@pytest.fixture(scope="session")
-def evidence(paper, study_tables):
-    return gather(study_tables, dict(paper.claims))
-
-
 def changed(table, **columns):
     """Replace columns of a table of the evidence by functions of its rows."""
 

@@ -9,15 +9,9 @@ import pytest
 import yaml
 
 from vibrissa.paper.claims import CLAIMS
-from vibrissa.paper.evidence import gather
 
 LEDGER = Path(__file__).with_name("ledger.yaml")
 KNOWN = yaml.safe_load(LEDGER.read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def evidence(paper, study_tables):
-    return gather(study_tables, dict(paper.claims))
 
 
 @pytest.fixture(scope="module")
