@@ -7,7 +7,7 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.spines import Spine
-from matplotlib.text import Text
+from matplotlib.text import Annotation, Text
 
 # Of very many lines in the same axes the first ones tell the look.
 MOST, MOST_PANELS = 18, 4
@@ -41,10 +41,14 @@ def words(text):
 def ticks(axis):
     """Say where an axis has its marks, and what stands there if it is no number as usual."""
     marks = axis.get_major_ticks()
-    sizes = dict.fromkeys(number(mark.label1.get_fontsize()) for mark in marks)
+    look = {
+        f"{number(mark.label1.get_fontsize())} pt, {number(mark.tick1line.get_markersize())} long"
+        + f", grid {number(mark.gridline.get_linewidth())}" * mark.gridline.get_visible()
+        for mark in marks
+    }
     labels = [text.get_text() for text in axis.get_ticklabels()]
     places = numbers(axis.get_ticklocs())
-    return f"{places} as {' '.join(labels)}, {' '.join(sizes)} pt, {len(axis.get_minor_ticks())}"
+    return f"{places} as {' '.join(labels)}, {'; '.join(look)}, {len(axis.get_minor_ticks())}"
 
 
 def anchored(legend):
@@ -83,6 +87,8 @@ def described(artist):
         return f"legend {title!r} {anchored(artist)} in {artist._ncols} columns: {texts}"
     if isinstance(artist, Text) and artist.get_text():
         where = f"{artist.get_ha()} {artist.get_va()} of {numbers(artist.get_position())}"
+        if isinstance(artist, Annotation):
+            where += f" in {artist.anncoords} from {numbers(artist.xy)} in {artist.xycoords}"
         return f"text {words(artist)} {where}, wraps: {artist.get_wrap()}"
     if isinstance(artist, Patch) and not isinstance(artist, Spine):
         corners = artist.get_patch_transform().transform(artist.get_path().vertices)
@@ -94,25 +100,26 @@ def described(artist):
     return None
 
 
-def axes_described(axes):
+def axes_described(axes, most):
     titles = (axes.title, axes._left_title, axes._right_title, axes.patch)
     shown = (described(artist) for artist in axes.get_children() if artist not in titles)
     shows = list(filter(None, shown))
     return {
         "words": [words(text) for text in (axes.title, axes.xaxis.label, axes.yaxis.label)],
+        "frame": " ".join(name for name, one in axes.spines.items() if one.get_visible()),
         "place": numbers(np.round(axes.get_position().bounds, 3)),
         "limits": f"x {numbers(axes.get_xlim())}, y {numbers(axes.get_ylim())}",
         "marks": [ticks(axes.xaxis), ticks(axes.yaxis)],
         "scales": f"{axes.get_xscale()} {axes.get_yscale()}, aspect {axes.get_aspect()}",
-        "insets": [axes_described(inset) for inset in axes.child_axes],
-        "shows": [*shows[:MOST], *(f"and {more} more" for more in [len(shows) - MOST] if more > 0)],
+        "insets": [axes_described(inset, most) for inset in axes.child_axes],
+        "shows": [*shows[:most], *(f"and {more} more" for more in [len(shows) - most] if more > 0)],
     }
 
 
-def figure_described(figure):
+def figure_described(figure, most=MOST):
     return {
         "page": numbers(figure.get_size_inches()),
         "beside": [described(artist) for artist in (*figure.legends, *figure.texts)],
         "panels": len(figure.axes),
-        "axes": [axes_described(axes) for axes in figure.axes[:MOST_PANELS]],
+        "axes": [axes_described(axes, most) for axes in figure.axes[:MOST_PANELS]],
     }
