@@ -1,6 +1,7 @@
 """Recordings of the bench with mistakes: a few of those that `make laboratory` reads."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import costs
 import laboratory
@@ -21,6 +22,29 @@ def entry(title, said, seed, method):
     """Score of one recording."""
     _, found = of_entry((TITLES.index(title), said, seed), [Method(method)])
     return found[Method(method)]
+
+
+def cells(line):
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
+def test_the_plan_of_an_experiment_has_the_costs_of_the_table():
+    """What `make costs` found stands a second time, beside how each value is measured."""
+    text = (Path(__file__).parents[2] / "docs/laboratory.md").read_text(encoding="utf-8")
+    plan, _, below = text.partition("<!-- table of make costs -->")
+    after = {}
+    for line in below.partition("| all together")[0].splitlines():
+        if line.startswith("| `"):
+            name, _, forces, moment, _ = cells(line)
+            after[name] = forces.split(", ")[1]
+            assert moment.split(", ")[1] == after[name]
+    planned = {}
+    for line in plan.splitlines():
+        if line.startswith("| ") and line[2].isdigit():
+            *_, names, found = cells(line)
+            planned |= dict(zip(names.split(", "), found.replace("*", "").split(", "), strict=True))
+    assert len(planned) == 15
+    assert planned == {name: after[name] for name in planned}
 
 
 @pytest.mark.slow
