@@ -45,12 +45,45 @@ REQUIREMENTS = Requirements(
         ({"tip": -1e-4}, "tip must not be negative"),
         ({"safety": 0.5}, "at least 1"),
         ({"density": -1.0}, "density must be positive"),
+        ({"density": 0.0}, "density must be positive"),
+        ({"density": np.inf}, "density must be positive and finite"),
+        ({"modulus": 0.0}, "modulus must be positive"),
+        ({"yield_strain": 0.0}, "yield_strain must be positive"),
+        ({"weight": 0.0}, "weight must be positive"),
+        ({"spacing": 0.0}, "spacing must be positive"),
+        ({"step": np.inf}, "step must be positive and finite"),
+        ({"steps": 0.0}, "steps must be positive and finite"),
+        ({"safety": np.inf}, "safety must be at least 1 and finite"),
+        ({"tip": np.inf}, "tip must not be negative, and be finite"),
+        ({"range": (1.0, 0.0, 1.0)}, "range must be three positive"),
+        ({"range": (1.0, 1.0)}, "range must be three positive"),
+        ({"diameter": (0.0, 1.0)}, "diameter must be a range above 0"),
+        ({"length": (0.1, np.inf)}, "length must be a range above 0"),
+        ({"theta": (2.0, np.inf)}, "theta must be a range from 1"),
+        ({"eta": (0.0, 0.5)}, "eta must be a range above 0, below 1"),
+        ({"eta": (0.6, 0.5)}, "eta must be a range above 0, below 1"),
         ({"method": "guess"}, "method must be one of forces, moment, spacing"),
     ],
 )
 def test_impossible_requirements_are_refused(change, message):
     with pytest.raises(ArgumentError, match=message):
         replace(REQUIREMENTS, **change)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"tip": 0.0},
+        {"safety": 1.0, "lock_factor": 1.0},
+        {"theta": (1.0, 1.0), "eta": (0.5, 0.5)},
+        {"mu0": (0.3, 0.3), "diameter": (1e-3, 1e-3), "length": (0.1, 0.1)},
+        {"density": None, "weight": np.inf, "spacing": np.inf, "yield_strain": np.inf},
+        {"range": (np.inf, np.inf, np.inf), "stock": (1e-3, 2e-3)},
+    ],
+)
+def test_the_ends_of_what_is_allowed_are_allowed(change):
+    found = replace(REQUIREMENTS, **change)
+    assert {name: getattr(found, name) for name in change} == change
 
 
 def test_materials_and_transducers_have_names():

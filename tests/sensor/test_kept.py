@@ -26,6 +26,7 @@ RODS = {
     "a rod in a tilted clamp": lambda: respond(*ROUND, mounting=TILTED),
     "a rod that lies on the surface": lambda: respond(2.0, 0.6, "line"),
     "a cylinder": lambda: respond(1.0, 0.9),
+    "a thin tip that peels off": lambda: respond(8.0, 0.7, "line"),
 }
 SURFACES = {
     "one friction": surfaces.constant(0.3),

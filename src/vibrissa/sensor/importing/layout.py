@@ -251,8 +251,7 @@ def _mistake(
     same = [one for one in blocks if len(cells[one[0]]) == len(cells[block[0]])]
     lost: int | None
     if len(same) > 1:
-        between = (row for row in range(same[0][-1] + 1, same[1][0]) if any(cells[row]))
-        lost = next(between, same[1][0])
+        lost = next(row for row in range(same[0][-1] + 1, len(cells)) if any(cells[row]))
         if not any(map(like_a_number, cells[lost])):
             return f"line {lost + 1}: the table ends, but one more begins: give the line of titles"
     else:

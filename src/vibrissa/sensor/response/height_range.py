@@ -24,7 +24,7 @@ EXACT = 1e-8
 WIDEST, NARROWEST = 0.05, 2e-4
 LOWEST, HIGHEST = 0.02, 0.9999
 # Points that are evaluated together.
-BLOCK = 1 << 16
+BLOCK = 65536
 # Gauss points of the work along a branch.
 WORK = np.polynomial.legendre.leggauss(24)
 

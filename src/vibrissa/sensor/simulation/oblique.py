@@ -381,7 +381,7 @@ class _Tip:
         left = self._reserve(clamp)
         inner = left[1:-1]
         falls = np.maximum(left[:-2] - inner, left[2:] - inner)
-        lowest = (inner <= left[:-2]) & (inner <= left[2:]) & (inner > 0.0) & (inner < falls)
+        lowest = (inner <= left[:-2]) & (inner <= left[2:]) & (inner < falls)
         for i in np.flatnonzero(lowest) + 1:
             bounds = sorted((clamp[i - 1], clamp[i + 1]))
             found = minimize_scalar(self._reserve, bounds=bounds, method="bounded")
@@ -425,5 +425,5 @@ def _assembled(
             [TipPhase.SLIP, TipPhase.SWING, TipPhase.LOCK],
             TipPhase.STICK,
         ),
-        side=np.where(side > 0, TipSide.AHEAD, TipSide.BEHIND),
+        side=np.where(side == 1, TipSide.AHEAD, TipSide.BEHIND),
     )

@@ -167,7 +167,7 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
     for begin, end in pairwise(counts):
         if begin == end:
             raise ArgumentError(f"each part of the path must be at least one step of {step} long")
-        sign = 1 if end > begin else -1
+        sign = int(np.sign(end - begin))
         parts.append(np.arange(begin + sign, end + sign, sign))
     return step_position(np.concatenate(parts), size)
 
@@ -359,7 +359,7 @@ def _assembled(
             [TipPhase.SLIP, TipPhase.SWING, TipPhase.LOCK],
             TipPhase.STICK,
         ),
-        side=np.where(side > 0.0, TipSide.AHEAD, TipSide.BEHIND),
+        side=np.where(side == 1.0, TipSide.AHEAD, TipSide.BEHIND),
     )
 
 

@@ -30,7 +30,7 @@ DEGREE = 6
 STRETCH, GROWTH = 0.005, 2.0
 # Longest cell (L), and where in a cell, as parts of it, the force and its interpolant are compared.
 LONGEST = 1e-3
-BETWEEN = np.array([0.02, 0.19, 0.39, 0.61, 0.81, 0.98])
+BETWEEN = np.linspace(0.02, 0.98, 6)
 # Relative error of the friction allowed there.
 TOLERANCE = 1e-9
 # A friction that needs more cells in one slip is too fine.
