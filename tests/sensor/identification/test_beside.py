@@ -55,6 +55,22 @@ def test_where_all_is_as_given_they_agree(method):
     assert "they agree" in str(found.summary())
 
 
+def test_a_part_of_a_step_by_which_all_travels_are_off_is_no_disagreement():
+    # Coarse steps do not tell whether the tip slips at rest or on the way, and on a uniform surface
+    # every onset is late by the same part of a step: travels are too long, or too short, alike.
+    truth = simulate(
+        respond(2.0, 0.85, pull=True),
+        surfaces.random(1, 0.302, 1e-4, 0.05),
+        path("0.001", ["0.25", "0.1"]),
+    )
+    recording = recording_of(truth.clamp, measured(truth.reactions, 1))
+    found = read("spacing", recording, law="free")
+    late = found.beside.difference
+    assert late > 0.004 and found.beside.agrees
+    assert late < 2.5 * found.beside.spread < 0.03
+    assert not (found.periods.grade == "doubtful").any()
+
+
 def test_the_table_has_the_friction_by_both():
     found = read("moment")
     table = found.to_pandas()

@@ -1,10 +1,10 @@
 """The friction by the model of the rod beside that by the ratio of the forces, which needs none.
 
-Both read the same samples. So what they share does not count where they are compared: the part of a
-step that the onset is late, and errors of the readings. An error ε of the readings has the variance
-Σ before and C after the adjustment. The ratio, with the effects R, has the error R·ε; the model,
-with the effects M, has M·δ with the covariance C of δ, which is also that of δ and ε. So the
-variance of the difference is R·Σ·Rᵀ + M·C·Mᵀ − 2·R·C·Mᵀ.
+Both read the same samples. So what they share does not count where they are compared: errors of the
+readings, and the part of a step that the onset is late, as far as it does the same to both. An
+error ε of the readings has the variance Σ before and C after the adjustment. The ratio, with the
+effects R, has the error R·ε; the model, with the effects M, has M·δ with the covariance C of δ,
+which is also that of δ and ε. So the variance of the difference is R·Σ·Rᵀ + M·C·Mᵀ − 2·R·C·Mᵀ.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,8 @@ from vibrissa.sensor.identification.misfit.doubts import Grade
 
 # By so many standard deviations the means differ, and the frictions of one period.
 MEANS, ONE = 4.0, 6.0
+# A variance that is none.
+TINY = 1e-30
 # Fewer periods are not compared.
 FEWEST = 3
 
@@ -97,8 +99,8 @@ def beside(model: Read, ratio: Read) -> Beside:
     shared = np.sqrt(common + other.shifts[:, 0] ** 2)
     own = np.maximum(one.deviation**2 - one.common**2 - one.by_step**2, 0.0)
     own += np.maximum(other.deviation**2 - other.common**2 - other.by_step**2, 0.0)
-    own += (one.by_step - other.by_step) ** 2
-    alone = known & (np.abs(apart) > ONE * np.sqrt(own + shared**2))
+    by_step = np.abs(one.by_step - other.by_step)
+    alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + shared**2))
     # One that disagrees by itself does not make all of them doubtful.
     kept = known & ~alone if 2 * alone.sum() < known.sum() else known
     number, difference, spread = int(known.sum()), np.nan, np.nan
@@ -106,7 +108,8 @@ def beside(model: Read, ratio: Read) -> Beside:
         columns = one.effects, other.effects, other.shifts
         of_model, of_ratio, shifts = (each[kept].mean(axis=0, keepdims=True) for each in columns)
         variance = _common(of_model, of_ratio, model, ratio)[0] + shifts[0, 0] ** 2
-        variance += own[kept].mean() / kept.sum()
+        variance += (own[kept] + by_step[kept] ** 2).mean() / kept.sum()
+        variance += _step_of_all(apart[kept], by_step[kept], own[kept])
         difference, spread = float(apart[kept].mean()), float(np.sqrt(variance))
     found = Beside(
         ratio=mu0,
@@ -117,6 +120,23 @@ def beside(model: Read, ratio: Read) -> Beside:
         off=alone,
     )
     return found if found.agrees else replace(found, off=np.ones(len(one), dtype=bool))
+
+
+def _step_of_all(apart: FloatArray, by_step: FloatArray, own: FloatArray) -> float:
+    """Variance of the mean difference by a part of the step that all onsets are late alike.
+
+    A tip that slips at rest begins each period in a step of the stage. Where the friction hardly
+    varies the next onset is late by the same part of a step again. And where coarse steps do not
+    tell whether it slips at rest, half of what that does to the travel is in all of them. Errors
+    that are alike are a line over what a step does to each; what differences scatter around it,
+    beyond other errors, is not of that kind.
+    """
+    from_mean = by_step - by_step.mean()
+    slope = (from_mean @ apart) / max(from_mean @ from_mean, TINY)
+    around = apart - apart.mean() - slope * from_mean
+    scatter = max(float((around**2).mean() - own.mean()), 0.0)
+    alike = max(1.0 - scatter / max(float((by_step**2).mean()), TINY), 0.0)
+    return alike * float(by_step.mean()) ** 2
 
 
 def _same(model: Periods, ratio: Periods) -> IntArray:
