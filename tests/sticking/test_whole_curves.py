@@ -39,6 +39,28 @@ CASES = {
     "oblique": {"theta": 2.0, "eta": 0.85, "mounting": Mounting(stage_angle=0.1)},
     "mounted": {"theta": 3.0, "eta": 0.8, "contact": "line", "mounting": TOGETHER},
     "mounted and planar": {"theta": 2.0, "eta": 0.85, "mounting": TOGETHER, "section": "planar"},
+    "swings before its lock": {"theta": 25.0, "eta": 0.93},
+    "does not swing before its lock": {"theta": 25.0, "eta": 0.93, "section": "planar"},
+    "lifts off": {"theta": 1.0, "eta": 0.18},
+    "lifts off in its plane": {"theta": 1.0, "eta": 0.18, "section": "planar"},
+    "far away": {"theta": 3.1, "eta": 0.25},
+    "very far away": {"theta": 20.0, "eta": 0.3, "contact": "line"},
+    "locks in a kink": {"theta": 2.3877, "eta": 0.8215, "contact": "line"},
+    "slips back": {"theta": 3.0, "eta": 0.7, "contact": "line", "section": "planar"},
+    "cylinder that lies down": {"theta": 1.0, "eta": 0.7, "contact": "line", "section": "planar"},
+    "leaves the surface": {"theta": 2.0, "eta": 0.85, "mounting": Mounting(stage_angle=-0.1)},
+    "towards the surface": {
+        **{"theta": 2.5, "eta": 0.85, "contact": "line"},
+        "mounting": Mounting(curvature=0.2),
+    },
+    "mounted, swings before its lock": {
+        **{"theta": 3.8, "eta": 0.79},
+        "mounting": Mounting(clamp_angle=-0.48, curvature=(1.1, 1.1)),
+    },
+    "leaves its plane": {
+        **{"theta": 2.3, "eta": 0.85},
+        "mounting": Mounting(clamp_angle=0.06, curvature=(1.13, 1.34)),
+    },
     "springs": {"theta": 4.0, "eta": 0.95, "mounting": Mounting(curvature=2.0)},
     "leaves": {"theta": 2.0, "eta": 0.85, "mounting": Mounting(curvature=-2.0)},
 }
@@ -70,12 +92,12 @@ def seen(curve):
     if curve.pulled:
         result["pulled"] = curve.state(curve.x0_pull * np.array([1.0, 0.7, 0.2]))
         result["trails"] = curve.trailing_end(lock * np.array([1.001, 1.2, 2.0]))
-    if curve.status is Status.SOLVED:
+    if curve.status is Status.SOLVED and np.isfinite(curve.mu_lock):
         result["past"] = curve.motion_end(lock * np.array([1.001, 1.5, 4.0]))
     return result
 
 
-SLOW = ("springs", "crosses itself")
+SLOW = ("springs", "crosses itself", "very far away")
 
 
 @pytest.mark.parametrize(

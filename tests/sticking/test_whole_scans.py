@@ -12,8 +12,9 @@ import pytest
 
 from known import Known
 from vibrissa import Mounting, solve_curve, solve_onset, stick_slip
+from vibrissa.sticking import shooting
 from vibrissa.sticking.api import solve_states
-from vibrissa.sticking.shooting import PAPER, initial_state, walk
+from vibrissa.sticking.shooting import PAPER, PRECISE, initial_state, walk
 from vibrissa.sticking.stiction import read_curve
 
 SCANS = Known(Path(__file__).with_name("scans.yaml"))
@@ -113,3 +114,16 @@ def test_the_papers_procedure_takes_the_steps_that_it_took(theta, eta, tmp_path)
     assert [states[0].f, states[0].x1] == pytest.approx(
         [(exact := initial_state(theta, eta)).f, exact.x1], rel=0.03
     )
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "known"), [(PRECISE, 137), (PAPER, 43)], ids=["precise", "as in MATLAB"]
+)
+def test_a_search_takes_as_many_integrations_as_it_did(tolerances, known, monkeypatch):
+    """Each is a rod integrated from end to end: a search that cannot end takes hundreds."""
+    calls = []
+    integrate = shooting.shoot
+    monkeypatch.setattr(shooting, "shoot", lambda *rod: calls.append(rod) or integrate(*rod))
+    state = initial_state(1.0, 0.98, tolerances)
+    assert len(calls) == pytest.approx(known, rel=0.15)
+    assert state.searches == 1 and state.miss <= tolerances.miss
