@@ -4,16 +4,18 @@ import re
 import shutil
 import subprocess
 import sys
+from enum import Enum
 from importlib import import_module
 from inspect import getdoc
 from pathlib import Path
 from pkgutil import iter_modules
+from typing import Any
 
 from packages import drawing
-from typer.testing import CliRunner
+from typer.main import get_command
 
 import vibrissa
-from vibrissa.cli.app import COMMANDS, app
+from vibrissa.cli.app import COMMANDS, app, module_of
 from vibrissa.explorer.page import page
 
 DOCS = Path(__file__).parents[1]
@@ -25,19 +27,64 @@ PUBLIC = ("vibrissa", "vibrissa.sensor", "vibrissa.design")
 BESIDE = [
     module.name for module in iter_modules(vibrissa.__path__, "vibrissa.") if not module.ispkg
 ]
-WIDTH = 96
+# A text in quotes, but not between two apostrophes; an option.
+TYPED = re.compile(r"((?<!\w)'[^']+'(?!\w)|--[a-z][a-z0-9-]*)")
+
+
+def escaped(text: str) -> str:
+    """Put a help text into Markdown: in one line, what a user types as code."""
+    parts = TYPED.split(" ".join(text.split()))
+    # Every other part is what the expression found.
+    parts[::2] = [re.sub(r"([*|<\[])", r"\\\1", part) for part in parts[::2]]
+    parts[1::2] = [f"`{part}`" for part in parts[1::2]]
+    return "".join(parts)
+
+
+def option_row(option: Any) -> str:
+    """Write an option or an argument of a command as a row of a table."""
+    names = ", ".join(f"`{name}`" for name in (*option.opts, *option.secondary_opts))
+    kind = option.type_descriptor.annotation
+    parts = [escaped(option.help)]
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        parts.append("One of " + ", ".join(f"`{choice.value}`" for choice in kind) + ".")
+    shown = option.default if option.show_default is True else option.show_default
+    if shown not in (None, False, ()):
+        parts.append(f"Default: `{shown.value if isinstance(shown, Enum) else shown}`.")
+    return f"| {names} | {' '.join(parts)}{' **Required.**' * option.required} |"
+
+
+def command_section(name: str, command: Any) -> list[str]:
+    """Write what a command does, its options and its example."""
+    paragraphs = [" ".join(part.split()) for part in (command.help or "").split("\n\n")]
+    lines = [f"## `{name}`", ""]
+    for paragraph in paragraphs:
+        lines += [paragraph, ""]
+    if command.epilog:
+        # As a block it can be copied.
+        lines += ["```console", *re.findall("`([^`]+)`", command.epilog), "```", ""]
+    return [
+        *lines,
+        "| option | what it is |",
+        "| --- | --- |",
+        *map(option_row, command.params),
+        "",
+    ]
 
 
 def commands() -> str:
     """Write what every command says of itself."""
-    lines = ["# Command line", "", "What `vibrissa` and each of its commands print with `--help`."]
-    for arguments in ([], *([name] for name in COMMANDS)):
-        result = CliRunner().invoke(
-            app, [*arguments, "--help"], terminal_width=WIDTH, env={"COLUMNS": str(WIDTH)}
+    lines = [
+        "# Command line",
+        "",
+        "What `vibrissa` and each of its commands say with `--help`.",
+        "",
+    ]
+    lines += command_section("vibrissa", get_command(app))
+    for name in COMMANDS:
+        lines += command_section(
+            f"vibrissa {name}", get_command(import_module(module_of(name)).app)
         )
-        title = " ".join(["vibrissa", *arguments])
-        lines += ["", f"## `{title}`", "", "```text", result.output.strip("\n"), "```"]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines)
 
 
 def modules(package: str) -> list[str]:

@@ -11,6 +11,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from browser import CHROMIUM, chromium
+from typer.testing import CliRunner
+
+from vibrissa.cli.app import app
 
 pytest.importorskip("sphinx")
 
@@ -140,9 +143,28 @@ def test_the_reference_has_every_public_name():
 
 def test_the_reference_says_what_each_command_prints():
     page = tool("made").commands()
-    for name in ("solve", "scan", "identify", "design", "prove"):
-        assert f"## `vibrissa {name}`" in page
-    assert "--theta" in page
+    for name in ("solve", "scan", "import", "identify", "prove", "design"):
+        section = page.partition(f"## `vibrissa {name}`\n")[2].partition("\n## ")[0]
+        help = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
+        options = set(re.findall(r"(?<=\s)--[a-z][a-z0-9-]+", help)) - {"--help"}
+        assert len(options) > 4
+        assert {option for option in options if option not in section} == set()
+        assert f"\nvibrissa {name} " in section
+    assert "One of `point`, `line`. Default: `point`. |" in page
+    assert "| `--mu0` | Coefficient of static friction. **Required.** |" in page
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("Young's modulus:\n  '210 GPa', a*b.", "Young's modulus: `'210 GPa'`, a\\*b."),
+        ("the rod's, the stage's", "the rod's, the stage's"),
+        ("Repeat it: --to 1 --to 0.", "Repeat it: `--to` 1 `--to` 0."),
+        ("'force_x=Fz [mN]' | [N]", "`'force_x=Fz [mN]'` \\| \\[N]"),
+    ],
+)
+def test_what_a_user_types_is_code_on_the_site(text, expected):
+    assert tool("made").escaped(text) == expected
 
 
 def test_the_picture_of_the_packages_shows_all():

@@ -43,7 +43,7 @@ def test_the_plan_of_an_experiment_has_the_costs_of_the_table():
         if line.startswith("| ") and line[2].isdigit():
             *_, names, found = cells(line)
             planned |= dict(zip(names.split(", "), found.replace("*", "").split(", "), strict=True))
-    assert len(planned) == 15
+    assert len(planned) == 17
     assert planned == {name: after[name] for name in planned}
 
 
