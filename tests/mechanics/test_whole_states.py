@@ -115,6 +115,19 @@ def test_how_often_states_are_corrected(nodes, tmp_path, monkeypatch):
     STATES.compare(f"corrections on {nodes} nodes", shown, tmp_path)
 
 
+def test_a_hopeless_guess_is_given_up_at_once(monkeypatch):
+    """Numbers that have overflowed do not come back: to go on with them is lost time."""
+    counts = []
+    correct = newton.corrected
+    monkeypatch.setattr(newton, "corrected", lambda *a: counts.append(len(a[0])) or correct(*a))
+    theta, eta = np.array([1.0, 2.0]), np.array([0.9, 0.8])
+    guess = buckled_states(theta, eta, 16)
+    guess.phi[1] = np.nan
+    solved = newton.solve(guess, eta, Closure.at_inclination(np.zeros(2)))
+    assert solved.converged.tolist() == [True, False] and np.isnan(solved.states.fy[1])
+    assert counts[0] == 2 and set(counts[1:]) == {1} and len(counts) < 15
+
+
 def test_a_state_is_guessed_from_the_last_three(tmp_path):
     """The next of equally spaced values of a line, or a parabola, and of one alone itself."""
     batches = [made_up(False), made_up(False), made_up(False)]

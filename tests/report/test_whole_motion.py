@@ -1,0 +1,53 @@
+"""What the page's moving rod is set to, of grid points and of scans: no value changes unnoticed."""
+
+from pathlib import Path
+
+import pandas as pd
+import pyarrow.compute as pc
+import pytest
+
+from known import Known
+from small_study import scans, stiction, tables
+from vibrissa.report import facts
+from vibrissa.report import motion as motions
+from vibrissa.report.tables import key_rows
+
+MOTION = Known(Path(__file__).with_name("motion.yaml"))
+
+
+@pytest.mark.parametrize("most", [12_000, 7])
+def test_a_scan_moves_as_its_table_says(most, tmp_path, monkeypatch):
+    """With fewer readings than rows the first and the last are kept, and others between."""
+    assert motions.MOST_ROWS == 12_000
+    monkeypatch.setattr(motions, "MOST_ROWS", most)
+    MOTION.compare(f"scans in {most} rows", motions.of_scans(scans()), tmp_path, 1e-5)
+
+
+def test_of_many_scans_the_first_are_shown(monkeypatch):
+    assert motions.MOST_SCANS == 60
+    monkeypatch.setattr(motions, "MOST_SCANS", 1)
+    found = motions.of_scans(scans())
+    assert len(found.presets) == 1 and found.notes == ("These are the first 1 of 2 scans.",)
+
+
+@pytest.mark.parametrize(("axes", "middle"), [(1, True), (3, True), (4, False)])
+def test_of_many_axes_the_ends_alone_are_shown(axes, middle):
+    """27 rows are read; 81 are not."""
+    names = [f"axis{n}" for n in range(axes)]
+    rows = pd.MultiIndex.from_product([range(5)] * axes, names=names).to_frame(index=False)
+    shown = key_rows(rows, names)
+    assert len(shown) == (3 if middle else 2) ** axes
+    assert sorted(set(shown[names[-1]])) == ([0, 2, 4] if middle else [0, 4])
+
+
+def test_points_move_to_their_last_sticking_state(tmp_path):
+    points = stiction()
+    MOTION.compare("points", motions.of_points(points), tmp_path)
+    one = points.filter(pc.field("mu0") == 0.9)
+    MOTION.compare("points that lock", motions.of_points(one), tmp_path)
+
+
+def test_what_a_study_has_is_summed_up(tmp_path):
+    MOTION.compare("summary", [facts.summary(tables()), facts.troubles(tables())], tmp_path)
+    origins = [vars(facts.origin(name, table)) for name, table in tables().items()]
+    assert [one["rows"] for one in origins] == [len(table) for table in tables().values()]
