@@ -47,3 +47,17 @@ def test_operators_do_not_disturb_each_other():
 
 def test_zero_has_zero():
     assert found(np.zeros((1, 12, 12)), np.ones((12, 1))) == pytest.approx(0.0, abs=1e-300)
+
+
+def test_it_ends_as_soon_as_it_may():
+    """Each step is an image of a whole batch: the most of what a margin of stability costs."""
+    index = np.arange(1, 81)
+    matrices, _ = rotated(-1.0 / index[None] ** 2.0)
+    steps = []
+
+    def image(u):
+        steps.append(1)
+        return np.einsum("nij,jn->in", matrices, u)
+
+    smallest_eigenvalue(image, np.random.default_rng(1).normal(size=(80, 1)))
+    assert len(steps) == 14

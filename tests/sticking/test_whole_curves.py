@@ -11,7 +11,7 @@ import pytest
 from known import RELATIVE, Known
 from vibrissa import Mounting, solve_curve
 from vibrissa.outcomes import Contact, RodSection, Status
-from vibrissa.sticking import continuation
+from vibrissa.sticking import collocation, continuation
 from vibrissa.sticking.collocation import STEP_SIZES
 
 CURVES = Known(Path(__file__).with_name("curves.yaml"))
@@ -152,3 +152,16 @@ def test_branches_are_followed_as_far_as_they_were(name, tmp_path):
     }
     # Their states are guesses for what is solved exactly.
     SEGMENTS.compare(name, result, tmp_path, 1e-4)
+
+
+def test_a_branch_that_was_left_early_has_not_passed_its_lock():
+    """Else its last state would be taken for the lock, and a finer try would not be made."""
+    sizes = STEP_SIZES[0]
+    begun, _ = continuation.begin(
+        np.array([2.0, 1.0]), np.array([0.85, 0.18]), sizes, Contact.POINT
+    )
+    early = continuation.follow(begun, 2, Contact.POINT)
+    assert collocation._passed(early).tolist() == [False, False]
+    whole = continuation.first_segment(begun, sizes, Contact.POINT)
+    # The one has a maximum, the other lifts off.
+    assert collocation._passed(whole).tolist() == [True, True]
