@@ -7,13 +7,11 @@ slip. It may last several samples: those between peak and trough are of neither 
 """
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.periods import Partition
 
 # A fall by so many standard deviations of one reading is a slip: of 10^5 samples with hardly any
 # load from one to the next, one recording in ten shows it by chance.
@@ -36,11 +34,6 @@ class Spans(Batch):
 
     begins: IntArray
     ends: IntArray
-
-    @classmethod
-    def of(cls, periods: Partition) -> Self:
-        """Name the rows of a partition."""
-        return cls(begins=periods.begins, ends=periods.ends)
 
 
 def spikes(force: FloatArray, noise: float) -> BoolArray:

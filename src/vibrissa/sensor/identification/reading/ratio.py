@@ -162,11 +162,6 @@ class Onsets:
     smooth: BoolArray
 
     @property
-    def mu0(self) -> FloatArray:
-        """Mean of μ0, shape (p,); NaN where a period has too few samples."""
-        return np.asarray(self.sign * self.fits.mean[0] + self.correction.mean)
-
-    @property
     def own(self) -> FloatArray:
         """Standard deviation of the error that is a period's own, shape (p,)."""
         return np.hypot(self.fits.deviation, self.correction.own)
