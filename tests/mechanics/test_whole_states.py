@@ -173,6 +173,9 @@ SLOPES = {
     "bows": lambda s, k: np.pi / 2 + (1.0 + k) * np.pi * s,
     "loops": lambda s, k: np.pi / 2 + (1.3 + k) * np.pi * (s - np.sin(2 * np.pi * s) / (2 * np.pi)),
     "waves": lambda s, k: np.pi / 2 + (2.4 + 1.5 * k) * np.sin(2 * np.pi * s) * s,
+    "just levels out": lambda s, k: (
+        np.pi / 2 + (1.54 + 0.1 * k) * np.exp(-(((s - 0.25) / 0.12) ** 2))
+    ),
     "dips": lambda s, k: np.pi / 2 - (1.7 + k) * np.sin(1.4 * np.pi * s),
 }
 

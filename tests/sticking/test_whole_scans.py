@@ -14,7 +14,7 @@ from known import Known
 from vibrissa import Mounting, solve_curve, solve_onset, stick_slip
 from vibrissa.sticking import shooting
 from vibrissa.sticking.api import solve_states
-from vibrissa.sticking.shooting import PAPER, PRECISE, initial_state, walk
+from vibrissa.sticking.shooting import PAPER, PRECISE, Tolerances, initial_state, walk
 from vibrissa.sticking.stiction import read_curve
 
 SCANS = Known(Path(__file__).with_name("scans.yaml"))
@@ -127,3 +127,17 @@ def test_a_search_takes_as_many_integrations_as_it_did(tolerances, known, monkey
     state = initial_state(1.0, 0.98, tolerances)
     assert len(calls) == pytest.approx(known, rel=0.15)
     assert state.searches == 1 and state.miss <= tolerances.miss
+
+
+def test_a_walk_ends_where_a_search_has_missed(monkeypatch):
+    """From a state that is none each further search would miss, too, and take its time."""
+    search = shooting.minimize
+
+    def hasty(*arguments, options, **others):
+        return search(*arguments, options=options | {"maxiter": 3}, **others)
+
+    start = initial_state(1.0, 0.98)
+    monkeypatch.setattr(shooting, "minimize", hasty)
+    once = Tolerances(restarts=0)
+    states = walk(1.0, 0.98, 0.004, tolerances=once, start=start)
+    assert len(states) == 2 and states[0] is start and states[1].miss > once.miss
