@@ -235,7 +235,8 @@ def test_the_page_says_what_the_command_line_changed(fresh):
     fresh.snakemake(*arguments, study="one.yaml")
     page = fresh.path("results/one/report.html").read_text()
     assert "changes on the command line" in page and "contact: line" in page
-    for nothing in ("<img ", "<canvas", "<script", 'id="claims"'):
+    assert '"contact":"line"' in page  # in what the explorer is to solve
+    for nothing in ("<img ", "<canvas", 'id="claims"'):
         assert nothing not in page
 
 
