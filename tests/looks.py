@@ -10,7 +10,7 @@ from matplotlib.spines import Spine
 from matplotlib.text import Annotation, Text
 
 # Of very many lines in the same axes the first ones tell the look.
-MOST, MOST_PANELS = 18, 4
+MOST, MOST_PANELS = 18, 6
 
 
 def number(value):
@@ -43,6 +43,7 @@ def ticks(axis):
     marks = axis.get_major_ticks()
     look = {
         f"{number(mark.label1.get_fontsize())} pt, {number(mark.tick1line.get_markersize())} long"
+        + ", not written" * (not mark.label1.get_visible())
         + f", grid {number(mark.gridline.get_linewidth())}" * mark.gridline.get_visible()
         for mark in marks
     }
