@@ -109,6 +109,17 @@ def test_slips_that_may_have_gone_back_tell_nothing():
     assert np.isnan(mean).any() and (np.isnan(mean) == np.isnan(deviation)).all()
 
 
+def test_beside_a_slip_that_may_have_gone_back_nothing_is_told_on_either_side():
+    surface = surfaces.random(2, 0.36, 0.03, 0.05)
+    truth = simulate(RESPONSE, surface, path("0.002", ["1"]), SlipLaw.ENERGY, 0.5)
+    begins, ends = runs(truth)
+    travel, gap = truth.clamp[ends] - truth.clamp[begins], np.full(len(ends), 0.002)
+    mean, deviation = read_travels(RESPONSE, 0.5, travel, gap, truth.contact[ends])
+    told = [*range(4), len(ends) - 1]
+    assert np.flatnonzero(np.isfinite(mean)).tolist() == told
+    assert (np.isnan(mean) == np.isnan(deviation)).all()
+
+
 def test_few_periods_give_bounds():
     truth = scanned(3, "0.2")
     status = by_spacing(truth, 0.8).status
