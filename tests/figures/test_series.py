@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
 from figure_rows import ROWS, THETA, combined, drawn, plane, slipping, states
-from vibrissa.figures import style
+from vibrissa.figures import regimes, style
 from vibrissa.figures.draw import KINDS
 from vibrissa.figures.series import Series
 
@@ -151,6 +151,13 @@ def test_pixels_are_enough_for_print(tmp_path):
     style.save(drawn("taper", 3), [tmp_path / "figure.png"])
     header = (tmp_path / "figure.png").read_bytes()[16:24]
     assert struct.unpack(">II", header) == (round(6.3 * 200), round(4.2 * 200))
+
+
+def test_a_law_and_its_correction_are_found():
+    gap = np.geomspace(1e-6, 1e-2, 40)
+    law = regimes._fitted_law(gap, 2.0 * np.sqrt(gap) * (1.0 + np.sqrt(gap)) ** 0.7)
+    assert (law.scale, law.exponent, law.correction) == pytest.approx((2.0, 0.5, 0.7), rel=1e-6)
+    assert law(np.array([1e-4])) == pytest.approx(2e-2 * 1.01**0.7, rel=1e-6)
 
 
 def is_bar(axes):

@@ -11,7 +11,7 @@ import pytest
 from known import RELATIVE, Known
 from vibrissa import Mounting, solve_curve
 from vibrissa.outcomes import Contact, RodSection, Status
-from vibrissa.sticking import collocation, continuation
+from vibrissa.sticking import collocation, continuation, refinement
 from vibrissa.sticking.collocation import STEP_SIZES
 
 CURVES = Known(Path(__file__).with_name("curves.yaml"))
@@ -165,3 +165,21 @@ def test_a_branch_that_was_left_early_has_not_passed_its_lock():
     whole = continuation.first_segment(begun, sizes, Contact.POINT)
     # The one has a maximum, the other lifts off.
     assert collocation._passed(whole).tolist() == [True, True]
+
+
+@pytest.mark.parametrize(
+    "name", ["cylinder", "strong taper", "very strong taper", "lies from the start", "planar"]
+)
+def test_pieces_are_solved_as_often_as_they_were(name, tmp_path, monkeypatch):
+    """Nodes, states and pieces of each try: what a curve costs."""
+    tries = []
+    solve_at = refinement._solve_at
+
+    def noted(guess, pieces, position, inverse=None):
+        known = "begun anew" if inverse is None else "known nearly"
+        tries.append(f"{guess.nodes} x {len(position)} x {len(pieces)}, {known}")
+        return solve_at(guess, pieces, position, inverse)
+
+    monkeypatch.setattr(refinement, "_solve_at", noted)
+    solve_curve(**CASES[name])
+    SEGMENTS.compare(f"tries of {name}", tries, tmp_path)
