@@ -25,7 +25,13 @@ from vibrissa.sensor.identification.reading.uncertainty import (
     step_deviation,
     summary_of,
 )
-from vibrissa.sensor.identification.recording import Method, Recording, check_size, noise_of
+from vibrissa.sensor.identification.recording import (
+    Method,
+    Recording,
+    check_size,
+    left_out,
+    noise_of,
+)
 from vibrissa.sensor.identification.summary import FrictionSummary, Source
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.simulation.slips import SlipLaw
@@ -227,6 +233,13 @@ def test_three_samples_are_the_fewest():
     assert str(raised.value) == (
         "too little to identify friction from: 2 usable rows; row 4 is empty; row 5, too"
     )
+
+
+def test_five_lines_are_named_and_that_there_are_more():
+    assert left_out(np.arange(2, 7), "why") == ("why in 5 rows, left out: line 2, 3, 4, 5, 6",)
+    six = ("why in 6 rows, left out: line 2, 3, 4, 5, 6, ...",)
+    assert left_out(np.arange(2, 8), "why") == six
+    assert left_out(np.arange(0), "why") == ()
 
 
 def test_channels_are_those_with_a_noise_and_all_readings():
