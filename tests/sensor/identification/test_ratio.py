@@ -17,7 +17,13 @@ from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.reading.carried import Carried
-from vibrissa.sensor.identification.reading.jumps import spans_of
+from vibrissa.sensor.identification.reading.jumps import Spans, spans_of
+from vibrissa.sensor.identification.reading.ratio import (
+    WHOLE_DEGREE,
+    Windows,
+    fitted_forces,
+    read_onsets,
+)
 from vibrissa.sensor.identification.without_rod import read_ratio
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
@@ -268,3 +274,17 @@ def test_a_recording_without_slips_is_one_open_period():
     assert 0.0 < found.low[0] < 0.3
     with pytest.raises(RecordingError, match="too little"):
         read_ratio(Recording(clamp=np.zeros(1), readings=np.zeros((1, 3)), line=np.ones(1)), NOISE)
+
+
+def test_a_position_far_off_leaves_too_few_others_for_a_fit():
+    # Beside 30 m, steps of 20 um are one place: they tell no polynomial of degree 9.
+    clamp = np.arange(60) * STEP
+    clamp[35] = -300.0
+    spans = Spans(begins=np.array([0, 30]), ends=np.array([29, 59]))
+    forces = np.column_stack([-0.1 - clamp, np.full(60, -1.0)])
+    windows = Windows.of(clamp, spans, np.inf)
+    assert (windows.positions == 30).all()
+    whole = fitted_forces(windows, forces, NOISE[:2], np.full(2, STEP), WHOLE_DEGREE)
+    assert np.isfinite(whole.coefficients[0]).all() and np.isnan(whole.coefficients[1]).all()
+    onsets = read_onsets(clamp, forces, NOISE[:2], spans)
+    assert onsets.fits.mean[0][0] == pytest.approx(0.1 + 29.5 * STEP)

@@ -44,6 +44,8 @@ REST = 0.2
 UNREAD = 0.1
 # A fit with residuals of a lower probability than this tells nothing.
 UNLIKELY = 1e-9
+# Least over largest eigenvalue of a fit that its samples determine; 1e-3 if evenly spaced.
+LEAST_TOLD = 1e-12
 # Parts of a window that are no distance.
 ROUNDING = 1e-9
 # Nodes and weights for a mean over the step.
@@ -268,8 +270,10 @@ def fitted_forces(
     starts = np.searchsorted(windows.period, np.arange(size))
     basis = legvander(1.0 + 2.0 * windows.place, degree)
     values = forces[windows.row]
-    enough = windows.positions > degree
     information = np.add.reduceat(basis[:, :, None] * basis[:, None, :], starts)
+    # Positions that are different, but next to each other beside one that is far off, do not do.
+    sizes = np.linalg.eigvalsh(information)
+    enough = (windows.positions > degree) & (sizes[:, 0] > LEAST_TOLD * sizes[:, -1])
     information[~enough] = np.eye(degree + 1)
     covariance = np.linalg.inv(information)
     products = np.add.reduceat(basis[:, :, None] * values[:, None, :], starts)
