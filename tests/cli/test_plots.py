@@ -7,10 +7,12 @@ import pytest
 from typer.testing import CliRunner
 
 from vibrissa import sensor
+from vibrissa.cli import options
 from vibrissa.cli.app import app
 from vibrissa.design import plots as plots_of_design
 from vibrissa.sensor import plots
 from vibrissa.sensor.identification.friction import Periods
+from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.quantities import Units, read_rod
 from vibrissa.sensor.series import Column
 from vibrissa.sensor.transducer import CHANNELS
@@ -76,6 +78,73 @@ def test_friction_stands_at_the_place_of_the_tip_with_its_interval():
         np.array([[[0.05, 0.28], [0.05, 0.33]], [[0.09, 0.35], [0.09, 0.5]]])
     )
     assert axes.get_xlabel() == "position of the tip / m"
+
+
+def test_each_grade_of_doubt_has_its_sign_and_friction_without_a_tip_is_drawn_over_the_clamp():
+    grades = np.array(["", *Grade, ""])
+    known = {
+        "mu0": np.array([0.3, 0.4, 0.5, 0.6, np.nan]),
+        "low": np.full(5, 0.25),
+        "high": np.full(5, 0.65),
+        "contact": np.full(5, np.nan),
+        "footpoint": np.arange(5.0),
+        "grade": grades,
+    }
+    columns = [name for name in Periods.names() if name not in vars(Periods)]
+    periods = Periods(**dict.fromkeys(columns, np.full(5, "")) | known)
+    (axes,) = plots.friction_map(periods, Units()).axes
+    drawn = {}
+    for one in axes.containers:
+        dots = one.lines[0]
+        drawn[one.get_label()] = [dots.get_marker(), dots.get_color(), *dots.get_xydata().tolist()]
+    assert drawn == {
+        "no doubt": ["o", "C0", [0.0, 0.3]],
+        "information": ["s", "C0", [1.0, 0.4]],
+        "doubtful": ["^", "C1", [2.0, 0.5]],
+        "wrong": ["x", "C3", [3.0, 0.6]],
+    }
+    assert axes.get_legend().get_title().get_text() == "doubts"
+    assert axes.get_xlabel() == "position of the clamp / L"
+    assert axes.get_ylabel() == "static friction μ0, 95 %"
+
+
+class Bar:
+    """What a bar of progress is told."""
+
+    def __init__(self, length, label, file):
+        self.length, self.label, self.pos, self.finished = length, label, 0, False
+
+    def update(self, steps):
+        self.pos += steps
+
+    def render_finish(self):
+        self.finished = True
+
+
+def test_a_bar_stands_where_the_work_is_once_it_has_taken_long(monkeypatch):
+    bars, now = [], [0.0]
+
+    def made(**given):
+        bars.append(Bar(**given))
+        return bars[-1]
+
+    monkeypatch.setattr("typer.progressbar", made)
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    tell = options.progress_bars()
+    places = []
+    # When, which work, and how much of it is done.
+    for at, what, done in (
+        *((0.0, "a", 2), (1.9, "a", 3), (2.1, "a", 5), (2.2, "a", 9)),
+        *((3.0, "b", 1), (4.9, "b", 8), (5.1, "b", 9), (5.2, "b", 10), (5.3, "a", 10)),
+    ):
+        now[0] = at
+        tell(what, done, 10)
+        places.append([(bar.label, bar.pos, bar.finished) for bar in bars][-1])
+    assert places == [
+        *(("a", 0, False), ("a", 0, False), ("a", 5, False), ("a", 9, False)),
+        *(("b", 0, False), ("b", 0, False), ("b", 9, False), ("b", 10, True), ("b", 10, True)),
+    ]
+    assert [(bar.length, bar.pos, bar.finished) for bar in bars] == [(10, 10, True)] * 2
 
 
 @pytest.mark.parametrize("with_pairs", [True, False])
