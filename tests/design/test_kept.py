@@ -109,7 +109,8 @@ def whole(found):
         "active": found.active_constraints,
         "relaxed": found.relaxed,
         "uses": {check.name: [check.value, check.bound, check.use] for check in found.checks},
-        "told": repr(found).splitlines(),
+        # Of limits that are both used up, rounding decides which comes first.
+        "told": sorted(repr(found).splitlines()),
         "columns": {
             name: [column.values[0], column.unit] for name, column in found.columns().items()
         },

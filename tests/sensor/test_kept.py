@@ -108,7 +108,7 @@ def test_a_rod_at_all_heights_of_a_range_is_the_same():
     eta = np.array([[0.8385, 0.845], [0.851, 0.8615]])
     states = found.states(eta)
     marks = ("x0_pull", "x0_lock", "x0_end", "x1_init", "mu_lock")
-    x0 = np.array([[0.002, -0.03], [0.04, 0.01]])
+    x0 = np.array([[0.002, -0.02], [0.04, 0.01]])
     KEPT.check(
         "heights of a range",
         {
