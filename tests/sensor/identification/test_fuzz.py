@@ -36,6 +36,22 @@ def test_damage_is_named_or_does_no_harm(damage, tmp_path, known_rod):
     assert fine(verdict), verdict
 
 
+@pytest.mark.parametrize(
+    ("damage", "number"),
+    [(fuzzing.monstrous, 182), (fuzzing.monstrous, 203), (fuzzing.spikes, 109)],
+)
+def test_a_position_far_off_is_named(damage, number, tmp_path, known_rod):
+    verdict = fuzzing.tried(damage, number, tmp_path / "recording.csv")
+    assert verdict.outcome in ("warned, right", "refused"), verdict
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [84, 144])
+def test_periods_without_an_error_of_their_own_are_summed_up(number, tmp_path, known_rod):
+    verdict = fuzzing.on_the_command_line(fuzzing.stuck, number, tmp_path)
+    assert verdict.outcome == "warned, wrong", verdict
+
+
 def test_each_kind_of_damage_says_what_it_is():
     assert all(damage.__doc__ for damage in fuzzing.DAMAGE)
     assert len(fuzzing.DAMAGE) * fuzzing.CASES >= 10_000

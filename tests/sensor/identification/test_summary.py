@@ -85,6 +85,16 @@ def test_the_error_of_the_step_averages_out_only_where_the_frictions_scatter():
     assert varied.varies and varied.variation == pytest.approx(0.1 / np.sqrt(12), rel=0.03)
 
 
+@pytest.mark.filterwarnings("error")
+def test_periods_that_share_all_their_errors_have_the_same_weight():
+    # What noise leaves of the variance is nothing, or what rounding makes of it.
+    for shared in (0.01, 0.0):
+        some = periods_of([0.2, 0.3, 0.31], 0.0, 0.0, np.full((3, 1), shared))
+        found = summary_of(some, ["clamp_angle"])
+        assert found.mean == pytest.approx(0.27)
+        assert found.common == pytest.approx(shared)
+
+
 def test_one_period_is_its_own_mean():
     found = summary_of(periods_of([0.31], 0.001, 0.002))
     assert found.mean == 0.31 and found.deviation == pytest.approx(np.sqrt(5e-6))

@@ -51,6 +51,8 @@ HELPS = 0.95
 SHOWN = 0.005
 # So many causes of a misfit are named, of those that explain this part of it.
 NAMED, EXPLAINS = 3, 0.1
+# Part of a variance that rounding leaves of a difference, and a variance that is none.
+ROUNDING, LEAST = 1e-12, 1e-200
 
 
 class Source(StrEnum):
@@ -299,26 +301,35 @@ def if_exact(
     return dict(sorted(left.items(), key=lambda item: item[1]))
 
 
+def _random_parts(some: Periods) -> tuple[FloatArray, FloatArray]:
+    """Variances of the periods by the step and by noise: what is left beside what all share."""
+    step, whole = some.by_step**2, some.deviation**2
+    return step, np.maximum(whole - some.common**2 - step, 0.0)
+
+
+def _weighed(variance: FloatArray, some: Periods) -> FloatArray:
+    """Variances by which periods are weighed: one without any error would have all the weight."""
+    return np.maximum(variance, np.maximum(ROUNDING * some.deviation**2, LEAST))
+
+
 def _weights_of(some: Periods) -> FloatArray:
     """Weights of the periods in their mean."""
-    step = some.by_step**2
-    noise = np.maximum(some.deviation**2 - some.common**2 - step, 0.0)
+    step, noise = _random_parts(some)
     scattered, surely = _scatter(some.mu0, noise)
-    return _weights(noise + scattered + np.maximum(step - surely, 0.0))
+    return _weights(_weighed(noise + scattered + np.maximum(step - surely, 0.0), some))
 
 
 def _with_mean(known: FrictionSummary, some: Periods, unknowns: Sequence[str]) -> FrictionSummary:
     """Add what the periods used say together."""
-    step = some.by_step**2
-    noise = np.maximum(some.deviation**2 - some.common**2 - step, 0.0)
+    step, noise = _random_parts(some)
     scattered, surely = _scatter(some.mu0, noise)
     same_step = np.sqrt(np.maximum(step - surely, 0.0))
     weights = _weights_of(some)
     by_step = float(weights @ same_step)
     by_setup = float(np.linalg.norm(weights @ some.shifts))
     parts = sorted([(by_step, (Source.STEP,)), (by_setup, tuple(unknowns))], reverse=True)
-    precise = _weights(noise + step)
-    chi2 = float(((some.mu0 - precise @ some.mu0) ** 2 / (noise + step)).sum())
+    random = _weighed(noise + step, some)
+    chi2 = float(((some.mu0 - _weights(random) @ some.mu0) ** 2 / random).sum())
     degrees = len(some) - 1
     return replace(
         known,
@@ -346,8 +357,7 @@ def _left_out(periods: Periods, slips: BoolArray) -> BoolArray:
 
 def _weights(variance: FloatArray) -> FloatArray:
     """Weights of values with these variances, with the sum 1."""
-    # A reading without any error would have all the weight.
-    inverse = 1.0 / np.maximum(variance, np.finfo(float).tiny)
+    inverse = 1.0 / variance
     return np.asarray(inverse / inverse.sum())
 
 

@@ -46,6 +46,8 @@ UNREAD = 0.1
 UNLIKELY = 1e-9
 # Least over largest eigenvalue of a fit that its samples determine; 1e-3 if evenly spaced.
 LEAST_TOLD = 1e-12
+# Lengths of the window up to which a fit is asked for what is beyond it.
+MOST_BEYOND = 1e3
 # Parts of a window that are no distance.
 ROUNDING = 1e-9
 # Nodes and weights for a mean over the step.
@@ -274,6 +276,7 @@ def fitted_forces(
     # Positions that are different, but next to each other beside one that is far off, do not do.
     sizes = np.linalg.eigvalsh(information)
     enough = (windows.positions > degree) & (sizes[:, 0] > LEAST_TOLD * sizes[:, -1])
+    enough &= np.abs(gap) < MOST_BEYOND * np.abs(windows.length)
     information[~enough] = np.eye(degree + 1)
     covariance = np.linalg.inv(information)
     products = np.add.reduceat(basis[:, :, None] * values[:, None, :], starts)
@@ -287,7 +290,7 @@ def fitted_forces(
         coefficients=coefficients,
         covariance=covariance,
         noise=noise,
-        gap=np.divide(gap, windows.length, out=np.zeros(size), where=windows.length != 0.0),
+        gap=np.divide(gap, windows.length, out=np.zeros(size), where=enough),
         chance=np.where(enough, chance, 1.0),
     )
 
