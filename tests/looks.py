@@ -26,7 +26,9 @@ def along(values):
     values = np.asarray(values, dtype=float)
     if not values.size:
         return "none"
-    return f"{numbers(values[[0, -1]])}, {len(values)} with mean {number(np.nanmean(values))}"
+    known = values[~np.isnan(values)]
+    mean = known.mean() if len(known) else np.nan
+    return f"{numbers(values[[0, -1]])}, {len(values)} with mean {number(mean)}"
 
 
 def colors(values):
