@@ -72,3 +72,9 @@ def test_deep_states_far_from_buckling_are_reached():
     states, found = initial_states(np.array([20.0, 1.0]), np.array([0.3, 0.05]), 108)
     assert found.all()
     assert contact_position(states)[1] == pytest.approx([0.3, 0.05], abs=1e-10)
+
+
+@pytest.mark.filterwarnings("error")
+def test_above_the_rod_there_is_no_state():
+    _, found = initial_states(np.full(2, 2.0), np.array([0.85, 1.2]), 40)
+    assert found.tolist() == [True, False]

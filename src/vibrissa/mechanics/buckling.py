@@ -141,7 +141,9 @@ def buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> RodStates:
     rule = gauss_rule(nodes)
     mode = buckling_mode(rule.nodes, theta)
     weights = rule.weights * arc_density(rule.nodes, theta[:, None])
-    amplitude = np.sqrt(2.0 * (1.0 - eta) / (weights * mode**2).sum(axis=1))
+    # Above the rod there is no state; a search for the height may ask there.
+    room = np.where(eta <= 1.0, 1.0 - eta, np.nan)
+    amplitude = np.sqrt(2.0 * room / (weights * mode**2).sum(axis=1))
     return RodStates(
         theta=theta,
         phi=CLAMP_SLOPE + amplitude[:, None] * mode,
