@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 import yaml
 
+from vibrissa.errors import VibrissaError
+
 # Of the largest number of an array.
 WITHIN = 1e-7
 DIGITS = 11
@@ -36,6 +38,14 @@ def plain(value):
     if isinstance(value, Real | Decimal):
         return float(f"{float(value):.{DIGITS}g}")
     return None if value is None else str(value)
+
+
+def result_of(function, *arguments, **others):
+    """What a function returns, or says of a mistake."""
+    try:
+        return plain(function(*arguments, **others))
+    except VibrissaError as error:
+        return f"{type(error).__name__}: {error}"
 
 
 def some_rows(columns, count=9):

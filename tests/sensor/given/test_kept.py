@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kept import Kept, plain
+from kept import Kept, result_of
 from vibrissa import Rod
-from vibrissa.errors import VibrissaError
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.given.rod_file import RodFile, keys_of
 from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances, read_tolerances, told
@@ -22,15 +21,6 @@ KEPT = Kept(Path(__file__).with_name("kept.yaml"))
 STEEL = Rod(2.1e11, 1e-3, 0.1)
 OF_STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
 UNITS = {"own": Units(), "steel": Units(STEEL, {Kind.LENGTH: "mm"}), "SI": Units(si=True)}
-
-
-def result_of(function, *arguments, **others):
-    """What a function returns, or says of a mistake."""
-    try:
-        return plain(function(*arguments, **others))
-    except VibrissaError as error:
-        return f"{type(error).__name__}: {error}"
-
 
 TEXTS = {
     Kind.LENGTH: ["85 mm", "1e-3 m", "-.5 cm", "2 inch", "3", "1 mm ± 2 mm", "1,5 mm", "1e61 m"],

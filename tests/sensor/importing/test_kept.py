@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kept import Kept, plain
-from vibrissa.errors import VibrissaError
+from kept import Kept, result_of
 from vibrissa.sensor.importing import Settings
 from vibrissa.sensor.importing.decoding import decoded
 from vibrissa.sensor.importing.onset import moving_by_readings
@@ -15,15 +14,6 @@ from vibrissa.sensor.importing.settings import Window, read_file
 from vibrissa.sensor.quantities import Kind
 
 KEPT = Kept(Path(__file__).with_name("kept.yaml"))
-
-
-def result_of(function, *arguments, **others):
-    """What a function returns, or says of a mistake."""
-    try:
-        return plain(function(*arguments, **others))
-    except VibrissaError as error:
-        return f"{type(error).__name__}: {error}"
-
 
 # Samples at rest, in motion and at rest again; how far the readings go in a sample, in deviations
 # of the noise; and after how many samples the tip slips.
