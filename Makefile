@@ -23,7 +23,7 @@ export PYTHONNOUSERSITE := 1
 # to the `threads:` of the rule.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 
-.PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test test-slurm test-faults mutations mutate lint
+.PHONY: help reproduce study beyond mounted check bless proof proof-sample compare archive verify test known test-slurm test-faults mutations mutate lint
 .PHONY: laboratory costs survey chains trailing roundtrip fuzz published explorer explorer-agreement explorer-speed designs taper bench growth
 .PHONY: docs setup notebooks architecture schema sketch format lock clean
 .DEFAULT_GOAL := help
@@ -49,6 +49,8 @@ help:
 	@echo "  make explorer             results/explorer.html: move the rod in a browser, without a network"
 	@echo "Tests:"
 	@echo "  make test                 all tests (ARGS='tests/sensor -x' for some)"
+	@echo "  make known                take the whole results of tests as known; review them with git diff"
+	@echo "                            (takes ARGS as make test)"
 	@echo "  make test-slurm           a study on a SLURM that is set up for it (Debian, as root)"
 	@echo "  make test-faults          kill runs, fill disks, damage files; writes docs/faults.md"
 	@echo "  make mutations            does make check notice broken physics? writes docs/regression.md"
@@ -176,6 +178,10 @@ $(STAMP): requirements.lock pyproject.toml
 # With kept bytecode: without it each worker would rewrite the assertions of all tests anew.
 test: $(STAMP)
 	@env -u PYTHONDONTWRITEBYTECODE $(ONE_THREAD) $(PY) -m pytest -n logical --dist worksteal -p no:benchmark $(ARGS)
+
+# Results that differ from the known ones are written, not told as failures.
+known: export KNOWN := write
+known: test
 
 # Apart from `test`, as it installs SLURM; it says so and succeeds where that is not possible.
 test-slurm: $(STAMP)

@@ -4,7 +4,6 @@ import json
 import math
 import subprocess
 import sys
-from pathlib import Path
 
 import explorer_agreement as agreement
 import pytest
@@ -20,6 +19,7 @@ from vibrissa.sensor import surfaces
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.slips import SlipLaw, Slips
 
+KNOWN = Known(__file__)
 needs_chromium = [
     pytest.mark.skipif(
         CHROMIUM is None, reason="no Chromium to open the page with (Debian: apt install chromium)"
@@ -39,10 +39,9 @@ def test_presets_are_the_figures_of_the_paper():
     assert len({preset.name for preset in PAPER}) == len(study["figures"])
 
 
-def test_what_a_user_can_choose_is_known(tmp_path):
+def test_what_a_user_can_choose_is_known():
     """Where the clamp stands, which fields are set and to what, and what is said to it."""
-    known = Known(Path(__file__).with_name("presets.yaml"))
-    known.compare("presets", [vars(preset) for preset in (*PAPER, *MOUNTED)], tmp_path)
+    KNOWN.check("presets", [vars(preset) for preset in (*PAPER, *MOUNTED)])
     assert all(fits(preset.settings) for preset in (*PAPER, *MOUNTED))
 
 

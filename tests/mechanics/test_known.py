@@ -3,8 +3,6 @@
 That it is right is tested elsewhere, against other methods.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -22,8 +20,7 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import Contact
 
-STATES = Known(Path(__file__).with_name("states.yaml"))
-SHAPES = Known(Path(__file__).with_name("shapes.yaml"))
+KNOWN = Known(__file__)
 MOUNTED = [
     Mounting(clamp_angle=0.1, clamp_compliance=0.3, curvature=(0.2, -0.5)),
     Mounting(curvature=(-0.4, 0.1)),
@@ -48,7 +45,7 @@ def made_up(mounted, nodes=24, s_c=(1.0, 0.9, 0.7)):
 
 
 @pytest.mark.parametrize("mounted", [False, True])
-def test_what_is_seen_of_states(mounted, tmp_path):
+def test_what_is_seen_of_states(mounted):
     states = made_up(mounted)
     x1 = np.array([0.5, 0.6, 0.7])
     result = {
@@ -65,7 +62,7 @@ def test_what_is_seen_of_states(mounted, tmp_path):
         for slides in (False, True):
             name = f"stability in {contact} contact" + " sliding" * slides
             result[name] = stability(states, contact, slides=slides)
-    STATES.compare(f"seen of {'mounted' if mounted else 'ideal'} rods", result, tmp_path)
+    KNOWN.check(f"seen of {'mounted' if mounted else 'ideal'} rods", result)
 
 
 CLOSURES = {
@@ -79,7 +76,7 @@ CLOSURES = {
 
 @pytest.mark.parametrize("name", CLOSURES)
 @pytest.mark.parametrize("mounted", [False, True])
-def test_by_how_much_states_miss_the_equations(name, mounted, tmp_path):
+def test_by_how_much_states_miss_the_equations(name, mounted):
     states, closure = made_up(mounted, 12), CLOSURES[name]
     eta = np.array([0.7, 0.8, 0.6])
     result = {
@@ -88,14 +85,14 @@ def test_by_how_much_states_miss_the_equations(name, mounted, tmp_path):
         "largest": equations.largest_residual(states, eta, closure),
     }
     who = "mounted" if mounted else "ideal"
-    STATES.compare(f"missed by {who} rods: {name}", result, tmp_path)
+    KNOWN.check(f"missed by {who} rods: {name}", result)
     # A Jacobian in single precision
     matrix = equations.jacobian(states, closure)[:, ::5, ::5]
-    STATES.compare(f"Jacobian of {who} rods: {name}", matrix, tmp_path, 1e-4)
+    KNOWN.check(f"Jacobian of {who} rods: {name}", matrix, 1e-4)
 
 
 @pytest.mark.parametrize("nodes", [12, 40, 200])
-def test_how_often_states_are_corrected(nodes, tmp_path, monkeypatch):
+def test_how_often_states_are_corrected(nodes, monkeypatch):
     """More corrections, or inverses, than it takes are time that each curve loses."""
     theta, eta = np.array([1.0, 2.0, 4.0, 4.0]), np.array([0.9, 0.8, 0.6, 0.2])
     calls = {"corrected": [], "coarse_inverse": []}
@@ -112,7 +109,7 @@ def test_how_often_states_are_corrected(nodes, tmp_path, monkeypatch):
         "few nodes": solved.inverse.shape,
         **calls,
     }
-    STATES.compare(f"corrections on {nodes} nodes", shown, tmp_path)
+    KNOWN.check(f"corrections on {nodes} nodes", shown)
 
 
 def test_a_hopeless_guess_is_given_up_at_once(monkeypatch):
@@ -128,7 +125,7 @@ def test_a_hopeless_guess_is_given_up_at_once(monkeypatch):
     assert counts[0] == 2 and set(counts[1:]) == {1} and len(counts) < 15
 
 
-def test_a_state_is_guessed_from_the_last_three(tmp_path):
+def test_a_state_is_guessed_from_the_last_three():
     """The next of equally spaced values of a line, or a parabola, and of one alone itself."""
     batches = [made_up(False), made_up(False), made_up(False)]
     for number, batch in enumerate(batches):
@@ -138,14 +135,14 @@ def test_a_state_is_guessed_from_the_last_three(tmp_path):
 
 
 @pytest.mark.parametrize("eta", [0.99, 0.8, 0.5, 0.2])
-def test_where_sticking_begins(eta, tmp_path):
+def test_where_sticking_begins(eta):
     theta = np.array([1.0, 1.7, 3.0, 6.0, 15.0])
     states, found = initial_states(theta, np.full(5, eta), 40)
     shown = {"found": found, "force": states.fy, "tip": states.phi[:, -1], "fx": states.fx}
     guess = buckled_states(theta, np.full(5, eta), 16)
     shown |= {"guess": guess.phi[:, ::5], "guessed force": guess.fy}
     shown["mode"] = buckling_mode(S, theta)
-    SHAPES.compare(f"begins at {eta:g}", shown, tmp_path)
+    KNOWN.check(f"begins at {eta:g}", shown)
 
 
 def test_a_mirror_image_is_no_first_state(monkeypatch):
@@ -182,7 +179,7 @@ SLOPES = {
 
 @pytest.mark.parametrize("contact", Contact)
 @pytest.mark.parametrize("name", SLOPES)
-def test_how_near_shapes_are_to_what_they_may_not_be(name, contact, tmp_path):
+def test_how_near_shapes_are_to_what_they_may_not_be(name, contact):
     """Sizes, and what counts as far: that costs no time."""
     result = {}
     for nodes, theta in ((24, 1.0), (64, 3.0)):
@@ -193,10 +190,10 @@ def test_how_near_shapes_are_to_what_they_may_not_be(name, contact, tmp_path):
                 found = clearances(states, height + above, contact)
                 sizes = np.concatenate([found.clamp, found.surface, found.itself])
                 result[f"{nodes} nodes, {k:.1f}, {above:g}: {found.reasons(0)}"] = sizes
-    SHAPES.compare(f"{name}, {contact} contact", result, tmp_path)
+    KNOWN.check(f"{name}, {contact} contact", result)
 
 
-def test_what_lies_beyond_the_contact_point_may_rise(tmp_path):
+def test_what_lies_beyond_the_contact_point_may_rise():
     """A whisker that is curved towards the surface would pass through it behind the contact."""
     curvatures = [-0.3, 0.0, 0.2, (0.0, -1.0), (-1.0, 1.5), (0.5, -1.0), (-0.2, 0.25)]
     for theta in (1.0, 4.0):
@@ -207,7 +204,7 @@ def test_what_lies_beyond_the_contact_point_may_rise(tmp_path):
         )
         eta = np.full(len(curvatures), 0.9)
         found = [clearances(states, eta, contact).surface for contact in Contact]
-        SHAPES.compare(f"tails at theta = {theta:g}", found, tmp_path)
+        KNOWN.check(f"tails at theta = {theta:g}", found)
 
 
 @pytest.mark.parametrize("mounting", [IDEAL, *MOUNTED])
@@ -228,7 +225,7 @@ def test_a_shape_is_a_path_along_its_own_slope(mounting, s_c):
     assert phi[0] == pytest.approx(np.pi / 2 + turned, abs=1e-12)
 
 
-def test_how_much_rods_are_bent(tmp_path):
+def test_how_much_rods_are_bent():
     theta = np.array([1.0, 2.0, 3.0, 8.0])
     load = {
         "theta": theta,
@@ -249,4 +246,4 @@ def test_how_much_rods_are_bent(tmp_path):
         "strains": strains(**load, x_c=place[0], y_c=place[1], s_c=s_c),
         "mounted": strains(**load, x_c=place[0], y_c=place[1], s_c=s_c, mounting=mounting),
     }
-    SHAPES.compare("bending", result, tmp_path)
+    KNOWN.check("bending", result)

@@ -5,7 +5,6 @@ That they are right is tested elsewhere, against other methods.
 
 from decimal import Decimal
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,10 +16,7 @@ from vibrissa.sticking.api import solve_states
 from vibrissa.sticking.shooting import PAPER, PRECISE, Tolerances, initial_state, walk
 from vibrissa.sticking.stiction import read_curve
 
-SCANS = Known(Path(__file__).with_name("scans.yaml"))
-POINTS = Known(Path(__file__).with_name("points.yaml"))
-STATES = Known(Path(__file__).with_name("states.yaml"))
-SHOTS = Known(Path(__file__).with_name("shots.yaml"))
+KNOWN = Known(__file__)
 TOGETHER = Mounting(clamp_angle=-0.05, clamp_compliance=0.1, curvature=(-0.1, -0.2))
 TILTED = Mounting(clamp_angle=0.05, stage_angle=0.02)
 
@@ -52,28 +48,28 @@ def curve(name):
         ("nowhere", "0.3", "0.01", 3),
     ],
 )
-def test_a_scan_is_the_known_one(name, mu0, dx0, cycles, tmp_path):
+def test_a_scan_is_the_known_one(name, mu0, dx0, cycles):
     contact = RODS[name].get("contact", "point")
     scan = stick_slip(curve(name), Decimal(mu0), Decimal(dx0), cycles, 5, contact)
     # What lies beyond the contact point may be curved.
     assert not (scan.residual[scan.state.s_c == 1.0] > 1e-9).any()
     shown = {key: value for key, value in vars(scan).items() if key != "residual"}
-    SCANS.compare(f"{name}, mu0 = {mu0}", shown, tmp_path)
+    KNOWN.check(f"scan, {name}, mu0 = {mu0}", shown)
 
 
 @pytest.mark.parametrize("name", RODS)
-def test_what_is_read_off_a_curve_is_known(name, tmp_path):
+def test_what_is_read_off_a_curve_is_known(name):
     mu0 = [Decimal(one) for one in ("0.1", "0.3", "0.3", "0.45", "0.6", "2")]
     dx0 = [Decimal(one) for one in ("0.001", "0.001", "0.04", "0.01", "0.01", "0.001")]
-    POINTS.compare(name, read_curve(curve(name), mu0, dx0), tmp_path)
+    KNOWN.check(f"points, {name}", read_curve(curve(name), mu0, dx0))
 
 
 @pytest.mark.parametrize("name", RODS)
 @pytest.mark.parametrize("mu0", [0.3, 1.5])
-def test_an_onset_is_told_as_it_was(name, mu0, tmp_path):
+def test_an_onset_is_told_as_it_was(name, mu0):
     shown = dict(vars(solve_onset(mu0=mu0, dx0=0.004, **RODS[name])))
     assert not shown.pop("residual") > 1e-11
-    POINTS.compare(f"{name}, mu0 = {mu0}", shown, tmp_path)
+    KNOWN.check(f"onset, {name}, mu0 = {mu0}", shown)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +83,7 @@ def test_an_onset_is_told_as_it_was(name, mu0, tmp_path):
         (2.0, 0.85, "point", Mounting(curvature=-2.0)),
     ],
 )
-def test_single_states_are_the_known_ones(theta, eta, contact, mounting, tmp_path):
+def test_single_states_are_the_known_ones(theta, eta, contact, mounting):
     place = np.sqrt(1.0 - eta**2)
     states = solve_states(
         theta, eta, (place * np.array([-0.9, -0.5, 0.0, 0.3, 0.9])).tolist(), contact, mounting
@@ -102,15 +98,15 @@ def test_single_states_are_the_known_ones(theta, eta, contact, mounting, tmp_pat
         else:
             one.pop("residual")
         shown.append(one)
-    name = f"{theta:g} {eta:g} {contact} {mounting.coefficients}"
-    STATES.compare(name, shown, tmp_path)
+    name = f"states, {theta:g} {eta:g} {contact} {mounting.coefficients}"
+    KNOWN.check(name, shown)
 
 
 @pytest.mark.parametrize(("theta", "eta"), [(1.0, 0.85), (3.0, 0.97), (2.0, 0.99)])
-def test_the_papers_procedure_takes_the_steps_that_it_took(theta, eta, tmp_path):
+def test_the_papers_procedure_takes_the_steps_that_it_took(theta, eta):
     """A search with MATLAB's tolerances ends where its steps lead, not at the exact state."""
     states = walk(theta, eta, 0.004, mu0=0.5, tolerances=PAPER)
-    SHOTS.compare(f"{theta:g} {eta:g}", [vars(state) for state in states], tmp_path, 1e-6)
+    KNOWN.check(f"shots, {theta:g} {eta:g}", [vars(state) for state in states], 1e-6)
     assert [states[0].f, states[0].x1] == pytest.approx(
         [(exact := initial_state(theta, eta)).f, exact.x1], rel=0.03
     )

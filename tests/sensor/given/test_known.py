@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kept import Kept, result_of
+from known import Known, result_of
 from vibrissa import Rod
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.given.rod_file import RodFile, keys_of
@@ -17,7 +17,7 @@ from vibrissa.sensor.quantities import Kind, Units, in_si, range_of, read_rod, w
 from vibrissa.sensor.strain import strains_until
 from vibrissa.sensor.transducer import PRESETS, Transducer, preset
 
-KEPT = Kept(Path(__file__).with_name("kept.yaml"))
+KNOWN = Known(__file__)
 STEEL = Rod(2.1e11, 1e-3, 0.1)
 OF_STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
 UNITS = {"own": Units(), "steel": Units(STEEL, {Kind.LENGTH: "mm"}), "SI": Units(si=True)}
@@ -40,7 +40,9 @@ TEXTS = {
 
 @pytest.mark.parametrize("kind", TEXTS)
 def test_a_quantity_is_read_in_si_units_or_refused(kind):
-    KEPT.check(f"in SI, {kind}", {text: result_of(in_si, text, kind, "it") for text in TEXTS[kind]})
+    KNOWN.check(
+        f"in SI, {kind}", {text: result_of(in_si, text, kind, "it") for text in TEXTS[kind]}
+    )
 
 
 @pytest.mark.parametrize("name", UNITS)
@@ -66,7 +68,7 @@ def test_units_go_both_ways(name):
         result_of(units.read_channels, text, "noise")
         for text in ("1, 2, 3", "3 mN, 3 mN, 10 uN*m", "1 N, 2 N", "1 N, 2 N, 3 N")
     ]
-    KEPT.check(f"units, {name}", found)
+    KNOWN.check(f"units, {name}", found)
 
 
 def test_texts_are_taken_apart_in_the_same_way():
@@ -76,7 +78,7 @@ def test_texts_are_taken_apart_in_the_same_way():
     titles = ["Fz [mN]", "Fz (mN)", "Fz / mN", "Fz in mN", "a [b] c", "[mm]", " x ", "Kraft Fx(N)"]
     units = ["mm", "[mN]", "(Nmm)", "-", "", "%", "°C", "V", "Fx", "kg", "1", "N·mm", "s", "foo"]
     rods = [(None,) * 3, ("1 GPa", None, "1 m"), ("1 GPa", "2 mm", "3 m"), ("1 m", "1 m", "1 m")]
-    KEPT.check(
+    KNOWN.check(
         "texts",
         {
             "wished": [result_of(wished_units, list(TEXTS)[:3], *one) for one in wishes],
@@ -118,7 +120,9 @@ def read_whisker(**given):
 
 
 def test_a_whisker_is_read_with_its_tolerances_or_refused():
-    KEPT.check("whiskers", {name: result_of(read_whisker, **one) for name, one in WHISKERS.items()})
+    KNOWN.check(
+        "whiskers", {name: result_of(read_whisker, **one) for name, one in WHISKERS.items()}
+    )
 
 
 def test_tolerances_are_read_assumed_and_told_in_the_same_units():
@@ -135,7 +139,7 @@ def test_tolerances_are_read_assumed_and_told_in_the_same_units():
         {"eta": "nan"},
     ]
     noise = np.array([0.001, np.nan, 0.0001])
-    KEPT.check(
+    KNOWN.check(
         "tolerances",
         {
             name: {
@@ -185,7 +189,7 @@ def test_a_rod_file_is_read_or_its_line_is_named(tmp_path, monkeypatch):
     Path("latin.toml").write_bytes("theta = 2 # µ".encode("latin-1"))
     for name in ("none.toml", "rod.yaml", ".", "latin.toml"):
         found[name] = result_of(keys_of, name)
-    KEPT.check("rod files", found)
+    KNOWN.check("rod files", found)
 
 
 def test_transducers_measure_the_same():
@@ -200,7 +204,7 @@ def test_transducers_measure_the_same():
     )
     load = np.outer(np.linspace(-1.2, 1.2, 25), [1.0, -1.8, 0.09])
     names = ("limit", "resolution", "noise", "deviation")
-    KEPT.check(
+    KNOWN.check(
         "transducers",
         {
             **{name: {n: getattr(preset(name), n) for n in names} for name in PRESETS},
@@ -237,7 +241,7 @@ def test_surfaces_have_the_same_friction_and_edges():
         found = surfaces.read_surface(steel, **one)
         return [found.name, found.edges.tolist(), found(x).tolist()]
 
-    KEPT.check(
+    KNOWN.check(
         "surfaces",
         {
             "mu0": {
@@ -261,4 +265,4 @@ def test_strains_of_a_period_are_the_same():
     for name, one in whiskers.items():
         at_end, most = strains_until(one.curve, 0.04)
         found[name] = [at_end, *most.largest.tolist(), *most.place.tolist()]
-    KEPT.check("strains", found)
+    KNOWN.check("strains", found)

@@ -21,7 +21,7 @@ from vibrissa.tables import store
 
 ROOT = Path(__file__).parents[2]
 LAYOUTS = parse_layouts((ROOT / "workflow/regression.yaml").read_text(), "regression.yaml")
-COMPARED = Known(Path(__file__).with_name("compared.yaml"))
+KNOWN = Known(__file__)
 STUDY = "study: small\ngrids: {main: {theta: [1, 3, 9], mu0: [0.2]}}\n"
 OTHER = "study: small\ngrids: {main: {theta: [1, 3]}}\ncontact: line\n"
 
@@ -78,7 +78,7 @@ def folders(tmp_path, monkeypatch):
     return a, written("b", OTHER, stiction=rounded(points), scans=rounded(steps))
 
 
-def test_all_that_is_said_of_two_studies(folders, tmp_path):
+def test_all_that_is_said_of_two_studies(folders):
     found = side_by_side(*folders, LAYOUTS)
     shown = {
         "changes of the study file": found.study_changes,
@@ -90,17 +90,17 @@ def test_all_that_is_said_of_two_studies(folders, tmp_path):
         "screen": list(lines(found)),
         "page": markdown(found).splitlines(),
     }
-    COMPARED.compare("side by side", shown, tmp_path)
+    KNOWN.check("side by side", shown)
 
 
-def test_how_changes_are_drawn(folders, tmp_path, monkeypatch):
+def test_how_changes_are_drawn(folders, monkeypatch):
     kept = []
     monkeypatch.setattr(style, "save", lambda figure, paths: kept.append((figure, paths)))
     numbers = [one for one in side_by_side(*folders, LAYOUTS).moved if one.numbers]
     draw(numbers, [Path("a.svg")])
     ((figure, paths),) = kept
     assert paths == [Path("a.svg")]
-    COMPARED.compare("figure", figure_described(figure, most=99), tmp_path)
+    KNOWN.check("figure", figure_described(figure, most=99))
 
 
 @pytest.fixture
@@ -121,7 +121,7 @@ def compared(folders):
     return compare_folders(b, Path("kept"), LAYOUTS)
 
 
-def test_all_that_is_said_of_results_beside_their_reference(compared, tmp_path):
+def test_all_that_is_said_of_results_beside_their_reference(compared):
     shown = {
         "verdict": compared.verdict,
         "rows": compared.rows,
@@ -132,7 +132,7 @@ def test_all_that_is_said_of_results_beside_their_reference(compared, tmp_path):
         "proofs": enclosures.verdict(compared.enclosed),
         "ulps": enclosures.histogram(compared.enclosed),
     }
-    COMPARED.compare("beside the reference", shown, tmp_path)
+    KNOWN.check("beside the reference", shown)
 
 
 def test_of_many_differences_ten_are_noted_and_thirty_are_shown(compared):

@@ -1,12 +1,11 @@
 """Whole designs as they were: pairs, limits, sizes, the mesh of the search, and what is told."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from kept import Kept
+from known import Known
 from vibrissa import Rod
 from vibrissa.design import Requirements, design, read_requirements
 from vibrissa.design.limits import limits_of
@@ -18,7 +17,7 @@ from vibrissa.outcomes import Contact
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.identification.recording import WITH_ROD
 
-KEPT = Kept(Path(__file__).with_name("kept.yaml"))
+KNOWN = Known(__file__)
 USUAL = {
     "material": "music-wire",
     "transducer": "nano17-si-12-0.12",
@@ -48,7 +47,7 @@ def columns(batch):
 
 def test_pairs_have_the_same_columns(pairs):
     contact, found = pairs
-    KEPT.check(f"pairs, {contact}", columns(found))
+    KNOWN.check(f"pairs, {contact}", columns(found))
 
 
 @pytest.mark.parametrize(("method", "room"), [("forces", 1.0), ("forces", 2.0), ("moment", 1.0)])
@@ -74,7 +73,7 @@ def test_limits_have_the_same_bounds_and_values(pairs, method, room):
         }
         for limit in limits_of(wanted, found)
     }
-    KEPT.check(f"limits, {contact}, {method}, room {room:g}", limits)
+    KNOWN.check(f"limits, {contact}, {method}, room {room:g}", limits)
 
 
 @pytest.mark.parametrize("method", WITH_ROD)
@@ -84,7 +83,7 @@ def test_the_best_and_the_nearest_sizes_are_the_same(pairs, method):
     diameter = np.full((len(found), 2), 1e-3)
     parts = deviations(wanted, found, diameter, np.array([0.05, 0.15]) * np.ones_like(diameter))
     strict = replace(wanted, yield_strain=0.001)
-    KEPT.check(
+    KNOWN.check(
         f"sizes, {contact}, {method}",
         {
             "by_step": parts.by_step,
@@ -147,18 +146,18 @@ DESIGNS = {
 def test_a_design_is_the_same_from_the_mesh_to_its_text(name):
     told = []
     found = design(asked(**DESIGNS[name]), lambda *done: told.append(list(done)))
-    KEPT.check(name, {**whole(found), "progress": told[:: max(1, len(told) // 5)]}, SEARCHED)
+    KNOWN.check(name, {**whole(found), "progress": told[:: max(1, len(told) // 5)]}, SEARCHED)
 
 
 def test_a_design_without_units_is_the_same():
     wanted = Requirements.nondimensional(
         mu0=(0.2, 0.3), step=5e-4, noise=(0.003, 0.003, 0.0002), theta=(1.0, 3.0), eta=(0.9, 0.9)
     )
-    KEPT.check("without units", whole(design(wanted)), SEARCHED)
+    KNOWN.check("without units", whole(design(wanted)), SEARCHED)
 
 
 def test_materials_have_the_same_values():
-    KEPT.check(
+    KNOWN.check(
         "materials",
         {
             name: [one.modulus, one.yield_strain, one.density, one.name]
@@ -172,7 +171,7 @@ def test_tolerances_cost_the_same():
     whisker = Whisker(theta=1.2, eta=0.88, rod=Rod(200e9, 1.2e-3, 0.18))
     wanted = asked(theta="1.2", eta="0.88", diameter="1.2 mm", length="180 mm")
     found = tolerance_limits(wanted, whisker.tolerating({"theta": 0.01}), 0.3, 0.002)
-    KEPT.check(
+    KNOWN.check(
         "tolerances",
         {
             "common": found.common,

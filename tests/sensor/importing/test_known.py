@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kept import Kept, result_of
+from known import Known, result_of
 from vibrissa.sensor.importing import Settings
 from vibrissa.sensor.importing.decoding import decoded
 from vibrissa.sensor.importing.onset import moving_by_readings
@@ -13,7 +13,7 @@ from vibrissa.sensor.importing.preparing import inside, with_time, zeros_of
 from vibrissa.sensor.importing.settings import Window, read_file
 from vibrissa.sensor.quantities import Kind
 
-KEPT = Kept(Path(__file__).with_name("kept.yaml"))
+KNOWN = Known(__file__)
 
 # Samples at rest, in motion and at rest again; how far the readings go in a sample, in deviations
 # of the noise; and after how many samples the tip slips.
@@ -48,7 +48,7 @@ def test_a_motion_begins_and_ends_at_the_same_samples(name):
         rows, spread = moving_by_readings(readings, "a.csv")
         return [rows.start, rows.stop, spread]
 
-    KEPT.check(name, [result_of(found, moved(seed, *MOTIONS[name])) for seed in range(4)])
+    KNOWN.check(name, [result_of(found, moved(seed, *MOTIONS[name])) for seed in range(4)])
 
 
 @pytest.mark.parametrize("count", [3, 99, 100, 101, 240])
@@ -59,7 +59,7 @@ def test_a_zero_is_known_as_well(count):
     values = {"time": time, "force_x": shared, "moment_z": noise}
     window = Window(Kind.TIME, 0.95, time[-1] - 2.0 + 1e-9)
     found = zeros_of(values, [window])
-    KEPT.check(f"zero of {count}", {name: list(zero) for name, zero in found.items()})
+    KNOWN.check(f"zero of {count}", {name: list(zero) for name, zero in found.items()})
 
 
 def test_a_window_holds_its_ends():
@@ -113,7 +113,7 @@ SETTINGS = {
 
 
 def test_settings_are_read_or_refused_word_by_word():
-    KEPT.check(
+    KNOWN.check(
         "settings", {name: result_of(Settings.read, **one) for name, one in SETTINGS.items()}
     )
 
@@ -142,4 +142,4 @@ def test_a_settings_file_is_read_or_refused_word_by_word(tmp_path, monkeypatch):
         Path("import.yaml").write_text(text, encoding="utf-8")
         found[name] = result_of(read_file, Path("import.yaml"))
     found["none"] = result_of(read_file, Path("none.yaml"))
-    KEPT.check("settings files", found)
+    KNOWN.check("settings files", found)

@@ -3,16 +3,15 @@
 import hashlib
 import json
 import zipfile
-from pathlib import Path
 
 import pytest
 from rocrate.rocrate import ROCrate
 
-from kept import Kept
+from known import Known
 from vibrissa import __version__
 from vibrissa.archive.crate import CODE, archived_files, write_archive
 
-KEPT = Kept(Path(__file__).with_name("crate.yaml"))
+KNOWN = Known(__file__)
 ALONE = """
   - family-names: Haar
     given-names: Vera
@@ -78,7 +77,7 @@ def test_an_archive_says_all_of_itself(tmp_path, study_file, authors):
             size = known[name].pop("contentSize")
             assert size == str(len(text))
     name = f"{study_file}, {authors.count('- ')} authors"
-    KEPT.check(name, {"readme": readme.splitlines(), "names": list(texts), "graph": known})
+    KNOWN.check(name, {"readme": readme.splitlines(), "names": list(texts), "graph": known})
     assert ROCrate(output).get("#run")["object"].id.endswith(study_file)
 
 

@@ -1,12 +1,11 @@
 """Whole responses, heights and scans, as they were: every column of every kind of rod and law."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from kept import Kept, some_rows
+from known import Known, some_rows
 from vibrissa import Mounting
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.response.branch import respond
@@ -16,7 +15,7 @@ from vibrissa.sensor.simulation.oblique import ObliqueStage, simulate_oblique
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw, Slips
 
-KEPT = Kept(Path(__file__).with_name("kept.yaml"))
+KNOWN = Known(__file__)
 TILTED = Mounting(clamp_angle=0.035, clamp_compliance=0.1, curvature=-0.1)
 ROUND = (2.0, 0.85)
 RODS = {
@@ -79,7 +78,7 @@ def test_a_response_has_the_same_numbers_everywhere(name):
         str(mu0): [*response.push_limit(mu0), response.pull_limit(mu0)]
         for mu0 in (0.01, 0.2, 0.45, 1.5)
     }
-    KEPT.check(name, {**whole(response), "limits": limits})
+    KNOWN.check(name, {**whole(response), "limits": limits})
 
 
 def test_a_rod_between_two_heights_is_the_same():
@@ -88,7 +87,7 @@ def test_a_rod_between_two_heights_is_the_same():
     eta = np.array([0.885, 0.9, 0.91])
     x0 = np.array([0.001, 0.02, 0.05])
     one = found.at(0.893)
-    KEPT.check(
+    KNOWN.check(
         "heights near one",
         {
             "ends": [found.low, found.high],
@@ -109,7 +108,7 @@ def test_a_rod_at_all_heights_of_a_range_is_the_same():
     states = found.states(eta)
     marks = ("x0_pull", "x0_lock", "x0_end", "x1_init", "mu_lock")
     x0 = np.array([[0.002, -0.02], [0.04, 0.01]])
-    KEPT.check(
+    KNOWN.check(
         "heights of a range",
         {
             "parts": [[part.low, part.high] for part in found.parts],
@@ -161,7 +160,7 @@ def test_a_scan_has_the_same_columns(case):
     found = simulate(
         rod(name), SURFACES[surface], path("0.001", PATHS[way]), law, ratio, told.append
     )
-    KEPT.check(", ".join(map(str, case)), {**scanned(found), "told": told[:3]})
+    KNOWN.check(", ".join(map(str, case)), {**scanned(found), "told": told[:3]})
 
 
 OBLIQUE = [
@@ -184,7 +183,7 @@ def test_a_scan_of_an_oblique_stage_has_the_same_columns(case):
     found = simulate_oblique(
         stage, SURFACES[surface], path("0.001", PATHS[way]), law, 0.75, told.append
     )
-    KEPT.check(", ".join(map(str, case)), {**scanned(found), "told": told[:3]})
+    KNOWN.check(", ".join(map(str, case)), {**scanned(found), "told": told[:3]})
 
 
 @pytest.mark.parametrize("law", list(SlipLaw))
@@ -200,4 +199,4 @@ def test_a_slip_ends_at_the_same_place(law):
         ]
         for surface in ("one friction", "patches", "a profile", "random friction")
     }
-    KEPT.check(f"rest, {law}", ends)
+    KNOWN.check(f"rest, {law}", ends)

@@ -2,12 +2,11 @@
 
 from decimal import Decimal
 from math import log10
-from pathlib import Path
 
 import pytest
 from flint import arb, arb_mat, ctx
 
-from kept import Kept
+from known import Known
 from vibrissa import solve_curve
 from vibrissa.outcomes import Contact
 from vibrissa.proof import Effort, lock, onset, spelled
@@ -19,7 +18,7 @@ from vibrissa.proof.path import follow, moment_and_height, proved_tube
 from vibrissa.proof.starting import load_at, path_of, suitable
 from vibrissa.proof.table import curve_enclosures, state_enclosures
 
-KEPT = Kept(Path(__file__).with_name("kept.yaml"))
+KNOWN = Known(__file__)
 QUICK = Effort(bits=96, order=16, steps=16)
 LOAD = Load(arb(-0.9), arb(-2.3), arb(-0.05))
 # Of a logarithm: what follows from fixed numbers, and what begins at the solver's.
@@ -45,8 +44,8 @@ def widths(balls):
 def check(name, within, **parts):
     """Compare the middles of balls to ten digits, and their widths."""
     parts = {key: list(balls) for key, balls in parts.items()}
-    KEPT.check(name, {key: middles(balls) for key, balls in parts.items()}, 1e-10)
-    KEPT.check(f"{name}: widths", {key: widths(balls) for key, balls in parts.items()}, within)
+    KNOWN.check(name, {key: middles(balls) for key, balls in parts.items()}, 1e-10)
+    KNOWN.check(f"{name}: widths", {key: widths(balls) for key, balls in parts.items()}, within)
 
 
 def flat(sections):
@@ -141,7 +140,7 @@ def test_an_equilibrium_is_enclosed_in_the_same_way(name, theta, eta, closing, n
         told=[found.f, found.alpha, found.mu, found.offset, found.phi1],
         box=found.box,
     )
-    KEPT.check(f"{name}: said", [found.bent_once(), found.keeps_contact(), str(found.contact)])
+    KNOWN.check(f"{name}: said", [found.bent_once(), found.keeps_contact(), str(found.contact)])
 
 
 @pytest.fixture(scope="module")
@@ -168,7 +167,7 @@ def test_a_tube_is_the_same_before_at_and_behind_the_maximum(cylinder, x0):
         last=found.last,
         told=[found.mu, found.rise, found.advance, *bend],
     )
-    KEPT.check(f"tube at {x0}: reaches", widths([*found.more, *found.found]), ALIKE)
+    KNOWN.check(f"tube at {x0}: reaches", widths([*found.more, *found.found]), ALIKE)
 
 
 def test_a_path_has_the_same_tubes(cylinder):
@@ -176,7 +175,7 @@ def test_a_path_has_the_same_tubes(cylinder):
         rod, curve = cylinder
         init = prove(rod, inclined(arb(0)), load_at(curve, 0.0))
         path = follow(rod, init, beyond=arb("0.06"))
-        KEPT.check(
+        KNOWN.check(
             "path",
             {
                 "centres": [float(tube.centre.fx) for tube in path.tubes],
@@ -188,7 +187,7 @@ def test_a_path_has_the_same_tubes(cylinder):
 
 
 def test_a_taper_has_the_same_effort():
-    KEPT.check(
+    KNOWN.check(
         "effort",
         {
             theta: [float(value) for value in vars(suitable(Decimal(theta))).values()]
@@ -217,7 +216,7 @@ def test_a_period_has_the_same_columns(name, prove_it):
     columns = found.columns()
     check(name, ALIKE, columns=columns.values())
     digits = {key: spelled(ball)[:12] for key, ball in columns.items()}
-    KEPT.check(f"{name}: said", {**digits, "first": found.first})
+    KNOWN.check(f"{name}: said", {**digits, "first": found.first})
 
 
 def test_rows_of_tables_have_the_same_enclosures(monkeypatch):
@@ -240,7 +239,7 @@ def test_rows_of_tables_have_the_same_enclosures(monkeypatch):
         }
         for one in found
     ]
-    KEPT.check("rows", rows, 1e-10)
+    KNOWN.check("rows", rows, 1e-10)
 
 
 def test_a_path_is_covered_with_the_effort_of_its_taper(monkeypatch):

@@ -1,7 +1,5 @@
 """What the page's moving rod is set to, of grid points and of scans: no value changes unnoticed."""
 
-from pathlib import Path
-
 import pandas as pd
 import pyarrow.compute as pc
 import pytest
@@ -12,15 +10,15 @@ from vibrissa.report import facts
 from vibrissa.report import motion as motions
 from vibrissa.report.tables import key_rows
 
-MOTION = Known(Path(__file__).with_name("motion.yaml"))
+KNOWN = Known(__file__)
 
 
 @pytest.mark.parametrize("most", [12_000, 7])
-def test_a_scan_moves_as_its_table_says(most, tmp_path, monkeypatch):
+def test_a_scan_moves_as_its_table_says(most, monkeypatch):
     """With fewer readings than rows the first and the last are kept, and others between."""
     assert motions.MOST_ROWS == 12_000
     monkeypatch.setattr(motions, "MOST_ROWS", most)
-    MOTION.compare(f"scans in {most} rows", motions.of_scans(scans()), tmp_path, 1e-5)
+    KNOWN.check(f"scans in {most} rows", motions.of_scans(scans()), 1e-5)
 
 
 def test_of_many_scans_the_first_are_shown(monkeypatch):
@@ -40,14 +38,14 @@ def test_of_many_axes_the_ends_alone_are_shown(axes, middle):
     assert sorted(set(shown[names[-1]])) == ([0, 2, 4] if middle else [0, 4])
 
 
-def test_points_move_to_their_last_sticking_state(tmp_path):
+def test_points_move_to_their_last_sticking_state():
     points = stiction()
-    MOTION.compare("points", motions.of_points(points), tmp_path)
+    KNOWN.check("points", motions.of_points(points))
     one = points.filter(pc.field("mu0") == 0.9)
-    MOTION.compare("points that lock", motions.of_points(one), tmp_path)
+    KNOWN.check("points that lock", motions.of_points(one))
 
 
-def test_what_a_study_has_is_summed_up(tmp_path):
-    MOTION.compare("summary", [facts.summary(tables()), facts.troubles(tables())], tmp_path)
+def test_what_a_study_has_is_summed_up():
+    KNOWN.check("summary", [facts.summary(tables()), facts.troubles(tables())])
     origins = [vars(facts.origin(name, table)) for name, table in tables().items()]
     assert [one["rows"] for one in origins] == [len(table) for table in tables().values()]

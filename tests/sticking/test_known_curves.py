@@ -3,19 +3,16 @@
 That they are right is tested elsewhere, against other methods.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from known import RELATIVE, Known
+from known import WITHIN, Known
 from vibrissa import Mounting, solve_curve
 from vibrissa.outcomes import Contact, RodSection, Status
 from vibrissa.sticking import collocation, continuation, refinement
 from vibrissa.sticking.collocation import STEP_SIZES
 
-CURVES = Known(Path(__file__).with_name("curves.yaml"))
-SEGMENTS = Known(Path(__file__).with_name("segments.yaml"))
+KNOWN = Known(__file__)
 TOGETHER = Mounting(
     clamp_angle=-0.05, clamp_compliance=0.1, curvature=(-0.1, -0.2), stage_angle=0.05
 )
@@ -104,12 +101,12 @@ SLOW = ("springs", "crosses itself", "crosses itself before it locks", "very far
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES]
 )
-def test_a_curve_is_the_known_one(name, tmp_path):
+def test_a_curve_is_the_known_one(name):
     curve = solve_curve(**CASES[name])
     assert not curve.residual > 1e-11
     # Where the branch turns back a place is known to half of the digits.
-    relative = 1e-5 if curve.section == "planar" else RELATIVE
-    CURVES.compare(name, seen(curve), tmp_path, relative)
+    relative = 1e-5 if curve.section == "planar" else WITHIN
+    KNOWN.check(name, seen(curve), relative)
 
 
 WAYS = {
@@ -137,7 +134,7 @@ def followed(segment):
 
 
 @pytest.mark.parametrize("name", WAYS)
-def test_branches_are_followed_as_far_as_they_were(name, tmp_path):
+def test_branches_are_followed_as_far_as_they_were(name):
     model, sizes = WAYS[name]
     begun, index = continuation.begin(*RODS, sizes, model)
     first = continuation.first_segment(begun, sizes, model)
@@ -151,7 +148,7 @@ def test_branches_are_followed_as_far_as_they_were(name, tmp_path):
         for section in RodSection
     }
     # Their states are guesses for what is solved exactly.
-    SEGMENTS.compare(name, result, tmp_path, 1e-4)
+    KNOWN.check(name, result, 1e-4)
 
 
 def test_a_branch_that_was_left_early_has_not_passed_its_lock():
@@ -170,7 +167,7 @@ def test_a_branch_that_was_left_early_has_not_passed_its_lock():
 @pytest.mark.parametrize(
     "name", ["cylinder", "strong taper", "very strong taper", "lies from the start", "planar"]
 )
-def test_pieces_are_solved_as_often_as_they_were(name, tmp_path, monkeypatch):
+def test_pieces_are_solved_as_often_as_they_were(name, monkeypatch):
     """Nodes, states and pieces of each try: what a curve costs."""
     tries = []
     solve_at = refinement._solve_at
@@ -182,4 +179,4 @@ def test_pieces_are_solved_as_often_as_they_were(name, tmp_path, monkeypatch):
 
     monkeypatch.setattr(refinement, "_solve_at", noted)
     solve_curve(**CASES[name])
-    SEGMENTS.compare(f"tries of {name}", tries, tmp_path)
+    KNOWN.check(f"tries of {name}", tries)
