@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from made_up import COMPLETE
 from vibrissa.errors import DamagedTableError
 from vibrissa.provenance import commit
+from vibrissa.tables import collect as module
 from vibrissa.tables import store
 from vibrissa.tables.collect import _merged, collect
 from vibrissa.tables.completeness import POINT_ORDER
@@ -97,7 +98,9 @@ def test_merging_is_sorting(numbers, size):
         for start in range(0, len(part), size):
             a, b = (
                 [float(value) for value in values]
-                for values in zip(*(divmod(n, 7) for n in part[start : start + size]), strict=True)
+                for values in zip(
+                    *(divmod(n, 7) for n in sorted(part[start : start + size])), strict=True
+                )
             )
             groups.append(((min(a), min(b)), pa.table({"a": a, "b": b})))
     groups.sort(key=lambda group: group[0])
@@ -136,3 +139,9 @@ def test_nothing_collected_is_an_empty_table(schema, tmp_path):
     found = collect([], schema)
     store.write_parts(found.parts, found.schema, tmp_path / "table.parquet")
     assert len(store.read(tmp_path / "table.parquet", schema)) == 0
+
+
+def test_what_is_in_order_is_not_sorted(parts, monkeypatch):
+    monkeypatch.setattr(module, "_sorted_rows", None)
+    found = collect(parts([COMPLETE.slice(100), COMPLETE.slice(0, 100)]), STICTION, POINT_ORDER)
+    assert whole(found).equals(COMPLETE)

@@ -84,7 +84,7 @@ def collect(paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str]
                 keys = store.completed(file.read_row_group(number, order), _part(schema, order))
                 least = _least_key(keys, order)
                 groups.append(_RowGroup(least, path, number))
-    parts = _read(sorted(groups, key=attrgetter("least")), schema)
+    parts = _read(sorted(groups, key=attrgetter("least")), schema, order)
     told = {b"vibrissa.part_commits": b" ".join(sorted(commits))}
     return Collected(
         schema=schema.with_metadata({**schema.metadata, **told}),
@@ -93,14 +93,16 @@ def collect(paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str]
     )
 
 
-def _read(groups: Iterable[_RowGroup], schema: pa.Schema) -> Iterator[tuple[Key, pa.Table]]:
-    """Row groups with their least keys."""
+def _read(
+    groups: Iterable[_RowGroup], schema: pa.Schema, order: Sequence[str]
+) -> Iterator[tuple[Key, pa.Table]]:
+    """Row groups, each in order, with their least keys."""
     opened = lru_cache(OPEN_FILES)(partial(store.opened, schema=schema))
     for group in groups:
         file = opened(group.path)
         with store.reading(group.path):
             table = file.read_row_group(group.number)
-        yield group.least, store.completed(table, schema)
+        yield group.least, _in_order(store.completed(table, schema), order)
 
 
 def _part(schema: pa.Schema, names: Sequence[str]) -> pa.Schema:
@@ -108,7 +110,7 @@ def _part(schema: pa.Schema, names: Sequence[str]) -> pa.Schema:
 
 
 def _merged(parts: Iterable[tuple[Key, pa.Table]], order: Sequence[str]) -> Iterator[pa.Table]:
-    """Merge tables that come in the order of their least keys."""
+    """Merge tables, each in order, that come in the order of their least keys."""
     held = None
     for least, table in parts:
         if held is not None:
@@ -116,8 +118,8 @@ def _merged(parts: Iterable[tuple[Key, pa.Table]], order: Sequence[str]) -> Iter
             final = rows_below(held, least, order) if order else len(held)
             yield held.slice(0, final)
             if final < len(held):
-                table = pa.concat_tables([held.slice(final), table])
-        held = _in_order(table, order) if order else table
+                table = _in_order(pa.concat_tables([held.slice(final), table]), order)
+        held = table
     if held is not None:
         yield held
 
@@ -136,13 +138,22 @@ def _sortable(column: pa.ChunkedArray) -> Any:
 
 
 def _least_key(table: pa.Table, order: Sequence[str]) -> Key:
-    return key_of(table, int(_sorted_rows(table, order)[0]), order) if order else ()
+    return key_of(_in_order(table, order), 0, order) if order else ()
 
 
 def _in_order(table: pa.Table, order: Sequence[str]) -> pa.Table:
-    rows = _sorted_rows(table, order)
-    # Most are in order already: to move the rows takes longer than to look.
-    return table if (rows[1:] > rows[:-1]).all() else table.take(rows)
+    # Most are in order already, and to look takes a tenth of the time of sorting.
+    return table if _is_in_order(table, order) else table.take(_sorted_rows(table, order))
+
+
+def _is_in_order(table: pa.Table, order: Sequence[str]) -> bool:
+    """Whether no row comes after one whose key is larger."""
+    goes_on = np.ones(max(len(table) - 1, 0), dtype=bool)
+    for name in reversed(order):
+        values = _sortable(table.column(name))
+        before, after = values[:-1], values[1:]
+        goes_on = (before < after) | ((before == after) & goes_on)
+    return bool(goes_on.all())
 
 
 def key_of(table: pa.Table, row: int, order: Sequence[str]) -> Key:

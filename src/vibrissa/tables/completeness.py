@@ -3,13 +3,14 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from functools import cache
+from functools import cache, lru_cache
 from itertools import chain
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from vibrissa.decimals import Value
 from vibrissa.errors import TableError
 from vibrissa.study.grid import AXES, CurveKey, CurvePoints, Grid, study_points
 from vibrissa.tables.collect import Key, key_of, rows_below
@@ -153,7 +154,7 @@ def _points(curves: Sequence[CurveKey], pairs: Sequence[pa.Table]) -> pa.Table:
     """Points of some curves, one below the other."""
     sizes = [len(table) for table in pairs]
     rest = pa.concat_tables(pairs)
-    mounted = [mounting_row(mounting_of(curve.mounting)) for curve in curves]
+    mounted = [_mounted(curve.mounting) for curve in curves]
     columns = {
         "eta": np.repeat([float(curve.eta) for curve in curves], sizes),
         "theta": np.repeat([float(curve.theta) for curve in curves], sizes),
@@ -161,6 +162,12 @@ def _points(curves: Sequence[CurveKey], pairs: Sequence[pa.Table]) -> pa.Table:
         **dict(zip(rest.column_names, rest.columns, strict=True)),
     }
     return pa.table(columns, schema=_POINT)
+
+
+# Few rods of a study are mounted in another way than the one before.
+@lru_cache
+def _mounted(mounting: tuple[Value, ...]) -> dict[str, float | str | None]:
+    return mounting_row(mounting_of(mounting))
 
 
 def _problems(found: pa.Table, wanted: pa.Table) -> dict[Problem, list[Key]]:

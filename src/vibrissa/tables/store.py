@@ -229,10 +229,9 @@ def _known_to(found: pa.Schema, schema: pa.Schema) -> pa.Schema:
 
 def completed(table: pa.Table, schema: pa.Schema) -> pa.Table:
     """Give the table of a file all columns of a schema; what is younger than it holds null."""
+    there = dict(zip(table.column_names, table.columns, strict=True))
     columns = [
-        table.column(field.name)
-        if field.name in table.column_names
-        else pa.nulls(len(table), field.type)
+        there[field.name] if field.name in there else pa.nulls(len(table), field.type)
         for field in schema
     ]
     return pa.Table.from_arrays(columns, schema=schema)
