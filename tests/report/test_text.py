@@ -8,14 +8,14 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pyarrow as pa
-import pytest
 
+from known import Known
 from vibrissa.report import facts, proofs
 from vibrissa.report import page as report
 from vibrissa.tables.proofs import read
 
 ROOT = Path(__file__).parents[2]
-TEXT = Path(__file__).with_name("page.txt")
+KNOWN = Known(__file__)
 # Numbers that are nothing but rounding are others on another machine.
 ROUNDING = re.compile(r"\d(\.\d+)?·10⁻¹[⁰¹²³⁴⁵⁶⁷⁸⁹]")
 BENCHMARKS = {
@@ -46,23 +46,14 @@ class Text(HTMLParser):
             self.lines.append(ROUNDING.sub("(rounding)", " ".join(data.split())))
 
 
-@pytest.fixture(scope="module")
-def found(study_tables, tmp_path_factory):
+def test_the_page_reads_as_it_did(study_tables):
     run = report.Run(
         study_files={"my.yaml": "study: mine"},
         environment={"Python": "3"},
         benchmarks=BENCHMARKS,
         proofs=read(ROOT / "tests/regression/paper/enclosures.csv", proofs.KEYS),
     )
-    lines = Text(report.page("paper", study_tables, [], run)).lines
-    new = tmp_path_factory.mktemp("page") / TEXT.name
-    new.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    print(f"If the page was meant to change: review {new} and copy it over {TEXT}.")
-    return lines
-
-
-def test_the_page_reads_as_it_did(found):
-    assert found == TEXT.read_text(encoding="utf-8").splitlines()
+    KNOWN.check("page", Text(report.page("paper", study_tables, [], run)).lines)
 
 
 def test_times_of_jobs_are_summed_up_by_rule():
