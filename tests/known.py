@@ -8,7 +8,7 @@ import fcntl
 import os
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from decimal import Decimal
 from enum import Enum
 from functools import cached_property
@@ -78,61 +78,66 @@ def numbers(value: Any) -> np.ndarray | None:
         return None
 
 
-def in_last_place(found: str, known: str) -> bool:
-    """Whether sentences are the same, and decimals in them to one in the last place."""
-    if NUMBER.sub("#", found) != NUMBER.sub("#", known):
-        return False
-    pairs = zip(NUMBER.findall(found), NUMBER.findall(known), strict=True)
-    return all(
-        one == other
-        or (
-            not other.lstrip("+-").isdigit()
-            and abs(Decimal(one) - Decimal(other)) <= Decimal(1).scaleb(exponent(other))
-        )
-        for one, other in pairs
-    )
-
-
-def exponent(text: str) -> int:
-    """The power of ten of the last digit of a number as it is written."""
-    return int(Decimal(text).as_tuple().exponent)
-
-
 def short(value: Any) -> str:
     """A text, or the beginning of a long one."""
     text = repr(value)
     return text if len(text) < 300 else f"{text[:300]}…"
 
 
-def differences(found: Any, known: Any, within: float, told: bool, where: str) -> Iterator[str]:
-    """Say of each place where a result differs what was found there and what is known."""
-    if isinstance(found, dict) and isinstance(known, dict):
-        new = [key for key in found if key not in known]
-        gone = [key for key in known if key not in found]
-        if new or gone:
-            yield f"{where}: {new} is new, {gone} is missing"
-        elif list(found) != list(known):
-            yield f"{where}: found in the order {list(found)}"
-        for key in (key for key in known if key in found):
-            yield from differences(found[key], known[key], within, told, f"{where}, {key}")
-        return
-    if isinstance(found, list) and isinstance(known, list):
-        if len(found) != len(known):
-            yield f"{where}: found {len(found)} rows, known {len(known)}"
-        for row, (one, other) in enumerate(zip(found, known, strict=False)):
-            yield from differences(one, other, within, told, f"{where}, row {row}")
-        return
-    new, old = numbers(found), numbers(known)
-    if new is None or old is None:
-        if found != known and not (told and isinstance(known, str) and in_last_place(found, known)):
-            yield f"{where}: found {short(found)}, known {short(known)}"
-    elif len(new) != len(old):
-        yield f"{where}: found {len(new)} numbers, known {len(old)}: {short(found)}"
-    else:
-        size = np.abs(old[np.isfinite(old)]).max(initial=0.0)
-        same = np.isclose(new, old, rtol=0.0, atol=within * size + FLOOR, equal_nan=True)
-        for place in np.flatnonzero(~same):
-            yield f"{where}, number {place}: found {new[place]:.12g}, known {old[place]:.12g}"
+@dataclass(frozen=True)
+class Bounds:
+    """How far numbers may be from the known ones."""
+
+    within: float = WITHIN
+    floor: float = FLOOR
+    told: bool = False
+
+    def differences(self, found: Any, known: Any, where: str) -> Iterator[str]:
+        """Say of each place where a result differs what was found there and what is known."""
+        if isinstance(found, dict) and isinstance(known, dict):
+            new = [key for key in found if key not in known]
+            gone = [key for key in known if key not in found]
+            if new or gone:
+                yield f"{where}: {new} is new, {gone} is missing"
+            elif list(found) != list(known):
+                yield f"{where}: found in the order {list(found)}"
+            for key in (key for key in known if key in found):
+                yield from self.differences(found[key], known[key], f"{where}, {key}")
+            return
+        if isinstance(found, list) and isinstance(known, list):
+            if len(found) != len(known):
+                yield f"{where}: found {len(found)} rows, known {len(known)}"
+            for row, (one, other) in enumerate(zip(found, known, strict=False)):
+                yield from self.differences(one, other, f"{where}, row {row}")
+            return
+        new, old = numbers(found), numbers(known)
+        if new is None or old is None:
+            if not self.alike(found, known):
+                yield f"{where}: found {short(found)}, known {short(known)}"
+        elif len(new) != len(old):
+            yield f"{where}: found {len(new)} numbers, known {len(old)}: {short(found)}"
+        else:
+            size = np.abs(old[np.isfinite(old)]).max(initial=0.0)
+            bound = self.within * size + self.floor
+            same = np.isclose(new, old, rtol=0.0, atol=bound, equal_nan=True)
+            for place in np.flatnonzero(~same):
+                yield f"{where}, number {place}: found {new[place]:.12g}, known {old[place]:.12g}"
+
+    def alike(self, found: Any, known: Any) -> bool:
+        """Whether texts are the same, or what they tell is the same but for rounding."""
+        if found == known or not (self.told and isinstance(found, str) and isinstance(known, str)):
+            return found == known
+        new, old = NUMBER.findall(found), NUMBER.findall(known)
+        same = NUMBER.sub("#", found) == NUMBER.sub("#", known)
+        return same and all(map(self.rounded_alike, new, old))
+
+    def rounded_alike(self, found: str, known: str) -> bool:
+        """Whether numbers are the same, or decimals but for one in the last place."""
+        value = Decimal(known)
+        last = Decimal(1).scaleb(int(value.as_tuple().exponent))
+        bound = max(last, Decimal(self.within) * abs(value), Decimal(self.floor))
+        whole = known.lstrip("+-").isdigit()
+        return found == known or (not whole and abs(Decimal(found) - value) <= bound)
 
 
 class Known:
@@ -145,46 +150,49 @@ class Known:
     @cached_property
     def known(self) -> dict[str, Any]:
         """All that is known, by name."""
-        text = self.file.read_text(encoding="utf-8") if self.file.exists() else ""
-        return yaml.load(text, LOADER) or {}
+        if not self.file.exists():
+            return {}
+        with self.file.open(encoding="utf-8") as file:
+            fcntl.flock(file, fcntl.LOCK_SH)
+            return yaml.load(file, LOADER) or {}
 
-    def check(self, name: str, result: Any, within: float = WITHIN, told: bool = False) -> None:
+    def check(
+        self,
+        name: str,
+        result: Any,
+        within: float = WITHIN,
+        *,
+        floor: float = FLOOR,
+        told: bool = False,
+    ) -> None:
         """Compare a result with the known one.
 
-        Numbers may be others by a part of the largest beside them, `within`: larger than usual
-        where an iteration ends with a remainder. Texts are the same; in sentences that are `told`
-        decimals may be others by one in their last place.
+        Words are the same. Numbers side by side may differ by `floor`, which is rounding, and
+        by a part of the largest of them, `within`: more than usual where an iteration ends with
+        a remainder. In sentences that are `told` decimals may differ by one in their last place.
         """
         __tracebackhide__ = True
         found = plain(result)
         wrong = [f"{name}: nothing is known of it"]
         if name in self.known:
-            wrong = list(differences(found, self.known[name], within, told, name))
-        if not wrong:
-            return
-        if os.environ.get("KNOWN") == "write":
+            wrong = list(Bounds(within, floor, told).differences(found, self.known[name], name))
+        if wrong and os.environ.get("KNOWN") == "write":
             self.write(name, found)
-            return
-        more = [f"and {len(wrong) - SHOWN} more places"] if len(wrong) > SHOWN else []
-        file, module = (os.path.relpath(path, ROOT) for path in (self.file, self.module))
-        advice = f"If this was meant to change: make known ARGS={module}; review: git diff {file}"
-        pytest.fail("\n".join([*wrong[:SHOWN], *more, advice]), pytrace=False)
+        elif wrong:
+            more = [f"and {len(wrong) - SHOWN} more places"] if len(wrong) > SHOWN else []
+            file, module = (os.path.relpath(path, ROOT) for path in (self.file, self.module))
+            advice = f"If this was meant to change: make known ARGS={module}; then git diff {file}"
+            pytest.fail("\n".join([*wrong[:SHOWN], *more, advice]), pytrace=False)
 
     def write(self, name: str, found: Any) -> None:
         """Put a result into the file; other processes may do the same at the same time."""
+        layout = {"allow_unicode": True, "sort_keys": False, "width": 2**20}
         with self.file.open("a+", encoding="utf-8") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             file.seek(0)
             known = yaml.load(file, LOADER) or {}
             file.truncate(0)
-            yaml.dump(
-                known | {name: found},
-                file,
-                DUMPER,
-                allow_unicode=True,
-                sort_keys=False,
-                width=2**20,
-            )
+            yaml.dump(known | {name: found}, file, DUMPER, **layout)
 
 
 def result_of(function, *arguments, **others):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from known import Known, differences, plain
+from known import Bounds, Known, plain
 from vibrissa.outcomes import Contact
 
 
@@ -59,7 +59,7 @@ def test_a_result_is_plain():
     ],
 )
 def test_a_difference_is_said_with_its_place(found, known, said):
-    assert "; ".join(differences(found, known, 1e-7, False, "x")) == said
+    assert "; ".join(Bounds().differences(found, known, "x")) == said
 
 
 @pytest.mark.parametrize(
@@ -68,13 +68,17 @@ def test_a_difference_is_said_with_its_place(found, known, said):
         ("at 0.25 mm", "at 0.24 mm", True),
         ("at 0.25 mm", "at 0.23 mm", False),
         ("at 1.5e-7 of 3", "at 1.6e-7 of 3", True),
+        ("at 0.2512345678", "at 0.2512345000", False),
+        ("at 0.25123450000000001", "at 0.25123450000000", True),
+        ("0.25123450000001", "0.25123450000000", True),
+        ("-2e-15 N", "7e-14 N", True),
         ("row 3 of 8", "row 4 of 8", False),
         ("0.25 mm", "0.25 cm", False),
         ("0.25 mm", "0.25 and 0.3 mm", False),
     ],
 )
 def test_decimals_that_are_told_may_differ_in_their_last_place(found, known, same):
-    assert not list(differences(found, known, 1e-7, True, "x")) == same
+    assert Bounds(told=True).alike(found, known) == same
 
 
 def test_a_result_that_was_meant_to_change_is_written(tmp_path, monkeypatch):
