@@ -86,7 +86,7 @@ help:
 	@echo "  make schema               bring docs/study_file.md, docs/tables.md, the tables of tolerances,"
 	@echo "                            materials and transducers, and the study file's schema in line"
 	@echo "                            with the code"
-	@echo "  make sketch               draw docs/sketch.svg"
+	@echo "  make sketch               draw docs/sketch.svg, docs/refine.png"
 	@echo "  make docs                 these pages, the reference and the notebooks as a site, in"
 	@echo "                            build/site (warnings are errors; OUTPUT=folder)"
 	@echo "  make format               let ruff and snakefmt rewrite the source files"
@@ -259,6 +259,7 @@ schema: $(STAMP)
 
 sketch: $(STAMP)
 	@$(PY) docs/sketch.py
+	@$(PY) docs/refine.py
 
 taper: $(STAMP)
 	@$(ONE_THREAD) $(PY) validation/taper.py --figure docs/taper.png $(ARGS)

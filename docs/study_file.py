@@ -19,7 +19,7 @@ from vibrissa.study.model import (
     Study,
 )
 from vibrissa.study.schema import study_schema
-from vibrissa.study.values import Section
+from vibrissa.study.values import ClosestSection, RefineSection, Section
 
 PAGE = Path(__file__).with_name("study_file.md")
 CATALOGUE = PAGE.parents[1] / "config/README.md"
@@ -47,6 +47,23 @@ def keys(schema: dict[str, Any], leave_out: tuple[str, ...] = ()) -> list[str]:
         default = "needed" if needed else f"`{value['default']}`" if value.get("default") else "–"
         lines.append(f"| `{key}` | {value['description']} | {default} |")
     return lines
+
+
+def refine(definitions: dict[str, Any]) -> list[str]:
+    """Describe how points are added to a grid."""
+    closest = keys(definitions[ClosestSection.__name__])
+    return [
+        "",
+        "### `refine`",
+        "",
+        f"{summary(RefineSection)} See [Points where they matter](refine.md).",
+        "",
+        *keys(definitions[RefineSection.__name__]),
+        "",
+        f"`closest`: {summary(ClosestSection)}",
+        "",
+        *closest,
+    ]
 
 
 def figures(definitions: dict[str, Any]) -> list[str]:
@@ -108,6 +125,8 @@ def page() -> str:
     for name, section in SECTIONS.items():
         described = keys(definitions[section.__name__])
         lines += ["", f"## `{name}`", "", f"Each has a name. {summary(section)}", "", *described]
+        if name == "grids":
+            lines += refine(definitions)
     lines += ["", *figures(definitions), "", *claims(definitions)]
     return "\n".join(lines) + "\n"
 
@@ -118,6 +137,7 @@ def catalogue_page() -> str:
         page()
         .replace("# Keys of a study file", "# Configuration", 1)
         .replace("](study.md)", "](../docs/study.md)")
+        .replace("](refine.md)", "](../docs/refine.md)")
     )
 
 

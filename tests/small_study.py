@@ -75,7 +75,7 @@ def columns(table):
     found = {}
     for name in table.schema.names:
         values = table.column(name).to_pylist()
-        if "list<" in str(table.schema.field(name).type) and name != "grids":
+        if "list<" in str(table.schema.field(name).type) and name not in ("grids", "added_to"):
             values = [[row[0], row[len(row) // 2], row[-1]] if row else [] for row in values]
         elif any(isinstance(value, float | int) for value in values):
             values = [float("nan") if value is None else value for value in values]

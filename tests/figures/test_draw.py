@@ -1,9 +1,12 @@
+from decimal import Decimal
 from functools import cache
 from typing import get_args
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 
 from vibrissa import solve_curve, solve_state, stick_slip
@@ -17,8 +20,9 @@ from vibrissa.sticking.curve import failed_curve
 from vibrissa.sticking.stiction import read_curve
 from vibrissa.study import figures as study
 from vibrissa.study.codec import decode_grid, decode_key
-from vibrissa.study.grid import points_on_curves
-from vibrissa.tables import records, schemas, store
+from vibrissa.study.grid import Refinement, points_on_curves
+from vibrissa.tables import query, records, schemas, store
+from vibrissa.tables.refining import refined_lines, with_added
 
 THETA = ("1", "1.5", "2", "3")
 MU0 = ("0.2", "0.3", "0.4", "0.9")
@@ -497,3 +501,51 @@ def test_regimes_tell_how_a_lock_goes_on():
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "locks, then slips back" in shown and "locks, then snaps through" in shown
     assert "no result" not in shown
+
+
+@cache
+def refined_points():
+    """A grid of three tapers, to each of which points are added."""
+    grids = {"main": grid(THETA[1:], MU0, ("0.001",))}
+    refinement = Refinement(column="x0_slip", tolerance=Decimal("0.001"), closest=Decimal("0.01"))
+    parts = []
+    for theta in THETA[1:]:
+        ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
+        lines = list(refined_lines(curve_of(theta), points, {"main": refinement}))
+        points = with_added(points, lines)
+        stiction = read_curve(curve_of(theta), points.mu0, points.dx0)
+        parts += records.stiction_tables([(points, curve_of(theta), stiction)], "a")
+    return store.joined(parts, schemas.STICTION)
+
+
+def test_a_line_along_friction_goes_through_added_points():
+    axes = draw("friction", refined_points(), {"grid": "main", "theta": 2}).axes[0]
+    onset, marks, *_ = drawn(axes)
+    rows = refined_points().to_pylist()
+    slips = [row for row in rows if row["theta"] == 2 and row["status"] == "slip"]
+    assert {row["added_to"] is None for row in slips} == {True, False}
+    assert is_line(onset, column(slips, "mu0"), column(slips, "x0_slip"))
+    assert is_line(marks, column(slips, "mu0"), column(slips, "x0_max"))
+
+
+@pytest.mark.parametrize("kind", ["taper", "regimes", "locking"])
+def test_no_other_figure_has_a_series_of_an_added_point(kind):
+    """They are those of the points on the grid's axes alone, to the last pixel."""
+    own = refined_points().filter(pc.is_null(refined_points()["added_to"]))
+    assert len(own) == 12 < len(refined_points())
+    shown = [pixels(draw(kind, table, {"grid": "main"})) for table in (refined_points(), own)]
+    assert shown[0] == shown[1]
+
+
+def pixels(figure):
+    FigureCanvasAgg(figure).draw()
+    return bytes(figure.canvas.buffer_rgba())
+
+
+def test_points_that_were_added_to_one_grid_belong_to_another():
+    table = refined_points()
+    names = [["main", "other"]] * len(table)
+    place = table.schema.get_field_index("grids")
+    shared = table.set_column(place, table.schema.field(place), pa.array(names))
+    counts = {name: len(query.frame(shared, ["mu0"], query.on_axes(name))) for name in names[0]}
+    assert counts == {"main": 12, "other": len(table)}

@@ -175,7 +175,7 @@ def test_columns_of_the_stiction_table():
     reactions = ("reaction_fx", "reaction_fy", "reaction_m")
     states = ("f", "alpha", "phi1", "s_c", *reactions, *MARGINS)
     assert STICTION.names == [
-        *("study", "method", "grids", "theta", "mu0", "eta", "dx0"),
+        *("study", "method", "grids", "added_to", "theta", "mu0", "eta", "dx0"),
         *("clamp_angle", "clamp_compliance", "curvature", "stage_angle", "curvature_powers"),
         *("status", "message", "contact"),
         *("x0_slip", "x0_max", "n_steps", "mu_lock", "x0_lock"),
@@ -265,8 +265,8 @@ def nullable(schema):
             {"x0_slip", "x0_max", "n_steps", *states("_last"), *states("_slip"), *YOUNGER},
         ),
         ("stiction", "failed", nullable(STICTION)),
-        ("scans", "slip", {*YOUNGER}),
-        ("scans", "lock", {*YOUNGER}),
+        ("scans", "slip", {"curvature_powers"}),
+        ("scans", "lock", {"curvature_powers"}),
         ("scans", "failed", nullable(SCANS)),
         ("states", "solved", set()),
         ("states", "failed", nullable(STATES)),

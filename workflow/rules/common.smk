@@ -13,7 +13,7 @@ from vibrissa.pipeline.effort import effort
 from vibrissa.pipeline.sources import sources
 from vibrissa.study import costs
 from vibrissa.study.boxes import meets, size
-from vibrissa.study.codec import encode_box, encode_grid, encode_values
+from vibrissa.study.codec import encode_box, encode_grid, encode_refinement, encode_values
 from vibrissa.study.reading import read_study, retyped
 
 # Snakemake (9.27) writes the path of its Python into shell commands, of `script:` rules and of cluster
@@ -98,7 +98,7 @@ POINT_BLOCKS = [
 ]
 
 # At most so many points are read off a curve.
-POINTS_ON_CURVE = sum(len(grid.mu0) * len(grid.dx0) for grid in STUDY.point_grids.values())
+POINTS_ON_CURVE = STUDY.points_on_curve
 
 
 def minutes_of_block(block):
@@ -109,6 +109,14 @@ def minutes_of_block(block):
 def megabytes_of_blocks(blocks):
     """What a job may need that holds the curves of some blocks."""
     return costs.megabytes(sum(size(BLOCKS[block]) for block in blocks))
+
+
+def refinements_of_block(block):
+    """How points are added to the grids that have points on the curves of a block."""
+    if not STUDY.refinements:
+        return {}
+    names = grids_of_block(BLOCKS[block], STUDY.point_grids).keys() & STUDY.refinements.keys()
+    return {name: encode_refinement(STUDY.refinements[name]) for name in sorted(names)}
 
 
 def blocks_of_scan(scan):

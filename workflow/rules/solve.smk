@@ -30,7 +30,7 @@ rule curves:
 rule points:
     input:
         curves=rules.curves.output,
-        code=sources("sticking.stiction", "tables.records", "pipeline.jobs"),
+        code=sources("tables.refining", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.points.parquet",
     log:
@@ -50,6 +50,7 @@ rule points:
             name: encode_grid(part)
             for name, part in grids_of_block(BLOCKS[wildcards.block], STUDY.point_grids).items()
         },
+        refinements=lambda wildcards: refinements_of_block(wildcards.block),
     message:
         "reading grid points off block {wildcards.block}"
     script:
@@ -72,6 +73,7 @@ rule stiction:
     threads: 1
     params:
         grids={name: encode_grid(grid) for name, grid in STUDY.point_grids.items()},
+        refinements={name: encode_refinement(one) for name, one in STUDY.refinements.items()},
         study_file=study_file("grids"),
     message:
         "collecting the table of grid points"

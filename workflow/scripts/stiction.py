@@ -1,16 +1,19 @@
 """Collect the grid points of all blocks, in one order, and check that each is there once."""
 
 from vibrissa.pipeline import jobs
-from vibrissa.study.codec import decode_grid
+from vibrissa.study.codec import decode_grid, decode_refinement
 from vibrissa.tables import schemas, store
 from vibrissa.tables.collect import collect
 from vibrissa.tables.completeness import POINT_ORDER, checked_points
 
 with jobs.logged(snakemake.log[0]):
     grids = {name: decode_grid(axes) for name, axes in snakemake.params.grids.items()}
+    refinements = {
+        name: decode_refinement(texts) for name, texts in snakemake.params.refinements.items()
+    }
     found = collect(snakemake.input.points, schemas.STICTION, POINT_ORDER)
     store.write_parts(
-        checked_points(found.parts, grids),
+        checked_points(found.parts, grids, refinements),
         found.schema,
         snakemake.output[0],
         snakemake.params.study_file,

@@ -50,7 +50,7 @@ def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figu
     """
     if kind not in KINDS:
         raise ArgumentError(f"unknown kind of figure {kind!r}; allowed: {', '.join(KINDS)}")
-    rows = query.frame(table, KINDS[kind].columns, _condition(selection))
+    rows = query.frame(table, KINDS[kind].columns, _condition(selection, KINDS[kind].along_mu0))
     if rows.empty:
         raise ArgumentError(f"no rows to draw for {kind} figure with {dict(selection)}")
     with style.applied():
@@ -59,12 +59,12 @@ def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figu
         return KINDS[kind].plot(rows)
 
 
-def _condition(selection: Mapping[str, Any]) -> pc.Expression | None:
+def _condition(selection: Mapping[str, Any], with_added: bool) -> pc.Expression | None:
     """Condition on the rows of what a figure's entry in the study file selects."""
     conditions = []
     for name, value in selection.items():
         if name == "grid":
-            conditions.append(query.in_grid(value))
+            conditions.append(query.in_grid(value) if with_added else query.on_axes(value))
             continue
         values = value if isinstance(value, list) else [value]
         if name == "curvature":

@@ -23,15 +23,19 @@ class Kind:
         Columns of the table that are shown; no other is read.
     plot : callable
         Takes the rows that are to be shown, at least one, and returns the figure.
+    along_mu0 : bool
+        Whether lines of it run along μ0, so that points of μ0 that were added to a grid belong to
+        them. In another figure each added point would be a series of its own.
     """
 
     name: str
     columns: tuple[str, ...]
     plot: Callable[[pd.DataFrame], Figure]
+    along_mu0: bool
 
 
 def kind(
-    name: str, *, columns: tuple[str, ...]
+    name: str, *, columns: tuple[str, ...], along_mu0: bool = False
 ) -> Callable[[Callable[[pd.DataFrame], Figure]], Kind]:
     """Make a kind of figure of the function that plots it; see `Kind`."""
-    return lambda plot: Kind(name=name, columns=columns, plot=plot)
+    return lambda plot: Kind(name=name, columns=columns, plot=plot, along_mu0=along_mu0)

@@ -68,7 +68,7 @@ def _where_it_locks(locks: pd.Series, not_drawn: pd.Series) -> str:
     return f"\na line ends where the tip locks{all_lock}"
 
 
-@kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"))
+@kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"), along_mu0=True)
 def friction(rows: pd.DataFrame) -> Figure:
     """x0,max over μ0: levels of the step grid, exact onset and locking (paper Figure 7)."""
     figure, axes = style.axes(4.6)

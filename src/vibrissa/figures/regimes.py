@@ -130,7 +130,7 @@ def _cells(centres: pd.Index) -> FloatArray:
     return np.array([first, *between, last])
 
 
-@kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"))
+@kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"), along_mu0=True)
 def law(rows: pd.DataFrame) -> Figure:
     """x0_slip over μ0 up to the lock for each θ, and the power law near it."""
     figure = style.page(3.6)

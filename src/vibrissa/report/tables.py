@@ -223,12 +223,13 @@ class _Grid:
 def _grids(table: Readable) -> dict[str, _Grid]:
     """Read what each grid has, part by part: the table may be long."""
     grids: dict[str, _Grid] = {}
-    for part in query.parts(table, ["grids", *POINT, "status"]):
+    for part in query.parts(table, ["grids", schemas.ADDED_TO.name, *POINT, "status"]):
         for name in pc.unique(pc.list_flatten(part.column("grids"))).to_pylist():
             points, grid = part.filter(query.in_grid(name)), grids.setdefault(name, _Grid())
             grid.statuses.update(store.status_counts([points]))
+            own = points.filter(query.on_axes(name))
             for axis, seen in grid.values.items():
-                seen.update(pc.unique(points.column(axis)).to_pylist())
+                seen.update(pc.unique(own.column(axis)).to_pylist())
     return grids
 
 

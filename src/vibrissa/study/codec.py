@@ -12,7 +12,15 @@ from typing import Any
 
 from vibrissa.decimals import Value, exact, read_value, spell
 from vibrissa.study.boxes import Box
-from vibrissa.study.grid import CURVE_AXES, MOUNTING_AXES, ZERO, CurveKey, Grid, equal_steps
+from vibrissa.study.grid import (
+    CURVE_AXES,
+    MOUNTING_AXES,
+    ZERO,
+    CurveKey,
+    Grid,
+    Refinement,
+    equal_steps,
+)
 
 # So many values in equal steps have the short form of a range.
 LEAST_RANGE = 4
@@ -181,3 +189,29 @@ def decode_grid(axes: Mapping[str, Sequence[str]]) -> Grid:
     """
     values: Any = {name: decode_axis(texts) for name, texts in axes.items()}
     return Grid(**values)
+
+
+def encode_refinement(refinement: Refinement) -> dict[str, str]:
+    """Plain form of a refinement: its attributes by name."""
+    return {
+        "column": refinement.column,
+        "tolerance": spell(refinement.tolerance),
+        "closest": spell(refinement.closest),
+    }
+
+
+def decode_refinement(texts: Mapping[str, str]) -> Refinement:
+    """Inverse of `encode_refinement`.
+
+    Raises
+    ------
+    KeyError
+        If an attribute is missing.
+    ValueError
+        If a number is none.
+    """
+    return Refinement(
+        column=texts["column"],
+        tolerance=exact(texts["tolerance"]),
+        closest=exact(texts["closest"]),
+    )

@@ -122,6 +122,25 @@ class Grid:
         return axes if by_step else axes | {"dx0": (None,)}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Refinement:
+    """How points of μ0 are added to a grid; `vibrissa.numerics.halving` says between which.
+
+    Attributes
+    ----------
+    column : str
+        Of the table of grid points, what is to be known between them.
+    tolerance : Decimal
+        How far it may be from a straight line between two points, in its unit.
+    closest : Decimal
+        Least distance of an added point from the next.
+    """
+
+    column: str
+    tolerance: Decimal
+    closest: Decimal
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CurvePoints:
     """Grid points on one curve, ordered by μ0, then Δx0.
@@ -132,11 +151,14 @@ class CurvePoints:
         Friction coefficient and step of each point.
     grids : list of list of str, length n
         Names of the grids that have the point.
+    added_to : list of (list of str or None), length n
+        Names of those that a refinement added it to; None where the point is on the axes of all.
     """
 
     mu0: tuple[Decimal, ...]
     dx0: tuple[Decimal, ...]
     grids: list[list[str]]
+    added_to: list[list[str] | None]
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -282,5 +304,31 @@ def _points(grids: Mapping[str, Grid], step: Decimal | None) -> CurvePoints:
     for name, grid in sorted(grids.items()):
         for pair in product(grid.mu0, grid.dx0 if step is None else (step,)):
             names.setdefault(pair, []).append(name)
-    mu0, dx0 = zip(*sorted(names), strict=True)
-    return CurvePoints(mu0=mu0, dx0=dx0, grids=[names[pair] for pair in sorted(names)])
+    return named_points(names, {})
+
+
+def named_points(
+    names: Mapping[tuple[Decimal, Decimal], list[str]],
+    added: Mapping[tuple[Decimal, Decimal], list[str]],
+) -> CurvePoints:
+    """Points on one curve, from the names of the grids that have a pair of μ0 and Δx0.
+
+    Parameters
+    ----------
+    names : mapping of list of str
+        At least one pair.
+    added : mapping of list of str
+        The names, of pairs among these, of grids that a refinement added them to.
+
+    Returns
+    -------
+    CurvePoints
+    """
+    pairs = sorted(names)
+    mu0, dx0 = zip(*pairs, strict=True)
+    return CurvePoints(
+        mu0=mu0,
+        dx0=dx0,
+        grids=[names[pair] for pair in pairs],
+        added_to=[added.get(pair) for pair in pairs],
+    )

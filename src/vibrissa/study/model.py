@@ -5,19 +5,21 @@ The schema, the reference page and the messages about mistakes are made from the
 
 import math
 from collections.abc import Iterator, Mapping
+from decimal import Decimal
 from functools import cached_property
+from itertools import pairwise
 from typing import Self
 
 from pydantic import Field, model_validator
 
-from vibrissa.decimals import spell
+from vibrissa.decimals import exact, spell
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.boxes import Box, disjoint, size
 from vibrissa.study.claims import Claims
 from vibrissa.study.costs import LONGEST_JOB, curve_seconds
 from vibrissa.study.figures import AnyFigure
-from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid, curve_keys
-from vibrissa.study.mistakes import Mistake
+from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid, Refinement, curve_keys
+from vibrissa.study.mistakes import Location, Mistake
 from vibrissa.study.values import (
     X1,
     ClampAngleAxis,
@@ -31,6 +33,7 @@ from vibrissa.study.values import (
     Name,
     OptionalKey,
     Points,
+    RefineSection,
     Section,
     StageAngleAxis,
     Theta,
@@ -58,7 +61,7 @@ class ComparisonSection(Points):
     eta: EtaAxis
 
 
-class GridSection(Points):
+class _PeriodPoints(Points):
     """Points at which a period of sticking is solved: all combinations of their axes."""
 
     theta: ThetaAxis
@@ -76,7 +79,70 @@ class GridSection(Points):
         return Grid(**self.axes)
 
 
-class ScanSection(GridSection):
+class GridSection(_PeriodPoints):
+    """Points at which a period of sticking is solved: all combinations of their axes."""
+
+    refine: OptionalKey[RefineSection] = Field(
+        default=None,
+        description="add points of mu0 where the grid is too coarse: the keys column, tolerance "
+        "and closest (default: no points are added)",
+    )
+
+    @property
+    def refinement(self) -> Refinement | None:
+        """How points are added; None if they are not."""
+        if self.refine is None:
+            return None
+        return Refinement(
+            column=self.refine.column,
+            tolerance=self.refine.tolerance,
+            closest=self.refine.closest.mu0,
+        )
+
+    @property
+    def most_mu0(self) -> int:
+        """Values of μ0 that a curve can have, those that may be added to it among them."""
+        count = len(self.grid.mu0)
+        if self.refine is None:
+            return count
+        gaps = (stop - start for start, stop in pairwise(self.grid.mu0))
+        return count + sum(most_added(gap, self.refine.closest.mu0) for gap in gaps)
+
+    @property
+    def count(self) -> int:
+        """Number of points; where some may be added, with the most that can be."""
+        written = super().count
+        return written if self.refine is None else self.most_mu0 * written // len(self.grid.mu0)
+
+    def refine_mistakes(self, location: Location) -> Iterator[Mistake]:
+        """Find a refinement that could add no point.
+
+        Parameters
+        ----------
+        location : tuple
+            Of the grid.
+
+        Yields
+        ------
+        Mistake
+        """
+        if self.refine is None:
+            return
+        values, closest = self.grid.mu0, self.refine.closest.mu0
+        if len(values) == 1:
+            text = f"mu0 has one value, {spell(values[0])}; allowed: two or more in the grid"
+            yield Mistake(location=(*location, "refine"), text=text)
+            return
+        widest = max(stop - start for start, stop in pairwise(values))
+        if 2 * closest > widest:
+            text = (
+                f"{spell(closest)} is not allowed, as no point would be added; allowed: up to "
+                f"{spell(exact(widest / 2))}, half of the widest gap of mu0 in the grid"
+            )
+            yield Mistake(location=(*location, "refine", "closest", "mu0"), text=text)
+
+
+class ScanSection(_PeriodPoints):
     """Stick-slip scans, one at each point of a grid, each of the same number of cycles."""
 
     cycles: Count = Field(description="number of stick-slip cycles, a whole number from 1")
@@ -185,6 +251,17 @@ class Study(Section):
         return {name: section.grid for name, section in self.grids.items()}
 
     @cached_property
+    def refinements(self) -> dict[str, Refinement]:
+        """How points are added to those grids to which they are, by name."""
+        found = {name: section.refinement for name, section in self.grids.items()}
+        return {name: refinement for name, refinement in found.items() if refinement is not None}
+
+    @property
+    def points_on_curve(self) -> int:
+        """Most points that are read off one curve."""
+        return sum(section.most_mu0 * len(section.grid.dx0) for section in self.grids.values())
+
+    @cached_property
     def scan_grids(self) -> dict[str, Grid]:
         """Grids of the points at which the study has scans, by name."""
         return {name: section.grid for name, section in self.scans.items()}
@@ -260,6 +337,8 @@ class Study(Section):
             yield excess
             return  # the rest looks at the points
         yield from self._mounting_mistakes()
+        for name, section in self.grids.items():
+            yield from section.refine_mistakes(("grids", name))
         for name, scan in self.scans.items():
             # The clamp moves by less than the rod's length in a cycle, by twice that in a first one
             # in which the rod swings aside.
@@ -289,6 +368,24 @@ class Study(Section):
                 text = f"contact: {self.contact.value!r} is not allowed with it; point is"
                 yield Mistake(location=("claims",), text=text)
             yield from self.claims.mistakes(named)
+            for key, source in self.claims.sources.items():
+                if source == "grid" and getattr(self.claims, key) in self.refinements:
+                    text = f"{getattr(self.claims, key)!r} has refine; allowed: a grid without it"
+                    yield Mistake(location=("claims", key), text=text)
+
+
+def most_added(gap: Decimal, closest: Decimal) -> int:
+    """Count the points that halving can add to a gap until none is closer to the next than this.
+
+    Examples
+    --------
+    >>> most_added(Decimal("0.1"), Decimal("0.025"))
+    3
+    """
+    halvings = 0
+    while gap >= 2 * closest * 2**halvings:
+        halvings += 1
+    return int(2**halvings) - 1
 
 
 def default_block_size(method: Solver, curves: int, seconds: float) -> int:

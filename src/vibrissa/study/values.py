@@ -61,18 +61,18 @@ Name = Annotated[
     ),
 ]
 
-_EXACT = BeforeValidator(_exact)
+EXACT = BeforeValidator(_exact)
 _THETA = "taper factor, base over tip diameter, a number theta >= 1"
 _MU0 = "coefficient of static friction, a number mu0 > 0"
 _ETA = "distance between clamp and surface in units of L, a number 0 < eta < 1"
 _DX0 = "step of the clamp displacement in units of L, a number dx0 >= 1.0e-9"
 _X1 = "contact point's distance from the clamp along the surface in units of L, -1 < x1 < 1"
 _STEP = "distance between the values of an axis, a number > 0"
-Theta = Annotated[Decimal, Field(ge=1, description=_THETA), _EXACT]
-Mu0 = Annotated[Decimal, Field(gt=0, description=_MU0), _EXACT]
-Eta = Annotated[Decimal, Field(gt=0, lt=1, description=_ETA), _EXACT]
-Dx0 = Annotated[Decimal, Field(ge=1e-9, description=_DX0), _EXACT]
-X1 = Annotated[Decimal, Field(gt=-1, lt=1, description=_X1), _EXACT]
+Theta = Annotated[Decimal, Field(ge=1, description=_THETA), EXACT]
+Mu0 = Annotated[Decimal, Field(gt=0, description=_MU0), EXACT]
+Eta = Annotated[Decimal, Field(gt=0, lt=1, description=_ETA), EXACT]
+Dx0 = Annotated[Decimal, Field(ge=1e-9, description=_DX0), EXACT]
+X1 = Annotated[Decimal, Field(gt=-1, lt=1, description=_X1), EXACT]
 _CLAMP_ANGLE = "inclination of the clamp in rad, a number -1.5 <= clamp_angle <= 1.5"
 _CLAMP_COMPLIANCE = "turn of the clamp per moment in L/(E*I0), a number clamp_compliance >= 0"
 _COEFFICIENT = "coefficient of the natural curvature of the rod in 1/L, a number in [-10, 10]"
@@ -82,11 +82,11 @@ _CURVATURE = (
     "1, s, s^2, ..."
 )
 _STAGE_ANGLE = "angle of the stage to the surface in rad, a number -1.5 <= stage_angle <= 1.5"
-ClampAngle = Annotated[Decimal, Field(ge=-1.5, le=1.5, description=_CLAMP_ANGLE), _EXACT]
-ClampCompliance = Annotated[Decimal, Field(ge=0, description=_CLAMP_COMPLIANCE), _EXACT]
-Coefficient = Annotated[Decimal, Field(ge=-10, le=10, description=_COEFFICIENT), _EXACT]
+ClampAngle = Annotated[Decimal, Field(ge=-1.5, le=1.5, description=_CLAMP_ANGLE), EXACT]
+ClampCompliance = Annotated[Decimal, Field(ge=0, description=_CLAMP_COMPLIANCE), EXACT]
+Coefficient = Annotated[Decimal, Field(ge=-10, le=10, description=_COEFFICIENT), EXACT]
 Curvature = Annotated[
-    Annotated[Decimal, Field(ge=-10, le=10, description=_CURVATURE), _EXACT, Tag("number")]
+    Annotated[Decimal, Field(ge=-10, le=10, description=_CURVATURE), EXACT, Tag("number")]
     | Annotated[
         list[Coefficient],
         Field(min_length=1, description=_POLYNOMIAL),
@@ -96,8 +96,8 @@ Curvature = Annotated[
     Discriminator(lambda value: "array" if isinstance(value, list) else "number"),
     Field(description=_CURVATURE),
 ]
-StageAngle = Annotated[Decimal, Field(ge=-1.5, le=1.5, description=_STAGE_ANGLE), _EXACT]
-Step = Annotated[Decimal, Field(gt=0, description=_STEP), _EXACT]
+StageAngle = Annotated[Decimal, Field(ge=-1.5, le=1.5, description=_STAGE_ANGLE), EXACT]
+Step = Annotated[Decimal, Field(gt=0, description=_STEP), EXACT]
 
 
 class Range(Section):
@@ -250,3 +250,55 @@ def _distinct(written: Decimal | list[Value] | Range) -> tuple[Value, ...]:
     if isinstance(written, Range):
         return written.values
     return tuple(sorted(set(written), key=order_of)) if isinstance(written, list) else (written,)
+
+
+# Columns of the table of grid points that refine can look at: numbers that change with mu0.
+STATE = (
+    *("f", "alpha", "phi1", "s_c", "reaction_fx", "reaction_fy", "reaction_m"),
+    *("stability", "stability_aside"),
+)
+ENDS = ("last", "slip", "end", "trail")
+REFINED_COLUMNS = (
+    *("x0_slip", "x0_max", "n_steps", "x0_end", "x0_trail"),
+    *(f"{name}_{end}" for end in ENDS for name in STATE),
+)
+_COLUMN = (
+    "column of the table of grid points that is to be known between its points: x0_slip, x0_max, "
+    f"n_steps, x0_end or x0_trail, or one of {', '.join(STATE)} with "
+    f"{', '.join(f'_{end}' for end in ENDS[:-1])} or _{ENDS[-1]}"
+)
+_TOLERANCE = (
+    "how far the column may be from a straight line between neighbouring points, in its unit, a "
+    "number > 0"
+)
+_CLOSEST = "least distance in mu0 of an added point from the next, a number from 1.0e-6"
+
+
+def _refined_column(name: str) -> str:
+    """Name of a column that refine can look at."""
+    if name not in REFINED_COLUMNS:
+        raise PydanticKnownError("enum", {"expected": "a column"})
+    return name
+
+
+RefinedColumn = Annotated[
+    str,
+    Field(json_schema_extra={"enum": list(REFINED_COLUMNS)}, description=_COLUMN),
+    AfterValidator(_refined_column),
+]
+
+
+class ClosestSection(Section):
+    """Axes along which refine adds points, and how close these may be to the next point."""
+
+    mu0: Annotated[Decimal, Field(ge=1e-6, description=_CLOSEST), EXACT]
+
+
+class RefineSection(Section):
+    """Where points are added: between two of which a straight line does not tell a column."""
+
+    column: RefinedColumn = "x0_slip"
+    tolerance: Annotated[Decimal, Field(gt=0, description=_TOLERANCE), EXACT]
+    closest: ClosestSection = Field(
+        description="how close added points may be to the next one: {mu0: a number from 1.0e-6}"
+    )

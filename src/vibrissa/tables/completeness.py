@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import cache, lru_cache
 from itertools import chain
+from types import MappingProxyType
 
 import numpy as np
 import pyarrow as pa
@@ -12,31 +12,27 @@ import pyarrow.compute as pc
 
 from vibrissa.decimals import Value
 from vibrissa.errors import TableError
-from vibrissa.study.grid import AXES, CurveKey, CurvePoints, Grid, study_points
+from vibrissa.study.grid import AXES, CurveKey, CurvePoints, Grid, Refinement, study_points
+from vibrissa.tables.added import POINT_ORDER, AddedPoints, Fault, Problem, without_added
 from vibrissa.tables.collect import Key, key_of, rows_below
 from vibrissa.tables.mounted import MOUNTING_COLUMNS, mounting_of, mounting_row
-from vibrissa.tables.schemas import CURVATURE_POWERS, STICTION
+from vibrissa.tables.schemas import ADDED_TO, CURVATURE_POWERS, STICTION
 
-# Order of the table of grid points.
-POINT_ORDER = ("eta", "theta", *MOUNTING_COLUMNS, "mu0", "dx0")
 # Expected points that are made at a time, at least.
 ROWS = 2**14
 # Points that a message names.
 EXAMPLES = 3
 
 _POINT = pa.schema([STICTION.field(name) for name in (*POINT_ORDER, "grids")])
+_MARKED = [*_POINT.names, ADDED_TO.name]
+_NONE: Mapping[str, Refinement] = MappingProxyType({})
 
 
-class Problem(StrEnum):
-    """What may be wrong with a grid point, in the words of the message."""
-
-    MISSING = "missing"
-    DOUBLED = "doubled"
-    FOREIGN = "not in the study"
-    MISNAMED = "of other grids"
-
-
-def checked_points(parts: Iterable[pa.Table], grids: Mapping[str, Grid]) -> Iterator[pa.Table]:
+def checked_points(
+    parts: Iterable[pa.Table],
+    grids: Mapping[str, Grid],
+    refinements: Mapping[str, Refinement] = _NONE,
+) -> Iterator[pa.Table]:
     """Pass on a table of grid points, and refuse it in the end if points are not as they should be.
 
     Parameters
@@ -45,6 +41,9 @@ def checked_points(parts: Iterable[pa.Table], grids: Mapping[str, Grid]) -> Iter
         With the schema `STICTION`, in `POINT_ORDER`.
     grids : mapping of Grid
         The study's grids by name.
+    refinements : mapping of Refinement, optional
+        Of those grids to which points are added; `vibrissa.tables.added` says what is found out
+        about these points.
 
     Yields
     ------
@@ -60,9 +59,12 @@ def checked_points(parts: Iterable[pa.Table], grids: Mapping[str, Grid]) -> Iter
     expected = _expected(grids)
     found = wanted = _POINT.empty_table()
     wrong = {problem: _Wrong() for problem in Problem}
+    added = AddedPoints(grids=grids, refinements=refinements)
     for part in parts:
         yield part
-        found = pa.concat_tables([found, part.select(_POINT.names)])
+        _note(added.faults(part), wrong)
+        own = without_added(part.select(_MARKED)).select(_POINT.names)
+        found = pa.concat_tables([found, own])
         if len(found):
             # The last point waits for the next part, where it may stand again.
             last = key_of(found, -1, POINT_ORDER)
@@ -72,6 +74,7 @@ def checked_points(parts: Iterable[pa.Table], grids: Mapping[str, Grid]) -> Iter
     for rest in chain([wanted], expected):
         _compare(found, rest, wrong)
         found = found.slice(len(found))
+    _note(added.last_faults(), wrong)
     for problem, points in wrong.items():
         if points.count:
             raise TableError(
@@ -120,9 +123,15 @@ def _compare(found: pa.Table, wanted: pa.Table, wrong: Mapping[Problem, _Wrong])
     """Note what is wrong with the points that were found in one range of keys."""
     if not found.equals(wanted):
         for problem, keys in _problems(found, wanted).items():
-            points = wrong[problem]
-            points.count += len(keys)
-            points.examples += keys[: EXAMPLES - len(points.examples)]
+            _note(((problem, key) for key in keys), wrong)
+
+
+def _note(faults: Iterable[Fault], wrong: Mapping[Problem, _Wrong]) -> None:
+    for problem, key in faults:
+        points = wrong[problem]
+        points.count += 1
+        if len(points.examples) < EXAMPLES:
+            points.examples.append(key)
 
 
 def _expected(grids: Mapping[str, Grid]) -> Iterator[pa.Table]:

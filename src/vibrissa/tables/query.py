@@ -63,7 +63,18 @@ def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
 
 def in_grid(name: str) -> pc.Expression:
     """Condition that a point belongs to a grid."""
-    lines = pc.binary_join(pc.field("grids"), "\n")
+    return _has("grids", name)
+
+
+def on_axes(name: str) -> pc.Expression:
+    """Condition that a point belongs to a grid and was not added to it by refine."""
+    added = pc.field("added_to").is_valid() & _has("added_to", name)
+    return in_grid(name) & ~added
+
+
+def _has(column: str, name: str) -> pc.Expression:
+    """Condition that a list of names has one."""
+    lines = pc.binary_join(pc.field(column), "\n")
     return pc.match_substring_regex(lines, f"(?m)^{re.escape(name)}$")
 
 

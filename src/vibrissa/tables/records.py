@@ -171,7 +171,7 @@ def stiction_tables(
     columns: dict[str, list[Any]] = {field.name: [] for field in STICTION}
     rows = 0
     for points, curve, stiction in results:
-        for name, values in _stiction_columns(points, curve, stiction).items():
+        for name, values in stiction_columns(points, curve, stiction).items():
             columns[name].append(values)
         columns["study"].append([study] * len(points))
         rows += len(points)
@@ -188,14 +188,16 @@ def _joined(parts: Sequence[Any]) -> Any:
     return list(chain.from_iterable(parts))
 
 
-def _stiction_columns(
+def stiction_columns(
     points: CurvePoints, curve: StickingCurve, stiction: Stiction
 ) -> dict[str, Any]:
+    """Columns of the grid points on one curve, but the name of the study; see `stiction_tables`."""
     n = len(points)
     known = [status in (Status.SLIP, Status.LOCK) for status in stiction.status]
     return {
         "method": [curve.method] * n,
         "grids": points.grids,
+        "added_to": points.added_to,
         "theta": np.full(n, curve.theta),
         "mu0": np.array(points.mu0, dtype=float),
         "eta": np.full(n, curve.eta),

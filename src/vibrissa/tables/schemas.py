@@ -153,8 +153,15 @@ CURVATURE_POWERS = _column(
     equation="κ0 = curvature + curvature_powers·(s, s², …)",
     kind=TEXT,
 )
+ADDED_TO = _column(
+    "added_to",
+    NONE,
+    "names of those of these grids that refine added the point to",
+    null="the point is on the axes of all its grids",
+    kind=TEXTS,
+)
 # Columns that tables of this version may not have yet: they hold null.
-YOUNGER = (CURVATURE_POWERS.name,)
+YOUNGER = (CURVATURE_POWERS.name, ADDED_TO.name)
 STABILITY, STABILITY_ASIDE = "stability", "stability_aside"
 # Where a margin is not known although the state is.
 UNKNOWN_MARGINS = {
@@ -353,6 +360,7 @@ STICTION = _schema(
     [
         *ORIGIN,
         _column("grids", NONE, "names of the grids that the point belongs to", kind=TEXTS),
+        ADDED_TO,
         *AXES,
         *MOUNTING,
         CURVATURE_POWERS,

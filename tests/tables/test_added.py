@@ -1,0 +1,132 @@
+"""Added points that are missing, doubled or foreign are found as a table passes."""
+
+from dataclasses import replace
+from decimal import Decimal
+
+import pyarrow as pa
+import pytest
+
+from made_up import GRIDS, all_points, grid, point_table
+from vibrissa.errors import TableError
+from vibrissa.study.grid import Refinement
+from vibrissa.tables.added import without_added
+from vibrissa.tables.completeness import checked_points
+from vibrissa.tables.schemas import STICTION
+
+# The axis of μ0 has 0.1, 0.2, 0.3 and 0.4 in one grid, and 0.5 in the other.
+REFINEMENTS = {"main": Refinement(column="x0_slip", tolerance=Decimal(1), closest=Decimal("0.02"))}
+# θ, η and Δx0 of the lines that have added points.
+FIRST, LAST = (0.1, 0.1, 0.1), (0.6, 0.5, 0.2)
+MIDDLES = [(mu0, FIRST) for mu0 in (0.125, 0.15, 0.175)] + [(0.35, LAST), (0.325, LAST)]
+
+
+def table(added, names=("main",), added_to=("main",), grids=GRIDS, leave_out=()):
+    """All points of the grids, and those that were added: pairs of μ0 and a line."""
+    points = all_points(grids)
+    rows = [(point, names, None) for point, names in points if float(point[1]) not in leave_out]
+    for mu0, (theta, eta, dx0) in added:
+        rows.append(((theta, mu0, eta, dx0), list(names), list(added_to)))
+    rows.sort(key=lambda row: [float(row[0][i]) for i in (2, 0, 1, 3)])
+    found = point_table([(point, names) for point, names, _ in rows])
+    place = STICTION.get_field_index("added_to")
+    marks = pa.array([marks for *_, marks in rows], STICTION.field(place).type)
+    return found.set_column(place, STICTION.field(place), marks)
+
+
+def refusal(found, size=10_000, refinements=REFINEMENTS, grids=GRIDS):
+    parts = [found.slice(i, size) for i in range(0, len(found), size)]
+    with pytest.raises(TableError) as error:
+        list(checked_points(parts, grids, refinements))
+    return str(error.value)
+
+
+@pytest.mark.parametrize("size", [7, 100, 10_000])
+def test_points_in_the_middle_of_others_pass_in_parts_of_any_size(size):
+    found = table(MIDDLES)
+    parts = [found.slice(i, size) for i in range(0, len(found), size)]
+    assert pa.concat_tables(checked_points(parts, GRIDS, REFINEMENTS)).equals(found)
+
+
+@pytest.mark.parametrize("size", [13, 10_000])
+@pytest.mark.parametrize(
+    ("added", "problem"),
+    [
+        (
+            [(0.16, FIRST)],
+            "1 grid points are not in the study, such as (theta, mu0, eta, dx0) = (0.1, 0.16,",
+        ),
+        (
+            [(0.15, FIRST), (0.125, FIRST), (0.1125, FIRST)],
+            "1 grid points are not in the study, such as (theta, mu0, eta, dx0) = (0.1, 0.1125,",
+        ),
+        ([(0.45, FIRST)], "1 grid points are not in the study"),
+        ([(0.05, FIRST)], "1 grid points are not in the study"),
+        ([(0.15, (0.7, 0.1, 0.1))], "1 grid points are not in the study"),
+        ([(0.15, (0.1, 0.6, 0.1))], "1 grid points are not in the study"),
+        ([(0.15, (0.1, 0.1, 0.3))], "1 grid points are not in the study"),
+        (
+            [(0.125, FIRST)],
+            "1 grid points are missing, such as (theta, mu0, eta, dx0) = (0.1, 0.15, 0.1, 0.1)",
+        ),
+        (
+            [(0.325, LAST)],
+            "1 grid points are missing, such as (theta, mu0, eta, dx0) = (0.6, 0.35, 0.5, 0.2)",
+        ),
+        (
+            [(0.15, FIRST)] * 2,
+            "1 grid points are doubled, such as (theta, mu0, eta, dx0) = (0.1, 0.15,",
+        ),
+        (
+            [(0.35, LAST)] * 3,
+            "1 grid points are doubled, such as (theta, mu0, eta, dx0) = (0.6, 0.35,",
+        ),
+        ([(0.2, FIRST)], "grid points are not in the study"),
+    ],
+)
+def test_points_where_none_is_added_are_refused(added, problem, size):
+    assert problem in refusal(table(added), size)
+
+
+def test_without_a_refinement_no_point_is_added():
+    assert "5 grid points are not in the study" in refusal(table(MIDDLES), refinements={})
+
+
+def test_a_grid_that_is_none_of_the_studys_has_no_points():
+    found = table(MIDDLES[1:2], names=("gone",), added_to=("gone",))
+    assert "1 grid points are not in the study" in refusal(found)
+
+
+def test_a_point_that_two_grids_share_has_one_row():
+    """Of one it is on the axes, and to the other it is added."""
+    grids = {"main": grid(), "other": replace(grid(theta=1, eta=1, dx0=1), mu0=(Decimal("0.15"),))}
+    found = table(MIDDLES[1:2], ("main", "other"), ("main",), grids, leave_out=(0.15,))
+    list(checked_points([found], grids, REFINEMENTS))
+    twice = table(MIDDLES[1:2], ("main",), ("main",), grids)
+    assert "1 grid points are of other grids, such as" in refusal(twice, grids=grids)
+    unnamed = table(MIDDLES[1:2], ("main",), ("main",), grids, leave_out=(0.15,))
+    assert "1 grid points are missing, such as" in refusal(unnamed, grids=grids)
+
+
+def test_points_of_the_axes_are_missed_as_ever():
+    found = table(MIDDLES).slice(1)
+    assert "1 grid points are missing, such as" in refusal(found)
+
+
+def test_a_point_of_one_grids_axes_that_another_gets_stays_the_ones():
+    """Of the second grid, 0.5 is added to the first, whose axis would have to reach so far."""
+    found = table([])
+    place = STICTION.get_field_index("added_to")
+    marks = [
+        ["main"] if "more" in names and len(names) == 2 else None
+        for names in found["grids"].to_pylist()
+    ]
+    marked = found.set_column(
+        place, STICTION.field(place), pa.array(marks, STICTION.field(place).type)
+    )
+    left = without_added(marked)
+    assert len(left) == len(found)
+    assert left["grids"].to_pylist() == [
+        ["more"] if mark else names
+        for mark, names in zip(marks, found["grids"].to_pylist(), strict=True)
+    ]
+    assert without_added(table(MIDDLES))["grids"].equals(found["grids"])

@@ -1,0 +1,172 @@
+"""Points that are added to grids: where the definition says so, whatever is solved beside."""
+
+from dataclasses import replace
+from decimal import Decimal
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pyarrow.compute as pc
+import pytest
+
+from vibrissa import solve_curve
+from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.curve import failed_curve
+from vibrissa.sticking.stiction import read_curve
+from vibrissa.study.codec import decode_grid, decode_key
+from vibrissa.study.grid import Refinement, points_on_curves
+from vibrissa.tables import records, schemas, store
+from vibrissa.tables.refining import refined_lines, with_added
+
+MU0 = ("0.1", "0.2", "0.3", "0.4", "0.5", "0.6")
+FINE = Refinement(column="x0_slip", tolerance=Decimal("0.001"), closest=Decimal("0.002"))
+
+
+def grid(mu0=MU0, dx0=("0.001",), theta=("2",)):
+    return decode_grid({"theta": theta, "mu0": mu0, "eta": ("0.85",), "dx0": dx0})
+
+
+@cache
+def curve():
+    return solve_curve(2.0, 0.85)
+
+
+def own_points(grids):
+    ((_, points),) = points_on_curves([decode_key(["2", "0.85"])], grids)
+    return points
+
+
+def refined(grids, refinements, of=None):
+    of = of or curve()
+    points = own_points(grids)
+    return with_added(points, list(refined_lines(of, points, refinements)))
+
+
+def frictions(points, name):
+    return [mu0 for mu0, names in zip(points.mu0, points.grids, strict=True) if name in names]
+
+
+def test_the_onset_is_known_between_the_points_to_the_tolerance():
+    """By onsets that are computed anew, at the places that quarter each interval."""
+    (line,) = refined_lines(curve(), own_points({"main": grid()}), {"main": FINE})
+    points = refined({"main": grid()}, {"main": FINE})
+    assert line.halved.unmet == ()
+    ((locked, _), *more) = [ends for ends in line.halved.switches]
+    assert not more
+    for start, stop in pairwise(frictions(points, "main")):
+        assert stop - start >= FINE.closest
+        places = np.linspace(float(start), float(stop), 5)
+        onsets = np.array([curve().onset(np.array([mu0]))[0] for mu0 in places])
+        if start == locked:
+            assert np.isfinite(onsets[0]) and np.isnan(onsets[-1])
+            assert stop - start < 2 * FINE.closest
+        elif np.isfinite(onsets).all():
+            line_between = np.interp(places, places[[0, -1]], onsets[[0, -1]])
+            assert np.abs(onsets - line_between).max() <= 0.001
+        else:
+            assert np.isnan(onsets).all()
+
+
+def test_no_point_is_added_without_need():
+    """The interval in whose middle it lies is not met, or holds the lock."""
+    points = refined({"main": grid()}, {"main": FINE})
+    own = set(grid().mu0)
+    places = frictions(points, "main")
+    for mu0 in set(places) - own:
+        width = Decimal("0.1")
+        start = Decimal(int(mu0 * 10)) / 10
+        while start + width / 2 != mu0:
+            width /= 2
+            start = start if mu0 < start + width else start + width
+        ends = np.linspace(float(start), float(start + width), 5)
+        onsets = curve().onset(ends)
+        off = np.abs(onsets - np.interp(ends, ends[[0, -1]], onsets[[0, -1]]))
+        assert np.isnan(onsets).any() or off.max() > 0.001
+
+
+def test_the_points_of_the_axes_stay_and_the_others_are_marked():
+    points = refined({"main": grid()}, {"main": FINE})
+    marked = dict(zip(points.mu0, points.added_to, strict=True))
+    assert {mu0 for mu0, added in marked.items() if added is None} == set(grid().mu0)
+    assert {tuple(added) for added in marked.values() if added} == {("main",)}
+    assert len(marked) > 12
+    assert list(points.mu0) == sorted(points.mu0)
+
+
+def test_without_refine_nothing_changes():
+    points = own_points({"main": grid()})
+    assert list(refined_lines(curve(), points, {})) == []
+    assert with_added(points, []) is points
+    assert points.added_to == [None] * 6
+    coarse = {"main": replace(FINE, tolerance=Decimal(1), closest=Decimal("0.06"))}
+    assert refined({"main": grid()}, coarse).added_to == [None] * 6
+
+
+def test_each_step_has_its_own_points():
+    """The last sticking state depends on the step, and the onset does not."""
+    grids = {"main": grid(dx0=("0.001", "0.03"))}
+    for column, same in (("x0_slip", True), ("x0_max", False)):
+        points = refined(grids, {"main": replace(FINE, column=column)})
+        of_step = {
+            step: [mu0 for mu0, dx0 in zip(points.mu0, points.dx0, strict=True) if dx0 == step]
+            for step in grids["main"].dx0
+        }
+        assert len(of_step) == 2
+        first, second = of_step.values()
+        assert (first == second) == same
+
+
+def test_grids_that_share_points_keep_their_own():
+    """A point of one grid's axes can be one that is added to another."""
+    other = grid(mu0=("0.3", "0.45", "0.46"))
+    grids = {"main": grid(), "other": other}
+    alone = refined({"main": grid()}, {"main": FINE})
+    points = refined(grids, {"main": FINE})
+    assert frictions(points, "main") == frictions(alone, "main")
+    assert frictions(points, "other") == list(other.mu0)
+    rows = dict(zip(points.mu0, zip(points.grids, points.added_to, strict=True), strict=True))
+    assert rows[Decimal("0.45")] == (["main", "other"], ["main"])
+    assert rows[Decimal("0.46")] == (["other"], None)
+    assert rows[Decimal("0.3")] == (["main", "other"], None)
+    both = refined(grids, {"main": FINE, "other": FINE})
+    assert frictions(both, "main") == frictions(alone, "main")
+    assert ["other"] in both.added_to and ["main"] in both.added_to
+
+
+def table(of, refinements):
+    points = own_points({"main": grid()})
+    points = with_added(points, list(refined_lines(of, points, refinements)))
+    parts = records.stiction_tables([(points, of, read_curve(of, points.mu0, points.dx0))], "a")
+    return store.joined(list(parts), schemas.STICTION)
+
+
+def test_the_points_do_not_depend_on_what_is_solved_beside():
+    """Curves that are solved together differ by rounding, and the points not at all."""
+    alone = table(curve(), {"main": FINE})
+    (_, beside, _) = solve_curves([1.0, 2.0, 7.0], [0.85] * 3)
+    other = table(beside, {"main": FINE})
+    for name in ("mu0", "dx0", "grids", "added_to", "status", "n_steps"):
+        assert other[name].equals(alone[name])
+    onsets = [np.array(found["x0_slip"].to_numpy(), dtype=float) for found in (alone, other)]
+    assert onsets[0] == pytest.approx(onsets[1], abs=1e-13, nan_ok=True)
+
+
+def test_rows_of_the_axes_are_bit_for_bit_those_without_refine():
+    own = table(curve(), {"main": FINE})
+    own = own.filter(pc.is_null(own["added_to"]))
+    assert own.equals(table(curve(), {}))
+
+
+def test_a_curve_without_states_has_no_more_points():
+    failed = failed_curve(theta=2.0, eta=0.85, method="collocation", message="no luck")
+    assert len(refined({"main": grid()}, {"main": FINE}, failed)) == 6
+
+
+def test_the_log_says_what_was_added_and_what_is_left():
+    points = own_points({"main": grid(dx0=("0.01",))})
+    (line,) = refined_lines(curve(), points, {"main": FINE})
+    count = len(line.halved.added)
+    assert str(line) == f"dx0 0.01: {count} points added to main; 1 change of kind closed in"
+    rough = replace(FINE, tolerance=Decimal("1e-6"), closest=Decimal("0.05"))
+    (line,) = refined_lines(curve(), points, {"main": rough})
+    assert "not within the tolerance at closest: mu0 0.1 to 0.15, 0.15 to 0.2, " in str(line)
