@@ -4,31 +4,25 @@ What the numbers should be is tested elsewhere, by closed forms and other method
 as a whole: every column of the table, every sentence, every tolerance with its covariance.
 """
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
 
+from known import WITHIN, Known, result_of
 from steel import NOISE, ROD, SCALE, SENSOR, measured, recording_of
-from vibrissa.errors import VibrissaError
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.sensor import Identification, Whisker, identify, scan, surfaces
 
-WHOLE = Path(__file__).with_name("whole.yaml")
-KNOWN = yaml.safe_load(WHOLE.read_text(encoding="utf-8")) if WHOLE.exists() else {}
-NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
-LAYOUT = {"allow_unicode": True, "sort_keys": False, "width": 1000}
-# Readings that are other ones by 1e-11 of themselves change no number by more than this part of
-# it, or of a tenth of the largest beside it: so another machine's rounding does not. An
-# optimiser ends where its steps are small, and not at the optimum to all digits.
-CLOSE, OPTIMISED, NOTHING, BESIDE = 1e-6, 1e-4, 1e-13, 0.1
+KNOWN = Known(__file__)
+# An optimiser ends where its steps are small, and not at the optimum to all digits.
+OPTIMISED = 1e-4
+# Covariances of what is small are smaller still.
+FLOOR = 1e-13
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 STEEL = Whisker(theta=2.0, eta=0.85, rod=ROD)
@@ -175,8 +169,8 @@ class Case:
 
     @property
     def close(self) -> float:
-        """By which part of themselves its numbers may be other ones."""
-        return OPTIMISED if self.options.get("law") == "energy" else CLOSE
+        """By which part of the largest beside them its numbers may be other ones."""
+        return OPTIMISED if self.options.get("law") == "energy" else WITHIN
 
     def read(self) -> Identification:
         recording = self.recording()
@@ -352,22 +346,13 @@ CASES = {
 }
 
 
-def numbers(values):
-    return " ".join(f"{value:.9g}" for value in np.ravel(np.asarray(values, dtype=float)))
-
-
-def column(values):
-    values = np.asarray(values)
-    return numbers(values) if values.dtype.kind in "fiu" else " | ".join(map(str, values.tolist()))
-
-
 def summed(matrix):
     """Sums of a matrix along both axes, each row or column with a weight of its own."""
     matrix = np.atleast_2d(np.asarray(matrix, dtype=float))
     rows, columns = (np.sqrt(np.arange(1, size + 1)) for size in matrix.shape)
     if matrix.shape[0] == matrix.shape[1]:
-        return numbers(matrix @ columns)
-    return f"{numbers(matrix @ columns)} | {numbers(rows @ matrix)}"
+        return matrix @ columns
+    return [matrix @ columns, rows @ matrix]
 
 
 def sizes(one):
@@ -378,28 +363,28 @@ def told(found: Identification) -> dict[str, Any]:
     periods, fit = found.periods, found.periods.goodness
     setup, beside = found.setup, found.beside
     return {
-        "table": {name: column(one.values) for name, one in found.columns().items()},
-        "units": " ".join(one.unit or "-" for one in found.columns().values()),
-        "rows": f"{numbers(periods.first)} | {numbers(periods.last)}",
+        "table": {name: one.values for name, one in found.columns().items()},
+        "units": [one.unit or "-" for one in found.columns().values()],
+        "rows": [periods.first, periods.last],
         "effects": summed(periods.effects),
         "shifts": summed(periods.shifts),
         "covariance of periods": summed(found.of_periods),
-        "notes": list(periods.notes),
+        "notes": periods.notes,
         "summary": str(found).splitlines(),
-        "fit": fit and numbers([fit.chi2, fit.degrees, fit.noise_degrees, fit.chance]),
-        "noisier": fit and {name: numbers(size) for name, size in fit.noisier.items()},
-        "causes": [
-            f"{one.name} {numbers([one.size, one.deviation, one.explained])}"
-            for one in periods.causes
-        ],
-        "kinetic": periods.kinetic and numbers([periods.kinetic.value, periods.kinetic.deviation]),
-        "setup": setup and f"{numbers([setup.eta, *setup.offset])} | {summed(setup.covariance)}",
-        "beside": beside and numbers([beside.difference, beside.spread, beside.number]),
-        "tolerances": [
-            f"{one.name} of {one.of} {one.stated} {one.estimated} {numbers(sizes(one))}"
+        "fit": fit and [fit.chi2, fit.degrees, fit.noise_degrees],
+        "chance": fit and fit.chance,
+        "noisier": fit and fit.noisier,
+        "causes": {one.name: [one.size, one.deviation, one.explained] for one in periods.causes},
+        "kinetic": periods.kinetic and [periods.kinetic.value, periods.kinetic.deviation],
+        "setup": setup and [setup.eta, *setup.offset],
+        "covariance of the setup": setup and summed(setup.covariance),
+        "beside": beside and [beside.difference, beside.spread],
+        "periods beside": beside and beside.number,
+        "tolerances": {
+            f"{one.name} of {one.of} {one.stated} {one.estimated}": sizes(one)
             for one in found.tolerances
             if not one.wave
-        ],
+        },
         "waves": summed([[one.wave, *sizes(one)] for one in found.tolerances if one.wave]),
         "covariance": summed(found.covariance),
         "correlation": summed(found.correlation),
@@ -407,64 +392,11 @@ def told(found: Identification) -> dict[str, Any]:
     }
 
 
-def read(name):
-    try:
-        return told(CASES[name].read())
-    except VibrissaError as error:
-        return {"refused": f"{type(error).__name__}: {error}"}
-
-
-def lines(value, where=""):
-    """Every text of a result by the place where it stands."""
-    if not isinstance(value, dict | list):
-        return {where: str(value)}
-    parts = value.items() if isinstance(value, dict) else enumerate(value)
-    return {at: text for key, one in parts for at, text in lines(one, f"{where} {key}").items()}
-
-
-def same(text, known, within=CLOSE):
-    """Whether words are the same, and numbers to within a part of themselves."""
-    found, expected = (NUMBER.findall(one) for one in (text, known))
-    if NUMBER.sub("#", text) != NUMBER.sub("#", known) or len(found) != len(expected):
-        return False
-    largest = max((abs(float(one)) for one in expected), default=0.0)
-    return all(
-        abs(float(one) - float(other)) <= max(place(other), part(float(other), largest, within))
-        for one, other in zip(found, expected, strict=True)
-    )
-
-
-def part(value, largest, within):
-    return max(within * abs(value), within * BESIDE * largest, NOTHING)
-
-
-def place(text):
-    """What rounding may do to a number as it is written; nothing to a count."""
-    mantissa, _, exponent = text.partition("e")
-    if "." not in mantissa and not exponent:
-        return 0.0
-    return 1.5 * 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
-
-
-@pytest.fixture(scope="module")
-def kept(tmp_path_factory):
-    """Everything that was told, as a file."""
-    found, new = {}, tmp_path_factory.mktemp("whole") / WHOLE.name
-    yield found
-    new.write_text(yaml.safe_dump(KNOWN | found, **LAYOUT), encoding="utf-8")
-    print(f"If this was meant to change: run this file alone, review {new}, copy it over {WHOLE}.")
-
-
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=pytest.mark.slow if one.slow else ()) for name, one in CASES.items()],
 )
-def test_all_that_is_told_of_a_recording_is_as_it_was(name, kept):
-    kept[name] = read(name)
-    found, known = lines(kept[name]), lines(KNOWN.get(name, {}))
-    moved = [
-        f"{where}: {found.get(where)} was {known.get(where)}"
-        for where in known | found
-        if not same(found.get(where, ""), known.get(where, ""), CASES[name].close)
-    ]
-    assert not moved, "\n".join(moved)
+def test_all_that_is_told_of_a_recording_is_as_it_was(name):
+    one = CASES[name]
+    found = result_of(lambda: told(one.read()))
+    KNOWN.check(name, found, one.close, floor=FLOOR, told=True)
