@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from browser import CHROMIUM, chromium
 
@@ -171,6 +172,26 @@ def test_a_study_without_scans_offers_corners_of_its_grids(study_tables):
         assert preset.clamp == (row["x0_max"] if slips else 0.0)
         assert f"{row['x0_slip'] if slips else row['mu_lock']:.5g}" in preset.note
         assert (settings["beta"], settings["contact"], settings["section"]) == (0, "point", "round")
+
+
+def test_points_that_refine_added_are_counted_and_are_no_corners(study_tables):
+    points = study_tables["stiction"]
+    friction = {
+        preset.settings["mu0"] for preset in of_points(points).presets if "friction" in preset.name
+    }
+    ends = max(friction), sorted(friction)[1]
+    place = points.schema.get_field_index("added_to")
+    marks = [
+        ["friction"] if "friction" in row["grids"] and row["mu0"] in ends else None
+        for row in points.to_pylist()
+    ]
+    marked = points.set_column(place, points.schema.field(place), pa.array(marks))
+    (section,) = (one for one in tables.sections({"stiction": marked}) if "friction" in one.title)
+    assert "Of these refine added 2. Here are the corners" in section.note
+    shown = {
+        preset.settings["mu0"] for preset in of_points(marked).presets if "friction" in preset.name
+    }
+    assert len(shown) == 3 and not shown & set(ends)
 
 
 def test_points_are_offered_as_their_study_has_them(study_tables):

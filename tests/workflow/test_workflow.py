@@ -164,6 +164,44 @@ def test_the_tables_hold_the_study(finished):
     ]
 
 
+REFINED = """
+study: tiny
+block_size: 1
+grids:
+  main:
+    theta: [1.5, 2]
+    mu0: [0.3, 0.4, 0.6]
+    eta: [0.85]
+    dx0: [0.005]
+    refine: {tolerance: 0.01, closest: {mu0: 0.02}}
+figures:
+  friction: {kind: friction, grid: main, theta: 2}
+"""
+
+
+def test_added_points_do_not_depend_on_blocks_and_no_curve_is_solved_for_them(fresh):
+    fresh.write("tiny.yaml", REFINED)
+    fresh.snakemake(STICTION)
+    study, alone, curves = parsed(REFINED), fresh.stiction(), fresh.blocks("curves")
+    list(checked_points([alone], study.point_grids, study.refinements))
+    assert 0 < alone["added_to"].null_count < len(alone)
+    (_, log) = sorted(fresh.root.glob("results/tiny/logs/points/*.log"))
+    assert "added to main; 1 change of kind closed in" in log.read_text()
+
+    fresh.edit("tiny.yaml", "tolerance: 0.01", "tolerance: 0.001")
+    assert fresh.jobs(STICTION) == {"points": 2, "stiction": 1}
+    fresh.snakemake(STICTION)
+    assert len(fresh.stiction()) > len(alone)
+    assert fresh.blocks("curves") == curves
+
+    together = REFINED.replace("study: tiny", "study: together").replace("size: 1", "size: 2")
+    fresh.write("together.yaml", together)
+    fresh.snakemake(STICTION.replace("tiny", "together"), study="together.yaml")
+    other = fresh.stiction("together")
+    for name in ("theta", "mu0", "grids", "added_to", "status", "n_steps"):
+        assert other[name].equals(alone[name])
+
+
 def test_only_the_given_study_is_run_and_written_down(finished):
     assert [path.name for path in (finished.root / "results").iterdir()] == ["tiny"]
     for name in ("stiction", "scans", "states"):

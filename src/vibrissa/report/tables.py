@@ -214,9 +214,13 @@ def _digits(
 
 @dataclass(kw_only=True)
 class _Grid:
-    """What the points of a grid have: statuses with their number, and values of each axis."""
+    """What the points of a grid have: statuses with their number, and values of each axis.
+
+    Points that refine added count among all, and their values are not on the axes.
+    """
 
     statuses: Counter[str] = field(default_factory=Counter)
+    added: int = 0
     values: dict[str, set[float]] = field(default_factory=lambda: {name: set() for name in POINT})
 
 
@@ -228,6 +232,7 @@ def _grids(table: Readable) -> dict[str, _Grid]:
             points, grid = part.filter(query.in_grid(name)), grids.setdefault(name, _Grid())
             grid.statuses.update(store.status_counts([points]))
             own = points.filter(query.on_axes(name))
+            grid.added += len(points) - len(own)
             for axis, seen in grid.values.items():
                 seen.update(pc.unique(own.column(axis)).to_pylist())
     return grids
@@ -265,6 +270,8 @@ def _stiction(table: Readable, proved: Proved) -> list[Section]:
     for name, grid in sorted(_grids(table).items()):
         rows = _corners(table, STICTION, name, grid)
         note = f"Points: {spell_counts(grid.statuses)}."
+        if grid.added:
+            note += f" Of these refine added {grid.added}."
         if len(rows) < grid.statuses.total():
             note += " Here are the corners and the middle of the grid."
         more = _marks("stiction", rows, proved)
