@@ -107,7 +107,12 @@ class Bounds:
         if isinstance(found, list) and isinstance(known, list):
             if len(found) != len(known):
                 yield f"{where}: found {len(found)} rows, known {len(known)}"
-            for row, (one, other) in enumerate(zip(found, known, strict=False)):
+                yield from (f"{where}: {short(one)} is new" for one in found if one not in known)
+                yield from (
+                    f"{where}: {short(one)} is missing" for one in known if one not in found
+                )
+                return
+            for row, (one, other) in enumerate(zip(found, known, strict=True)):
                 yield from self.differences(one, other, f"{where}, row {row}")
             return
         new, old = numbers(found), numbers(known)

@@ -55,7 +55,8 @@ def test_a_result_is_plain():
             "x: found in the order ['a', 'b']",
         ),
         ({"a": ["p", "q"]}, {"a": ["p", "r"]}, "x, a, row 1: found 'q', known 'r'"),
-        (["p"], ["p", "q"], "x: found 1 rows, known 2"),
+        (["q"], ["p", "q"], "x: found 1 rows, known 2; x: 'p' is missing"),
+        (["p", "q"], ["q"], "x: found 2 rows, known 1; x: 'p' is new"),
     ],
 )
 def test_a_difference_is_said_with_its_place(found, known, said):
