@@ -59,3 +59,7 @@ def test_what_curves_usually_take():
 @pytest.mark.parametrize(("curves", "megabytes"), [(0, 800), (1, 900), (1000, 900), (1001, 1000)])
 def test_a_job_asks_for_memory_for_its_processes_and_its_curves(curves, megabytes):
     assert costs.megabytes(curves) == megabytes
+
+
+def test_a_long_table_alone_is_collected_in_threads():
+    assert [costs.collecting_threads(n, 8) for n in (0, 5_000_000, 5_000_001)] == [1, 1, 8]

@@ -21,7 +21,7 @@ from vibrissa.sticking.piece import MARGINS, Piece
 from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import points_on_curves
-from vibrissa.tables import query, records, schemas, store
+from vibrissa.tables import digests, query, records, schemas, store
 from vibrissa.tables.collect import collect
 from vibrissa.tables.schemas import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION, YOUNGER
 
@@ -424,7 +424,7 @@ def test_a_changed_byte_never_changes_the_table_silently(path, start, bits):
             refused += 1
         else:
             # The name of the digest was hit.
-            assert store.DIGEST not in pq.read_metadata(path).metadata
+            assert digests.DIGEST not in pq.read_metadata(path).metadata
             assert table.equals(tables()["curves"]), position
     assert refused > len(data) / 17 / 2
 

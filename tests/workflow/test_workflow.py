@@ -11,13 +11,14 @@ import venv
 from itertools import product
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 import yaml
 
 from vibrissa.figures import style
 from vibrissa.figures.draw import draw
 from vibrissa.study.parsing import parse_study
-from vibrissa.tables import schemas, store
+from vibrissa.tables import digests, schemas, store
 from vibrissa.tables.completeness import checked_points
 
 pytestmark = pytest.mark.slow
@@ -503,6 +504,18 @@ def test_a_killed_run_goes_on(finished, fresh):
     assert result.stderr.startswith("The last run was killed; its finished results are kept")
     for path in TABLES:
         assert (fresh.root / path).read_bytes() == (finished.root / path).read_bytes()
+
+
+def test_a_long_table_is_collected_in_threads(fresh, finished):
+    fresh.edit("src/vibrissa/study/costs.py", "LONG_TABLE = 5_000_000", "LONG_TABLE = 3")
+    fresh.edit("src/vibrissa/tables/store.py", "LEAST_ROW_GROUP = 2**14", "LEAST_ROW_GROUP = 2")
+    threads = "    threads = snakemake.threads\n"
+    fresh.edit("workflow/scripts/stiction.py", threads, threads + "    print(threads, 'threads')\n")
+    assert fresh.call(RUN, STICTION).returncode == 0
+    log = (fresh.root / "results/tiny/logs/stiction.log").read_text()
+    assert log.startswith("2 threads\n")
+    assert digests.DIGEST_OF_PARTS in pq.read_metadata(fresh.root / STICTION).metadata
+    assert fresh.stiction().equals(finished.stiction())
 
 
 def test_a_dry_run_plans_nothing(fresh):

@@ -101,6 +101,14 @@ POINT_BLOCKS = [
 POINTS_ON_CURVE = STUDY.points_on_curve
 
 
+# The machine where the workflow runs collects the table; on a cluster other jobs have other machines.
+SETTINGS = workflow.resource_settings
+COLLECTING_THREADS = costs.collecting_threads(
+    POINTS_ON_CURVE * sum(size(BLOCKS[block]) for block in POINT_BLOCKS),
+    min(filter(None, (SETTINGS.cores, SETTINGS.local_cores)), default=1),
+)
+
+
 def minutes_of_block(block):
     """What solving the curves of a block may take."""
     return costs.minutes(costs.curve_seconds(BLOCKS[block], STUDY.method, STUDY.contact))

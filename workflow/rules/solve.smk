@@ -70,7 +70,7 @@ rule stiction:
     localrule: True
     conda:
         "../envs/vibrissa.yaml"
-    threads: 1
+    threads: COLLECTING_THREADS
     params:
         grids={name: encode_grid(grid) for name, grid in STUDY.point_grids.items()},
         refinements={name: encode_refinement(one) for name, one in STUDY.refinements.items()},

@@ -11,13 +11,15 @@ with jobs.logged(snakemake.log[0]):
     refinements = {
         name: decode_refinement(texts) for name, texts in snakemake.params.refinements.items()
     }
-    found = collect(snakemake.input.points, schemas.STICTION, POINT_ORDER)
+    threads = snakemake.threads
+    found = collect(snakemake.input.points, schemas.STICTION, POINT_ORDER, threads)
     store.write_parts(
         checked_points(found.parts, grids, refinements),
         found.schema,
         snakemake.output[0],
         snakemake.params.study_file,
         found.rows,
+        threads,
     )
     written = store.opened(snakemake.output[0], schemas.STICTION)
     counts = store.status_counts(written.iter_batches(columns=["status"]))

@@ -33,6 +33,8 @@ FIGURE, CLAIMS, REPORT = 1.8, 5.0, 1.0
 CURVE_BYTES, POINT_BYTES, STEP_BYTES, FIGURE_BYTES = 4_400, 260, 4_500, 1_000_000
 # Minutes: for a job to start, and what requests are rounded up to (with few different ones).
 START, ROUND = 5, 5
+# Points from which their table is collected in several threads: for fewer, one takes some seconds.
+LONG_TABLE = 5_000_000
 # MB: three processes of Snakemake and one that solves; for each curve that this one solves.
 PROCESSES, CURVE = 800, 0.1
 MB_ROUND = 100
@@ -112,3 +114,8 @@ def megabytes(curves: int) -> int:
         MB.
     """
     return MB_ROUND * math.ceil((PROCESSES + CURVE * curves) / MB_ROUND)
+
+
+def collecting_threads(points: int, cores: int) -> int:
+    """Return the threads in which the table of so many points is collected."""
+    return cores if points > LONG_TABLE else 1

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from operator import attrgetter
 from pathlib import Path
+from threading import get_ident
 from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from vibrissa.ahead import ahead
 from vibrissa.numerics.arrays import IntArray
 from vibrissa.tables import store
 
@@ -52,7 +54,17 @@ class _RowGroup(NamedTuple):
     number: int
 
 
-def collect(paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str] = ()) -> Collected:
+class _File(NamedTuple):
+    """A file: the commit of the code that made it, its rows and its row groups."""
+
+    commit: bytes
+    rows: int
+    groups: list[_RowGroup]
+
+
+def collect(
+    paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str] = (), threads: int = 1
+) -> Collected:
     """Put tables of one schema one below the other, or merge them by some columns.
 
     Parameters
@@ -62,6 +74,8 @@ def collect(paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str]
     order : sequence of str, optional
         Columns of numbers or texts, the most important first; without any, the tables stay as they
         are.
+    threads : int, optional
+        In which files are read.
 
     Returns
     -------
@@ -72,37 +86,39 @@ def collect(paths: Sequence[str | Path], schema: pa.Schema, order: Sequence[str]
     TableError
         If one of the files is damaged, holds another kind of table or cannot be opened.
     """
-    commits, rows = set(), 0
-    groups: list[_RowGroup] = []
-    for path in paths:
-        store.check_file(path)
-        file = store.opened(path, schema)
-        commits.add(file.schema_arrow.metadata.get(b"vibrissa.commit", b"unknown"))
-        rows += file.metadata.num_rows
-        with store.reading(path):
-            for number in range(file.num_row_groups):
-                keys = store.completed(file.read_row_group(number, order), _part(schema, order))
-                least = _least_key(keys, order)
-                groups.append(_RowGroup(least, path, number))
-    parts = _read(sorted(groups, key=attrgetter("least")), schema, order)
-    told = {b"vibrissa.part_commits": b" ".join(sorted(commits))}
+    files = list(ahead(partial(_file, schema=schema, order=order), paths, threads))
+    groups = sorted((group for file in files for group in file.groups), key=attrgetter("least"))
+    # Each thread has files of its own: two cannot read from the same one at a time.
+    opened = lru_cache(OPEN_FILES * threads)(lambda _, path: store.opened(path, schema))
+
+    def read(group: _RowGroup) -> tuple[Key, pa.Table]:
+        with store.reading(group.path):
+            table = opened(get_ident(), group.path).read_row_group(group.number, use_threads=False)
+        return group.least, _in_order(store.completed(table, schema), order)
+
+    told = {b"vibrissa.part_commits": b" ".join(sorted({file.commit for file in files}))}
     return Collected(
         schema=schema.with_metadata({**schema.metadata, **told}),
-        rows=rows,
-        parts=_merged(parts, order),
+        rows=sum(file.rows for file in files),
+        parts=_merged(ahead(read, groups, threads), order),
     )
 
 
-def _read(
-    groups: Iterable[_RowGroup], schema: pa.Schema, order: Sequence[str]
-) -> Iterator[tuple[Key, pa.Table]]:
-    """Row groups, each in order, with their least keys."""
-    opened = lru_cache(OPEN_FILES)(partial(store.opened, schema=schema))
-    for group in groups:
-        file = opened(group.path)
-        with store.reading(group.path):
-            table = file.read_row_group(group.number)
-        yield group.least, _in_order(store.completed(table, schema), order)
+def _file(path: str | Path, schema: pa.Schema, order: Sequence[str]) -> _File:
+    """Look for the row groups of a file."""
+    store.check_file(path)
+    file = store.opened(path, schema)
+    groups = []
+    with store.reading(path):
+        for number in range(file.num_row_groups):
+            keys = file.read_row_group(number, order, use_threads=False)
+            least = _least_key(store.completed(keys, _part(schema, order)), order)
+            groups.append(_RowGroup(least, path, number))
+    return _File(
+        commit=file.schema_arrow.metadata.get(b"vibrissa.commit", b"unknown"),
+        rows=file.metadata.num_rows,
+        groups=groups,
+    )
 
 
 def _part(schema: pa.Schema, names: Sequence[str]) -> pa.Schema:

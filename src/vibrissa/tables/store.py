@@ -6,29 +6,29 @@ all its bytes and, where it belongs to one, the study file.
 
 import hashlib
 import math
-import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from vibrissa import __version__
+from vibrissa.ahead import ahead
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.files import write_atomically
 from vibrissa.provenance import commit
+from vibrissa.tables import digests, footers
 from vibrissa.tables.schemas import NUMBERS, YOUNGER
 
 # Tables up to this long are one row group: some 7 MB in memory.
 LEAST_ROW_GROUP = 2**14
 # Kind of table and version of its columns, in a file's metadata as in those of its schema.
 TABLE, VERSION = b"vibrissa.table", b"vibrissa.schema"
-# Name of the digest in a file's metadata, and what stands in its place while it is computed.
-DIGEST = b"vibrissa.sha256"
-NO_DIGEST = b"0" * hashlib.sha256().digest_size * 2
 
 
 def write(table: pa.Table, path: str | Path, study_file: str = "") -> None:
@@ -42,10 +42,11 @@ def write_parts(
     path: str | Path,
     study_file: str = "",
     rows: int = 0,
+    threads: int = 1,
 ) -> None:
     """Write the parts of a table, one below the other, whole or not at all, with its provenance.
 
-    No more is held than a row group and a part.
+    No more is held than a part and a row group, or some for each thread.
 
     Parameters
     ----------
@@ -59,6 +60,8 @@ def write_parts(
         and belongs where it is written.
     rows : int, optional
         How many rows there are in all, as far as known: long tables get larger row groups.
+    threads : int, optional
+        In which long tables are encoded.
 
     Raises
     ------
@@ -73,13 +76,71 @@ def write_parts(
         metadata[b"vibrissa.file"] = _place(path)
     schema = schema.with_metadata(metadata)
     options = {"use_dictionary": _repeating(schema), "write_page_checksum": True}
+    size = row_group_size(rows)
+    groups = _regrouped(parts, size)
     with write_atomically(Path(path)) as temporary:
+        if size > LEAST_ROW_GROUP:
+            encoded = ahead(partial(_encoded, path, options), groups, threads)
+            _write_encoded(temporary, encoded, _without_rows(schema, options))
+            return
         with pq.ParquetWriter(temporary, schema, **options) as writer:
-            for group in _regrouped(parts, row_group_size(rows)):
-                _check(group, path)
-                writer.write_table(group)
-            writer.add_key_value_metadata({DIGEST: NO_DIGEST})
-        _put_digest(temporary)
+            for group in groups:
+                writer.write_table(_in_one_piece(group, path))
+            writer.add_key_value_metadata({digests.DIGEST: digests.NO_DIGEST})
+        digests.put(temporary)
+
+
+class _Encoded(NamedTuple):
+    """A row group as bytes of a file, their digest, and the metadata of a file with it alone."""
+
+    data: memoryview
+    digest: bytes
+    metadata: bytes
+    rows: int
+
+
+def _encoded(path: str | Path, options: Mapping[str, Any], group: pa.Table) -> _Encoded:
+    """Encode a row group; see `write_parts` for the path."""
+    sink = pa.BufferOutputStream()
+    with pq.ParquetWriter(sink, group.schema, **options) as writer:
+        writer.write_table(_in_one_piece(group, path), row_group_size=len(group))
+    file = memoryview(sink.getvalue())
+    end = footers.start(file)
+    data = file[len(footers.MARK) : end]
+    return _Encoded(
+        data=data,
+        digest=hashlib.sha256(data).digest(),
+        metadata=bytes(file[end : -footers.TAIL]),
+        rows=len(group),
+    )
+
+
+def _without_rows(schema: pa.Schema, options: Mapping[str, Any]) -> bytes:
+    """Metadata of a file without row groups and with the place of a digest."""
+    sink = pa.BufferOutputStream()
+    with pq.ParquetWriter(sink, schema, **options) as writer:
+        writer.add_key_value_metadata({digests.DIGEST_OF_PARTS: digests.NO_DIGEST})
+    file = sink.getvalue().to_pybytes()
+    return file[footers.start(file) : -footers.TAIL]
+
+
+def _write_encoded(path: Path, groups: Iterable[_Encoded], without_rows: bytes) -> None:
+    """Write a file of row groups and its digest; see `_without_rows` for its metadata."""
+    found: list[bytes] = []
+    parts: list[bytes] = []
+    rows = 0
+    with path.open("wb") as file:
+        file.write(footers.MARK)
+        for group in groups:
+            by = file.tell() - len(footers.MARK)
+            parts.append(footers.row_group(group.metadata, by, len(parts)))
+            found.append(group.digest)
+            rows += group.rows
+            file.write(group.data)
+        metadata = footers.with_row_groups(without_rows, parts, rows)
+        end = metadata + len(metadata).to_bytes(footers.TAIL - len(footers.MARK), "little")
+        end += footers.MARK
+        file.write(end.replace(digests.NO_DIGEST, digests.of_parts(found, footers.MARK + end)))
 
 
 def _repeating(schema: pa.Schema) -> list[str]:
@@ -101,43 +162,16 @@ def row_group_size(rows: int) -> int:
 
 
 def _regrouped(parts: Iterable[pa.Table], size: int) -> Iterator[pa.Table]:
-    """Put the same rows into tables of one size, each in one piece; the last may be shorter."""
+    """Put the same rows into tables of one size; the last may be shorter."""
     held: list[pa.Table] = []
     for part in parts:
         held.append(part)
         while sum(map(len, held)) >= size:
             table = pa.concat_tables(held)
-            yield table.slice(0, size).combine_chunks()
+            yield table.slice(0, size)
             held = [table.slice(size)]
     if sum(map(len, held)):
-        yield pa.concat_tables(held).combine_chunks()
-
-
-def _digest(path: Path, recorded: bytes) -> bytes:
-    """Digest of a Parquet file whose own metadata hold `NO_DIGEST` in place of the recorded one."""
-    digest, left = hashlib.sha256(), _start_of_metadata(path)
-    with path.open("rb") as file:
-        while left > 0 and (data := file.read(min(left, 2**20))):
-            digest.update(data)
-            left -= len(data)
-        digest.update(file.read().replace(recorded, NO_DIGEST))
-    return digest.hexdigest().encode()
-
-
-def _start_of_metadata(path: Path) -> int:
-    """Where the metadata of a Parquet file begin: they, their length and a mark are its end."""
-    with path.open("rb") as file:
-        end = file.seek(-8, os.SEEK_END)
-        return end - int.from_bytes(file.read(4), "little")
-
-
-def _put_digest(path: Path) -> None:
-    """Record the digest of a Parquet file in its metadata."""
-    digest = _digest(path, NO_DIGEST)
-    with path.open("r+b") as file:
-        start = file.seek(_start_of_metadata(path))
-        file.seek(start + file.read().index(NO_DIGEST))
-        file.write(digest)
+        yield pa.concat_tables(held)
 
 
 def _place(path: str | Path) -> bytes:
@@ -162,8 +196,7 @@ def check_file(path: str | Path) -> None:
     """
     with reading(path):
         metadata = pq.read_metadata(path).metadata or {}
-        recorded = metadata.get(DIGEST)
-        if recorded is not None and recorded != _digest(Path(path), recorded):
+        if not digests.is_right(Path(path)):
             raise pa.ArrowInvalid("its contents are not those that were written")
     if (place := metadata.get(b"vibrissa.file")) not in (None, _place(path)):
         raise DamagedTableError(path, f"is a copy of {place.decode(errors='replace')}")
@@ -283,10 +316,12 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
     return completed(table, schema.with_metadata(file.schema_arrow.metadata))
 
 
-def _check(table: pa.Table, where: str | Path) -> None:
+def _in_one_piece(table: pa.Table, where: str | Path) -> pa.Table:
+    """Return the rows of a row group as they are encoded; refuse gaps."""
     for field in table.schema:
         if not field.nullable and table.column(field.name).null_count:
             raise TableError(f"{where}: column {field.name} must not be empty anywhere")
+    return table.combine_chunks()
 
 
 def joined(parts: Sequence[pa.Table], schema: pa.Schema) -> pa.Table:
