@@ -3,6 +3,8 @@
 That they are right is tested elsewhere, against other methods.
 """
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -120,10 +122,11 @@ RODS = (np.array([1.0, 2.0, 3.0, 6.0]), np.array([0.85, 0.5, 0.75, 0.9]))
 def followed(segment):
     """How far branches were followed, and where they are then, as well as their steps tell."""
     last, line = segment.at(segment.last)
+    steps = np.arange(len(segment.steps))[:, None]
     return {
         "step": segment.step,
         "steps": segment.last,
-        "lies": segment.line.sum(axis=0),
+        "lies": (segment.line & (steps <= segment.last)).sum(axis=0),
         "ends in line contact": line,
         "from": segment.origin,
         "fx": last.fx,
@@ -149,6 +152,42 @@ def test_branches_are_followed_as_far_as_they_were(name):
     }
     # Their states are guesses for what is solved exactly.
     KNOWN.check(name, result, 1e-4)
+
+
+@pytest.mark.parametrize("name", WAYS)
+def test_steps_that_are_solved_at_once_are_those_of_one_by_one(name, monkeypatch):
+    model, sizes = WAYS[name]
+    begun, _ = continuation.begin(*RODS, sizes, model)
+    at_once = continuation.both_ways(begun, sizes, model)
+    one_by_one = functools.partial(continuation.follow, longest=1)
+    monkeypatch.setattr(continuation, "follow", one_by_one)
+    expected = continuation.both_ways(begun, sizes, model)
+    assert at_once.last.tolist() == expected.last.tolist()
+    for number, (some, others) in enumerate(zip(at_once.steps, expected.steps, strict=False)):
+        assert some.phi == pytest.approx(others.phi, abs=1e-5, nan_ok=True)
+        known = at_once.last >= number
+        assert (at_once.line[number] == expected.line[number])[known].all()
+
+
+def test_a_branch_that_is_lost_is_followed_again_step_by_step(monkeypatch):
+    """Whatever becomes of the others; nothing is left of states behind its end."""
+    model, sizes = WAYS["line contact in steps of 0.05"]
+    begun, _ = continuation.begin(*RODS, sizes, model)
+    expected = continuation.both_ways(begun, sizes, model)
+    seen = []
+    step_by_step = continuation._step_by_step
+    monkeypatch.setattr(
+        continuation,
+        "_step_by_step",
+        lambda *a: seen.append(a[1].tolist()) or step_by_step(*a),
+    )
+    monkeypatch.setattr(continuation, "FEW_ITERATIONS", 2)
+    found = continuation.both_ways(begun, sizes, model)
+    assert any(seen) and found.last.tolist() == expected.last.tolist()
+    fx, _ = found.forces
+    assert (np.isfinite(fx).sum(axis=0) == found.last + 1).all()
+    for number, states in enumerate(expected.steps):
+        assert found.steps[number].phi == pytest.approx(states.phi, abs=1e-5, nan_ok=True)
 
 
 def test_a_branch_that_was_left_early_has_not_passed_its_lock():

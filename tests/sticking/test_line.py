@@ -14,7 +14,8 @@ from vibrissa.mechanics.equations import Closure, contact_position, largest_resi
 from vibrissa.mechanics.newton import solve
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.collocation import solve_curves
-from vibrissa.sticking.continuation import StepSizes, begin, follow, switch_states
+from vibrissa.sticking.continuation import begin, follow, switch_states
+from vibrissa.sticking.segments import StepSizes
 
 LYING = [(3.0, 0.7), (5.0, 0.7), (2.0, 0.5), (1.0, 0.3), (8.0, 0.85), (15.0, 0.9)]
 TOUCHING = [(3.0, 0.85), (1.0, 0.55), (4.0, 0.85)]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,25 +23,40 @@ GOOD_CONTRACTION = 0.1
 ROUNDING = 1e-9
 
 
-def extrapolated(last: Sequence[RodStates]) -> RodStates:
-    """Polynomial extrapolation by one step from up to three equally spaced batches of states.
+def extrapolated(last: Sequence[RodStates], count: int = 1) -> RodStates:
+    """Polynomial extrapolation from equally spaced batches of states.
 
     Parameters
     ----------
     last : sequence of RodStates
-        One to three batches, the latest one last.
+        One or more batches, the latest one last.
+    count : int
+        Number of steps.
 
     Returns
     -------
     RodStates
-        A guess of the next batch.
+        Guesses of the next batches, one below the other.
     """
-    weights = {1: (1.0,), 2: (-1.0, 2.0), 3: (1.0, -3.0, 3.0)}[len(last)]
+    weights = _extrapolation(len(last), count)
 
     def combined(name: str) -> Any:
-        return np.sum([w * getattr(s, name) for w, s in zip(weights, last, strict=True)], axis=0)
+        known = np.stack([vars(states)[name] for states in last])
+        return np.tensordot(weights, known, 1).reshape(-1, *known.shape[2:])
 
-    return replace(last[0], **{name: combined(name) for name in UNKNOWNS})
+    given = last[0] if count == 1 else last[0].take(np.tile(np.arange(len(last[0])), count))
+    return replace(given, **{name: combined(name) for name in UNKNOWNS})
+
+
+@lru_cache
+def _extrapolation(known: int, count: int) -> FloatArray:
+    """Weights of the last equally spaced values of a polynomial in its next ones."""
+    ahead, places = np.arange(known, known + count), np.arange(known)
+    factors = (ahead[:, None, None] - places) / np.where(
+        np.eye(known, dtype=bool), 1, places[:, None] - places
+    )
+    factors[:, np.eye(known, dtype=bool)] = 1.0
+    return factors.prod(axis=2)
 
 
 def coarse_inverse(states: RodStates, closure: Closure) -> SingleArray:
@@ -151,6 +167,7 @@ def solve(
     closure: Closure,
     inverse: SingleArray | None = None,
     tolerance: float = 1e-12,
+    iterations: int = MAX_ITERATIONS,
 ) -> Solution:
     """Solve a batch of states at once, starting from a guess.
 
@@ -166,6 +183,8 @@ def solve(
         `coarse_inverse` near each state, where the caller has it already.
     tolerance : float
         Change at which the iteration ends; the error is then about a hundredth of it.
+    iterations : int
+        Most corrections.
 
     Returns
     -------
@@ -178,7 +197,7 @@ def solve(
     converged = np.zeros(len(states), dtype=bool)
     previous = np.ones(len(states))
     active = np.arange(len(states))
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(iterations):
         if len(active) == len(states):
             states, size = corrected(states, eta, closure, inverse)
         else:
@@ -199,6 +218,5 @@ def solve(
         if len(slow):
             inverse[slow] = coarse_inverse(states.take(slow), closure.take(slow))
     if not converged.all():
-        lost = np.flatnonzero(~converged)
-        states.put(lost, states.take(lost).unsolved())
+        states.forget(~converged)
     return Solution(states, converged, inverse)

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrissa.mechanics.mounting import Mountings
 from vibrissa.mechanics.taper import arc_density, arc_length, densities
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, Index
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import refinement_matrix
 
@@ -56,6 +56,11 @@ class RodStates(Batch):
         columns = self.columns
         unknowns: dict[str, Any] = {n: np.full_like(columns[n], np.nan) for n in UNKNOWNS}
         return replace(self, **unknowns)
+
+    def forget(self, index: Index) -> None:
+        """Set the unknowns of some states to NaN, in place."""
+        for name in UNKNOWNS:
+            vars(self)[name][index] = np.nan
 
     def arc_length(self, tau: FloatArray) -> FloatArray:
         """Arc length at bending coordinates of the free part, shape (n, len(tau))."""

@@ -20,12 +20,8 @@ from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.continuation import (
-    Segment,
-    StepSizes,
-    begin,
-    with_active_contact,
-)
+from vibrissa.sticking.continuation import begin, with_active_contact
+from vibrissa.sticking.segments import Segment, StepSizes
 
 # A step that succeeds is doubled, one that fails divided; the shortest step (parts of a mounting).
 DIVISION, SHORTEST_STEP = 4.0, 1e-4

@@ -29,9 +29,6 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
 from vibrissa.sticking.beginning import NO_INITIAL_STATE, Rods, begin_mounted
 from vibrissa.sticking.continuation import (
-    Branches,
-    Segment,
-    StepSizes,
     ahead_of_clamp,
     both_ways,
     first_segment,
@@ -52,6 +49,7 @@ from vibrissa.sticking.refinement import (
     residual_tolerance,
     resolve,
 )
+from vibrissa.sticking.segments import Branches, Segment, StepSizes
 
 METHOD = Solver.COLLOCATION
 # How branches are followed: more closely where the step sizes before lead nowhere, or past a change

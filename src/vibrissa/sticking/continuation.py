@@ -12,20 +12,18 @@ the surface where it would pass through it. Both conditions cannot hold at once,
 violates its own is solved again with the other.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 
 from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.buckling import initial_states
-from vibrissa.mechanics.equations import Closure, advance, contact_position, ends
-from vibrissa.mechanics.newton import extrapolated, solve
+from vibrissa.mechanics.equations import Closure, contact_position, ends
+from vibrissa.mechanics.newton import MAX_ITERATIONS, extrapolated, solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Parameter, RodSection
+from vibrissa.sticking.segments import Branches, GoesOn, Segment, StepSizes
 
 # Height at which lowering the surface begins, and numbers of steps to try.
 HIGHEST = 0.999
@@ -49,137 +47,10 @@ TOLERANCE_OF_SEGMENTS = 1e-6
 PAST_SWING, NODES_ASIDE = -0.02, 24
 # States through which a quadratic is laid between the steps.
 FEWEST_STATES = 3
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Branches(Batch):
-    """A batch of branches: what they belong to and the α = 0 states in which they begin.
-
-    Attributes
-    ----------
-    theta, eta : ndarray, shape (n,)
-        Taper factors and heights of the surface (L).
-    x1_init : ndarray, shape (n,)
-        Contact point in the α = 0 state, with the clamp at x = 0 (L).
-    scale, force : ndarray, shape (n,)
-        Contact point (L) and contact force (E·I0/L²) in the α = 0 state of the same rod in the
-        ideal mounting: the units of steps and of the advance.
-    stage_angle : ndarray, shape (n,), or None
-        Angle δ of the clamp's way to the surface (rad); None where it moves along the surface.
-    """
-
-    theta: FloatArray
-    eta: FloatArray
-    x1_init: FloatArray
-    scale: FloatArray
-    force: FloatArray
-    stage_angle: FloatArray | None = None
-
-    @property
-    def height(self) -> FloatArray:
-        """Right side of E2."""
-        if self.stage_angle is None:
-            return self.eta
-        return self.eta - np.tan(self.stage_angle) * self.x1_init
-
-    def closure(self, parameter: Parameter, contact: Contact, value: FloatArray) -> Closure:
-        """Conditions that hold at given values of the parameter."""
-        if parameter is Parameter.X0:
-            return self.tilted(Closure.at_offset(self.offset(value), contact))
-        return self.tilted(Closure.at_advance(value, self.x1_init, self.force, contact, self.scale))
-
-    def tilted(self, closure: Closure) -> Closure:
-        """Conditions with E2 for the way of the clamp."""
-        if self.stage_angle is None:
-            return closure
-        return replace(closure, tilt=np.tan(self.stage_angle))
-
-    def value_of(self, parameter: Parameter, states: RodStates) -> FloatArray:
-        """Value of the parameter in given states."""
-        if parameter is Parameter.X0:
-            return self.displacement(contact_position(states)[0])
-        return advance(states, self.x1_init, self.force, self.scale)
-
-    def offset(self, x0: FloatArray) -> FloatArray:
-        """Contact point from the clamp after displacements of the clamp (L)."""
-        return self.x1_init - (x0 if self.stage_angle is None else x0 * np.cos(self.stage_angle))
-
-    def displacement(self, offset: FloatArray) -> FloatArray:
-        """Inverse of `offset`."""
-        x0 = self.x1_init - offset
-        return x0 if self.stage_angle is None else x0 / np.cos(self.stage_angle)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Segment:
-    """States at equal steps of one parameter along a batch of branches, NaN where one has ended.
-
-    Attributes
-    ----------
-    parameter : Parameter
-        What the steps are steps of.
-    branches : Branches
-    origin, step : ndarray, shape (n,)
-        Parameter of the first state and its increment (x0 in L).
-    steps : list of RodStates
-        One batch for each step.
-    line : ndarray of bool, shape (steps, n)
-        Whether a state is in line contact.
-    """
-
-    parameter: Parameter
-    branches: Branches
-    origin: FloatArray
-    step: FloatArray
-    steps: list[RodStates]
-    line: BoolArray
-
-    def take(self, index: IntArray) -> "Segment":
-        """Select branches."""
-        return replace(
-            self,
-            branches=self.branches.take(index),
-            origin=self.origin[index],
-            step=self.step[index],
-            steps=[states.take(index) for states in self.steps],
-            line=self.line[:, index],
-        )
-
-    @property
-    def forces(self) -> tuple[FloatArray, FloatArray]:
-        """Contact forces fx and fy, each of shape (steps, n)."""
-        return np.stack([s.fx for s in self.steps]), np.stack([s.fy for s in self.steps])
-
-    @property
-    def last(self) -> IntArray:
-        """Index of the last state of each branch, -1 where there is none."""
-        return np.isfinite(self.forces[0]).sum(axis=0) - 1
-
-    def at(self, k: IntArray) -> tuple[RodStates, BoolArray]:
-        """State `k[i]` of each branch i, and whether it is in line contact."""
-        states = self.steps[0].copy()
-        for number in np.unique(k):
-            chosen = np.flatnonzero(k == number)
-            states.put(chosen, self.steps[number].take(chosen))
-        return states, self.line[k, np.arange(len(k))]
-
-
-class StepSizes(NamedTuple):
-    """How closely branches are followed.
-
-    Attributes
-    ----------
-    nodes : int
-        Number of collocation nodes.
-    x0 : float
-        Step of the first segment, relative to x1_init.
-    advance : float
-        Step of the second segment.
-    """
-
-    nodes: int
-    x0: float
-    advance: float
+# Most steps that are solved at once, and most states from which they are extrapolated.
+LONGEST_BLOCK, MOST_KNOWN = 8, 6
+# Corrections that such steps need where the guess is good.
+FEW_ITERATIONS = 6
 
 
 def begin(
@@ -254,14 +125,23 @@ def _lowered(
     return states, found & line & (states.s_c < 1.0)
 
 
+def to_the_end(segment: Segment, count: int) -> BoolArray:
+    """Say that branches go on after each of the last `count` steps, shape (count, n)."""
+    return np.full((count, len(segment.origin)), True)
+
+
 def follow(
     segment: Segment,
     count: int,
     model: Contact,
-    goes_on: Callable[[Segment], BoolArray] | None = None,
+    goes_on: GoesOn = to_the_end,
     before: RodStates | None = None,
+    longest: int = LONGEST_BLOCK,
 ) -> Segment:
     """Follow branches in equal steps of the segment's parameter.
+
+    Several steps are guessed and solved at once. A branch that this loses is followed again through
+    them, one by one.
 
     Parameters
     ----------
@@ -272,52 +152,112 @@ def follow(
     model : Contact
         POINT or LINE, as in `begin`.
     goes_on : callable, optional
-        Asked after each step which branches are to be followed further.
+        Asked after which steps branches are to be followed further.
     before : RodStates, optional
         States one step before the segment's first, or guesses of them.
+    longest : int
+        Most steps that are solved at once.
 
     Returns
     -------
     Segment
         With up to `count` steps.
     """
-    active, branches = np.arange(len(segment.origin)), segment.branches
+    active = np.arange(len(segment.origin))
     while len(active) and len(segment.steps) <= count:
-        known = segment.steps if before is None else [before, *segment.steps]
-        last = known[-3:]
-        if len(active) < len(segment.origin):
-            last, branches = [s.take(active) for s in last], segment.branches.take(active)
-        value = segment.origin[active] + len(segment.steps) * segment.step[active]
-        closure = branches.closure(segment.parameter, Contact.POINT, value)
-        solution, kind, found = with_active_contact(
-            extrapolated(last), branches.height, closure, segment.line[-1][active], model
-        )
-        states, line = segment.steps[0].unsolved(), segment.line[-1].copy()
-        states.put(active, solution)
-        line[active] = kind
-        segment = replace(
-            segment, steps=[*segment.steps, states], line=np.vstack([segment.line, line])
-        )
-        active = active[found & (goes_on is None or goes_on(segment)[active])]
+        known = len(segment.steps)
+        width = min(max(known - 1, 1), longest, count + 1 - known)
+        segment = _with_steps(segment, active, width, model, before)
+        found = np.isfinite(segment.forces[0][known:])
+        good = found & goes_on(segment, width)
+        # All steps up to the first that is not found, or after which a branch ends.
+        wanted = np.ones_like(good)
+        np.logical_and.accumulate(good[:-1], out=wanted[1:])
+        for states, row in zip(segment.steps[known:], wanted, strict=True):
+            states.forget(~row)
+        going = wanted[-1] & good[-1]
+        lost = active[(wanted & ~found)[:, active].max(axis=0)]
+        if width > 1 and len(lost):
+            segment, going[lost] = _step_by_step(segment, lost, known, model, goes_on, before)
+        active = active[going[active]]
     return segment
 
 
-def past_lock(segment: Segment) -> BoolArray:
-    """Whether −tan α has fallen well below its maximum, or the surface would have to pull."""
+def _step_by_step(
+    segment: Segment,
+    lost: IntArray,
+    known: int,
+    model: Contact,
+    goes_on: GoesOn,
+    before: RodStates | None,
+) -> tuple[Segment, BoolArray]:
+    """Follow some branches again from their first `known` states on; and which of them go on."""
+    end = len(segment.steps) - 1
+    start = replace(segment, steps=segment.steps[:known], line=segment.line[:known]).take(lost)
+    earlier = None if before is None else before.take(lost)
+    again = follow(start, end, model, goes_on, earlier, longest=1)
+    going = again.last == end
+    if going.any():
+        going &= goes_on(again, 1)[0]
+    return segment.with_branches(lost, again), going
+
+
+def _with_steps(
+    segment: Segment, active: IntArray, width: int, model: Contact, before: RodStates | None
+) -> Segment:
+    """Segment with some more steps of some branches, NaN where they are not found."""
+    known = segment.steps if before is None else [before, *segment.steps]
+    last, branches = known[-min(width + 2, MOST_KNOWN) :], segment.branches
+    count, step = len(segment.origin), np.arange(width)[:, None]
+    if len(active) < count:
+        last, branches = [states.take(active) for states in last], branches.take(active)
+    if width > 1:
+        branches = branches.take(np.tile(np.arange(len(active)), width))
+    value = segment.origin[active] + (len(segment.steps) + step) * segment.step[active]
+    solution, kind, _ = with_active_contact(
+        extrapolated(last, width),
+        branches.height,
+        branches.closure(segment.parameter, Contact.POINT, value.ravel()),
+        np.tile(segment.line[-1][active], width),
+        model,
+        MAX_ITERATIONS if width == 1 else FEW_ITERATIONS,
+    )
+    states = segment.steps[0].take(np.tile(np.arange(count), width)).unsolved()
+    states.put((active + step * count).ravel(), solution)
+    line = np.tile(segment.line[-1], (width, 1))
+    line[:, active] = kind.reshape(width, -1)
+    return replace(
+        segment,
+        steps=[
+            *segment.steps,
+            *(states.take(slice(k, k + count)) for k in range(0, width * count, count)),
+        ],
+        line=np.vstack([segment.line, line]),
+    )
+
+
+def past_lock(segment: Segment, count: int) -> BoolArray:
+    """Whether −tan α has fallen well below its maximum, or the surface would have to pull.
+
+    After each of the last `count` steps, shape (count, n).
+    """
     fx, fy = segment.forces
     with np.errstate(divide="ignore", invalid="ignore"):
         demand = fx / fy
-    pulls = (fy[-1] >= 0.0) & (fx[-1] < 0.0)
-    fallen = demand[-1] < PAST_LOCK * np.nan_to_num(demand, nan=0.0).max(axis=0)
-    return (fallen | pulls) & (len(segment.steps) >= FEWEST_STATES)
+    pulls = (fy >= 0.0) & (fx < 0.0)
+    highest = np.maximum.accumulate(np.nan_to_num(demand, nan=0.0))
+    past = (demand < PAST_LOCK * highest) | pulls
+    past[: FEWEST_STATES - 1] = False
+    return past[-count:]
 
 
-def turns_back(segment: Segment) -> BoolArray:
-    """Whether x0 decreased in the last step."""
-    if len(segment.steps) < FEWEST_STATES:
-        return np.zeros(len(segment.origin), dtype=bool)
-    before, after = (contact_position(states)[0] for states in segment.steps[-2:])
-    return after > before
+def turns_back(segment: Segment, count: int) -> BoolArray:
+    """Whether x0 decreased in each of the last `count` steps, shape (count, n)."""
+    last = segment.steps[-count - 1 :]
+    offsets = np.stack([contact_position(states)[0] for states in last])
+    back = np.diff(offsets, axis=0) > 0.0
+    back[: max(FEWEST_STATES - len(segment.steps) + count - 1, 0)] = False
+    return back
 
 
 def with_active_contact(
@@ -326,6 +266,7 @@ def with_active_contact(
     closure: Closure,
     line: BoolArray,
     model: Contact,
+    iterations: int = MAX_ITERATIONS,
 ) -> tuple[RodStates, BoolArray, BoolArray]:
     """Solve states with the kind of contact that is possible.
 
@@ -340,6 +281,8 @@ def with_active_contact(
         Kind of contact to try first.
     model : Contact
         POINT or LINE, as in `begin`.
+    iterations : int
+        Most corrections of each.
 
     Returns
     -------
@@ -349,7 +292,7 @@ def with_active_contact(
         Kind of contact of each.
     found : ndarray of bool, shape (n,)
     """
-    states, found = _solve_kinds(guess, eta, closure, line)
+    states, found = _solve_kinds(guess, eta, closure, line, iterations)
     if model is Contact.LINE:
         impossible = found & np.where(line, states.s_c > 1.0, ends(states).phi1 < 0.0)
         # Where a pulled rod has peeled off up to its tip, no state lies along the surface.
@@ -360,13 +303,15 @@ def with_active_contact(
             start = guess.take(other)
             start.put(found[other], states.take(other[found[other]]))
             start = replace(start, s_c=np.ones(len(other)))
-            solution, again = _solve_kinds(start, eta[other], closure.take(other), line[other])
+            solution, again = _solve_kinds(
+                start, eta[other], closure.take(other), line[other], iterations
+            )
             states.put(other, solution)
             slope = ends(solution).phi1
             found[other] = again & np.where(line[other], solution.s_c <= 1.0, slope >= 0.0)
     # s_c runs away where the rod would lie down altogether
     found &= states.s_c > 0.0
-    states.put(~found, states.unsolved().take(~found))
+    states.forget(~found)
     return states, line, found
 
 
@@ -375,13 +320,16 @@ def _solve_kinds(
     eta: FloatArray,
     closure: Closure,
     line: BoolArray,
+    iterations: int,
 ) -> tuple[RodStates, BoolArray]:
     """Solve a batch in which each state has its kind of contact."""
     states, found = guess.unsolved(), np.zeros(len(guess), dtype=bool)
     for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
         conditions = replace(closure, contact=contact)
         if kind.all():
-            return solve(guess, eta, conditions, tolerance=TOLERANCE_OF_SEGMENTS)[:2]
+            return solve(
+                guess, eta, conditions, tolerance=TOLERANCE_OF_SEGMENTS, iterations=iterations
+            )[:2]
         if kind.any():
             index = np.flatnonzero(kind)
             solution = solve(
@@ -389,6 +337,7 @@ def _solve_kinds(
                 eta[index],
                 conditions.take(index),
                 tolerance=TOLERANCE_OF_SEGMENTS,
+                iterations=iterations,
             )
             found[index] = solution.converged
             states.put(index, solution.states)
@@ -410,7 +359,7 @@ def first_segment(begun: Segment, sizes: StepSizes, model: Contact) -> Segment:
     Segment
     """
     count = round(LIMIT_OF_X0 / sizes.x0)
-    return follow(begun, count, model, lambda segment: ~past_lock(segment))
+    return follow(begun, count, model, lambda segment, count: ~past_lock(segment, count))
 
 
 def ahead_of_clamp(states: RodStates) -> FloatArray:
@@ -435,16 +384,20 @@ def both_ways(begun: Segment, sizes: StepSizes, model: Contact) -> Segment:
         or the tip lifts off; then come the same to x0 < 0, past `MOST_PULLED`.
     """
     count = len(begun.origin)
-    pulled = np.repeat([False, True], count)
     straight = begun.branches.x1_init - np.sqrt(1.0 - begun.branches.eta**2)
     twice = begun.take(np.tile(np.arange(count), 2))
     twice = replace(twice, step=np.concatenate([begun.step, straight / PULL_STEPS]))
 
-    def goes_on(segment: Segment) -> BoolArray:
-        last = segment.steps[-1]
+    def goes_on(segment: Segment, count: int) -> BoolArray:
+        last = RodStates.concatenate(segment.steps[-count:])
         ahead = (ahead_of_clamp(last) > -BEHIND_CLAMP) & (last.fy < 0.0)
-        needs_less = (last.fx < -MOST_PULLED * last.fy) & (len(segment.steps) < PULL_STEPS)
-        return np.where(pulled, needs_less, ahead)
+        needs_less = last.fx < -MOST_PULLED * last.fy
+        step = len(segment.steps) - count + np.arange(count)
+        return np.where(
+            segment.step < 0.0,
+            needs_less.reshape(count, -1) & (step < PULL_STEPS - 1)[:, None],
+            ahead.reshape(count, -1),
+        )
 
     return follow(twice, round(LIMIT_OF_X0 / sizes.x0), model, goes_on)
 
@@ -488,10 +441,11 @@ def second_segment(
     before = _along(states, earlier, sizes.advance / came)
     count = int(np.ceil((LIMIT_OF_ADVANCE - origin.min(initial=0.0)) / sizes.advance))
 
-    def goes_on(segment: Segment) -> BoolArray:
-        on = ~turns_back(segment)
+    def goes_on(segment: Segment, count: int) -> BoolArray:
+        on = ~turns_back(segment, count)
         if section is RodSection.ROUND:
-            on &= ~has_swung(segment.steps[-1])
+            last = RodStates.concatenate(segment.steps[-count:])
+            on &= ~has_swung(last).reshape(count, -1)
         return on
 
     return follow(segment, count, model, goes_on, before)

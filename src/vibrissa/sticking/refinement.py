@@ -35,9 +35,9 @@ from vibrissa.numerics.spectral import (
     interpolation,
 )
 from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking.continuation import Branches, Segment
 from vibrissa.sticking.curve import Limit
 from vibrissa.sticking.piece import MARGINS, Piece, StickingState
+from vibrissa.sticking.segments import Branches, Segment
 
 RESIDUAL_TOLERANCE = 1e-12
 # On more nodes than these rounding alone comes near that.
