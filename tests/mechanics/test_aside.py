@@ -24,8 +24,8 @@ POISSON_RATIO = 0.3
 
 
 def solved(theta, eta, offset, contact="point", mounting=IDEAL):
-    offsets = np.array([offset])
-    return solve_offsets(theta, eta, offsets, Contact(contact), mounting)[0].state
+    rod = np.array([theta]), np.array([eta]), np.array([0])
+    return solve_offsets(*rod, np.array([offset]), Contact(contact), [mounting])[0].state
 
 
 def margin(theta, eta, offset, contact="point", mounting=IDEAL):

@@ -155,7 +155,7 @@ def test_what_is_estimated_comes_with_the_result(signals):
     )
     assert abs(found.setup.eta - 0.85) < 5 * found.setup.deviation[0] < 1e-3
     assert (found.periods.common[:-1] > 0.0).all()
-    assert {("solving the rod", True), ("identifying", True)} <= set(told)
+    assert ("identifying", True) in told
     with pytest.raises(RecordingError, match="2 usable rows"):
         identify(guess, signals.to_pandas()[:2], transducer=SENSOR, estimate=["offset"])
 

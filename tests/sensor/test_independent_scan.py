@@ -75,8 +75,8 @@ def test_random_scans_are_those_of_an_independent_scan():
 
 
 @pytest.mark.slow
-def test_200_random_scans_are_those_of_an_independent_scan():
-    seeds = range(100, 300)
+def test_60_random_scans_are_those_of_an_independent_scan():
+    seeds = range(100, 160)
     error, slips = zip(*(compared(seed, seed % len(RODS)) for seed in seeds), strict=True)
     assert max(error) < 1e-6
-    assert sum(slips) > 5000
+    assert sum(slips) > 1500

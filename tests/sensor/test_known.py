@@ -82,8 +82,7 @@ def test_a_response_has_the_same_numbers_everywhere(name):
 
 
 def test_a_rod_between_two_heights_is_the_same():
-    told = []
-    found = respond_between(1.5, 0.9, pull=False, progress=told.append)
+    found = respond_between(1.5, 0.9, pull=False)
     eta = np.array([0.885, 0.9, 0.91])
     x0 = np.array([0.001, 0.02, 0.05])
     one = found.at(0.893)
@@ -91,7 +90,6 @@ def test_a_rod_between_two_heights_is_the_same():
         "heights near one",
         {
             "ends": [found.low, found.high],
-            "told": told,
             "lock": found.lock,
             "landmarks": found.landmarks(eta),
             "reactions": found.reactions(x0, eta),

@@ -292,17 +292,17 @@ class Whisker:
             high=min(self.eta + reach, stage.heights.high + float(approach.min())),
         )
 
-    def heights(self, backward: bool, progress: Callable[[int], None]) -> "Heights":
+    def heights(self, backward: bool) -> "Heights":
         """Solve the response at heights near the given one, as `response` does at one height."""
         from vibrissa.sensor.response.heights import respond_between
 
         rod = self.theta, self.eta, self.contact
         try:
-            return respond_between(*rod, True, progress, self.mounting, self.section)
+            return respond_between(*rod, True, self.mounting, self.section)
         except NoResponseError:
             if backward:
                 raise
-            return respond_between(*rod, False, progress, self.mounting, self.section)
+            return respond_between(*rod, False, self.mounting, self.section)
 
 
 def _compliance(units: Units, compliance: Quantity | None, stiffness: Quantity | None) -> float:

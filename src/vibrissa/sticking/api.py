@@ -240,7 +240,14 @@ def solve_states(
                 f"the point (x1, eta) = ({each!r}, {eta!r}) is out of reach of a rod of length 1"
             )
     offsets = np.array(x1, dtype=float)
-    solutions = collocation.solve_offsets(theta, eta, offsets, Contact(contact), mounting)
+    solutions = collocation.solve_offsets(
+        np.array([theta], dtype=float),
+        np.array([eta], dtype=float),
+        np.zeros(len(offsets), dtype=int),
+        offsets,
+        Contact(contact),
+        [mounting],
+    )
     return [
         EquilibriumState(
             **_shown(solution),
@@ -276,6 +283,44 @@ def _shown(solution: RodStates | None) -> dict[str, float]:
         "stability": float(stability(solution, kind)[0]),
         "stability_aside": float(stability_aside(solution)[0]),
     }
+
+
+def solve_curves(
+    theta: Sequence[float],
+    eta: Sequence[float],
+    contact: str = Contact.POINT,
+    mountings: Sequence[Mounting] | None = None,
+    section: str = RodSection.ROUND,
+) -> list[StickingCurve]:
+    """Solve the sticking curves of several rods together by collocation; see `solve_curve`.
+
+    Parameters
+    ----------
+    theta, eta : sequence of float, length n
+    contact, section
+        As for `solve_curve`.
+    mountings : sequence of Mounting, length n, optional
+        By default all are ideal.
+
+    Returns
+    -------
+    list of StickingCurve
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range.
+    """
+    mountings = [IDEAL] * len(theta) if mountings is None else mountings
+    for rod in zip(theta, eta, mountings, strict=True):
+        _check(*rod[:2], contact=contact, mounting=rod[2], section=section)
+    return collocation.solve_curves(
+        np.array(theta, dtype=float),
+        np.array(eta, dtype=float),
+        Contact(contact),
+        mountings,
+        RodSection(section),
+    )
 
 
 def solve_curve(
@@ -325,8 +370,7 @@ def solve_curve(
     """
     _check(theta, eta, method, contact, mounting, section)
     if method == Solver.COLLOCATION:
-        rod, kind = (np.array([theta]), np.array([eta])), (Contact(contact), [mounting])
-        return collocation.solve_curves(*rod, *kind, RodSection(section))[0]
+        return solve_curves([theta], [eta], contact, [mounting], section)[0]
     if dx0 is not None:
         _check_numbers(dx0=dx0)
     if dx0 is None or not dx0 > 0.0:

@@ -162,57 +162,75 @@ class StateSolution(NamedTuple):
 
 
 def solve_offsets(
-    theta: float,
-    eta: float,
+    theta: FloatArray,
+    eta: FloatArray,
+    of: IntArray,
     offsets: FloatArray,
     model: Contact = Contact.POINT,
-    mounting: Mounting = IDEAL,
+    mountings: Sequence[Mounting] | None = None,
 ) -> list[StateSolution]:
-    """Solve states with prescribed offsets x1 − x0 on the branch that begins at α = 0.
+    """Solve states with prescribed offsets x1 − x0 on the branches that begin at α = 0.
 
     Parameters
     ----------
-    theta, eta : float
-        Taper factor and height of the surface (L).
-    offsets : ndarray, shape (n,)
+    theta, eta : ndarray, shape (n,)
+        Taper factors and heights of the surface (L).
+    of : ndarray of int, shape (m,)
+        Which of the rods each state belongs to.
+    offsets : ndarray, shape (m,)
         Distances of the tip from the clamp along the surface (L).
     model : Contact
         POINT for contact with the tip alone, LINE for the kind of contact that is possible.
-    mounting : Mounting
-        Its stage has no part in a single state.
+    mountings : sequence of Mounting, length n, optional
+        By default all are ideal. Their stages have no part in a single state.
 
     Returns
     -------
     list of StateSolution
     """
+    mounted = [replace(one, stage_angle=0.0) for one in mountings or [IDEAL] * len(theta)]
     solutions = [StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)] * len(offsets)
-    rods = _rods(
-        np.array([float(theta)]), np.array([float(eta)]), [replace(mounting, stage_angle=0.0)]
-    )
-    sought = np.arange(len(offsets))
+    pending = np.arange(len(offsets))
     for sizes in STEP_SIZES:
-        begun, index, missing = begin_mounted(rods, sizes, model)
-        if len(index):
-            found = _at_offsets(begun, offsets[sought], sizes, model)
-        else:
-            status, message = missing[0]
-            found = [solutions[row]._replace(status=status, message=message) for row in sought]
-        for row, solution in zip(sought, found, strict=True):
+        kinds = np.array([mounted[rod].is_ideal_rod for rod in of[pending]], dtype=bool)
+        for ideal in np.unique(kinds):
+            rows = pending[kinds == ideal]
+            rods, which = np.unique(of[rows], return_inverse=True)
+            some = _rods(theta[rods], eta[rods], [mounted[rod] for rod in rods])
+            for row, solution in zip(
+                rows, _in_offsets(some, which, offsets[rows], sizes, model), strict=True
+            ):
+                solutions[row] = solution
+        pending = pending[[solutions[row].status is Status.FAILED for row in pending]]
+    return solutions
+
+
+def _in_offsets(
+    rods: Rods, of: IntArray, offsets: FloatArray, sizes: StepSizes, model: Contact
+) -> list[StateSolution]:
+    """Solve states with prescribed offsets in steps of given sizes."""
+    begun, index, missing = begin_mounted(rods, sizes, model)
+    place = np.full(len(rods), -1)
+    place[index] = np.arange(len(index))
+    solutions = [StateSolution(None, np.nan, Status.FAILED, NOT_FOLLOWED)] * len(offsets)
+    for row in np.flatnonzero(place[of] < 0):
+        status, message = missing[int(of[row])]
+        solutions[row] = solutions[row]._replace(status=status, message=message)
+    rows = np.flatnonzero(place[of] >= 0)
+    if len(rows):
+        found = _at_offsets(begun.take(place[of[rows]]), offsets[rows], sizes, model)
+        for row, solution in zip(rows, found, strict=True):
             solutions[row] = solution
-        sought = sought[[solution.status is Status.FAILED for solution in found]]
-        if not len(sought):
-            break
     return solutions
 
 
 def _at_offsets(
     begun: Segment, offsets: FloatArray, sizes: StepSizes, model: Contact
 ) -> list[StateSolution]:
-    """Follow a branch to some offsets, each by a way of its own."""
+    """Follow branches to offsets, one for each."""
     # From α = 0 in steps no longer than those of the first segment.
-    way = begun.branches.x1_init[0] - offsets
-    count = max(1, int(np.ceil(np.abs(way).max() / (sizes.x0 * begun.branches.scale[0]))))
-    begun = begun.take(np.zeros(len(offsets), dtype=int))
+    way = begun.branches.x1_init - offsets
+    count = max(1, int(np.ceil((np.abs(way) / (sizes.x0 * begun.branches.scale)).max())))
     segment = follow(replace(begun, step=way / count), count, model)
     solutions = [StateSolution(None, np.nan, Status.FAILED, NOT_FOLLOWED)] * len(offsets)
     followed, line = segment.last >= count, segment.line[-1]

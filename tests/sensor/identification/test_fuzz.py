@@ -7,12 +7,12 @@ from functools import cache
 import fuzzing
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibrissa.sensor.response import branch
 
-CASES = 5
+CASES = 2
 RESPOND = cache(branch.respond)
 
 
@@ -67,6 +67,7 @@ def test_a_wrong_number_is_wrong():
 
 
 @pytest.mark.slow
+@settings(max_examples=30)
 @given(
     st.integers(0, 400),
     st.integers(0, 3),

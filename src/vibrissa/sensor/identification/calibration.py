@@ -50,6 +50,8 @@ MOST_OFFSET = 0.5
 MOST_EXCESS = 2.0
 # Condition number from which on unknowns cannot be told apart.
 SINGULAR = 1e12
+# Part of an axis of unit length that is more than rounding.
+COUNTS = 0.1
 ADVICE = (
     "record more periods of sticking, or longer ones on a surface of higher friction, or give eta "
     "and tare the transducer"
@@ -300,11 +302,14 @@ def principal_axes(covariance: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray, shape (q, k)
-        One row for each axis that is not known exactly.
+        One row for each axis that is not known exactly; of its first part that counts, each is
+        positive, so that rounding does not turn it.
     """
     scale = np.sqrt(np.diag(covariance))
     safe = np.where(scale > 0.0, scale, 1.0)
     variance, axes = np.linalg.eigh(covariance / np.outer(safe, safe))
+    first = [axis[np.abs(axis) > COUNTS][0] for axis in axes.T]
+    axes = axes * np.sign(first)
     rows = (np.sqrt(np.maximum(variance, 0.0)) * axes).T * scale
     return np.asarray(rows[variance > 1e-14])
 

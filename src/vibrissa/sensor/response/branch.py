@@ -7,7 +7,7 @@ time.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -21,33 +21,16 @@ from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.states import ContactState
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.numerics.splines import joined
 from vibrissa.outcomes import Contact, End, RodSection, Status
-from vibrissa.sticking.api import EquilibriumState, solve_curve, solve_states
+from vibrissa.sensor.response.pulled import Pulled
+from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 
 # Knots on each smooth piece of the curve; the spline between them is good to about 1e-9.
 KNOTS = 641
-# States solved on each smooth stretch where the clamp pulls, the error allowed between them, and
-# how often a stretch is halved until it is met.
-PULL_NODES = 25
-PULL_TOLERANCE = 1e-7
-PULL_HALVINGS = 3
-# s_c runs steeply towards the tip: there states stand more closely, by this power of equal steps.
-PULL_GRADE = 4
-# Solves the states at some displacements.
-Solve = Callable[[FloatArray], list[EquilibriumState]]
 # A normal force below this is none (E·I0/L²).
 TINY = 1e-9
-
-
-def joined(splines: Sequence[PPoly]) -> PPoly:
-    """Put splines over adjacent intervals together."""
-    return PPoly(
-        np.concatenate([spline.c for spline in splines], axis=1),
-        np.concatenate([spline.x[:-1] for spline in splines] + [splines[-1].x[-1:]]),
-        extrapolate=False,
-    )
 
 
 class States(ABC):
@@ -255,15 +238,52 @@ def respond(
     ArgumentError
         If an argument is out of range.
     """
-    if mounting.stage_angle:
-        raise NoResponseError(
-            "stage_angle must be 0 for one response: an oblique stage begins each period at "
-            f"another height, see vibrissa.sensor.Whisker.stage; got {mounting.stage_angle!r}"
-        )
-    curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
-    if curve.status is not Status.SOLVED:
-        raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
-    return tabulated(curve, _pulled(curve, contact) if pull else [])
+    return responses([theta], [eta], contact, pull, [mounting], section)[0]
+
+
+def responses(
+    theta: Sequence[float],
+    eta: Sequence[float],
+    contact: str = Contact.POINT,
+    pull: bool = True,
+    mountings: Sequence[Mounting] | None = None,
+    section: str = RodSection.ROUND,
+) -> list[Response]:
+    """Solve and tabulate the responses of several rods together; see `respond`.
+
+    Parameters
+    ----------
+    theta, eta : sequence of float, length n
+    contact, pull, section
+        As for `respond`.
+    mountings : sequence of Mounting, length n, optional
+        By default all are ideal.
+
+    Returns
+    -------
+    list of Response
+
+    Raises
+    ------
+    NoResponseError
+        If one of the curves was not solved, or not continued to x0 < 0, or a stage is oblique.
+    ArgumentError
+        If an argument is out of range.
+    """
+    mountings = [IDEAL] * len(theta) if mountings is None else mountings
+    for mounting in mountings:
+        if mounting.stage_angle:
+            raise NoResponseError(
+                "stage_angle must be 0 for one response: an oblique stage begins each period at "
+                "another height, see vibrissa.sensor.Whisker.stage; got "
+                f"{mounting.stage_angle!r}"
+            )
+    curves = solve_curves(theta, eta, contact, mountings, section)
+    for curve in curves:
+        if curve.status is not Status.SOLVED:
+            raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
+    pulled = Pulled(curves, Contact(contact)).splines(KNOTS) if pull else [[] for _ in curves]
+    return [tabulated(curve, parts) for curve, parts in zip(curves, pulled, strict=True)]
 
 
 def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
@@ -299,92 +319,6 @@ def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
     )
 
 
-def _pulled(curve: StickingCurve, contact: str) -> list[PPoly]:
-    """Splines of the reactions from the state without normal force to the α = 0 state."""
-
-    def states(x0: FloatArray) -> list[EquilibriumState]:
-        x1 = (curve.x1_init - x0).tolist()
-        found = solve_states(curve.theta, curve.eta, x1, contact, curve.mounting)
-        for at, one in zip(x0, found, strict=True):
-            if one.status is not Status.SOLVED:
-                raise NoResponseError(f"pulling is not covered: at x0 = {at:.6g} {one.message}")
-        return found
-
-    end = _pull_end(curve, states)
-    first, last = states(np.array([0.0, end]))
-    if not (first.s_c < 1.0 and last.s_c == 1.0):
-        return [_pulled_spline(states, lambda part: end * (1.0 - part))]
-    tip = _tip_alone(states, end)
-    return [
-        _pulled_spline(states, lambda part: end + (tip - end) * part),
-        _pulled_spline(states, lambda part: tip * (1.0 - part**PULL_GRADE)),
-    ]
-
-
-def _pull_end(curve: StickingCurve, states: Solve) -> float:
-    """Displacement at which the normal force of a pulled tip vanishes (L)."""
-    # The search ends at a straight rod. The normal force vanishes before.
-    straight = curve.x1_init - np.sqrt(1.0 - curve.eta**2)
-    for x0 in np.linspace(0.05, 0.95, 19) * straight:
-        if states(np.array([x0]))[0].reaction_fy >= 0.0:
-            return float(
-                brentq(lambda x: states(np.array([x]))[0].reaction_fy, x0, 0.0, xtol=1e-13)
-            )
-    raise NoResponseError("pulling is not covered: the normal force does not vanish")
-
-
-def _tip_alone(states: Solve, end: float) -> float:
-    """Displacement at which the rod has peeled off up to its tip (L): the reactions have a kink."""
-    flat, peeled = 0.0, end
-    while flat - peeled > 1e-10:
-        middle = 0.5 * (flat + peeled)
-        lies = states(np.array([middle]))[0].s_c < 1.0
-        flat, peeled = (middle, peeled) if lies else (flat, middle)
-    return peeled
-
-
-def _pulled_spline(
-    states: Solve,
-    place: Callable[[FloatArray], FloatArray],
-    begin: float = 0.0,
-    end: float = 1.0,
-    halvings: int = PULL_HALVINGS,
-) -> PPoly:
-    """Spline of the reactions on a smooth stretch, through Chebyshev series that are verified.
-
-    `place` maps parts of the stretch, from 0 to 1, to x0; the spline covers those from `begin` to
-    `end`.
-    """
-    nodes = chebyshev_nodes(PULL_NODES)
-
-    def x0(node: FloatArray) -> FloatArray:
-        return place(begin + (end - begin) * node)
-
-    def solved(node: FloatArray) -> FloatArray:
-        return np.array([_reactions(one) for one in states(x0(node))])
-
-    values = solved(nodes)
-    series = chebyshev_transform(PULL_NODES) @ values
-
-    def at(node: FloatArray) -> FloatArray:
-        return np.stack(
-            [np.polynomial.chebyshev.chebval(2.0 * node - 1.0, c) for c in series.T], -1
-        )
-
-    # Between the nodes the series must agree with states that it has not seen.
-    middle = PULL_NODES // 2
-    unseen = 0.5 * (nodes[[0, middle, -2]] + nodes[[1, middle + 1, -1]])
-    error = np.abs(at(unseen) - solved(unseen)).max()
-    if error > PULL_TOLERANCE * np.abs(values).max():
-        if not halvings:
-            where = float(x0(unseen)[0])
-            raise NoResponseError(f"pulling is not covered: not resolved near x0 = {where:.6g}")
-        parts = pairwise((begin, 0.5 * (begin + end), end))
-        return joined([_pulled_spline(states, place, *part, halvings - 1) for part in parts])
-    knots = np.linspace(0.0, 1.0, KNOTS)
-    return CubicSpline(x0(knots), at(knots))
-
-
 def _reactions(state: ContactState) -> FloatArray:
-    """Reactions of one state, or of many in rows."""
+    """Reactions of many states, in rows."""
     return np.stack([state.reaction_fx, state.reaction_fy, state.reaction_m], axis=-1)

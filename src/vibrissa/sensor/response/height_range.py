@@ -6,7 +6,7 @@ closely as it is solved (`EXACT`). Where it cannot be, the range ends.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,8 +15,8 @@ from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.response.branch import TINY, Branch, Response, States, respond
-from vibrissa.sensor.response.heights import Heights, interpolated
+from vibrissa.sensor.response.branch import TINY, Branch, States
+from vibrissa.sensor.response.heights import Heights, Solve, interpolated, solver
 
 # Error of the reactions between the heights that are solved, of the largest reaction.
 EXACT = 1e-8
@@ -193,8 +193,8 @@ def respond_over(
     NoResponseError
         If the rod has no response at `eta`, or it is not resolved next to it.
     """
-    solve = partial(respond, theta, contact=contact, pull=pull, mounting=mounting, section=section)
-    solve(eta)
+    solve = solver(theta, contact, pull, mounting, section)
+    solve(np.array([eta]))
     total = high - low
     downwards, below = _marched(solve, eta, max(low, LOWEST), lambda way: progress(way / total))
     if not below and low < LOWEST:
@@ -211,7 +211,7 @@ def respond_over(
 
 
 def _marched(
-    solve: Callable[[float], Response], start: float, stop: float, progress: Callable[[float], None]
+    solve: Solve, start: float, stop: float, progress: Callable[[float], None]
 ) -> tuple[list[Heights], str]:
     """Parts from one height to another, or to where one is not resolved, and why it is not."""
     parts: list[Heights] = []
@@ -219,7 +219,7 @@ def _marched(
     while at != stop:
         end = min(at + width, stop) if upwards else max(at - width, stop)
         try:
-            found = interpolated(solve, min(at, end), max(at, end), EXACT, upwards=upwards)
+            found = interpolated(solve, min(at, end), max(at, end), EXACT)
         except NoResponseError as error:
             width = 0.5 * abs(end - at)
             if width < NARROWEST:

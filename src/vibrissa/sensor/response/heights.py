@@ -7,7 +7,7 @@ lock, end). It is interpolated over η by the polynomial through Chebyshev point
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -17,8 +17,9 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.numerics.splines import joined
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.response.branch import KNOTS, Branch, Response, joined, respond
+from vibrissa.sensor.response.branch import KNOTS, Branch, Response, responses
 
 # Heights at which the rod is solved, and knots on each stretch, as parts of it.
 NODES = 9
@@ -149,7 +150,6 @@ def respond_between(
     eta: float,
     contact: str = Contact.POINT,
     pull: bool = True,
-    progress: Callable[[int], None] = lambda done: None,
     mounting: Mounting = IDEAL,
     section: str = RodSection.ROUND,
 ) -> Heights:
@@ -161,8 +161,6 @@ def respond_between(
         Taper factor, and the height near which to solve (L).
     contact, pull
         As in `respond`.
-    progress : callable
-        Told after each height how many of the `NODES` + 1 are done.
     mounting : Mounting
     section : str
         As in `respond`.
@@ -182,35 +180,43 @@ def respond_between(
     if not 0.0 < eta < 1.0:
         raise ArgumentError(f"eta must lie between 0 and 1, got {eta!r}")
     reach = reach_of(eta)
-    solve = partial(respond, theta, contact=contact, pull=pull, mounting=mounting, section=section)
+    solve = solver(theta, contact, pull, mounting, section)
     try:
-        return interpolated(solve, eta - reach, eta + reach, TOLERANCE, progress)
+        return interpolated(solve, eta - reach, eta + reach, TOLERANCE)
     except NoResponseError as error:
         raise NoResponseError(f"the height cannot be estimated: {error}; give the height") from None
 
 
+# Solves a rod at some heights together.
+Solve = Callable[[FloatArray], list[Response]]
+
+
+def solver(theta: float, contact: str, pull: bool, mounting: Mounting, section: str) -> Solve:
+    """Give what solves a rod at some heights together."""
+
+    def solve(heights: FloatArray) -> list[Response]:
+        eta = heights.tolist()
+        return responses([theta] * len(eta), eta, contact, pull, [mounting] * len(eta), section)
+
+    return solve
+
+
 def interpolated(
-    solve: Callable[[float], Response],
+    solve: Solve,
     low: float,
     high: float,
     tolerance: float,
-    progress: Callable[[int], None] = lambda done: None,
-    upwards: bool = True,
 ) -> Heights:
     """Interpolate the branches of a rod between two heights.
 
     Parameters
     ----------
     solve : callable
-        Gives the response at a height.
+        Gives the responses at some heights.
     low, high : float
         Range of heights (L).
     tolerance : float
         Error allowed between the nodes, of the largest reaction.
-    progress : callable
-        Told after each height how many of the `NODES` + 1 are done.
-    upwards : bool
-        Whether to begin at the highest.
 
     Returns
     -------
@@ -223,12 +229,10 @@ def interpolated(
         between them is not met.
     """
     nodes = low + (high - low) * chebyshev_nodes(NODES)
-    solved: list[Response] = []
-    # What cannot be solved is far, and tells so at once.
-    for node in nodes[::-1] if upwards else nodes:
-        solved.append(solve(float(node)))
-        progress(len(solved))
-    found = Heights(low=low, high=high, branches=tuple(solved[::-1] if upwards else solved))
+    # Between the nodes the interpolation must agree with a branch that it has not seen.
+    between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
+    *solved, unseen = solve(np.append(nodes, between))
+    found = Heights(low=low, high=high, branches=tuple(solved))
     where = f"for heights from {low:.6g} to {high:.6g} (in units of L)"
     landmarks = {
         (len(branch.bounds), int(np.argmin(np.abs(branch.bounds - branch.x0_lock))))
@@ -236,11 +240,7 @@ def interpolated(
     }
     if len(landmarks) > 1 or len({branch.curve.end for branch in solved}) > 1:
         raise NoResponseError(f"{where} the kind of contact or the end of the curve changes")
-    # Between the nodes the interpolation must agree with a branch that it has not seen.
-    between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
-    resolved = _agrees(found.at(between), solve(between), tolerance)
-    progress(NODES + 1)
-    if not resolved:
+    if not _agrees(found.at(between), unseen, tolerance):
         raise NoResponseError(f"{where} the rod's response is not resolved")
     return found
 

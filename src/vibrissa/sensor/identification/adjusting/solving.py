@@ -14,16 +14,15 @@ from scipy.interpolate import CubicSpline
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.outcomes import Status
+from vibrissa.numerics.splines import joined
 from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate
 from vibrissa.sensor.identification.periods import Placed
 from vibrissa.sensor.identification.recording import Recording
-from vibrissa.sensor.response.branch import Response, joined, tabulated
+from vibrissa.sensor.response.branch import Response, responses
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange
-from vibrissa.sensor.response.heights import NODES, Heights
+from vibrissa.sensor.response.heights import Heights
 from vibrissa.sensor.simulation.oblique import ObliqueHeights, ObliqueStage
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
-from vibrissa.sticking.collocation import solve_curves
 
 # Heights per part of the range of an oblique stage, and the widest part, of the gap 1 − η (L).
 FEW, WIDE = 4, 0.3
@@ -71,9 +70,7 @@ class Solver:
         if whisker.mounting.stage_angle:
             heights = whisker.stages(self.clamp, self.backward, progress)
         else:
-            heights = whisker.heights(
-                self.backward, lambda done: progress("solving the rod", done, NODES + 1)
-            )
+            heights = whisker.heights(self.backward)
         return calibrate(heights, whisker.eta, recording, noise, unknown, whisker.units)
 
     def quick(self, *whiskers: Whisker) -> list[Placed]:
@@ -113,20 +110,18 @@ class Solver:
 
     def _solved(self, whiskers: Sequence[Whisker]) -> list[Response]:
         """Solve whiskers on level stages."""
-        if self.pulled or not whiskers:
-            return [whisker.pulled for whisker in whiskers]
+        if not whiskers:
+            return []
         one = whiskers[0]
-        curves = solve_curves(
-            np.array([whisker.theta for whisker in whiskers]),
-            np.array([whisker.eta for whisker in whiskers]),
+        found = responses(
+            [whisker.theta for whisker in whiskers],
+            [whisker.eta for whisker in whiskers],
             one.contact,
+            self.pulled,
             [whisker.mounting for whisker in whiskers],
             one.section,
         )
-        for curve in curves:
-            if curve.status is not Status.SOLVED:
-                raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
-        return [_continued(tabulated(curve)) for curve in curves]
+        return found if self.pulled else [_continued(response) for response in found]
 
 
 def _continued(response: Response) -> Response:
