@@ -56,6 +56,13 @@ def test_faults_of_a_text():
     )
 
 
+@pytest.mark.parametrize(
+    ("number", "faults"), [("999", 2), ("1_000", 0), ("2e3", 0), ("0o755", 2), ("0x7F", 2)]
+)
+def test_numbers_are_changed_unless_they_are_large(number, faults):
+    assert len({new for _, new in changes(f"a = {number}")}) == faults
+
+
 def test_guards_are_left_alone():
     assert not changes("f(x=zip(a, b, strict=True))\n") - {
         ("f(x=zip(a, b, strict=True))", "f(x=zip(b, a, strict=True))")

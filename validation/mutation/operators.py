@@ -1,5 +1,6 @@
 """The faults: operators of Cosmic Ray that make plausible mistakes, and some more of their kind."""
 
+from ast import literal_eval
 from collections.abc import Iterator
 from itertools import pairwise
 
@@ -50,6 +51,8 @@ CHOSEN = (
 
 # One more or less is no mistake that anybody makes, or notices, of a larger number.
 LARGE = 1000
+# Of numbers that are no sizes, as 0o755 and 0x7F.
+PREFIXES = ("0b", "0o", "0x")
 # Arguments that guard against mistakes of programmers; without one nothing runs differently.
 GUARDS = frozenset({"strict", "frozen", "kw_only", "eq", "slots", "repr"})
 # What tells a union of types from a union of sets or masks.
@@ -187,7 +190,7 @@ def replaced(node: NodeOrLeaf, code: str) -> NodeOrLeaf:
 def is_fault(name: str, node: NodeOrLeaf) -> bool:
     """Whether an operator makes a mistake of a node that can matter when the code runs."""
     if name == "NumberReplacer":
-        return abs(complex(node.value.replace("_", ""))) < LARGE if node.value[1:2] != "o" else True
+        return node.value[:2].lower() in PREFIXES or abs(literal_eval(node.value)) < LARGE
     argument = node.parent
     if argument is not None and argument.type == "argument":
         if argument.children[0].get_code(include_prefix=False) in GUARDS:
