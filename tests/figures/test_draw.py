@@ -507,7 +507,9 @@ def test_regimes_tell_how_a_lock_goes_on():
 def refined_points():
     """A grid of three tapers, to each of which points are added."""
     grids = {"main": grid(THETA[1:], MU0, ("0.001",))}
-    refinement = Refinement(column="x0_slip", tolerance=Decimal("0.001"), closest=Decimal("0.01"))
+    refinement = Refinement(
+        column="x0_slip", tolerance=Decimal("0.001"), closest={"mu0": Decimal("0.01")}
+    )
     parts = []
     for theta in THETA[1:]:
         ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
@@ -549,3 +551,18 @@ def test_points_that_were_added_to_one_grid_belong_to_another():
     shared = table.set_column(place, table.schema.field(place), pa.array(names))
     counts = {name: len(query.frame(shared, ["mu0"], query.on_axes(name))) for name in names[0]}
     assert counts == {"main": 12, "other": len(table)}
+
+
+def test_a_line_along_the_taper_goes_through_added_curves_and_no_added_frictions():
+    """Of the four tapers the second is added, with its own points along friction."""
+    table = refined_points()
+    place = table.schema.get_field_index("added_to")
+    marks = [["main"] if row["theta"] == 2 else row["added_to"] for row in table.to_pylist()]
+    marked = table.set_column(place, table.schema.field(place), pa.array(marks))
+    own = [axes.get_label() for axes in drawn(draw("taper", marked, {"grid": "main"}).axes[0])]
+    without = pc.or_(pc.not_equal(table["theta"], 2.0), pc.is_null(table["added_to"]))
+    shown = pixels(draw("taper", marked, {"grid": "main"}))
+    assert shown == pixels(draw("taper", table.filter(without), {"grid": "main"}))
+    assert sum("mu_0" in label for label in own) == 3
+    friction = draw("law", marked, {"grid": "main"}).legends[0].get_texts()
+    assert not [text for text in friction if "theta = 2" in text.get_text()]

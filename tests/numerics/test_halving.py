@@ -19,13 +19,13 @@ def of(function, kind=lambda x: ""):
 
     def read(places):
         asked.append(list(places))
-        return [Reading(function(float(x)), kind(float(x))) for x in places]
+        return [Reading((function(float(x)),), kind(float(x))) for x in places]
 
     return read, asked
 
 
 def halved(function, tolerance, closest, places=UNIT, kind=lambda x: ""):
-    return halve(places, of(function, kind)[0], tolerance, Decimal(closest))
+    return halve(list(pairwise(places)), of(function, kind)[0], tolerance, Decimal(closest))
 
 
 def test_a_line_needs_no_more_points():
@@ -85,7 +85,7 @@ def test_points_without_a_value_have_nothing_to_be_met():
 
 def test_each_generation_is_asked_for_once_and_no_place_twice():
     read, asked = of(lambda x: x * x)
-    halve(UNIT, read, 1 / 64, Decimal("0.001"))
+    halve([UNIT], read, 1 / 64, Decimal("0.001"))
     assert [len(places) for places in asked] == [2, 3, 4, 8]
     assert [places == sorted(places) for places in asked] == [True] * 4
     assert len({x for places in asked for x in places}) == 17
@@ -109,8 +109,25 @@ def test_a_single_point_has_no_interval():
     ],
 )
 def test_verdicts(values, kinds, expected):
-    readings = [Reading(*reading) for reading in zip(values, kinds, strict=True)]
+    readings = [Reading((value,), kind) for value, kind in zip(values, kinds, strict=True)]
     assert verdict(readings, 0.5) is expected
+
+
+def test_of_several_values_each_is_to_be_met():
+    straight, bent = (0, 1, 2, 3, 4), (0, 1, 2, 3.6, 4)
+    for values, expected in (
+        ((straight, straight), Verdict.MET),
+        ((straight, bent), Verdict.UNMET),
+        ((bent, straight), Verdict.UNMET),
+    ):
+        readings = [Reading(pair, "") for pair in zip(*values, strict=True)]
+        assert verdict(readings, 0.5) is expected
+
+
+def test_intervals_may_lie_apart():
+    apart = [(Decimal(0), Decimal(1)), (Decimal(2), Decimal(3))]
+    read, _ = of(lambda x: x * x)
+    assert halve(apart, read, 0.2, Decimal("0.1")).added == (Decimal("0.5"), Decimal("2.5"))
 
 
 @given(

@@ -1,5 +1,6 @@
 import json
 from decimal import Decimal
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,6 +11,8 @@ from hypothesis import strategies as st
 from vibrissa.errors import ArgumentError, PlanError
 from vibrissa.pipeline.blocks import (
     block_name,
+    ends_of_gaps,
+    gaps_of_block,
     grids_of_block,
     known_blocks,
     partition,
@@ -17,6 +20,7 @@ from vibrissa.pipeline.blocks import (
 )
 from vibrissa.study.boxes import disjoint, members, size
 from vibrissa.study.codec import decode_box, decode_grid
+from vibrissa.study.grid import Refinement
 
 
 def box(*thetas, eta=("0.85",), **axes):
@@ -301,3 +305,31 @@ def test_a_block_does_not_see_axis_values_of_other_blocks(block, longer):
 def test_a_block_sees_the_points_on_its_curves(block, changed, seen):
     before = grids_of_block(block, {"g": GRID})
     assert (grids_of_block(block, {"g": changed}) != before) == seen
+
+
+@pytest.mark.parametrize("most", [1, 2, 3, 5, 12])
+def test_each_gap_begins_in_one_block_and_its_end_is_found(most):
+    axes = {"theta": ["1", "2", "4", "8"], "eta": ["0.7", "0.8", "0.9"], "mu0": ["0.3"]}
+    grid = decode_grid({**axes, "dx0": ["0.001"]})
+    grids = {"main": grid, "plain": grid, "mu0": grid}
+    closest = {"theta": Decimal("0.1"), "eta": Decimal("0.01")}
+    refinements = {
+        "main": Refinement(column="x0_slip", tolerance=Decimal(1), closest=closest),
+        "mu0": Refinement(column="x0_slip", tolerance=Decimal(1), closest={"mu0": Decimal(1)}),
+    }
+    found = []
+    for block in partition([grid.curves(by_step=False)], most, {}).values():
+        gaps = gaps_of_block(block, grids, refinements)
+        assert gaps.keys() <= {"main"}
+        ends = set()
+        for axis, some in gaps.get("main", {}).items():
+            across = "eta" if axis == "theta" else "theta"
+            for gap in some:
+                found += [(axis, gap, at) for at in block[across]]
+                ends |= {(axis, gap[1], at) for at in block[across]}
+        boxes = ends_of_gaps(block, grids, gaps)
+        told = {(key[1], key[0]) for one in boxes for key in members(one)}
+        assert told == {(v, at) if axis == "theta" else (at, v) for axis, v, at in ends}
+    along = [("theta", gap, at) for gap in pairwise(grid.theta) for at in grid.eta]
+    along += [("eta", gap, at) for gap in pairwise(grid.eta) for at in grid.theta]
+    assert sorted(found) == sorted(along)

@@ -1,6 +1,7 @@
 """What README and docs say can be typed, and what they point to is there."""
 
 import re
+import runpy
 import shlex
 from pathlib import Path
 from pkgutil import resolve_name
@@ -10,6 +11,7 @@ import typer
 import yaml
 from typer.testing import CliRunner
 
+from vibrissa import solve_curve
 from vibrissa.cli.app import app
 from vibrissa.study.parsing import parse_study
 from vibrissa.tables import schemas, store
@@ -87,6 +89,14 @@ def test_example_study_is_valid():
     ((_, example),) = blocks("yaml", ["docs/study.md"])
     study = parse_study(yaml.safe_load(example))
     assert len(list(study.point_grids["strong_taper"].points())) == 15 * 3 * 3
+
+
+def test_example_of_refine_is_valid_and_its_counts_are_found_again():
+    ((_, example),) = blocks("yaml", ["docs/refine.md"])
+    assert parse_study(yaml.safe_load(example)).refinements["main"].column == "x0_slip"
+    page = runpy.run_path(str(ROOT / "docs/refine.py"))
+    for table in (page["counts"](solve_curve(2.0, 0.85)), page["curve_counts"]()):
+        assert table in PAGES["docs/refine.md"]
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("*.yaml")), ids=lambda p: p.name)

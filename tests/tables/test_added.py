@@ -14,7 +14,9 @@ from vibrissa.tables.completeness import checked_points
 from vibrissa.tables.schemas import STICTION
 
 # The axis of μ0 has 0.1, 0.2, 0.3 and 0.4 in one grid, and 0.5 in the other.
-REFINEMENTS = {"main": Refinement(column="x0_slip", tolerance=Decimal(1), closest=Decimal("0.02"))}
+REFINEMENTS = {
+    "main": Refinement(column="x0_slip", tolerance=Decimal(1), closest={"mu0": Decimal("0.02")})
+}
 # θ, η and Δx0 of the lines that have added points.
 FIRST, LAST = (0.1, 0.1, 0.1), (0.6, 0.5, 0.2)
 MIDDLES = [(mu0, FIRST) for mu0 in (0.125, 0.15, 0.175)] + [(0.35, LAST), (0.325, LAST)]
@@ -130,3 +132,66 @@ def test_a_point_of_one_grids_axes_that_another_gets_stays_the_ones():
         for mark, names in zip(marks, found["grids"].to_pylist(), strict=True)
     ]
     assert without_added(table(MIDDLES))["grids"].equals(found["grids"])
+
+
+# Values of θ are 0.1 to 0.6 and those of η 0.1 to 0.5.
+CURVES = {
+    "main": replace(
+        REFINEMENTS["main"],
+        closest={"theta": Decimal("0.02"), "eta": Decimal("0.02"), "mu0": Decimal("0.02")},
+    )
+}
+OWN = [(mu0, dx0) for mu0 in (0.1, 0.2, 0.3, 0.4) for dx0 in (0.1, 0.2)]
+
+
+def on_curves(*curves, left_out=(), more=()):
+    pairs = [pair for pair in OWN if pair not in left_out]
+    added = [(mu0, (theta, eta, dx0)) for theta, eta in curves for mu0, dx0 in pairs]
+    return table([*added, *more])
+
+
+@pytest.mark.parametrize("size", [97, 10_000])
+def test_whole_curves_in_the_middle_of_others_pass(size):
+    """Halved once, twice, on two lines, and with a point between the frictions of one."""
+    curves = [(0.15, 0.1), (0.125, 0.1), (0.15, 0.5), (0.2, 0.35), (0.2, 0.375), (0.6, 0.15)]
+    found = on_curves(*curves, more=[(0.15, (0.15, 0.1, 0.1))])
+    parts = [found.slice(i, size) for i in range(0, len(found), size)]
+    assert pa.concat_tables(checked_points(parts, GRIDS, CURVES)).equals(found)
+
+
+@pytest.mark.parametrize(
+    ("found", "problem"),
+    [
+        (on_curves((0.16, 0.1)), "8 grid points are not in the study"),
+        (on_curves((0.65, 0.1)), "8 grid points are not in the study"),
+        (on_curves((0.15, 0.15)), "8 grid points are not in the study"),
+        (on_curves((0.1125, 0.1)), "8 grid points are not in the study"),
+        (
+            on_curves((0.125, 0.1)),
+            "1 grid points are missing, such as (theta, mu0, eta, dx0) = (0.15, 0.1, 0.1, 0.1)",
+        ),
+        (
+            on_curves((0.2, 0.375)),
+            "1 grid points are missing, such as (theta, mu0, eta, dx0) = (0.2, 0.1, 0.35, 0.1)",
+        ),
+        (
+            on_curves((0.15, 0.1), (0.125, 0.5)),
+            "1 grid points are missing, such as (theta, mu0, eta, dx0) = (0.15, 0.1, 0.5, 0.1)",
+        ),
+        (
+            on_curves((0.15, 0.1), left_out=[(0.3, 0.2)]),
+            "1 grid points are missing, such as (theta, mu0, eta, dx0) = (0.15, 0.3, 0.1, 0.2)",
+        ),
+        (on_curves((0.15, 0.1), left_out=OWN[1::2]), "4 grid points are missing"),
+        (on_curves((0.15, 0.1), (0.15, 0.1)), "8 grid points are doubled"),
+        (on_curves((0.15, 0.1), more=[(0.125, (0.15, 0.1, 0.1))]), "1 grid points are missing"),
+        (on_curves((0.15, 0.1), more=[(0.5, (0.15, 0.1, 0.1))]), "1 grid points are not in"),
+        (on_curves((0.15, 0.1), more=[(0.1, (0.15, 0.1, 0.3))]), "1 grid points are not in"),
+    ],
+)
+def test_curves_where_none_is_added_are_refused(found, problem):
+    assert problem in refusal(found, refinements=CURVES)
+
+
+def test_along_an_axis_that_is_not_refined_no_curve_is_added():
+    assert "8 grid points are not in the study" in refusal(on_curves((0.15, 0.1)))

@@ -16,10 +16,11 @@ from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import Refinement, points_on_curves
 from vibrissa.tables import records, schemas, store
-from vibrissa.tables.refining import refined_lines, with_added
+from vibrissa.tables.refining import all_added, curve_lines, refined_lines, with_added
 
 MU0 = ("0.1", "0.2", "0.3", "0.4", "0.5", "0.6")
-FINE = Refinement(column="x0_slip", tolerance=Decimal("0.001"), closest=Decimal("0.002"))
+CLOSEST = Decimal("0.002")
+FINE = Refinement(column="x0_slip", tolerance=Decimal("0.001"), closest={"mu0": CLOSEST})
 
 
 def grid(mu0=MU0, dx0=("0.001",), theta=("2",)):
@@ -54,12 +55,12 @@ def test_the_onset_is_known_between_the_points_to_the_tolerance():
     ((locked, _), *more) = [ends for ends in line.halved.switches]
     assert not more
     for start, stop in pairwise(frictions(points, "main")):
-        assert stop - start >= FINE.closest
+        assert stop - start >= CLOSEST
         places = np.linspace(float(start), float(stop), 5)
         onsets = np.array([curve().onset(np.array([mu0]))[0] for mu0 in places])
         if start == locked:
             assert np.isfinite(onsets[0]) and np.isnan(onsets[-1])
-            assert stop - start < 2 * FINE.closest
+            assert stop - start < 2 * CLOSEST
         elif np.isfinite(onsets).all():
             line_between = np.interp(places, places[[0, -1]], onsets[[0, -1]])
             assert np.abs(onsets - line_between).max() <= 0.001
@@ -98,7 +99,7 @@ def test_without_refine_nothing_changes():
     assert list(refined_lines(curve(), points, {})) == []
     assert with_added(points, []) is points
     assert points.added_to == [None] * 6
-    coarse = {"main": replace(FINE, tolerance=Decimal(1), closest=Decimal("0.06"))}
+    coarse = {"main": replace(FINE, tolerance=Decimal(1), closest={"mu0": Decimal("0.06")})}
     assert refined({"main": grid()}, coarse).added_to == [None] * 6
 
 
@@ -166,7 +167,81 @@ def test_the_log_says_what_was_added_and_what_is_left():
     points = own_points({"main": grid(dx0=("0.01",))})
     (line,) = refined_lines(curve(), points, {"main": FINE})
     count = len(line.halved.added)
-    assert str(line) == f"dx0 0.01: {count} points added to main; 1 change of kind closed in"
-    rough = replace(FINE, tolerance=Decimal("1e-6"), closest=Decimal("0.05"))
+    assert str(line) == f"dx0 0.01: {count} values of mu0 added to main; 1 change of kind closed in"
+    rough = replace(FINE, tolerance=Decimal("1e-6"), closest={"mu0": Decimal("0.05")})
     (line,) = refined_lines(curve(), points, {"main": rough})
     assert "not within the tolerance at closest: mu0 0.1 to 0.15, 0.15 to 0.2, " in str(line)
+
+
+def curve_refinement(column="x0_slip", tolerance="0.001"):
+    closest = {"theta": Decimal("0.05"), "eta": Decimal("0.005")}
+    return Refinement(column=column, tolerance=Decimal(tolerance), closest=closest)
+
+
+@cache
+def solved(key):
+    return solve_curve(float(key.theta), float(key.eta))
+
+
+def lines_of(grid, refinement, gaps):
+    return list(curve_lines("main", grid, gaps, refinement, solved))
+
+
+def test_curves_are_added_until_the_onset_is_known_between_them():
+    """For each friction, by onsets that are computed anew."""
+    mu0 = ("0.3", "0.45")
+    theta = ("1", "2", "4")
+    whole = grid(mu0=mu0, theta=theta)
+    gaps = {"theta": list(pairwise(whole.theta))}
+    ((line, keys),) = lines_of(replace(whole, theta=whole.theta[:2]), curve_refinement(), gaps)
+    assert [key.theta for key in keys] == list(line.halved.added)
+    assert {(key.eta, key.dx0) for key in keys} == {(Decimal("0.85"), None)}
+    assert str(line).startswith(f"eta 0.85: {len(keys)} values of theta added to main")
+    values = sorted([*whole.theta, *line.halved.added])
+    assert len(values) > 5 and not line.halved.switches
+    for start, stop in pairwise(values):
+        places = np.linspace(float(start), float(stop), 5)
+        onsets = np.array([solve_curve(x, 0.85).onset(np.array([0.3, 0.45])) for x in places])
+        between = onsets[0] + np.linspace(0, 1, 5)[:, None] * (onsets[-1] - onsets[0])
+        assert np.abs(onsets - between).max() <= 0.001 + 1e-12
+
+
+def test_a_change_along_eta_is_closed_in():
+    """The tip locks where the clamp is so far away that mu_lock falls below 0.45."""
+    whole = replace(grid(mu0=("0.45",)), eta=(Decimal("0.8"), Decimal("0.9")))
+    gaps = {"eta": list(pairwise(whole.eta))}
+    ((line, keys),) = lines_of(whole, curve_refinement(tolerance="1"), gaps)
+    assert {key.theta for key in keys} == {Decimal(2)} and line.axis == "eta"
+    ((start, stop),) = line.halved.switches
+    assert stop - start < Decimal("0.01")
+    locks = [solve_curve(2.0, float(eta)).mu_lock for eta in (start, stop)]
+    assert locks[0] > 0.45 > locks[1]
+
+
+def test_each_line_of_a_grid_is_refined_by_itself():
+    whole = replace(grid(theta=("1", "2")), eta=(Decimal("0.8"), Decimal("0.85")))
+    gaps = {"theta": [whole.theta], "eta": [whole.eta]}
+    found = [(line.axis, line.at) for line, _ in lines_of(whole, curve_refinement(), gaps)]
+    assert found == [("theta", at) for at in whole.eta] + [("eta", at) for at in whole.theta]
+
+
+def test_numbers_of_a_curve_as_a_whole_are_known_between_curves():
+    whole = grid(mu0=("0.3",), theta=("1", "4"))
+    refinement = curve_refinement("mu_lock", "0.01")
+    ((line, _),) = lines_of(whole, refinement, {"theta": [whole.theta]})
+    assert line.halved.added
+    places = np.array(sorted([*whole.theta, *line.halved.added]), dtype=float)
+    fine = np.linspace(1, 4, 31)
+    locks = np.interp(fine, places, [solve_curve(theta, 0.85).mu_lock for theta in places])
+    exact = np.array([solve_curve(theta, 0.85).mu_lock for theta in fine])
+    # Between the quarters, too, as mu_lock is smooth.
+    assert np.abs(locks - exact).max() <= 0.011
+
+
+def test_all_points_of_an_added_curve_are_added():
+    grids = {"main": grid(), "other": grid(mu0=("0.3",))}
+    points = all_added(own_points(grids))
+    assert points.added_to == points.grids
+    assert [
+        mu0 for mu0, names in zip(points.mu0, points.grids, strict=True) if len(names) == 2
+    ] == [Decimal("0.3")]

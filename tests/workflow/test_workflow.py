@@ -187,7 +187,7 @@ def test_added_points_do_not_depend_on_blocks_and_no_curve_is_solved_for_them(fr
     list(checked_points([alone], study.point_grids, study.refinements))
     assert 0 < alone["added_to"].null_count < len(alone)
     (_, log) = sorted(fresh.root.glob("results/tiny/logs/points/*.log"))
-    assert "added to main; 1 change of kind closed in" in log.read_text()
+    assert "of mu0 added to main; 1 change of kind closed in" in log.read_text()
 
     fresh.edit("tiny.yaml", "tolerance: 0.01", "tolerance: 0.001")
     assert fresh.jobs(STICTION) == {"points": 2, "stiction": 1}
@@ -201,6 +201,35 @@ def test_added_points_do_not_depend_on_blocks_and_no_curve_is_solved_for_them(fr
     other = fresh.stiction("together")
     for name in ("theta", "mu0", "grids", "added_to", "status", "n_steps"):
         assert other[name].equals(alone[name])
+
+
+WITH_CURVES = """
+study: tiny
+block_size: 1
+grids:
+  main:
+    theta: [1, 3]
+    mu0: [0.3, 0.45]
+    eta: [0.8, 0.9]
+    dx0: [0.005]
+    refine: {tolerance: 0.003, closest: {theta: 0.2, eta: 0.02, mu0: 0.05}}
+"""
+
+
+def test_added_curves_do_not_depend_on_blocks(fresh):
+    """Each gap is looked at by one job, wherever its ends were solved."""
+    fresh.write("tiny.yaml", WITH_CURVES)
+    fresh.snakemake(STICTION)
+    study, apart = parsed(WITH_CURVES), fresh.stiction()
+    list(checked_points([apart], study.point_grids, study.refinements))
+    thetas, etas = (set(apart[name].to_pylist()) for name in ("theta", "eta"))
+    assert len(thetas) > 2 and len(etas) > 2
+    together = WITH_CURVES.replace("study: tiny", "study: together").replace("size: 1", "size: 4")
+    fresh.write("together.yaml", together)
+    fresh.snakemake(STICTION.replace("tiny", "together"), study="together.yaml")
+    one = fresh.stiction("together")
+    for name in ("theta", "eta", "mu0", "grids", "added_to", "status", "n_steps"):
+        assert one[name].equals(apart[name]), name
 
 
 def test_only_the_given_study_is_run_and_written_down(finished):

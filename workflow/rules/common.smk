@@ -8,12 +8,24 @@ import yaml
 import vibrissa
 from vibrissa.errors import PlanError, StudyError
 from vibrissa.pipeline import places
-from vibrissa.pipeline.blocks import grids_of_block, known_blocks, planned_blocks
+from vibrissa.pipeline.blocks import (
+    ends_of_gaps,
+    gaps_of_block,
+    grids_of_block,
+    known_blocks,
+    planned_blocks,
+)
 from vibrissa.pipeline.effort import effort
 from vibrissa.pipeline.sources import sources
 from vibrissa.study import costs
 from vibrissa.study.boxes import meets, size
-from vibrissa.study.codec import encode_box, encode_grid, encode_refinement, encode_values
+from vibrissa.study.codec import (
+    encode_box,
+    encode_gaps,
+    encode_grid,
+    encode_refinement,
+    encode_values,
+)
 from vibrissa.study.reading import read_study, retyped
 
 # Snakemake (9.27) writes the path of its Python into shell commands, of `script:` rules and of cluster
@@ -125,6 +137,35 @@ def refinements_of_block(block):
         return {}
     names = grids_of_block(BLOCKS[block], STUDY.point_grids).keys() & STUDY.refinements.keys()
     return {name: encode_refinement(STUDY.refinements[name]) for name in sorted(names)}
+
+
+def gaps_of(block):
+    """Gaps that begin at curves of a block and may get curves in between."""
+    return gaps_of_block(BLOCKS[block], STUDY.point_grids, STUDY.refinements)
+
+
+def neighbours_of_block(block):
+    """Other blocks that hold the curves at which these gaps end."""
+    if not gaps_of(block):  # as of most studies, of which some have very many blocks
+        return []
+    ends = list(map(meets, ends_of_gaps(BLOCKS[block], STUDY.point_grids, gaps_of(block))))
+    return [
+        other
+        for other, curves in BLOCKS.items()
+        if other != block and any(has_end(curves) for has_end in ends)
+    ]
+
+
+# So many curves are expected, at most, to be added for each curve of a block where some may be.
+ADDED_CURVES = 4
+
+
+def seconds_of_points(block):
+    """What reading the points of a block may take, and solving the curves that are added."""
+    added = ADDED_CURVES if gaps_of(block) else 0
+    curves = BLOCKS[block]
+    solving = added * costs.curve_seconds(curves, STUDY.method, STUDY.contact)
+    return solving + (1 + added) * costs.POINT * POINTS_ON_CURVE * size(curves)
 
 
 def blocks_of_scan(scan):

@@ -30,7 +30,10 @@ rule curves:
 rule points:
     input:
         curves=rules.curves.output,
-        code=sources("tables.refining", "pipeline.jobs"),
+        neighbours=lambda wildcards: expand(
+            rules.curves.output, block=neighbours_of_block(wildcards.block)
+        ),
+        code=sources("tables.refining", "sticking.collocation", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.points.parquet",
     log:
@@ -42,15 +45,21 @@ rule points:
     threads: 1
     resources:
         runtime=lambda wildcards, attempt: attempt
-        * costs.minutes(costs.POINT * POINTS_ON_CURVE * size(BLOCKS[wildcards.block])),
-        mem_mb=lambda wildcards, attempt: attempt * megabytes_of_blocks([wildcards.block]),
+        * costs.minutes(seconds_of_points(wildcards.block)),
+        mem_mb=lambda wildcards, attempt: attempt
+        * megabytes_of_blocks([wildcards.block, *neighbours_of_block(wildcards.block)]),
     params:
         study=STUDY.name,
+        contact=STUDY.contact.value,
+        section=STUDY.section.value,
         grids=lambda wildcards: {
             name: encode_grid(part)
             for name, part in grids_of_block(BLOCKS[wildcards.block], STUDY.point_grids).items()
         },
         refinements=lambda wildcards: refinements_of_block(wildcards.block),
+        gaps=lambda wildcards: {
+            name: encode_gaps(gaps) for name, gaps in gaps_of(wildcards.block).items()
+        },
     message:
         "reading grid points off block {wildcards.block}"
     script:

@@ -1,22 +1,63 @@
-"""Read the grid points of one block off its sticking curves, and those that are added to them."""
+"""Read the grid points of one block off its sticking curves, and those that refine adds to them."""
 
+from functools import cache
+
+from vibrissa.outcomes import Contact, RodSection
 from vibrissa.pipeline import jobs
 from vibrissa.sticking.stiction import read_curve
-from vibrissa.study.codec import decode_grid, decode_refinement, encode_key
-from vibrissa.study.grid import points_on_curves
+from vibrissa.study.codec import decode_gaps, decode_grid, decode_refinement, encode_key
+from vibrissa.study.grid import points_of, points_on_curves
 from vibrissa.tables import records, schemas, store
-from vibrissa.tables.refining import refined_lines, with_added
+from vibrissa.tables.mounted import mounting_of
+from vibrissa.tables.refining import all_added, curve_lines, refined_lines, with_added
+
+CONTACT, SECTION = Contact(snakemake.params.contact), RodSection(snakemake.params.section)
 
 
-def read_points(curves, grids, refinements):
-    """Points on each curve, the curve, and what was read off it; the log says what was added."""
-    for key, points in points_on_curves(curves, grids):
-        curve = curves[key]
-        lines = list(refined_lines(curve, points, refinements))
-        for line in lines:
-            print(*encode_key(key), line)
-        points = with_added(points, lines)
-        yield points, curve, read_curve(curve, points.mu0, points.dx0)
+def read_curves(paths):
+    """Curves of some blocks by their keys."""
+    tables = (store.read(path, schemas.CURVES) for path in paths)
+    return {
+        key: curve for table in tables for key, curve in records.curves_from_table(table).items()
+    }
+
+
+def solve(key):
+    """Solve a curve by itself: it is the same whatever else is added."""
+    # A job that adds no curve does not depend on the solver.
+    from vibrissa.sticking.collocation import solve_curves
+
+    (curve,) = solve_curves(
+        [float(key.theta)], [float(key.eta)], CONTACT, [mounting_of(key.mounting)], SECTION
+    )
+    return curve
+
+
+def refined(key, curve, points, refinements):
+    """Points on a curve with those that are added along mu0; the log says which."""
+    lines = list(refined_lines(curve, points, refinements))
+    for line in lines:
+        print(*encode_key(key), line)
+    return with_added(points, lines)
+
+
+def read_points(own, neighbours, grids, refinements, gaps):
+    """Points on each curve, the curve, and what was read off it."""
+    for key, points in points_on_curves(own, grids):
+        points = refined(key, own[key], points, refinements)
+        yield points, own[key], read_curve(own[key], points.mu0, points.dx0)
+    known = own | neighbours
+    curve_of = cache(lambda key: known[key] if key in known else solve(key))
+    added = {}
+    for name in sorted(gaps):
+        lines = curve_lines(name, grids[name], gaps[name], refinements[name], curve_of)
+        for line, keys in lines:
+            print(line)
+            for key in keys:
+                added.setdefault(key, {})[name] = grids[name]
+    for key, of_grids in added.items():
+        points = all_added(refined(key, curve_of(key), points_of(of_grids), refinements))
+        yield points, curve_of(key), read_curve(curve_of(key), points.mu0, points.dx0)
 
 
 with jobs.logged(snakemake.log[0]):
@@ -24,7 +65,8 @@ with jobs.logged(snakemake.log[0]):
     refinements = {
         name: decode_refinement(texts) for name, texts in snakemake.params.refinements.items()
     }
-    curves = records.curves_from_table(store.read(snakemake.input.curves[0], schemas.CURVES))
-    results = read_points(curves, grids, refinements)
+    gaps = {name: decode_gaps(texts) for name, texts in snakemake.params.gaps.items()}
+    own, neighbours = map(read_curves, (snakemake.input.curves, snakemake.input.neighbours))
+    results = read_points(own, neighbours, grids, refinements, gaps)
     tables = records.stiction_tables(results, snakemake.params.study)
     store.write_parts(tables, schemas.STICTION, snakemake.output[0])

@@ -5,6 +5,7 @@ from functools import reduce
 from operator import and_, or_
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pyarrow.compute as pc
 from matplotlib.figure import Figure
@@ -13,6 +14,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.figures import aside, comparisons, mountings, points, regimes, scans, states, style
 from vibrissa.figures.kinds import Kind
 from vibrissa.tables import query
+from vibrissa.tables.schemas import ADDED_TO
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
@@ -21,6 +23,8 @@ KINDS: dict[str, Kind] = {
     if isinstance(kind, Kind)
 }
 NO_RESULT = ("failed", "out_of_reach")
+# Axes of a grid to which values can be added.
+REFINED_AXES = ("theta", "mu0", "eta")
 
 
 def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figure:
@@ -50,7 +54,7 @@ def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figu
     """
     if kind not in KINDS:
         raise ArgumentError(f"unknown kind of figure {kind!r}; allowed: {', '.join(KINDS)}")
-    rows = query.frame(table, KINDS[kind].columns, _condition(selection, KINDS[kind].along_mu0))
+    rows = _rows(KINDS[kind], table, selection)
     if rows.empty:
         raise ArgumentError(f"no rows to draw for {kind} figure with {dict(selection)}")
     with style.applied():
@@ -59,12 +63,27 @@ def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figu
         return KINDS[kind].plot(rows)
 
 
-def _condition(selection: Mapping[str, Any], with_added: bool) -> pc.Expression | None:
+def _rows(kind: Kind, table: query.Readable, selection: Mapping[str, Any]) -> pd.DataFrame:
+    """Rows that are shown: of a grid those on its axes, and those added along the kind's axis."""
+    where = _condition(selection)
+    if "grid" not in selection:
+        return query.frame(table, kind.columns, where)
+    if not kind.along:
+        return query.frame(table, kind.columns, where & query.on_axes(selection["grid"]))
+    rows = query.frame(table, [*kind.columns, ADDED_TO.name], where)
+    names = rows.pop(ADDED_TO.name)
+    on_axes = [found is None or selection["grid"] not in found for found in names]
+    own = rows[np.array(on_axes, dtype=bool)]
+    across = [axis for axis in REFINED_AXES if axis in rows and axis != kind.along]
+    return rows[np.logical_and.reduce([rows[axis].isin(own[axis]) for axis in across])]
+
+
+def _condition(selection: Mapping[str, Any]) -> pc.Expression | None:
     """Condition on the rows of what a figure's entry in the study file selects."""
     conditions = []
     for name, value in selection.items():
         if name == "grid":
-            conditions.append(query.in_grid(value) if with_added else query.on_axes(value))
+            conditions.append(query.in_grid(value))
             continue
         values = value if isinstance(value, list) else [value]
         if name == "curvature":

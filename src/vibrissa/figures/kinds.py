@@ -23,19 +23,20 @@ class Kind:
         Columns of the table that are shown; no other is read.
     plot : callable
         Takes the rows that are to be shown, at least one, and returns the figure.
-    along_mu0 : bool
-        Whether lines of it run along μ0, so that points of μ0 that were added to a grid belong to
-        them. In another figure each added point would be a series of its own.
+    along : str
+        Axis along which lines of it run, so that values that refine added to the axis belong to
+        them; empty where there is none. Values that were added to another axis are not shown: each
+        would be a series of its own.
     """
 
     name: str
     columns: tuple[str, ...]
     plot: Callable[[pd.DataFrame], Figure]
-    along_mu0: bool
+    along: str
 
 
 def kind(
-    name: str, *, columns: tuple[str, ...], along_mu0: bool = False
+    name: str, *, columns: tuple[str, ...], along: str = ""
 ) -> Callable[[Callable[[pd.DataFrame], Figure]], Kind]:
     """Make a kind of figure of the function that plots it; see `Kind`."""
-    return lambda plot: Kind(name=name, columns=columns, plot=plot, along_mu0=along_mu0)
+    return lambda plot: Kind(name=name, columns=columns, plot=plot, along=along)

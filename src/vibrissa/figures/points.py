@@ -17,7 +17,7 @@ from vibrissa.figures.style import COLORS
 SHOWN_LEVELS, MANY_LEVELS = 7, 20
 
 
-@kind("taper", columns=(*POINT, "x0_slip", "x0_max", "penetrates"))
+@kind("taper", columns=(*POINT, "x0_slip", "x0_max", "penetrates"), along="theta")
 def taper(rows: pd.DataFrame) -> Figure:
     """x0,max over θ for each μ0: the step grid's marks and the exact onset (paper Figure 6)."""
     locks = rows["status"] == "lock"
@@ -68,7 +68,7 @@ def _where_it_locks(locks: pd.Series, not_drawn: pd.Series) -> str:
     return f"\na line ends where the tip locks{all_lock}"
 
 
-@kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"), along_mu0=True)
+@kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"), along="mu0")
 def friction(rows: pd.DataFrame) -> Figure:
     """x0,max over μ0: levels of the step grid, exact onset and locking (paper Figure 7)."""
     figure, axes = style.axes(4.6)

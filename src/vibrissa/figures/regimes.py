@@ -38,7 +38,7 @@ NEAR_LOCK = 0.1
 PANELS = {6: (2, 2.6, 10.0), 20: (4, 1.6, 8.0), math.inf: (8, 0.9, 6.0)}
 
 
-@kind("locking", columns=("theta", "eta", "status", "message", "mu_lock"))
+@kind("locking", columns=("theta", "eta", "status", "message", "mu_lock"), along="theta")
 def locking(rows: pd.DataFrame) -> Figure:
     """μ_lock over θ for each η."""
     figure, axes = style.axes(4.2)
@@ -130,7 +130,7 @@ def _cells(centres: pd.Index) -> FloatArray:
     return np.array([first, *between, last])
 
 
-@kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"), along_mu0=True)
+@kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"), along="mu0")
 def law(rows: pd.DataFrame) -> Figure:
     """x0_slip over μ0 up to the lock for each θ, and the power law near it."""
     figure = style.page(3.6)

@@ -4,21 +4,20 @@ An interval *is met* if two things hold at the three places that quarter it. The
 most the tolerance from the straight line between the ends, which is what a reader of a plot draws.
 And what happens there is of the same kind as at the ends. An interval that is not met is halved,
 unless its halves would be too narrow. One place in the middle would not do: the line through a
-curve's inflection passes there.
+curve's inflection passes there. Where there are several values, all of this is asked of each.
 """
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from enum import Enum, auto
-from itertools import pairwise
 from typing import NamedTuple
 
 
 class Reading(NamedTuple):
-    """What is found at a place: a value, NaN where there is none, and of which kind it is."""
+    """What is found at a place: values, NaN where there are none, and of which kind it is."""
 
-    value: float
+    values: tuple[float, ...]
     kind: Hashable
 
 
@@ -53,13 +52,13 @@ class Halved:
     unmet: tuple[Interval, ...]
 
 
-def halve(places: Sequence[Decimal], read: Read, tolerance: float, closest: Decimal) -> Halved:
-    """Halve the intervals of an axis until each is met, or its halves would be too narrow.
+def halve(intervals: Sequence[Interval], read: Read, tolerance: float, closest: Decimal) -> Halved:
+    """Halve intervals of an axis until each is met, or its halves would be too narrow.
 
     Parameters
     ----------
-    places : sequence of Decimal
-        Distinct values in increasing order.
+    intervals : sequence of (Decimal, Decimal)
+        Start and stop of each, in increasing order; they have no more than ends in common.
     read : callable
         Takes places and tells what is found there. It is asked once for each generation of
         intervals.
@@ -72,10 +71,10 @@ def halve(places: Sequence[Decimal], read: Read, tolerance: float, closest: Deci
     -------
     Halved
     """
-    known = dict(zip(places, read(places), strict=True))
+    ends = sorted({end for interval in intervals for end in interval})
+    known = dict(zip(ends, read(ends), strict=True))
     added: list[Decimal] = []
     left: dict[Verdict, list[Interval]] = {verdict: [] for verdict in Verdict}
-    intervals = list(pairwise(places))
     while intervals:
         quarters = sorted({place for each in intervals for place in _quarters(each)} - known.keys())
         known |= zip(quarters, read(quarters), strict=True)
@@ -117,8 +116,11 @@ def verdict(readings: Sequence[Reading], tolerance: float) -> Verdict:
     if any(reading.kind != first.kind for reading in readings):
         return Verdict.UNMET
     steps = len(readings) - 1
-    lines = (first.value + (last.value - first.value) * i / steps for i in range(steps + 1))
-    off = (abs(r.value - line) for r, line in zip(readings, lines, strict=True))
+    off = (
+        abs(value - (start + (stop - start) * i / steps))
+        for i, reading in enumerate(readings)
+        for value, start, stop in zip(reading.values, first.values, last.values, strict=True)
+    )
     # NaN, where nothing has a value, is not larger.
     return Verdict.UNMET if any(distance > tolerance for distance in off) else Verdict.MET
 

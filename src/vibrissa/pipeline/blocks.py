@@ -10,13 +10,14 @@ curve). No curve is named by itself, so that a plan of millions of curves is sma
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from vibrissa.errors import ArgumentError, PlanError
 from vibrissa.files import write_atomically
 from vibrissa.study.boxes import Box, cut, holds, joined, meets, remaining, size
-from vibrissa.study.codec import decode_box, encode_box
-from vibrissa.study.grid import Grid
+from vibrissa.study.codec import Gap, decode_box, encode_box
+from vibrissa.study.grid import Grid, Refinement
 
 Blocks = dict[str, Box]
 
@@ -93,6 +94,49 @@ def grids_of_block(block: Box, grids: Mapping[str, Grid]) -> dict[str, Grid]:
         if all(axes.values()):
             parts[name] = Grid(**axes)
     return parts
+
+
+def gaps_of_block(
+    block: Box, grids: Mapping[str, Grid], refinements: Mapping[str, Refinement]
+) -> dict[str, dict[str, list[Gap]]]:
+    """Gaps that begin at curves of a block, of grids to which curves are added.
+
+    So each gap of a study belongs to one block, whichever its other end is in.
+
+    Parameters
+    ----------
+    block : Box
+    grids : mapping of Grid
+        The study's grids by name.
+    refinements : mapping of Refinement
+        Of those to which points are added.
+
+    Returns
+    -------
+    dict
+        By grid and axis, in increasing order.
+    """
+    found: dict[str, dict[str, list[Gap]]] = {}
+    refined = {name: one for name, one in refinements.items() if one.curve_axes}
+    for name, part in grids_of_block(block, {name: grids[name] for name in refined}).items():
+        for axis in refined[name].curve_axes:
+            following = dict(pairwise(getattr(grids[name], axis)))
+            begun = [(v, following[v]) for v in getattr(part, axis) if v in following]
+            if begun:
+                found.setdefault(name, {})[axis] = begun
+    return found
+
+
+def ends_of_gaps(
+    block: Box, grids: Mapping[str, Grid], gaps: Mapping[str, Mapping[str, Sequence[Gap]]]
+) -> list[Box]:
+    """Curves at which the gaps end that begin in a block; see `gaps_of_block`."""
+    parts = grids_of_block(block, {name: grids[name] for name in gaps})
+    return [
+        {**parts[name].curves(by_step=False), axis: tuple(stop for _, stop in some)}
+        for name, of_axes in gaps.items()
+        for axis, some in of_axes.items()
+    ]
 
 
 def planned_blocks(

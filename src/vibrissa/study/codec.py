@@ -5,6 +5,7 @@ it. Everywhere else a value is a `Decimal`, or a tuple of them: the coefficients
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from decimal import Decimal
 from functools import lru_cache
 from itertools import islice, pairwise
 from operator import attrgetter
@@ -22,6 +23,8 @@ from vibrissa.study.grid import (
     equal_steps,
 )
 
+# Two neighbouring values of an axis.
+Gap = tuple[Decimal, Decimal]
 # So many values in equal steps have the short form of a range.
 LEAST_RANGE = 4
 
@@ -191,16 +194,16 @@ def decode_grid(axes: Mapping[str, Sequence[str]]) -> Grid:
     return Grid(**values)
 
 
-def encode_refinement(refinement: Refinement) -> dict[str, str]:
+def encode_refinement(refinement: Refinement) -> dict[str, Any]:
     """Plain form of a refinement: its attributes by name."""
     return {
         "column": refinement.column,
         "tolerance": spell(refinement.tolerance),
-        "closest": spell(refinement.closest),
+        "closest": {axis: spell(value) for axis, value in refinement.closest.items()},
     }
 
 
-def decode_refinement(texts: Mapping[str, str]) -> Refinement:
+def decode_refinement(texts: Mapping[str, Any]) -> Refinement:
     """Inverse of `encode_refinement`.
 
     Raises
@@ -213,5 +216,27 @@ def decode_refinement(texts: Mapping[str, str]) -> Refinement:
     return Refinement(
         column=texts["column"],
         tolerance=exact(texts["tolerance"]),
-        closest=exact(texts["closest"]),
+        closest={axis: exact(text) for axis, text in texts["closest"].items()},
     )
+
+
+def encode_gaps(gaps: Mapping[str, Sequence[Gap]]) -> dict[str, list[list[str]]]:
+    """Plain form of gaps between values of some axes: the starts, then the stops."""
+    return {
+        axis: [encode_axis(start for start, _ in some), encode_axis(stop for _, stop in some)]
+        for axis, some in gaps.items()
+    }
+
+
+def decode_gaps(texts: Mapping[str, Sequence[Sequence[str]]]) -> dict[str, list[Gap]]:
+    """Inverse of `encode_gaps`.
+
+    Raises
+    ------
+    ValueError
+        As `decode_axis`, or if there are more starts or more stops.
+    """
+    return {
+        axis: list(zip(decode_axis(starts), decode_axis(stops), strict=True))
+        for axis, (starts, stops) in texts.items()
+    }

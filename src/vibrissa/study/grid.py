@@ -21,6 +21,8 @@ AXES = ("theta", "mu0", "eta", "dx0")
 # Further axes, of how the rod is mounted, which a grid may have. Without them it is ideal: 0.
 MOUNTING_AXES = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
 ZERO = Decimal(0)
+# Axes of curves along which points can be added.
+REFINED_CURVE_AXES = ("theta", "eta")
 # The axes of curves, in the order of curves in blocks and tables.
 CURVE_AXES = ("eta", "theta", *MOUNTING_AXES, "dx0")
 # Longer axes are typing errors: 10^6 points are three axes of 100.
@@ -124,7 +126,7 @@ class Grid:
 
 @dataclass(frozen=True, kw_only=True)
 class Refinement:
-    """How points of μ0 are added to a grid; `vibrissa.numerics.halving` says between which.
+    """How points are added to a grid; `vibrissa.numerics.halving` says between which.
 
     Attributes
     ----------
@@ -132,13 +134,32 @@ class Refinement:
         Of the table of grid points, what is to be known between them.
     tolerance : Decimal
         How far it may be from a straight line between two points, in its unit.
-    closest : Decimal
-        Least distance of an added point from the next.
+    closest : mapping of Decimal
+        By axis along which points are added, their least distance from the next.
     """
 
     column: str
     tolerance: Decimal
-    closest: Decimal
+    closest: Mapping[str, Decimal]
+
+    @property
+    def curve_axes(self) -> tuple[str, ...]:
+        """Axes along which each added value is a curve of its own."""
+        return tuple(axis for axis in REFINED_CURVE_AXES if axis in self.closest)
+
+
+def most_added(gap: Decimal, closest: Decimal) -> int:
+    """Count the points that halving can add to a gap until none is closer to the next than this.
+
+    Examples
+    --------
+    >>> most_added(Decimal("0.1"), Decimal("0.025"))
+    3
+    """
+    halvings = 0
+    while gap >= 2 * closest * 2**halvings:
+        halvings += 1
+    return int(2**halvings) - 1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -275,7 +296,7 @@ def points_on_curves(
         if names:
             found = names, key.dx0
             if found not in known:
-                known[found] = _points({name: grids[name] for name in names}, key.dx0)
+                known[found] = points_of({name: grids[name] for name in names}, key.dx0)
             yield key, known[found]
 
 
@@ -298,8 +319,8 @@ def study_points(grids: Mapping[str, Grid]) -> Iterator[tuple[CurveKey, CurvePoi
     return points_on_curves(curve_keys(boxes), grids)
 
 
-def _points(grids: Mapping[str, Grid], step: Decimal | None) -> CurvePoints:
-    """Points of some grids, all or those of one Δx0."""
+def points_of(grids: Mapping[str, Grid], step: Decimal | None = None) -> CurvePoints:
+    """Points that some grids have on a curve that all of them use, all or those of one Δx0."""
     names: dict[tuple[Decimal, Decimal], list[str]] = {}
     for name, grid in sorted(grids.items()):
         for pair in product(grid.mu0, grid.dx0 if step is None else (step,)):

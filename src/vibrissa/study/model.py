@@ -5,20 +5,26 @@ The schema, the reference page and the messages about mistakes are made from the
 
 import math
 from collections.abc import Iterator, Mapping
-from decimal import Decimal
 from functools import cached_property
 from itertools import pairwise
 from typing import Self
 
 from pydantic import Field, model_validator
 
-from vibrissa.decimals import exact, spell
+from vibrissa.decimals import spell
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.boxes import Box, disjoint, size
 from vibrissa.study.claims import Claims
 from vibrissa.study.costs import LONGEST_JOB, curve_seconds
 from vibrissa.study.figures import AnyFigure
-from vibrissa.study.grid import MOUNTING_AXES, CurveKey, Grid, Refinement, curve_keys
+from vibrissa.study.grid import (
+    MOUNTING_AXES,
+    CurveKey,
+    Grid,
+    Refinement,
+    curve_keys,
+    most_added,
+)
 from vibrissa.study.mistakes import Location, Mistake
 from vibrissa.study.values import (
     X1,
@@ -84,62 +90,40 @@ class GridSection(_PeriodPoints):
 
     refine: OptionalKey[RefineSection] = Field(
         default=None,
-        description="add points of mu0 where the grid is too coarse: the keys column, tolerance "
-        "and closest (default: no points are added)",
+        description="add points where the grid is too coarse: the keys column, tolerance and "
+        "closest (default: no points are added)",
     )
 
     @property
     def refinement(self) -> Refinement | None:
         """How points are added; None if they are not."""
-        if self.refine is None:
-            return None
-        return Refinement(
-            column=self.refine.column,
-            tolerance=self.refine.tolerance,
-            closest=self.refine.closest.mu0,
-        )
+        return None if self.refine is None else self.refine.refinement
+
+    def most(self, axis: str) -> int:
+        """Values of an axis, the most that may be added to it among them."""
+        values = getattr(self.grid, axis)
+        closest = {} if self.refinement is None else self.refinement.closest
+        if axis not in closest:
+            return len(values)
+        gaps = (stop - start for start, stop in pairwise(values))
+        return len(values) + sum(most_added(gap, closest[axis]) for gap in gaps)
 
     @property
-    def most_mu0(self) -> int:
-        """Values of μ0 that a curve can have, those that may be added to it among them."""
-        count = len(self.grid.mu0)
-        if self.refine is None:
-            return count
-        gaps = (stop - start for start, stop in pairwise(self.grid.mu0))
-        return count + sum(most_added(gap, self.refine.closest.mu0) for gap in gaps)
+    def most_curves(self) -> int:
+        """Curves with the same step, the most that may be added among them.
+
+        They are added along θ at each η of the grid, and along η at each θ.
+        """
+        thetas, etas = len(self.grid.theta), len(self.grid.eta)
+        pairs = self.most("theta") * etas + thetas * self.most("eta") - thetas * etas
+        return pairs * sum(1 for _ in self.grid.mountings())
 
     @property
     def count(self) -> int:
         """Number of points; where some may be added, with the most that can be."""
-        written = super().count
-        return written if self.refine is None else self.most_mu0 * written // len(self.grid.mu0)
-
-    def refine_mistakes(self, location: Location) -> Iterator[Mistake]:
-        """Find a refinement that could add no point.
-
-        Parameters
-        ----------
-        location : tuple
-            Of the grid.
-
-        Yields
-        ------
-        Mistake
-        """
         if self.refine is None:
-            return
-        values, closest = self.grid.mu0, self.refine.closest.mu0
-        if len(values) == 1:
-            text = f"mu0 has one value, {spell(values[0])}; allowed: two or more in the grid"
-            yield Mistake(location=(*location, "refine"), text=text)
-            return
-        widest = max(stop - start for start, stop in pairwise(values))
-        if 2 * closest > widest:
-            text = (
-                f"{spell(closest)} is not allowed, as no point would be added; allowed: up to "
-                f"{spell(exact(widest / 2))}, half of the widest gap of mu0 in the grid"
-            )
-            yield Mistake(location=(*location, "refine", "closest", "mu0"), text=text)
+            return super().count
+        return self.most_curves * self.most("mu0") * len(self.grid.dx0)
 
 
 class ScanSection(_PeriodPoints):
@@ -259,7 +243,7 @@ class Study(Section):
     @property
     def points_on_curve(self) -> int:
         """Most points that are read off one curve."""
-        return sum(section.most_mu0 * len(section.grid.dx0) for section in self.grids.values())
+        return sum(section.most("mu0") * len(section.grid.dx0) for section in self.grids.values())
 
     @cached_property
     def scan_grids(self) -> dict[str, Grid]:
@@ -323,6 +307,13 @@ class Study(Section):
                     text = "is not allowed with method: shooting; collocation is"
                     yield Mistake(location=(kind, name, mounted[0]), text=text)
 
+    def _shooting_mistakes(self, location: Location, refinement: Refinement) -> Iterator[Mistake]:
+        """Find curves that would be added one by one, each by a long walk."""
+        if self.method is Solver.SHOOTING:
+            for axis in refinement.curve_axes:
+                text = f"{axis!r} is not allowed with method: shooting; collocation is"
+                yield Mistake(location=(*location, "closest", axis), text=text)
+
     def mistakes(self) -> Iterator[Mistake]:
         """Find what does not fit together, although each section is as it should be.
 
@@ -338,7 +329,10 @@ class Study(Section):
             return  # the rest looks at the points
         yield from self._mounting_mistakes()
         for name, section in self.grids.items():
-            yield from section.refine_mistakes(("grids", name))
+            if section.refine is not None:
+                place = ("grids", name, "refine")
+                yield from section.refine.mistakes(place, name, self.point_grids, self.refinements)
+                yield from self._shooting_mistakes(place, section.refine.refinement)
         for name, scan in self.scans.items():
             # The clamp moves by less than the rod's length in a cycle, by twice that in a first one
             # in which the rod swings aside.
@@ -372,20 +366,6 @@ class Study(Section):
                 if source == "grid" and getattr(self.claims, key) in self.refinements:
                     text = f"{getattr(self.claims, key)!r} has refine; allowed: a grid without it"
                     yield Mistake(location=("claims", key), text=text)
-
-
-def most_added(gap: Decimal, closest: Decimal) -> int:
-    """Count the points that halving can add to a gap until none is closer to the next than this.
-
-    Examples
-    --------
-    >>> most_added(Decimal("0.1"), Decimal("0.025"))
-    3
-    """
-    halvings = 0
-    while gap >= 2 * closest * 2**halvings:
-        halvings += 1
-    return int(2**halvings) - 1
 
 
 def default_block_size(method: Solver, curves: int, seconds: float) -> int:

@@ -4,8 +4,10 @@ The descriptions are what a message says to be allowed, and what the reference p
 """
 
 import math
+from collections.abc import Iterator, Mapping
 from decimal import Decimal
 from functools import cached_property
+from itertools import pairwise
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
@@ -20,8 +22,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
-from vibrissa.decimals import Value, exact, order_of, polynomial
-from vibrissa.study.grid import count_of_steps, equal_steps
+from vibrissa.decimals import Value, exact, order_of, polynomial, spell
+from vibrissa.study.grid import ZERO, Grid, Refinement, count_of_steps, equal_steps
+from vibrissa.study.mistakes import Location, Mistake
 
 
 class Section(BaseModel):
@@ -252,26 +255,29 @@ def _distinct(written: Decimal | list[Value] | Range) -> tuple[Value, ...]:
     return tuple(sorted(set(written), key=order_of)) if isinstance(written, list) else (written,)
 
 
-# Columns of the table of grid points that refine can look at: numbers that change with mu0.
+# Columns of the table of grid points that refine can look at: its computed numbers.
 STATE = (
     *("f", "alpha", "phi1", "s_c", "reaction_fx", "reaction_fy", "reaction_m"),
     *("stability", "stability_aside"),
 )
 ENDS = ("last", "slip", "end", "trail")
+# Those of a curve as a whole do not change with mu0.
+CURVE_COLUMNS = ("mu_lock", "x0_lock", "x1_init", *(f"{name}_init" for name in STATE))
 REFINED_COLUMNS = (
     *("x0_slip", "x0_max", "n_steps", "x0_end", "x0_trail"),
     *(f"{name}_{end}" for end in ENDS for name in STATE),
+    *CURVE_COLUMNS,
 )
 _COLUMN = (
     "column of the table of grid points that is to be known between its points: x0_slip, x0_max, "
-    f"n_steps, x0_end or x0_trail, or one of {', '.join(STATE)} with "
-    f"{', '.join(f'_{end}' for end in ENDS[:-1])} or _{ENDS[-1]}"
+    "n_steps, x0_end, x0_trail, mu_lock, x0_lock or x1_init, or one of "
+    f"{', '.join(STATE)} with {', '.join(f'_{end}' for end in ENDS)} or _init"
 )
 _TOLERANCE = (
     "how far the column may be from a straight line between neighbouring points, in its unit, a "
     "number > 0"
 )
-_CLOSEST = "least distance in mu0 of an added point from the next, a number from 1.0e-6"
+_CLOSEST = "least distance in {} of an added point from the next, a number from 1.0e-6"
 
 
 def _refined_column(name: str) -> str:
@@ -286,12 +292,28 @@ RefinedColumn = Annotated[
     Field(json_schema_extra={"enum": list(REFINED_COLUMNS)}, description=_COLUMN),
     AfterValidator(_refined_column),
 ]
+_ClosestMu0 = Annotated[Decimal, Field(ge=1e-6, description=_CLOSEST.format("mu0")), EXACT]
+_ClosestTheta = Annotated[Decimal, Field(ge=1e-6, description=_CLOSEST.format("theta")), EXACT]
+_ClosestEta = Annotated[Decimal, Field(ge=1e-6, description=_CLOSEST.format("eta")), EXACT]
 
 
 class ClosestSection(Section):
     """Axes along which refine adds points, and how close these may be to the next point."""
 
-    mu0: Annotated[Decimal, Field(ge=1e-6, description=_CLOSEST), EXACT]
+    mu0: OptionalKey[_ClosestMu0] = None
+    theta: OptionalKey[_ClosestTheta] = None
+    eta: OptionalKey[_ClosestEta] = None
+
+    @property
+    def axes(self) -> dict[str, Decimal]:
+        """What is given, by axis."""
+        return {axis: value for axis, value in self if value is not None}
+
+    @model_validator(mode="after")
+    def _has_an_axis(self) -> Self:
+        if not self.axes:
+            raise ValueError("allowed: one or more of mu0, theta and eta")
+        return self
 
 
 class RefineSection(Section):
@@ -300,5 +322,77 @@ class RefineSection(Section):
     column: RefinedColumn = "x0_slip"
     tolerance: Annotated[Decimal, Field(gt=0, description=_TOLERANCE), EXACT]
     closest: ClosestSection = Field(
-        description="how close added points may be to the next one: {mu0: a number from 1.0e-6}"
+        description="how close added points may be to the next one, by axis along which they are "
+        "added: one or more of {mu0: ..., theta: ..., eta: ...}"
     )
+
+    @property
+    def refinement(self) -> Refinement:
+        """How points are added."""
+        return Refinement(column=self.column, tolerance=self.tolerance, closest=self.closest.axes)
+
+    def mistakes(
+        self,
+        location: Location,
+        name: str,
+        grids: Mapping[str, Grid],
+        refinements: Mapping[str, Refinement],
+    ) -> Iterator[Mistake]:
+        """Find axes to which no point can be added, or to which another grid adds points, too.
+
+        Parameters
+        ----------
+        location : tuple
+            Of the section.
+        name : str
+            Of the grid.
+        grids : mapping of Grid
+            The study's grids by name.
+        refinements : mapping of Refinement
+            Of those to which points are added.
+
+        Yields
+        ------
+        Mistake
+        """
+        if self.column in CURVE_COLUMNS and "mu0" in self.closest.axes:
+            text = f"{self.column} does not change with mu0; allowed: theta and eta in closest"
+            yield Mistake(location=(*location, "column"), text=text)
+        for axis, closest in self.closest.axes.items():
+            values = getattr(grids[name], axis)
+            widest = max((stop - start for start, stop in pairwise(values)), default=ZERO)
+            if not widest:
+                text = f"{axis} has one value, {spell(values[0])}; allowed: two or more in the grid"
+                yield Mistake(location=location, text=text)
+            elif 2 * closest > widest:
+                text = (
+                    f"{spell(closest)} is not allowed, as no point would be added; allowed: up to "
+                    f"{spell(exact(widest / 2))}, half of the widest gap of {axis} in the grid"
+                )
+                yield Mistake(location=(*location, "closest", axis), text=text)
+        for other in sorted(grids.keys() - {name}):
+            gains = other in refinements and bool(refinements[other].curve_axes)
+            yield from self._between(location, grids[name], other, grids[other], gains)
+
+    def _between(
+        self, location: Location, grid: Grid, name: str, other: Grid, gains: bool
+    ) -> Iterator[Mistake]:
+        """Find curves of another grid that lie where curves may be added: they would be doubled.
+
+        To the other grid curves may be added, too, if it `gains` some.
+        """
+        if set(grid.mountings()).isdisjoint(other.mountings()):
+            return
+        for axis in self.refinement.curve_axes:
+            across = "eta" if axis == "theta" else "theta"
+            if not gains and set(getattr(grid, across)).isdisjoint(getattr(other, across)):
+                continue
+            values = getattr(grid, axis)
+            inside = [v for v in getattr(other, axis) if values[0] < v < values[-1]]
+            if foreign := sorted(set(inside) - set(values)):
+                text = (
+                    f"{axis} = {spell(foreign[0])} of the grid {name!r} lies between values of "
+                    f"this grid, where refine may add the same curve; allowed: {axis} of other "
+                    "grids that this grid has, too, or that lies beyond"
+                )
+                yield Mistake(location=(*location, "closest", axis), text=text)

@@ -1,13 +1,14 @@
 """Whether the points that refinement added to a table of grid points are where they can be.
 
-Halving adds a point in the middle between two others, of the grid or added before it. So a point
-that is in no such middle is foreign, and where one of the two others is not there, it is missing.
-That a point is missing next to which nothing was added cannot be seen without its curve.
+Halving adds a value in the middle between two others, of the grid's axis or added before it. So a
+point that is in no such middle is foreign, and where one of the two others is not there, it is
+missing. A curve that was added has all points of the grid's μ0 and Δx0. That a value is missing
+next to which nothing was added cannot be seen without solving curves.
 """
 
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import StrEnum
@@ -17,7 +18,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from vibrissa.study.grid import Grid, Refinement
+from vibrissa.study.grid import AXES, Grid, Refinement
 from vibrissa.tables.collect import Key
 from vibrissa.tables.mounted import MOUNTING_COLUMNS, mounting_of, mounting_row
 from vibrissa.tables.schemas import ADDED_TO
@@ -66,10 +67,14 @@ class AddedPoints:
     grids: Mapping[str, Grid]
     refinements: Mapping[str, Refinement]
     _held: list[Row] = field(default_factory=list)
+    # Of each grid and axis, and of all else that a curve has: added values, each with a row.
+    _curves: dict[tuple[str, str, Key], dict[float, Row]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Prepare what is asked of each row."""
-        self._axes = {name: _Axes.of(grid) for name, grid in self.grids.items()}
+        self._axes = {
+            name: _Axes.of(grid, self.refinements.get(name)) for name, grid in self.grids.items()
+        }
 
     def faults(self, part: pa.Table) -> Iterator[Fault]:
         """Find what is wrong on those curves that this part ends; the last curve waits."""
@@ -84,86 +89,107 @@ class AddedPoints:
             yield from self._of_curve(curve)
 
     def last_faults(self) -> Iterator[Fault]:
-        """Find what is wrong on the last curve."""
+        """Find what is wrong on the last curve, and which curves are missing."""
         yield from self._of_curve(self._held)
+        for (name, axis, _), found in self._curves.items():
+            row = next(iter(found.values()))
+            for value in sorted(self._axes[name].needed(axis, found) - found.keys()):
+                yield Problem.MISSING, _values({**row, axis: value}, POINT_ORDER)
 
     def _of_curve(self, rows: Sequence[Row]) -> Iterator[Fault]:
-        places: dict[tuple[str, float], list[Row]] = {}
+        of_grids: dict[str, list[Row]] = {}
         for row in rows:
             having = {name for name, axes in self._axes.items() if axes.have(row)}
             if having != set(row["grids"]) - set(row["added_to"]):
                 yield Problem.MISNAMED, _values(row, POINT_ORDER)
             for name in row["added_to"]:
-                places.setdefault((name, row["dx0"]), []).append(row)
-        for (name, _), line in places.items():
-            yield from self._of_line(name, line)
-
-    def _of_line(self, name: str, rows: Sequence[Row]) -> Iterator[Fault]:
-        """Look at the points that were added to a grid on one curve, of the same Δx0."""
-        axes, refinement = self._axes.get(name), self.refinements.get(name)
-        counts = Counter(row["mu0"] for row in rows)
-        needed: set[float] = set()
-        for row in rows:
-            between = None
-            if axes and refinement and axes.have_curve(row) and row["dx0"] in axes.dx0:
-                between = _between(row["mu0"], axes.mu0, refinement.closest)
-            if between is None:
-                yield Problem.FOREIGN, _values(row, POINT_ORDER)
-            elif axes:
-                needed |= set(map(float, between)) - axes.frictions
-            if counts[row["mu0"]] > 1:
-                counts[row["mu0"]] = 1
-                yield Problem.DOUBLED, _values(row, POINT_ORDER)
-        for mu0 in sorted(needed - counts.keys()):
-            yield Problem.MISSING, _values({**rows[0], "mu0": mu0}, POINT_ORDER)
+                of_grids.setdefault(name, []).append(row)
+        for name, some in of_grids.items():
+            axes = self._axes.get(name)
+            along = axes.curve_axis(some[0]) if axes else None
+            if axes is None or not (along or axes.have_curve(some[0])):
+                yield from ((Problem.FOREIGN, _values(row, POINT_ORDER)) for row in some)
+                continue
+            if along:
+                across = tuple(column for column in CURVE_ORDER if column != along)
+                place = (name, along, _values(some[0], across))
+                self._curves.setdefault(place, {})[some[0][along]] = some[0]
+            yield from axes.faults(some, is_added=along is not None)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Axes:
-    """Values of a grid's axes as tables have them; those of μ0 exact, too."""
+    """Axes of a grid, exact and as tables have them, and how close values may be added to them."""
 
-    theta: frozenset[float]
-    eta: frozenset[float]
-    dx0: frozenset[float]
-    mountings: frozenset[tuple[float | str, ...]]
-    mu0: tuple[Decimal, ...]
-    frictions: frozenset[float]
+    exact: Mapping[str, Sequence[Decimal]]
+    values: Mapping[str, frozenset[float]]
+    mountings: frozenset[Key]
+    closest: Mapping[str, Decimal]
 
     @classmethod
-    def of(cls, grid: Grid) -> "_Axes":
+    def of(cls, grid: Grid, refinement: Refinement | None) -> "_Axes":
         rows = (mounting_row(mounting_of(mounting)) for mounting in grid.mountings())
+        exact = {axis: getattr(grid, axis) for axis in AXES}
         return cls(
-            theta=frozenset(map(float, grid.theta)),
-            eta=frozenset(map(float, grid.eta)),
-            dx0=frozenset(map(float, grid.dx0)),
+            exact=exact,
+            values={axis: frozenset(map(float, values)) for axis, values in exact.items()},
             mountings=frozenset(_values(row, MOUNTING_COLUMNS) for row in rows),
-            mu0=grid.mu0,
-            frictions=frozenset(map(float, grid.mu0)),
+            closest=refinement.closest if refinement else {},
         )
+
+    def on_axis(self, axis: str, row: Row) -> bool:
+        """Whether a row's value is one of the grid's axis."""
+        return row[axis] in self.values[axis]
 
     def have_curve(self, row: Row) -> bool:
         """Whether the curve of a row is one of the grid's."""
         mounted = _values(row, MOUNTING_COLUMNS) in self.mountings
-        return mounted and row["theta"] in self.theta and row["eta"] in self.eta
+        return mounted and self.on_axis("theta", row) and self.on_axis("eta", row)
 
     def have(self, row: Row) -> bool:
         """Whether a row is a point of the grid."""
-        return row["mu0"] in self.frictions and row["dx0"] in self.dx0 and self.have_curve(row)
+        return self.have_curve(row) and self.on_axis("mu0", row) and self.on_axis("dx0", row)
 
-
-def _between(
-    mu0: float, axis: Sequence[Decimal], closest: Decimal
-) -> tuple[Decimal, Decimal] | None:
-    """Two places in whose middle halving puts a point; None where it puts none there."""
-    after = bisect_right(axis, mu0)
-    if after in (0, len(axis)):
+    def curve_axis(self, row: Row) -> str | None:
+        """Axis along which halving adds the curve of a row; None where it adds none."""
+        for axis, across in (("theta", "eta"), ("eta", "theta")):
+            mounted = _values(row, MOUNTING_COLUMNS) in self.mountings
+            if mounted and self.on_axis(across, row) and self._between(axis, row[axis]):
+                return axis
         return None
-    start, stop = axis[after - 1], axis[after]
-    while (middle := (start + stop) / 2) - start >= closest:
-        if float(middle) == mu0:
-            return start, stop
-        start, stop = (start, middle) if mu0 < middle else (middle, stop)
-    return None
+
+    def faults(self, rows: Sequence[Row], is_added: bool) -> Iterator[Fault]:
+        """Find what is wrong with the points of one curve that were added to the grid."""
+        own = self.values["mu0"] if is_added else frozenset()
+        lines: dict[float, Counter[float]] = {dx0: Counter() for dx0 in self.values["dx0"]}
+        for row in rows:
+            is_foreign = not (row["mu0"] in own or self._between("mu0", row["mu0"]))
+            if is_foreign or not self.on_axis("dx0", row):
+                yield Problem.FOREIGN, _values(row, POINT_ORDER)
+                continue
+            lines[row["dx0"]][row["mu0"]] += 1
+            if lines[row["dx0"]][row["mu0"]] == 2:
+                yield Problem.DOUBLED, _values(row, POINT_ORDER)
+        for dx0, found in lines.items():
+            for mu0 in sorted((own | self.needed("mu0", found)) - found.keys()):
+                yield Problem.MISSING, _values({**rows[0], "mu0": mu0, "dx0": dx0}, POINT_ORDER)
+
+    def needed(self, axis: str, values: Iterable[float]) -> set[float]:
+        """Values between which halving adds some, and which are not on the grid's axis."""
+        return {end for v in values for end in self._between(axis, v)} - self.values[axis]
+
+    def _between(self, axis: str, value: float) -> tuple[float, ...]:
+        """Two values in whose middle halving adds one; nothing where it adds none there."""
+        values = self.exact[axis]
+        after = bisect_right(values, value)
+        if axis not in self.closest or after in (0, len(values)):
+            return ()
+        start, stop = values[after - 1], values[after]
+        while (middle := (start + stop) / 2) - start >= self.closest[axis]:
+            if float(middle) == value:
+                return float(start), float(stop)
+            start, stop = (start, middle) if value < middle else (middle, stop)
+        return ()
 
 
 def _values(row: Row, names: Sequence[str]) -> Key:

@@ -1,52 +1,67 @@
-"""Points of μ0 that refinement adds between those of a grid, where the grid is too coarse.
+"""Points that refinement adds between those of a grid, where the grid is too coarse.
 
-They are read off the curves that are solved already, and depend on nothing but the curve, the
+Along μ0 they are read off the curves that are solved already. Along θ and η each is on a curve of
+its own, which is solved by itself. Added points depend on nothing but the curves of the grid, the
 grid and the refinement: however curves are put into blocks, the same points are added.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from itertools import groupby
+from functools import partial
+from itertools import groupby, pairwise, product
 
 import numpy as np
 
 from vibrissa.decimals import spell
-from vibrissa.numerics.halving import Halved, Reading, halve
+from vibrissa.numerics.halving import Halved, Interval, Reading, halve
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.stiction import read_curve
-from vibrissa.study.grid import CurvePoints, Refinement, named_points
+from vibrissa.study.grid import CurveKey, CurvePoints, Grid, Refinement, named_points
 from vibrissa.tables.records import stiction_columns
 from vibrissa.wording import counted
 
 # Columns that say what happens at a point: where one changes, the change is closed in.
 KIND = ("status", "contact", "ends_by")
+CurveOf = Callable[[CurveKey], StickingCurve]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """Points of a grid on one curve with the same Δx0, and those that are added between them."""
+    """Values of an axis that are added to a grid, all else the same.
+
+    Attributes
+    ----------
+    grid : str
+        Name of the grid.
+    axis : str
+    at : Decimal
+        Where the line is: Δx0 of one along μ0; η of one along θ, and θ of one along η.
+    halved : Halved
+    """
 
     grid: str
-    dx0: Decimal
+    axis: str
+    at: Decimal
     halved: Halved
 
     def __str__(self) -> str:
         """Return one line for the log."""
-        halved = self.halved
-        found = [f"{counted(len(halved.added), 'point')} added to {self.grid}"]
+        across = {"mu0": "dx0", "theta": "eta", "eta": "theta"}[self.axis]
+        halved, found = self.halved, []
         if halved.switches:
             found.append(f"{counted(len(halved.switches), 'change')} of kind closed in")
         if halved.unmet:
             shown = ", ".join(f"{spell(start)} to {spell(stop)}" for start, stop in halved.unmet)
-            found.append(f"not within the tolerance at closest: mu0 {shown}")
-        return f"dx0 {spell(self.dx0)}: {'; '.join(found)}"
+            found.append(f"not within the tolerance at closest: {self.axis} {shown}")
+        added = f"{counted(len(halved.added), 'value')} of {self.axis} added to {self.grid}"
+        return "; ".join([f"{across} {spell(self.at)}: {added}", *found])
 
 
 def refined_lines(
     curve: StickingCurve, points: CurvePoints, refinements: Mapping[str, Refinement]
 ) -> Iterator[Line]:
-    """Refine the grids that have points on a curve.
+    """Refine, along μ0, the grids that have points on a curve.
 
     Parameters
     ----------
@@ -54,7 +69,7 @@ def refined_lines(
     points : CurvePoints
         The points of the grids on it.
     refinements : mapping of Refinement
-        By name of the grid; a grid without one stays as it is.
+        By name of the grid; a grid without one for μ0 stays as it is.
 
     Yields
     ------
@@ -62,23 +77,20 @@ def refined_lines(
         One for each grid that is refined and each of its Δx0.
     """
     rows = zip(points.mu0, points.dx0, points.grids, strict=True)
+    refined = {name for name, one in refinements.items() if "mu0" in one.closest}
     named = sorted(
-        (name, dx0, mu0) for mu0, dx0, names in rows for name in names if name in refinements
+        (name, dx0, mu0) for mu0, dx0, names in rows for name in names if name in refined
     )
     for (grid, dx0), line in groupby(named, lambda row: row[:2]):
         refinement = refinements[grid]
-
-        def read(mu0: Sequence[Decimal], dx0: Decimal = dx0, grid: str = grid) -> list[Reading]:
-            return _readings(curve, mu0, dx0, refinements[grid].column)
-
-        halved = halve(
-            [mu0 for *_, mu0 in line], read, float(refinement.tolerance), refinement.closest
-        )
-        yield Line(grid=grid, dx0=dx0, halved=halved)
+        read = partial(_read_frictions, curve, dx0, refinement.column)
+        gaps = list(pairwise(mu0 for *_, mu0 in line))
+        halved = halve(gaps, read, float(refinement.tolerance), refinement.closest["mu0"])
+        yield Line(grid=grid, axis="mu0", at=dx0, halved=halved)
 
 
 def with_added(points: CurvePoints, lines: Sequence[Line]) -> CurvePoints:
-    """Points of the grids on a curve together with those that were added.
+    """Points of the grids on a curve together with those that were added along μ0.
 
     Parameters
     ----------
@@ -93,7 +105,7 @@ def with_added(points: CurvePoints, lines: Sequence[Line]) -> CurvePoints:
     added: dict[tuple[Decimal, Decimal], list[str]] = {}
     for line in lines:
         for mu0 in line.halved.added:
-            added.setdefault((mu0, line.dx0), []).append(line.grid)
+            added.setdefault((mu0, line.at), []).append(line.grid)
     if not added:
         return points
     own = dict(zip(zip(points.mu0, points.dx0, strict=True), points.grids, strict=True))
@@ -101,14 +113,83 @@ def with_added(points: CurvePoints, lines: Sequence[Line]) -> CurvePoints:
     return named_points(names, added)
 
 
-def _readings(
-    curve: StickingCurve, mu0: Sequence[Decimal], dx0: Decimal, column: str
+def curve_lines(
+    name: str,
+    grid: Grid,
+    gaps: Mapping[str, Sequence[Interval]],
+    refinement: Refinement,
+    curve_of: CurveOf,
+) -> Iterator[tuple[Line, list[CurveKey]]]:
+    """Refine a grid along axes of curves.
+
+    A gap is met if it is for every μ0 and Δx0 of the grid: a curve that is added has them all.
+
+    Parameters
+    ----------
+    name : str
+        Of the grid.
+    grid : Grid
+        The curves in it are those at which a gap begins.
+    gaps : mapping
+        By axis, in increasing order.
+    refinement : Refinement
+    curve_of : callable
+        Solves a curve, or has it already.
+
+    Yields
+    ------
+    line : Line
+    keys : list of CurveKey
+        Of the curves that are added on it.
+    """
+    pairs = list(product(grid.mu0, grid.dx0))
+    for axis, intervals in gaps.items():
+        across = "eta" if axis == "theta" else "theta"
+        for at, mounting in product(getattr(grid, across), grid.mountings()):
+            start = CurveKey(at, at, None, *mounting)
+            read = partial(_read_curves, curve_of, start, axis, pairs, refinement.column)
+            closest = refinement.closest[axis]
+            halved = halve(intervals, read, float(refinement.tolerance), closest)
+            keys = [start._replace(**{axis: value}) for value in halved.added]
+            yield Line(grid=name, axis=axis, at=at, halved=halved), keys
+
+
+def all_added(points: CurvePoints) -> CurvePoints:
+    """Points of the grids on a curve that was added to all of them."""
+    pairs = zip(points.mu0, points.dx0, strict=True)
+    names = dict(zip(pairs, points.grids, strict=True))
+    return named_points(names, names)
+
+
+def _read_frictions(
+    curve: StickingCurve, dx0: Decimal, column: str, frictions: Sequence[Decimal]
 ) -> list[Reading]:
-    """Read a column of the table off a curve, and what happens, at some frictions."""
-    if not mu0:
-        return []
-    points = named_points({(friction, dx0): [] for friction in mu0}, {})
+    """Read a column of the table off a curve at some μ0."""
+    pairs = [(mu0, dx0) for mu0 in frictions]
+    rows = zip(*_readings(curve, pairs, column), strict=True) if pairs else ()
+    return [Reading((value,), kind) for value, kind in rows]
+
+
+def _read_curves(
+    curve_of: CurveOf,
+    start: CurveKey,
+    axis: str,
+    pairs: Sequence[tuple[Decimal, Decimal]],
+    column: str,
+    values: Sequence[Decimal],
+) -> list[Reading]:
+    """Read a column at all pairs of μ0 and Δx0, off curves with some values of an axis."""
+    curves = (curve_of(start._replace(**{axis: value})) for value in values)
+    return [Reading(*_readings(curve, pairs, column)) for curve in curves]
+
+
+def _readings(
+    curve: StickingCurve, pairs: Sequence[tuple[Decimal, Decimal]], column: str
+) -> tuple[tuple[float, ...], tuple[Hashable, ...]]:
+    """Values of a column at pairs of μ0 and Δx0 in increasing order, and what happens there."""
+    points = named_points({pair: [] for pair in pairs}, {})
     columns = stiction_columns(points, curve, read_curve(curve, points.mu0, points.dx0))
     values = np.asarray(columns[column], dtype=float)
-    kinds = zip(*(columns[name] for name in KIND), np.isfinite(values), strict=True)
-    return list(map(Reading, values.tolist(), kinds))
+    known = np.isfinite(values)
+    kinds = zip(*(columns[name] for name in KIND), known, strict=True)
+    return tuple(np.where(known, values, np.nan).tolist()), tuple(kinds)
