@@ -13,7 +13,7 @@ from vibrissa.pipeline.blocks import (
     block_name,
     ends_of_gaps,
     gaps_of_block,
-    grids_of_block,
+    grids_of_blocks,
     known_blocks,
     partition,
     planned_blocks,
@@ -287,9 +287,9 @@ GRID = make_grid(theta=("1", "2"), mu0=("0.2", "0.3"))
 )
 def test_a_block_does_not_see_axis_values_of_other_blocks(block, longer):
     elsewhere = make_grid(theta=("3",))
-    assert grids_of_block(block, {"g": GRID}) == grids_of_block(
-        block, {"g": longer, "elsewhere": elsewhere}
-    )
+    assert grids_of_blocks({"g": GRID})(block) == grids_of_blocks(
+        {"g": longer, "elsewhere": elsewhere}
+    )(block)
 
 
 @pytest.mark.parametrize(
@@ -303,8 +303,8 @@ def test_a_block_does_not_see_axis_values_of_other_blocks(block, longer):
     ],
 )
 def test_a_block_sees_the_points_on_its_curves(block, changed, seen):
-    before = grids_of_block(block, {"g": GRID})
-    assert (grids_of_block(block, {"g": changed}) != before) == seen
+    before = grids_of_blocks({"g": GRID})(block)
+    assert (grids_of_blocks({"g": changed})(block) != before) == seen
 
 
 @pytest.mark.parametrize("most", [1, 2, 3, 5, 12])

@@ -5,7 +5,7 @@ from decimal import Decimal
 import pytest
 
 from vibrissa.errors import StudyError
-from vibrissa.pipeline.blocks import block_name, grids_of_block, partition
+from vibrissa.pipeline.blocks import block_name, grids_of_blocks, partition
 from vibrissa.study.grid import CurveKey, keys_of, points_on_curves, study_points
 from vibrissa.study.parsing import parse_study
 
@@ -57,7 +57,7 @@ def test_a_study_that_gets_tilted_rods_keeps_its_blocks():
     new = [key for name, box in blocks.items() if name != old for key in keys_of(box)]
     assert sorted(new) == sorted(set(more.curve_keys) - set(plain.curve_keys))
     # The points of each block are those of its own mountings.
-    parts = grids_of_block(blocks[old], more.point_grids)
+    parts = grids_of_blocks(more.point_grids)(blocks[old])
     assert parts == {"main": more.point_grids["main"]}
     found = dict(points_on_curves(new, more.point_grids))
     assert all(some.grids[0] == ["tilted"] for some in found.values()) and len(found) == 4

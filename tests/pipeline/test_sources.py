@@ -1,4 +1,6 @@
 import ast
+import hashlib
+import os
 import re
 import subprocess
 import sys
@@ -11,7 +13,7 @@ import pytest
 import vibrissa
 from vibrissa.outcomes import Solver
 from vibrissa.pipeline import sources as module
-from vibrissa.pipeline.sources import sources
+from vibrissa.pipeline.sources import sources, sources_file
 
 ROOT = Path(__file__).parents[2]
 METHODS = tuple(Solver)
@@ -95,6 +97,53 @@ def test_imports_for_type_checkers_are_not_followed(package):
     assert names(sources("a")) == {"", "a"}
 
 
+def test_one_file_stands_for_sources_and_is_no_younger(package, tmp_path, monkeypatch):
+    folder = package(a="from pkg import b", b="", c="")
+    monkeypatch.chdir(tmp_path)
+    files = [folder / f"{name}.py" for name in ("__init__", "a", "b")]
+    for age, file in enumerate(files):
+        os.utime(file, (1_000 + age, 1_000 + age))
+    found = Path(sources_file("a"))
+    assert found == Path(".snakemake/code/a.txt")
+    assert found.stat().st_mtime == 1_002
+    empty = hashlib.sha256(b"").hexdigest()
+    digests = [hashlib.sha256(file.read_bytes()).hexdigest() for file in files]
+    assert digests[0] == digests[2] == empty != digests[1]
+    assert found.read_text() == "".join(
+        f"{digest}  {file.relative_to(tmp_path)}\n"
+        for digest, file in zip(digests, files, strict=True)
+    )
+    assert sources_file("c", "b") == ".snakemake/code/c-b.txt"
+
+
+def test_the_file_of_sources_changes_when_one_does(package, tmp_path, monkeypatch):
+    folder = package(a="from pkg import b", b="", c="")
+    monkeypatch.chdir(tmp_path)
+    found = Path(sources_file("a"))
+    before = found.read_text()
+
+    def age():
+        os.utime(found, (1_000, 1_000))
+        sources_file("a")
+        return found.stat().st_mtime
+
+    # What is only touched, or is no source of it, changes nothing.
+    (folder / "b.py").touch()
+    (folder / "c.py").write_text("x = 1")
+    assert age() == 1_000 and found.read_text() == before
+    # An older text is new, too, whatever its age.
+    (folder / "b.py").write_text("x = 2")
+    os.utime(folder / "b.py", (900, 900))
+    assert age() > 1_000_000 and found.read_text() != before
+
+
+def test_the_file_of_sources_of_a_package_elsewhere_is_absolute(package, tmp_path, monkeypatch):
+    package(a="")
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    assert sources_file("a") == str(tmp_path / "other/.snakemake/code/a.txt")
+
+
 def test_an_unknown_module_is_an_error(package):
     package(a="")
     with pytest.raises(ValueError, match=r"^no module pkg\d+\.nothing$"):
@@ -150,10 +199,10 @@ def rules():
 
 
 def declared(body, method):
-    """Modules that the `code=sources(...)` of a rule covers."""
-    code = re.search(r"\bcode=(sources\(.*?\))", body, re.S)
+    """Modules that the `code=sources_file(...)` of a rule covers."""
+    code = re.search(r"\bcode=sources_file(\(.*?\))", body, re.S)
     study = SimpleNamespace(method=method)
-    return names(eval(code[1], {"sources": sources, "STUDY": study})) if code else set()
+    return names(eval(f"sources{code[1]}", {"sources": sources, "STUDY": study})) if code else set()
 
 
 def imported(script, method):

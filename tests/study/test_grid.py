@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vibrissa.decimals import exact, spell
 from vibrissa.errors import ArgumentError
-from vibrissa.pipeline.blocks import grids_of_block, partition
+from vibrissa.pipeline.blocks import grids_of_blocks, partition
 from vibrissa.study import grid
 from vibrissa.study.boxes import disjoint
 from vibrissa.study.codec import decode_grid, encode_grid, encode_key
@@ -108,7 +108,7 @@ def test_points_of_all_blocks_are_the_points_of_the_study(named, by_step, size):
         block = list(grid.keys_of(box))
         part = {
             name: decode_grid(encode_grid(axes))
-            for name, axes in grids_of_block(box, named).items()
+            for name, axes in grids_of_blocks(named)(box).items()
         }
         points = named_points(grid.points_on_curves(block, part))
         assert points == named_points(grid.points_on_curves(block, named))

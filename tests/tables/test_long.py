@@ -9,9 +9,10 @@ import pytest
 
 from made_up import COMPLETE
 from vibrissa.errors import TableError
-from vibrissa.tables import digests, query, store
+from vibrissa.tables import query, store
 from vibrissa.tables.collect import collect
 from vibrissa.tables.completeness import POINT_ORDER
+from vibrissa.tables.parquet import digests
 from vibrissa.tables.schemas import STICTION
 
 # 252 points in row groups of 30 make 9, in row groups of 10 more than the 14 of a short list.

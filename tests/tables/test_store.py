@@ -21,8 +21,9 @@ from vibrissa.sticking.piece import MARGINS, Piece
 from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import points_on_curves
-from vibrissa.tables import digests, query, records, schemas, store
+from vibrissa.tables import query, records, schemas, store
 from vibrissa.tables.collect import collect
+from vibrissa.tables.parquet import digests
 from vibrissa.tables.schemas import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION, YOUNGER
 
 SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}

@@ -18,8 +18,9 @@ import yaml
 from vibrissa.figures import style
 from vibrissa.figures.draw import draw
 from vibrissa.study.parsing import parse_study
-from vibrissa.tables import digests, schemas, store
+from vibrissa.tables import schemas, store
 from vibrissa.tables.completeness import checked_points
+from vibrissa.tables.parquet import digests
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,7 @@ rule claims:
         stiction=f"{RESULTS}/tables/stiction.parquet",
         scans=f"{RESULTS}/tables/scans.parquet",
         states=f"{RESULTS}/tables/states.parquet",
-        code=sources(
+        code=sources_file(
             "paper.claims",
             "paper.evidence",
             "paper.ledger",

@@ -11,12 +11,12 @@ from vibrissa.pipeline import places
 from vibrissa.pipeline.blocks import (
     ends_of_gaps,
     gaps_of_block,
-    grids_of_block,
+    grids_of_blocks,
     known_blocks,
     planned_blocks,
 )
 from vibrissa.pipeline.effort import effort
-from vibrissa.pipeline.sources import sources
+from vibrissa.pipeline.sources import sources_file
 from vibrissa.study import costs
 from vibrissa.study.boxes import meets, size
 from vibrissa.study.codec import (
@@ -109,6 +109,9 @@ POINT_BLOCKS = [
     if any(has_points(curves) for has_points in HAS_POINTS)
 ]
 
+# Parts of the grids that lie on the curves of a block.
+GRIDS_OF = grids_of_blocks(STUDY.point_grids)
+
 # At most so many points are read off a curve.
 POINTS_ON_CURVE = STUDY.points_on_curve
 
@@ -135,7 +138,7 @@ def refinements_of_block(block):
     """How points are added to the grids that have points on the curves of a block."""
     if not STUDY.refinements:
         return {}
-    names = grids_of_block(BLOCKS[block], STUDY.point_grids).keys() & STUDY.refinements.keys()
+    names = GRIDS_OF(BLOCKS[block]).keys() & STUDY.refinements.keys()
     return {name: encode_refinement(STUDY.refinements[name]) for name in sorted(names)}
 
 

@@ -4,7 +4,7 @@
 rule figure:
     input:
         table=lambda wildcards: f"{RESULTS}/tables/{STUDY.figures[wildcards.figure].table}.parquet",
-        code=sources("figures.draw", "tables.query", "pipeline.jobs"),
+        code=sources_file("figures.draw", "tables.query", "pipeline.jobs"),
     output:
         report(
             f"{RESULTS}/figures/{{figure}}.svg",
@@ -35,7 +35,7 @@ rule figure:
 
 rule captions:
     input:
-        code=sources("pipeline.jobs", "files"),
+        code=sources_file("pipeline.jobs", "files"),
     output:
         f"{RESULTS}/figures/captions.md",
     log:

@@ -11,7 +11,7 @@ rule report:
         svg=expand(f"{RESULTS}/figures/{{figure}}.svg", figure=STUDY.figures),
         png=expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
         proofs=places.proofs(STUDY.name),
-        code=sources("report.page", "tables.query", "files", "pipeline.jobs"),
+        code=sources_file("report.page", "tables.query", "files", "pipeline.jobs"),
     output:
         f"{RESULTS}/report.html",
     log:

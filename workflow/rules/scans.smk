@@ -5,7 +5,7 @@
 rule scan:
     input:
         curves=lambda wildcards: expand(rules.curves.output, block=blocks_of_scan(wildcards.scan)),
-        code=sources("sticking.cycles", "tables.records", "pipeline.jobs"),
+        code=sources_file("sticking.cycles", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{scan}}.scan.parquet",
     log:
@@ -39,7 +39,7 @@ rule scan:
 rule scans:
     input:
         scans=expand(rules.scan.output, scan=STUDY.scans),
-        code=sources("tables.collect", "pipeline.jobs"),
+        code=sources_file("tables.collect", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/scans.parquet",
     log:
@@ -60,7 +60,7 @@ rule scans:
 
 rule states:
     input:
-        code=sources("sticking.api", "tables.records", "pipeline.jobs"),
+        code=sources_file("sticking.api", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/states.parquet",
     log:
@@ -92,7 +92,7 @@ rule states:
 
 rule comparisons:
     input:
-        code=sources("sticking.comparison", "tables.records", "pipeline.jobs"),
+        code=sources_file("sticking.comparison", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/comparisons.parquet",
     log:

@@ -3,7 +3,7 @@
 
 rule curves:
     input:
-        code=sources(f"sticking.{STUDY.method}", "tables.records", "pipeline.jobs"),
+        code=sources_file(f"sticking.{STUDY.method}", "tables.records", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.curves.parquet",
     log:
@@ -33,7 +33,7 @@ rule points:
         neighbours=lambda wildcards: expand(
             rules.curves.output, block=neighbours_of_block(wildcards.block)
         ),
-        code=sources("tables.refining", "sticking.collocation", "pipeline.jobs"),
+        code=sources_file("tables.refining", "sticking.collocation", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.points.parquet",
     log:
@@ -54,7 +54,7 @@ rule points:
         section=STUDY.section.value,
         grids=lambda wildcards: {
             name: encode_grid(part)
-            for name, part in grids_of_block(BLOCKS[wildcards.block], STUDY.point_grids).items()
+            for name, part in GRIDS_OF(BLOCKS[wildcards.block]).items()
         },
         refinements=lambda wildcards: refinements_of_block(wildcards.block),
         gaps=lambda wildcards: {
@@ -69,7 +69,7 @@ rule points:
 rule stiction:
     input:
         points=expand(rules.points.output, block=POINT_BLOCKS),
-        code=sources("tables.collect", "tables.completeness", "study.codec", "pipeline.jobs"),
+        code=sources_file("tables.collect", "tables.completeness", "study.codec", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/stiction.parquet",
     log:

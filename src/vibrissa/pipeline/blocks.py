@@ -66,33 +66,39 @@ def block_name(block: Box) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def grids_of_block(block: Box, grids: Mapping[str, Grid]) -> dict[str, Grid]:
-    """Parts of a study's grids that lie on the curves of a block.
+def grids_of_blocks(grids: Mapping[str, Grid]) -> Callable[[Box], dict[str, Grid]]:
+    """Return what tells the parts of a study's grids that lie on the curves of a block.
 
     Parameters
     ----------
-    block : Box
     grids : mapping of Grid
         The study's grids by name.
 
     Returns
     -------
-    dict of Grid
-        Of the grids that have a point on a curve of the block, by name. Values of θ and η that the
-        block has no curve for are left out, and so are steps where each curve has its own: a grid
-        that grows elsewhere leaves the part as it is.
+    callable
+        Of the grids that have a point on a curve of the block it returns the parts, by name. Values
+        of θ and η that the block has no curve for are left out, and so are steps where each curve
+        has its own: a grid that grows elsewhere leaves the part as it is.
     """
-    held = {axis: {None, *values} for axis, values in block.items() if values != (None,)}
-    parts = {}
-    for name, grid in grids.items():
-        axes = {
-            axis: tuple(value for value in values if value in held[axis])
-            if axis in held
-            else values
-            for axis, values in vars(grid).items()
-        }
-        if all(axes.values()):
-            parts[name] = Grid(**axes)
+    held = {
+        name: {axis: frozenset(values) for axis, values in vars(grid).items()}
+        for name, grid in grids.items()
+    }
+
+    def parts(block: Box) -> dict[str, Grid]:
+        found = {}
+        for name, grid in grids.items():
+            # A block has few values of a long axis.
+            axes = vars(grid) | {
+                axis: tuple(value for value in values if value in held[name][axis])
+                for axis, values in block.items()
+                if values != (None,)
+            }
+            if all(axes.values()):
+                found[name] = Grid(**axes)
+        return found
+
     return parts
 
 
@@ -118,7 +124,7 @@ def gaps_of_block(
     """
     found: dict[str, dict[str, list[Gap]]] = {}
     refined = {name: one for name, one in refinements.items() if one.curve_axes}
-    for name, part in grids_of_block(block, {name: grids[name] for name in refined}).items():
+    for name, part in grids_of_blocks({name: grids[name] for name in refined})(block).items():
         for axis in refined[name].curve_axes:
             following = dict(pairwise(getattr(grids[name], axis)))
             begun = [(v, following[v]) for v in getattr(part, axis) if v in following]
@@ -131,7 +137,7 @@ def ends_of_gaps(
     block: Box, grids: Mapping[str, Grid], gaps: Mapping[str, Mapping[str, Sequence[Gap]]]
 ) -> list[Box]:
     """Curves at which the gaps end that begin in a block; see `gaps_of_block`."""
-    parts = grids_of_block(block, {name: grids[name] for name in gaps})
+    parts = grids_of_blocks({name: grids[name] for name in gaps})(block)
     return [
         {**parts[name].curves(by_step=False), axis: tuple(stop for _, stop in some)}
         for name, of_axes in gaps.items()

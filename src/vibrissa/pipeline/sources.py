@@ -1,17 +1,64 @@
 """Source files that a module depends on, so that a job can declare them as its input.
 
-Snakemake reruns a job when an input changes, but does not look into imported modules.
+Snakemake reruns a job when an input changes, but does not look into imported modules. A job has one
+file for all of them: with dozens of inputs for each of thousands of jobs a plan takes twice as long.
 """
 
+import hashlib
+import os
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 
 import grimp
 
+from vibrissa.files import write_atomically
+
 PACKAGE = "vibrissa"
 # The files of a web page belong to the package that they are in.
 PAGE_SUFFIXES = (".html", ".css", ".js")
+# Where the lists of sources are.
+FOLDER = Path(".snakemake/code")
+
+
+def sources_file(*modules: str) -> str:
+    """Return a file that changes when the sources of some modules do, and write it if they did.
+
+    Parameters
+    ----------
+    *modules : str
+        As `sources` takes them.
+
+    Returns
+    -------
+    str
+        Path of a list of the sources and their digests; relative to the working directory if they
+        are below it.
+
+    Raises
+    ------
+    ValueError
+        If there is no such module.
+    OSError
+        If the file cannot be written.
+    """
+    paths = _paths(*modules)
+    home = paths[0].parents[1]
+    text = "".join(
+        f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(home)}\n"
+        for path in paths
+    )
+    listed = FOLDER / f"{'-'.join(modules)}.txt"
+    known = listed.is_file()
+    if not known or listed.read_text(encoding="utf-8") != text:
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        with write_atomically(listed) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+        if not known:
+            # What was made by these sources is not older than they are.
+            youngest = max(path.stat().st_mtime_ns for path in paths)
+            os.utime(listed, ns=(youngest, youngest))
+    return str(listed if home.is_relative_to(Path.cwd()) else listed.absolute())
 
 
 def sources(*modules: str) -> list[str]:
@@ -33,6 +80,12 @@ def sources(*modules: str) -> list[str]:
     ValueError
         If there is no such module.
     """
+    here = Path.cwd()
+    paths = _paths(*modules)
+    return [str(path.relative_to(here) if path.is_relative_to(here) else path) for path in paths]
+
+
+def _paths(*modules: str) -> list[Path]:
     graph = _imports(PACKAGE)
     wanted = {f"{PACKAGE}.{module}" for module in modules}
     if unknown := sorted(wanted - graph.modules):
@@ -44,9 +97,7 @@ def sources(*modules: str) -> list[str]:
         parents = {m.rsplit(".", n)[0] for m in new for n in range(1, m.count(".") + 1)}
         imported = (graph.find_modules_directly_imported_by(module) for module in new)
         new = parents.union(*imported) - found
-    here = Path.cwd()
-    paths = sorted(path for module in found for path in _files(module))
-    return [str(path.relative_to(here) if path.is_relative_to(here) else path) for path in paths]
+    return sorted(path for module in found for path in _files(module))
 
 
 @cache

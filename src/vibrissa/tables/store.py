@@ -22,7 +22,7 @@ from vibrissa.ahead import ahead
 from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.files import write_atomically
 from vibrissa.provenance import commit
-from vibrissa.tables import digests, footers
+from vibrissa.tables.parquet import digests, footers
 from vibrissa.tables.schemas import NUMBERS, YOUNGER
 
 # Tables up to this long are one row group: some 7 MB in memory.

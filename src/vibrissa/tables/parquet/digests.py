@@ -14,7 +14,7 @@ from typing import Any
 
 import pyarrow.parquet as pq
 
-from vibrissa.tables import footers
+from vibrissa.tables.parquet import footers
 
 # Names of the digests of short and of long files in their metadata.
 DIGEST, DIGEST_OF_PARTS = b"vibrissa.sha256", b"vibrissa.sha256_of_row_groups"

@@ -1,0 +1,1 @@
+"""Parquet files as files: what stands at their end, and their digests."""
