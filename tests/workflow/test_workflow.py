@@ -494,7 +494,8 @@ def test_of_a_cluster_job_the_rule_that_failed_and_its_reason_are_named_last(fre
 
 def test_a_table_that_is_damaged_again_is_not_made_for_ever(done):
     """As when the disk is broken."""
-    done.edit("src/vibrissa/tables/store.py", "file.write(digest)", "file.write(digest[::-1])")
+    digests = "src/vibrissa/tables/parquet/digests.py"
+    done.edit(digests, "file.write(digest)", "file.write(digest[::-1])")
     result = done.call(RUN, STICTION)
     assert result.returncode != 0
     assert result.stderr.count("Running again.") == 1

@@ -1,7 +1,7 @@
 """Source files that a module depends on, so that a job can declare them as its input.
 
 Snakemake reruns a job when an input changes, but does not look into imported modules. A job has one
-file for all of them: with dozens of inputs for each of thousands of jobs a plan takes twice as long.
+file for all of them: with dozens for each of thousands of jobs, a plan takes twice as long.
 """
 
 import hashlib
