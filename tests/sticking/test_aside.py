@@ -1,5 +1,7 @@
 """What a locked round rod does: where it swings aside, and where it slips at last."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 import reference
 from vibrissa import Status, solve_curve, solve_onset, solve_state
 from vibrissa.outcomes import Contact, End
+from vibrissa.sticking.curve import _passes_under
 
 
 @pytest.mark.slow
@@ -89,3 +92,19 @@ def test_a_rod_may_swing_aside_before_its_friction_demand_has_a_maximum():
     assert planar.x0_lock > round_rod.x0_lock == round_rod.x0_end
     assert round_rod.mu_lock < planar.mu_lock
     assert round_rod.mu_lock == pytest.approx(planar.friction_demand(planar.x1_init), rel=1e-9)
+
+
+@pytest.mark.parametrize("pair", [(1.0, 0.3), (2.0, 0.85), (4.0, 0.7), (12.0, 0.5)])
+def test_the_margin_out_of_the_plane_vanishes_at_the_end_of_a_curve(pair):
+    """The last piece ends where the clamp passes under the tip, and no state behind it counts."""
+    curve = solve_curve(*pair)
+    assert curve.x0_end == curve.x1_init
+    assert curve.pieces[-1].states.stability_aside[-1] == pytest.approx(0.0, abs=1e-7)
+
+
+def test_a_piece_that_ends_under_the_tip_up_to_rounding_ends_the_curve():
+    curve = solve_curve(2.0, 0.85)
+    piece = curve.pieces[-1]
+    short = replace(piece, stop=np.nextafter(piece.stop, 0.0))
+    assert _passes_under(short, curve.x1_init) == short.stop < curve.x1_init
+    assert np.isnan(_passes_under(replace(piece, stop=0.9 * piece.stop), curve.x1_init))

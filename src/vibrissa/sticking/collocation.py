@@ -369,7 +369,10 @@ def _follow_round(begun: Segment, rods: Rods, sizes: StepSizes, model: Contact) 
     first = _exactly_begun(both.take(ahead), rods)
     both = replace(both, branches=first.branches.take(np.tile(ahead, 2)))
     end = both.last * both.step
-    sections = _sections(both, np.minimum(end, 0.0), np.maximum(end, 0.0))
+    # In point contact the clamp passes under the contact point at x1_init: nothing counts behind.
+    lies = both.line[both.last, np.arange(2 * count)]
+    stop = np.where(lies, end, np.minimum(end, both.branches.x1_init))
+    sections = _sections(both, np.minimum(end, 0.0), np.maximum(stop, 0.0))
     solved = _solve_sections(both, sections, RodSection.ROUND)
     return _Followed(
         first=first,

@@ -514,7 +514,7 @@ def _until_end(
             kept.append(piece)
             continue
         if stop > piece.start + SAME:
-            kept.append(piece.restricted(stop))
+            kept.append(piece.restricted(stop) if stop < piece.stop else piece)
         if stop == limit.at:
             return kept, End.OUT_OF_REACH, limit.reason
         if stop == over:
@@ -526,7 +526,9 @@ def _until_end(
 def _passes_under(piece: Piece, x1_init: float) -> float:
     """Where the clamp passes under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
     if piece.contact is Contact.POINT and piece.parameter is Parameter.X0:
-        return x1_init if piece.start <= x1_init <= piece.stop else np.nan
+        # A piece may end there, up to rounding.
+        inside = piece.start <= x1_init <= piece.stop + SAME
+        return min(x1_init, piece.stop) if inside else np.nan
     level, way = np.array([x1_init - 1.0]), piece.samples.x0 - piece.samples.s_c
     return float(piece.first(way, level, _over_clamp, value=level)[0])
 

@@ -47,8 +47,6 @@ DECAY_TOLERANCE = 1e-12
 NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
 # The first number of states tells how many are needed.
 STATES_ALONG_PIECE = (17, 25, 33, 41, 49)
-# Nodes are tried from this part of the number on that seems to be needed.
-CAUTION = 0.85
 # Every so manyth of them is solved first, to tell how many nodes are needed.
 PROBE_STRIDE = 8
 # Accuracy with which the end of the admissible shapes is located, relative to a piece.
@@ -187,14 +185,14 @@ def resolve(pieces: Pieces, guess: RodStates) -> Iterator[Resolved]:
 
 
 def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
-    """Lowest number of nodes with which series along the rod might decay far enough.
+    """Lowest number of nodes with which series along the rod are expected to decay far enough.
 
     The coefficients fall like a geometric series, or faster.
     """
     with np.errstate(divide="ignore"):
         needed = nodes * np.log(DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
     ladder = np.array(NODES_ALONG_ROD)
-    return ladder[np.searchsorted(ladder, np.minimum(CAUTION * needed, ladder[-1]))]
+    return ladder[np.searchsorted(ladder, np.minimum(needed, ladder[-1]))]
 
 
 def _resolve(
@@ -343,6 +341,8 @@ def _rod_decay(path: RodStates) -> FloatArray:
 
 def _largest_residual(path: RodStates, pieces: Pieces, position: FloatArray) -> FloatArray:
     """Largest residual of each piece's states at fractions of its length."""
+    if not len(pieces):
+        return np.empty(0)
     count = len(position)
     height = np.tile(pieces.height, count)
     residual = largest_residual(flat(path), height, pieces.closure_at(position))
