@@ -225,6 +225,15 @@ def test_each_line_of_a_grid_is_refined_by_itself():
     assert found == [("theta", at) for at in whole.eta] + [("eta", at) for at in whole.theta]
 
 
+def test_the_log_says_how_the_rods_of_a_line_are_mounted():
+    whole = replace(grid(theta=("1", "2")), clamp_angle=(Decimal(0), Decimal("0.1")))
+    found = lines_of(whole, curve_refinement(tolerance="1"), {"theta": [whole.theta]})
+    assert [str(line).partition(": ")[0] for line, _ in found] == [
+        "eta 0.85",
+        "eta 0.85 clamp_angle=0.1",
+    ]
+
+
 def test_numbers_of_a_curve_as_a_whole_are_known_between_curves():
     whole = grid(mu0=("0.3",), theta=("1", "4"))
     refinement = curve_refinement("mu_lock", "0.01")

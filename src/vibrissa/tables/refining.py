@@ -17,6 +17,7 @@ from vibrissa.decimals import spell
 from vibrissa.numerics.halving import Halved, Interval, Reading, halve
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.stiction import read_curve
+from vibrissa.study.codec import encode_key
 from vibrissa.study.grid import CurveKey, CurvePoints, Grid, Refinement, named_points
 from vibrissa.tables.records import stiction_columns
 from vibrissa.wording import counted
@@ -38,12 +39,15 @@ class Line:
     at : Decimal
         Where the line is: Δx0 of one along μ0; η of one along θ, and θ of one along η.
     halved : Halved
+    mounting : str
+        Of the rods of a line along θ or η, as in a key; empty where it is ideal.
     """
 
     grid: str
     axis: str
     at: Decimal
     halved: Halved
+    mounting: str = ""
 
     def __str__(self) -> str:
         """Return one line for the log."""
@@ -55,7 +59,8 @@ class Line:
             shown = ", ".join(f"{spell(start)} to {spell(stop)}" for start, stop in halved.unmet)
             found.append(f"not within the tolerance at closest: {self.axis} {shown}")
         added = f"{counted(len(halved.added), 'value')} of {self.axis} added to {self.grid}"
-        return "; ".join([f"{across} {spell(self.at)}: {added}", *found])
+        place = f"{across} {spell(self.at)} {self.mounting}".strip()
+        return "; ".join([f"{place}: {added}", *found])
 
 
 def refined_lines(
@@ -151,7 +156,8 @@ def curve_lines(
             closest = refinement.closest[axis]
             halved = halve(intervals, read, float(refinement.tolerance), closest)
             keys = [start._replace(**{axis: value}) for value in halved.added]
-            yield Line(grid=name, axis=axis, at=at, halved=halved), keys
+            mounted = " ".join(encode_key(start)[2:])
+            yield Line(grid=name, axis=axis, at=at, halved=halved, mounting=mounted), keys
 
 
 def all_added(points: CurvePoints) -> CurvePoints:
