@@ -200,6 +200,9 @@ def test_curves_that_may_be_added_count():
     assert (section.most("theta"), section.most("eta"), section.most("mu0")) == (3 + 1 + 3, 5, 3)
     assert section.most_curves == 7 * 2 + 3 * 3
     assert section.count == 23 * 3
+    grid["clamp_angle"] = [0, 0.1]
+    (section,) = parse_study(study(main=grid)).grids.values()
+    assert section.count == 2 * 23 * 3
 
 
 def test_of_a_curve_as_a_whole_any_number_may_be_refined_over_theta():

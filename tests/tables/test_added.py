@@ -195,3 +195,18 @@ def test_curves_where_none_is_added_are_refused(found, problem):
 
 def test_along_an_axis_that_is_not_refined_no_curve_is_added():
     assert "8 grid points are not in the study" in refusal(on_curves((0.15, 0.1)))
+
+
+@pytest.mark.parametrize(
+    ("theta", "eta"), [(0.1, 0.1), (0.15, 0.1)], ids=["own curve", "added curve"]
+)
+def test_rods_that_are_mounted_otherwise_are_foreign(theta, eta):
+    found = on_curves((0.15, 0.1), more=[(0.15, (theta, eta, 0.1))])
+    rows = found.to_pylist()
+    tilted = [
+        0.7 if (row["theta"], row["eta"], row["mu0"]) == (theta, eta, 0.15) else 0.0 for row in rows
+    ]
+    place = STICTION.get_field_index("clamp_angle")
+    found = found.set_column(place, STICTION.field(place), pa.array(tilted))
+    order = [(name, "ascending") for name in ("eta", "theta", "clamp_angle", "mu0", "dx0")]
+    assert "1 grid points are not in the study" in refusal(found.sort_by(order), refinements=CURVES)

@@ -254,3 +254,17 @@ def test_all_points_of_an_added_curve_are_added():
     assert [
         mu0 for mu0, names in zip(points.mu0, points.grids, strict=True) if len(names) == 2
     ] == [Decimal("0.3")]
+
+
+def test_a_change_of_contact_is_closed_in():
+    """Between a rod that lies on the surface and one that stands on its tip."""
+    lying = solve_curve(3.0, 0.85, contact="line")
+    points = own_points({"main": grid(mu0=("0.1", "0.5"))})
+    rough = replace(FINE, tolerance=Decimal(1))
+    (line,) = refined_lines(lying, points, {"main": rough})
+    changes = []
+    for start, stop in line.halved.switches:
+        read = read_curve(lying, [start, stop], [Decimal("0.001")] * 2)
+        changes.append((read.status[0] == read.status[1], len(set(read.contact))))
+    assert sorted(changes)[-1] == (True, 2)
+    assert len(changes) == 2 and line.halved.unmet == ()

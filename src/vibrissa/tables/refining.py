@@ -196,6 +196,5 @@ def _readings(
     points = named_points({pair: [] for pair in pairs}, {})
     columns = stiction_columns(points, curve, read_curve(curve, points.mu0, points.dx0))
     values = np.asarray(columns[column], dtype=float)
-    known = np.isfinite(values)
-    kinds = zip(*(columns[name] for name in KIND), known, strict=True)
-    return tuple(np.where(known, values, np.nan).tolist()), tuple(kinds)
+    kinds = zip(*(columns[name] for name in KIND), np.isfinite(values), strict=True)
+    return tuple(values.tolist()), tuple(kinds)
