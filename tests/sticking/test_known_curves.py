@@ -4,6 +4,7 @@ That they are right is tested elsewhere, against other methods.
 """
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -188,6 +189,22 @@ def test_a_branch_that_is_lost_is_followed_again_step_by_step(monkeypatch):
     assert (np.isfinite(fx).sum(axis=0) == found.last + 1).all()
     for number, states in enumerate(expected.steps):
         assert found.steps[number].phi == pytest.approx(states.phi, abs=1e-5, nan_ok=True)
+
+
+def test_two_states_are_too_few_to_tell_that_a_branch_has_passed_its_lock_or_turned_back():
+    """A quadratic is laid through three."""
+    begun, _ = continuation.begin(np.array([2.0]), np.array([0.85]), STEP_SIZES[0], Contact.POINT)
+    first = begun.steps[0]
+    # The surface would pull, and the tip goes away from the clamp.
+    states = [
+        replace(first, phi=share * first.phi, fx=-np.ones(1), fy=np.ones(1))
+        for share in (1.0, 0.95, 0.9, 0.85)
+    ]
+    segment = replace(begun, steps=states, line=np.zeros((4, 1), dtype=bool))
+    for count in (1, 2, 3):
+        expected = [False, True, True][3 - count :]
+        assert continuation.past_lock(segment, count)[:, 0].tolist() == expected
+        assert continuation.turns_back(segment, count)[:, 0].tolist() == expected
 
 
 def test_a_branch_that_was_left_early_has_not_passed_its_lock():
