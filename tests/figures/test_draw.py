@@ -566,3 +566,14 @@ def test_a_line_along_the_taper_goes_through_added_curves_and_no_added_frictions
     assert sum("mu_0" in label for label in own) == 3
     friction = draw("law", marked, {"grid": "main"}).legends[0].get_texts()
     assert not [text for text in friction if "theta = 2" in text.get_text()]
+
+
+def test_a_point_that_was_added_to_another_grid_is_drawn_as_one_of_the_axes():
+    table = refined_points()
+    place = table.schema.get_field_index("grids")
+    names = pa.array([["main", "other"]] * len(table))
+    shared = table.set_column(place, table.schema.field(place), names)
+    place = table.schema.get_field_index("added_to")
+    own = shared.set_column(place, table.schema.field(place), pa.nulls(len(table), names.type))
+    selection = {"grid": "other"}
+    assert pixels(draw("taper", shared, selection)) == pixels(draw("taper", own, selection))
