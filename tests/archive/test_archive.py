@@ -137,6 +137,12 @@ def test_what_differs_is_said(unpacked, tmp_path):
     assert differences()[1].startswith(f"{TABLE}: rows and columns were (")
 
 
+def test_numbers_where_there_were_none_have_no_largest_change():
+    nothing, some = (pa.table({"x0_slip": pa.array(x, pa.float64())}) for x in ([None], [0.1]))
+    for one, other in ((nothing, some), (some, nothing), (nothing, nothing)):
+        assert reproduction._largest_change(one, other) is None
+
+
 @pytest.mark.parametrize("again", ["one", "other"])
 def test_metadata_that_differ_are_named_on_either_side(tmp_path, again):
     table = pa.table({"x": [1]})

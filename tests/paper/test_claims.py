@@ -497,6 +497,18 @@ def test_a_verdict_turns_both_ways(monkeypatch, evidence, name, change, other, v
 
 
 @pytest.mark.parametrize(
+    ("power", "reason"), [(0.3, "but not"), (0.5, "at the end"), (0.7, "but not")]
+)
+def test_a_lock_is_like_a_square_root_or_it_is_said(monkeypatch, evidence, power, reason):
+    curve = SimpleNamespace(
+        mu_lock=0.48, x0_lock=0.15, onset=lambda mu0: 0.15 - np.abs(0.48 - mu0) ** power
+    )
+    monkeypatch.setattr("vibrissa.paper.results.solve_curve", lambda theta, eta: curve)
+    found = named("non-linear in μ0").judge(evidence)
+    assert found.reason.startswith(reason) or f", {reason} like a square root" in found.reason
+
+
+@pytest.mark.parametrize(
     ("steps", "verdict"), [(-2, CONTRADICTED), (-1, CONDITION), (1, CONDITION), (2, CONTRADICTED)]
 )
 def test_periods_too_short_and_too_long_are_as_bad(monkeypatch, evidence, steps, verdict):

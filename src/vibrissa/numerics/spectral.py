@@ -183,10 +183,7 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
     weights[[0, -1]] *= 0.5
     distance = position[:, None] - chebyshev_nodes(count)
     hit = np.abs(distance) < 1e-15
-    with np.errstate(divide="ignore"):
-        matrix = np.where(
-            hit.any(axis=1, keepdims=True), hit, weights / np.where(hit, 1.0, distance)
-        )
+    matrix = np.where(hit.any(axis=1, keepdims=True), hit, weights / np.where(hit, 1.0, distance))
     return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 

@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 
 from vibrissa.errors import TableError
 from vibrissa.mechanics.bending import Bending, measure, solve_and_measure
-from vibrissa.outcomes import End, Status
+from vibrissa.outcomes import Status
 from vibrissa.tables import query
 
 
@@ -63,7 +63,7 @@ class Evidence:
         Column ``dragged`` is the length of each of their later periods (L).
         """
         rows = self.locking()
-        rows = rows[(rows["ends_by"] == End.SWINGS_ASIDE) & rows["x0_trail"].notna()]
+        rows = rows[rows["x0_trail"].notna()]
         return rows.assign(dragged=rows["x0_trail"] - 2.0 * rows["x0_end"])
 
     def scans(self) -> list[pd.DataFrame]:

@@ -153,12 +153,12 @@ def test_a_height_out_of_range_is_said(response):
     ("units", "said"),
     [
         (Units(), "eta would be 0.85 L with a standard deviation of 0.02 L, and is looked for "),
-        (Units(Rod(2.1e11, 1e-3, 0.1), {Kind.LENGTH: "mm"}), "from 83 mm to 87 mm"),
+        (Units(Rod(2.1e11, 1e-3, 0.1), {Kind.LENGTH: "mm"}), "from 83.123 mm to 86.877 mm"),
     ],
 )
 def test_an_uncertain_height_is_told_in_the_units_of_the_rod(units, said):
     values, covariance = np.array([0.85, 0.0, 0.0, 0.0]), np.diag([4e-4, 0.0, 0.0, 0.0])
-    near = SimpleNamespace(low=0.83, high=0.87)
+    near = SimpleNamespace(low=0.831232, high=0.868768)
     with pytest.raises(UndeterminedError, match=said):
         calibration._check_range(near, values, covariance, [0, 1], units)
 
