@@ -59,6 +59,8 @@ def bernstein(*pieces):
         ([[0, -1, 1]], 0.0),
         ([[1, -0.5, 1]], np.nan),  # a coefficient below zero without a root
         ([[1, -2, 1]], 0.5 - np.sqrt(1 / 12)),  # two roots in one piece
+        # ((t − 0.5)² + 0.001)·(t − 1.2)·(t − 1.4): the roots lie beyond the piece.
+        ([[0.42168, -0.16147, 0.01054666666666667, 0.03773, 0.02008]], np.nan),
     ],
 )
 def test_first_fall(pieces, expected):

@@ -81,6 +81,12 @@ def test_a_response_has_the_same_numbers_everywhere(name):
     KNOWN.check(name, {**whole(response), "limits": limits})
 
 
+def test_progress_over_heights_goes_on_to_all_of_them():
+    told = []
+    respond_over(*ROUND, 0.838, 0.862, pull=False, progress=told.append)
+    assert told == sorted(told) and 0.0 < told[0] < 1.0 and told[-1] == pytest.approx(1.0)
+
+
 def test_a_rod_between_two_heights_is_the_same():
     found = respond_between(1.5, 0.9, pull=False)
     eta = np.array([0.885, 0.9, 0.91])

@@ -220,6 +220,16 @@ def test_a_branch_that_was_left_early_has_not_passed_its_lock():
     assert collocation._passed(whole).tolist() == [True, True]
 
 
+@pytest.mark.parametrize("end", range(1, 9))
+def test_a_branch_ends_at_its_end_though_a_later_state_would_go_on(end):
+    begun, _ = continuation.begin(np.array([2.0]), np.array([0.85]), STEP_SIZES[0], Contact.POINT)
+
+    def but_there(segment, count):
+        return np.arange(len(segment.steps))[-count:, None] != end
+
+    assert continuation.follow(begun, 12, Contact.POINT, but_there).last == [end]
+
+
 @pytest.mark.parametrize(
     "name", ["cylinder", "strong taper", "very strong taper", "lies from the start", "planar"]
 )

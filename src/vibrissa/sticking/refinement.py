@@ -399,7 +399,9 @@ def _finished(
     )
     if pieces.parameter is Parameter.X0:
         states = replace(states, x0=pieces.value(chebyshev_nodes(count)))
-    looked = _clearances(few, pieces).each(lambda values: values.reshape(STATES_LOOKED_AT, -1))
+    looked = _clearances(few, pieces.contact).each(
+        lambda values: values.reshape(STATES_LOOKED_AT, -1)
+    )
     nearest = looked.smallest
     for row in range(len(pieces)):
         start, length = float(pieces.start[row]), float(pieces.length[row])
@@ -458,13 +460,10 @@ def _margin_aside(level: FloatArray) -> Mapping[str, float]:
     return {"stability_aside": 1.0}
 
 
-def _clearances(path: RodStates, pieces: Pieces) -> Clearance:
+def _clearances(path: RodStates, contact: Contact) -> Clearance:
     """Clearances of the states of a path, as one batch."""
     states = flat(path)
-    height = np.tile(pieces.eta, len(path))
-    if pieces.stage_angle is not None:
-        height = contact_position(states)[1]
-    return clearances(states, height, pieces.contact)
+    return clearances(states, contact_position(states)[1], contact)
 
 
 def _limit(path: RodStates, looked: Clearance, piece: Pieces) -> tuple[float, str]:
@@ -474,7 +473,7 @@ def _limit(path: RodStates, looked: Clearance, piece: Pieces) -> tuple[float, st
     """
 
     def look(at: FloatArray) -> Clearance:
-        return _clearances(combined(interpolation(len(path), at), path), piece)
+        return _clearances(combined(interpolation(len(path), at), path), piece.contact)
 
     def clearance(name: str) -> Callable[[FloatArray], FloatArray]:
         return lambda at: look(at).columns[name]

@@ -155,6 +155,7 @@ def test_columns_of_words_and_empty_columns_do_no_harm():
     assert read(text) == pytest.approx(np.array(ROWS))
     trailing = "\n".join([lines[0], *(line + ";" for line in lines[1:])])
     assert read(trailing) == pytest.approx(np.array(ROWS))
+    assert read("\n".join([lines[0] + ";;", *lines[1:]])) == pytest.approx(np.array(ROWS))
 
 
 def test_the_line_of_the_titles_may_be_told():
