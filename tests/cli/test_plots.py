@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from known import Known
+from looks import figure_described
 from vibrissa import sensor
 from vibrissa.cli import options
 from vibrissa.cli.app import app
@@ -17,6 +19,7 @@ from vibrissa.sensor.quantities import Units, read_rod
 from vibrissa.sensor.series import Column
 from vibrissa.sensor.transducer import CHANNELS
 
+KNOWN = Known(__file__)
 STEEL = read_rod("210 GPa", "1 mm", "100 mm")
 
 
@@ -30,7 +33,9 @@ def whisker(**given):
 def test_the_rod_before_and_at_the_onset_with_the_tip_at_one_place(angle):
     rod = whisker(stage_angle=f"{angle} deg")
     found = sensor.solve(rod, 0.3)
-    (axes,) = plots.shapes(rod, found.onset).axes
+    figure = plots.shapes(rod, found.onset)
+    KNOWN.check(f"shapes on a stage at {angle:g}°", figure_described(figure))
+    (axes,) = figure.axes
     # In the unit in which the rod was given.
     first, last, surface = (1e-3 * np.column_stack(line.get_data()) for line in axes.lines)
     x0 = found.onset.x0_slip * 0.1
@@ -52,6 +57,7 @@ def test_signals_are_each_in_a_panel_with_its_unit():
         name: Column([n, n + 1.0, n - 1.0], f"unit{n}", "") for n, name in enumerate(CHANNELS)
     }
     figure = plots.signals(columns)
+    KNOWN.check("signals", figure_described(figure))
     for n, (axes, name) in enumerate(zip(figure.axes, CHANNELS, strict=True)):
         (line,) = axes.lines
         assert list(line.get_xdata()) == [0.0, 1.0, 2.0]
@@ -70,6 +76,7 @@ def test_friction_stands_at_the_place_of_the_tip_with_its_interval():
     columns = [name for name in Periods.names() if name not in vars(Periods)]
     periods = Periods(**dict.fromkeys(columns, np.full(2, "")) | known)
     figure = plots.friction_map(periods, Units(STEEL))
+    KNOWN.check("friction", figure_described(figure))
     (axes,) = figure.axes
     ((dots, _, (bars,)),) = axes.containers
     assert np.column_stack(dots.get_data()) == pytest.approx(np.array([[0.05, 0.3], [0.09, 0.4]]))
@@ -92,7 +99,9 @@ def test_each_grade_of_doubt_has_its_sign_and_friction_without_a_tip_is_drawn_ov
     }
     columns = [name for name in Periods.names() if name not in vars(Periods)]
     periods = Periods(**dict.fromkeys(columns, np.full(5, "")) | known)
-    (axes,) = plots.friction_map(periods, Units()).axes
+    figure = plots.friction_map(periods, Units())
+    KNOWN.check("friction with doubts", figure_described(figure))
+    (axes,) = figure.axes
     drawn = {}
     for one in axes.containers:
         dots = one.lines[0]
@@ -163,7 +172,9 @@ def test_a_design_stands_among_the_pairs_that_were_solved(with_pairs):
         theta=3.0,
         eta=0.9,
     )
-    left, right, *_ = plots_of_design.design(found).axes
+    figure = plots_of_design.design(found)
+    KNOWN.check(f"design, {with_pairs=}", figure_described(figure))
+    left, right, *_ = figure.axes
     drawn = {line.get_label(): list(line.get_ydata()) for line in left.lines}
     assert drawn == {
         "together": [5.0, 6.0, 7.0],

@@ -7,6 +7,7 @@ import yaml
 
 from vibrissa.pipeline.blocks import partition
 from vibrissa.pipeline.effort import effort
+from vibrissa.study import costs
 from vibrissa.study.parsing import parse_study
 
 STUDY = """
@@ -67,6 +68,7 @@ def test_figures_scans_shooting_and_few_cores_take_longer():
     scan = "scans: {s: {theta: [1], mu0: [0.3], eta: [0.7], dx0: [0.0001], cycles: 9}}\n"
     for more in (figure, scan, "method: shooting\n"):
         assert estimate(more).seconds > estimate().seconds + 0.5
+    assert estimate(figure).size == estimate().size + costs.FIGURE_BYTES
     assert estimate(cores=1).seconds > estimate().seconds + 2
     assert "about 38 min" in str(estimate("method: shooting\n", cores=1))
 

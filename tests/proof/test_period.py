@@ -2,6 +2,7 @@
 
 import re
 from decimal import Decimal
+from types import SimpleNamespace
 
 import pytest
 from flint import acb, arb, arb_mat
@@ -11,7 +12,7 @@ from vibrissa import solve_onset
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, NotProvedError
 from vibrissa.proof import Effort, decimals, onset, spelled
-from vibrissa.proof.equilibrium import Rod, equations, inclined, prove
+from vibrissa.proof.equilibrium import Equilibrium, Rod, equations, inclined, prove
 from vibrissa.proof.krawczyk import examined
 
 # Enough for these tests, and quicker.
@@ -107,6 +108,13 @@ def test_a_second_mode_is_an_equilibrium_but_not_bent_once():
         second = prove(rod, inclined(arb(0)), [float(value) for value in load])
     assert second.f.overlaps(9 * quarter**2)
     assert not second.bent_once()
+
+
+@pytest.mark.parametrize(("phi", "once"), [("0.1", True), ("0", False), ("-0.1", False)])
+def test_a_moment_that_may_vanish_has_to_grow_for_certain(phi, once):
+    box = SimpleNamespace(m=arb(0), phi=arb(phi))
+    state = SimpleNamespace(load=(arb("0.5"), arb(0), arb(0)), passed=[box])
+    assert Equilibrium.bent_once(state) is once
 
 
 def test_a_start_far_away_proves_nothing():

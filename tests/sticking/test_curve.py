@@ -174,6 +174,7 @@ def test_equations_that_cannot_be_met_fail_every_curve_and_raise_nothing(monkeyp
     for curve in solve_curves(np.array([1.0, 2.0]), np.array([0.85, 0.85])):
         assert curve.status is Status.FAILED
         assert curve.message == collocation.NOT_RESOLVED
+        assert "above 1e-12 with 300 nodes" in curve.message
         assert np.isnan(curve.x0_end)
 
 

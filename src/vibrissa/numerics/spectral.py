@@ -183,7 +183,8 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
     weights[[0, -1]] *= 0.5
     distance = position[:, None] - chebyshev_nodes(count)
     hit = np.abs(distance) < 1e-15
-    matrix = np.where(hit.any(axis=1, keepdims=True), hit, weights / np.where(hit, 1.0, distance))
+    with np.errstate(divide="ignore"):
+        matrix = np.where(hit.any(axis=1, keepdims=True), hit, weights / distance)
     return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 
