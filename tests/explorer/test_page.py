@@ -58,7 +58,7 @@ def test_only_a_page_that_is_part_of_a_site_links_to_it():
 
 
 def test_the_file_is_written_whole_or_a_line_says_why_not(tmp_path, capsys):
-    path = tmp_path / "new/explorer.html"
+    path = tmp_path / "new/folder/explorer.html"
     assert main([str(path)]) == "" and path.read_text() == page()
     assert "in a browser" in capsys.readouterr().out
     assert "say where to" in main([])

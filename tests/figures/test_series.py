@@ -153,6 +153,14 @@ def test_pixels_are_enough_for_print(tmp_path):
     assert struct.unpack(">II", header) == (round(6.3 * 200), round(4.2 * 200))
 
 
+def test_a_law_is_fitted_to_the_16_points_next_to_the_lock():
+    gap = np.geomspace(1e-4, 1e-1, 17)
+    distance = np.where(np.arange(17) < 16, 3.0 * np.sqrt(gap), 100.0)
+    for order in (slice(None), slice(None, None, -1)):
+        law = regimes._fitted_law(gap[order], distance[order])
+        assert (law.scale, law.exponent) == pytest.approx((3.0, 0.5))
+
+
 def test_a_law_and_its_correction_are_found():
     gap = np.geomspace(1e-6, 1e-2, 40)
     law = regimes._fitted_law(gap, 2.0 * np.sqrt(gap) * (1.0 + np.sqrt(gap)) ** 0.7)

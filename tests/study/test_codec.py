@@ -124,6 +124,11 @@ def test_equal_steps_end_at_a_polynomial():
     numbers = tuple(map(Decimal, range(4)))
     axis = (*numbers, (Decimal(4), Decimal(1)))
     assert encode_axis(axis) == ["0:3:1", "4, 1"] and decode_axis(["0:3:1", "4, 1"]) == axis
+    around = (*axis, *(number + 4 for number in numbers))
+    assert (
+        encode_axis(around) == ["0:3:1", "4, 1", "4:7:1"]
+        and decode_axis(encode_axis(around)) == around
+    )
 
 
 def test_a_box_says_nothing_of_axes_that_it_does_not_have():

@@ -182,6 +182,12 @@ def test_the_papers_statements_are_judged_by_the_points_of_the_axes_alone():
     message = r"claims\.friction: 'friction' has refine; allowed: a grid without it"
     with pytest.raises(StudyError, match=message):
         parse_study(paper_config)
+    # A scan may have the name of a grid with refine.
+    del paper_config["grids"]["friction"]["refine"]
+    name = paper_config["claims"]["scan"]
+    theirs = paper_config["grids"][name] = {**paper_config["grids"]["friction"], "eta": [0.5]}
+    theirs["refine"] = {"tolerance": 0.01, "closest": {"mu0": 0.001}}
+    parse_study(paper_config)
 
 
 def curves(theta, eta, closest=None, **more):
