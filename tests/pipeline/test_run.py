@@ -507,6 +507,9 @@ def test_progress_is_shown_every_few_percent_and_at_the_end(capsys):
     shown = capsys.readouterr().err.splitlines()
     assert 15 <= len(shown) <= 21
     assert shown[-1] == "250 of 250 steps (100%) done"
+    # However little is left.
+    watched(Progress(done=98, total=100), Progress(done=100, total=100))
+    assert capsys.readouterr().err.splitlines()[-1] == "100 of 100 steps (100%) done"
 
 
 def test_a_snakemake_that_is_killed_may_leave_half_an_event(capsys):

@@ -244,9 +244,9 @@ def past_lock(segment: Segment, count: int) -> BoolArray:
     fx, fy = segment.forces
     with np.errstate(divide="ignore", invalid="ignore"):
         demand = fx / fy
-    pulls = (fy >= 0.0) & (fx < 0.0)
+    # Negative where the surface would have to pull.
     highest = np.maximum.accumulate(np.nan_to_num(demand, nan=0.0))
-    past = (demand < PAST_LOCK * highest) | pulls
+    past = demand < PAST_LOCK * highest
     past[: FEWEST_STATES - 1] = False
     return past[-count:]
 

@@ -24,7 +24,7 @@ from vibrissa.sensor.identification.reading.ratio import (
     fitted_forces,
     read_onsets,
 )
-from vibrissa.sensor.identification.without_rod import read_ratio
+from vibrissa.sensor.identification.without_rod import _swung, read_ratio
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 
@@ -288,3 +288,13 @@ def test_a_position_far_off_leaves_too_few_others_for_a_fit():
     assert np.isfinite(whole.coefficients[0]).all() and np.isnan(whole.coefficients[1]).all()
     onsets = read_onsets(clamp, forces, NOISE[:2], spans)
     assert onsets.fits.mean[0][0] == pytest.approx(0.1 + 29.5 * STEP)
+
+
+@pytest.mark.parametrize(
+    ("fx", "fy", "swings"), [(0.8, -2.6, True), (0.6, -2.6, False), (0.8, -2.5, False)]
+)
+def test_a_rod_swings_aside_where_fx_turns_round_and_fy_stays(fx, fy, swings):
+    """From fx = −1 and fy = −3, at the last sample of a period, to the first of the next."""
+    forces = np.array([[-0.5, -2.0], [-1.0, -3.0], [fx, fy], [0.1, -2.0]])
+    spans = Spans(begins=np.array([0, 2]), ends=np.array([1, 3]))
+    assert _swung(np.arange(4.0), forces, spans).tolist() == [swings, False]

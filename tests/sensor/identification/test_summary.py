@@ -14,6 +14,7 @@ from vibrissa.sensor.identification.misfit.goodness import Goodness
 from vibrissa.sensor.identification.summary import (
     FrictionSummary,
     Source,
+    _scatter,
     if_exact,
     summary_of,
 )
@@ -99,6 +100,7 @@ def test_one_period_is_its_own_mean():
     found = summary_of(periods_of([0.31], 0.001, 0.002))
     assert found.mean == 0.31 and found.deviation == pytest.approx(np.sqrt(5e-6))
     assert found.degrees == 0 and "place to place" not in str(found)
+    assert _scatter(np.array([0.31]), np.array([1e-6])) == (0.0, 0.0)
 
 
 def test_wrong_periods_are_left_out_unless_most_are_wrong():

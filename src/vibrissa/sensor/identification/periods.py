@@ -262,9 +262,8 @@ def _jumps(samples: Samples, apart: int = 1) -> BoolArray:
 def lone_spikes(samples: Samples) -> BoolArray:
     """Whether a sample jumps away and the next one back to where it was."""
     lone = np.zeros(len(samples), dtype=bool)
-    if len(samples) > 2:
-        one = _jumps(samples)
-        lone[1:-1] = one[:-1] & one[1:] & ~_jumps(samples, 2)
+    one = _jumps(samples)
+    lone[1:-1] = one[:-1] & one[1:] & ~_jumps(samples, 2)
     return lone
 
 
