@@ -288,9 +288,9 @@ def _shown(solution: RodStates | None) -> dict[str, float]:
 def solve_curves(
     theta: Sequence[float],
     eta: Sequence[float],
-    contact: str = Contact.POINT,
-    mountings: Sequence[Mounting] | None = None,
-    section: str = RodSection.ROUND,
+    contact: str,
+    mountings: Sequence[Mounting],
+    section: str,
 ) -> list[StickingCurve]:
     """Solve the sticking curves of several rods together by collocation; see `solve_curve`.
 
@@ -299,8 +299,7 @@ def solve_curves(
     theta, eta : sequence of float, length n
     contact, section
         As for `solve_curve`.
-    mountings : sequence of Mounting, length n, optional
-        By default all are ideal.
+    mountings : sequence of Mounting, length n
 
     Returns
     -------
@@ -311,7 +310,6 @@ def solve_curves(
     ArgumentError
         If an argument is out of range.
     """
-    mountings = [IDEAL] * len(theta) if mountings is None else mountings
     for rod in zip(theta, eta, mountings, strict=True):
         _check(*rod[:2], contact=contact, mounting=rod[2], section=section)
     return collocation.solve_curves(

@@ -166,8 +166,8 @@ def solve_offsets(
     eta: FloatArray,
     of: IntArray,
     offsets: FloatArray,
-    model: Contact = Contact.POINT,
-    mountings: Sequence[Mounting] | None = None,
+    model: Contact,
+    mountings: Sequence[Mounting],
 ) -> list[StateSolution]:
     """Solve states with prescribed offsets x1 − x0 on the branches that begin at α = 0.
 
@@ -181,14 +181,14 @@ def solve_offsets(
         Distances of the tip from the clamp along the surface (L).
     model : Contact
         POINT for contact with the tip alone, LINE for the kind of contact that is possible.
-    mountings : sequence of Mounting, length n, optional
-        By default all are ideal. Their stages have no part in a single state.
+    mountings : sequence of Mounting, length n
+        Their stages have no part in a single state.
 
     Returns
     -------
     list of StateSolution
     """
-    mounted = [replace(one, stage_angle=0.0) for one in mountings or [IDEAL] * len(theta)]
+    mounted = [replace(one, stage_angle=0.0) for one in mountings]
     solutions = [StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)] * len(offsets)
     pending = np.arange(len(offsets))
     for sizes in STEP_SIZES:

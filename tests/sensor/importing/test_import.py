@@ -245,6 +245,10 @@ def test_rest_and_lift_off_are_cut_where_the_position_was_recorded():
         file_of([np.arange(len(x)), x, 0.1 * fy, fy]), columns=TITLED, begin="1 mm", end="2 mm"
     )
     assert given.values["footpoint"] * 1e3 == pytest.approx(np.arange(1.0, 2.01, 0.02))
+    # What is not said is found.
+    begun = imported(file_of([np.arange(len(x)), x, 0.1 * fy, fy]), columns=TITLED, begin="1 mm")
+    assert begun.values["footpoint"][0] == pytest.approx(1e-3)
+    assert 149 <= len(begun.values["footpoint"]) <= 153
 
 
 def test_a_recording_without_rest_stays_whole():

@@ -244,10 +244,10 @@ def respond(
 def responses(
     theta: Sequence[float],
     eta: Sequence[float],
-    contact: str = Contact.POINT,
-    pull: bool = True,
-    mountings: Sequence[Mounting] | None = None,
-    section: str = RodSection.ROUND,
+    contact: str,
+    pull: bool,
+    mountings: Sequence[Mounting],
+    section: str,
 ) -> list[Response]:
     """Solve and tabulate the responses of several rods together; see `respond`.
 
@@ -256,8 +256,7 @@ def responses(
     theta, eta : sequence of float, length n
     contact, pull, section
         As for `respond`.
-    mountings : sequence of Mounting, length n, optional
-        By default all are ideal.
+    mountings : sequence of Mounting, length n
 
     Returns
     -------
@@ -270,7 +269,6 @@ def responses(
     ArgumentError
         If an argument is out of range.
     """
-    mountings = [IDEAL] * len(theta) if mountings is None else mountings
     for mounting in mountings:
         if mounting.stage_angle:
             raise NoResponseError(
