@@ -143,6 +143,14 @@ def test_constants_are_asked_of_all_tests_of_the_module():
     ]  # fmt: skip
 
 
+def test_functions_that_a_module_calls_itself_are_run_when_it_is_imported():
+    text = "def f(x):\n    y = x\n    def g():\n        return y\n    return g\n\n"
+    for more, inside in (("", True), ("a = [f(1)]\n", False), ("class A:\n    a = f(1)\n", False)):
+        assert recording.statement(text + more, 2)[1] is inside
+        assert recording.statement(text + more, 4)[1]
+    assert recording.statement(text + "def h():\n    f(1)\n", 2)[1]
+
+
 def test_lines_newer_than_the_recording_are_asked_of_all_tests_of_the_module_or_package():
     newer = TEXT.replace("    return None", "    y = 3\n    return None")
     assert set(recorded().tests_of("a/m.py", 11, newer)) == set(recorded().tests)

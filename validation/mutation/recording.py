@@ -195,7 +195,10 @@ def matching(old: str, new: str) -> list[difflib.Match]:
 
 
 def statement(text: str, line: int) -> tuple[range, bool]:
-    """Return the lines of the statement (without its body) at a line; is it within a function?"""
+    """Return the lines of the statement (without its body) at a line; is it within a function?
+
+    Not within one that the module calls itself, as that runs when the module is imported.
+    """
     span, in_function = range(line, line + 1), False
     node: ast.AST = ast.parse(text)
     while True:
@@ -214,8 +217,22 @@ def statement(text: str, line: int) -> tuple[range, bool]:
         span = range(outer.lineno, max(outer.lineno, last or 0) + 1)
         if line < (body[0].lineno if body else 0):
             return span, in_function
-        in_function |= isinstance(outer, ast.FunctionDef)
+        in_function |= isinstance(outer, ast.FunctionDef) and outer.name not in at_import(text)
         node = outer
+
+
+@cache
+def at_import(text: str) -> set[str]:
+    """Return the names that a module uses outside of functions."""
+    names: set[str] = set()
+    nodes: list[ast.AST] = [ast.parse(text)]
+    while nodes:
+        node = nodes.pop()
+        if isinstance(node, ast.Name):
+            names.add(node.id)
+        inside = node.decorator_list if isinstance(node, ast.FunctionDef) else None
+        nodes += ast.iter_child_nodes(node) if inside is None else inside
+    return names
 
 
 def digests(root: Path = ROOT) -> dict[str, str]:
