@@ -5,6 +5,7 @@ import subprocess
 import sys
 from decimal import Decimal
 from importlib import import_module
+from types import SimpleNamespace
 
 import numpy as np
 import pint
@@ -17,6 +18,7 @@ from typer.testing import CliRunner
 import vibrissa
 from vibrissa.cli import options
 from vibrissa.cli.app import COMMANDS, app, module_of
+from vibrissa.cli.identify import _tolerated
 from vibrissa.mechanics.rod import Rod
 from vibrissa.provenance import commit
 from vibrissa.sensor import series
@@ -312,3 +314,17 @@ def test_long_work_is_shown_beside_the_result(monkeypatch, capsys, patience, lin
     told = capsys.readouterr()
     assert told.out == ""
     assert [line.split()[0] for line in told.err.splitlines() if line.strip()] == lines
+
+
+def test_a_kinetic_ratio_that_a_note_tells_hides_no_other_tolerance():
+    def tolerance(name):
+        told = {"stated": True, "estimated": False, "wave": False, "surprise": 0.0}
+        return SimpleNamespace(of=name, spelled=lambda units: name, **told)
+
+    found = SimpleNamespace(
+        tolerances=[tolerance("theta"), tolerance("kinetic_ratio"), tolerance("eta")],
+        periods=SimpleNamespace(kinetic=0.8),
+        summary=lambda: SimpleNamespace(if_exact={"eta": 0.0123}),
+        units=None,
+    )
+    assert list(_tolerated(found)) == ["theta", "eta; if it were exact, mu0 ± 0.012"]

@@ -1,5 +1,6 @@
 """Height and zeros from the recording: interpolated rods, least squares, what cannot be told."""
 
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -161,6 +162,23 @@ def test_an_uncertain_height_is_told_in_the_units_of_the_rod(units, said):
     near = SimpleNamespace(low=0.831232, high=0.868768)
     with pytest.raises(UndeterminedError, match=said):
         calibration._check_range(near, values, covariance, [0, 1], units)
+
+
+@pytest.mark.parametrize(("deviation", "known"), [(0.16, True), (0.17, False), (0.4, False)])
+def test_an_offset_is_known_to_half_of_what_its_channel_changes(deviation, known):
+    """Within three standard deviations; up to the lock each of these channels changes by 1."""
+
+    class Level:
+        x0_lock = 1.0
+
+        def __call__(self, x0):
+            return np.stack([x0, x0, x0], axis=-1)
+
+    near = SimpleNamespace(low=0.8, high=0.9, at=lambda eta: SimpleNamespace(level=Level()))
+    covariance = np.diag([0.0, deviation**2, 0.0, 0.0])
+    values = np.array([0.85, 0.0, 0.0, 0.0])
+    with nullcontext() if known else pytest.raises(UndeterminedError, match="offset of force_x"):
+        calibration._check_range(near, values, covariance, [0, 1], Units())
 
 
 def test_nothing_unknown_is_the_given_setup(heights, response):
