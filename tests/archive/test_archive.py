@@ -135,6 +135,8 @@ def test_what_differs_is_said(unpacked, tmp_path):
     assert differences()[1] == said
     store.write(COMPLETE.slice(1), again / TABLE)
     assert differences()[1].startswith(f"{TABLE}: rows and columns were (")
+    pq.write_table(COMPLETE.rename_columns(COMPLETE.column_names[::-1]), again / TABLE)
+    assert differences()[1].startswith(f"{TABLE}: rows and columns were (")
 
 
 def test_numbers_where_there_were_none_have_no_largest_change():

@@ -156,6 +156,11 @@ def test_mistakes_get_one_line(arguments, message, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_without_a_command_all_are_listed():
+    shown = run().output
+    assert shown.splitlines() == run("--help").output.splitlines() and "identify" in shown
+
+
 @pytest.mark.parametrize("command", ["solve", "scan"])
 def test_help_has_an_example(command):
     shown = run(command, "--help").output.replace("\n", " ")

@@ -21,9 +21,11 @@ def inclined(angle):
     return replace(GIVEN, mounting=Mounting(stage_angle=angle))
 
 
-def test_what_points_to_a_side_has_the_other_sign_in_the_mirror():
+def test_what_points_to_a_side_is_odd_and_one_property_is_of_slips():
     odd = [name for name, one in PROPERTIES.items() if one.odd]
     assert odd == ["clamp_angle", "curvature", "stage_angle"]
+    of_slips = [name for name, one in PROPERTIES.items() if one.kinetic_ratio]
+    assert of_slips == ["kinetic_ratio"]
 
 
 def test_a_branch_goes_on_smoothly_to_where_the_tip_is_pulled_a_little():
