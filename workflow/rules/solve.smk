@@ -53,8 +53,7 @@ rule points:
         contact=STUDY.contact.value,
         section=STUDY.section.value,
         grids=lambda wildcards: {
-            name: encode_grid(part)
-            for name, part in GRIDS_OF(BLOCKS[wildcards.block]).items()
+            name: encode_grid(part) for name, part in GRIDS_OF(BLOCKS[wildcards.block]).items()
         },
         refinements=lambda wildcards: refinements_of_block(wildcards.block),
         gaps=lambda wildcards: {
