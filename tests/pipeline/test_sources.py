@@ -22,7 +22,7 @@ NUMBERS = count()
 
 def names(paths):
     """Dotted names of the modules of some source files, without that of the package."""
-    return {dotted(Path(path)) for path in paths if Path(path).suffix == ".py"}
+    return {dotted(path) for path in paths if path.suffix == ".py"}
 
 
 def dotted(path):
@@ -85,7 +85,7 @@ def test_the_files_of_a_page_belong_to_its_package(package):
     (folder / "other/__init__.py").touch()
     for name in ("a.html", "c.css", "a.py~", "a.json", "view/b.js", "other/d.js"):
         (folder / name).touch()
-    found = {Path(path).name for path in sources("a")}
+    found = {path.name for path in sources("a")}
     assert found == {"__init__.py", "a.py", "a.html", "c.css", "b.js"}
 
 
@@ -148,14 +148,6 @@ def test_an_unknown_module_is_an_error(package):
     package(a="")
     with pytest.raises(ValueError, match=r"^no module pkg\d+\.nothing$"):
         sources("a", "nothing")
-
-
-def test_paths_are_relative_to_the_working_directory(monkeypatch, tmp_path):
-    monkeypatch.chdir(ROOT)
-    expected = [f"src/vibrissa/{name}" for name in ("__init__.py", "decimals.py")]
-    assert sources("decimals") == expected
-    monkeypatch.chdir(tmp_path)
-    assert sources("decimals") == [str(ROOT / path) for path in expected]
 
 
 # Of each module, those that only a function imports.

@@ -149,9 +149,10 @@ def gaps_of(block):
 
 def neighbours_of_block(block):
     """Other blocks that hold the curves at which these gaps end."""
-    if not gaps_of(block):  # as of most studies, of which some have very many blocks
+    gaps = gaps_of(block)
+    if not gaps:  # as of most studies, of which some have very many blocks
         return []
-    ends = list(map(meets, ends_of_gaps(BLOCKS[block], STUDY.point_grids, gaps_of(block))))
+    ends = list(map(meets, ends_of_gaps(BLOCKS[block], STUDY.point_grids, gaps)))
     return [
         other
         for other, curves in BLOCKS.items()

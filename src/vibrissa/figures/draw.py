@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from vibrissa.errors import ArgumentError
 from vibrissa.figures import aside, comparisons, mountings, points, regimes, scans, states, style
 from vibrissa.figures.kinds import Kind
+from vibrissa.study.grid import REFINED_CURVE_AXES
 from vibrissa.tables import query
 from vibrissa.tables.schemas import ADDED_TO
 
@@ -23,8 +24,6 @@ KINDS: dict[str, Kind] = {
     if isinstance(kind, Kind)
 }
 NO_RESULT = ("failed", "out_of_reach")
-# Axes of a grid to which values can be added.
-REFINED_AXES = ("theta", "mu0", "eta")
 
 
 def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figure:
@@ -74,7 +73,7 @@ def _rows(kind: Kind, table: query.Readable, selection: Mapping[str, Any]) -> pd
     names = rows.pop(ADDED_TO.name)
     on_axes = [found is None or selection["grid"] not in found for found in names]
     own = rows[np.array(on_axes, dtype=bool)]
-    across = [axis for axis in REFINED_AXES if axis in rows and axis != kind.along]
+    across = {"mu0", *REFINED_CURVE_AXES}.intersection(rows) - {kind.along}
     return rows[np.logical_and.reduce([rows[axis].isin(own[axis]) for axis in across])]
 
 

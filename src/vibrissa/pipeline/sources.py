@@ -42,7 +42,7 @@ def sources_file(*modules: str) -> str:
     OSError
         If the file cannot be written.
     """
-    paths = _paths(*modules)
+    paths = sources(*modules)
     home = paths[0].parents[1]
     text = "".join(
         f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(home)}\n"
@@ -61,7 +61,7 @@ def sources_file(*modules: str) -> str:
     return str(listed if home.is_relative_to(Path.cwd()) else listed.absolute())
 
 
-def sources(*modules: str) -> list[str]:
+def sources(*modules: str) -> list[Path]:
     """Return the source files of some modules of the package, and of all that they import from it.
 
     Parameters
@@ -71,21 +71,14 @@ def sources(*modules: str) -> list[str]:
 
     Returns
     -------
-    list of str
-        Paths, relative to the working directory if they are below it. The files of a web page are
-        among them.
+    list of Path
+        In the order of their names. The files of a web page are among them.
 
     Raises
     ------
     ValueError
         If there is no such module.
     """
-    here = Path.cwd()
-    paths = _paths(*modules)
-    return [str(path.relative_to(here) if path.is_relative_to(here) else path) for path in paths]
-
-
-def _paths(*modules: str) -> list[Path]:
     graph = _imports(PACKAGE)
     wanted = {f"{PACKAGE}.{module}" for module in modules}
     if unknown := sorted(wanted - graph.modules):

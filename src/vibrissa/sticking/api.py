@@ -310,8 +310,8 @@ def solve_curves(
     ArgumentError
         If an argument is out of range.
     """
-    for rod in zip(theta, eta, mountings, strict=True):
-        _check(*rod[:2], contact=contact, mounting=rod[2], section=section)
+    for taper, height, mounting in zip(theta, eta, mountings, strict=True):
+        _check(taper, height, contact=contact, mounting=mounting, section=section)
     return collocation.solve_curves(
         np.array(theta, dtype=float),
         np.array(eta, dtype=float),

@@ -14,10 +14,10 @@ from itertools import groupby, pairwise, product
 import numpy as np
 
 from vibrissa.decimals import spell
-from vibrissa.numerics.halving import Halved, Interval, Reading, halve
+from vibrissa.numerics.halving import Halved, Reading, halve
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.stiction import read_curve
-from vibrissa.study.codec import encode_key
+from vibrissa.study.codec import Gap, encode_key
 from vibrissa.study.grid import CurveKey, CurvePoints, Grid, Refinement, named_points
 from vibrissa.tables.records import stiction_columns
 from vibrissa.wording import counted
@@ -121,7 +121,7 @@ def with_added(points: CurvePoints, lines: Sequence[Line]) -> CurvePoints:
 def curve_lines(
     name: str,
     grid: Grid,
-    gaps: Mapping[str, Sequence[Interval]],
+    gaps: Mapping[str, Sequence[Gap]],
     refinement: Refinement,
     curve_of: CurveOf,
 ) -> Iterator[tuple[Line, list[CurveKey]]]:

@@ -155,9 +155,8 @@ class Pulled:
         for few in PLACES:
             if not len(sought):
                 break
-            x0 = np.outer(straight[sought], few)
-            found = self._solutions(np.repeat(sought, len(few)), x0.ravel())
-            for rod, at, one in zip(np.repeat(sought, len(few)), x0.ravel(), found, strict=True):
+            of, x0 = np.repeat(sought, len(few)), np.outer(straight[sought], few).ravel()
+            for rod, at, one in zip(of, x0, self._solutions(of, x0), strict=True):
                 if not force[rod] or force[rod][-1] < 0.0:
                     force[rod].append(float(_found(one, at).fy[0]))
                     places[rod].append(float(at))
