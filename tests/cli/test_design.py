@@ -5,10 +5,8 @@ import re
 
 import pyarrow.parquet as pq
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from vibrissa.cli import design
 from vibrissa.cli.app import app
 
 
@@ -93,17 +91,3 @@ def test_mistakes_get_one_line(arguments, message, tmp_path, monkeypatch):
 
 def test_help_has_examples():
     assert "vibrissa design --material" in run("--help").output.replace("\n", " ")
-
-
-@pytest.mark.parametrize(
-    ("name", "shown"),
-    [
-        ("theta", "1 to 10"),
-        ("eta", "0.5 to 0.98"),
-        ("diameter", "0.1 to 10 mm"),
-        ("length", "20 to 200 mm"),
-    ],
-)
-def test_help_says_between_which_values_a_rod_is_looked_for(name, shown):
-    (found,) = [one for one in typer.main.get_command(design.app).params if one.name == name]
-    assert found.show_default == shown

@@ -2,8 +2,10 @@
 
 import json
 import math
+import re
 import subprocess
 import sys
+from dataclasses import asdict
 
 import explorer_agreement as agreement
 import pytest
@@ -14,7 +16,18 @@ from known import Known
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.explorer.__main__ import main
 from vibrissa.explorer.modules import bundle
-from vibrissa.explorer.page import MOUNTED, PAPER, RANGES, fits, page
+from vibrissa.explorer.page import (
+    FOLDER,
+    MOUNTED,
+    PAPER,
+    RANGES,
+    Preset,
+    fits,
+    fragment,
+    page,
+    program,
+    style,
+)
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.slips import SlipLaw, Slips
@@ -55,13 +68,43 @@ def test_settings_beyond_a_field_do_not_fit(name):
 def test_only_a_page_that_is_part_of_a_site_links_to_it():
     assert "<a " not in page()
     assert '<a href="index.html">Documentation</a>' in page(home="index.html")
+    assert '<a href="a&#34;b">' in page(home='a"b')
+
+
+def test_the_page_holds_its_parts_as_they_are():
+    text = page()
+    (presets,) = re.findall(r'data-x="presets">(.*?)</script>', text)
+    assert json.loads(presets) == [asdict(preset) for preset in (*PAPER, *MOUNTED)]
+    # Short, as a report has one for each of its scans.
+    assert ", " not in re.sub('"note":".*?"', "", presets)
+    assert text.count(style()) == text.count(program()) == 1
+    assert program().startswith('(() => {\n"use strict";') and program().endswith("})();")
+
+
+def test_the_page_and_python_know_the_same_ranges():
+    text = (FOLDER / "view/settings.js").read_text(encoding="utf-8")
+    fields = re.findall(r'key: "(\w+)",.*? min: (\S+), max: (\S+),', text)
+    found = {key: (float(low), float(high)) for key, low, high in fields}
+    in_si = ("modulus", "diameter", "length")
+    assert {key: ends for key, ends in found.items() if key not in in_si} == RANGES
+
+
+def test_a_name_in_a_preset_cannot_end_the_script():
+    text = fragment([Preset(name="</script>", settings={})])
+    assert text.count("</script>") == 1
+    (presets,) = re.findall(r'data-x="presets">(.*?)</script>', text)
+    assert json.loads(presets) == [
+        dict(name="</script>", note="", settings={}, clamp=0.0, play=False, recording=None)
+    ]
 
 
 def test_the_file_is_written_whole_or_a_line_says_why_not(tmp_path, capsys):
     path = tmp_path / "new/folder/explorer.html"
     assert main([str(path)]) == "" and path.read_text() == page()
-    assert "in a browser" in capsys.readouterr().out
-    assert "say where to" in main([])
+    assert capsys.readouterr().out == f"open {path.as_uri()} in a browser\n"
+    # Once more, into a folder that is there.
+    assert main([str(path)]) == ""
+    assert "say where to" in main([]) and "say where to" in main([str(path), "more"])
     assert "cannot be written" in main([str(path / "below.html")])
 
 
@@ -293,12 +336,6 @@ def functions(browser):
 
 class TestFunctions:
     pytestmark = needs_chromium
-
-    def test_python_knows_the_ranges_of_the_fields(self, functions):
-        found = functions.evaluate(
-            "[...NUMBERS, ...MOUNTING_NUMBERS].map(({ key, min, max }) => [key, min, max])"
-        )
-        assert {key: tuple(span) for key, *span in found} == RANGES
 
     @pytest.mark.parametrize(
         ("value", "text"),
