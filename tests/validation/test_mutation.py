@@ -107,7 +107,7 @@ def test_equivalent_mutants_are_still_there():
 )
 def test_statement_at_a_line(line, span, in_function):
     assert ast.parse(TEXT)
-    found, inside = recording.statement(TEXT, line)
+    found, inside = recording.statement(TEXT, line, recording.at_import(TEXT))
     assert ((found.start, found.stop - 1), inside) == (span, in_function)
 
 
@@ -143,12 +143,31 @@ def test_constants_are_asked_of_all_tests_of_the_module():
     ]  # fmt: skip
 
 
-def test_functions_that_a_module_calls_itself_are_run_when_it_is_imported():
+@pytest.mark.parametrize(
+    ("more", "inside"),
+    [
+        ("", True),
+        ("def h():\n    f(1)\n", True),
+        ("a = [f(1)]\n", False),
+        ("class A:\n    a = f(1)\n", False),
+        ("@f\ndef h():\n    pass\n", False),
+        ("def h(a=f(1)):\n    pass\n", False),
+        ("def h(a: Annotated[int, f(1)]):\n    pass\n", False),
+    ],
+)
+def test_functions_that_a_module_uses_itself_are_run_when_it_is_imported(more, inside):
     text = "def f(x):\n    y = x\n    def g():\n        return y\n    return g\n\n"
-    for more, inside in (("", True), ("a = [f(1)]\n", False), ("class A:\n    a = f(1)\n", False)):
-        assert recording.statement(text + more, 2)[1] is inside
-        assert recording.statement(text + more, 4)[1]
-    assert recording.statement(text + "def h():\n    f(1)\n", 2)[1]
+    used = recording.at_import(text + more)
+    assert recording.statement(text + more, 2, used)[1] is inside
+    assert recording.statement(text + more, 4, used)[1]
+
+
+def test_a_decorator_of_another_module_is_asked_of_all_tests_of_its_module():
+    found = recorded().tests_of("a/m.py", 11, TEXT)
+    assert found == ["tests/a/test_a.py::fast"]
+    other = "@far\ndef h():\n    pass\n"
+    after = recorded(sources={"a/m.py": TEXT, "a/other.py": other})
+    assert set(after.tests_of("a/m.py", 11, TEXT)) == set(after.tests)
 
 
 def test_lines_newer_than_the_recording_are_asked_of_all_tests_of_the_module_or_package():

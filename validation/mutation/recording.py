@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections import defaultdict
+from collections.abc import Set
 from dataclasses import asdict, dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -119,6 +120,11 @@ class Recording:
             fixtures=self.fixtures | newer.fixtures,
         )
 
+    @cached_property
+    def used_at_import(self) -> set[str]:
+        """Names that some module uses outside of functions, as it does a decorator of another."""
+        return set().union(*map(at_import, self.sources.values()))
+
     def affordable(self, tests: list[str], budget: float) -> list[str]:
         """Return the first tests that together take no longer than a budget, one at least.
 
@@ -154,11 +160,12 @@ class Recording:
     def tests_of(self, module: str, line: int, text: str) -> list[str]:
         """Return the tests that reach a line, in the order in which they are asked.
 
-        What runs when a module is imported (constants, tables, classes) is reached by every test
-        that reaches a function of the module, and maybe by others of the package. The same is
-        assumed of lines that are newer than the recording, or that no test reached in it.
+        What runs when a module is imported (constants, tables, classes, decorators) is reached by
+        every test that reaches a function of the module, and maybe by others of the package. The
+        same is assumed of lines that are newer than the recording, or that no test reached in it.
         """
-        lines, (span, in_function) = self.reached.get(module, {}), statement(text, line)
+        lines = self.reached.get(module, {})
+        span, in_function = statement(text, line, at_import(text) | self.used_at_import)
         numbers: set[int] = set()
         for at in span:
             numbers.update(lines.get(self.recorded_line(module, at, text), ()))
@@ -194,10 +201,10 @@ def matching(old: str, new: str) -> list[difflib.Match]:
     return matcher.get_matching_blocks()
 
 
-def statement(text: str, line: int) -> tuple[range, bool]:
+def statement(text: str, line: int, used_at_import: Set[str]) -> tuple[range, bool]:
     """Return the lines of the statement (without its body) at a line; is it within a function?
 
-    Not within one that the module calls itself, as that runs when the module is imported.
+    Not within one that is used at import: that runs when a module is imported.
     """
     span, in_function = range(line, line + 1), False
     node: ast.AST = ast.parse(text)
@@ -217,21 +224,24 @@ def statement(text: str, line: int) -> tuple[range, bool]:
         span = range(outer.lineno, max(outer.lineno, last or 0) + 1)
         if line < (body[0].lineno if body else 0):
             return span, in_function
-        in_function |= isinstance(outer, ast.FunctionDef) and outer.name not in at_import(text)
+        in_function |= isinstance(outer, ast.FunctionDef) and outer.name not in used_at_import
         node = outer
 
 
 @cache
 def at_import(text: str) -> set[str]:
-    """Return the names that a module uses outside of functions."""
+    """Return the names that a module uses outside of the bodies of functions."""
     names: set[str] = set()
     nodes: list[ast.AST] = [ast.parse(text)]
     while nodes:
         node = nodes.pop()
         if isinstance(node, ast.Name):
             names.add(node.id)
-        inside = node.decorator_list if isinstance(node, ast.FunctionDef) else None
-        nodes += ast.iter_child_nodes(node) if inside is None else inside
+        if isinstance(node, ast.FunctionDef):
+            # Defaults and annotations are in the arguments.
+            nodes += [*node.decorator_list, node.args]
+        else:
+            nodes += ast.iter_child_nodes(node)
     return names
 
 
