@@ -18,8 +18,9 @@ from typer.testing import CliRunner
 import vibrissa
 from vibrissa.cli import options
 from vibrissa.cli.app import COMMANDS, app, module_of
-from vibrissa.cli.identify import _tolerated
+from vibrissa.errors import ArgumentError, RecordingError, UndeterminedError
 from vibrissa.mechanics.rod import Rod
+from vibrissa.outcomes import Status
 from vibrissa.provenance import commit
 from vibrissa.sensor import series
 from vibrissa.sensor.quantities import SI, USUAL, Kind, Units, in_si
@@ -31,6 +32,13 @@ WHISKER = ["--theta", "2", "--eta", "0.85"]
 
 def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def raising(error):
+    def broken(*_, **__):
+        raise error
+
+    return broken
 
 
 def test_solve_says_the_same_in_both_kinds_of_units(tmp_path):
@@ -214,10 +222,7 @@ def test_usual_units_are_those_of_pint(kind):
 
 
 def test_a_mistake_in_the_program_is_not_dressed_up_as_one_of_the_input(monkeypatch):
-    def broken(*_, **__):
-        raise ValueError("a mistake")
-
-    monkeypatch.setattr("vibrissa.sensor.onset.onset_on", broken)
+    monkeypatch.setattr("vibrissa.sensor.onset.onset_on", raising(ValueError("a mistake")))
     result = run("solve", *WHISKER, "--mu0", "0.4")
     assert isinstance(result.exception, ValueError)
 
@@ -321,15 +326,30 @@ def test_long_work_is_shown_beside_the_result(monkeypatch, capsys, patience, lin
     assert [line.split()[0] for line in told.err.splitlines() if line.strip()] == lines
 
 
-def test_a_kinetic_ratio_that_a_note_tells_hides_no_other_tolerance():
-    def tolerance(name):
-        told = {"stated": True, "estimated": False, "wave": False, "surprise": 0.0}
-        return SimpleNamespace(of=name, spelled=lambda units: name, **told)
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (ArgumentError("no such thing"), 2),
+        (RecordingError("no such thing"), 2),
+        (UndeterminedError("no such thing"), 1),
+        (OSError("no such thing"), 2),
+    ],
+)
+def test_what_a_user_can_mend_is_one_line_and_an_exit_code(error, code, monkeypatch):
+    monkeypatch.setattr("vibrissa.sensor.solve", raising(error))
+    result = run("solve", *WHISKER, "--mu0", "0.4")
+    assert (result.exit_code, result.stdout) == (code, "")
+    assert result.stderr == "vibrissa: no such thing\n"
 
-    found = SimpleNamespace(
-        tolerances=[tolerance("theta"), tolerance("kinetic_ratio"), tolerance("eta")],
-        periods=SimpleNamespace(kinetic=0.8),
-        summary=lambda: SimpleNamespace(if_exact={"eta": 0.0123}),
-        units=None,
-    )
-    assert list(_tolerated(found)) == ["theta", "eta; if it were exact, mu0 ± 0.012"]
+
+def test_a_pipe_that_is_closed_is_left_to_the_shell(monkeypatch):
+    monkeypatch.setattr("vibrissa.sensor.solve", raising(BrokenPipeError("closed")))
+    with pytest.raises(BrokenPipeError):
+        app(["solve", *WHISKER, "--mu0", "0.4"], standalone_mode=False)
+
+
+@pytest.mark.parametrize(("status", "code"), [("slip", 0), ("lock", 0), ("failed", 1)])
+def test_only_what_was_computed_is_a_success(status, code, monkeypatch):
+    onset = SimpleNamespace(status=Status(status))
+    monkeypatch.setattr("vibrissa.sensor.solve", lambda *_: SimpleNamespace(onset=onset))
+    assert run("solve", *WHISKER, "--mu0", "0.4").exit_code == code
