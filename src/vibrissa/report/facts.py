@@ -37,9 +37,9 @@ def summary(found: Mapping[str, Readable]) -> dict[str, str]:
     if "states" in found:
         lines["States"] = spell_counts(_status_counts(found["states"]))
     if "scans" in found:
-        lines["Steps of the clamp"] = spell(query.count(found["scans"]), 9)
+        lines["Steps of the clamp"] = str(query.count(found["scans"]))
     if "comparisons" in found:
-        lines["Points in both kinds of contact"] = spell(query.count(found["comparisons"]), 9)
+        lines["Points in both kinds of contact"] = str(query.count(found["comparisons"]))
     residuals = [
         largest
         for name in ("stiction", "states")

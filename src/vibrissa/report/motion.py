@@ -56,13 +56,13 @@ def motion(found: Mapping[str, Readable]) -> Motion:
     Motion
         The study's scans; without any, points of its grids; without any, the explorer's own.
     """
-    own = Motion(what="a figure of the paper", presets=(*PAPER, *MOUNTED), notes=())
     nothing = Motion(what="", presets=(), notes=())
     scans = of_scans(found["scans"]) if "scans" in found else nothing
-    points = nothing
-    if "stiction" in found and not scans.presets:
-        points = of_points(found["stiction"])
-    chosen = next(one for one in (scans, points, own) if one.presets)
+    chosen = scans
+    if not chosen.presets and "stiction" in found:
+        chosen = of_points(found["stiction"])
+    if not chosen.presets:
+        chosen = Motion(what="a figure of the paper", presets=(*PAPER, *MOUNTED), notes=())
     return replace(chosen, notes=scans.notes)
 
 

@@ -304,7 +304,7 @@ def _scans(table: Readable, proved: Proved) -> list[Section]:
         Column(
             name="states",
             description="rows of the table",
-            cells=[spell(len(scan), 9) for scan in steps],
+            cells=[str(len(scan)) for scan in steps],
         ),
         Column(
             name="sticks for",
