@@ -234,6 +234,7 @@ def folder(study_tables, tmp_path, monkeypatch):
 MINE = ["--configfile", "my.yaml", "--results", "results/mine"]
 
 
+@pytest.mark.slow
 def test_blessed_results_pass_until_they_change(folder, study_tables, capsys):
     assert check.main([*MINE, "--bless"]) == 0
     reference = folder / "tests/regression/mine"

@@ -142,6 +142,7 @@ DESIGNS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DESIGNS)
 def test_a_design_is_the_same_from_the_mesh_to_its_text(name):
     told = []
@@ -149,6 +150,7 @@ def test_a_design_is_the_same_from_the_mesh_to_its_text(name):
     KNOWN.check(name, {**whole(found), "progress": told[:: max(1, len(told) // 5)]}, SEARCHED)
 
 
+@pytest.mark.slow
 def test_a_design_without_units_is_the_same():
     wanted = Requirements.nondimensional(
         mu0=(0.2, 0.3), step=5e-4, noise=(0.003, 0.003, 0.0002), theta=(1.0, 3.0), eta=(0.9, 0.9)

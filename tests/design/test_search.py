@@ -177,6 +177,7 @@ def test_no_other_size_violates_the_limits_less(best, thick, long):
     assert (other >= np.exp(nearest.cost) * (1 - 1e-6)).all()
 
 
+@pytest.mark.slow
 def test_the_best_rod_is_limited_and_less_strict_limits_help(best):
     assert best.status is DesignStatus.FOUND and best.active_constraints
     assert best.message.endswith(", ".join(best.active_constraints))

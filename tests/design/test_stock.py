@@ -54,6 +54,7 @@ def test_the_best_of_the_stock_is_taken_and_what_it_costs_is_said():
     assert "tip          1 mm diameter" in text and "mm from the clamp to the surface" in text
 
 
+@pytest.mark.slow
 def test_each_pair_has_its_deviation_with_the_size_that_was_taken():
     asked = ASKED | {"material": "music-wire", "eta": "0.8 to 0.95", "length": "20 to 200 mm"}
     found = design(read_requirements(**asked, stock="1 mm, 1.5 mm"))

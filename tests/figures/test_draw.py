@@ -143,6 +143,7 @@ def is_line(line, x, y):
     return np.array_equal(line.get_xdata(), x) and np.array_equal(line.get_ydata(), y)
 
 
+@pytest.mark.slow
 def test_taper_figure_shows_marks_and_onset_of_each_friction():
     _, axes = example("taper")
     lines = drawn(axes)
@@ -568,6 +569,7 @@ def test_a_line_along_the_taper_goes_through_added_curves_and_no_added_frictions
     assert not [text for text in friction if "theta = 2" in text.get_text()]
 
 
+@pytest.mark.slow
 def test_a_point_that_was_added_to_another_grid_is_drawn_as_one_of_the_axes():
     table = refined_points()
     place = table.schema.get_field_index("grids")

@@ -177,6 +177,7 @@ SLOPES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", Contact)
 @pytest.mark.parametrize("name", SLOPES)
 def test_how_near_shapes_are_to_what_they_may_not_be(name, contact):

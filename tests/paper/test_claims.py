@@ -588,6 +588,7 @@ BEYOND = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BEYOND)
 def test_what_is_said_of_locking_points_is_what_their_rods_do(evidence, name):
     for world, said in zip((evidence, guided(evidence)), BEYOND[name], strict=True):

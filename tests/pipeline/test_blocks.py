@@ -219,6 +219,7 @@ def test_another_study_uses_the_blocks_that_it_needs(study, other, most):
     assert curves(new) == sorted(set(curves(other)) - set(curves(needed.values())))
 
 
+@pytest.mark.slow
 @given(studies, studies, sizes)
 def test_of_blocks_that_are_not_solved_those_are_kept_that_are_needed_as_they_are(
     study, other, most

@@ -41,6 +41,7 @@ def test_a_profile_in_the_working_directory_may_ask_for_plugins(tmp_path, monkey
     assert lean.unused([], {}) == {RICH}
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_not_imported():
     """Beside them nothing but pandas is missing among the modules."""
     code = (

@@ -239,6 +239,7 @@ def test_our_own_error_is_shown_without_warnings_before_it(wrapped):
     assert "No account" not in result.stderr
 
 
+@pytest.mark.slow
 def test_the_end_of_a_good_run_lists_the_figures(wrapped):
     drawn = "figures: {a: {kind: friction, grid: g}, b: {kind: friction, grid: g}}\n"
     Path("config.yaml").write_text(f"study: here\n{GRIDS}{drawn}")
@@ -594,6 +595,7 @@ def test_a_lock_that_is_not_this_commands_is_explained(wrapped):
     assert "rm -r .snakemake/locks" in last_lines(result)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "path"),
     [

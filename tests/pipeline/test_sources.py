@@ -159,6 +159,7 @@ LATE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LATE)
 def test_sources_of_a_module_are_what_python_loads(name):
     code = f"import sys, vibrissa.{name}; print(*sys.modules)"

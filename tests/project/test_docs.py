@@ -91,6 +91,7 @@ def test_example_study_is_valid():
     assert len(list(study.point_grids["strong_taper"].points())) == 15 * 3 * 3
 
 
+@pytest.mark.slow
 def test_example_of_refine_is_valid_and_its_counts_are_found_again():
     ((_, example),) = blocks("yaml", ["docs/refine.md"])
     assert parse_study(yaml.safe_load(example)).refinements["main"].column == "x0_slip"

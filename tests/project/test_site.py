@@ -85,6 +85,7 @@ def test_equations_are_cut_between_their_parts():
     assert lines(rows) == [rows]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")
 def test_equations_can_be_read_on_a_phone(tmp_path):
     mathml = tool("mathml")

@@ -131,6 +131,7 @@ def test_without_a_lock_there_is_nothing_to_prove():
         lock(1, 0.15)
 
 
+@pytest.mark.slow
 def test_the_command_shows_mu_lock(monkeypatch):
     monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: QUICK)
     result = CliRunner().invoke(app, "prove --theta 1 --eta 0.85".split())

@@ -170,6 +170,7 @@ def test_a_tube_is_the_same_before_at_and_behind_the_maximum(cylinder, x0):
     KNOWN.check(f"tube at {x0}: reaches", widths([*found.more, *found.found]), ALIKE)
 
 
+@pytest.mark.slow
 def test_a_path_has_the_same_tubes(cylinder):
     with Effort(bits=64, order=12, steps=12).spent():
         rod, curve = cylinder
@@ -203,6 +204,7 @@ def test_the_precision_is_as_before_when_an_effort_is_spent():
     assert (ctx.prec, ctx.cap) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "prove_it"),
     [
@@ -219,6 +221,7 @@ def test_a_period_has_the_same_columns(name, prove_it):
     KNOWN.check(f"{name}: said", {**digits, "first": found.first})
 
 
+@pytest.mark.slow
 def test_rows_of_tables_have_the_same_enclosures(monkeypatch):
     def path_of(*asked, **others):
         return None

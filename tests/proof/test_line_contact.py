@@ -99,6 +99,7 @@ def test_another_condition_leads_to_the_same_state(rod, lying):
     assert same.load.fy.overlaps(lying.load.fy) and same.s_c.overlaps(lying.s_c)
 
 
+@pytest.mark.slow
 def test_a_contact_point_moved_by_1e_14_is_refused(rod, lying):
     system = equations(rod, inclined(arb(0)), Contact.LINE)
 
@@ -134,6 +135,7 @@ def test_a_rod_that_lies_down_on_the_way(switching):
     assert switch.phi1.contains(0) and switch.phi1.rad() < 1e-12
 
 
+@pytest.mark.slow
 def test_both_kinds_of_contact_have_the_state_in_which_they_change(switching):
     (switch,) = switching.switches
     rod = Rod(theta=arb(3), eta=arb("0.85"), steps=16)
@@ -168,6 +170,7 @@ def test_what_is_not_proved_in_line_contact_is_refused():
         onset(3, 0.45, 0.85, contact="plane")
 
 
+@pytest.mark.slow
 def test_the_command_takes_the_contact(monkeypatch):
     monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: QUICK)
     arguments = "prove --theta 3 --eta 0.7 --contact line"

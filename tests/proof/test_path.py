@@ -68,6 +68,7 @@ def test_a_state_beside_the_path_is_not_on_it(path, rod, curve):
     assert not Path(tubes=path.tubes[-1:]).slips_first(slip)
 
 
+@pytest.mark.slow
 def test_neighbours_meet_and_others_do_not(path):
     first, second, third, *_ = path.tubes
     assert first.meets(second) and second.meets(third)

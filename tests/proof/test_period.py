@@ -92,6 +92,7 @@ def moved(equilibrium, by):
         return image
 
 
+@pytest.mark.slow
 def test_an_onset_moved_by_a_1e_15_is_refused(proved):
     assert moved(proved.slip, 0)[0, 0].overlaps(proved.slip.load.fx)
     with pytest.raises(NotProvedError, match="Krawczyk"):
@@ -158,6 +159,7 @@ def test_balls_are_spelled_for_people():
     assert spelled(arb(2)) == "2"
 
 
+@pytest.mark.slow
 def test_the_command_shows_enclosures(monkeypatch):
     monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: QUICK)
     result = CliRunner().invoke(app, "prove --theta 1 --mu0 0.04 --eta 0.85 --first".split())

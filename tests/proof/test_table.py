@@ -54,6 +54,7 @@ def by_quantity(found, name):
     }
 
 
+@pytest.mark.slow
 def test_every_column_is_that_of_the_curve(paths):
     found = curve_enclosures(THETA, ETA, [(Decimal("0.4"), STEP)], QUICK)
     curve = solve_curve(2.0, 0.85)
@@ -84,6 +85,7 @@ def test_every_column_is_that_of_the_curve(paths):
 EXACT = ("n_steps", "x0_max")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("holds", [True, False])
 def test_only_a_path_proves_that_it_leads_there(paths, monkeypatch, holds):
     monkeypatch.setattr(Covered, "holds", holds)
@@ -98,6 +100,7 @@ def test_only_a_path_proves_that_it_leads_there(paths, monkeypatch, holds):
     assert float(critical.midpoint) == pytest.approx(solve_curve(2.0, 0.85).mu_lock, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("points", "lock", "asked"),
     [
@@ -112,6 +115,7 @@ def test_a_path_is_covered_as_far_as_is_needed(paths, points, lock, asked):
     assert paths == [asked]
 
 
+@pytest.mark.slow
 def test_a_path_that_is_not_covered_proves_no_lock_and_no_first_onset(monkeypatch):
     def path_of(*arguments, **others):
         raise NotProvedError("too far")
@@ -124,6 +128,7 @@ def test_a_path_that_is_not_covered_proves_no_lock_and_no_first_onset(monkeypatc
     assert [one.note for one in found if one.note] == [SELF_LOCKING]
 
 
+@pytest.mark.slow
 def test_what_is_not_proved_is_named_in_its_row(paths, monkeypatch):
     points = [(Decimal("0.2"), STEP), (Decimal("0.4"), STEP)]
     found = curve_enclosures(THETA, ETA, points, TOO_LITTLE)

@@ -81,6 +81,7 @@ def whole(study_tables, paper):
     }
 
 
+@pytest.mark.slow
 def test_the_same_tables_make_the_same_page(whole):
     first, second = (report.page("paper", whole, [picture()], RUN) for _ in range(2))
     assert first == second

@@ -69,14 +69,7 @@ def compared(seed, number):
 
 @pytest.mark.slow
 def test_random_scans_are_those_of_an_independent_scan():
-    error, slips = zip(*(compared(seed, 0) for seed in range(12)), strict=True)
-    assert max(error) < 1e-6
-    assert sum(slips) > 200
-
-
-@pytest.mark.slow
-def test_60_random_scans_are_those_of_an_independent_scan():
-    seeds = range(100, 160)
+    seeds = range(100, 130)
     error, slips = zip(*(compared(seed, seed % len(RODS)) for seed in seeds), strict=True)
     assert max(error) < 1e-6
-    assert sum(slips) > 1500
+    assert sum(slips) > 750

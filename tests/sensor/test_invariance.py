@@ -110,6 +110,7 @@ rods = st.builds(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=4)
 @given(rod=rods, mu0=st.floats(0.1, 0.45))
 def test_a_solution_is_the_same_in_all_units(rod, mu0):

@@ -98,6 +98,7 @@ def test_a_round_rod_that_locks_swings_aside_and_is_dragged(flipped):
     assert scan.step[slips].tolist() == [slips[0], period, period]
 
 
+@pytest.mark.slow
 def test_before_it_slips_the_contact_point_stays_and_after_it_follows_the_clamp(flipped):
     curve, scan = flipped
     slip = scan.phase.index("slip")

@@ -102,6 +102,7 @@ def test_single_states_are_the_known_ones(theta, eta, contact, mounting):
     KNOWN.check(name, shown)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("theta", "eta"), [(1.0, 0.85), (3.0, 0.97), (2.0, 0.99)])
 def test_the_papers_procedure_takes_the_steps_that_it_took(theta, eta):
     """A search with MATLAB's tolerances ends where its steps lead, not at the exact state."""

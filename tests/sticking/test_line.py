@@ -252,6 +252,7 @@ def test_a_solved_curve_can_be_sent_to_another_process():
     assert np.array_equal(again.onset([0.1, 0.3]), curve.onset([0.1, 0.3]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["point", "line"])
 @pytest.mark.parametrize("pair", [(8.0, 0.5), (8.0, 0.97), (14.0, 0.7), (20.0, 0.85)])
 def test_onset_and_force_of_strong_taper_agree_with_an_independent_shooting(pair, contact):

@@ -278,6 +278,7 @@ def test_a_small_deviation_changes_little():
         assert 1e-8 < abs(first) < 1e-5 and second == pytest.approx(2 * first, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("theta", "eta", "mounting", "said"),
     [

@@ -102,9 +102,9 @@ def test_low_contact_points_are_reached_from_near_buckling():
     assert state.f == pytest.approx(float(spectral.state(0.0).f), abs=1e-7)
 
 
-@pytest.mark.parametrize("eta", [0.99, 0.9999])
-def test_short_curves_are_walked_in_short_steps(eta):
+def test_short_curves_are_walked_in_short_steps():
     # Near eta = 1 a whole curve is shorter than a common step.
+    eta = 0.9999
     shot = shooting.solve_curve(2.0, eta, 0.004)
     spectral = solve_curve(2.0, eta)
     mu0 = 0.8 * spectral.mu_lock

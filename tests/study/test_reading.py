@@ -95,6 +95,7 @@ def test_a_mistake_that_an_anchor_repeats_is_told_where_it_is_written(mistakes):
     assert [told.partition(" is not")[0] for told in found] == ["my.yaml:3: grids.g.eta[0]: 2"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "start"),
     [

@@ -42,6 +42,7 @@ def refusal(found, size=10_000, refinements=REFINEMENTS, grids=GRIDS):
     return str(error.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [7, 100, 10_000])
 def test_points_in_the_middle_of_others_pass_in_parts_of_any_size(size):
     found = table(MIDDLES)
@@ -49,6 +50,7 @@ def test_points_in_the_middle_of_others_pass_in_parts_of_any_size(size):
     assert pa.concat_tables(checked_points(parts, GRIDS, REFINEMENTS)).equals(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [13, 10_000])
 @pytest.mark.parametrize(
     ("added", "problem"),

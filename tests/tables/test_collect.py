@@ -70,6 +70,7 @@ def test_parts_are_merged_in_the_order_of_the_points(parts, blocks):
     assert whole(found).equals(COMPLETE)
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(st.data())
 def test_neither_the_blocks_nor_their_order_matter(data):

@@ -18,6 +18,7 @@ def size(request, monkeypatch):
     return size
 
 
+@pytest.mark.slow
 def test_a_complete_table_passes_in_parts_of_any_size(size):
     made = [COMPLETE.slice(i, size) for i in range(0, len(COMPLETE), size)]
     assert pa.concat_tables(checked_points(made, GRIDS)).equals(COMPLETE)
@@ -34,6 +35,7 @@ def renamed(row, names):
     return COMPLETE.set_column(position, STICTION.field(position), pa.array(grids))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("table", "count", "problem", "example"),
     [

@@ -62,6 +62,7 @@ def test_equations_of_the_dictionary_hold_in_the_papers_tables(study_tables):
     assert (scans[scans.phase == "slip"].x0 == 0.0).all()
 
 
+@pytest.mark.slow
 def test_a_table_is_read_with_units_and_types(stiction):
     frame = vibrissa.read_table(stiction)
     assert frame.attrs["table"] == "stiction"

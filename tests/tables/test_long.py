@@ -83,6 +83,7 @@ def test_a_long_table_is_read_as_any_other(path, size):
     assert pd.read_parquet(path)["mu0"].tolist() == COMPLETE["mu0"].to_pylist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES[:1], indirect=True)
 def test_damage_anywhere_in_a_long_table_is_noticed(path, size):
     write(path)

@@ -46,6 +46,7 @@ def collected(tables, tmp_path):
     return pa.concat_tables(collect(paths, STICTION, POINT_ORDER).parts)
 
 
+@pytest.mark.slow
 def test_the_table_has_each_point_in_the_order_of_the_curves(collected):
     passed = pa.concat_tables(checked_points([collected], STUDY.point_grids))
     assert len(passed) == 48

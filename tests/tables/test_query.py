@@ -36,6 +36,7 @@ def in_file_and_in_memory(path):
     return query.opened(path, STICTION), store.read(path, STICTION)
 
 
+@pytest.mark.slow
 def test_what_is_read_of_a_table_is_what_was_asked_for(long_table):
     frame = store.read(long_table, STICTION).to_pandas()
     wanted = frame[frame["theta"].isin([0.5, 4]) & (frame["mu0"] == 1)]

@@ -187,6 +187,7 @@ def lines_of(grid, refinement, gaps):
     return list(curve_lines("main", grid, gaps, refinement, solved))
 
 
+@pytest.mark.slow
 def test_curves_are_added_until_the_onset_is_known_between_them():
     """For each friction, by onsets that are computed anew."""
     mu0 = ("0.3", "0.45")
@@ -218,6 +219,7 @@ def test_a_change_along_eta_is_closed_in():
     assert locks[0] > 0.45 > locks[1]
 
 
+@pytest.mark.slow
 def test_each_line_of_a_grid_is_refined_by_itself():
     whole = replace(grid(theta=("1", "2")), eta=(Decimal("0.8"), Decimal("0.85")))
     gaps = {"theta": [whole.theta], "eta": [whole.eta]}
@@ -225,6 +227,7 @@ def test_each_line_of_a_grid_is_refined_by_itself():
     assert found == [("theta", at) for at in whole.eta] + [("eta", at) for at in whole.theta]
 
 
+@pytest.mark.slow
 def test_the_log_says_how_the_rods_of_a_line_are_mounted():
     whole = replace(grid(theta=("1", "2")), clamp_angle=(Decimal(0), Decimal("0.1")))
     found = lines_of(whole, curve_refinement(tolerance="1"), {"theta": [whole.theta]})
@@ -234,6 +237,7 @@ def test_the_log_says_how_the_rods_of_a_line_are_mounted():
     ]
 
 
+@pytest.mark.slow
 def test_numbers_of_a_curve_as_a_whole_are_known_between_curves():
     whole = grid(mu0=("0.3",), theta=("1", "4"))
     refinement = curve_refinement("mu_lock", "0.01")

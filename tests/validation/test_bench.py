@@ -74,6 +74,7 @@ def test_an_inclined_surface_is_an_oblique_stage_with_an_inclined_clamp(incline)
     same(bench, Whisker(theta=2.0, eta=0.85, mounting=mounting), "kinetic", turn=incline)
 
 
+@pytest.mark.slow
 def test_a_tip_slips_at_the_very_onset_while_the_stage_moves():
     fine, coarse = (
         scan(Bench(at_rest=rests), step, [0.05], EXACT, seed=0)

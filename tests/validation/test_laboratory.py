@@ -68,12 +68,14 @@ def test_travels_are_read_without_a_bias(title):
     assert score.covered > 0.8
 
 
+@pytest.mark.slow
 def test_the_ratio_of_a_turned_transducer_is_doubted_where_a_rod_is_given():
     score = entry("transducer turned by 0.3°", Said.LITTLE, 3, Method.RATIO)
     assert score.read and score.doubted and abs(score.bias) > score.half
     assert entry("E 1 % off", Said.LITTLE, 3, Method.RATIO).accepted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", [Said.NOTHING, Said.ENOUGH])
 def test_a_stage_that_is_nearly_level_is_read_by_all_methods(said):
     # By the moment its angle would change the friction by 0.002 at the end.
@@ -92,7 +94,7 @@ def test_no_row_is_silently_wrong(number):
     # All that is said, by all methods and with more seeds, is read by `make laboratory`.
     row = ROWS[number]
     said = row.ways[number % len(row.ways)]
-    _, found = of_entry((number, said, 2), row.methods[number % 2 :: 2])
+    _, found = of_entry((number, said, 2), [row.methods[number % len(row.methods)]])
     assert found and not any(score.silent for score in found.values())
 
 

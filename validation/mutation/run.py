@@ -316,6 +316,9 @@ def main() -> int:
     if arguments.package:
         wanted = tuple(arguments.package)
         mutants = [mutant for mutant in mutants if mutant.module.startswith(wanted)]
+        for name in wanted:
+            if not any(module.startswith(name) for module in sources):
+                parser.error(f"no such package or module: {name}")
     usual, least = (SAMPLE_SINCE, LEAST_SINCE) if arguments.since else (SAMPLE, LEAST)
     chosen = sample(mutants, sources, arguments.sample or usual, arguments.seed, least)
     print(f"{len(chosen)} of {len(mutants)} mutants, seed {arguments.seed}", flush=True)

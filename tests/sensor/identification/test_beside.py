@@ -85,6 +85,7 @@ def test_the_table_has_the_friction_by_both():
     assert (table[deviation][known] > 0.0).all() and table[deviation][~known].isna().all()
 
 
+@pytest.mark.slow
 def test_a_transducer_that_is_turned_is_doubted_by_both():
     # The moment does not change, the ratio by δ·(1 + μ²).
     for method in ("moment", "ratio"):
@@ -109,6 +110,7 @@ def test_the_ratio_says_what_the_recording_tells_of_its_errors():
     assert (np.char.find(found.periods.doubt, "transducer_angle (") >= 0).all()
 
 
+@pytest.mark.slow
 def test_a_wrong_rod_does_not_change_the_ratio_but_is_told():
     alone = read("ratio", whisker=None)
     other = read("ratio", whisker=Whisker(theta=2.3, eta=0.85))
@@ -124,6 +126,7 @@ def test_a_wrong_rod_does_not_change_the_ratio_but_is_told():
     assert "no state of this rod" in note
 
 
+@pytest.mark.slow
 def test_a_model_that_cannot_be_read_offers_the_ratio():
     offer = "--method ratio reads the forces without a rod"
     with pytest.raises(WrongRodError, match=offer):

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from intervals import cover_as_they_say
 from steel import NANO, NOISE, SI, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import NoResponseError, UndeterminedError
@@ -81,7 +82,7 @@ def test_heights_beyond_the_range_are_refused(heights):
 def test_errors_of_the_estimates_are_of_the_size_they_say(heights, response, unknown):
     offset = OFFSET if Unknown.OFFSET in unknown else np.zeros(3)
     scores = []
-    for seed in range(15):
+    for seed in range(8):
         _, recording = recorded(response, seed, offset, "0.4")
         setup = calibrated(heights, recording, unknown, 0.865 if "eta" in unknown else 0.85)
         error = np.append(setup.eta - 0.85, setup.offset - offset)
@@ -92,7 +93,7 @@ def test_errors_of_the_estimates_are_of_the_size_they_say(heights, response, unk
             error[free] @ np.linalg.solve(setup.covariance[np.ix_(free, free)], error[free])
         )
     # Sums of squares: chi squared of as many degrees as there are unknowns, times scans.
-    degrees = 15 * int(free.sum())
+    degrees = 8 * int(free.sum())
     assert abs(np.sum(scores) - degrees) < 4.0 * np.sqrt(2.0 * degrees)
 
 
@@ -116,7 +117,7 @@ def test_the_setup_adds_to_the_uncertainty_what_all_periods_share(heights, respo
 @pytest.mark.slow
 def test_intervals_cover_what_they_say_with_an_estimated_setup(heights, response):
     inside = {Method.FORCES: [], Method.MOMENT: []}
-    for seed in range(40, 80):
+    for seed in range(40, 56):
         truth, recording = recorded(response, seed, stop="0.3", law="kinetic")
         setup = calibrated(heights, recording, BOTH)
         for method, covered in inside.items():
@@ -125,8 +126,7 @@ def test_intervals_cover_what_they_say_with_an_estimated_setup(heights, response
             mu0 = truth.mu0[periods.last]
             covered += list(((periods.low <= mu0) & (mu0 <= periods.high))[ok])
     for covered in inside.values():
-        assert len(covered) > 1000
-        assert 0.93 <= np.mean(covered) <= 0.97
+        assert len(covered) > 400 and cover_as_they_say(covered)
 
 
 def test_what_a_recording_does_not_tell_is_said(heights, response):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from intervals import cover_as_they_say
 from steel import recording_of
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.identification.calibration import known_setup
@@ -89,13 +90,12 @@ def test_the_surface_is_read_between_the_travels():
 @pytest.mark.slow
 def test_intervals_cover_what_they_say():
     inside = []
-    for seed in range(100, 112):
+    for seed in range(100, 106):
         truth = scanned(seed)
         periods = by_spacing(truth, 0.8)
         mu0, ok = truth.mu0[periods.last], periods.status == PeriodStatus.SLIP
         inside += list(((periods.low <= mu0) & (mu0 <= periods.high))[ok])
-    assert len(inside) > 500
-    assert 0.93 <= np.mean(inside) <= 0.97
+    assert len(inside) > 250 and cover_as_they_say(inside)
 
 
 @pytest.mark.slow
@@ -109,6 +109,7 @@ def test_slips_that_may_have_gone_back_tell_nothing():
     assert np.isnan(mean).any() and (np.isnan(mean) == np.isnan(deviation)).all()
 
 
+@pytest.mark.slow
 def test_beside_a_slip_that_may_have_gone_back_nothing_is_told_on_either_side():
     surface = surfaces.random(2, 0.36, 0.03, 0.05)
     truth = simulate(RESPONSE, surface, path("0.002", ["1"]), SlipLaw.ENERGY, 0.5)

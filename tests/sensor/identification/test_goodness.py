@@ -167,6 +167,7 @@ def test_columns_that_were_mixed_up_are_named(response, mixed, said):
         find_periods(known_setup(response), recording, NOISE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mixed", [np.eye(3)[[1, 0, 2]], np.diag([1.0, 1.0, -1.0])])
 @pytest.mark.parametrize("method", ["forces", "moment", "ratio"])
 def test_nothing_is_adjusted_to_columns_that_were_mixed_up(response, mixed, method):

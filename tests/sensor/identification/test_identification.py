@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from intervals import cover_as_they_say
 from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
@@ -64,7 +65,7 @@ def test_intervals_cover_what_they_say(response, law):
     # What the spacing tells of slips by the energy law is read in another way: see test_energy.
     methods = set(WITH_ROD) - ({Method.SPACING} if law is SlipLaw.ENERGY else set())
     inside = {method: [] for method in methods}
-    for seed in range(100, 125):
+    for seed in range(100, 110):
         truth, recording = recorded(response, seed, law=law)
         for method, covered in inside.items():
             # The spacing alone tells nothing without the law of the slips.
@@ -72,10 +73,9 @@ def test_intervals_cover_what_they_say(response, law):
             periods = find_periods(known_setup(response), recording, NOISE, method=method, **told)
             friction0, ok = truth.mu0[periods.last], known(periods)
             covered += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
-    # 93 to 97 % is what is promised.
+    # `make roundtrip` has 1,000 surfaces.
     for covered in inside.values():
-        assert len(covered) > 1000
-        assert 0.93 <= np.mean(covered) <= 0.97
+        assert len(covered) > 400 and cover_as_they_say(covered)
 
 
 def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):

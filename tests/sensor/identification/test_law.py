@@ -120,6 +120,7 @@ def periods_at(mu0, by_step, deviation):
     return replace(known, mu0=mu0 * whole, by_step=by_step * whole, deviation=deviation * whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "deviation", "early", "off"),
     [

@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import plain_elastica
+from intervals import cover_as_they_say
 from steel import recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError
@@ -72,7 +73,7 @@ def test_it_reads_any_rod_without_bias_and_with_half_the_scatter_of_one_sample(n
     assert len(error) > 500
     assert abs(error.mean()) < 2e-4
     assert error.std() == pytest.approx(np.sqrt((deviation**2).mean()), rel=0.1)
-    assert 0.93 <= inside.mean() <= 0.98
+    assert cover_as_they_say(inside)
     if name == "as given":
         setup = known_setup(respond(2.0, 0.85))
         today = [errors(find_periods(setup, run, NOISE), friction)[0] for run, friction, _ in runs]
@@ -114,6 +115,7 @@ def test_a_locked_tip_and_a_rod_that_swings_aside_give_bounds_alone():
     assert len(error) > 4 and np.abs(error / deviation).max() < 4.0
 
 
+@pytest.mark.slow
 def test_slips_of_several_samples_belong_to_no_period():
     run, _, _ = recorded(1)
     found = read_ratio(run, NOISE)
@@ -236,6 +238,7 @@ def test_no_rod_is_needed_and_results_are_in_si_units(tmp_path):
     assert found["contact [m]"].isna().all()
 
 
+@pytest.mark.slow
 def test_a_rod_that_is_given_changes_nothing():
     run, _, _ = recorded(1)
     from vibrissa.sensor import Whisker

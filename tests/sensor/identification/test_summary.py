@@ -174,6 +174,7 @@ def said_of(**change):
     return identify(given, signals.to_pandas(), noise=text, assume=False).summary()
 
 
+@pytest.mark.slow
 def test_a_recording_fits_only_with_a_height_that_is_far_from_the_given_one():
     found = said_of(eta=WHISKER.eta + 0.01)
     lines = str(found).splitlines()
@@ -184,6 +185,7 @@ def test_a_recording_fits_only_with_a_height_that_is_far_from_the_given_one():
     assert "The recording fits what was given." in str(said_of()).splitlines()
 
 
+@pytest.mark.slow
 def test_noise_that_was_stated_too_small_is_named_and_not_causes_that_explain_nothing():
     found = said_of(noise=0.5)
     text = str(found)
@@ -200,6 +202,7 @@ def test_noise_that_was_stated_too_small_is_named_and_not_causes_that_explain_no
 TOLERANCES = {"theta": 0.02, "eta": 0.001, "clamp_angle": 0.005, "transducer_angle": 0.005}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["forces", "moment"])
 def test_what_remains_if_one_tolerance_were_exact_is_what_remains_if_it_is(method):
     signals = scan(
