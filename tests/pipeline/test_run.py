@@ -1,5 +1,7 @@
+import errno
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -503,10 +505,29 @@ def test_a_full_disk_is_told_by_the_number_of_its_error(wrapped, number):
     assert "Traceback" not in wrapped(code).stderr
 
 
+def test_beside_a_full_disk_other_problems_are_shown(folder, capsys):
+    full, other = Problem(message="Traceback", errno=errno.ENOSPC), Problem(message="no such rule")
+    run.report_failure(run.Outcome(problems=[full, other], status=1), Path("results/here"))
+    said = "The disk of results/here (or your share of it) is full; make space and run the same"
+    assert capsys.readouterr().err == f"no such rule\n{said} command again.\n"
+
+
+def test_of_a_log_the_last_lines_are_shown(tmp_path):
+    empty, log = tmp_path / "empty.log", tmp_path / "job.log"
+    empty.write_text(" \n")
+    log.write_text("".join(f"line {n}\n\n" for n in range(9)))
+    os.utime(log, (100.0, 100.0))
+    logs = [str(tmp_path / "none.log"), str(empty), str(log)]
+    assert run.last_lines(logs, 100.0) == [f"line {n}" for n in range(3, 9)]
+    assert run.last_lines(logs, 100.5) == []
+
+
 def test_progress_is_shown_every_few_percent_and_at_the_end(capsys):
     watched(*(Progress(done=i, total=250) for i in range(1, 251)))
     shown = capsys.readouterr().err.splitlines()
-    assert 15 <= len(shown) <= 21
+    assert [re.search(r"\((\d+)%\)", line)[1] for line in shown] == [
+        f"{5 * n}" for n in range(1, 21)
+    ]
     assert shown[-1] == "250 of 250 steps (100%) done"
     # However little is left.
     watched(Progress(done=98, total=100), Progress(done=100, total=100))
