@@ -8,10 +8,10 @@ from hypothesis import settings
 
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.design import search
-from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.grid import points_on_curves
 from vibrissa.study.parsing import parse_study
 from vibrissa.tables import records, schemas, store
+from vibrissa.tables.points import points_tables
 
 ROOT = Path(__file__).parents[1]
 
@@ -49,10 +49,7 @@ def paper():
 def study_tables(paper):
     """Tables of the paper's study, by its code but without its workflow."""
     curves = {key: solve_curve(float(key.theta), float(key.eta)) for key in paper.curve_keys}
-    points = (
-        (points, curves[key], read_curve(curves[key], points.mu0, points.dx0))
-        for key, points in points_on_curves(curves, paper.point_grids)
-    )
+    points = ((points, curves[key]) for key, points in points_on_curves(curves, paper.point_grids))
     scans = [
         records.scan_table(
             name,
@@ -70,9 +67,7 @@ def study_tables(paper):
         for name, state in paper.states.items()
     }
     return {
-        "stiction": store.joined(
-            list(records.stiction_tables(points, paper.name)), schemas.STICTION
-        ),
+        "stiction": store.joined(list(points_tables(points, paper.name)), schemas.STICTION),
         "scans": store.joined(scans, schemas.SCANS),
         "states": records.states_table(states, paper.name),
     }

@@ -5,10 +5,10 @@ from functools import cache
 
 from vibrissa import Mounting, solve_curve, solve_state, stick_slip
 from vibrissa.sticking.curve import failed_curve
-from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import points_on_curves
 from vibrissa.tables import records, schemas, store
+from vibrissa.tables.points import points_tables
 
 MU0 = ("0.2", "0.3", "0.45", "0.9")
 FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck")
@@ -35,8 +35,7 @@ def stiction():
     grids, parts = {"main": grid("1", "3", "9"), "more": grid("3")}, []
     for theta, curve in curves().items():
         ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
-        read = read_curve(curve, points.mu0, points.dx0)
-        parts += records.stiction_tables([(points, curve, read)], "small")
+        parts += points_tables([(points, curve)], "small")
     return store.joined(parts, schemas.STICTION)
 
 

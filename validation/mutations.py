@@ -99,7 +99,7 @@ MUTATIONS = [
         "(bending_moment(states) > 0).all(axis=1)",
     ),
     Mutation(
-        "sticking/curve",
+        "sticking/reading",
         "slip where the sine, not the tangent, of α reaches μ0",
         'return {"reaction_fy": mu0, "reaction_fx": -1.0}',
         'return {"reaction_fy": mu0 / np.sqrt(1.0 - mu0**2), "reaction_fx": -1.0}',
@@ -107,14 +107,14 @@ MUTATIONS = [
     Mutation(
         "sticking/piece",
         "crossings taken from the nearest sample, not located",
-        "found[inside] = bracketed_root(excess, low, t[after], value, *each, guess=guess)",
-        "found[inside] = t[after]",
+        "found[inside] = bracketed_root(excess, low, high, of, value, *each, guess=guess)",
+        "found[inside] = high",
     ),
     Mutation(
         "sticking/piece",
         "lock taken from the nearest sample, not located",
-        "return float(bracketed_root(sloped, around[:1], around[1:])[0])",
-        "return float(around[0])",
+        "found[inside] = bracketed_root(sloped, low[inside], high[inside], of[inside])",
+        "found[inside] = low[inside]",
     ),
     Mutation(
         "mechanics/states",
@@ -137,8 +137,8 @@ MUTATIONS = [
     Mutation(
         "sticking/stiction",
         "penetration judged the other way round",
-        "(curve.x0_touch < sticks_until)",
-        "~(curve.x0_touch < sticks_until)",
+        "(x0_touch < sticks_until)",
+        "~(x0_touch < sticks_until)",
     ),
     Mutation(
         "sticking/cycles",

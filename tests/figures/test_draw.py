@@ -17,11 +17,11 @@ from vibrissa.outcomes import Status
 from vibrissa.sticking.api import EquilibriumState
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
-from vibrissa.sticking.stiction import read_curve
 from vibrissa.study import figures as study
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import Refinement, points_on_curves
 from vibrissa.tables import query, records, schemas, store
+from vibrissa.tables.points import points_tables
 from vibrissa.tables.refining import refined_lines, with_added
 
 THETA = ("1", "1.5", "2", "3")
@@ -38,8 +38,7 @@ def points_table(grids, curves):
     for theta, curve in curves.items():
         (eta,) = {eta for axes in grids.values() for eta in axes.eta}
         ((_, points),) = points_on_curves([decode_key([theta, str(eta)])], grids)
-        stiction = read_curve(curve, points.mu0, points.dx0)
-        parts += records.stiction_tables([(points, curve, stiction)], "a")
+        parts += points_tables([(points, curve)], "a")
     # Rows in no order that a figure could rely on
     table = store.joined(parts, schemas.STICTION)
     return table.take(np.random.default_rng(1).permutation(len(table)))
@@ -516,8 +515,7 @@ def refined_points():
         ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
         lines = list(refined_lines(curve_of(theta), points, {"main": refinement}))
         points = with_added(points, lines)
-        stiction = read_curve(curve_of(theta), points.mu0, points.dx0)
-        parts += records.stiction_tables([(points, curve_of(theta), stiction)], "a")
+        parts += points_tables([(points, curve_of(theta))], "a")
     return store.joined(parts, schemas.STICTION)
 
 

@@ -11,6 +11,7 @@ import reference
 from vibrissa import Status, solve_curve, solve_onset, solve_state
 from vibrissa.outcomes import Contact, End
 from vibrissa.sticking.curve import _passes_under
+from vibrissa.sticking.piece import PieceArray
 
 
 @pytest.mark.slow
@@ -106,5 +107,7 @@ def test_a_piece_that_ends_under_the_tip_up_to_rounding_ends_the_curve():
     curve = solve_curve(2.0, 0.85)
     piece = curve.pieces[-1]
     short = replace(piece, stop=np.nextafter(piece.stop, 0.0))
-    assert _passes_under(short, curve.x1_init) == short.stop < curve.x1_init
-    assert np.isnan(_passes_under(replace(piece, stop=0.9 * piece.stop), curve.x1_init))
+    pieces = PieceArray(pieces=(short, replace(piece, stop=0.9 * piece.stop)))
+    ends, beyond = _passes_under(pieces, np.arange(2), np.full(2, curve.x1_init))
+    assert ends == short.stop < curve.x1_init
+    assert np.isnan(beyond)

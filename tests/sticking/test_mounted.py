@@ -187,7 +187,8 @@ def test_stability_is_lost_where_the_branch_turns_back(contact):
     for found in solve_curves(theta, eta, contact, mountings, RodSection.PLANAR):
         last = found.pieces[-1]
         assert found.end == "snaps" and found.residual < 1e-12
-        fitted = Chebyshev.fit(last.sample_places, last.samples.x0, len(last.states) - 1)
+        array = last.alone
+        fitted = Chebyshev.fit(array.sample_places[0], array.samples.x0[0], len(last.states) - 1)
         turns = abs(fitted.deriv()(last.stop)) < 1e-6
         kinks += not turns
         margin = last.at(np.array([last.stop])).stability[0]

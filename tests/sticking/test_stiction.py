@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from vibrissa import Status, solve_curve
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.stiction import read_curve
+from vibrissa.sticking.reading import CurveArray
+from vibrissa.sticking.stiction import read_curve, read_curves
 
 D = Decimal
 
@@ -48,9 +49,9 @@ def test_last_step_sticks_and_the_next_one_slips(curve, mu0, dx0):
 
 def test_onset_on_a_step_counts_as_sticking(curve, monkeypatch):
     # 0.3 is three steps of 0.1, though 0.3/0.1 is less than 3 in floating point.
-    monkeypatch.setattr(type(curve), "onset", lambda self, mu0: np.full(len(mu0), 0.3))
-    unknown = lambda self, x0: StickingState.unknown(len(x0))  # noqa: E731
-    monkeypatch.setattr(type(curve), "states_where_known", unknown)
+    monkeypatch.setattr(CurveArray, "onset", lambda self, of, mu0: np.full(len(mu0), 0.3))
+    unknown = lambda self, of, x0: StickingState.unknown(len(x0))  # noqa: E731
+    monkeypatch.setattr(CurveArray, "states", unknown)
     assert read(curve, "0.4", "0.1").n_steps[0] == 3
 
 
@@ -107,3 +108,42 @@ def test_failed_curve_gives_failed_points():
     assert stiction.status == [Status.FAILED]
     assert (stiction.contact, stiction.end) == ([""], [""]) and not stiction.penetrates[0]
     assert np.isnan(stiction.init.f[0]) and np.isnan(stiction.x0_slip[0])
+
+
+@pytest.fixture(scope="module")
+def several():
+    """Curves of all kinds: pulled, in pieces, past the lock, stepped, cut off, without states."""
+    round_rods = [solve_curve(2.0, 0.85), solve_curve(5.0, 0.85, contact="line")]
+    planar = [solve_curve(theta, 0.7, section="planar") for theta in (1.0, 3.0)]
+    stepped = solve_curve(2.0, 0.85, method="shooting", dx0=0.005)
+    crosses = solve_curve(2.0, 0.15, section="planar")
+    failed = failed_curve(theta=1.0, eta=0.5, method="collocation", message="why")
+    return [failed, *round_rods, crosses, *planar, stepped, failed]
+
+
+def bits(stiction, rows):
+    """Everything that was read of some periods, to the last bit."""
+    for name, values in vars(stiction).items():
+        if isinstance(values, list):
+            yield name, values[rows]
+            continue
+        columns = values.columns if isinstance(values, StickingState) else {"": values}
+        yield from ((name + column, some[rows].tobytes()) for column, some in columns.items())
+
+
+def test_a_period_is_the_same_whatever_is_read_with_it(several):
+    mu0 = [D(k) / 40 for k in (1, 7, 13, 18, 19, 20, 30, 250)]
+    dx0 = [D("0.001"), D("0.0007")] * 4
+    counts = [3, 8, 5, 8, 8, 8, 8, 1]
+    pairs = [(mu0[:count], dx0[:count]) for count in counts]
+    together = read_curves(several, *zip(*pairs, strict=True))
+    row = 0
+    for curve, frictions, steps in zip(several, *zip(*pairs, strict=True), strict=True):
+        by_itself = read_curve(curve, frictions, steps)
+        rows = slice(row, row + len(frictions))
+        assert dict(bits(together, rows)) == dict(bits(by_itself, slice(None)))
+        for one in range(len(frictions)):
+            alone = read_curve(curve, frictions[one : one + 1], steps[one : one + 1])
+            assert dict(bits(by_itself, slice(one, one + 1))) == dict(bits(alone, slice(None)))
+        row = rows.stop
+    assert {*together.status} == {Status.SLIP, Status.LOCK, Status.FAILED, Status.OUT_OF_REACH}

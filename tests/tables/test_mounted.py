@@ -6,13 +6,13 @@ import pytest
 from vibrissa.errors import ArgumentError, TableError
 from vibrissa.figures.draw import draw
 from vibrissa.sticking.collocation import solve_curves
-from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.grid import study_points
 from vibrissa.study.parsing import parse_study
-from vibrissa.tables import records, store
+from vibrissa.tables import store
 from vibrissa.tables.collect import collect
 from vibrissa.tables.completeness import POINT_ORDER, checked_points
 from vibrissa.tables.mounted import mounting_of
+from vibrissa.tables.points import points_tables
 from vibrissa.tables.schemas import STICTION
 
 POLYNOMIALS = [[-0.05, 0.1], [-0.05, -0.3], [-0.05, -0.1, 0.2]]
@@ -32,9 +32,7 @@ def tables():
     return [
         table
         for (_, points), curve in reversed(list(zip(POINTS, curves, strict=True)))
-        for table in records.stiction_tables(
-            [(points, curve, read_curve(curve, points.mu0, points.dx0))], "a"
-        )
+        for table in points_tables([(points, curve)], "a")
     ]
 
 

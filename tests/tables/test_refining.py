@@ -15,7 +15,8 @@ from vibrissa.sticking.curve import failed_curve
 from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import Refinement, points_on_curves
-from vibrissa.tables import records, schemas, store
+from vibrissa.tables import schemas, store
+from vibrissa.tables.points import points_tables
 from vibrissa.tables.refining import all_added, curve_lines, refined_lines, with_added
 
 MU0 = ("0.1", "0.2", "0.3", "0.4", "0.5", "0.6")
@@ -137,7 +138,7 @@ def test_grids_that_share_points_keep_their_own():
 def table(of, refinements):
     points = own_points({"main": grid()})
     points = with_added(points, list(refined_lines(of, points, refinements)))
-    parts = records.stiction_tables([(points, of, read_curve(of, points.mu0, points.dx0))], "a")
+    parts = points_tables([(points, of)], "a")
     return store.joined(list(parts), schemas.STICTION)
 
 

@@ -16,14 +16,14 @@ from vibrissa.outcomes import Contact, Parameter, Solver, Status
 from vibrissa.provenance import commit
 from vibrissa.sticking.api import EquilibriumState
 from vibrissa.sticking.comparison import compare
-from vibrissa.sticking.curve import assembled_curve, failed_curve
+from vibrissa.sticking.curve import Solved, assembled_curves, failed_curve
 from vibrissa.sticking.piece import MARGINS, Piece
-from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import points_on_curves
 from vibrissa.tables import query, records, schemas, store
 from vibrissa.tables.collect import collect
 from vibrissa.tables.parquet import digests
+from vibrissa.tables.points import points_tables
 from vibrissa.tables.schemas import COMPARISONS, CURVES, SCANS, STATE, STATES, STICTION, YOUNGER
 
 SCHEMAS = {"curves": CURVES, "stiction": STICTION, "scans": SCANS, "states": STATES}
@@ -45,7 +45,7 @@ def curve_by_shooting(curve, states):
         states=replace(curve.state(x0), **dict.fromkeys(MARGINS, np.full(states, np.nan))),
         stepped=True,
     )
-    return assembled_curve(
+    solved = Solved(
         theta=curve.theta,
         eta=curve.eta,
         method=Solver.SHOOTING,
@@ -53,6 +53,7 @@ def curve_by_shooting(curve, states):
         pieces=[piece],
         residual=1e-10,
     )
+    return assembled_curves([solved])[0]
 
 
 @cache
@@ -97,8 +98,7 @@ def grid(theta=("2",), mu0=("0.2", "0.4"), eta=("0.85",), dx0=("0.001",)):
 
 def stiction_table(curve, key, grids):
     ((_, points),) = points_on_curves([decode_key(key)], grids)
-    stiction = read_curve(curve, points.mu0, points.dx0)
-    (table,) = records.stiction_tables([(points, curve, stiction)], "a")
+    (table,) = points_tables([(points, curve)], "a")
     return table
 
 
@@ -224,16 +224,16 @@ def test_curves_come_back_bit_for_bit(method, path):
 
 
 def test_points_of_several_curves_come_in_tables_of_a_row_group(monkeypatch):
-    monkeypatch.setattr(records, "LEAST_ROW_GROUP", 5)
+    monkeypatch.setattr("vibrissa.tables.points.LEAST_ROW_GROUP", 5)
     curves = [("2", collocation()), ("3", FAILED), ("2", collocation())]
     read = []
     for theta, curve in curves:
         grids = {"g": grid((theta,), ("0.1", "0.2", "9"))}
         ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
-        read.append((points, curve, read_curve(curve, points.mu0, points.dx0)))
-    several = list(records.stiction_tables(iter(read), "a"))
+        read.append((points, curve))
+    several = list(points_tables(iter(read), "a"))
     assert [len(table) for table in several] == [6, 3]
-    alone = [table for one in read for table in records.stiction_tables([one], "a")]
+    alone = [table for one in read for table in points_tables([one], "a")]
     assert pa.concat_tables(several).equals(pa.concat_tables(alone))
 
 
@@ -462,8 +462,7 @@ def test_every_row_says_where_it_is_from():
         assert rows == [{"study": "a", "method": "collocation"}] * len(tables()[name])
     (curve,) = curves_of("shooting").values()
     ((_, points),) = points_on_curves(curves_of("shooting"), {"g": grid()})
-    stiction = read_curve(curve, points.mu0, points.dx0)
-    (table,) = records.stiction_tables([(points, curve, stiction)], "b")
+    (table,) = points_tables([(points, curve)], "b")
     assert set(table["method"].to_pylist()) == {"shooting"}
     scan = stick_slip(collocation(), Decimal("0.3"), Decimal("0.01"), 1)
     (point,) = grid(mu0=("0.3",), dx0=("0.01",)).points()

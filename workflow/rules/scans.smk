@@ -5,7 +5,7 @@
 rule scan:
     input:
         curves=lambda wildcards: expand(rules.curves.output, block=blocks_of_scan(wildcards.scan)),
-        code=sources_file("sticking.cycles", "tables.records", "pipeline.jobs"),
+        code=sources_file("sticking.cycles", "tables.records", "tables.store", "pipeline.jobs"),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{scan}}.scan.parquet",
     log:
@@ -60,7 +60,7 @@ rule scans:
 
 rule states:
     input:
-        code=sources_file("sticking.api", "tables.records", "pipeline.jobs"),
+        code=sources_file("sticking.api", "tables.records", "tables.store", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/states.parquet",
     log:
@@ -92,7 +92,7 @@ rule states:
 
 rule comparisons:
     input:
-        code=sources_file("sticking.comparison", "tables.records", "pipeline.jobs"),
+        code=sources_file("sticking.comparison", "tables.records", "tables.store", "pipeline.jobs"),
     output:
         f"{RESULTS}/tables/comparisons.parquet",
     log:

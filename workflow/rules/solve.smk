@@ -3,7 +3,9 @@
 
 rule curves:
     input:
-        code=sources_file(f"sticking.{STUDY.method}", "tables.records", "pipeline.jobs"),
+        code=sources_file(
+            f"sticking.{STUDY.method}", "tables.records", "tables.store", "pipeline.jobs"
+        ),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.curves.parquet",
     log:

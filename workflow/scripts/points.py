@@ -4,11 +4,11 @@ from functools import cache
 
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.pipeline import jobs
-from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_gaps, decode_grid, decode_refinement, encode_key
 from vibrissa.study.grid import points_of, points_on_curves
 from vibrissa.tables import records, schemas, store
 from vibrissa.tables.mounted import mounting_of
+from vibrissa.tables.points import points_tables
 from vibrissa.tables.refining import all_added, curve_lines, refined_lines, with_added
 
 CONTACT, SECTION = Contact(snakemake.params.contact), RodSection(snakemake.params.section)
@@ -41,11 +41,10 @@ def refined(key, curve, points, refinements):
     return with_added(points, lines)
 
 
-def read_points(own, neighbours, grids, refinements, gaps):
-    """Points on each curve, the curve, and what was read off it."""
+def points_and_curves(own, neighbours, grids, refinements, gaps):
+    """Points on each curve, and the curve."""
     for key, points in points_on_curves(own, grids):
-        points = refined(key, own[key], points, refinements)
-        yield points, own[key], read_curve(own[key], points.mu0, points.dx0)
+        yield refined(key, own[key], points, refinements), own[key]
     known = own | neighbours
     curve_of = cache(lambda key: known[key] if key in known else solve(key))
     added = {}
@@ -57,7 +56,7 @@ def read_points(own, neighbours, grids, refinements, gaps):
                 added.setdefault(key, {})[name] = grids[name]
     for key, of_grids in added.items():
         points = all_added(refined(key, curve_of(key), points_of(of_grids), refinements))
-        yield points, curve_of(key), read_curve(curve_of(key), points.mu0, points.dx0)
+        yield points, curve_of(key)
 
 
 with jobs.logged(snakemake.log[0]):
@@ -67,6 +66,6 @@ with jobs.logged(snakemake.log[0]):
     }
     gaps = {name: decode_gaps(texts) for name, texts in snakemake.params.gaps.items()}
     own, neighbours = map(read_curves, (snakemake.input.curves, snakemake.input.neighbours))
-    results = read_points(own, neighbours, grids, refinements, gaps)
-    tables = records.stiction_tables(results, snakemake.params.study)
+    points = points_and_curves(own, neighbours, grids, refinements, gaps)
+    tables = points_tables(points, snakemake.params.study)
     store.write_parts(tables, schemas.STICTION, snakemake.output[0])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly
@@ -28,7 +28,7 @@ def bracketed_root(
     function: Callable[..., tuple[FloatArray, FloatArray]],
     low: FloatArray,
     high: FloatArray,
-    *args: FloatArray,
+    *args: FloatArray | IntArray,
     guess: FloatArray | None = None,
 ) -> FloatArray:
     """Find a root in each of some brackets, to rounding error.
@@ -50,24 +50,54 @@ def bracketed_root(
     ndarray, shape (n,)
         Within the brackets.
     """
-    root, width = 0.5 * (low + high) if guess is None else guess, high - low
-    converged = np.zeros(root.shape, dtype=bool)
+    root, width = 0.5 * (low + high) if guess is None else guess.copy(), high - low
+    lost = np.ones(root.shape, dtype=bool)
     for _ in range(NEWTON_STEPS):
-        value, slope = function(root, *args)
+        # A root that is found stays as it is: it does not depend on what else is sought.
+        at = root[lost]
+        value, slope = function(at, *(arg[lost] for arg in args))
         with np.errstate(divide="ignore", invalid="ignore"):
             step = value / slope
-        converged = np.abs(step) < NEWTON_TOLERANCE * width
-        root = np.where(np.isfinite(step), np.clip(root - step, low, high), root)
-        if converged.all():
+        moved = np.clip(at - step, low[lost], high[lost])
+        root[lost] = np.where(np.isfinite(step), moved, at)
+        lost[lost] = ~(np.abs(step) < NEWTON_TOLERANCE * width[lost])
+        if not lost.any():
             return root
-    lost = ~converged
-    rest = low[lost], high[lost], *(arg[lost] for arg in args)
-    root[lost] = _searched_root(lambda *a: function(*a)[0], *rest)
+    some = [arg[lost] for arg in args]
+    root[lost] = _searched_root(lambda *a: function(*a)[0], low[lost], high[lost], *some)
     return root
 
 
+def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> IntArray:
+    """Find where sequences that do not fall reach given levels, as `numpy.searchsorted` does.
+
+    Parameters
+    ----------
+    rising : ndarray, shape (n, k)
+        Sequences.
+    which : ndarray of int, shape (m,)
+        Sequence of each level.
+    level : ndarray, shape (m,)
+
+    Returns
+    -------
+    ndarray of int, shape (m,)
+        Index of the first member that is not below the level; k where all are, or it is NaN.
+    """
+    count = rising.shape[1]
+    below = np.zeros(len(level), dtype=np.int64)
+    for bit in reversed(range(count.bit_length())):
+        further = below + 2**bit
+        reached = rising[which, np.minimum(further, count) - 1] >= level
+        below = np.where(~reached & (further <= count), further, below)
+    return below
+
+
 def _searched_root(
-    function: Callable[..., FloatArray], low: FloatArray, high: FloatArray, *args: FloatArray
+    function: Callable[..., FloatArray],
+    low: FloatArray,
+    high: FloatArray,
+    *args: FloatArray | IntArray,
 ) -> FloatArray:
     """Find roots by Chandrupatla's method, which needs no slopes and no simple roots."""
     from scipy.optimize import elementwise

@@ -9,7 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
+
+# Places at which series are evaluated together: what belongs to them stays in the cache.
+PLACES_AT_ONCE = 256
 
 
 class GaussRule(NamedTuple):
@@ -238,32 +241,40 @@ def halfway_interpolation(count: int) -> FloatArray:
     return _frozen(interpolation(count, chebyshev_nodes(2 * count - 1)[1::2]))
 
 
-def chebyshev_series(coefficients: FloatArray, position: FloatArray) -> FloatArray:
-    """Values of Chebyshev series on [-1, 1]: T_k(x) is the real part of (x + i·√(1 − x²))^k.
+def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatArray) -> FloatArray:
+    """Values of Chebyshev series, each at a place of its own.
+
+    T_k(x) is the real part of (x + i·√(1 − x²))^k.
 
     Parameters
     ----------
-    coefficients : ndarray, shape (k, v)
-        Of `v` series, k at least 2.
-    position : ndarray
-        Points in [-1, 1].
+    coefficients : ndarray, shape (n, k, v)
+        Of `v` series in each of `n` groups, k at least 2.
+    which : ndarray of int, shape (m,)
+        Group of each place.
+    position : ndarray, shape (m,)
+        Places in [-1, 1].
 
     Returns
     -------
-    ndarray, shape position.shape + (v,)
+    ndarray, shape (m, v)
+        Each row is a product of its own: it is the same, bit for bit, whatever else is asked for.
 
     Notes
     -----
     Two to four times as fast as cos(k·arccos x), and more accurate near -1. For a single point it
     is ten times as fast as the recurrence of `numpy.polynomial.chebyshev.chebval`.
     """
-    x = np.clip(position, -1.0, 1.0).ravel()
-    powers = np.empty((len(coefficients), len(x)), dtype=complex)
-    powers[0] = 1.0
-    powers[1:].real, powers[1:].imag = x, np.sqrt((1.0 - x) * (1.0 + x))
-    polynomials = np.multiply.accumulate(powers, axis=0, out=powers).real
-    values = np.ascontiguousarray(polynomials).T @ coefficients
-    return np.asarray(values).reshape(*np.shape(position), coefficients.shape[1])
+    count = coefficients.shape[1]
+    x = np.clip(position, -1.0, 1.0)[:, None]
+    values = np.empty((len(x), coefficients.shape[2]))
+    for start in range(0, len(x), PLACES_AT_ONCE):
+        some = slice(start, start + PLACES_AT_ONCE)
+        powers = np.ones((len(x[some]), count), dtype=complex)
+        powers[:, 1:].real, powers[:, 1:].imag = x[some], np.sqrt((1.0 - x[some]) * (1.0 + x[some]))
+        polynomials = np.multiply.accumulate(powers, axis=1, out=powers).real.copy()
+        values[some] = (polynomials[:, None] @ coefficients[which[some]])[:, 0]
+    return values
 
 
 def _frozen(array: FloatArray) -> FloatArray:

@@ -37,8 +37,8 @@ from vibrissa.sticking.continuation import (
     second_segment,
     switch_states,
 )
-from vibrissa.sticking.curve import StickingCurve, assembled_curve, failed_curve
-from vibrissa.sticking.piece import Piece
+from vibrissa.sticking.curve import Solved, StickingCurve, assembled_curves, failed_curve
+from vibrissa.sticking.piece import PieceArray
 from vibrissa.sticking.refinement import (
     DECAY_TOLERANCE,
     NODES_ALONG_ROD,
@@ -345,8 +345,8 @@ def _in_steps(
             followed = _follow_round(begun, rods, sizes, model)
         else:
             followed = _follow_planar(begun, rods, sizes, model, section)
-        for row, i in enumerate(index):
-            results[i] = _assembled(
+        found: dict[int, Solved | StickingCurve] = {
+            int(i): _to_be_assembled(
                 theta=float(rods.theta[i]),
                 eta=float(rods.eta[i]),
                 x1_init=float(followed.first.branches.x1_init[row]),
@@ -354,10 +354,12 @@ def _in_steps(
                 sections={name: bounds[row] for name, bounds in followed.sections.items()},
                 solved=followed.solved[row],
                 pulled=followed.pulled[row],
-                model=model,
                 section=section,
                 ideal=rods.are_ideal,
             )
+            for row, i in enumerate(index)
+        }
+        results |= _assembled(found, model)
     return [results[row] for row in range(len(rods))]
 
 
@@ -594,6 +596,20 @@ def _failed(
 
 
 def _assembled(
+    found: Mapping[int, Solved | StickingCurve], model: Contact
+) -> dict[int, StickingCurve]:
+    """Put curves together, all at once; what is a curve already remains as it is."""
+    solved = {row: one for row, one in found.items() if isinstance(one, Solved)}
+    curves = dict(zip(solved, assembled_curves(list(solved.values())), strict=True))
+    if model is Contact.LINE:
+        curves = {
+            row: curve if _is_possible(curve) else _failed(curve.theta, curve.eta, NO_SWITCH)
+            for row, curve in curves.items()
+        }
+    return {row: one for row, one in found.items() if isinstance(one, StickingCurve)} | curves
+
+
+def _to_be_assembled(
     *,
     theta: float,
     eta: float,
@@ -602,11 +618,10 @@ def _assembled(
     sections: Mapping[Parameter, _Sections],
     solved: Sequence[Resolved],
     pulled: Sequence[Resolved],
-    model: Contact,
     section: RodSection,
     ideal: bool,
-) -> StickingCurve:
-    """Put the resolved pieces of one curve together and find where it ends."""
+) -> Solved | StickingCurve:
+    """Order the resolved pieces of one curve, or say why there is none."""
     if not passed:
         return _failed(theta, eta, NO_LOCK)
     if sections[Parameter.X0] is None:
@@ -617,7 +632,7 @@ def _assembled(
     parts = [part for name in whole for part in whole[name]]
     if any(np.isfinite(part.limit.at) for part in pulled):
         pulled = []
-    curve = assembled_curve(
+    return Solved(
         theta=theta,
         eta=eta,
         method=METHOD,
@@ -630,9 +645,6 @@ def _assembled(
         swings=None if ideal else [part.swing for part in parts],
         no_end=NO_ROUND_END if ideal and section is RodSection.ROUND else NO_END,
     )
-    if model is Contact.LINE and not all(map(_possible, (*curve.pieces, *curve.pulled))):
-        return _failed(theta, eta, NO_SWITCH)
-    return curve
 
 
 def _whole(parameter: Parameter, sections: _Sections, solved: Sequence[Resolved]) -> list[Resolved]:
@@ -645,10 +657,9 @@ def _whole(parameter: Parameter, sections: _Sections, solved: Sequence[Resolved]
     return sorted(parts, key=lambda part: part.piece.start)
 
 
-def _possible(piece: Piece) -> bool:
-    """Whether a piece has nowhere the other kind of contact than it was cut out for."""
-    slack = 1e-9
-    if piece.contact is Contact.POINT:
-        return bool(piece.samples.phi1.min() >= -slack)
-    s_c = piece.samples.s_c
-    return bool(s_c.max() <= 1.0 + slack and s_c.min() > 0.0)
+def _is_possible(curve: StickingCurve) -> bool:
+    """Whether no piece has the other kind of contact than it was cut out for."""
+    pieces, slack = PieceArray(pieces=(*curve.pulled, *curve.pieces)), 1e-9
+    phi1, s_c = pieces.samples.phi1, pieces.samples.s_c
+    lies = pieces.line[:, None]
+    return bool(np.where(lies, (0.0 < s_c) & (s_c <= 1.0 + slack), phi1 >= -slack).all())

@@ -8,8 +8,7 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.collocation import solve_curves
-from vibrissa.sticking.curve import StickingCurve
-from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.curve import StickingCurve, beside
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -88,12 +87,12 @@ def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) 
 
 def _read(curves: Sequence[StickingCurve], friction: FloatArray) -> ModelResult:
     """Read all friction coefficients off all curves."""
-    x0_slip, statuses = zip(*(curve.outcomes(friction) for curve in curves), strict=True)
-    slip = StickingState.concatenate(
-        [curve.states_where_known(x0) for curve, x0 in zip(curves, x0_slip, strict=True)]
-    )
+    of = np.repeat(np.arange(len(curves)), len(friction))
+    together = beside(curves)
+    x0_slip, status = together.outcomes(of, np.tile(friction, len(curves)))
+    slip = together.states(of, x0_slip)
     return ModelResult(
-        status=[status for some in statuses for status in some],
+        status=status,
         x0_slip=slip.x0,
         f_slip=slip.f,
         reaction_m_slip=slip.reaction_m,

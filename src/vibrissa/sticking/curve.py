@@ -9,8 +9,9 @@ limit and there is no locking. Where the contact changes its kind the curve has 
 of smooth pieces.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +20,9 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.outcomes import Contact, End, Parameter, RodSection, Status
-from vibrissa.sticking.piece import Piece, StickingState
+from vibrissa.outcomes import Contact, End, RodSection, Status
+from vibrissa.sticking.piece import Piece, PieceArray, StickingState
+from vibrissa.sticking.reading import CurveArray, mirrored
 
 # Displacements that are nearer to each other are one: where two pieces meet, and at the end. A
 # shorter piece is none.
@@ -51,7 +53,7 @@ class Limit(NamedTuple):
 class StickingCurve:
     """One period of sticking of one rod at one height, and on past the lock.
 
-    Build one with `vibrissa.solve_curve`; `sticking_curve` builds one from solved states.
+    Build one with `vibrissa.solve_curve`; `assembled_curves` builds some from solved states.
 
     Attributes
     ----------
@@ -141,22 +143,17 @@ class StickingCurve:
         """First displacement of the curve (L), not above 0: down to it pulled states are known."""
         return self.pulled[0].first_x0 if self.pulled else 0.0
 
-    @property
-    def _all(self) -> tuple[Piece, ...]:
-        return (*self.pulled, *self.pieces)
-
-    def _piece_of(self, x0: FloatArray) -> IntArray:
-        """Which piece each displacement lies on."""
-        inner = [piece.first_x0 for piece in self._all[1:]]
-        return np.searchsorted(inner, x0, side="right")
+    @cached_property
+    def _alone(self) -> CurveArray:
+        """The curve as an array of one."""
+        return beside([self])
 
     def contact(self, x0: ArrayLike) -> list[str]:
         """Kind of contact at given displacements on the curve; empty at NaN."""
         x0 = np.atleast_1d(np.asarray(x0, dtype=float))
         if not self.pieces:
             return [""] * len(x0)
-        kinds = np.array([piece.contact.value for piece in self._all])
-        return list(np.where(np.isnan(x0), "", kinds[self._piece_of(x0)]).tolist())
+        return self._alone.contact(_first(x0), x0)
 
     def state(self, x0: ArrayLike) -> StickingState:
         """Sticking state at the given footpoint displacements.
@@ -190,16 +187,8 @@ class StickingCurve:
                 f"x0 must lie on the curve, between {self.x0_pull:.6g} and {self.x0_end:.6g}; got "
                 f"{x0!r}"
             )
-        place = self._piece_of(x0)
-        found = np.unique(place)
-        if x0.ndim == len(found) == 1:
-            piece = self._all[found[0]]
-            return replace(piece.at_x0(np.minimum(x0, piece.last_x0)), x0=x0)
-        states = StickingState.unknown(x0.shape)
-        for index in found:
-            on_piece, piece = place == index, self._all[index]
-            states.put(on_piece, piece.at_x0(np.minimum(x0[on_piece], piece.last_x0)))
-        return replace(states, x0=x0)
+        states = self._alone.states(_first(x0.ravel()), x0.ravel())
+        return states.each(lambda values: values.reshape(x0.shape))
 
     def friction_demand(self, x0: ArrayLike) -> FloatArray:
         """Friction coefficient −tan α that sticking needs at the given displacements.
@@ -245,52 +234,7 @@ class StickingCurve:
         if np.any(~(mu0 > 0.0)):
             raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
         self._need_states("onset on")
-        onset = np.full(mu0.shape, np.nan)
-        for piece in self.pieces:
-            # A curve without a lock ends before it.
-            sought = ~(mu0 > self.mu_lock) & np.isnan(onset)
-            if piece.first_x0 > self.x0_lock or not sought.any():
-                break
-            t, demand = self._demand_up_to_the_lock(piece)
-            onset[sought] = piece.first(demand, mu0[sought], _slips_ahead, places=t)
-        return onset
-
-    def outcomes(self, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
-        """Exact onset of slip, and what becomes of the tip, also on a curve without states.
-
-        Parameters
-        ----------
-        mu0 : ndarray, shape (n,)
-            Coefficients of static friction, positive.
-
-        Returns
-        -------
-        x0_slip : ndarray, shape (n,)
-            Displacements in units of L; NaN where there is no onset.
-        status : list of Status
-            ``slip``, ``lock``, or what the curve has instead of states.
-        """
-        x0_slip = self.onset(mu0) if self.pieces else np.full(mu0.shape, np.nan)
-        otherwise = Status.LOCK if self.status is Status.SOLVED else self.status
-        return x0_slip, [Status.SLIP if slips else otherwise for slips in np.isfinite(x0_slip)]
-
-    def states_where_known(self, x0: FloatArray) -> StickingState:
-        """States at the displacements that are not NaN; NaN elsewhere."""
-        states, known = StickingState.unknown(x0.shape), np.isfinite(x0)
-        if known.all():
-            return self.state(x0)
-        if known.any():
-            states.put(known, self.state(x0[known]))
-        return states
-
-    def _demand_up_to_the_lock(self, piece: Piece) -> tuple[FloatArray, FloatArray]:
-        """Sample −tan α on a piece; the last value is μ_lock where the tip locks on it."""
-        t, demand = piece.sample_places, piece.samples.friction_demand
-        before = int(np.searchsorted(piece.samples.x0, self.x0_lock))
-        if before == len(t):
-            return t, demand
-        lock = piece.start + self.x0_lock - piece.first_x0
-        return np.append(t[:before], lock), np.append(demand[:before], self.mu_lock)
+        return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
         """How and where sticking ends that goes on past the lock.
@@ -318,21 +262,7 @@ class StickingCurve:
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         if np.any(~(mu0 > self.mu_lock)):
             raise ArgumentError(f"past the lock mu0 is larger than {self.mu_lock:.6g}, got {mu0!r}")
-        states = StickingState.unknown(len(mu0))
-        if self.end is not End.NOT_FOLLOWED:
-            last = self.pieces[-1].states.take(np.array([-1]))
-            states.put(slice(None), last)
-        slips_back = np.zeros(len(mu0), dtype=bool)
-        for piece in self.pieces:
-            # Before the lock tan α is negative.
-            past = piece.samples.x0 >= self.x0_lock
-            alpha = np.where(past, piece.samples.alpha, -np.pi)
-            at = piece.first(alpha, np.arctan(mu0), _slips_back)
-            slips = ~slips_back & np.isfinite(at)
-            if slips.any():
-                states.put(slips, piece.at(at[slips]))
-            slips_back |= slips
-        return [End.SLIPS_BACK if slips else self.end for slips in slips_back], states
+        return self._alone.motion_end(_first(mu0), mu0)
 
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
         """Last sticking state of a rod that has swung aside and trails behind its clamp.
@@ -351,16 +281,7 @@ class StickingCurve:
             not swing aside or the pulled states are not known.
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
-        states = StickingState.unknown(len(mu0))
-        if self.end is not End.SWINGS_ASIDE:
-            return states
-        # The part next to α = 0 comes first for the tip.
-        for piece in reversed(self.pulled):
-            at = piece.first(-piece.samples.alpha, -np.arctan(mu0), _slips_pulled)
-            # Where not even the first sample demands more, an earlier part does.
-            slips = (at > piece.start) & np.isnan(states.x0)
-            states.put(slips, piece.at(at[slips]))
-        return self.mirrored(states)
+        return self._alone.trailing_end(_first(mu0), mu0)
 
     def mirrored(self, states: StickingState) -> StickingState:
         """States after the rod has swung aside that were, or could be, passed before.
@@ -375,31 +296,35 @@ class StickingCurve:
         StickingState
             Their mirror images, with the displacement of the clamp at which they come.
         """
-        return replace(
-            states,
-            x0=2.0 * self.x0_end - states.x0,
-            reaction_fx=-states.reaction_fx,
-            reaction_m=-states.reaction_m,
-            phi1=np.pi - states.phi1,
-        )
+        return mirrored(states, self.x0_end)
+
+
+def beside(curves: Sequence[StickingCurve]) -> CurveArray:
+    """Put curves side by side, so that places on all of them are asked together."""
+    pulled = np.array([len(curve.pulled) for curve in curves], dtype=np.int64)
+    count = pulled + np.array([len(curve.pieces) for curve in curves], dtype=np.int64)
+    stop = np.cumsum(count)
+    return CurveArray(
+        pieces=PieceArray(
+            pieces=tuple(piece for curve in curves for piece in (*curve.pulled, *curve.pieces))
+        ),
+        begin=stop - count,
+        pushed=stop - count + pulled,
+        stop=stop,
+        x0_lock=np.array([curve.x0_lock for curve in curves]),
+        mu_lock=np.array([curve.mu_lock for curve in curves]),
+        end=[curve.end for curve in curves],
+        status=[curve.status for curve in curves],
+    )
+
+
+def _first(rows: FloatArray) -> IntArray:
+    """Return the number of the only curve, for each row."""
+    return np.zeros(len(rows), dtype=np.int64)
 
 
 _FORCE = ("reaction_fx", "reaction_fy")
-# Linear forms of states, see `Form`.
-
-
-def _slips_ahead(mu0: FloatArray) -> Mapping[str, FloatArray | float]:
-    # Has the sign of −tan α − μ0 as long as the surface pushes.
-    return {"reaction_fy": mu0, "reaction_fx": -1.0}
-
-
-def _slips_back(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
-    return {"reaction_fy": np.tan(alpha), "reaction_fx": 1.0}
-
-
-def _slips_pulled(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
-    # As `_slips_back`, but for the level −α.
-    return _slips_back(-alpha)
+# Linear forms of states, see `vibrissa.sticking.piece.Form`.
 
 
 def _over_clamp(level: FloatArray) -> Mapping[str, float]:
@@ -422,23 +347,11 @@ def _demand_slope(
     return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 
 
-def assembled_curve(
-    *,
-    theta: float,
-    eta: float,
-    method: str,
-    x1_init: float,
-    pieces: Sequence[Piece],
-    residual: float,
-    limits: Sequence[Limit] = (),
-    pulled: Sequence[Piece] = (),
-    section: RodSection = RodSection.ROUND,
-    swings: Sequence[float] | None = None,
-    no_end: str = "",
-) -> StickingCurve:
-    """Build a curve from solved pieces: locate its lock, its first contact along a line, its end.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Solved:
+    """What was solved of one curve, to be put together by `assembled_curves`.
 
-    Parameters
+    Attributes
     ----------
     theta, eta : float
         Taper factor and height of the contact point (L).
@@ -448,7 +361,7 @@ def assembled_curve(
         Contact point in the α = 0 state (L).
     pieces : sequence of Piece
         From displacement 0 to beyond the lock, each beginning where the one before ends; then
-        those counted by the advance, to beyond where x0 turns back.
+        those counted by the advance, to beyond where x0 turns back. At least one.
     residual : float
         Largest equilibrium residual.
     limits : sequence of Limit
@@ -461,114 +374,228 @@ def assembled_curve(
         them it does so where the clamp passes under the contact point, as in the ideal mounting.
     no_end : str
         What to say if the pieces do not lead to an end.
+    """
+
+    theta: float
+    eta: float
+    method: str
+    x1_init: float
+    pieces: Sequence[Piece]
+    residual: float
+    limits: Sequence[Limit] = ()
+    pulled: Sequence[Piece] = ()
+    section: RodSection = RodSection.ROUND
+    swings: Sequence[float] | None = None
+    no_end: str = ""
+
+
+class _Kept(NamedTuple):
+    """Pieces of a curve up to where it ends, why it ends there, and more about it."""
+
+    pieces: Sequence[Piece]
+    end: End
+    message: str
+
+
+class _Extremes(NamedTuple):
+    """What is sought on each piece, as displacements (L); NaN where it is not there.
+
+    Attributes
+    ----------
+    lift : ndarray, shape (pieces,)
+        Where the tip lifts off.
+    top, demand : ndarray, shape (pieces,)
+        Where −tan α is largest, and its value there.
+    touch : ndarray, shape (pieces,)
+        Where the rod first touches the surface tangentially.
+    """
+
+    lift: FloatArray
+    top: FloatArray
+    demand: FloatArray
+    touch: FloatArray
+
+
+def assembled_curves(solved: Sequence[Solved]) -> list[StickingCurve]:
+    """Build curves from solved pieces: locate their locks, first contacts along a line, ends.
+
+    Parameters
+    ----------
+    solved : sequence of Solved
 
     Returns
     -------
-    StickingCurve
+    list of StickingCurve
         ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` and up
         to there if the shape becomes inadmissible before.
     """
-    if section is RodSection.PLANAR:
-        swings = [np.nan] * len(pieces)
-    elif swings is None:
-        swings = [_passes_under(piece, x1_init) for piece in pieces]
-    kept, end, message = _until_end(pieces, limits or [Limit()] * len(pieces), swings)
-    x0_lock, mu_lock, kept = _lock(kept)
+    kept = _until_end(solved)
+    pieces = PieceArray(pieces=tuple(piece for one in kept for piece in one.pieces))
+    extremes = _extremes(pieces)
+    return [
+        _assembled_curve(one, up_to, _Extremes(*(values[rows] for values in extremes)))
+        for one, up_to, rows in zip(
+            solved, kept, _rows([up_to.pieces for up_to in kept]), strict=True
+        )
+    ]
+
+
+def _rows(parts: Iterable[Sequence[Piece]]) -> Iterator[slice]:
+    """Rows of each part where all stand below each other."""
+    start = 0
+    for part in parts:
+        yield slice(start, start + len(part))
+        start += len(part)
+
+
+def _assembled_curve(solved: Solved, kept: _Kept, extremes: _Extremes) -> StickingCurve:
+    """Build a curve of which all is known; see `assembled_curves`."""
+    pieces, end, message = kept
+    x0_lock, mu_lock, pieces = _lock(pieces, extremes)
     if mu_lock == np.inf:
         end, message = End.LIFTS_OFF, ""
-    elif not kept or not (0.0 < x0_lock < kept[-1].last_x0 or end is End.SWINGS_ASIDE):
-        if end is not End.OUT_OF_REACH or not kept:
+    elif not pieces or not (0.0 < x0_lock < pieces[-1].last_x0 or end is End.SWINGS_ASIDE):
+        if end is not End.OUT_OF_REACH or not pieces:
             status = Status.OUT_OF_REACH if message else Status.FAILED
-            why = message or NO_MAXIMUM
-            return failed_curve(theta=theta, eta=eta, method=method, message=why, status=status)
+            return failed_curve(
+                theta=solved.theta,
+                eta=solved.eta,
+                method=solved.method,
+                message=message or NO_MAXIMUM,
+                status=status,
+            )
         x0_lock = mu_lock = np.nan
     locks = not np.isnan(mu_lock)
+    touch = _first_touch(pieces, extremes)
     return StickingCurve(
-        theta=theta,
-        eta=eta,
-        method=method,
+        theta=solved.theta,
+        eta=solved.eta,
+        method=solved.method,
         status=Status.SOLVED if locks else Status.OUT_OF_REACH,
         message="" if locks else message,
-        x1_init=x1_init,
-        pieces=tuple(kept),
-        pulled=tuple(pulled),
-        section=section,
-        residual=residual,
+        x1_init=solved.x1_init,
+        pieces=tuple(pieces),
+        pulled=tuple(solved.pulled),
+        section=solved.section,
+        residual=solved.residual,
         x0_lock=x0_lock,
         mu_lock=mu_lock,
-        x0_touch=_first_touch(kept, x0_lock if locks else kept[-1].last_x0),
+        x0_touch=touch if touch <= (x0_lock if locks else pieces[-1].last_x0) else np.nan,
         end=end,
-        end_message=no_end if end is End.NOT_FOLLOWED else message,
+        end_message=solved.no_end if end is End.NOT_FOLLOWED else message,
     )
 
 
-def _until_end(
-    pieces: Sequence[Piece], limits: Sequence[Limit], swings: Sequence[float]
-) -> tuple[list[Piece], End, str]:
-    """Cut pieces off where the rod swings aside, turns back in x0 or becomes inadmissible."""
-    kept: list[Piece] = []
-    for piece, limit, over in zip(pieces, limits, swings, strict=True):
-        turn = piece.turning_point() if piece.parameter is Parameter.ADVANCE else np.nan
-        stop = float(np.nanmin([limit.at, turn, over, np.inf]))
-        if np.isinf(stop):
-            kept.append(piece)
-            continue
-        if stop > piece.start + SAME:
-            kept.append(piece.restricted(stop) if stop < piece.stop else piece)
-        if stop == limit.at:
-            return kept, End.OUT_OF_REACH, limit.reason
-        if stop == over:
-            return kept, End.SWINGS_ASIDE, "" if kept else NOT_IN_PLANE
-        return kept, End.SNAPS, ""
-    return kept, End.NOT_FOLLOWED, ""
+def _until_end(solved: Sequence[Solved]) -> list[_Kept]:
+    """Cut pieces off where rods swing aside, turn back in x0 or become inadmissible."""
+    pieces = PieceArray(pieces=tuple(piece for one in solved for piece in one.pieces))
+    swings, turns = _swings(solved, pieces), np.full(len(pieces.pieces), np.nan)
+    advances = np.flatnonzero(~pieces.by_x0)
+    turns[advances] = pieces.turning_points(advances)
+    ends, cuts = [], {}
+    for one, rows in zip(solved, _rows([one.pieces for one in solved]), strict=True):
+        end, message = End.NOT_FOLLOWED, ""
+        kept: list[int] = []
+        limits = one.limits or [Limit()] * len(one.pieces)
+        for row, limit in zip(range(rows.start, rows.stop), limits, strict=True):
+            piece, over = pieces.pieces[row], float(swings[row])
+            stop = float(np.nanmin([limit.at, turns[row], over, np.inf]))
+            if np.isinf(stop) or stop > piece.start + SAME:
+                kept.append(row)
+            if stop < piece.stop and stop > piece.start + SAME:
+                cuts[row] = stop
+            if stop == limit.at:
+                end, message = End.OUT_OF_REACH, limit.reason
+            elif stop == over:
+                end, message = End.SWINGS_ASIDE, "" if kept else NOT_IN_PLANE
+            elif not np.isinf(stop):
+                end = End.SNAPS
+            if end is not End.NOT_FOLLOWED:
+                break
+        ends.append((kept, end, message))
+    shorter = pieces.restricted(np.array([*cuts], dtype=np.int64), np.array([*cuts.values()]))
+    cut = dict(zip(cuts, shorter, strict=True))
+    return [
+        _Kept([cut.get(row, pieces.pieces[row]) for row in kept], end, message)
+        for kept, end, message in ends
+    ]
 
 
-def _passes_under(piece: Piece, x1_init: float) -> float:
-    """Where the clamp passes under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
-    if piece.contact is Contact.POINT and piece.parameter is Parameter.X0:
-        # A piece may end there, up to rounding.
-        inside = piece.start <= x1_init <= piece.stop + SAME
-        return min(x1_init, piece.stop) if inside else np.nan
-    level, way = np.array([x1_init - 1.0]), piece.samples.x0 - piece.samples.s_c
-    return float(piece.first(way, level, _over_clamp, value=level)[0])
+def _swings(solved: Sequence[Solved], pieces: PieceArray) -> FloatArray:
+    """Where round rods leave their plane on each piece; NaN where they do not."""
+    swings = np.full(len(pieces.pieces), np.nan)
+    x1_init = np.full(len(pieces.pieces), np.nan)
+    for one, rows in zip(solved, _rows([one.pieces for one in solved]), strict=True):
+        if one.section is RodSection.ROUND and one.swings is None:
+            x1_init[rows] = one.x1_init
+        elif one.section is RodSection.ROUND:
+            swings[rows] = one.swings
+    sought = np.flatnonzero(np.isfinite(x1_init))
+    swings[sought] = _passes_under(pieces, sought, x1_init[sought])
+    return swings
 
 
-def _lock(pieces: Sequence[Piece]) -> tuple[float, float, list[Piece]]:
-    """Locate where −tan α is largest, and its value there.
+def _passes_under(pieces: PieceArray, of: IntArray, x1_init: FloatArray) -> FloatArray:
+    """Where clamps pass under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
+    # In tip contact that is x1_init itself. A piece may end there, up to rounding.
+    start, stop = pieces.start[of], pieces.stop[of]
+    inside = (start <= x1_init) & (x1_init <= stop + SAME)
+    at = np.where(inside, np.minimum(x1_init, stop), np.nan)
+    sought = np.flatnonzero(pieces.line[of] | ~pieces.by_x0[of])
+    if len(sought):
+        level, way = x1_init[sought] - 1.0, pieces.samples.x0 - pieces.samples.s_c
+        at[sought] = pieces.first(of[sought], way, level, _over_clamp, value=level)
+    return at
+
+
+def _extremes(pieces: PieceArray) -> _Extremes:
+    """Find where tips lift off, where −tan α is largest, and where rods touch the surface."""
+    lift, top, demand, touch = np.full((4, len(pieces.pieces)), np.nan)
+    # In the α = 0 state, where fx = 0, the surface pushes.
+    pulled = np.where(pieces.samples.reaction_fx < 0.0, pieces.samples.reaction_fy, -np.inf)
+    lifts = pieces.by_x0 & (pulled.max(axis=1, initial=-np.inf) >= 0.0)
+    rows = np.flatnonzero(lifts)
+    lift[rows] = pieces.first(rows, pulled, np.zeros(len(rows)), _normal_force)
+    rows = np.flatnonzero(pieces.by_x0 & ~lifts)
+    if len(rows):
+        sampled = pieces.samples.friction_demand[rows]
+        top[rows] = pieces.largest(rows, sampled, _FORCE, _demand_slope)
+        demand[rows] = pieces.at(rows, top[rows]).friction_demand
+    rows = np.flatnonzero(~pieces.line)
+    at = pieces.first(rows, -pieces.samples.phi1, np.zeros(len(rows)), _contact_slope)
+    found = np.isfinite(at)
+    touch[rows[found]] = pieces.at(rows[found], at[found]).x0
+    touch[pieces.line] = pieces.first_x0[pieces.line]
+    return _Extremes(lift=lift, top=top, demand=demand, touch=touch)
+
+
+def _lock(pieces: Sequence[Piece], extremes: _Extremes) -> tuple[float, float, Sequence[Piece]]:
+    """Locate where −tan α is largest on a curve, and its value there.
 
     Where the tip lifts off −tan α is infinite, and nothing counts after that. The pieces up to
     there are returned.
     """
     x0_lock, mu_lock = np.nan, -np.inf
-    for index, piece in enumerate(pieces):
-        if piece.parameter is not Parameter.X0:
-            break
-        # In the α = 0 state, where fx = 0, the surface pushes.
-        pulled = np.where(piece.samples.reaction_fx < 0.0, piece.samples.reaction_fy, -np.inf)
-        if pulled.max() >= 0.0:
-            lift = float(piece.first(pulled, np.zeros(1), _normal_force)[0])
-            return lift, np.inf, [*pieces[:index], piece.restricted(lift)]
-        top = piece.largest(piece.samples.friction_demand, _FORCE, _demand_slope)
-        demand = float(piece.at(np.array(top)).friction_demand)
+    for row, (lift, top, demand, _) in enumerate(zip(*extremes, strict=True)):
+        if np.isfinite(lift):
+            (last,) = pieces[row].alone.restricted(np.zeros(1, dtype=np.int64), np.array([lift]))
+            return float(lift), np.inf, [*pieces[:row], last]
         if demand > mu_lock:
-            x0_lock, mu_lock = top, demand
+            x0_lock, mu_lock = float(top), float(demand)
     # A maximum in a kink belongs to both pieces: put it where the second one begins.
     for piece in pieces[1:]:
         if abs(piece.first_x0 - x0_lock) <= SAME:
             x0_lock = piece.first_x0
-    return x0_lock, mu_lock, list(pieces)
+    return x0_lock, mu_lock, pieces
 
 
-def _first_touch(pieces: Sequence[Piece], end: float) -> float:
-    """First displacement up to `end` at which φ1 = 0; NaN if there is none."""
-    lying = [piece.first_x0 for piece in pieces if piece.contact is Contact.LINE]
-    touch = lying[0] if lying else np.nan
-    for piece in pieces if not lying else ():
-        at = piece.first(-piece.samples.phi1, np.zeros(1), _contact_slope)
-        if np.isfinite(at).all():
-            touch = float(piece.at(at).x0[0])
-            break
-    return touch if touch <= end else np.nan
+def _first_touch(pieces: Sequence[Piece], extremes: _Extremes) -> float:
+    """First displacement at which φ1 = 0 on a curve; NaN if there is none."""
+    lying = [piece.contact is Contact.LINE for piece in pieces]
+    touches = extremes.touch[: len(pieces)]
+    # Where the rod lies down, it touches the surface for the first time.
+    sought = touches[lying] if any(lying) else touches[np.isfinite(touches)]
+    return float(sought[0]) if len(sought) else np.nan
 
 
 def failed_curve(

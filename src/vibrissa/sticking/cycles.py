@@ -26,7 +26,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.collocation import solve_curves
-from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.curve import StickingCurve, beside
 from vibrissa.sticking.piece import StickingState
 
 
@@ -253,7 +253,8 @@ class _Until(NamedTuple):
 
 def _end_of_sticking(curve: StickingCurve, mu0: float) -> tuple[Status, _Until]:
     """Whether the tip slips or locks, and where its periods end."""
-    (until,), (status,) = curve.outcomes(np.array([mu0]))
+    only = np.zeros(1, dtype=np.int64)
+    (until,), (status,) = beside([curve]).outcomes(only, np.array([mu0]))
     if status is not Status.LOCK:
         return status, _Until(float(until), float(until))
     trail = float(curve.trailing_end(mu0).x0[0])

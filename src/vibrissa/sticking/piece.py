@@ -1,15 +1,20 @@
-"""Smooth pieces of a sticking curve, and the one search for where something happens on them."""
+"""Smooth pieces of sticking curves, and the one search for where something happens on them.
+
+Pieces of many curves stand side by side in one array (`PieceArray`), so that a call of NumPy
+serves all of them. What is found on one piece does not depend on which others stand beside it, bit
+for bit.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from vibrissa.mechanics.states import ContactState, Values
-from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.roots import bracketed_root
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.roots import bracketed_root, first_reached
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
     chebyshev_nodes,
@@ -84,87 +89,257 @@ class Piece:
         return float(self.states.x0[-1])
 
     @cached_property
-    def _series(self) -> tuple[Any, Any, Any]:
-        """Splines, or Chebyshev coefficients, of the columns and of two derivatives."""
-        values = self.states.matrix()
-        if self.stepped:
-            # Not needed, and not waited for, where states are not stepped.
-            from scipy.interpolate import make_interp_spline
-
-            degree = min(SPLINE_DEGREE, len(values) - 1)
-            # The margins of stability are not known on a step grid.
-            spline = make_interp_spline(self.states.x0, np.nan_to_num(values), k=degree)
-            return spline, spline.derivative(), spline.derivative(2)
-        derivative = chebyshev_derivative(len(values)) * (2.0 / (self.stop - self.start))
-        value = chebyshev_transform(len(values)) @ values
-        slope = derivative @ value
-        return value, slope, derivative @ slope
-
-    def _interpolant(
-        self, names: Sequence[str], orders: Sequence[int]
-    ) -> Callable[[FloatArray], FloatArray]:
-        """Interpolant of some columns' derivatives of some orders, up to 2.
-
-        It maps values of the parameter, shape (n,), to an array (orders, columns, n).
-        """
-        all_names = StickingState.names()
-        index = [all_names.index(name) for name in names]
-        shape = len(orders), len(names), -1
-        if self.stepped:
-            splines = [self._series[order] for order in orders]
-            return lambda t: np.stack([spline(t).T[index] for spline in splines]).reshape(shape)
-        # Side by side, as one evaluation serves all.
-        series = np.hstack([self._series[order][:, index] for order in orders])
-        return lambda t: chebyshev_series(series, self._position(t)).T.reshape(shape)
-
-    def _position(self, t: FloatArray) -> FloatArray:
-        """Place on [-1, 1] of values of the parameter."""
-        return 2.0 * (t - self.start) / (self.stop - self.start) - 1.0
+    def alone(self) -> "PieceArray":
+        """The piece as an array of one."""
+        return PieceArray(pieces=(self,))
 
     def at(self, t: FloatArray) -> StickingState:
-        """States at values of the parameter on the piece."""
-        series = self._series[0]
-        matrix = series(t) if self.stepped else chebyshev_series(series, self._position(t))
-        states = StickingState.from_matrix(matrix)
-        # No margin exceeds 1, but between the states the interpolant may.
-        exact = {name: np.minimum(getattr(states, name), 1.0) for name in MARGINS}
-        exact["s_c"] = np.ones(t.shape)
-        if self.contact is Contact.LINE:
-            exact |= {"s_c": np.minimum(states.s_c, 1.0), "phi1": np.zeros(t.shape)}
-        if self.parameter is Parameter.X0:
-            exact["x0"] = t
-        if self.stepped:
-            exact |= dict.fromkeys(MARGINS, np.full(t.shape, np.nan))
-        return replace(states, **exact)
+        """States at values of the parameter, shape (n,)."""
+        return self.alone.at(np.zeros(len(t), dtype=np.int64), t)
 
-    def at_x0(self, x0: FloatArray) -> StickingState:
-        """States at displacements on the piece."""
-        if self.parameter is Parameter.X0:
-            return self.at(x0)
-        # Pieces meet up to rounding.
-        levels = np.minimum(x0, self.samples.x0[-1])
-        return self.at(self.first(self.samples.x0, levels, _displacement, value=levels))
+
+class _Group(Protocol):
+    """Pieces that are interpolated together."""
+
+    def values(
+        self, of: IntArray, t: FloatArray, columns: Sequence[int], orders: Sequence[int]
+    ) -> FloatArray:
+        """Interpolate derivatives of some columns, shape (len(t), orders·columns)."""
+
+    def samples(self) -> FloatArray:
+        """Interpolate columns at equally spaced places, shape (pieces, columns, SAMPLES)."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Series:
+    """Pieces with equally many states at Chebyshev points.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, k, columns)
+    start, length : ndarray, shape (n,)
+        First value of the parameter, and how far the pieces go.
+    """
+
+    states: FloatArray
+    start: FloatArray
+    length: FloatArray
+
+    @cached_property
+    def _coefficients(self) -> tuple[FloatArray, ...]:
+        """Coefficients of the columns and of two derivatives, each of shape (n, k, columns)."""
+        count = self.states.shape[1]
+        derivative = chebyshev_derivative(count)
+        value = chebyshev_transform(count) @ self.states
+        slope = derivative @ value * (2.0 / self.length)[:, None, None]
+        return value, slope, derivative @ slope * (2.0 / self.length)[:, None, None]
+
+    def values(
+        self, of: IntArray, t: FloatArray, columns: Sequence[int], orders: Sequence[int]
+    ) -> FloatArray:
+        """Interpolate derivatives of some columns; see `_Group`."""
+        some = [self._coefficients[order][..., columns] for order in orders]
+        position = 2.0 * (t - self.start[of]) / self.length[of] - 1.0
+        return chebyshev_series(np.concatenate(some, axis=2), of, position)
+
+    def samples(self) -> FloatArray:
+        """Interpolate columns well enough to bracket crossings; see `_Group`."""
+        matrix = even_interpolation(self.states.shape[1], SAMPLES)
+        return np.asarray(self.states.transpose(0, 2, 1) @ matrix.T)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Spline:
+    """One piece with states on a step grid."""
+
+    states: StickingState
+
+    @cached_property
+    def _splines(self) -> tuple[Any, ...]:
+        """Splines of the columns and of two derivatives."""
+        # Not needed, and not waited for, where states are not stepped.
+        from scipy.interpolate import make_interp_spline
+
+        degree = min(SPLINE_DEGREE, len(self.states) - 1)
+        # The margins of stability are not known on a step grid.
+        values = np.nan_to_num(self.states.matrix())
+        spline = make_interp_spline(self.states.x0, values, k=degree)
+        return spline, spline.derivative(), spline.derivative(2)
+
+    def values(
+        self, of: IntArray, t: FloatArray, columns: Sequence[int], orders: Sequence[int]
+    ) -> FloatArray:
+        """Interpolate derivatives of some columns; see `_Group`."""
+        return np.hstack([self._splines[order](t)[:, columns] for order in orders])
+
+    def samples(self) -> FloatArray:
+        """Interpolate columns at equally spaced places; see `_Group`."""
+        t = np.linspace(self.states.x0[0], self.states.x0[-1], SAMPLES)
+        return np.asarray(self._splines[0](t).T[None])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PieceArray:
+    """Pieces of one or several curves.
+
+    An argument `of`, ndarray of int of shape (n,), says on which piece each place or level is.
+
+    Attributes
+    ----------
+    pieces : tuple of Piece
+    """
+
+    pieces: tuple[Piece, ...]
+
+    @cached_property
+    def start(self) -> FloatArray:
+        """First values of the parameters."""
+        return np.array([piece.start for piece in self.pieces])
+
+    @cached_property
+    def stop(self) -> FloatArray:
+        """Last values of the parameters."""
+        return np.array([piece.stop for piece in self.pieces])
+
+    @cached_property
+    def first_x0(self) -> FloatArray:
+        """Displacements at which the pieces begin (L)."""
+        return np.array([piece.first_x0 for piece in self.pieces])
+
+    @cached_property
+    def last_x0(self) -> FloatArray:
+        """Displacements at which the pieces end (L)."""
+        return np.array([piece.last_x0 for piece in self.pieces])
+
+    @cached_property
+    def last(self) -> StickingState:
+        """Last states of the pieces."""
+        rows = [[column[-1] for column in piece.states.columns.values()] for piece in self.pieces]
+        return StickingState.from_matrix(np.array(rows).reshape(-1, len(StickingState.names())))
+
+    @cached_property
+    def line(self) -> BoolArray:
+        """Whether the states are in line contact."""
+        return np.array([piece.contact is Contact.LINE for piece in self.pieces], dtype=bool)
+
+    @cached_property
+    def by_x0(self) -> BoolArray:
+        """Whether the states are counted by the displacement."""
+        return np.array([piece.parameter is Parameter.X0 for piece in self.pieces], dtype=bool)
+
+    @cached_property
+    def stepped(self) -> BoolArray:
+        """Whether the states stand on a step grid."""
+        return np.array([piece.stepped for piece in self.pieces], dtype=bool)
+
+    @cached_property
+    def _grouped(self) -> list[tuple[IntArray, _Group]]:
+        """Groups of pieces, each with the places of its members."""
+        groups: list[tuple[IntArray, _Group]] = [
+            (np.array([row]), _Spline(states=self.pieces[row].states))
+            for row in np.flatnonzero(self.stepped)
+        ]
+        counts = np.array([len(piece.states) for piece in self.pieces])
+        for count in np.unique(counts[~self.stepped]):
+            rows = np.flatnonzero(~self.stepped & (counts == count))
+            states = StickingState.concatenate([self.pieces[row].states for row in rows]).matrix()
+            group = _Series(
+                states=states.reshape(len(rows), count, -1),
+                start=self.start[rows],
+                length=self.stop[rows] - self.start[rows],
+            )
+            groups.append((rows, group))
+        return groups
+
+    @cached_property
+    def _place(self) -> tuple[IntArray, IntArray]:
+        """Group of each piece, and its place there."""
+        group, place = np.empty((2, len(self.pieces)), dtype=np.int64)
+        for number, (rows, _) in enumerate(self._grouped):
+            group[rows], place[rows] = number, np.arange(len(rows))
+        return group, place
+
+    def _values(
+        self, of: IntArray, t: FloatArray, names: Sequence[str], orders: Sequence[int]
+    ) -> FloatArray:
+        """Interpolate derivatives of some columns, of orders up to 2: (orders, columns, n)."""
+        all_names = StickingState.names()
+        columns = [all_names.index(name) for name in names]
+        shape = len(orders), len(names), len(t)
+        group, place = self._place
+        if len(self._grouped) == 1:
+            ((_, only),) = self._grouped
+            return only.values(place[of], t, columns, orders).T.reshape(shape)
+        values = np.empty((len(t), len(orders) * len(names)))
+        for number, (_, each) in enumerate(self._grouped):
+            rows = np.flatnonzero(group[of] == number)
+            if len(rows):
+                values[rows] = each.values(place[of[rows]], t[rows], columns, orders)
+        return values.T.reshape(shape)
+
+    def at(self, of: IntArray, t: FloatArray) -> StickingState:
+        """States at values of the parameters."""
+        (columns,) = self._values(of, t, StickingState.names(), (0,))
+        states = StickingState(**dict(zip(StickingState.names(), columns, strict=True)))
+        line = self.line[of]
+        # No margin exceeds 1, but between the states the interpolant may.
+        exact = {
+            name: np.where(self.stepped[of], np.nan, np.minimum(getattr(states, name), 1.0))
+            for name in MARGINS
+        }
+        return replace(
+            states,
+            **exact,
+            s_c=np.where(line, np.minimum(states.s_c, 1.0), 1.0),
+            phi1=np.where(line, 0.0, states.phi1),
+            x0=np.where(self.by_x0[of], t, states.x0),
+        )
+
+    def at_x0(self, of: IntArray, x0: FloatArray) -> StickingState:
+        """States at displacements."""
+        t, sought = x0, np.flatnonzero(~self.by_x0[of])
+        if len(sought):
+            # Pieces meet up to rounding.
+            levels = np.minimum(x0[sought], self.samples.x0[of[sought], -1])
+            places = self.first(of[sought], self.samples.x0, levels, displacement, value=levels)
+            t = x0.copy()
+            t[sought] = places
+        return self.at(of, t)
 
     @cached_property
     def sample_places(self) -> FloatArray:
-        """Equally spaced values of the parameter, both ends included, shape (SAMPLES,)."""
-        return np.linspace(self.start, self.stop, SAMPLES)
+        """Equally spaced values of the parameters, both ends included, shape (pieces, SAMPLES)."""
+        return np.linspace(self.start, self.stop, SAMPLES, axis=1)
 
     @cached_property
     def samples(self) -> StickingState:
         """States at `sample_places`, good enough to bracket crossings."""
-        if self.stepped:
-            return self.at(self.sample_places)
-        matrix = even_interpolation(len(self.states), SAMPLES)
-        return StickingState.from_matrix(matrix @ self.states.matrix())
+        columns = np.empty((len(StickingState.names()), *self.sample_places.shape))
+        for rows, group in self._grouped:
+            columns[:, rows] = group.samples().transpose(1, 0, 2)
+        return StickingState(**dict(zip(StickingState.names(), columns, strict=True)))
 
-    def restricted(self, stop: float) -> "Piece":
-        """Cut the piece off at a value of its parameter."""
-        t = self.start + (stop - self.start) * chebyshev_nodes(len(self.states))
-        return replace(self, stop=stop, states=self.at(t))
+    def restricted(self, of: IntArray, stop: FloatArray) -> list[Piece]:
+        """Cut pieces off at values of their parameters."""
+        counts = [len(self.pieces[row].states) for row in of]
+        places = [
+            self.start[row] + (end - self.start[row]) * chebyshev_nodes(count)
+            for row, end, count in zip(of, stop, counts, strict=True)
+        ]
+        states = self.at(np.repeat(of, counts), np.concatenate([np.empty(0), *places]))
+        first = np.cumsum([0, *counts])
+        return [
+            replace(
+                self.pieces[row],
+                stop=float(end),
+                states=states.take(slice(begin, begin + count)).copy(),
+            )
+            for row, end, begin, count in zip(of, stop, first, counts, strict=False)
+        ]
 
     def first(
         self,
+        of: IntArray,
         sampled: FloatArray,
         levels: FloatArray,
         form: Form,
@@ -177,7 +352,8 @@ class Piece:
 
         Parameters
         ----------
-        sampled : ndarray, shape (samples,)
+        of : ndarray of int, shape (n,)
+        sampled : ndarray, shape (pieces, samples)
             The quantity at `places`; it may fall again behind a level.
         levels : ndarray, shape (n,)
         form : callable
@@ -185,55 +361,53 @@ class Piece:
             quantity reaches the level.
         value : ndarray, shape (n,), or float
             That value.
-        places : ndarray, shape (samples,), optional
-            Increasing values of the parameter, by default `sample_places`.
+        places : ndarray, shape (pieces, samples), optional
+            Increasing values of the parameters, by default `sample_places`.
         derivative : int
             Which derivative of the states the form is taken of.
 
         Returns
         -------
         ndarray, shape (n,)
-            Values of the parameter; NaN where no sample reaches the level.
+            Values of the parameters; NaN where no sample reaches the level.
         """
         t = self.sample_places if places is None else places
-        after = np.searchsorted(np.maximum.accumulate(sampled), levels)
-        found = np.full(levels.shape, np.nan)
-        found[after == 0] = t[0]
-        inside = (after > 0) & (after < len(t))
-        if not inside.any():
+        after = first_reached(np.maximum.accumulate(sampled, axis=1), of, levels)
+        found = np.where(after == 0, t[of, 0], np.nan)
+        inside = np.flatnonzero((after > 0) & (after < t.shape[1]))
+        if not len(inside):
             return found
-        after, value = after[inside], np.broadcast_to(value, levels.shape)[inside]
-        low, below, above = t[after - 1], sampled[after - 1], sampled[after]
+        of, after, level = of[inside], after[inside], levels[inside]
+        value = np.broadcast_to(value, levels.shape)[inside]
+        low, high = t[of, after - 1], t[of, after]
+        below, above = sampled[of, after - 1], sampled[of, after]
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.clip((levels[inside] - below) / (above - below), 0.0, 1.0)
-
-        weights = form(levels[inside])
-        interpolant = self._interpolant(tuple(weights), (derivative, derivative + 1))
+            share = np.clip((level - below) / (above - below), 0.0, 1.0)
+        weights = form(level)
+        names = tuple(weights)
 
         def excess(
-            t: FloatArray, value: FloatArray, *weights: FloatArray
+            t: FloatArray, of: IntArray, value: FloatArray, *weighted: FloatArray
         ) -> tuple[FloatArray, FloatArray]:
-            weighted = np.array(weights)
-            total, slope = (interpolant(t) * weighted).sum(axis=1)
+            values = self._values(of, t, names, (derivative, derivative + 1))
+            total, slope = (values * np.array(weighted)).sum(axis=1)
             return total - value, slope
 
-        guess = low + np.nan_to_num(share) * (t[after] - low)
+        guess = low + np.nan_to_num(share) * (high - low)
         each = [np.broadcast_to(weight, value.shape) for weight in weights.values()]
-        found[inside] = bracketed_root(excess, low, t[after], value, *each, guess=guess)
+        found[inside] = bracketed_root(excess, low, high, of, value, *each, guess=guess)
         return found
 
     def largest(
-        self,
-        sampled: FloatArray,
-        columns: Sequence[str],
-        slope: Slope,
-    ) -> float:
-        """Find where a quantity is largest.
+        self, of: IntArray, sampled: FloatArray, columns: Sequence[str], slope: Slope
+    ) -> FloatArray:
+        """Find where a quantity is largest on some pieces.
 
         Parameters
         ----------
-        sampled : ndarray, shape (SAMPLES,)
-            The quantity at `sample_places`.
+        of : ndarray of int, shape (n,)
+        sampled : ndarray, shape (n, SAMPLES)
+            The quantity at the `sample_places` of these pieces.
         columns : sequence of str
             What the quantity depends on.
         slope : callable
@@ -242,27 +416,32 @@ class Piece:
 
         Returns
         -------
-        float
-            Value of the parameter.
+        ndarray, shape (n,)
+            Values of the parameters.
         """
-        interpolant = self._interpolant(columns, (0, 1, 2))
 
-        def sloped(t: FloatArray) -> tuple[FloatArray, FloatArray]:
-            return slope(*interpolant(t))
+        def sloped(t: FloatArray, of: IntArray) -> tuple[FloatArray, FloatArray]:
+            return slope(*self._values(of, t, columns, (0, 1, 2)))
 
-        t, top = self.sample_places, int(np.argmax(sampled))
+        t, top = self.sample_places[of], np.argmax(sampled, axis=1)
+        rows = np.arange(len(of))
+        found = t[rows, top]
         # At an end it may still be inside by less than a sample.
-        around = t[[max(top - 1, 0), min(top + 1, SAMPLES - 1)]]
-        before, after = sloped(around)[0]
-        if before * after < 0.0:
-            return float(bracketed_root(sloped, around[:1], around[1:])[0])
-        return float(t[top])
+        low, high = t[rows, np.maximum(top - 1, 0)], t[rows, np.minimum(top + 1, SAMPLES - 1)]
+        inside = np.flatnonzero(sloped(low, of)[0] * sloped(high, of)[0] < 0.0)
+        if len(inside):
+            found[inside] = bracketed_root(sloped, low[inside], high[inside], of[inside])
+        return found
 
-    def turning_point(self) -> float:
-        """Value of the parameter from which on x0 no longer increases; NaN if it always does."""
-        slopes = even_derivative(len(self.states), SAMPLES) @ self.states.x0
-        return float(self.first(-slopes, np.zeros(1), _displacement, derivative=1)[0])
+    def turning_points(self, of: IntArray) -> FloatArray:
+        """Values of the parameters from which on x0 no longer increases; NaN if it always does."""
+        slopes = np.empty((len(self.pieces), SAMPLES))
+        for row in np.unique(of):
+            states = self.pieces[row].states
+            slopes[row] = even_derivative(len(states), SAMPLES) @ states.x0
+        return self.first(of, -slopes, np.zeros(len(of)), displacement, derivative=1)
 
 
-def _displacement(level: FloatArray) -> Mapping[str, float]:
+def displacement(level: FloatArray) -> Mapping[str, float]:
+    """Linear form of states, see `Form`: their displacement."""
     return {"x0": 1.0}

@@ -443,9 +443,9 @@ def _swing(path: RodStates, piece: Piece) -> float:
 
     The margin of a few states on few nodes tells the place, and exact ones next to it the digits.
     """
-    sampled = -piece.samples.stability_aside
-    at = float(piece.first(sampled, np.zeros(1), _margin_aside)[0])
-    if np.isnan(at) or sampled[0] >= 0.0:
+    sampled, only = -piece.alone.samples.stability_aside, np.zeros(1, dtype=np.int64)
+    at = float(piece.alone.first(only, sampled, np.zeros(1), _margin_aside)[0])
+    if np.isnan(at) or sampled[0, 0] >= 0.0:
         return at
     length = piece.stop - piece.start
     for width in SWING_WIDTHS:

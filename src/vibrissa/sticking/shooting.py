@@ -22,7 +22,7 @@ from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import Contact, Parameter, RodSection, Solver
-from vibrissa.sticking.curve import Limit, StickingCurve, assembled_curve, failed_curve
+from vibrissa.sticking.curve import Limit, Solved, StickingCurve, assembled_curves, failed_curve
 from vibrissa.sticking.piece import Piece, StickingState
 
 METHOD = Solver.SHOOTING
@@ -332,7 +332,7 @@ def solve_curve(
         states=known,
         stepped=True,
     )
-    return assembled_curve(
+    solved = Solved(
         theta=theta,
         eta=eta,
         method=METHOD,
@@ -343,6 +343,7 @@ def solve_curve(
         section=section,
         no_end="shooting ends at the lock; use method: collocation to follow the motion past it",
     )
+    return assembled_curves([solved])[0]
 
 
 def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) -> Limit:

@@ -1,4 +1,4 @@
-"""Friction enters: what a sticking curve answers for every μ0 and Δx0.
+"""Friction enters: what sticking curves answer for every μ0 and Δx0.
 
 The exact onset x0_slip is where −tan α = μ0. On the step grid the paper's x0,max is the last state
 of stiction, the largest multiple of Δx0 that does not pass the onset; slip happens one step later.
@@ -13,13 +13,13 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.curve import StickingCurve, beside
 from vibrissa.sticking.piece import StickingState
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stiction:
-    """Periods of sticking on one curve, one for each pair of μ0 and Δx0.
+    """Periods of sticking, one for each curve, μ0 and Δx0 that was asked for.
 
     Attributes
     ----------
@@ -62,53 +62,75 @@ class Stiction:
 
 
 def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decimal]) -> Stiction:
-    """Read periods of sticking off a curve.
+    """Read periods of sticking off one curve; see `read_curves`."""
+    return read_curves([curve], [mu0], [dx0])
+
+
+def read_curves(
+    curves: Sequence[StickingCurve],
+    mu0: Sequence[Sequence[Decimal]],
+    dx0: Sequence[Sequence[Decimal]],
+) -> Stiction:
+    """Read periods of sticking off curves.
 
     Parameters
     ----------
-    curve : StickingCurve
-    mu0, dx0 : sequence of Decimal, length n
-        Pairs of friction coefficient and exact step size (L).
+    curves : sequence of StickingCurve
+        At least one.
+    mu0, dx0 : sequence of sequences of Decimal
+        For each curve pairs of friction coefficient and exact step size (L).
 
     Returns
     -------
     Stiction
+        In the order of the curves and of their pairs; each period is the same, bit for bit,
+        whatever else is read with it.
     """
-    n = len(mu0)
-    friction = np.array([float(mu) for mu in mu0])
-    x0_slip, status = curve.outcomes(friction)
+    together = beside(curves)
+    of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])
+    friction = np.array([float(mu) for pairs in mu0 for mu in pairs])
+    x0_slip, status = together.outcomes(of, friction)
     slips = np.isfinite(x0_slip)
-    n_steps, x0_max = np.full(n, np.nan), np.full(n, np.nan)
-    for step in set(dx0):
-        rows = np.array([step == other for other in dx0]) & slips
-        count = last_step_within(x0_slip[rows], step)
-        n_steps[rows], x0_max[rows] = count, step_position(count, step)
+    n_steps, x0_max = _last_steps(x0_slip, [step for pairs in dx0 for step in pairs])
     # A rod that is free to lie down does not pass through the surface.
-    touches = all(piece.contact is Contact.POINT for piece in curve.pieces)
-    sticks_until = np.where(slips, x0_max, curve.x0_lock)
+    touches = np.array([all(p.contact is Contact.POINT for p in curve.pieces) for curve in curves])
+    x0_touch = np.array([curve.x0_touch for curve in curves])[of]
+    sticks_until = np.where(slips, x0_max, together.x0_lock[of])
+    n = len(of)
     end, ended, trail = [""] * n, StickingState.unknown(n), StickingState.unknown(n)
     locks = np.flatnonzero([what is Status.LOCK for what in status])
-    if len(locks):
-        ends, states = curve.motion_end(friction[locks])
-        for row, how in zip(locks, ends, strict=True):
-            end[row] = how.value
-        ended.put(locks, states)
-        trail.put(locks, curve.trailing_end(friction[locks]))
-    # All that is asked of the curve at once: the first state, and two for each point.
-    x0_init = 0.0 if curve.pieces else np.nan
-    states = curve.states_where_known(np.concatenate([[x0_init], x0_max, x0_slip]))
+    ends, states = together.motion_end(of[locks], friction[locks])
+    for row, how in zip(locks, ends, strict=True):
+        end[row] = how.value
+    ended.put(locks, states)
+    trail.put(locks, together.trailing_end(of[locks], friction[locks]))
+    x0_init = np.where(together.has_states, 0.0, np.nan)
+    first = together.states(np.arange(len(curves)), x0_init)
     return Stiction(
         status=status,
         x0_slip=x0_slip,
         n_steps=n_steps,
         x0_max=x0_max,
         # At 0 already, or strictly before the last sticking state; NaN compares as no.
-        penetrates=touches & ((curve.x0_touch == 0.0) | (curve.x0_touch < sticks_until)),
-        contact=curve.contact(np.where(slips, x0_slip, curve.x0_lock)),
-        init=states.take(np.zeros(n, dtype=np.int64)),
-        last=states.take(slice(1, n + 1)),
-        slip=states.take(slice(n + 1, None)),
+        penetrates=touches[of] & ((x0_touch == 0.0) | (x0_touch < sticks_until)),
+        contact=together.contact(of, np.where(slips, x0_slip, together.x0_lock[of])),
+        init=first.take(of),
+        last=together.states(of, x0_max),
+        slip=together.states(of, x0_slip),
         end=end,
         ended=ended,
         trail=trail,
     )
+
+
+def _last_steps(x0_slip: FloatArray, dx0: Sequence[Decimal]) -> tuple[FloatArray, FloatArray]:
+    """Count the steps to each onset, and place the last one; NaN where there is no onset."""
+    n_steps, x0_max = np.full((2, len(x0_slip)), np.nan)
+    slips = np.isfinite(x0_slip)
+    numbers: dict[Decimal, int] = {}
+    which = np.array([numbers.setdefault(step, len(numbers)) for step in dx0])
+    for step, number in numbers.items():
+        rows = np.flatnonzero(slips & (which == number))
+        count = last_step_within(x0_slip[rows], step)
+        n_steps[rows], x0_max[rows] = count, step_position(count, step)
+    return n_steps, x0_max

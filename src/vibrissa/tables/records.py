@@ -1,9 +1,8 @@
-"""Results of computations as tables, and back: a row for each curve, point, step or state."""
+"""Results of computations as tables, and back: a row for each curve, step or state."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Statu
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import Piece, StickingState
 from vibrissa.study.codec import decode_columns, encode_columns
-from vibrissa.study.grid import AXES, CurveKey, CurvePoints, Point
+from vibrissa.study.grid import AXES, CurveKey, Point
 from vibrissa.tables.mounted import mounting_of, mounting_row
 from vibrissa.tables.schemas import (
     COMPARISONS,
@@ -22,17 +21,14 @@ from vibrissa.tables.schemas import (
     SHAPE,
     STATE,
     STATES,
-    STICTION,
     WHOLE,
 )
-from vibrissa.tables.store import LEAST_ROW_GROUP
 
 # Only their attributes are read: a job need not depend on how the others' results are computed.
 if TYPE_CHECKING:
     from vibrissa.sticking.api import EquilibriumState
     from vibrissa.sticking.comparison import Comparison
     from vibrissa.sticking.cycles import Scan
-    from vibrissa.sticking.stiction import Stiction
 
 
 def _array(values: Any, kind: pa.DataType) -> pa.Array:
@@ -46,12 +42,14 @@ def _array(values: Any, kind: pa.DataType) -> pa.Array:
     return pa.array(values, kind)
 
 
-def _table(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
+def table_of(schema: pa.Schema, columns: Mapping[str, Any]) -> pa.Table:
+    """Table of the columns of a schema, from lists, or arrays of NumPy or Arrow."""
     arrays = [_array(columns[field.name], field.type) for field in schema]
     return pa.Table.from_arrays(arrays, schema=schema)
 
 
-def _state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
+def state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
+    """Columns of `STATE`, whose names end with a suffix."""
     return {f"{column.name}{suffix}": getattr(state, column.name) for column in STATE}
 
 
@@ -86,7 +84,7 @@ def curves_table(keys: Sequence[CurveKey], curves: Sequence[StickingCurve]) -> p
     offsets = pa.array(np.cumsum([0, *counts]), pa.int32())
     for name, values in states.columns.items():
         columns[name] = pa.ListArray.from_arrays(offsets, values)
-    return _table(CURVES, columns)
+    return table_of(CURVES, columns)
 
 
 _CURVE_SCALARS = ("x1_init", "residual", "x0_lock", "mu_lock", "x0_touch")
@@ -151,80 +149,6 @@ def curves_from_table(table: pa.Table) -> dict[CurveKey, StickingCurve]:
     return curves
 
 
-def stiction_tables(
-    results: Iterable[tuple[CurvePoints, StickingCurve, Stiction]], study: str
-) -> Iterator[pa.Table]:
-    """Tables of the grid points that were read off some curves, one row group each.
-
-    Parameters
-    ----------
-    results : iterable of (CurvePoints, StickingCurve, Stiction)
-        The points on each curve, the curve, and the periods of sticking there, in the same order.
-    study : str
-        Name of the study.
-
-    Yields
-    ------
-    pyarrow.Table
-        With the schema `STICTION`; the points of one curve are not torn apart.
-    """
-    columns: dict[str, list[Any]] = {field.name: [] for field in STICTION}
-    rows = 0
-    for points, curve, stiction in results:
-        for name, values in stiction_columns(points, curve, stiction).items():
-            columns[name].append(values)
-        columns["study"].append([study] * len(points))
-        rows += len(points)
-        if rows >= LEAST_ROW_GROUP:
-            yield _table(STICTION, {name: _joined(parts) for name, parts in columns.items()})
-            columns, rows = {name: [] for name in columns}, 0
-    if rows:
-        yield _table(STICTION, {name: _joined(parts) for name, parts in columns.items()})
-
-
-def _joined(parts: Sequence[Any]) -> Any:
-    if isinstance(parts[0], np.ndarray):
-        return np.concatenate(parts)
-    return list(chain.from_iterable(parts))
-
-
-def stiction_columns(
-    points: CurvePoints, curve: StickingCurve, stiction: Stiction
-) -> dict[str, Any]:
-    """Columns of the grid points on one curve, but the name of the study; see `stiction_tables`."""
-    n = len(points)
-    known = [status in (Status.SLIP, Status.LOCK) for status in stiction.status]
-    return {
-        "method": [curve.method] * n,
-        "grids": points.grids,
-        "added_to": points.added_to,
-        "theta": np.full(n, curve.theta),
-        "mu0": np.array(points.mu0, dtype=float),
-        "eta": np.full(n, curve.eta),
-        "dx0": np.array(points.dx0, dtype=float),
-        **{name: [value] * n for name, value in mounting_row(curve.mounting).items()},
-        "status": stiction.status,
-        "message": ["" if known_one else curve.message for known_one in known],
-        "contact": [contact or None for contact in stiction.contact],
-        "x0_slip": stiction.x0_slip,
-        "x0_max": stiction.x0_max,
-        "n_steps": stiction.n_steps,
-        "mu_lock": np.full(n, curve.mu_lock),
-        "x0_lock": np.full(n, curve.x0_lock),
-        **_state_values(stiction.init, "_init"),
-        **_state_values(stiction.last, "_last"),
-        **_state_values(stiction.slip, "_slip"),
-        "ends_by": [end or None for end in stiction.end],
-        "x0_end": stiction.ended.x0,
-        **_state_values(stiction.ended, "_end"),
-        "x0_trail": stiction.trail.x0,
-        **_state_values(stiction.trail, "_trail"),
-        "x1_init": np.full(n, curve.x1_init),
-        "penetrates": [p if k else None for p, k in zip(stiction.penetrates, known, strict=True)],
-        "residual": np.full(n, curve.residual),
-    }
-
-
 def scan_table(name: str, point: Point, scan: Scan, *, study: str, method: Solver) -> pa.Table:
     """Table of one scan, a row for each footpoint position.
 
@@ -261,7 +185,7 @@ def scan_table(name: str, point: Point, scan: Scan, *, study: str, method: Solve
         "footpoint": scan.footpoint,
         "x0": scan.state.x0,
         "x1": scan.x1,
-        **_state_values(scan.state),
+        **state_values(scan.state),
         "residual": scan.residual,
     }
     shapes = {"x": scan.x, "y": scan.y, "phi": scan.phi}
@@ -271,7 +195,7 @@ def scan_table(name: str, point: Point, scan: Scan, *, study: str, method: Solve
     else:
         columns |= values | {f"shape_{axis}": list(shape) for axis, shape in shapes.items()}
         columns["shape_s"] = [scan.s] * n
-    return _table(SCANS, columns)
+    return table_of(SCANS, columns)
 
 
 def comparison_table(name: str, comparison: Comparison, study: str) -> pa.Table:
@@ -297,7 +221,7 @@ def comparison_table(name: str, comparison: Comparison, study: str) -> pa.Table:
     for model in ("point", "line"):
         result = getattr(comparison, model)
         columns |= {f"{key}_{model}": values for key, values in vars(result).items()}
-    return _table(COMPARISONS, columns)
+    return table_of(COMPARISONS, columns)
 
 
 def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table:
@@ -326,4 +250,4 @@ def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table
             known = solved or not field.nullable
             value = values[field.name] if field.name in values else getattr(state, field.name)
             columns[field.name].append(value if known else None)
-    return _table(STATES, columns)
+    return table_of(STATES, columns)

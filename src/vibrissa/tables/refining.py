@@ -16,10 +16,9 @@ import numpy as np
 from vibrissa.decimals import spell
 from vibrissa.numerics.halving import Halved, Reading, halve
 from vibrissa.sticking.curve import StickingCurve
-from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import Gap, encode_key
 from vibrissa.study.grid import CurveKey, CurvePoints, Grid, Refinement, named_points
-from vibrissa.tables.records import stiction_columns
+from vibrissa.tables.points import points_columns
 from vibrissa.wording import counted
 
 # Columns that say what happens at a point: where one changes, the change is closed in.
@@ -194,7 +193,7 @@ def _readings(
 ) -> tuple[tuple[float, ...], tuple[Hashable, ...]]:
     """Values of a column at pairs of μ0 and Δx0 in increasing order, and what happens there."""
     points = named_points({pair: [] for pair in pairs}, {})
-    columns = stiction_columns(points, curve, read_curve(curve, points.mu0, points.dx0))
+    columns = points_columns([(points, curve)])
     values = np.asarray(columns[column], dtype=float)
     kinds = zip(*(columns[name] for name in KIND), np.isfinite(values), strict=True)
     return tuple(values.tolist()), tuple(kinds)

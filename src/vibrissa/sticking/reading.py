@@ -1,0 +1,195 @@
+"""What is read off sticking curves: contact, states, onsets of slip, and what follows a lock.
+
+Curves stand side by side, so that places on all of them are asked together. What is read off one
+curve does not depend on which others stand beside it, bit for bit.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.roots import first_reached
+from vibrissa.outcomes import Contact, End, Status
+from vibrissa.sticking.piece import PieceArray, StickingState
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CurveArray:
+    """Sticking curves side by side; see `vibrissa.sticking.curve.StickingCurve` for one of them.
+
+    An argument `of`, ndarray of int of shape (m,), says on which curve each row of the others is.
+    Nothing is checked here.
+
+    Attributes
+    ----------
+    pieces : PieceArray
+        Of all curves, in the order of the curves and of x0.
+    begin, pushed, stop : ndarray of int, shape (n,)
+        Number of the first piece of each curve, of the first one where the clamp pushes, and of
+        the one behind the last.
+    x0_lock, mu_lock : ndarray, shape (n,)
+    end : sequence of End, length n
+    status : sequence of Status, length n
+    """
+
+    pieces: PieceArray
+    begin: IntArray
+    pushed: IntArray
+    stop: IntArray
+    x0_lock: FloatArray
+    mu_lock: FloatArray
+    end: Sequence[End]
+    status: Sequence[Status]
+
+    @cached_property
+    def has_states(self) -> BoolArray:
+        """Whether the curves have states where the clamp pushes."""
+        return self.pushed < self.stop
+
+    @cached_property
+    def x0_end(self) -> FloatArray:
+        """Last displacements of the curves (L); NaN without states."""
+        last = np.where(self.has_states, self.stop - 1, -1)
+        return np.append(self.pieces.last_x0, np.nan)[last]
+
+    def _piece_of(self, of: IntArray, x0: FloatArray) -> IntArray:
+        """Which piece each displacement lies on."""
+        place, first_x0 = self.begin[of], self.pieces.first_x0
+        for _ in range(int((self.stop - self.begin).max(initial=1)) - 1):
+            after = np.minimum(place + 1, len(first_x0) - 1)
+            place += (place + 1 < self.stop[of]) & (first_x0[after] <= x0)
+        return place
+
+    def contact(self, of: IntArray, x0: FloatArray) -> list[str]:
+        """Kind of contact at displacements; empty at NaN."""
+        known = np.flatnonzero(np.isfinite(x0))
+        kinds = np.full(len(x0), "", dtype=object)
+        line = self.pieces.line[self._piece_of(of[known], x0[known])]
+        kinds[known] = np.where(line, Contact.LINE.value, Contact.POINT.value)
+        return list(kinds.tolist())
+
+    def states(self, of: IntArray, x0: FloatArray) -> StickingState:
+        """States at the displacements that are not NaN; NaN elsewhere."""
+        known = np.flatnonzero(np.isfinite(x0))
+        if len(known) < len(x0):
+            states = StickingState.unknown(len(x0))
+            if len(known):
+                states.put(known, self.states(of[known], x0[known]))
+            return states
+        place = self._piece_of(of, x0)
+        within = np.minimum(x0, self.pieces.last_x0[place])
+        return replace(self.pieces.at_x0(place, within), x0=x0)
+
+    def onset(self, of: IntArray, mu0: FloatArray) -> FloatArray:
+        """Exact onsets of slip; NaN where the tip locks, or the curve ends before."""
+        onset = np.full(mu0.shape, np.nan)
+        sampled, places = self._demand_up_to_the_lock
+        place = self.pushed[of]
+        while True:
+            # A curve without a lock ends before it.
+            sought = (place < self.stop[of]) & ~(mu0 > self.mu_lock[of]) & np.isnan(onset)
+            rows = np.flatnonzero(sought)
+            rows = rows[~(self.pieces.first_x0[place[rows]] > self.x0_lock[of[rows]])]
+            if not len(rows):
+                return onset
+            onset[rows] = self.pieces.first(
+                place[rows], sampled, mu0[rows], _slips_ahead, places=places
+            )
+            place = place + 1
+
+    def outcomes(self, of: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
+        """Exact onsets of slip, and what becomes of the tip, also on curves without states."""
+        x0_slip = self.onset(of, mu0)
+        otherwise = [Status.LOCK if one is Status.SOLVED else one for one in self.status]
+        status = np.array(otherwise, dtype=object)[of]
+        status[np.isfinite(x0_slip)] = Status.SLIP
+        return x0_slip, list(status)
+
+    @cached_property
+    def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
+        """Samples of −tan α on all pieces and their places; up to μ_lock where the tip locks."""
+        pieces = self.pieces
+        count = self.stop - self.begin
+        x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)
+        demand, places = pieces.samples.friction_demand, pieces.sample_places.copy()
+        before = first_reached(pieces.samples.x0, np.arange(len(x0_lock)), x0_lock)
+        demand[np.arange(demand.shape[1]) > before[:, None]] = -np.inf
+        rows = np.flatnonzero(before < demand.shape[1])
+        demand[rows, before[rows]] = mu_lock[rows]
+        lock = pieces.start + x0_lock - pieces.first_x0
+        places[rows, before[rows]] = lock[rows]
+        return demand, places
+
+    def motion_end(self, of: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:
+        """How and where sticking ends that goes on past the lock, for μ0 above μ_lock."""
+        states = StickingState.unknown(len(mu0))
+        ends = np.array(self.end, dtype=object)[of]
+        followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
+        states.put(followed, self.pieces.last.take(self.stop[of[followed]] - 1))
+        place = self.pushed[of]
+        while True:
+            rows = np.flatnonzero((place < self.stop[of]) & (ends != End.SLIPS_BACK))
+            if not len(rows):
+                return list(ends), states
+            alpha = np.arctan(mu0[rows])
+            at = self.pieces.first(place[rows], self._alpha_past_the_lock, alpha, _slips_back)
+            slips = np.isfinite(at)
+            states.put(rows[slips], self.pieces.at(place[rows[slips]], at[slips]))
+            ends[rows[slips]] = End.SLIPS_BACK
+            place = place + 1
+
+    @cached_property
+    def _alpha_past_the_lock(self) -> FloatArray:
+        """Samples of α on all pieces; before the lock tan α is negative, and does not count."""
+        samples = self.pieces.samples
+        x0_lock = np.repeat(self.x0_lock, self.stop - self.begin)
+        return np.where(samples.x0 >= x0_lock[:, None], samples.alpha, -np.pi)
+
+    def trailing_end(self, of: IntArray, mu0: FloatArray) -> StickingState:
+        """Last sticking states of rods that trail behind their clamps; NaN where they do not."""
+        states = StickingState.unknown(len(mu0))
+        swings = np.array([end is End.SWINGS_ASIDE for end in self.end], dtype=bool)
+        # The part next to α = 0 comes first for the tip.
+        place = self.pushed[of] - 1
+        while True:
+            sought = swings[of] & (place >= self.begin[of]) & np.isnan(states.x0)
+            rows = np.flatnonzero(sought)
+            if not len(rows):
+                return mirrored(states, self.x0_end[of])
+            alpha = -np.arctan(mu0[rows])
+            at = self.pieces.first(place[rows], -self.pieces.samples.alpha, alpha, _slips_pulled)
+            # Where not even the first sample demands more, an earlier part does.
+            slips = at > self.pieces.start[place[rows]]
+            states.put(rows[slips], self.pieces.at(place[rows[slips]], at[slips]))
+            place = place - 1
+
+
+def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState:
+    """States after a rod has swung aside at `x0_end`; see `StickingCurve.mirrored`."""
+    return replace(
+        states,
+        x0=2.0 * x0_end - states.x0,
+        reaction_fx=-states.reaction_fx,
+        reaction_m=-states.reaction_m,
+        phi1=np.pi - states.phi1,
+    )
+
+
+# Linear forms of states, see `vibrissa.sticking.piece.Form`.
+
+
+def _slips_ahead(mu0: FloatArray) -> Mapping[str, FloatArray | float]:
+    # Has the sign of −tan α − μ0 as long as the surface pushes.
+    return {"reaction_fy": mu0, "reaction_fx": -1.0}
+
+
+def _slips_back(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
+    return {"reaction_fy": np.tan(alpha), "reaction_fx": 1.0}
+
+
+def _slips_pulled(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
+    # As `_slips_back`, but for the level −α.
+    return _slips_back(-alpha)
