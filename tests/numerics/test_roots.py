@@ -7,7 +7,12 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 from scipy.special import lambertw
 
-from vibrissa.numerics.roots import bracketed_root, first_fall
+from vibrissa.numerics.roots import (
+    bracketed_root,
+    first_fall,
+    first_reached,
+    inverse_quadratic,
+)
 
 
 @given(st.lists(st.floats(1e-6, 50.0), min_size=1, max_size=5))
@@ -65,3 +70,40 @@ def bernstein(*pieces):
 )
 def test_first_fall(pieces, expected):
     assert first_fall(bernstein(*pieces)) == pytest.approx(expected, abs=1e-14, nan_ok=True)
+
+
+def test_levels_are_reached_where_searchsorted_says():
+    random = np.random.default_rng(3)
+    rising = np.sort(random.integers(0, 40, (5, 33)).astype(float), axis=1)
+    which, level = random.integers(0, 5, 400), random.uniform(-2, 42, 400).round()
+    expected = [np.searchsorted(rising[row], at) for row, at in zip(which, level, strict=True)]
+    assert np.array_equal(first_reached(rising, which, level), expected)
+    assert first_reached(rising, which[:1], np.array([np.nan])) == [33]
+
+
+def test_a_root_does_not_depend_on_what_else_is_sought():
+    c = np.geomspace(1e-6, 50.0, 9)
+    low, high = np.zeros_like(c), 1.0 + np.log1p(c)
+
+    def excess(x, c):
+        return x * np.exp(x) - c, (1 + x) * np.exp(x)
+
+    together = bracketed_root(excess, low, high, c)
+    for row in range(len(c)):
+        only = slice(row, row + 1)
+        assert bracketed_root(excess, low[only], high[only], c[only]) == together[only]
+
+
+def test_a_parabola_guesses_its_own_level():
+    # Places as a quadratic of the values, with the third one before and behind the bracket.
+    values = np.array([[1.0, 1.0], [2.0, 2.0], [0.5, 4.0]])
+    level = np.array([1.3, 1.9])
+    guess = inverse_quadratic(values, values**2 + 3.0 * values, level)
+    assert guess == pytest.approx(level**2 + 3.0 * level, rel=1e-14)
+
+
+def test_where_a_parabola_leads_out_of_its_bracket_a_straight_line_guesses():
+    values, places = np.array([[0.0], [1.0], [1.01]]), np.array([[0.0], [1.0], [9.0]])
+    assert inverse_quadratic(values, places, np.array([0.5])) == [0.5]
+    level = np.array([[0.0], [0.0], [0.0]])
+    assert inverse_quadratic(level, places, np.array([0.0])) == [0.0]

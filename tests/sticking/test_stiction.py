@@ -136,7 +136,8 @@ def test_a_period_is_the_same_whatever_is_read_with_it(several):
     dx0 = [D("0.001"), D("0.0007")] * 4
     counts = [3, 8, 5, 8, 8, 8, 8, 1]
     pairs = [(mu0[:count], dx0[:count]) for count in counts]
-    together = read_curves(several, *zip(*pairs, strict=True))
+    numbers = [np.array(mu0[:count], dtype=float) for count in counts]
+    together = read_curves(several, numbers, [dx0[:count] for count in counts])
     row = 0
     for curve, frictions, steps in zip(several, *zip(*pairs, strict=True), strict=True):
         by_itself = read_curve(curve, frictions, steps)

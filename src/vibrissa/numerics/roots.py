@@ -93,6 +93,30 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
     return below
 
 
+def inverse_quadratic(values: FloatArray, places: FloatArray, level: FloatArray) -> FloatArray:
+    """Guess where quantities reach levels, by parabolas through three places each.
+
+    Parameters
+    ----------
+    values, places : ndarray, shape (3, n)
+        The level is reached between the first two places.
+    level : ndarray, shape (n,)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Between the first two places; where a parabola leads out of them, by a straight line.
+    """
+    (below, above, third), (low, high, other) = values, places
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        share = (level - below) / (above - below)
+        straight = low + np.nan_to_num(np.clip(share, 0.0, 1.0)) * (high - low)
+        slope = (high - low) / (above - below)
+        bend = ((other - high) / (third - above) - slope) / (third - below)
+        curved = low + (level - below) * (slope + (level - above) * bend)
+    return np.where((low < curved) & (curved < high), curved, straight)
+
+
 def _searched_root(
     function: Callable[..., FloatArray],
     low: FloatArray,

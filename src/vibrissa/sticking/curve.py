@@ -563,8 +563,9 @@ def _extremes(pieces: PieceArray) -> _Extremes:
         demand[rows] = pieces.at(rows, top[rows]).friction_demand
     rows = np.flatnonzero(~pieces.line)
     at = pieces.first(rows, -pieces.samples.phi1, np.zeros(len(rows)), _contact_slope)
-    found = np.isfinite(at)
-    touch[rows[found]] = pieces.at(rows[found], at[found]).x0
+    rows, at = rows[np.isfinite(at)], at[np.isfinite(at)]
+    if len(rows):
+        touch[rows] = pieces.at(rows, at).x0
     touch[pieces.line] = pieces.first_x0[pieces.line]
     return _Extremes(lift=lift, top=top, demand=demand, touch=touch)
 

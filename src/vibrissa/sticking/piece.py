@@ -14,7 +14,7 @@ import numpy as np
 
 from vibrissa.mechanics.states import ContactState, Values
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.numerics.roots import bracketed_root, first_reached
+from vibrissa.numerics.roots import bracketed_root, first_reached, inverse_quadratic
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
     chebyshev_nodes,
@@ -321,12 +321,14 @@ class PieceArray:
 
     def restricted(self, of: IntArray, stop: FloatArray) -> list[Piece]:
         """Cut pieces off at values of their parameters."""
+        if not len(of):
+            return []
         counts = [len(self.pieces[row].states) for row in of]
         places = [
             self.start[row] + (end - self.start[row]) * chebyshev_nodes(count)
             for row, end, count in zip(of, stop, counts, strict=True)
         ]
-        states = self.at(np.repeat(of, counts), np.concatenate([np.empty(0), *places]))
+        states = self.at(np.repeat(of, counts), np.concatenate(places))
         first = np.cumsum([0, *counts])
         return [
             replace(
@@ -371,6 +373,8 @@ class PieceArray:
         ndarray, shape (n,)
             Values of the parameters; NaN where no sample reaches the level.
         """
+        if not len(of):
+            return np.empty(0)
         t = self.sample_places if places is None else places
         after = first_reached(np.maximum.accumulate(sampled, axis=1), of, levels)
         found = np.where(after == 0, t[of, 0], np.nan)
@@ -380,9 +384,6 @@ class PieceArray:
         of, after, level = of[inside], after[inside], levels[inside]
         value = np.broadcast_to(value, levels.shape)[inside]
         low, high = t[of, after - 1], t[of, after]
-        below, above = sampled[of, after - 1], sampled[of, after]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.clip((level - below) / (above - below), 0.0, 1.0)
         weights = form(level)
         names = tuple(weights)
 
@@ -393,7 +394,9 @@ class PieceArray:
             total, slope = (values * np.array(weighted)).sum(axis=1)
             return total - value, slope
 
-        guess = low + np.nan_to_num(share) * (high - low)
+        # Through both samples and the one before them, or behind them.
+        around = np.stack([after - 1, after, np.where(after > 1, after - 2, after + 1)])
+        guess = inverse_quadratic(sampled[of, around], t[of, around], level)
         each = [np.broadcast_to(weight, value.shape) for weight in weights.values()]
         found[inside] = bracketed_root(excess, low, high, of, value, *each, guess=guess)
         return found
@@ -435,6 +438,8 @@ class PieceArray:
 
     def turning_points(self, of: IntArray) -> FloatArray:
         """Values of the parameters from which on x0 no longer increases; NaN if it always does."""
+        if not len(of):
+            return np.empty(0)
         slopes = np.empty((len(self.pieces), SAMPLES))
         for row in np.unique(of):
             states = self.pieces[row].states

@@ -50,6 +50,11 @@ class CurveArray:
         return self.pushed < self.stop
 
     @cached_property
+    def locks(self) -> BoolArray:
+        """Whether the tips lock where friction is large enough."""
+        return np.array([status is Status.SOLVED for status in self.status], dtype=bool)
+
+    @cached_property
     def x0_end(self) -> FloatArray:
         """Last displacements of the curves (L); NaN without states."""
         last = np.where(self.has_states, self.stop - 1, -1)
@@ -103,8 +108,9 @@ class CurveArray:
     def outcomes(self, of: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
         """Exact onsets of slip, and what becomes of the tip, also on curves without states."""
         x0_slip = self.onset(of, mu0)
-        otherwise = [Status.LOCK if one is Status.SOLVED else one for one in self.status]
-        status = np.array(otherwise, dtype=object)[of]
+        otherwise = np.array(self.status, dtype=object)
+        otherwise[self.locks] = Status.LOCK
+        status = otherwise[of]
         status[np.isfinite(x0_slip)] = Status.SLIP
         return x0_slip, list(status)
 

@@ -63,12 +63,12 @@ class Stiction:
 
 def read_curve(curve: StickingCurve, mu0: Sequence[Decimal], dx0: Sequence[Decimal]) -> Stiction:
     """Read periods of sticking off one curve; see `read_curves`."""
-    return read_curves([curve], [mu0], [dx0])
+    return read_curves([curve], [np.array([float(mu) for mu in mu0])], [dx0])
 
 
 def read_curves(
     curves: Sequence[StickingCurve],
-    mu0: Sequence[Sequence[Decimal]],
+    mu0: Sequence[FloatArray],
     dx0: Sequence[Sequence[Decimal]],
 ) -> Stiction:
     """Read periods of sticking off curves.
@@ -77,8 +77,10 @@ def read_curves(
     ----------
     curves : sequence of StickingCurve
         At least one.
-    mu0, dx0 : sequence of sequences of Decimal
-        For each curve pairs of friction coefficient and exact step size (L).
+    mu0 : sequence of ndarray
+        For each curve friction coefficients,
+    dx0 : sequence of sequences of Decimal
+        and for each of them an exact step size (L).
 
     Returns
     -------
@@ -88,7 +90,7 @@ def read_curves(
     """
     together = beside(curves)
     of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])
-    friction = np.array([float(mu) for pairs in mu0 for mu in pairs])
+    friction = np.concatenate(mu0)
     x0_slip, status = together.outcomes(of, friction)
     slips = np.isfinite(x0_slip)
     n_steps, x0_max = _last_steps(x0_slip, [step for pairs in dx0 for step in pairs])
@@ -97,11 +99,10 @@ def read_curves(
     x0_touch = np.array([curve.x0_touch for curve in curves])[of]
     sticks_until = np.where(slips, x0_max, together.x0_lock[of])
     n = len(of)
-    end, ended, trail = [""] * n, StickingState.unknown(n), StickingState.unknown(n)
-    locks = np.flatnonzero([what is Status.LOCK for what in status])
+    end, ended, trail = np.full(n, "", dtype=object), *(StickingState.unknown(n) for _ in range(2))
+    locks = np.flatnonzero(together.locks[of] & ~slips)
     ends, states = together.motion_end(of[locks], friction[locks])
-    for row, how in zip(locks, ends, strict=True):
-        end[row] = how.value
+    end[locks] = [how.value for how in ends]
     ended.put(locks, states)
     trail.put(locks, together.trailing_end(of[locks], friction[locks]))
     x0_init = np.where(together.has_states, 0.0, np.nan)
@@ -117,7 +118,7 @@ def read_curves(
         init=first.take(of),
         last=together.states(of, x0_max),
         slip=together.states(of, x0_slip),
-        end=end,
+        end=end.tolist(),
         ended=ended,
         trail=trail,
     )

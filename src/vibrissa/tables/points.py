@@ -5,6 +5,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from vibrissa.outcomes import Status
 from vibrissa.sticking.curve import StickingCurve
@@ -12,7 +13,15 @@ from vibrissa.sticking.stiction import read_curves
 from vibrissa.study.grid import CurvePoints
 from vibrissa.tables.mounted import mounting_row
 from vibrissa.tables.records import state_values, table_of
-from vibrissa.tables.schemas import ADDED_TO, STICTION, TEXTS
+from vibrissa.tables.schemas import (
+    ADDED_TO,
+    CURVATURE_POWERS,
+    MOUNTING,
+    NUMBER,
+    STICTION,
+    TEXT,
+    TEXTS,
+)
 from vibrissa.tables.store import LEAST_ROW_GROUP
 
 OnCurve = tuple[CurvePoints, StickingCurve]
@@ -56,31 +65,31 @@ def _table(points: Sequence[OnCurve], study: str) -> pa.Table:
 def points_columns(points: Sequence[OnCurve]) -> dict[str, Any]:
     """Columns of the grid points on some curves, but the name of the study; see `points_tables`."""
     on_curves, curves = zip(*points, strict=True)
-    stiction = read_curves(curves, [one.mu0 for one in on_curves], [one.dx0 for one in on_curves])
+    mu0 = _each(on_curves, lambda one: np.array(one.mu0, dtype=float))
+    stiction = read_curves(curves, mu0, [one.dx0 for one in on_curves])
     of = np.repeat(np.arange(len(curves)), [len(one) for one in on_curves])
 
-    def of_curves(values: Iterable[Any], kind: Any = float) -> Any:
-        """Values of the curves, for each of their points."""
-        return np.array(list(values), dtype=kind)[of]
+    def of_curves(values: Iterable[Any], kind: pa.DataType = NUMBER) -> pa.Array:
+        """Values of the curves, for each of their points; NaN stands for nothing."""
+        return pa.array(list(values), kind, from_pandas=True).take(pa.array(of))
 
     mountings = _each([curve.mounting for curve in curves], mounting_row)
-    messages = of_curves((curve.message for curve in curves), object)
     status = np.array(stiction.status, dtype=object)
-    known = (status == Status.SLIP) | (status == Status.LOCK)
+    known = pa.array((status == Status.SLIP) | (status == Status.LOCK))
     return {
-        "method": of_curves((curve.method for curve in curves), object),
+        "method": of_curves((curve.method for curve in curves), TEXT),
         "grids": _joined(on_curves, lambda one: pa.array(one.grids, TEXTS)),
         ADDED_TO.name: _joined(on_curves, lambda one: pa.array(one.added_to, TEXTS)),
         "theta": of_curves(curve.theta for curve in curves),
-        "mu0": np.concatenate(_each(on_curves, lambda one: np.array(one.mu0, dtype=float))),
+        "mu0": np.concatenate(mu0),
         "eta": of_curves(curve.eta for curve in curves),
         "dx0": np.concatenate(_each(on_curves, lambda one: np.array(one.dx0, dtype=float))),
         **{
-            name: of_curves((row[name] for row in mountings), object if value is None else None)
-            for name, value in mountings[0].items()
+            column.name: of_curves((row[column.name] for row in mountings), column.type)
+            for column in (*MOUNTING, CURVATURE_POWERS)
         },
         "status": status,
-        "message": np.where(known, "", messages),
+        "message": pc.if_else(known, "", of_curves((curve.message for curve in curves), TEXT)),
         "contact": [contact or None for contact in stiction.contact],
         "x0_slip": stiction.x0_slip,
         "x0_max": stiction.x0_max,
@@ -96,7 +105,7 @@ def points_columns(points: Sequence[OnCurve]) -> dict[str, Any]:
         "x0_trail": stiction.trail.x0,
         **state_values(stiction.trail, "_trail"),
         "x1_init": of_curves(curve.x1_init for curve in curves),
-        "penetrates": pa.array(stiction.penetrates, mask=~known),
+        "penetrates": pc.if_else(known, pa.array(stiction.penetrates), None),
         "residual": of_curves(curve.residual for curve in curves),
     }
 
