@@ -6,9 +6,13 @@ first.
 
 from collections.abc import Sequence
 from decimal import Decimal
+from functools import lru_cache
 from typing import TypeAlias
 
 Value: TypeAlias = Decimal | tuple[Decimal, ...]
+
+# Texts whose value is remembered: keys of curves have few that differ.
+SPELLINGS = 4096
 
 
 def exact(value: Decimal | float | int | str) -> Decimal:
@@ -72,6 +76,7 @@ def spell(value: Value) -> str:
     return ", ".join(format(number, "f") for number in coefficients_of(value))
 
 
+@lru_cache(SPELLINGS)
 def read_value(text: str) -> Value:
     """Inverse of `spell`; a `ValueError` where a part is not a finite number."""
     return polynomial([exact(part) for part in text.split(",")])

@@ -101,12 +101,17 @@ def read_curves(
     n = len(of)
     end, ended, trail = np.full(n, "", dtype=object), *(StickingState.unknown(n) for _ in range(2))
     locks = np.flatnonzero(together.locks[of] & ~slips)
-    ends, states = together.motion_end(of[locks], friction[locks])
-    end[locks] = [how.value for how in ends]
-    ended.put(locks, states)
-    trail.put(locks, together.trailing_end(of[locks], friction[locks]))
+    if len(locks):
+        ends, states = together.motion_end(of[locks], friction[locks])
+        end[locks] = [how.value for how in ends]
+        ended.put(locks, states)
+        trail.put(locks, together.trailing_end(of[locks], friction[locks]))
+    # All that is asked at once: the first state of each curve, and two for each period.
     x0_init = np.where(together.has_states, 0.0, np.nan)
-    first = together.states(np.arange(len(curves)), x0_init)
+    states = together.states(
+        np.concatenate([np.arange(len(curves)), of, of]), np.concatenate([x0_init, x0_max, x0_slip])
+    )
+    periods = states.take(slice(len(curves), None))
     return Stiction(
         status=status,
         x0_slip=x0_slip,
@@ -115,9 +120,9 @@ def read_curves(
         # At 0 already, or strictly before the last sticking state; NaN compares as no.
         penetrates=touches[of] & ((x0_touch == 0.0) | (x0_touch < sticks_until)),
         contact=together.contact(of, np.where(slips, x0_slip, together.x0_lock[of])),
-        init=first.take(of),
-        last=together.states(of, x0_max),
-        slip=together.states(of, x0_slip),
+        init=states.take(of),
+        last=periods.take(slice(n)),
+        slip=periods.take(slice(n, None)),
         end=end.tolist(),
         ended=ended,
         trail=trail,

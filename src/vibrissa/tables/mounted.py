@@ -1,9 +1,9 @@
 """How a rod is mounted, from the key of its curve and in the columns of the tables."""
 
-from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
-from vibrissa.decimals import Value, exact, spell
+from vibrissa.decimals import SPELLINGS, Value, exact, spell
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.study.grid import MOUNTING_AXES
 from vibrissa.tables.schemas import CURVATURE_POWERS
@@ -12,7 +12,8 @@ from vibrissa.tables.schemas import CURVATURE_POWERS
 MOUNTING_COLUMNS = (*MOUNTING_AXES[:3], CURVATURE_POWERS.name, *MOUNTING_AXES[3:])
 
 
-def mounting_of(values: Sequence[Value]) -> Mounting:
+@lru_cache(SPELLINGS)
+def mounting_of(values: tuple[Value, ...]) -> Mounting:
     """How a rod is mounted, from the exact values of `MOUNTING_AXES`."""
     return Mounting(**dict(zip(MOUNTING_AXES, map(_numbers, values), strict=True)))
 
