@@ -233,6 +233,8 @@ def test_points_of_several_curves_come_in_tables_of_a_row_group(monkeypatch):
         read.append((points, curve))
     several = list(points_tables(iter(read), "a"))
     assert [len(table) for table in several] == [6, 3]
+    monkeypatch.setattr("vibrissa.tables.points.CURVES_AT_ONCE", 1)
+    assert [len(table) for table in points_tables(iter(read), "a")] == [3, 3, 3]
     alone = [table for one in read for table in points_tables([one], "a")]
     assert pa.concat_tables(several).equals(pa.concat_tables(alone))
 

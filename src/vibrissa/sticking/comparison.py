@@ -8,7 +8,8 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.collocation import solve_curves
-from vibrissa.sticking.curve import StickingCurve, beside
+from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve, beside
+from vibrissa.sticking.piece import StickingState
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -87,10 +88,14 @@ def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) 
 
 def _read(curves: Sequence[StickingCurve], friction: FloatArray) -> ModelResult:
     """Read all friction coefficients off all curves."""
-    of = np.repeat(np.arange(len(curves)), len(friction))
-    together = beside(curves)
-    x0_slip, status = together.outcomes(of, np.tile(friction, len(curves)))
-    slip = together.states(of, x0_slip)
+    status, slips = [], []
+    for start in range(0, len(curves), CURVES_AT_ONCE):
+        some = curves[start : start + CURVES_AT_ONCE]
+        together, of = beside(some), np.repeat(np.arange(len(some)), len(friction))
+        x0_slip, outcomes = together.outcomes(of, np.tile(friction, len(some)))
+        status += outcomes
+        slips.append(together.states(of, x0_slip))
+    slip = StickingState.concatenate(slips)
     return ModelResult(
         status=status,
         x0_slip=slip.x0,

@@ -27,6 +27,8 @@ from vibrissa.sticking.reading import CurveArray, mirrored
 # Displacements that are nearer to each other are one: where two pieces meet, and at the end. A
 # shorter piece is none.
 SAME = 1e-12
+# Curves that should be put beside each other at most: their samples take some 10 MB.
+CURVES_AT_ONCE = 256
 NO_MAXIMUM = "the curve has no locking maximum where sought"
 NOT_IN_PLANE = (
     "the rod leaves its plane with alpha = 0 already; try section: planar, a smaller eta, or a "

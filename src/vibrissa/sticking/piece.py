@@ -431,7 +431,8 @@ class PieceArray:
         found = t[rows, top]
         # At an end it may still be inside by less than a sample.
         low, high = t[rows, np.maximum(top - 1, 0)], t[rows, np.minimum(top + 1, SAMPLES - 1)]
-        inside = np.flatnonzero(sloped(low, of)[0] * sloped(high, of)[0] < 0.0)
+        before, after = sloped(np.append(low, high), np.tile(of, 2))[0].reshape(2, -1)
+        inside = np.flatnonzero(before * after < 0.0)
         if len(inside):
             found[inside] = bracketed_root(sloped, low[inside], high[inside], of[inside])
         return found

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from vibrissa.outcomes import Status
-from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
 from vibrissa.sticking.stiction import read_curves
 from vibrissa.study.grid import CurvePoints
 from vibrissa.tables.mounted import mounting_row
@@ -29,7 +29,7 @@ T = TypeVar("T")
 
 
 def points_tables(points: Iterable[OnCurve], study: str) -> Iterator[pa.Table]:
-    """Tables of grid points, read off their curves, one row group each.
+    """Tables of grid points, read off their curves, of a row group or of some curves each.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def points_tables(points: Iterable[OnCurve], study: str) -> Iterator[pa.Table]:
     for on_curve, curve in points:
         held.append((on_curve, curve))
         rows += len(on_curve)
-        if rows >= LEAST_ROW_GROUP:
+        if rows >= LEAST_ROW_GROUP or len(held) >= CURVES_AT_ONCE:
             yield _table(held, study)
             held, rows = [], 0
     if held:
