@@ -244,8 +244,6 @@ def halfway_interpolation(count: int) -> FloatArray:
 def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatArray) -> FloatArray:
     """Values of Chebyshev series, each at a place of its own.
 
-    T_k(x) is the real part of (x + i·√(1 − x²))^k.
-
     Parameters
     ----------
     coefficients : ndarray, shape (n, k, v)
@@ -259,22 +257,31 @@ def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatA
     -------
     ndarray, shape (m, v)
         Each row is a product of its own: it is the same, bit for bit, whatever else is asked for.
-
-    Notes
-    -----
-    Two to four times as fast as cos(k·arccos x), and more accurate near -1. For a single point it
-    is ten times as fast as the recurrence of `numpy.polynomial.chebyshev.chebval`.
     """
-    count = coefficients.shape[1]
-    x = np.clip(position, -1.0, 1.0)[:, None]
+    x = np.clip(position, -1.0, 1.0)
     values = np.empty((len(x), coefficients.shape[2]))
     for start in range(0, len(x), PLACES_AT_ONCE):
         some = slice(start, start + PLACES_AT_ONCE)
-        powers = np.ones((len(x[some]), count), dtype=complex)
-        powers[:, 1:].real, powers[:, 1:].imag = x[some], np.sqrt((1.0 - x[some]) * (1.0 + x[some]))
-        polynomials = np.multiply.accumulate(powers, axis=1, out=powers).real.copy()
+        polynomials = _chebyshev_polynomials(coefficients.shape[1], x[some])
         values[some] = (polynomials[:, None] @ coefficients[which[some]])[:, 0]
     return values
+
+
+def _chebyshev_polynomials(count: int, x: FloatArray) -> FloatArray:
+    """Values of the first Chebyshev polynomials at places x, shape (len(x), count).
+
+    T_(m+j) = 2·T_m·T_j − T_(m−j): each step doubles how many are known.
+    """
+    values = np.empty((count, len(x)))
+    values[0], values[1] = 1.0, x
+    known = 2
+    while known < count:
+        top = known - 1
+        more = min(top, count - known)
+        np.multiply(2.0 * values[top], values[1 : more + 1], out=values[known : known + more])
+        values[known : known + more] -= values[top - more : top][::-1]
+        known += more
+    return np.ascontiguousarray(values.T)
 
 
 def _frozen(array: FloatArray) -> FloatArray:

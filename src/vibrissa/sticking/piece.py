@@ -138,7 +138,7 @@ class _Series:
         self, of: IntArray, t: FloatArray, columns: Sequence[int], orders: Sequence[int]
     ) -> FloatArray:
         """Interpolate derivatives of some columns; see `_Group`."""
-        some = [self._coefficients[order][..., columns] for order in orders]
+        some = [self._coefficients[order].take(columns, axis=2) for order in orders]
         position = 2.0 * (t - self.start[of]) / self.length[of] - 1.0
         return chebyshev_series(np.concatenate(some, axis=2), of, position)
 
