@@ -1,10 +1,12 @@
 """What a study will take."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import yaml
 
+from known import Known
 from vibrissa.pipeline.blocks import partition
 from vibrissa.pipeline.effort import effort
 from vibrissa.study import costs
@@ -20,6 +22,7 @@ grids:
     dx0: [0.001]
 """
 LINE = "contact: line\n"
+KNOWN = Known(__file__)
 
 
 def estimate(more="", solved=(), cores=2):
@@ -35,6 +38,17 @@ def test_the_line_says_what_will_be_done():
         str(estimate(solved=[0])) == "7,600 points, 190 curves (152 new), 4 jobs, about 9 s, 3 MB"
     )
     assert str(estimate(solved=range(5))) == "7,600 points, 190 curves (all solved), 3 MB"
+
+
+def test_the_effort_of_a_study_with_all_that_there_is():
+    text = (Path(__file__).parents[2] / "config.yaml").read_text(encoding="utf-8")
+    for changed in ({}, {"method": "shooting"}, {"contact": "line", "claims": None}):
+        paper = yaml.safe_load(text) | changed
+        study = parse_study({key: value for key, value in paper.items() if value is not None})
+        blocks = partition(study.curves, 9, {})
+        for name, solved in (("none", []), ("one", list(blocks)[:1]), ("all", blocks)):
+            found = effort(study, blocks, solved.__contains__, 3)
+            KNOWN.check(f"{study.contact}, {study.method}, {name} solved", found)
 
 
 def test_one_is_singular():
