@@ -329,6 +329,7 @@ def test_each_gap_begins_in_one_block_and_its_end_is_found(most):
                 found += [(axis, gap, at) for at in block[across]]
                 ends |= {(axis, gap[1], at) for at in block[across]}
         boxes = ends_of_gaps(block, grids, gaps)
+        assert all(one["dx0"] == (None,) for one in boxes)
         told = {(key[1], key[0]) for one in boxes for key in members(one)}
         assert told == {(v, at) if axis == "theta" else (at, v) for axis, v, at in ends}
     along = [("theta", gap, at) for gap in pairwise(grid.theta) for at in grid.eta]

@@ -638,6 +638,13 @@ def test_a_missing_profile_is_named(wrapped):
     assert result.stderr == ("No such profile: slrum; there are: cluster-generic, default, slurm\n")
 
 
+def test_a_folder_that_is_named_may_be_there(folder):
+    Path("there").mkdir()
+    known, arguments = run.parsed(["--configfile", "my.yaml", "-d", "there", "all"])
+    assert Path.cwd() == folder / "there" and known.configfile == [str(folder / "my.yaml")]
+    assert arguments[:2] == ["--configfile", str(folder / "my.yaml")] and arguments[-1] == "all"
+
+
 @pytest.mark.slow
 def test_the_study_runs_in_the_folder_that_is_named(wrapped, folder):
     Path("my.yaml").write_text(f"study: mine\n{GRIDS}")

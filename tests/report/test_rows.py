@@ -53,6 +53,10 @@ def test_what_one_row_has_is_no_constant_and_nothing_is_not_told():
     one = states().slice(0, 1)
     (section,) = tables.sections({"states": one})
     assert (section.note, len(section.columns)) == ("", len(tables.STATES))
+    exact = repeated(one, schemas.STATES, "state", 1, residual=1.2345e-13, f=1.23456789)
+    (section,) = tables.sections({"states": exact})
+    cells = {column.name: column.cells for column in section.columns}
+    assert (cells["residual"], cells["force"]) == (["1.2·10⁻¹³"], ["1.2346"])
     twice = repeated(one, schemas.STATES, "state", 2, residual=None, f=1 / 3)
     (section,) = tables.sections({"states": twice})
     assert [column.name for column in section.columns] == ["state"]

@@ -159,7 +159,7 @@ def _section(title: str, note: str, columns: Sequence[Column], total: int) -> Se
         note += f" Shown are the first {shown} of {total} rows."
     constant = [column for column in columns if column.is_constant]
     if same := [
-        f"{column.name} = {column.cells[0]}" for column in constant if column.cells[0] != "–"
+        f"{column.name} = {text}" for column in constant for text in {*column.cells} - {"–"}
     ]:
         note += f" In all rows: {', '.join(same)}."
     varying = [column for column in columns if not column.is_constant]

@@ -105,15 +105,15 @@ class AddedPoints:
             for name in row["added_to"]:
                 of_grids.setdefault(name, []).append(row)
         for name, some in of_grids.items():
-            axes = self._axes.get(name)
-            along = axes.curve_axis(some[0]) if axes else None
-            if axes is None or not (along or axes.have_curve(some[0])):
+            axes, one = self._axes.get(name), some[0]
+            along = axes.curve_axis(one) if axes else None
+            if axes is None or not (along or axes.have_curve(one)):
                 yield from ((Problem.FOREIGN, _values(row, POINT_ORDER)) for row in some)
                 continue
             if along:
                 across = tuple(column for column in CURVE_ORDER if column != along)
-                place = (name, along, _values(some[0], across))
-                self._curves.setdefault(place, {})[some[0][along]] = some[0]
+                place = (name, along, _values(one, across))
+                self._curves.setdefault(place, {})[one[along]] = one
             yield from axes.faults(some, is_added=along is not None)
 
 

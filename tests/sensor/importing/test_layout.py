@@ -130,6 +130,7 @@ def test_a_leading_zero_is_before_decimals():
         ),
         (lambda lines: [*lines, "0,05;1"], "line 6: 2 values"),
         (lambda lines: ["Weg;Fx", *lines[1:]], "line 1: 2 titles, but there are 3"),
+        (lambda lines: ["Weg;Fx", "", *lines[1:]], "line 1: 2 titles, but there are 3"),
         (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "line 1: 4 titles, but there are 3"),
         (lambda lines: lines[1:], "There are no titles"),
         (lambda lines: lines[:2], "no table"),

@@ -22,8 +22,7 @@ Change: TypeAlias = Union[Callable[[int], int], "Changes"]
 Changes: TypeAlias = Mapping[int, Change]
 
 # Types of fields. A truth is its type, without further bytes.
-_TRUE, _FALSE, _BYTE, _I16, _I32, _I64, _DOUBLE, _BYTES, _LIST = range(1, 10)
-_STRUCTURE = 12
+_TRUTHS, _BYTE, _WHOLE, _DOUBLE, _BYTES, _LIST, _STRUCTURE = (1, 2), 3, (4, 5, 6), 7, 8, 9, 12
 # Fields of a file's metadata.
 _ROWS, _ROW_GROUPS = 3, 4
 # A list of so many elements and more has their number behind its head.
@@ -129,9 +128,9 @@ def _copy(data: bytes, at: int, kind: int, change: Change, out: bytearray) -> in
     if kind == _BYTES:
         length, end = _number(data, at)
         end += length
-    elif kind in (_I16, _I32, _I64):
+    elif kind in _WHOLE:
         _, end = _number(data, at)
-    elif kind not in (_TRUE, _FALSE):
+    elif kind not in _TRUTHS:
         end += {_BYTE: 1, _DOUBLE: 8}[kind]
     out += data[at:end]
     return end
