@@ -7,13 +7,15 @@ clamp yields as much out of the plane as in it, and not about its axis.
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Self
 
 import numpy as np
 
 from vibrissa.mechanics.equations import bending_moment, ends
 from vibrissa.mechanics.mounting import CLAMP_SLOPE, Mountings
 from vibrissa.mechanics.states import RodStates
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.eigenvalues import smallest_eigenvalue
 from vibrissa.numerics.spectral import gauss_rule
 
@@ -45,16 +47,17 @@ def stability_aside(states: RodStates) -> FloatArray:
     margin = np.full(len(states), np.nan)
     if len(known):
         variation = _Variation.of(states.take(known))
-        margin[known] = 1.0 + smallest_eigenvalue(variation.image, variation.start())
+        margin[known] = 1.0 + smallest_eigenvalue(variation, variation.start())
     return margin
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Variation:
+class _Variation(Batch):
     """The part of (D1) that is not elastic energy, as a symmetric operator.
 
     It acts on the roots u of the elastic energy: Σ u² is that of torsion and bending. They are the
-    twists at all nodes, then the bends, and last the turn of the clamp if it yields. In (D1)
+    twists at all nodes, then the bends, and last the turn of the clamp if it yields. The last axis
+    of all columns counts the rods. In (D1)
     −(F·ω)(ω·t) + (F·t)·|ω|² is (F·t)·(ω·n)² − (F·n)·(ω·t)(ω·n), and −M·(ω×ω')_z is
     M·((ω·n)·(ω'·t) − (ω·t)·(ω'·n)).
 
@@ -69,7 +72,7 @@ class _Variation:
     half_moment : ndarray, shape (nodes, n)
     length : ndarray, shape (nodes, n)
         Arc lengths that the nodes stand for.
-    clamp : tuple of ndarray, shape (n,), or None
+    clamp : ndarray, shape (2, n), or None
         ω(0) for u = 1; None where the clamps are rigid.
     """
 
@@ -81,7 +84,7 @@ class _Variation:
     shear: FloatArray
     half_moment: FloatArray
     length: FloatArray
-    clamp: tuple[FloatArray, FloatArray] | None
+    clamp: FloatArray | None
 
     @classmethod
     def of(cls, states: RodStates) -> "_Variation":
@@ -109,15 +112,19 @@ class _Variation:
         moved = self._transposed(np.zeros_like(self.length), self.length)
         return moved / np.linalg.norm(moved, axis=0)
 
+    def chosen(self, which: BoolArray) -> Self:
+        """Select rods."""
+        return self.each(lambda values: values[..., which])
+
     def start(self) -> FloatArray:
         """Where an eigenvector is sought from: (D4), and a little of everything."""
         nodes, turn = len(self.cos), self.half_moment * self.bend
         start = np.full_like(self.held, A_LITTLE)
         start[nodes : 2 * nodes] += turn / np.linalg.norm(turn, axis=0)
-        return self._free(start)
+        return start
 
     def image(self, u: FloatArray) -> FloatArray:
-        """Apply the operator to vectors that do not move the contact point; so are the images."""
+        """Apply the operator to vectors."""
         nodes, integral = len(self.cos), _integral(len(self.cos))
         twist, bend = self.twist * u[:nodes], self.bend * u[nodes : 2 * nodes]
         x = integral @ (self.cos * twist - self.sin * bend)
@@ -132,7 +139,7 @@ class _Variation:
         )
         image[:nodes] += self.twist * self.half_moment * across
         image[nodes : 2 * nodes] -= self.bend * self.half_moment * along
-        return self._free(image)
+        return image
 
     def _transposed(self, along: FloatArray, across: FloatArray) -> FloatArray:
         """Apply the transpose of what maps u to the rotations along the rod and across it."""
@@ -148,9 +155,10 @@ class _Variation:
             parts.append((clamp_x * x + clamp_y * y).sum(axis=0, keepdims=True))
         return np.concatenate(parts)
 
-    def _free(self, u: FloatArray) -> FloatArray:
+    def free(self, u: FloatArray) -> FloatArray:
         """Leave out what moves the contact point."""
-        return u - np.einsum("ij,ij->j", self.held, u) * self.held
+        u -= np.einsum("ij,ij->j", self.held, u) * self.held
+        return u
 
 
 @lru_cache
@@ -160,14 +168,16 @@ def _integral(nodes: int) -> FloatArray:
     return rule.from_start / rule.weights
 
 
-def _clamp_turn(mounting: Mountings, states: RodStates) -> tuple[FloatArray, FloatArray]:
+def _clamp_turn(mounting: Mountings, states: RodStates) -> FloatArray:
     """Rotation ω(0) of a yielding clamp whose energy grows by 1/2, as (D9) has it."""
     axis = CLAMP_SLOPE + mounting.clamp_angle
     turn = mounting.clamp_compliance * ends(states).moment
     # np.sinc has π in it.
     across, along = np.sinc(turn / np.pi), 0.5 * turn * np.sinc(0.5 * turn / np.pi) ** 2
     q = np.sqrt(mounting.clamp_compliance / across)
-    return (
-        q * (-across * np.sin(axis) - along * np.cos(axis)),
-        q * (across * np.cos(axis) - along * np.sin(axis)),
+    return np.array(
+        [
+            q * (-across * np.sin(axis) - along * np.cos(axis)),
+            q * (across * np.cos(axis) - along * np.sin(axis)),
+        ]
     )

@@ -388,9 +388,9 @@ def residuals(states: RodStates, eta: FloatArray, closure: Closure) -> FloatArra
     height, reach, gradient, bend = _integrands(states)
     offset = reach @ rule.weights + 1.0 - states.s_c
     phi1 = _unbent(states, END, gradient)[:, 0] + bend @ rule.weights
-    unbent = _unbent(states, rule.nodes, gradient)
     values = np.empty((len(states), nodes + 3))
-    values[:, :nodes] = states.phi - (unbent + bend @ rule.from_start.T)
+    np.subtract(states.phi, bend @ rule.from_start.T, out=values[:, :nodes])
+    values[:, :nodes] -= _unbent(states, rule.nodes, gradient)
     values[:, nodes] = closure.height(height @ rule.weights, offset) - eta
     values[:, nodes + 1] = closure.residual(offset, states, phi1)
     values[:, nodes + 2] = phi1 if closure.contact is Contact.LINE else states.s_c - 1.0

@@ -10,13 +10,16 @@ import numpy as np
 from vibrissa.mechanics.equations import Closure, jacobian, residuals
 from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, SingleArray
-from vibrissa.numerics.spectral import refinement_matrix
+from vibrissa.numerics.inverses import inverses
+from vibrissa.numerics.spectral import refinement_matrix, step_weights
 from vibrissa.outcomes import Contact
 
 MAX_ITERATIONS = 25
 # Part of the nodes on which corrections are found, and the fewest that make sense.
 COARSE_NODES = 0.3
 FEWEST_COARSE_NODES = 10
+# What follows E1 at the nodes: E2, E3 and E4.
+EQUATIONS_OF_ENDS = 3
 # Where a correction is not this much smaller than the one before, the inverse is computed anew.
 GOOD_CONTRACTION = 0.1
 # Corrections below this may be rounding, on many nodes.
@@ -51,12 +54,8 @@ def extrapolated(last: Sequence[RodStates], count: int = 1) -> RodStates:
 @lru_cache
 def _extrapolation(known: int, count: int) -> FloatArray:
     """Weights of the last equally spaced values of a polynomial in its next ones."""
-    ahead, places = np.arange(known, known + count), np.arange(known)
-    factors = (ahead[:, None, None] - places) / np.where(
-        np.eye(known, dtype=bool), 1, places[:, None] - places
-    )
-    factors[:, np.eye(known, dtype=bool)] = 1.0
-    return factors.prod(axis=2)
+    ahead = np.arange(known, known + count, dtype=float)
+    return step_weights(ahead[None], np.array([known]), known)[0]
 
 
 def coarse_inverse(states: RodStates, closure: Closure) -> SingleArray:
@@ -74,7 +73,7 @@ def coarse_inverse(states: RodStates, closure: Closure) -> SingleArray:
     """
     matrices = jacobian(states.on_nodes(coarse_nodes(states.nodes)), closure)
     try:
-        return np.asarray(np.linalg.inv(matrices))
+        return inverses(matrices, EQUATIONS_OF_ENDS)
     except np.linalg.LinAlgError:  # one exactly singular matrix spoils the whole stack
         return np.stack([_inverse_or_nan(matrix) for matrix in matrices])
 
@@ -118,11 +117,11 @@ def corrected(
     nodes, few = states.nodes, inverse.shape[1] - 3
     values = residuals(states, eta, closure)
     restriction, prolongation = _transfer(nodes, few), _transfer(few, nodes)
-    right = np.concatenate([values[:, :nodes] @ restriction.T, values[:, nodes:]], axis=1)
+    right = np.concatenate([values[:, :nodes] @ restriction, values[:, nodes:]], axis=1)
     # Scaled, as small numbers would lose digits in single precision.
     scale = np.abs(right).max(axis=1, keepdims=True) + np.finfo(float).tiny
     update = np.matvec(inverse, (right / scale).astype(np.float32)) * scale
-    change = values[:, :nodes] + (update[:, :few] - right[:, :few]) @ prolongation.T
+    change = values[:, :nodes] + (update[:, :few] - right[:, :few]) @ prolongation
     of_fx, of_fy, of_s_c = update[:, few:].T
     force = 1.0 + np.abs(states.fx) + np.abs(states.fy)
     size = np.maximum(np.abs(change).max(axis=1), np.abs(update[:, few:]).max(axis=1) / force)
@@ -137,9 +136,11 @@ def corrected(
     return better, size
 
 
+@lru_cache
 def _transfer(nodes: int, other: int) -> FloatArray:
-    """Interpolation from some nodes to others."""
-    return np.eye(nodes) if nodes == other else refinement_matrix(nodes, other)[1:-1]
+    """Interpolation from some nodes to others, from the right."""
+    matrix = np.eye(nodes) if nodes == other else refinement_matrix(nodes, other)[1:-1].T
+    return np.ascontiguousarray(matrix)
 
 
 class Solution(NamedTuple):

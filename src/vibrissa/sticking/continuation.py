@@ -41,7 +41,7 @@ MOST_PULLED = 3.0
 # Where the second segment ends at the latest.
 LIMIT_OF_ADVANCE = 50.0
 # Accuracy of the states of a segment: they are guesses for what is solved exactly.
-TOLERANCE_OF_SEGMENTS = 1e-6
+TOLERANCE_OF_SEGMENTS = 1e-5
 # Margin out of the plane below which a round rod has left it for certain, though it is found on few
 # nodes.
 PAST_SWING, NODES_ASIDE = -0.02, 24

@@ -33,6 +33,7 @@ from vibrissa.numerics.spectral import (
     chebyshev_transform,
     halfway_interpolation,
     interpolation,
+    step_weights,
 )
 from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.curve import Limit
@@ -54,6 +55,8 @@ LIMIT_TOLERANCE = 1e-11
 # A piece with less clearance than this (L) is looked at closely, at so many states in each interval
 # in which a place is sought.
 CLOSE, ZOOM = 0.1, 17
+# Steps of a branch through which a polynomial is laid to guess a state.
+NEAREST_STEPS = 6
 # Columns that are judged by the size of the contact force.
 FORCES = ("reaction_fx", "reaction_fy", "reaction_m")
 # How often a piece is halved.
@@ -135,19 +138,21 @@ def residual_tolerance(nodes: int) -> float:
 
 
 def guess_from(segment: Segment, pieces: Pieces) -> RodStates:
-    """Guess states at Chebyshev points by quadratics through the three nearest steps."""
+    """Guess states at Chebyshev points by polynomials through the nearest steps."""
     position = chebyshev_nodes(STATES_ALONG_PIECE[0])
     march = _of_pieces(RodStates.stack(segment.steps), pieces.curve)
     origin, step = segment.origin[pieces.curve], segment.step[pieces.curve]
     place = ((pieces.value(position) - origin) / step).T
-    last = segment.last[pieces.curve]
-    first = np.clip(np.round(place).astype(int) - 1, 0, last[:, None] - 2)
-    t = place - first
-    weights = np.stack([0.5 * (t - 1) * (t - 2), -t * (t - 2), 0.5 * t * (t - 1)], axis=-1)
-    matrix = np.zeros((*place.shape, len(march)))
-    np.put_along_axis(matrix, first[..., None] + np.arange(3), weights, axis=-1)
+    known = np.minimum(segment.last[pieces.curve] + 1, NEAREST_STEPS)
+    room = segment.last[pieces.curve] + 1 - known
+    first = np.round(place - 0.5 * (known - 1)[:, None]).astype(int)
+    first = np.clip(first, 0, room[:, None])
+    weights = step_weights(place - first, known, NEAREST_STEPS)
+    matrix = np.zeros((*place.shape, len(march) + NEAREST_STEPS))
+    nearest = first[..., None] + np.arange(NEAREST_STEPS)
+    np.put_along_axis(matrix, nearest, weights, axis=-1)
     # NaN times a weight of zero would spoil the sums
-    return combined(matrix, march.each(np.nan_to_num))
+    return combined(matrix[..., : len(march)], march.each(np.nan_to_num))
 
 
 def resolve(pieces: Pieces, guess: RodStates) -> Iterator[Resolved]:
