@@ -13,6 +13,7 @@ from collections import defaultdict
 from collections.abc import Set
 from dataclasses import asdict, dataclass, field
 from functools import cache, cached_property
+from itertools import chain
 from pathlib import Path
 
 from coverage import CoverageData
@@ -166,14 +167,17 @@ class Recording:
         """
         lines = self.reached.get(module, {})
         span, in_function = statement(text, line, at_import(text) | self.used_at_import)
-        numbers: set[int] = set()
-        for at in span:
-            numbers.update(lines.get(self.recorded_line(module, at, text), ()))
+        _, in_body = statement(text, line, frozenset())
         folder = f"tests/{module.rpartition('/')[0].partition('/')[0]}"
-        if not in_function or not numbers or not self.knows(module, line, text):
-            numbers.update(*lines.values())
-            numbers.update(n for n, test in enumerate(self.tests) if test.startswith(folder))
-        return self.ordered([self.tests[number] for number in numbers], folder)
+        recorded = [self.recorded_line(module, at, text) for at in span]
+        reach = set().union(*(lines.get(at, ()) for at in recorded))
+        found = [reach] if in_body else []
+        if not in_function or not reach or not self.knows(module, line, text):
+            # Names may collide, so what surely reaches the line comes first.
+            near = (n for n, test in enumerate(self.tests) if test.startswith(folder))
+            found.append(reach.union(*lines.values(), near))
+        tests = (self.ordered([self.tests[n] for n in numbers], folder) for numbers in found)
+        return list(dict.fromkeys(chain(*tests)))
 
     def ordered(self, tests: list[str], folder: str) -> list[str]:
         """Return fast tests before slow ones, and among these those of the package first.
