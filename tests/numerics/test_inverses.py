@@ -43,3 +43,14 @@ def test_a_singular_end_is_told():
     matrices[5, -1] = 0.0
     with pytest.raises(np.linalg.LinAlgError):
         inverses(matrices, LAST)
+
+
+@pytest.mark.parametrize("pivot", [0.0, 1e-4, 1e-2, 0.09])
+def test_small_pivots_take_no_digits(pivot):
+    """As of a rod near its buckling load."""
+    matrices = near_identity(FEWEST, 8)
+    matrices[3, :2] = 0.0
+    matrices[3, :2, :2] = [[pivot, 1.0], [1.0, 0.0]]
+    found = inverses(matrices, LAST)
+    products = matrices.astype(float) @ found
+    assert np.abs(products - np.eye(8)).max() < 1e-4

@@ -8,6 +8,9 @@ from vibrissa.numerics.arrays import SingleArray
 FEWEST, LARGEST = 64, 32
 # Matrices that are eliminated together: they stay in the processor's cache.
 TOGETHER = 256
+# A matrix with a smaller pivot is left to LAPACK, which seeks larger ones: what is lost in digits
+# is about the square of its reciprocal.
+SMALL_PIVOT = 0.1
 
 
 def inverses(matrices: SingleArray, last: int) -> SingleArray:
@@ -30,8 +33,8 @@ def inverses(matrices: SingleArray, last: int) -> SingleArray:
 
     Notes
     -----
-    The first rows are eliminated without a search for pivots. Where one happens to be small, the
-    inverse has fewer digits.
+    The first rows are eliminated without a search for pivots. Near the buckling load of the rod one
+    of them vanishes: LAPACK inverts what has a small one.
     """
     if len(matrices) < FEWEST or matrices.shape[1] > LARGEST:
         return np.asarray(np.linalg.inv(matrices))
@@ -39,15 +42,23 @@ def inverses(matrices: SingleArray, last: int) -> SingleArray:
     for start in range(0, len(matrices), TOGETHER):
         part = slice(start, start + TOGETHER)
         # The matrices count last, so that each step is one for all of them.
-        found[part] = _eliminated(matrices[part].transpose(1, 2, 0).copy(), last).transpose(2, 0, 1)
+        with np.errstate(all="ignore"):
+            inverse, least = _eliminated(matrices[part].transpose(1, 2, 0).copy(), last)
+        found[part] = inverse.transpose(2, 0, 1)
+        small = start + np.flatnonzero(~(least >= SMALL_PIVOT))
+        found[small] = np.linalg.inv(matrices[small])
     return found
 
 
-def _eliminated(matrices: SingleArray, last: int) -> SingleArray:
-    """Invert matrices of shape (k, k, n) in place, by Gauss and Jordan's elimination."""
+def _eliminated(matrices: SingleArray, last: int) -> tuple[SingleArray, SingleArray]:
+    """Invert matrices of shape (k, k, n) in place, by Gauss and Jordan's elimination.
+
+    Returns them with the size of the least pivot of each.
+    """
     first = len(matrices) - last
-    product = np.empty_like(matrices)
+    product, least = np.empty_like(matrices), np.full(matrices.shape[2], np.inf, np.float32)
     for row in range(first):
+        least = np.minimum(least, np.abs(matrices[row, row]))
         column, scaled = matrices[:, row].copy(), matrices[row] / matrices[row, row]
         matrices[:, row] = 0.0
         scaled[row] = 1.0 / column[row]
@@ -61,4 +72,4 @@ def _eliminated(matrices: SingleArray, last: int) -> SingleArray:
         matrices[:first, :first] -= column[:, None] * row
     matrices[:first, first:] = -(columns[:, :, None] * end).sum(axis=1)
     matrices[first:, :first], matrices[first:, first:] = rows, end
-    return matrices
+    return matrices, least
