@@ -116,13 +116,15 @@ class CurveArray:
 
     @cached_property
     def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
-        """Samples of −tan α on all pieces and their places; up to μ_lock where the tip locks."""
+        """Samples of −tan α on all pieces and their places, with μ_lock where the tip locks.
+
+        No level above it is asked for, so that what comes behind does not count.
+        """
         pieces = self.pieces
         count = self.stop - self.begin
         x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)
         demand, places = pieces.samples.friction_demand, pieces.sample_places.copy()
         before = first_reached(pieces.samples.x0, np.arange(len(x0_lock)), x0_lock)
-        demand[np.arange(demand.shape[1]) > before[:, None]] = -np.inf
         rows = np.flatnonzero(before < demand.shape[1])
         demand[rows, before[rows]] = mu_lock[rows]
         lock = pieces.start + x0_lock - pieces.first_x0
