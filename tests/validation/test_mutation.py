@@ -6,6 +6,7 @@ import re
 import subprocess
 import tomllib
 from collections import Counter
+from dataclasses import replace
 
 import coverage
 import pytest
@@ -168,12 +169,12 @@ def test_a_decorator_of_another_module_is_asked_of_all_tests_of_its_module():
     other = "@far\ndef h():\n    pass\n"
     after = recorded(sources={"a/m.py": TEXT, "a/other.py": other})
     assert set(after.tests_of("a/m.py", 11, TEXT)) == set(after.tests)
-    # What surely reaches the line comes first, however slow.
-    assert after.tests_of("a/m.py", 10, TEXT) == [
-        "tests/b/test_b.py::fast",
-        "tests/a/test_a.py::slow",
-        "tests/a/test_a.py::fast",
-    ]
+    # What surely reaches the line comes first, unless it takes long.
+    other, slow = (f"tests/a/test_a.py::{name}" for name in ("fast", "slow"))
+    fast = "tests/b/test_b.py::fast"
+    assert after.tests_of("a/m.py", 10, TEXT) == [fast, slow, other]
+    long = replace(after, effort=after.effort | {slow: recording.SURE})
+    assert long.tests_of("a/m.py", 10, TEXT) == [fast, other, slow]
 
 
 def test_lines_newer_than_the_recording_are_asked_of_all_tests_of_the_module_or_package():

@@ -13,7 +13,6 @@ from collections import defaultdict
 from collections.abc import Set
 from dataclasses import asdict, dataclass, field
 from functools import cache, cached_property
-from itertools import chain
 from pathlib import Path
 
 from coverage import CoverageData
@@ -28,6 +27,8 @@ PACKAGE = "src/vibrissa/"
 APART = frozenset({"slurm", "faults"})
 # Seconds of processor time that part fast tests from slower ones, as recorded.
 SPEEDS = (0.1, 1.0, 10.0)
+# Seconds of the tests that surely reach a line which others may reach, too.
+SURE = 30.0
 # Read by every Python process that a test starts: the package coverage brings a .pth file for that.
 SETTINGS = """\
 [run]
@@ -167,17 +168,17 @@ class Recording:
         """
         lines = self.reached.get(module, {})
         span, in_function = statement(text, line, at_import(text) | self.used_at_import)
-        _, in_body = statement(text, line, frozenset())
         folder = f"tests/{module.rpartition('/')[0].partition('/')[0]}"
         recorded = [self.recorded_line(module, at, text) for at in span]
         reach = set().union(*(lines.get(at, ()) for at in recorded))
-        found = [reach] if in_body else []
-        if not in_function or not reach or not self.knows(module, line, text):
-            # Names may collide, so what surely reaches the line comes first.
-            near = (n for n, test in enumerate(self.tests) if test.startswith(folder))
-            found.append(reach.union(*lines.values(), near))
-        tests = (self.ordered([self.tests[n] for n in numbers], folder) for numbers in found)
-        return list(dict.fromkeys(chain(*tests)))
+        sure = self.ordered([self.tests[n] for n in reach], folder)
+        if in_function and reach and self.knows(module, line, text):
+            return sure
+        near = (n for n, test in enumerate(self.tests) if test.startswith(folder))
+        others = self.ordered([self.tests[n] for n in reach.union(*lines.values(), near)], folder)
+        # Names may collide, so what surely reaches the line comes first; but of what does so as it
+        # imports the module, the slow ones are left to the end.
+        return list(dict.fromkeys([*self.affordable(sure, SURE), *others]))
 
     def ordered(self, tests: list[str], folder: str) -> list[str]:
         """Return fast tests before slow ones, and among these those of the package first.
