@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from vibrissa import Mounting, stick_slip
+from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import RodSection
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.response.branch import respond
@@ -290,3 +291,10 @@ def test_impossible_surfaces_are_refused(make, message):
 def test_a_scan_that_ends_with_a_lock_says_what_comes_then(whisker, said):
     scan = simulate(whisker.pushed, surfaces.constant(0.8), path("0.005", ["0.9"]))
     assert scan.outcome == "lock" and said in scan.message
+
+
+def test_a_path_has_so_many_steps_at_most(monkeypatch):
+    monkeypatch.setattr("vibrissa.sensor.simulation.scanning.MOST_STEPS", 6)
+    assert path("0.1", ["0.5", "0.4"]) == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.4])
+    with pytest.raises(ArgumentError, match=r"step 0\.1 is too small: the path has 7 steps"):
+        path("0.1", ["0.5", "0.3"])

@@ -65,11 +65,12 @@ def turned():
     return recorded().mixed(TURNED)
 
 
-def lossy():
+def lossy(**how):
     """Three samples in ten are missing."""
-    keep = np.random.default_rng(5).random(len(recorded())) > 0.3
+    recording = recorded(**how)
+    keep = np.random.default_rng(5).random(len(recording)) > 0.3
     keep[:2] = True
-    return recorded().take(keep)
+    return recording.take(keep)
 
 
 def gap():
@@ -206,6 +207,9 @@ CASES = {
     ),
     "spacing, wrong ratio": case(recorded, method="spacing", law="kinetic", kinetic_ratio=0.6),
     "spacing of lost samples": case(lossy, method="spacing", step=0.0005, **KINETIC),
+    "spacing of lost samples, backward": case(
+        lambda: lossy(turns=("-0.04",)), method="spacing", step=0.0005, **KINETIC
+    ),
     "spacing, back": case(back, method="spacing", **KINETIC),
     "spacing, energy": slow(
         lambda: recorded(law="energy", turns=("0.35",), step="0.001"),
