@@ -3,6 +3,7 @@ from functools import cache
 from typing import get_args
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
 import pytest
@@ -184,6 +185,8 @@ def test_friction_figure_enlarges_the_first_of_many_levels():
     assert inset.get_yticks() == pytest.approx(levels * 0.001)
     low, high = inset.get_ylim()
     assert low < levels[0] * 0.001 < levels[6] * 0.001 < high
+    shown = table.column("mu0").to_numpy()[np.isin(table.column("n_steps").to_numpy(), levels)]
+    assert inset.get_xlim() == pytest.approx((shown.min() - 0.002, shown.max() + 0.002))
 
 
 @pytest.mark.parametrize(("name", "mu0"), [("scan", 0.3), ("locked scan", 0.9)])
@@ -203,6 +206,13 @@ def test_scan_figure_shows_every_shape_and_where_periods_begin(name, mu0):
     # A slip into each later period, but none before the first.
     assert len(starts) == 4
     assert figure.legends
+
+
+@pytest.mark.parametrize(("count", "said"), [(1, "1 stick-slip cycle"), (2, "2 stick-slip cycles")])
+def test_a_scan_figure_says_how_many_cycles_there_are(count, said):
+    found = pd.DataFrame(rows("scans", theta=2, mu0=0.3)).query(f"cycle <= {count}")
+    (axes, *_) = KINDS["scan"].plot(found).axes
+    assert axes.get_title().endswith(f": {said}")
 
 
 @pytest.mark.parametrize(("name", "mu0"), [("period", 0.3), ("locked period", 0.9)])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vibrissa.study.mistakes import at, spell_location
+from vibrissa.study.mistakes import SHOWN_CHARACTERS, at, spell_location, spell_value
 
 FILE = {"grids": {"main": {"theta": [1, 2]}}, "study": "mine"}
 
@@ -36,3 +36,9 @@ def test_what_stands_at_a_place(location, found):
 )
 def test_a_place_in_words(location, text):
     assert spell_location(location) == text
+
+
+def test_a_long_value_is_cut_where_it_is_longer_than_a_line_shows():
+    # With its two quotation marks.
+    assert spell_value("x" * (SHOWN_CHARACTERS - 2)) == f"'{'x' * (SHOWN_CHARACTERS - 2)}'"
+    assert spell_value("x" * (SHOWN_CHARACTERS - 1)) == f"'{'x' * (SHOWN_CHARACTERS - 1)}..."
