@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from intervals import cover_as_they_say
 from steel import recording_of
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.identification.calibration import known_setup
@@ -95,7 +94,8 @@ def test_intervals_cover_what_they_say():
         periods = by_spacing(truth, 0.8)
         mu0, ok = truth.mu0[periods.last], periods.status == PeriodStatus.SLIP
         inside += list(((periods.low <= mu0) & (mu0 <= periods.high))[ok])
-    assert len(inside) > 250 and cover_as_they_say(inside)
+    assert len(inside) > 250
+    assert 0.93 <= np.mean(inside) <= 0.97
 
 
 @pytest.mark.slow

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from intervals import cover_as_they_say
 from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
@@ -73,9 +72,10 @@ def test_intervals_cover_what_they_say(response, law):
             periods = find_periods(known_setup(response), recording, NOISE, method=method, **told)
             friction0, ok = truth.mu0[periods.last], known(periods)
             covered += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
-    # `make roundtrip` has 1,000 surfaces.
+    # 93 to 97 % is what is promised. `make roundtrip` has 1,000 surfaces.
     for covered in inside.values():
-        assert len(covered) > 400 and cover_as_they_say(covered)
+        assert len(covered) > 400
+        assert 0.93 <= np.mean(covered) <= 0.97
 
 
 def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
