@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibrissa.mechanics import equations, newton
 from vibrissa.mechanics.buckling import initial_states
 from vibrissa.mechanics.equations import (
     Closure,
@@ -155,6 +156,22 @@ def test_one_hopeless_state_does_not_spoil_its_batch():
     states, converged, _ = solve(guess, np.array([0.85, 0.85]), both)
     assert converged.tolist() == [True, False]
     assert np.isnan(states.fx[1]) and np.isnan(states.phi[1]).all()
+
+
+def test_states_are_the_same_however_many_are_solved_together(monkeypatch):
+    states, eta, _ = sticking([1.5, 2.0, 2.5, 3.0], [0.8, 0.85, 0.9, 0.75], 0.1)
+    wrong = replace(states, phi=states.phi * (1.0 + 1e-3 * np.arange(1, 5))[:, None])
+    closure = Closure.at_offset(contact_position(states)[0] - 0.01 * np.arange(4))
+    whole, measured = solve(wrong, eta, closure), largest_residual(wrong, eta, closure)
+    for module in (equations, newton):
+        monkeypatch.setattr(module, "VALUES_TOGETHER", 3 * states.nodes)
+    some = solve(wrong, eta, closure)
+    assert whole.converged.all() and some.converged.all()
+    assert some.states.phi == pytest.approx(whole.states.phi, abs=1e-12)
+    assert some.states.fx == pytest.approx(whole.states.fx, rel=1e-11)
+    assert some.inverse == pytest.approx(whole.inverse, rel=1e-4, abs=1e-4)
+    assert largest_residual(wrong, eta, closure) == pytest.approx(measured, rel=1e-9)
+    assert largest_residual(some.states, eta, closure).max() < 1e-12
 
 
 def test_contact_slope_superconverges():

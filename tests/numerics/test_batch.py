@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.batch import Batch, slices
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -69,3 +69,11 @@ def test_a_matrix_has_the_columns_in_the_order_of_their_names():
 def test_no_column_can_be_given_by_its_place():
     with pytest.raises(TypeError, match="positional"):
         Point(np.zeros(3), np.zeros(3))
+
+
+def test_slices_have_every_row_once_and_none_is_too_long():
+    for count, size in ((0, 3), (7, 3), (6, 3), (2, 3), (4, 0)):
+        rows = [range(count)[part] for part in slices(count, size)]
+        assert [row for part in rows for row in part] == list(range(count))
+        assert all(1 <= len(part) <= max(size, 1) for part in rows)
+        assert len(rows) == -(-count // max(size, 1))

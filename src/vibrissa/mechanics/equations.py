@@ -41,7 +41,7 @@ from vibrissa.mechanics.mounting import CLAMP_SLOPE
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_length_growth, bending_coordinate, density_growth
 from vibrissa.numerics.arrays import FloatArray, SingleArray
-from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.batch import Batch, slices
 from vibrissa.numerics.spectral import gauss_rule, legendre_series, refinement_matrix
 from vibrissa.outcomes import Contact
 
@@ -50,6 +50,8 @@ from vibrissa.outcomes import Contact
 WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, -0.1
 # The contact point, as a place along the free part.
 END = np.ones(1)
+# Slopes that are computed with together: they stay in the processor's cache.
+VALUES_TOGETHER = 2**15
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -331,7 +333,23 @@ def largest_residual(states: RodStates, eta: FloatArray, closure: Closure) -> Fl
         Largest of the residuals of E1, E3d and E4b (rad), E2 and E3a (L), E3b (relative to the
         force) and E3c.
     """
-    fine = 2 * states.nodes + 7
+    largest = np.empty(len(states))
+    for part in slices(len(states), VALUES_TOGETHER // _finer(states.nodes)):
+        some = _residuals_between(states.take(part), eta[part], closure.take(part))
+        largest[part] = np.maximum.reduce(some)
+    return largest
+
+
+def _finer(nodes: int) -> int:
+    """More than twice the nodes."""
+    return 2 * nodes + 7
+
+
+def _residuals_between(
+    states: RodStates, eta: FloatArray, closure: Closure
+) -> tuple[FloatArray, ...]:
+    """Largest residuals of E1, E2, E3 and E4 of each state, on more than twice the nodes."""
+    fine = _finer(states.nodes)
     rule = gauss_rule(fine)
     phi = states.phi @ refinement_matrix(states.nodes, fine).T
     height, reach, gradient, bend = _integrands(replace(states, phi=phi[:, 1:-1]))
@@ -344,13 +362,12 @@ def largest_residual(states: RodStates, eta: FloatArray, closure: Closure) -> Fl
     condition = closure.residual(offset, states, phi1)
     if not (closure.of_offset.any() or closure.of_phi1.any()):
         condition /= np.hypot(states.fx, states.fy)
-    parts = [
+    return (
         np.abs(phi - expected).max(axis=1),
         np.abs(closure.height(height @ rule.weights, offset) - eta),
         np.abs(condition),
         np.abs(phi1 if closure.contact is Contact.LINE else states.s_c - 1.0),
-    ]
-    return np.maximum.reduce(parts)
+    )
 
 
 def coefficient_decay(states: RodStates) -> FloatArray:

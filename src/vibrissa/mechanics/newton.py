@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.equations import Closure, jacobian, residuals
+from vibrissa.mechanics.equations import VALUES_TOGETHER, Closure, jacobian, residuals
 from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, SingleArray
+from vibrissa.numerics.batch import slices
 from vibrissa.numerics.inverses import inverses
 from vibrissa.numerics.spectral import refinement_matrix, step_weights
 from vibrissa.outcomes import Contact
@@ -195,6 +196,25 @@ def solve(
     if closure.contact is Contact.POINT:
         states.s_c[:] = 1.0
     inverse = coarse_inverse(states, closure) if inverse is None else inverse.copy()
+    converged = np.zeros(len(states), dtype=bool)
+    for part in slices(len(states), VALUES_TOGETHER // states.nodes):
+        found = _iterated(
+            states.take(part), eta[part], closure.take(part), inverse[part], tolerance, iterations
+        )
+        states.put(part, found.states)
+        converged[part] = found.converged
+    return Solution(states, converged, inverse)
+
+
+def _iterated(
+    states: RodStates,
+    eta: FloatArray,
+    closure: Closure,
+    inverse: SingleArray,
+    tolerance: float,
+    iterations: int,
+) -> Solution:
+    """Correct states until they no longer change; `inverse` is renewed in place."""
     converged = np.zeros(len(states), dtype=bool)
     previous = np.ones(len(states))
     active = np.arange(len(states))

@@ -1,6 +1,6 @@
 """Batches: named columns of equal length, one row for each thing that is computed together."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -104,3 +104,10 @@ class Batch:
         for index, name in enumerate(cls.__dataclass_fields__):
             named.__dict__[name] = known[name] if name in known else matrix[..., index]
         return named
+
+
+def slices(count: int, size: int) -> Iterator[slice]:
+    """Rows in parts of at most `size` (at least one): what belongs to one stays in the cache."""
+    size = max(size, 1)
+    for start in range(0, count, size):
+        yield slice(start, start + size)

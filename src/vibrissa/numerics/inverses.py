@@ -3,6 +3,7 @@
 import numpy as np
 
 from vibrissa.numerics.arrays import SingleArray
+from vibrissa.numerics.batch import slices
 
 # LAPACK is called for each matrix by itself: that is faster for a few of them, and for large ones.
 FEWEST, LARGEST = 64, 32
@@ -39,13 +40,12 @@ def inverses(matrices: SingleArray, last: int) -> SingleArray:
     if len(matrices) < FEWEST or matrices.shape[1] > LARGEST:
         return np.asarray(np.linalg.inv(matrices))
     found = np.empty_like(matrices)
-    for start in range(0, len(matrices), TOGETHER):
-        part = slice(start, start + TOGETHER)
+    for part in slices(len(matrices), TOGETHER):
         # The matrices count last, so that each step is one for all of them.
         with np.errstate(all="ignore"):
             inverse, least = _eliminated(matrices[part].transpose(1, 2, 0).copy(), last)
         found[part] = inverse.transpose(2, 0, 1)
-        small = start + np.flatnonzero(~(least >= SMALL_PIVOT))
+        small = part.start + np.flatnonzero(~(least >= SMALL_PIVOT))
         found[small] = np.linalg.inv(matrices[small])
     return found
 

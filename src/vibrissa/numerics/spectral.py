@@ -10,6 +10,7 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
 from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.batch import slices
 
 # Places at which series are evaluated together: what belongs to them stays in the cache.
 PLACES_AT_ONCE = 256
@@ -287,8 +288,7 @@ def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatA
     """
     x = np.clip(position, -1.0, 1.0)
     values = np.empty((len(x), coefficients.shape[2]))
-    for start in range(0, len(x), PLACES_AT_ONCE):
-        some = slice(start, start + PLACES_AT_ONCE)
+    for some in slices(len(x), PLACES_AT_ONCE):
         polynomials = _chebyshev_polynomials(coefficients.shape[1], x[some])
         values[some] = (polynomials[:, None] @ coefficients[which[some]])[:, 0]
     return values
