@@ -7,8 +7,9 @@ import pytest
 from scipy import stats
 
 from steel import ROD, SENSOR
+from straight import periods_of
 from vibrissa.sensor import Whisker, identify, scan, surfaces
-from vibrissa.sensor.identification.friction import Periods, PeriodStatus
+from vibrissa.sensor.identification.friction import PeriodStatus
 from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.identification.misfit.goodness import Goodness
 from vibrissa.sensor.identification.summary import (
@@ -21,35 +22,6 @@ from vibrissa.sensor.identification.summary import (
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
 UNITS = ("N", "N", "N*m")
-
-
-def periods_of(mu0, noise, by_step, shifts=None):
-    """Periods that slipped, with errors by noise, step and what all share."""
-    p = len(mu0)
-    shifts = np.zeros((p, 0)) if shifts is None else np.asarray(shifts, dtype=float)
-    common = np.linalg.norm(shifts, axis=1)
-    noise, by_step = noise * np.ones(p), by_step * np.ones(p)
-    row = np.arange(p)
-    return Periods(
-        status=np.full(p, PeriodStatus.SLIP),
-        first=row,
-        last=row,
-        first_line=row,
-        last_line=row,
-        side=np.full(p, "ahead"),
-        contact=row / p,
-        footpoint=row / p,
-        mu0=np.asarray(mu0, dtype=float),
-        deviation=np.sqrt(noise**2 + by_step**2 + common**2),
-        low=np.full(p, np.nan),
-        high=np.full(p, np.nan),
-        common=common,
-        by_step=by_step,
-        effects=np.zeros((p, 0)),
-        shifts=shifts,
-        grade=np.full(p, "", dtype="U11"),
-        doubt=np.full(p, ""),
-    )
 
 
 def test_noise_averages_out_by_the_weights_of_a_weighted_mean():
