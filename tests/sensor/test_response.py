@@ -1,5 +1,7 @@
 """The response of a rod that is pulled and pushed."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,11 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.bending import solve_and_measure, strains
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
+from vibrissa.numerics.spectral import chebyshev_nodes
+from vibrissa.outcomes import Contact
 from vibrissa.sensor.response.branch import respond
+from vibrissa.sensor.response.heights import reach_of
+from vibrissa.sensor.response.pulled import HALVINGS, Pulled, Stretch
 from vibrissa.sensor.strain import largest_strain
 
 
@@ -160,3 +166,54 @@ def test_strain_in_a_mounting_is_that_of_the_bending_alone():
 def test_an_oblique_stage_has_no_response():
     with pytest.raises(NoResponseError, match="stage_angle must be 0 for one response"):
         respond(2.0, 0.85, mounting=Mounting(stage_angle=0.01))
+
+
+@pytest.mark.parametrize(
+    ("eta", "reach"), [(0.5, 0.05), (0.7, 0.05), (0.94, 0.02), (0.997, 0.001), (0.06, 0.03)]
+)
+def test_a_height_is_sought_near_by_and_neither_at_the_surface_nor_upright(eta, reach):
+    assert reach_of(eta) == pytest.approx(reach)
+
+
+@dataclass(frozen=True, eq=False)
+class Made(Pulled):
+    """A rod with the reactions (x0, 2, 0), and a bump of fy between two places."""
+
+    bump: tuple[float, float]
+
+    def _reactions(self, of, x0):
+        part = np.clip((x0 - self.bump[0]) / (self.bump[1] - self.bump[0]), 0.0, 1.0)
+        return np.stack([x0, 2.0 + 1e-3 * part * (1.0 - part), 0.0 * x0], axis=1)
+
+
+@pytest.mark.parametrize("gap", [0, 12, 23])
+def test_states_of_a_pulled_tip_are_verified_at_both_ends_and_in_the_middle(gap):
+    stretch = Stretch(of=0, start=0.0, stop=1.0, grade=1)
+    (found,) = Made([], Contact.POINT, (2.0, 3.0))._tabulated([stretch], 33, 0)
+    assert found(0.3) == pytest.approx([0.3, 2.0, 0.0])
+    low, high = chebyshev_nodes(25)[gap : gap + 2]
+    with pytest.raises(NoResponseError, match="not resolved near x0 = "):
+        Made([], Contact.POINT, (low, high))._tabulated([stretch], 33, 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Peaked(Pulled):
+    """Rods with a peak of each reaction, which the series of a whole stretch does not resolve."""
+
+    def _reactions(self, of, x0):
+        peak = 1.0 / (1.0 + 150.0 * (x0 - 0.5) ** 2)
+        return np.stack([peak, of + peak, of * x0], axis=1)
+
+
+def test_stretches_that_are_not_resolved_are_halved_and_stand_in_their_order():
+    smooth = Stretch(of=2, start=1.0, stop=1.1, grade=1)
+    rough = Stretch(of=1, start=0.0, stop=1.0, grade=1)
+    graded = Stretch(of=3, start=0.0, stop=1.0, grade=2)
+    rods, at = Peaked([], Contact.POINT), np.linspace(0.0, 1.0, 60)
+    found = rods._tabulated([rough, smooth, graded], 641, HALVINGS)
+    for stretch, spline in zip([rough, smooth, graded], found, strict=True):
+        x0 = stretch.start + (stretch.stop - stretch.start) * at
+        assert (spline.x[0], spline.x[-1]) == pytest.approx((stretch.start, stretch.stop))
+        assert spline(x0) == pytest.approx(rods._reactions(stretch.of, x0), abs=2e-7)
+    with pytest.raises(NoResponseError, match="not resolved"):
+        rods._tabulated([rough, smooth], 641, 0)

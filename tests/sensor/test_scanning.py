@@ -12,7 +12,7 @@ from vibrissa.outcomes import RodSection
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, TipSide, path, simulate
-from vibrissa.sensor.simulation.slips import SlipLaw
+from vibrissa.sensor.simulation.slips import SlipLaw, Slips
 from vibrissa.sticking.stiction import read_curve
 
 
@@ -58,6 +58,14 @@ def test_kinetic_slip_stops_where_kinetic_friction_holds(response):
     result = simulate(response, surfaces.constant(0.3), path("0.001", ["0.5"]), "kinetic", 0.7)
     rest = result.x0[slips(result)]
     assert response.demand(rest) == pytest.approx(0.21, abs=1e-6)
+
+
+@pytest.mark.parametrize("mu0", [0.1, 0.4])
+def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
+    slips = Slips(response=response, surface=surfaces.constant(mu0), law=SlipLaw.KINETIC, ratio=1.0)
+    onset, pulled = float(response.curve.onset(mu0)), response.pull_limit(mu0)
+    assert slips.rest(0.0, onset + 0.01) == pytest.approx(onset, abs=1e-9)
+    assert slips.rest(0.0, 1.2 * pulled) == pytest.approx(pulled, abs=1e-9)
 
 
 def test_energy_of_a_slip_is_consumed_by_friction(response):
@@ -185,6 +193,17 @@ def test_friction_given_as_a_function_is_followed_where_it_jumps(response):
             for surface in (known, function)
         ]
         assert runs[1].contact == pytest.approx(runs[0].contact, abs=1e-9)
+
+
+def test_no_stripe_of_a_function_as_wide_as_an_eighth_of_a_cell_is_overlooked(response):
+    start, between = 0.03, response.reactions.x
+    cell = np.diff(between[(between > 0.0) & (between < start)]).max()
+    for begin in response.contact(0.0, 0.7 * start, 1) + np.linspace(0.0, cell, 24):
+        stripe = surfaces.patches([0.0, begin, begin + 0.13 * cell], [0.3, 3.0, 0.3])
+        surface = surfaces.Surface(name="own", mu0=stripe.mu0)
+        slips = Slips(response=response, surface=surface, law=SlipLaw.KINETIC, ratio=0.7)
+        rest = slips.rest(0.0, start)
+        assert response.contact(0.0, rest, 1) == pytest.approx(begin, abs=1e-3 * cell)
 
 
 def test_friction_too_fine_to_be_followed_is_refused(response):

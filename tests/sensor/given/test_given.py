@@ -26,6 +26,7 @@ STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
     [
         ("210 ± 5 GPa", "210 GPa", "5 GPa"),
         ("210 GPa +/- 2 %", "210 GPa", "2 %"),
+        ("210 GPa ±2%", "210 GPa", "2%"),
         ("(210 +- 5) GPa", "210 GPa", "5 GPa"),
         ("210±5GPa", "210 GPa", "5GPa"),
         ("0.21 TPa ± 5 GPa", "0.21 TPa", "5 GPa"),

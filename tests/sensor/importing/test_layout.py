@@ -133,6 +133,8 @@ def test_a_leading_zero_is_before_decimals():
         (lambda lines: ["Weg;Fx", "", *lines[1:]], "line 1: 2 titles, but there are 3"),
         (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "line 1: 4 titles, but there are 3"),
         (lambda lines: lines[1:], "There are no titles"),
+        (lambda lines: [*lines[1:], "Ende;der;Messung"], "There are no titles"),
+        (lambda lines: [lines[0], "Pause", *lines[1:]], "There are no titles"),
         (lambda lines: lines[:2], "no table"),
         (lambda lines: ["Weg;Fx;Fx", *lines[1:]], "several columns are called Fx"),
         (lambda lines: [line.replace(";", ",") for line in lines], "1: 3 titles, but there are 6"),

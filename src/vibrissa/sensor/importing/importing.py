@@ -160,19 +160,13 @@ def _begin(scan: Motion, settings: Settings, lines: IntArray) -> list[str]:
 
 def _kept(values: Values, found: slice, settings: Settings, name: str) -> tuple[slice, str]:
     """Find which rows are kept, of a scan, and say why the others are not."""
-    first, last = 0, len(next(iter(values.values())))
-    if settings.begin is not None:
-        first = _row(values, settings.begin, "from")
-    if settings.end is not None:
-        last = _row(values, settings.end, "to", last=True)
-    kept = slice(
-        found.start if settings.begin is None else first,
-        found.stop if settings.end is None else last,
-    )
-    if kept.stop - kept.start < 1:
+    begin, end = settings.begin, settings.end
+    first = found.start if begin is None else _row(values, begin, "from")
+    stop = found.stop if end is None else _row(values, end, "to", last=True)
+    if first >= stop:
         raise RecordingError(f"{name}: no row is left between from and to")
-    given = settings.begin is not None, settings.end is not None
-    return kept, {
+    given = begin is not None, end is not None
+    return slice(first, stop), {
         (True, True): "as given",
         (False, False): "the clamp rests, or no force acts",
     }.get(given, "as given, or the clamp rests, or no force acts")

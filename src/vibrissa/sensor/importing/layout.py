@@ -180,8 +180,6 @@ def _blocks(cells: Sequence[Cells], start: int) -> list[list[int]]:
 
 
 def _has_numbers(cells: Cells) -> bool:
-    if len(cells) < FEWEST_COLUMNS:
-        return False
     return 2 * sum(map(like_a_number, cells)) >= sum(map(bool, cells))
 
 

@@ -84,6 +84,10 @@ def test_a_step_is_the_best_within_its_bounds():
     # With b held at 1 the least is where 2a + 1 = 4.
     bound = _step_to(information, gradient, (-free, np.array([np.inf, 1.0])))
     assert bound == pytest.approx([1.5, 1.0])
+    # With both beyond their bounds each is at its bound: less of one would not help the other.
+    corner = np.array([0.5, 1.0])
+    assert _step_to(information, gradient, (-free, corner)) == pytest.approx(corner)
+    assert _step_to(information, -gradient, (-corner, free)) == pytest.approx(-corner)
     bound = _step_to(information, -gradient, (np.array([-np.inf, -1.0]), free))
     assert bound == pytest.approx([-1.5, -1.0])
     # Where it stands beyond a bound it may stay.
