@@ -100,10 +100,9 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
     if contact is Contact.LINE and states.mounting is not None:
         found.surface[:] = _tail_clearance(states, states.mounting)
-    # Without a slope of 0 or π inside there is no lowest or highest point.
+    # Without a slope of 0 or π inside the rod rises all the way, and can neither turn nor cross.
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
-    turns = (high > np.pi - NEAR) | (low < 0.0) | (high - low > HALF_TURN)
-    near = np.flatnonzero(turns)
+    near = np.flatnonzero((high > np.pi - NEAR) | (low < 0.0))
     if not len(near):
         return found
     # A tip that passes through the surface is no arch.

@@ -463,16 +463,9 @@ def _passed(first: Segment) -> BoolArray:
 
 
 def _turned(segment: Segment) -> BoolArray:
-    """Whether the segments have passed the end of stability."""
-    last, rows = segment.last, np.arange(len(segment.origin))
-    offsets = np.stack([contact_position(states)[0] for states in segment.steps])
-    back = (last >= 2) & (offsets[last, rows] > offsets[np.maximum(last - 1, 0), rows])
-    states, line = segment.at(last)
-    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
-        lost = np.flatnonzero(kind & ~back & (last >= 2))
-        if len(lost):
-            back[lost] = stability(states.take(lost), contact) < 0.0
-    return back
+    """Whether x0 decreases in the last step of each branch."""
+    now, before = (contact_position(segment.at(segment.last - back)[0])[0] for back in (0, 1))
+    return now > before
 
 
 def _exact_x1_init(first: Segment) -> FloatArray:

@@ -502,10 +502,10 @@ def _until_end(solved: Sequence[Solved]) -> list[_Kept]:
         for row, limit in zip(range(rows.start, rows.stop), limits, strict=True):
             piece, over = pieces.pieces[row], float(swings[row])
             stop = float(np.nanmin([limit.at, turns[row], over, np.inf]))
-            if np.isinf(stop) or stop > piece.start + SAME:
+            if stop > piece.start + SAME:
                 kept.append(row)
-            if stop < piece.stop and stop > piece.start + SAME:
-                cuts[row] = stop
+                if stop < piece.stop:
+                    cuts[row] = stop
             if stop == limit.at:
                 end, message = End.OUT_OF_REACH, limit.reason
             elif stop == over:

@@ -236,8 +236,8 @@ def _resolve(
     for more in np.unique(wanted[fine]):
         rows = np.flatnonzero(fine & (wanted == more))
         known = _of_pieces(path, rows), inverse[:, rows]
-        if more <= STATES_ALONG_PIECE[-1]:
-            better_guess = _interpolated(count, chebyshev_nodes(more), *known)
+        if np.isfinite(more):
+            better_guess = _interpolated(count, chebyshev_nodes(int(more)), *known)
             yield from _resolve(pieces.take(rows), *better_guess, halvings)
         elif halvings:
             for share, half in _halves(pieces.take(rows)):
@@ -261,15 +261,15 @@ def _interpolated(
     return combined(matrix, path), flat.reshape(-1, *inverse.shape[1:])
 
 
-def _states_needed(decay: FloatArray, count: int) -> IntArray:
-    """As many states as let the series decay far enough; more than allowed if to be halved.
+def _states_needed(decay: FloatArray, count: int) -> FloatArray:
+    """As many states as let the series decay far enough; infinite if a piece is to be halved.
 
     The coefficients fall like a geometric series.
     """
     with np.errstate(divide="ignore"):
         needed = 1 + (count - 1) * np.log(0.1 * DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
-    ladder = np.array([n for n in STATES_ALONG_PIECE if n > count] + [2 * STATES_ALONG_PIECE[-1]])
-    return ladder[np.minimum(np.searchsorted(ladder, needed), len(ladder) - 1)]
+    ladder = np.array([*(n for n in STATES_ALONG_PIECE if n > count), np.inf])
+    return ladder[np.searchsorted(ladder, needed)]
 
 
 def _of_pieces(path: RodStates, rows: IntArray) -> RodStates:
