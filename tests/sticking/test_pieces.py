@@ -1,0 +1,226 @@
+"""Pieces of curves whose columns are polynomials: all that is found on them has a closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+
+from vibrissa.numerics.spectral import chebyshev_nodes
+from vibrissa.outcomes import Contact, Parameter
+from vibrissa.sticking.piece import SAMPLES, Piece, PieceArray, StickingState, displacement
+
+# Columns of the parameter t.
+COLUMNS = {
+    "x0": Polynomial([0.0, 1.0]),
+    "reaction_fx": Polynomial([0.0, -2.0, 0.5]),
+    "reaction_fy": Polynomial([-2.0, 0.5, -0.25, 0.125]),
+    "reaction_m": Polynomial([1.0, -3.0, 2.0, -1.0]),
+    "phi1": Polynomial([0.5, -1.0]),
+    "s_c": Polynomial([1.0]),
+    "stability": Polynomial([0.9, 0.2]),
+    "stability_aside": Polynomial([0.5, -0.75]),
+}
+# From α = 0 on, and further along the advance, on which x0 turns back at t = 2.
+BACK = COLUMNS | {"x0": Polynomial([-3.0, 4.0, -1.0])}
+KINDS = {
+    "x0": {"start": 0.0, "stop": 1.0},
+    "pulled": {"start": -0.5, "stop": 0.0},
+    "stepped": {"start": 0.0, "stop": 0.75, "stepped": True},
+    "finer": {"start": 0.25, "stop": 1.25, "count": 17},
+    "lies": {"start": 0.0, "stop": 1.0, "contact": Contact.LINE},
+    "advance": {"start": 1.0, "stop": 2.5, "columns": BACK, "parameter": Parameter.ADVANCE},
+}
+
+
+def made(
+    start,
+    stop,
+    columns=COLUMNS,
+    count=9,
+    parameter=Parameter.X0,
+    contact=Contact.POINT,
+    stepped=False,
+):
+    """A piece whose columns are known everywhere."""
+    places = np.linspace(0.0, 1.0, count) if stepped else chebyshev_nodes(count)
+    t = start + (stop - start) * places
+    states = {name: columns[name](t) for name in StickingState.names()}
+    return Piece(
+        contact=contact,
+        parameter=parameter,
+        start=start,
+        stop=stop,
+        states=StickingState(**states),
+        stepped=stepped,
+    )
+
+
+def columns_of(name):
+    return KINDS[name].get("columns", COLUMNS)
+
+
+@pytest.fixture(scope="module")
+def several():
+    """All kinds side by side, and the place of each."""
+    return PieceArray(pieces=tuple(made(**kind) for kind in KINDS.values()))
+
+
+def of(name, count=1):
+    return np.full(count, list(KINDS).index(name))
+
+
+@pytest.mark.parametrize("alone", [True, False])
+@pytest.mark.parametrize("name", KINDS)
+def test_columns_and_two_derivatives_are_those_of_the_polynomials(several, name, alone):
+    pieces = made(**KINDS[name]).alone if alone else several
+    row = np.zeros(5, dtype=int) if alone else of(name, 5)
+    t = np.linspace(KINDS[name]["start"], KINDS[name]["stop"], 5)
+    known = [name for name in StickingState.names() if not name.startswith("stability")]
+    found = pieces._values(row, t, known, (0, 1, 2))
+    for order, values in enumerate(found):
+        for column, value in zip(known, values, strict=True):
+            expected = columns_of(name).get(column)
+            expected = expected.deriv(order)(t) if order else expected(t)
+            # A derivative has the rounding of the values, times the square of their number.
+            bound = 1e-13 * len(pieces.pieces[row[0]].states) ** (2 * order)
+            assert value == pytest.approx(expected, abs=bound), (column, order)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_states_between_the_known_ones(several, name):
+    start, stop = KINDS[name]["start"], KINDS[name]["stop"]
+    t = start + (stop - start) * np.array([0.0, 0.123, 0.877, 1.0])
+    found = several.at(of(name, 4), t)
+    expected = {column: values(t) for column, values in columns_of(name).items()}
+    if name == "lies":
+        expected["phi1"] = 0.0 * t
+    if name == "stepped":
+        expected["stability"] = expected["stability_aside"] = np.full(4, np.nan)
+    # No margin of stability is above that of a rod without load.
+    expected["stability"] = np.minimum(expected["stability"], 1.0)
+    for column, values in expected.items():
+        assert getattr(found, column) == pytest.approx(values, abs=1e-11, nan_ok=True), column
+
+
+def test_a_length_beyond_the_tip_is_none():
+    columns = COLUMNS | {"s_c": Polynomial([0.9, 0.2])}
+    lies, touches = (
+        made(start=0.0, stop=1.0, columns=columns, contact=contact)
+        for contact in (Contact.LINE, Contact.POINT)
+    )
+    t = np.array([0.25, 0.75])
+    assert lies.at(t).s_c == pytest.approx([0.95, 1.0], abs=1e-14)
+    assert touches.at(t).s_c.tolist() == [1.0, 1.0]
+
+
+def test_samples_stand_at_equal_distances(several):
+    for row, name in enumerate(KINDS):
+        t = several.sample_places[row]
+        assert len(t) == SAMPLES and (t[0], t[-1]) == (KINDS[name]["start"], KINDS[name]["stop"])
+        assert np.ptp(np.diff(t)) < 1e-14
+        for column in ("x0", "reaction_fx", "reaction_m"):
+            sampled = getattr(several.samples, column)[row]
+            assert sampled == pytest.approx(columns_of(name)[column](t), abs=1e-12)
+
+
+def test_first_and_last_values(several):
+    assert several.first_x0.tolist() == [0.0, -0.5, 0.0, 0.25, 0.0, 0.0]
+    assert several.last_x0.tolist() == [1.0, 0.0, 0.75, 1.25, 1.0, 0.75]
+    assert several.last.reaction_fy == pytest.approx(
+        [columns_of(name)["reaction_fy"](kind["stop"]) for name, kind in KINDS.items()]
+    )
+    assert several.stepped.tolist() == [name == "stepped" for name in KINDS]
+    assert several.line.tolist() == [name == "lies" for name in KINDS]
+    assert several.by_x0.tolist() == [name != "advance" for name in KINDS]
+
+
+def test_a_displacement_on_a_piece_along_the_advance(several):
+    # x0 = 1 − (t − 2)², asked for up to where the piece ends.
+    x0 = np.array([0.0, 0.19, 0.51, 0.75])
+    states = several.at_x0(of("advance", 4), x0)
+    t = 2.0 - np.sqrt(1.0 - x0)
+    assert states.reaction_m == pytest.approx(BACK["reaction_m"](t), abs=1e-10)
+    assert states.x0 == pytest.approx(x0, abs=1e-12)
+    # Pieces meet up to rounding.
+    beyond = made(1.0, 1.5, BACK, parameter=Parameter.ADVANCE).alone.at_x0(
+        np.zeros(1, dtype=int), np.array([np.nextafter(0.75, 1.0)])
+    )
+    assert beyond.reaction_m == pytest.approx(BACK["reaction_m"](1.5), abs=1e-10)
+    mixed = several.at_x0(np.concatenate([of("x0"), of("advance")]), np.array([0.19, 0.19]))
+    assert mixed.reaction_fx == pytest.approx(
+        [COLUMNS["reaction_fx"](0.19), BACK["reaction_fx"](t[1])]
+    )
+
+
+@pytest.mark.parametrize("name", ["x0", "stepped", "finer", "pulled"])
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.3, 0.9999, 1.0])
+def test_a_level_is_reached_where_the_polynomial_has_it(several, name, share):
+    kind = KINDS[name]
+    place = kind["start"] + share * (kind["stop"] - kind["start"])
+    level = -COLUMNS["reaction_m"](np.array([place]))
+    # The moment falls all the way.
+    at = several.first(
+        of(name), -several.samples.reaction_m, level, lambda _: {"reaction_m": -1.0}, value=level
+    )
+    assert at == pytest.approx(place, abs=1e-13)
+
+
+def test_a_level_that_is_not_reached_and_one_that_is_passed_before(several):
+    sampled = -several.samples.reaction_m
+    beyond = -COLUMNS["reaction_m"](np.array([1.0 + 1e-9, -1e-9]))
+    at = several.first(of("x0", 2), sampled, beyond, lambda _: {"reaction_m": -1.0}, value=beyond)
+    assert np.isnan(at[0]) and at[1] == 0.0
+    assert len(several.first(of("x0", 0), sampled, np.empty(0), displacement)) == 0
+
+
+def test_of_two_places_with_one_level_the_first_counts(several):
+    # x0 rises to 1 and falls again.
+    at = several.first(
+        of("advance", 2),
+        several.samples.x0,
+        np.array([0.84, 0.99]),
+        displacement,
+        value=np.array([0.84, 0.99]),
+    )
+    assert at == pytest.approx([1.6, 1.9], abs=1e-12)
+
+
+def test_where_a_quantity_is_largest(several):
+    """-(t − p)², also where p lies outside, and between an end and the sample next to it."""
+    step = 1.0 / (SAMPLES - 1)
+    tops = np.array([-0.3, 0.2 * step, 0.4321, 1.0 - 0.2 * step, 1.3])
+    for top, expected in zip(tops, np.clip(tops, 0.0, 1.0), strict=True):
+        sampled = -((several.sample_places[of("x0")] - top) ** 2)
+
+        def slope(t, rate, rise, top=top):
+            return 2.0 * (top - t[0]), -2.0 * rate[0] + rise[0]
+
+        found = several.largest(of("x0"), sampled, ["x0"], slope)
+        assert found == pytest.approx(expected, abs=1e-14)
+
+
+def test_where_x0_turns_back(several):
+    assert several.turning_points(of("advance")) == pytest.approx([2.0], abs=1e-12)
+    assert np.isnan(several.turning_points(of("x0"))).all()
+    assert len(several.turning_points(of("x0", 0))) == 0
+
+
+def test_pieces_that_are_cut_off(several):
+    rows = np.concatenate([of("finer"), of("advance")])
+    finer, back = several.restricted(rows, np.array([0.75, 2.0]))
+    assert (finer.start, finer.stop, len(finer.states)) == (0.25, 0.75, 17)
+    assert (back.start, back.stop, len(back.states)) == (1.0, 2.0, 9)
+    assert finer.states.x0 == pytest.approx(0.25 + 0.5 * chebyshev_nodes(17), abs=1e-15)
+    for piece, columns in ((finer, COLUMNS), (back, BACK)):
+        t = piece.start + (piece.stop - piece.start) * chebyshev_nodes(len(piece.states))
+        assert piece.states.reaction_m == pytest.approx(columns["reaction_m"](t), abs=1e-12)
+    assert back.last_x0 == pytest.approx(1.0, abs=1e-13)
+    assert several.restricted(rows[:0], np.empty(0)) == []
+
+
+def test_a_piece_by_itself_is_read_as_beside_others(several):
+    piece = several.pieces[3]
+    t = np.array([0.3, 1.2])
+    assert piece.at(t).matrix().tolist() == several.at(of("finer", 2), t).matrix().tolist()
+    assert replace(piece, start=0.2).alone.start.tolist() == [0.2]
