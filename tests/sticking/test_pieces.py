@@ -1,4 +1,4 @@
-"""Pieces of curves whose columns are polynomials: all that is found on them has a closed form."""
+"""Pieces whose columns are polynomials: what is found on them, and on curves of them, is known."""
 
 from dataclasses import replace
 
@@ -7,7 +7,15 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from vibrissa.numerics.spectral import chebyshev_nodes
-from vibrissa.outcomes import Contact, Parameter
+from vibrissa.outcomes import Contact, Parameter, RodSection
+from vibrissa.sticking.curve import (
+    NO_MAXIMUM,
+    NOT_IN_PLANE,
+    SAME,
+    Limit,
+    Solved,
+    assembled_curves,
+)
 from vibrissa.sticking.piece import SAMPLES, Piece, PieceArray, StickingState, displacement
 
 # Columns of the parameter t.
@@ -224,3 +232,170 @@ def test_a_piece_by_itself_is_read_as_beside_others(several):
     t = np.array([0.3, 1.2])
     assert piece.at(t).matrix().tolist() == several.at(of("finer", 2), t).matrix().tolist()
     assert replace(piece, start=0.2).alone.start.tolist() == [0.2]
+
+
+# A contact that needs −tan α = t·(2 − t), which is largest at t = 1.
+NEEDS = COLUMNS | {
+    "reaction_fx": Polynomial([0.0, -2.0, 1.0]),
+    "reaction_fy": Polynomial([-1.0]),
+    "phi1": Polynomial([0.5]),
+}
+
+
+def curve_of(*pieces, **more):
+    """A curve of pieces that begins at x1 = 0.6."""
+    given = {"theta": 2.0, "eta": 0.8, "method": "made", "x1_init": 0.6, "residual": 1e-13}
+    given |= {"section": RodSection.PLANAR, "no_end": "not followed"}
+    (curve,) = assembled_curves([Solved(**given | more, pieces=pieces)])
+    return curve
+
+
+def rising(stop, start=0.0, **columns):
+    return made(start, stop, NEEDS | columns)
+
+
+def test_a_curve_locks_where_its_friction_demand_is_largest():
+    curve = curve_of(rising(1.5))
+    assert (curve.status, curve.end, curve.end_message) == (
+        "solved",
+        "not_followed",
+        "not followed",
+    )
+    assert (curve.x0_lock, curve.mu_lock) == pytest.approx((1.0, 1.0), abs=1e-12)
+    assert np.isnan(curve.x0_touch) and curve.message == ""
+    # The smaller root of t·(2 − t) = μ0.
+    assert curve.onset([0.19, 0.75, 1.0001]) == pytest.approx([0.1, 0.5, np.nan], nan_ok=True)
+
+
+@pytest.mark.parametrize("stop", [0.9, 0.999])
+def test_a_curve_without_a_maximum_inside_is_none(stop):
+    curve = curve_of(rising(stop))
+    assert (curve.status, curve.message, curve.pieces) == ("failed", NO_MAXIMUM, ())
+    falls = curve_of(rising(stop, reaction_fx=Polynomial([-0.5, 0.1])))
+    assert (falls.status, falls.message) == ("failed", NO_MAXIMUM)
+
+
+def test_a_maximum_in_a_kink_belongs_to_the_second_piece():
+    joint = 0.7 + 0.4 * SAME
+    falls = rising(1.5, start=joint, reaction_fx=Polynomial([-1.26, 0.5]))
+    curve = curve_of(rising(0.7), falls)
+    assert curve.x0_lock == joint
+    assert curve.mu_lock == pytest.approx(0.91, abs=1e-12)
+    apart = curve_of(
+        rising(0.7), rising(1.5, start=0.7 + 3.0 * SAME, reaction_fx=Polynomial([-1.26, 0.5]))
+    )
+    assert apart.x0_lock == pytest.approx(0.7, abs=0.5 * SAME)
+
+
+def test_the_largest_of_all_pieces_is_the_lock():
+    first = rising(0.5, reaction_fx=Polynomial([0.0, -2.0, 2.0]))
+    twice = curve_of(first, rising(1.5, start=0.5))
+    assert (twice.x0_lock, twice.mu_lock) == pytest.approx((1.0, 1.0), abs=1e-12)
+    low = Polynomial([-0.4])
+    once = curve_of(rising(1.2), rising(1.5, start=1.2, reaction_fx=low))
+    assert (once.x0_lock, once.mu_lock) == pytest.approx((1.0, 1.0), abs=1e-12)
+
+
+def test_a_tip_that_lifts_off_never_locks():
+    """The normal force vanishes at t = 1.2, where the surface would begin to pull."""
+    lifts = rising(1.5, reaction_fy=Polynomial([-1.2, 1.0]))
+    curve = curve_of(lifts, rising(2.0, start=1.5))
+    assert (curve.status, curve.end, curve.end_message) == ("solved", "lifts_off", "")
+    assert (curve.x0_lock, curve.mu_lock) == (pytest.approx(1.2, abs=1e-12), np.inf)
+    assert len(curve.pieces) == 1 and curve.x0_end == pytest.approx(1.2, abs=1e-12)
+    breaks = curve_of(lifts, limits=[Limit(1.3, "it breaks")])
+    assert (breaks.end, breaks.end_message) == ("lifts_off", "")
+    # The surface pulls nobody who is pushed ahead.
+    pushed = rising(1.5, reaction_fx=Polynomial([0.0, 2.0]), reaction_fy=Polynomial([-1.2, 1.0]))
+    assert curve_of(pushed).end != "lifts_off"
+
+
+LIMITS = (Limit(1.2, "it breaks"), Limit(0.5, "it breaks"))
+
+
+def test_a_curve_ends_where_its_shape_is_inadmissible():
+    curve = curve_of(rising(1.5), rising(2.0, start=1.5), limits=[LIMITS[0], Limit()])
+    assert (curve.status, curve.message, curve.end) == ("solved", "", "out_of_reach")
+    assert (curve.end_message, curve.x0_end, len(curve.pieces)) == ("it breaks", 1.2, 1)
+    assert curve.x0_lock == pytest.approx(1.0)
+
+
+def test_a_curve_that_ends_before_its_lock_has_states_up_to_there():
+    curve = curve_of(rising(1.5), limits=[LIMITS[1]])
+    assert (curve.status, curve.message) == ("out_of_reach", "it breaks")
+    assert np.isnan([curve.x0_lock, curve.mu_lock]).all() and curve.x0_end == 0.5
+    assert curve.onset([0.19, 0.9]) == pytest.approx([0.1, np.nan], nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("beyond", "count"), [(-0.2, 1), (0.0, 1), (0.5 * SAME, 1), (1.5 * SAME, 2)]
+)
+def test_a_piece_that_ends_where_it_begins_is_none(beyond, count):
+    """The second one, which begins at 1.25; the first has the lock."""
+    limit = Limit(1.25 + beyond, "it breaks")
+    curve = curve_of(rising(1.25), rising(2.0, start=1.25), limits=[Limit(), limit])
+    assert len(curve.pieces) == count and curve.end == "out_of_reach"
+    assert curve.x0_end == pytest.approx(1.25, abs=2.0 * SAME)
+    nothing = curve_of(rising(1.5), limits=[Limit(0.0, "it breaks")])
+    assert (nothing.status, nothing.message, nothing.pieces) == ("out_of_reach", "it breaks", ())
+
+
+def test_a_limit_at_the_end_of_a_piece_cuts_nothing_off():
+    piece = rising(1.5)
+    curve = curve_of(piece, rising(2.0, start=1.5), limits=[Limit(1.5, "it breaks"), Limit()])
+    assert curve.pieces == (piece,) and curve.end == "out_of_reach"
+
+
+def test_a_round_rod_swings_aside_where_the_clamp_passes_under_its_contact_point():
+    """At x0 = x1_init, also before its lock; in line contact at x0 − s_c = x1_init − 1."""
+    for x1_init in (0.6, 1.25):
+        curve = curve_of(rising(1.5), section=RodSection.ROUND, x1_init=x1_init)
+        assert (curve.status, curve.end, curve.end_message) == ("solved", "swings_aside", "")
+        assert curve.x0_end == x1_init
+        assert curve.x0_lock == pytest.approx(min(x1_init, 1.0), abs=1e-12)
+    lies = made(0.0, 1.5, NEEDS | {"s_c": Polynomial([0.9, -0.2])}, contact=Contact.LINE)
+    # x0 − 0.9 + 0.2 x0 = −0.1
+    lying = curve_of(lies, section=RodSection.ROUND, x1_init=0.9)
+    assert lying.x0_end == pytest.approx(0.8 / 1.2, abs=1e-12)
+
+
+def test_a_mounted_rod_swings_aside_where_its_margin_vanishes():
+    given = {"section": RodSection.ROUND}
+    curve = curve_of(rising(1.5), swings=[1.3], **given)
+    assert (curve.end, curve.end_message, curve.x0_end) == ("swings_aside", "", 1.3)
+    stays = curve_of(rising(1.5), swings=[np.nan], **given)
+    assert (stays.end, stays.x0_end) == ("not_followed", 1.5)
+    at_once = curve_of(rising(1.5), swings=[0.0], **given)
+    assert (at_once.status, at_once.message) == ("out_of_reach", NOT_IN_PLANE)
+    in_its_plane = curve_of(rising(1.5), swings=[1.3])
+    assert in_its_plane.end == "not_followed"
+    # What comes first counts.
+    breaks = curve_of(rising(1.5), swings=[1.3], limits=[LIMITS[0]], **given)
+    assert (breaks.end, breaks.x0_end) == ("out_of_reach", 1.2)
+
+
+def test_a_planar_rod_snaps_where_x0_turns_back():
+    """On the second piece at t = 2, where x0 = 1.5 + (t − 1) − (t − 1)²/2."""
+    columns = NEEDS | {"x0": Polynomial([0.0, 2.0, -0.5]), "reaction_fx": Polynomial([-0.5])}
+    second = made(1.0, 2.5, columns, parameter=Parameter.ADVANCE)
+    curve = curve_of(rising(1.5), second)
+    assert (curve.end, curve.end_message) == ("snaps", "")
+    assert curve.pieces[1].stop == pytest.approx(2.0, abs=1e-12)
+    assert curve.x0_end == pytest.approx(2.0, abs=1e-12)
+
+
+def test_where_the_rod_first_touches_the_surface_along_a_line():
+    slope = {"phi1": Polynomial([0.4, -1.0])}
+    assert curve_of(rising(1.5, **slope)).x0_touch == pytest.approx(0.4, abs=1e-12)
+    # Past the lock it does not count.
+    assert np.isnan(curve_of(rising(1.5, phi1=Polynomial([1.2, -1.0]))).x0_touch)
+    short = curve_of(rising(1.5, **slope), limits=[LIMITS[1]])
+    assert short.x0_touch == pytest.approx(0.4, abs=1e-12)
+    early = curve_of(rising(1.5, **slope), limits=[Limit(0.3, "it breaks")])
+    assert np.isnan(early.x0_touch)
+    # Where it lies down in one place and only touches in another, the first counts.
+    lies = made(0.6, 1.5, NEEDS, contact=Contact.LINE)
+    assert curve_of(rising(0.6, **slope), lies).x0_touch == 0.6
+    again = [made(at, at + 0.1, NEEDS, contact=Contact.LINE) for at in (0.6, 0.8)]
+    rises = rising(0.6), again[0], rising(0.8, start=0.7), again[1], rising(1.5, start=0.9)
+    assert curve_of(*rises).x0_touch == 0.6
