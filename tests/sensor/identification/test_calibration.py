@@ -27,6 +27,7 @@ from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.heights import respond_between
 from vibrissa.sensor.simulation.scanning import path, simulate
+from vibrissa.sensor.transducer import CHANNELS
 
 OFFSET = np.array([0.1, -0.15, 0.02])
 BOTH = [Unknown.ETA, Unknown.OFFSET]
@@ -164,21 +165,82 @@ def test_an_uncertain_height_is_told_in_the_units_of_the_rod(units, said):
         calibration._check_range(near, values, covariance, [0, 1], units)
 
 
+class Level:
+    """Up to the lock each of the channels changes by 1."""
+
+    x0_lock = 1.0
+
+    def __call__(self, x0):
+        return np.stack([x0, x0, x0], axis=-1)
+
+
+NEAR = SimpleNamespace(low=0.8, high=0.9, at=lambda eta: SimpleNamespace(level=Level()))
+
+
 @pytest.mark.parametrize(("deviation", "known"), [(0.16, True), (0.17, False), (0.4, False)])
-def test_an_offset_is_known_to_half_of_what_its_channel_changes(deviation, known):
-    """Within three standard deviations; up to the lock each of these channels changes by 1."""
+@pytest.mark.parametrize("channel", [0, 2])
+def test_an_offset_is_known_to_half_of_what_its_channel_changes(deviation, known, channel):
+    """Within three standard deviations."""
+    covariance, values = np.zeros((4, 4)), np.array([0.85, 0.0, 0.0, 0.0])
+    covariance[1 + channel, 1 + channel] = deviation**2
+    said = rf"the offset of {CHANNELS[channel]} would have a standard deviation of {deviation:.0%} "
+    with nullcontext() if known else pytest.raises(UndeterminedError, match=said):
+        calibration._check_range(NEAR, values, covariance, [0, 2], Units())
+    # A channel that is not used does not matter.
+    calibration._check_range(NEAR, values, covariance, [1], Units())
 
-    class Level:
-        x0_lock = 1.0
 
-        def __call__(self, x0):
-            return np.stack([x0, x0, x0], axis=-1)
+def fit_of(jacobian, misfit=1.0):
+    """Of zeros of force_x and moment_z, whose residuals have this mean square."""
+    jacobian = np.array(jacobian, dtype=float)
+    residuals = np.sqrt(misfit) * (-1.0) ** np.arange(len(jacobian))
+    return SimpleNamespace(
+        free=[1, 3], residuals=lambda values: residuals, jacobian=lambda values: jacobian
+    )
 
-    near = SimpleNamespace(low=0.8, high=0.9, at=lambda eta: SimpleNamespace(level=Level()))
-    covariance = np.diag([0.0, deviation**2, 0.0, 0.0])
-    values = np.array([0.85, 0.0, 0.0, 0.0])
-    with nullcontext() if known else pytest.raises(UndeterminedError, match="offset of force_x"):
-        calibration._check_range(near, values, covariance, [0, 1], Units())
+
+def test_the_covariance_is_the_inverse_of_the_information():
+    found = calibration._covariance(fit_of([[2.0, 0.0], [1.0, 1.0], [0.0, 2.0]]), np.zeros(4))
+    # JᵀJ is ((5, 1), (1, 5)).
+    expected = np.zeros((4, 4))
+    expected[np.ix_([1, 3], [1, 3])] = np.array([[5.0, -1.0], [-1.0, 5.0]]) / 24.0
+    assert found == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("jacobian", "misfit", "said"),
+    [
+        ([[1.0, 0.0], [0.0, 1.0]], 2.0001, "that remain are 2 times those of the noise: the rod"),
+        ([[1.0, 1.0], [1.0, 1.0]], 1.0, "would fit as well with other values; record more"),
+        ([[1.0, 0.0], [1.0, 0.0]], 1.0, "would fit as well with other values; record more"),
+        # Units do not matter: this is known as well as the first.
+        ([[1e9, 0.0], [0.0, 1e-9]], 1.0, None),
+        ([[1.0, 0.0], [0.0, 1.0]], 1.9999, None),
+    ],
+)
+def test_what_does_not_fit_or_cannot_be_told_apart_is_refused(jacobian, misfit, said):
+    fit = fit_of(jacobian, misfit)
+    with nullcontext() if said is None else pytest.raises(UndeterminedError, match=said):
+        calibration._covariance(fit, np.zeros(4))
+
+
+@pytest.mark.parametrize(
+    ("eta", "deviation", "known"),
+    [
+        # Three standard deviations are within the range of 0.8 to 0.9, on both sides.
+        (0.84, 0.0133, True),
+        (0.84, 0.0134, False),
+        (0.87, 0.0099, True),
+        (0.87, 0.0101, False),
+        (0.8, 0.0, False),
+        (0.9, 0.0, False),
+        (0.8001, 0.0, True),
+    ],
+)
+def test_a_height_is_known_to_a_third_of_its_way_to_the_end_of_the_range(eta, deviation, known):
+    covariance, values = np.diag([deviation**2, 0.0, 0.0, 0.0]), np.array([eta, 0.0, 0.0, 0.0])
+    with nullcontext() if known else pytest.raises(UndeterminedError, match="is looked for from"):
+        calibration._check_range(NEAR, values, covariance, [0, 1, 2], Units())
 
 
 def test_nothing_unknown_is_the_given_setup(heights, response):
@@ -196,6 +258,20 @@ def test_squares_of_the_principal_axes_add_up_to_the_covariance(entries, known):
     scale = np.sqrt(np.diag(covariance)) + 1e-100
     relative = (axes.T @ axes - covariance) / np.outer(scale, scale)
     assert np.abs(relative).max() < 1e-10
+
+
+def test_a_principal_axis_begins_with_what_is_larger():
+    for vector in ([0.0, 3.0, -4.0], [0.0, -3.0, 4.0]):
+        (axis,) = principal_axes(np.outer(vector, vector))
+        assert axis == pytest.approx([0.0, 3.0, -4.0])
+    # A part that is hardly there, as by rounding, does not turn it; one that counts does.
+    covariance = np.array([[1.0, 0.05], [0.05, 1.0]])
+    for axes in (principal_axes(covariance), principal_axes(covariance * [[1.0, -1], [-1, 1]])):
+        assert (axes[:, 0] > 0.0).all() and len(axes) == 2
+    assert principal_axes(np.zeros((3, 3))).shape == (0, 3)
+    # Independent deviations of different units: an axis each.
+    found = np.abs(principal_axes(np.diag([4e-8, 9.0, 0.0])))
+    assert np.sort(found.sum(axis=0)) == pytest.approx([0.0, 2e-4, 3.0])
 
 
 @pytest.mark.slow

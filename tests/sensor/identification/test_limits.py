@@ -53,6 +53,16 @@ def test_a_clamp_that_creeps_rests(speed, rests):
     assert (moving(clamp).start > 0) == rests
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("row", range(0, 23, 2))
+def test_a_clamp_that_jitters_rests(row, way):
+    # A window of ten samples moves from the row 22 on, as the clamp does from the row 29 on.
+    clamp = way * np.maximum(np.arange(130.0) - 29.0, 0.0)
+    clamp[row] += 0.5
+    assert moving(clamp) == slice(29, 130)
+    assert moving(clamp[::-1]) == slice(0, 101)
+
+
 def test_a_short_recording_has_no_ends():
     rest = np.concatenate([np.zeros(15), np.arange(1.0, 6.0)])
     assert moving(rest) == slice(0, 20)

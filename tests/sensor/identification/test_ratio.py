@@ -292,11 +292,23 @@ def test_a_position_far_off_leaves_too_few_others_for_a_fit():
     assert onsets.fits.mean[0][0] == pytest.approx(0.1 + 29.5 * STEP)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize(
-    ("fx", "fy", "swings"), [(0.8, -2.6, True), (0.6, -2.6, False), (0.8, -2.5, False)]
+    ("before", "fx", "fy", "swings"),
+    [
+        (-1.0, 0.71, -2.56, True),
+        (-1.0, 0.7, -2.56, False),
+        (-1.0, 0.71, 0.85 * -3.0, False),
+        (-1.0, 0.6, -2.6, False),
+        (-1.0, 0.8, -2.5, False),
+        # A tip that is pulled along has nothing to turn round.
+        (1.0, 0.8, -2.9, False),
+        (1.0, -0.8, -2.9, False),
+        (-1.0, -0.9, -2.9, False),
+    ],
 )
-def test_a_rod_swings_aside_where_fx_turns_round_and_fy_stays(fx, fy, swings):
-    """From fx = −1 and fy = −3, at the last sample of a period, to the first of the next."""
-    forces = np.array([[-0.5, -2.0], [-1.0, -3.0], [fx, fy], [0.1, -2.0]])
+def test_a_rod_swings_aside_where_fx_turns_round_and_fy_stays(way, before, fx, fy, swings):
+    """From fy = −3, at the last sample of a period, to the first of the next."""
+    forces = np.array([[-0.5, -2.0], [before, -3.0], [fx, fy], [0.1, -2.0]]) * [way, 1.0]
     spans = Spans(begins=np.array([0, 2]), ends=np.array([1, 3]))
-    assert _swung(np.arange(4.0), forces, spans).tolist() == [swings, False]
+    assert _swung(way * np.arange(4.0), forces, spans).tolist() == [swings, False]

@@ -262,6 +262,7 @@ def test_another_rod_is_seen_with_the_same_displacements_in_the_mean():
 
 
 @pytest.mark.parametrize(("part", "doubted"), [(0.999, False), (1.001, True)])
+@pytest.mark.filterwarnings("error")
 def test_a_channel_does_not_fit_where_its_misfit_has_a_chance_of_one_in_a_billion(part, doubted):
     """Its errors are those of readings, and one of the contact that all samples share."""
     noise = np.array([0.1, 0.0, 0.4])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from steel import recording_of
-from straight import ALL, Straight
+from straight import ALL, SLOPES, Straight
 from vibrissa.sensor.identification.preparing.settling import Told, settled
 from vibrissa.sensor.quantities import Units
 
@@ -14,20 +14,33 @@ STEP, STICK, SLIPS = 0.001, 60, 5
 FROM = 0.1
 
 
-def places(late=0, early=0, lag=0.0, way=1.0, slips=SLIPS, stick=STICK):
+def places(
+    late=0,
+    early=0,
+    creep=0.0,
+    lag=0.0,
+    way=1.0,
+    slips=SLIPS,
+    stick=STICK,
+    long=0,
+    longer=15,
+    step=STEP,
+):
     """Place of the contact for each sample: it jumps each 60 samples, or takes a while.
 
-    `late` samples after a slip are half-way, as are `early` before it; or it lags behind with a
-    time constant of `lag` samples.
+    `late` samples after a slip are half-way, as are `early` before it; eight samples before it are
+    off by `creep`, or it lags behind with a time constant of `lag` samples. Of some slips, `long`,
+    another number of samples is half-way.
     """
     size = (slips + 1) * stick
     clamp = STEP * np.arange(size)
     jump = stick * STEP
     whole = clamp - FROM - STEP * (np.arange(size) % stick)
     place = whole.copy()
-    for first in range(stick, size, stick):
-        place[first : first + late] -= 0.5 * jump
+    for number, first in enumerate(range(stick, size, stick)):
+        place[first : first + (longer if number < long else late)] -= 0.5 * jump
         place[first - early : first] += 0.5 * jump
+        place[first - 8 : first] += creep
         if lag:
             rows = np.arange(size - first)
             place[first:] -= jump * np.exp(-(rows + 1.0) / lag)
@@ -52,10 +65,30 @@ def left_out(recording, found):
 def test_slips_within_a_sample_leave_the_recording_as_it_is():
     recording, found = read()
     assert found is recording
-    # Three slips between long periods are the fewest that tell anything; of long readings.
-    for how in ({"slips": 2, "late": 3}, {"stick": 19, "slips": 9, "late": 3}):
-        recording, found = read(**how)
-        assert found is recording
+
+
+@pytest.mark.parametrize(
+    ("how", "told"),
+    [
+        ({"slips": 2}, False),
+        ({"slips": 3}, True),
+        # Beside three samples of the slip, periods of 20 show when readings have settled.
+        ({"stick": 22}, False),
+        ({"stick": 23}, True),
+    ],
+)
+def test_three_slips_between_long_periods_are_the_fewest_that_tell_anything(how, told):
+    recording, found = read(late=3, **how)
+    assert (found is not recording) == told
+
+
+@pytest.mark.parametrize(("long", "late"), [(1, 3), (2, 3), (3, 15)])
+def test_slips_last_as_long_as_most_of_them(long, late):
+    """A tip that rests at a third place for a while makes no other slip longer."""
+    recording, found = read(late=3, long=long)
+    assert left_out(recording, found) == [*range(-1, late)] * SLIPS
+    counted = [15] * long + [3] * (SLIPS - long) if late == 15 else [3]
+    assert found.slipping.lag_high[0] == pytest.approx(0.5 * np.mean(counted) * STEP)
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -115,3 +148,43 @@ def test_noise_does_not_make_a_slip_longer():
     assert left_out(recording, found) == [-1, 0, 1, 2] * SLIPS
     recording, found = read(noise=0.01)
     assert found is recording
+
+
+def test_a_tip_that_creeps_before_it_slips_is_left_out_for_five_samples_at_most():
+    # It is off by 4 standard deviations, which no sample shows to be none of its contact.
+    creep = 4.0 * 0.01 / np.linalg.norm(SLOPES / ALL.noise)
+    recording, found = read(creep=creep)
+    assert left_out(recording, found) == [-5, -4, -3, -2, -1] * SLIPS
+    # What is lacking of the step: nearly all of it in these five samples.
+    lacking = 5.0 * (1.0 - creep / (STICK * STEP)) * STEP
+    assert found.slipping.lag_high == pytest.approx(np.full(len(found), lacking))
+    # So it is where a slip is told to take no time.
+    recording, found = read(Told(slip=0.0), creep=creep)
+    assert left_out(recording, found) == [-5, -4, -3, -2, -1] * SLIPS
+
+
+def test_readings_have_settled_where_they_are_as_near_to_the_contact_as_usual():
+    lag, noise = 4.0, 0.01
+    recording, found = read(noise=noise, lag=lag)
+    # The rest of a jump in standard deviations. In the mean of five slips the squares of three
+    # channels are 3·(1 + 5·√(2/15)) at most.
+    rest = STICK * STEP * np.linalg.norm(SLOPES / ALL.noise) / noise
+    last = lag * np.log(rest / np.sqrt(15.0 * np.sqrt(2.0 / 15.0)))
+    rows = left_out(recording, found)
+    assert min(rows) == -1 and max(rows) == pytest.approx(last, abs=1.5)
+    assert len(rows) == SLIPS * (max(rows) + 2)
+
+
+def test_readings_lag_by_the_way_of_the_clamp_in_the_time():
+    """Averaged over nine samples; the clamp moves twice as fast in the second half."""
+    clamp, place = places()
+    faster = np.arange(len(clamp)) > 150
+    moved = clamp + STEP * np.where(faster, np.arange(len(clamp)) - 150, 0)
+    recording = recording_of(moved, Straight()(clamp - place))
+    shifted = replace(recording, readings=recording.readings)
+    found = settled(Straight(), shifted, ALL, Told(delay=2.0), Units())
+    speed = np.where(np.arange(len(clamp)) < 150, 1.0, 2.0)
+    speed[150] = 1.5
+    expected = [2.0 * STEP * speed[row - 4 : row + 5].mean() for row in range(140, 160)]
+    assert found.slipping.lag_low[140:160] == pytest.approx(expected)
+    assert found.slipping.lag_high.tolist() == found.slipping.lag_low.tolist()

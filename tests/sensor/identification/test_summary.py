@@ -233,3 +233,109 @@ def test_nothing_is_said_of_no_period():
         "beside": None,
         "far": (),
     }
+
+
+def weighed(mu0, noise, step, shifts):
+    """The formulas of the module's docstring, one after the other."""
+    v, degrees = np.var(mu0, ddof=1), len(mu0) - 1
+    beyond = max(0.0, v - np.mean(noise**2))
+    lower = v * degrees / stats.chi2.ppf(0.975, degrees)
+    surely = max(0.0, lower - np.mean(noise**2))
+    same = np.sqrt(np.maximum(0.0, step**2 - surely))
+    w = 1.0 / (noise**2 + beyond + same**2)
+    w /= w.sum()
+    r2 = noise**2 + step**2
+    q = np.sum((mu0 - np.average(mu0, weights=1.0 / r2)) ** 2 / r2)
+    return {
+        "mean": w @ mu0,
+        "random": np.sqrt(w**2 @ (noise**2 + step**2 - same**2)),
+        "common": np.sqrt((w @ same) ** 2 + np.sum((w @ shifts) ** 2)),
+        "variation": np.sqrt(max(0.0, beyond - np.mean(step**2))),
+        "chi2": q,
+        "chance": stats.chi2.sf(q, degrees),
+        "degrees": degrees,
+        "single": np.sqrt(w @ (r2 + np.sum(shifts**2, axis=1))),
+    }
+
+
+@pytest.mark.parametrize("scatter", [0.0005, 0.002, 0.004, 0.05])
+@pytest.mark.parametrize("size", [2, 3, 8])
+def test_the_summary_is_that_of_its_formulas(scatter, size):
+    rng = np.random.default_rng(size)
+    mu0 = 0.3 + scatter * rng.standard_normal(size)
+    noise, step = rng.uniform(0.0005, 0.003, (2, size))
+    shifts = rng.normal(0.0, 0.002, (size, 2))
+    found = summary_of(periods_of(mu0, noise, step, shifts), ("eta",))
+    expected = weighed(mu0, noise, step, shifts)
+    assert {name: getattr(found, name) for name in expected} == pytest.approx(expected)
+    # The larger of the two parts that all share is named first.
+    assert set(found.alike) <= {Source.STEP, "eta"} and "eta" in found.alike
+
+
+def test_what_all_periods_share_most_is_named_first():
+    alike = np.full(9, 0.3)
+    for shift, first in ((0.001, Source.STEP), (0.01, "eta")):
+        found = summary_of(periods_of(alike, 1e-5, 0.005, np.full((9, 1), shift)), ("eta",))
+        assert found.alike[0] == first and len(found.alike) == 2
+        largest = Source.STEP if first is Source.STEP else Source.COMMON
+        assert next(iter(found.sources)) == largest
+        assert sum(found.sources.values()) == pytest.approx(1.0)
+    # What is 0 is not named.
+    assert summary_of(periods_of(alike, 0.001, 0.0), ("eta",)).alike == ()
+
+
+@pytest.mark.parametrize(("wrong", "used"), [(1, 3), (2, 2), (3, 4)])
+def test_up_to_half_of_the_periods_are_left_out_as_wrong(wrong, used):
+    periods = periods_of([0.3, 0.301, 0.299, 0.3, np.nan, np.nan], 0.001, 0.0)
+    periods.status[4:] = PeriodStatus.OPEN
+    periods.grade[:wrong] = Grade.WRONG
+    periods.grade[4:] = Grade.WRONG  # those without a friction do not count
+    found = summary_of(periods)
+    assert found.used == used and found.periods == 6
+    assert found.left == {"open": 2} | ({"wrong": wrong} if used < 4 else {})
+    assert list(found.left) == sorted(found.left)
+    assert (found.wrong, found.doubtful) == (wrong if used == 4 else 0, 0)
+
+
+def test_what_would_be_exact_is_asked_where_tolerances_have_a_covariance():
+    effects = np.array([[1.0, 2.0]] * 4)
+    periods = periods_of([0.3] * 4, 0.001, 0.0, effects * 0.01, effects)
+    covariance = np.diag([1e-4, 1e-4])
+    found = summary_of(periods, ("curve",), ("a", "b"), covariance)
+    deviation = found.deviation
+    # Of the same variances along both axes: one part of five is by a.
+    assert deviation == pytest.approx(np.sqrt(5e-4 + 1e-6 / 4.0))
+    assert found.if_exact["a"] == pytest.approx(np.sqrt(deviation**2 - 1e-4))
+    assert found.if_exact["b"] == pytest.approx(np.sqrt(deviation**2 - 4e-4))
+    assert list(found.if_exact) == ["b", "a"] and found.alike == ("tolerances", "curve")
+    for nothing in (
+        summary_of(periods, ("curve",), (), covariance),
+        summary_of(periods, ("curve",), ("a", "b"), None),
+    ):
+        assert nothing.if_exact == {} and nothing.alike == ("curve",)
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (0.0, "0.312345679"),
+        (0.5, "0.31"),
+        (0.05, "0.312"),
+        (0.099, "0.312"),
+        (0.00123, "0.3123"),
+        (1e-12, "0.312345679"),
+        (3.0, "0.3"),
+        (30.0, "0"),
+        (300.0, "0"),
+    ],
+)
+def test_a_mean_is_told_to_two_digits_of_its_error(error, said):
+    found = FrictionSummary(mean=0.3123456789, random=error, common=0.0, periods=1, used=1)
+    assert str(found).startswith(f"mu0 = {said} ± {error:.2g}, mean of 1 of 1 period\n")
+
+
+def test_a_recording_without_degrees_of_freedom_says_nothing_of_its_fit():
+    known = {"mean": 0.3, "random": 0.01, "common": 0.0, "periods": 1, "used": 1}
+    for degrees, said in ((0, False), (1, True)):
+        fit = Goodness(chi2=1.0, degrees=degrees, noise_degrees=np.inf)
+        assert ("degree of freedom" in str(FrictionSummary(**known, goodness=fit))) == said

@@ -185,7 +185,7 @@ def identify(
         sizes, stated = {**assumed, **whisker.tolerances}, frozenset(whisker.tolerances)
     errors = Carried.of(sizes, Bench.of(recording, sensor, units.channels))
     alone = WithoutRod(recording=recording, noise=given, errors=errors, stated=stated, units=units)
-    if whisker is None or (method is Method.RATIO and whisker.units != units):
+    if whisker is None or whisker.units != units:
         return alone.read()
     asked = Asked(
         method=method,

@@ -395,5 +395,5 @@ def _sources(some: Periods, weights: FloatArray) -> dict[Source, float]:
 
 def _rounded(value: float, error: float) -> str:
     """Value to two digits of its error."""
-    digits = int(np.clip(1 - np.floor(np.log10(error)), 0, 9)) if error > 0.0 else 9
+    digits = int(np.clip(1 - np.floor(np.log10(max(error, 1e-9))), 0, 9))
     return f"{value:.{digits}f}"

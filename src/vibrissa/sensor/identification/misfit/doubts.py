@@ -168,11 +168,11 @@ def misfits(seen: Seen, noise: FloatArray) -> list[BoolArray]:
     states, samples, periods = seen.states, seen.samples, seen.periods
     x0 = states.clip(seen.x0)
     expected, slope = states(x0), states.slope(x0)
-    found = []
+    scale, found = np.where(noise > 0.0, noise, np.inf), []
     for i in range(len(CHANNELS)):
-        there = np.isfinite(samples.readings[:, i]) & (noise[i] > 0.0)
-        miss = np.where(there, (samples.readings[:, i] - expected[:, i]) / noise[i], 0.0)
-        tilt = np.where(there, slope[:, i] / noise[i], 0.0)
+        there = np.isfinite(samples.readings[:, i])
+        miss = np.where(there, (samples.readings[:, i] - expected[:, i]) / scale[i], 0.0)
+        tilt = np.where(there, slope[:, i] / scale[i], 0.0)
         squares, mixed, tilts, number = (
             periods.sums(values) for values in (miss**2, tilt * miss, tilt**2, there.astype(float))
         )

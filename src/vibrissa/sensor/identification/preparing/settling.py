@@ -165,12 +165,13 @@ class _Slips:
         expected = _expected(branch, middle.clamp, channels, parts.spread(contacts.place))
         misfit = ((channels.weighted(middle.readings) - expected) ** 2).sum(axis=-1)
         usual = max(float(misfit.mean()), ROUNDING)
+        before = states.row[high[:-1] - 1]
         found = cls(
             branch=branch,
             recording=recording,
             channels=channels,
-            first=states.row[high[:-1]],
-            low=states.row[high[:-1] - 1],
+            first=before,
+            low=before,
             high=states.row[low[1:]],
             before=contacts.place[:-1],
             after=contacts.place[1:],
@@ -250,8 +251,8 @@ class _Slips:
         gone = self.channels.weighted(self.recording.readings[rows]) - start
         known = (way**2).sum(axis=-1)
         there &= known > 0.0
-        part = (gone * way).sum(axis=-1) / np.where(there, known, 1.0)
-        lacking = np.where(there, 1.0 - part, 0.0).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
+        part = np.divide((gone * way).sum(axis=-1), known, out=np.ones_like(known), where=there)
+        lacking = (1.0 - part).sum(axis=0) / np.maximum(there.sum(axis=0), 1)
         return max(float(lacking.sum()), 0.0)
 
 
