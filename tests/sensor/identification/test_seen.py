@@ -261,24 +261,27 @@ def test_another_rod_is_seen_with_the_same_displacements_in_the_mean():
 # --- Doubts ---
 
 
+@pytest.mark.parametrize("size", [1, 2, 4])
 @pytest.mark.parametrize(("part", "doubted"), [(0.999, False), (1.001, True)])
 @pytest.mark.filterwarnings("error")
-def test_a_channel_does_not_fit_where_its_misfit_has_a_chance_of_one_in_a_billion(part, doubted):
+def test_a_channel_does_not_fit_where_its_misfit_has_a_chance_of_one_in_a_billion(
+    size, part, doubted
+):
     """Its errors are those of readings, and one of the contact that all samples share."""
     noise = np.array([0.1, 0.0, 0.4])
-    samples = sampled(np.arange(9.0), np.tile([0.0, 0.1, 0.2], 3))
-    rng = np.random.default_rng(2)
-    miss, covariance = rng.standard_normal(4), np.eye(4) + (0.01 * TILT[2]) ** 2 * np.ones((4, 4))
-    miss *= np.sqrt(chdtri(4.0, 1e-9) / (miss @ np.linalg.solve(covariance, miss)))
-    samples.readings[3:7, 2] += part * 0.4 * miss
+    displaced = 0.01 * np.arange(5.0 + size)
+    samples = sampled(displaced, displaced)
+    miss = np.random.default_rng(2).standard_normal(size)
+    covariance = np.eye(size) + (0.1 * TILT[2]) ** 2 * np.ones((size, size))
+    miss *= np.sqrt(chdtri(size, 1e-9) / (miss @ np.linalg.solve(covariance, miss)))
+    samples.readings[3 : 3 + size, 2] += part * 0.4 * miss
     samples.readings[:, 1] += 100.0  # has no noise, so that nothing is known of it
-    samples = replace(samples, x0=0.0 * samples.x0)
-    seen = seen_of(replace(samples, start=np.tile([0.0, 0.1, 0.2], 3)), [0, 3, 7])
+    seen = seen_of(samples, [0, 3, 3 + size], deviation=0.1)
     found = np.array(misfits(seen, noise))
     assert found.tolist() == [[False] * 3, [False] * 3, [False, doubted, False]]
     # What was not recorded does not count.
-    samples.readings[4, 2] = NAN
-    assert not np.array(misfits(seen, noise))[0].any()
+    samples.readings[3 : 3 + size, 2] = NAN
+    assert not np.array(misfits(seen, noise)).any()
 
 
 STEP = 1.0 / 64.0
@@ -318,6 +321,29 @@ def test_a_slip_follows_the_clamp_from_a_loaded_state_and_releases_energy(
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_contact_that_stays_or_goes_back_is_no_slip_however_uncertain_it_is(way):
+    for less, wrong in ((0.0, True), (-0.001, True), (0.001, False)):
+        found = slipping(0.25, 0.25 + STEP - less, way=way, deviation=0.01)
+        assert found == (WRONG if wrong else {})
+    # Where the clamp rests while the tip slips, the load tells the way.
+    assert slipping(0.25, 0.125, gap=0.0, way=way) == {}
+    assert slipping(0.25, 0.375, gap=0.0, way=way) == WRONG
+
+
+@pytest.mark.parametrize("wrong", [0, 1, 2])
+def test_each_slip_is_judged_by_itself(wrong):
+    rows = np.arange(20)
+    x0 = 0.25 + STEP * (rows % 5)
+    clamp = STEP * rows
+    for slip in range(3):
+        # The tip is taken back with the clamp, or follows it.
+        x0[5 * slip + 5 :] += 0.01 + (10.0 * STEP if slip == wrong else 0.0)
+    seen = seen_of(sampled(clamp, x0, deviation=1e-4), [0, 5, 10, 15])
+    found = {one.doubt: one.periods.tolist() for one in doubts(seen, ALL.noise, [0])}
+    assert found[Doubt.WRONG_WAY] == [slip == wrong for slip in range(4)]
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize(("part", "wrong"), [(0.99, True), (1.01, False)])
 def test_a_slip_is_unloaded_or_gains_energy_by_six_deviations(way, part, wrong):
     # Loaded by 3/64 where the clamp is after the slip, or by 6 deviations.
@@ -346,6 +372,13 @@ def test_samples_are_missing_from_ten_usual_steps_on():
 
 def test_a_clamp_that_turns_beside_a_slip_is_told():
     assert slipping(0.3, 0.1, turned=True) == {Doubt.TURN: [True, False]}
+    # So it is where the recording ends with the second sample after it, or the first was one.
+    clamp = STEP * np.array([0, 1, 2, 3, 4, 5, 6, 5])
+    for order in (slice(None), slice(None, None, -1)):
+        begin = 6 if order == slice(None) else 2
+        seen = seen_of(sampled(clamp[order], np.zeros(8)), [0, begin])
+        (turn,) = (one for one in doubts(seen, ALL.noise, [0]) if one.doubt is Doubt.TURN)
+        assert turn.periods.tolist() == [True, False]
 
 
 @pytest.mark.parametrize("counts", [[4, 3, 4], [3, 4, 4], [4, 4, 3], [4, 4, 4]])
@@ -357,6 +390,13 @@ def test_four_samples_confirm_each_other(counts):
     found = {one.doubt: one.periods.tolist() for one in doubts(seen, ALL.noise, [2])}
     few = [count < 4 for count in counts]
     assert found[Doubt.FEW] == few and found[Doubt.FEW_AFTER] == [*few[1:], False]
+
+
+def test_samples_at_the_same_step_do_not_make_it_shorter():
+    clamp = np.repeat(STEP * np.arange(12.0), 3)
+    x0 = np.where(np.arange(36) < 18, 0.25 + clamp, clamp)
+    found = doubts(seen_of(sampled(clamp, x0, deviation=1e-4), [0, 18]), ALL.noise, [0])
+    assert not any(one.periods.any() for one in found)
 
 
 def test_a_clamp_that_rests_has_no_usual_step():

@@ -110,6 +110,12 @@ def test_samples_that_fit_neither_contact_are_left_out(way, slips):
     assert found.slipping.lag_high == pytest.approx(np.full(len(found), way * 1.5 * STEP))
 
 
+def test_a_slip_of_one_sample_lags_by_a_part_of_it():
+    recording, found = read(late=1)
+    assert left_out(recording, found) == [-1, 0] * SLIPS
+    assert found.slipping.lag_high == pytest.approx(np.full(len(found), 0.5 * STEP))
+
+
 def test_samples_before_the_first_that_shows_a_slip_are_left_out_too():
     recording, found = read(early=2, late=1)
     # Those at −2, −1 and 0 show it.
