@@ -14,6 +14,7 @@ from vibrissa.sticking.curve import (
     SAME,
     Limit,
     Solved,
+    _demand_slope,
     assembled_curves,
 )
 from vibrissa.sticking.piece import SAMPLES, Piece, PieceArray, StickingState, displacement
@@ -252,6 +253,16 @@ def curve_of(*pieces, **more):
 
 def rising(stop, start=0.0, **columns):
     return made(start, stop, NEEDS | columns)
+
+
+def test_the_slope_of_the_friction_demand_and_its_own():
+    """Of −tan α = fx/fy, times fy²; with a slope that is not its own the lock costs more."""
+    fx, fy = Polynomial([0.5, -2.0, 0.5, 0.25]), Polynomial([-2.0, 0.5, -0.25, 0.125])
+    t = np.array([-0.3, 0.2, 0.9])
+    orders = [np.stack([fx.deriv(k)(t), fy.deriv(k)(t)]) for k in (1, 2)]
+    slope, curvature = _demand_slope(np.stack([fx(t), fy(t)]), *orders)
+    expected = fx.deriv() * fy - fx * fy.deriv()
+    assert slope == pytest.approx(expected(t)) and curvature == pytest.approx(expected.deriv()(t))
 
 
 def test_a_curve_locks_where_its_friction_demand_is_largest():

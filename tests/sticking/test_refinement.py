@@ -1,0 +1,262 @@
+"""How pieces of curves are resolved: guesses, series, limits, each on what has a closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vibrissa.mechanics.admissibility import (
+    BELOW,
+    CROSSES_ITSELF,
+    CROSSES_SURFACE,
+    TOLERANCE,
+    Clearance,
+)
+from vibrissa.mechanics.states import RodStates
+from vibrissa.numerics.spectral import chebyshev_nodes
+from vibrissa.outcomes import Contact, Parameter
+from vibrissa.sticking import refinement
+from vibrissa.sticking.piece import MARGINS, Piece, StickingState
+from vibrissa.sticking.refinement import (
+    DECAY_TOLERANCE,
+    NODES_ALONG_ROD,
+    STATES_ALONG_PIECE,
+    STATES_LOOKED_AT,
+    Pieces,
+)
+from vibrissa.sticking.segments import Segment
+
+
+def made_pieces(start, length, curve=None, **more):
+    """Pieces of branches whose first contact points are at 0.5."""
+    start = np.array(start, dtype=float)
+    one = np.ones(len(start))
+    given = {"theta": one, "eta": 0.8 * one, "x1_init": 0.5 * one, "scale": 0.5 * one, "force": one}
+    return Pieces(
+        **given | more,
+        contact=Contact.POINT,
+        parameter=Parameter.X0,
+        curve=np.arange(len(start)) if curve is None else np.array(curve),
+        start=start,
+        length=np.array(length, dtype=float),
+    )
+
+
+def made_states(fx, nodes=4):
+    """States that differ in fx, and have the rest in proportion."""
+    fx = np.asarray(fx, dtype=float)
+    unit = np.arange(1.0, nodes + 1.0)
+    return RodStates(
+        theta=np.ones_like(fx), phi=fx[..., None] * unit, fx=fx, fy=-2.0 * fx, s_c=3.0 * fx
+    )
+
+
+def test_on_many_nodes_a_state_has_ten_times_the_rounding():
+    found = [refinement.residual_tolerance(nodes) for nodes in (24, 100, 101, 300)]
+    assert found == [1e-12, 1e-12, 1e-11, 1e-11]
+
+
+@pytest.mark.parametrize("nodes", [24, 52])
+@pytest.mark.parametrize("ratio", [0.25, 0.51, 0.6, 0.75, 0.8, 0.9])
+def test_nodes_are_as_many_as_a_geometric_series_needs(nodes, ratio):
+    last = int(np.ceil(np.log(DECAY_TOLERANCE) / np.log(ratio)))
+    expected = next((n for n in NODES_ALONG_ROD if n >= last), NODES_ALONG_ROD[-1])
+    assert refinement._nodes_needed(np.array([ratio**nodes]), nodes) == [expected]
+
+
+def test_a_series_that_does_not_fall_needs_the_most_nodes_and_one_that_has_ended_the_fewest():
+    found = refinement._nodes_needed(np.array([1.0, np.inf, 0.0, 1e-300]), 24)
+    assert found.tolist() == [NODES_ALONG_ROD[-1]] * 2 + [NODES_ALONG_ROD[0]] * 2
+
+
+@pytest.mark.parametrize("count", STATES_ALONG_PIECE)
+@pytest.mark.parametrize("ratio", [0.3, 0.4, 0.5, 0.55, 0.9])
+def test_states_are_more_and_as_many_as_a_geometric_series_needs(count, ratio):
+    # A tenth of the tolerance is aimed at.
+    last = 1 + np.log(0.1 * DECAY_TOLERANCE) / np.log(ratio)
+    expected = next((n for n in STATES_ALONG_PIECE if n > count and n >= last), np.inf)
+    assert refinement._states_needed(np.array([ratio ** (count - 1)]), count) == [expected]
+
+
+def test_a_piece_whose_series_does_not_fall_is_halved():
+    found = refinement._states_needed(np.array([1.0, np.inf, 0.0]), 17)
+    assert found.tolist() == [np.inf, np.inf, 25.0]
+    assert refinement._states_needed(np.array([0.0]), STATES_ALONG_PIECE[-1]) == [np.inf]
+
+
+def test_both_halves_of_pieces():
+    pieces = made_pieces([1.0, 2.0], [0.5, 1.0])
+    (first, left), (second, right) = refinement._halves(pieces)
+    assert (first, second) == (0.0, 0.5)
+    assert (left.start.tolist(), right.start.tolist()) == ([1.0, 2.0], [1.25, 2.5])
+    assert left.length.tolist() == right.length.tolist() == [0.25, 0.5]
+
+
+def test_guesses_are_polynomials_through_the_steps_around():
+    """Through six steps of the fifth degree, through four, all that is known, of the third."""
+    values = {0: lambda t: 1.0 + t - 3.0 * t**3 + 7.0 * t**5, 1: lambda t: 2.0 - t + 5.0 * t**3}
+    origin, step = np.array([0.0, -0.1]), np.array([0.05, -0.04])
+    steps = []
+    for number in range(11):
+        t = origin + number * step
+        second = values[1](t[1]) if number < 4 else np.nan
+        steps.append(made_states([values[0](t[0]), second]))
+    pieces = made_pieces([0.0, 0.21, -0.22], [0.21, 0.29, 0.12], curve=[0, 0, 1])
+    segment = Segment(
+        parameter=Parameter.X0,
+        branches=made_pieces([0.0, 0.0], [1.0, 1.0]),
+        origin=origin,
+        step=step,
+        steps=steps,
+        line=np.zeros((11, 2), dtype=bool),
+    )
+    guess = refinement.guess_from(segment, pieces)
+    t = pieces.value(chebyshev_nodes(STATES_ALONG_PIECE[0]))
+    expected = np.stack([values[curve](t[:, i]) for i, curve in enumerate(pieces.curve)], axis=1)
+    assert guess.fx == pytest.approx(expected, abs=1e-12)
+    assert guess.phi == pytest.approx(made_states(expected).phi, abs=1e-11)
+
+
+def series(**coefficients):
+    """States along one piece by their Chebyshev coefficients; fy has a size of 5."""
+    known = {"reaction_fy": [-5.0]} | coefficients
+    position = 2.0 * chebyshev_nodes(9) - 1.0
+    columns = {
+        name: np.polynomial.chebyshev.chebval(position, known.get(name, [0.0]))[:, None]
+        for name in StickingState.names()
+    }
+    return StickingState(**columns)
+
+
+@pytest.mark.parametrize("place", [7, 8])
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("reaction_fx", 5.0), ("reaction_m", 5.0), ("phi1", 1.0), ("s_c", 1.0), ("x0", 1.0)],
+)
+def test_the_last_coefficients_tell_how_far_a_series_falls(name, unit, place):
+    """In units of the force, of a radian or of the length; of the column, where it is larger."""
+    last = [0.0] * place + [1e-3]
+    assert refinement._curve_decay(series(**{name: last})) == pytest.approx(1e-3 / unit)
+    large = [20.0, *last[1:]]
+    assert refinement._curve_decay(series(**{name: large})) == pytest.approx(1e-3 / 20.0)
+    before = [0.0] * 6 + [1e-3]
+    assert refinement._curve_decay(series(**{name: before})) < 1e-15
+    # Of all columns the largest counts.
+    both = series(**{"reaction_fx": [0.0] * 8 + [1e-4], "phi1": [0.0] * 8 + [1e-5], name: last})
+    assert refinement._curve_decay(both) == pytest.approx(1e-3 / unit)
+
+
+def test_a_margin_need_not_fall_and_what_is_not_found_never_does():
+    rough = series(**{name: [0.0] * 8 + [1.0] for name in MARGINS})
+    assert refinement._curve_decay(rough) < 1e-15
+    assert refinement._curve_decay(replace(rough, phi1=np.full((9, 1), np.nan))) == np.inf
+
+
+def test_a_contact_beyond_the_tip_is_the_tip_up_to_rounding_alone():
+    """Else it would not be seen that the rod cannot lie along the surface there."""
+    path = replace(made_states(np.ones((4, 1))), s_c=np.array([[0.9], [1.0], [1.0 + 1e-12], [1.1]]))
+    states = refinement._sticking_states(path, made_pieces([0.0], [1.0]))
+    assert states.s_c[:, 0].tolist() == [0.9, 1.0, 1.0, 1.1]
+
+
+def test_where_nothing_is_found_the_guess_remains():
+    old, new = made_states([[1.0], [2.0]]), made_states([[3.0], [np.nan]])
+    better = refinement._updated(old, new)
+    assert better.fx.tolist() == [[3.0], [2.0]] and better.s_c.tolist() == [[9.0], [6.0]]
+
+
+@pytest.mark.parametrize("place", [0.004, 0.06, 0.31, 0.5, 0.93, 0.9961])
+@pytest.mark.parametrize("power", [1, 2])
+def test_a_dip_is_found_however_narrow(place, power):
+    """A parabola, or a kink, that falls below zero in a ten-thousandth of the interval."""
+
+    def depth(below):
+        return lambda at: np.abs(at - place) ** power - below
+
+    narrow = 0.5e-4**power
+    at = refinement._dip(depth(narrow), 0.0, 1.0)
+    assert abs(at - place) < 0.5e-4
+    # The same that stays above.
+    assert np.isnan(refinement._dip(depth(-narrow), 0.0, 1.0))
+    assert np.isnan(refinement._dip(depth(0.0), 0.0, 1.0))
+
+
+@pytest.mark.parametrize("place", [0.0, 0.02, 0.4999, 1.0])
+def test_the_first_inadmissible_shape(place):
+    def look(at):
+        far = np.full(len(at), np.inf)
+        return Clearance(clamp=np.where(at < place, 1.0, -1.0), surface=far, itself=far)
+
+    found = refinement._first_inadmissible(look, 0.0, 1.0)
+    assert found == pytest.approx(place, abs=1.1e-11) and found >= place
+
+
+# From the lowest point of (t - p)² - 10⁻⁸ to where it is inadmissible.
+DEPTH = np.sqrt(1e-8 - TOLERANCE)
+
+
+def limit(monkeypatch, **clearances):
+    """Look for the end of the admissible shapes, where clearances are known functions of fx."""
+
+    def known(path, contact):
+        t = path.fx.ravel()
+        return Clearance(
+            **{name: clearances.get(name, lambda t: t + np.inf)(t) for name in Clearance.names()}
+        )
+
+    monkeypatch.setattr(refinement, "_clearances", known)
+    path = made_states(chebyshev_nodes(17)[:, None])
+    looked = known(made_states(chebyshev_nodes(STATES_LOOKED_AT)), Contact.POINT)
+    return refinement._limit(path, looked, made_pieces([0.0], [1.0]))
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("clamp", BELOW), ("surface", CROSSES_SURFACE), ("itself", CROSSES_ITSELF)],
+)
+def test_a_piece_ends_where_its_first_clearance_vanishes(monkeypatch, name, reason):
+    # Between any two of the places at which it is known.
+    for place in (0.001, 0.3337, 0.999):
+        at, how = limit(monkeypatch, **{name: lambda t, place=place: place - t})
+        assert at == pytest.approx(place, abs=2e-11) and how == reason
+    at, how = limit(monkeypatch, **{name: lambda t: (t - 0.4321) ** 2 - 1e-8})
+    assert at == pytest.approx(0.4321 - DEPTH, abs=2e-11) and how == reason
+    at, how = limit(monkeypatch, **{name: lambda t: (t - 0.4321) ** 2 + 1e-8})
+    assert np.isnan(at) and how == ""
+    at, how = limit(monkeypatch, **{name: lambda t: t - 0.5})
+    assert (at, how) == (0.0, reason)
+
+
+def test_of_several_limits_the_first_counts(monkeypatch):
+    given = {"surface": lambda t: (t - 0.3) ** 2 - 1e-8, "itself": lambda t: 0.7 - t}
+    at, how = limit(monkeypatch, **given)
+    assert at == pytest.approx(0.3 - DEPTH, abs=2e-11) and how == CROSSES_SURFACE
+    # Though at the next place at which all are known, 0.402, both are negative.
+    at, how = limit(monkeypatch, surface=lambda t: 0.34 - t, itself=lambda t: 0.33 - t)
+    assert at == pytest.approx(0.33, abs=2e-11) and how == CROSSES_ITSELF
+    both = limit(monkeypatch, clamp=lambda t: 0.7 - t, itself=lambda t: 0.7 - t)
+    assert both[1] == f"{BELOW}; {CROSSES_ITSELF}"
+
+
+def test_what_jumps_ends_where_it_does(monkeypatch):
+    at, how = limit(monkeypatch, surface=lambda t: np.where(t > 0.3337, -1.0, np.inf))
+    assert at == pytest.approx(0.3337, abs=2e-11) and how == CROSSES_SURFACE
+
+
+@pytest.mark.parametrize("place", [0.05, 0.7, 0.99])
+def test_a_rod_leaves_its_plane_where_its_exact_margin_vanishes(monkeypatch, place):
+    """The margin on few nodes is off by a little; fx is the share of the piece."""
+    monkeypatch.setattr(refinement, "stability_aside", lambda s: (place - s.fx) * (1.0 + s.fx))
+    path = made_states(chebyshev_nodes(17)[:, None])
+    t = 2.0 + 3.0 * chebyshev_nodes(9)
+    columns = dict.fromkeys(StickingState.names(), 0.0 * t) | {"x0": t}
+    columns["stability_aside"] = 2.0 + 3.0 * place + 6e-4 - t
+
+    def piece(**changed):
+        states = StickingState(**columns | changed)
+        kind = {"contact": Contact.POINT, "parameter": Parameter.X0}
+        return Piece(**kind, start=2.0, stop=5.0, states=states)
+
+    assert refinement._swing(path, piece()) == pytest.approx(2.0 + 3.0 * place, abs=1e-11)
+    assert np.isnan(refinement._swing(path, piece(stability_aside=5.1 - t)))
+    assert refinement._swing(path, piece(stability_aside=1.9 - t)) == 2.0
