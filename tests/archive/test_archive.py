@@ -169,6 +169,19 @@ def test_code_that_no_commit_names_is_refused(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("status", [0, 3])
+def test_how_a_run_of_an_archived_study_has_ended_is_told(unpacked, tmp_path, status):
+    (unpacked / "workflow/run.py").write_text(
+        "import pathlib, sys\n"
+        "assert not pathlib.Path('results').exists() and pathlib.Path('Snakefile').exists()\n"
+        f"assert sys.argv[1:] == ['--configfile', 'studies/whisker.yaml']\nsys.exit({status})\n"
+    )
+    recorded = reproduction.checksums(unpacked)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    assert reproduction.run_again(unpacked, recorded, scratch) == status
+
+
 @pytest.mark.slow
 def test_an_archive_makes_its_results_again_bit_for_bit(tmp_path):
     project = tmp_path / "project"

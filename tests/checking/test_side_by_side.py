@@ -194,7 +194,9 @@ def test_one_study_at_two_commits(monkeypatch):
     found = found_again()
     assert "commit 0123456 |" in markdown(found)
     made_by, verdict = lines(found)
-    assert made_by.startswith("made by: version") and made_by.endswith("commit 0123456")
+    before, now = (origin.programs["stiction"] for origin in found.origins)
+    assert made_by == f"made by: {before} -> {now}"
+    assert now.endswith("commit 0123456") and not before.endswith("commit 0123456")
     assert verdict.startswith("Nothing differs")
 
 

@@ -46,6 +46,12 @@ def state(**values):
     return lambda evidence: replace(evidence, state={**evidence.state, **values})
 
 
+def on_the_grids_of_all_steps(evidence):
+    """Slip where a step of both sizes ends, so that rounding down costs nothing."""
+    slips = changed("taper", x0_slip=lambda rows: 0.05)(evidence)
+    return changed("scan", dx0=lambda rows: np.where(rows["theta"] == 1, 0.0005, 0.001))(slips)
+
+
 def only_slipping(evidence):
     return replace(evidence, friction=evidence.slipping())
 
@@ -300,6 +306,7 @@ OTHERWISE = [
         {},
         HOLDS,
     ),
+    ("step size analysed", on_the_grids_of_all_steps, {}, HOLDS),
     ("longer with μ0", only_slipping, {}, HOLDS),
     ("longer with μ0", changed("friction", x0_trail=lambda r: 1 - r["mu0"]), {}, CONTRADICTED),
     ("longer with μ0", changed("friction", f_trail=lambda r: 90 * r["mu0"]), {}, HOLDS),

@@ -1,6 +1,7 @@
 """Snakemake itself with the logger plugin: what it sends about small workflows."""
 
 import errno
+import logging
 import os
 import pty
 import re
@@ -12,7 +13,16 @@ from pathlib import Path
 
 import pytest
 
-from vibrissa.pipeline.events import Failed, Finished, Job, Planned, Problem, Progress, Queued
+from vibrissa.pipeline.events import (
+    Failed,
+    Finished,
+    Job,
+    Planned,
+    Problem,
+    Progress,
+    Queued,
+    event_of,
+)
 
 pytestmark = pytest.mark.slow
 
@@ -156,6 +166,16 @@ def test_an_error_of_the_operating_system_is_told_by_its_number(events):
 def test_where_our_own_errors_were_raised_is_not_told(events):
     found, _, _ = events("raise StudyError('theta is missing')")
     assert found == [Problem(message="theta is missing", ours=True)]
+
+
+@pytest.mark.parametrize(
+    ("level", "told"),
+    [(logging.INFO, False), (logging.WARNING, True), (logging.ERROR, True)],
+    ids=logging.getLevelName,
+)
+def test_a_warning_is_told_and_what_is_less_is_not(level, told):
+    record = logging.makeLogRecord({"levelno": level, "msg": "the disk of %s", "args": ("a",)})
+    assert event_of(record) == (Problem(message="the disk of a") if told else None)
 
 
 def test_where_a_mistake_in_the_workflow_is_is_told(events):

@@ -80,6 +80,11 @@ def test_the_record_of_an_earlier_attempt_is_removed(job):
     assert failure("job.log") is None
 
 
+def test_a_job_that_is_done_is_done_though_somebody_has_tidied_up_its_folder(job):
+    status, screen, log = job("os.remove('job.failure.json'); os.remove('job.log')")
+    assert (status, screen, log) == (0, "", False)
+
+
 def test_a_job_that_cannot_write_its_log_says_so(job):
     os.mkdir("job.log")
     status, screen, _ = job("pass")

@@ -49,6 +49,21 @@ def tube(rod, curve, x0, reach):
     return proved_tube(rod, Load(*map(arb, load_at(curve, x0))), arb(reach), arb(reach) / 8)
 
 
+def test_a_path_is_tried_with_ever_shorter_tubes_before_it_is_given_up(monkeypatch):
+    """From 2⁻⁶ of the force at α = 0 down to 2⁻²⁰."""
+    tried = []
+
+    def refused(rod, init, tubes, reach):
+        tried.append(float(reach) / 3.0)
+        raise NotProvedError("too wide")
+
+    monkeypatch.setattr("vibrissa.proof.path.next_tube", refused)
+    init = SimpleNamespace(load=Load(arb(0), arb(-3), arb(1)))
+    with pytest.raises(NotProvedError, match="could not be followed beyond fx = 0"):
+        follow(None, init)
+    assert tried == [2.0**-power for power in range(6, 21)]
+
+
 @pytest.mark.slow
 def test_an_onset_on_the_path_is_the_first(path, rod, curve):
     slip = state(rod, curve, "0.08", float(curve.onset([0.08])[0]))

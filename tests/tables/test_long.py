@@ -72,6 +72,19 @@ def test_a_table_that_is_not_long_is_encoded_as_before(path):
     assert digests.DIGEST_OF_PARTS not in metadata.metadata
 
 
+def test_values_that_repeat_are_written_as_a_dictionary_and_the_others_are_not(path):
+    """What is known of the states of a point differs from point to point."""
+    write(path)
+    group = pq.read_metadata(path).row_group(0)
+    columns = map(group.column, range(group.num_columns))
+    each = {
+        column.path_in_schema.split(".")[0] for column in columns if not column.has_dictionary_page
+    }
+    ends = ("_last", "_slip", "_end")
+    assert each == {name for name in STICTION.names if name.endswith(ends)}
+    assert "x0_slip" in each and not each & {"theta", "status", "f_init", "mu_lock"}
+
+
 def test_a_long_table_is_read_as_any_other(path, size):
     write(path, 3)
     assert pq.read_metadata(path).num_row_groups == -(-len(COMPLETE) // size)
