@@ -136,7 +136,8 @@ def test_a_period_disagrees_from_six_deviations_on(size, off):
     # 6·√(0.02² + 0.01² + 0.04² + 0.02²): noise of both, step, and how the forces curve.
     difference = np.zeros(5)
     difference[2] = size
-    model = periods_of(0.3 + difference, 0.02, 0.04)
+    # What is common by the deviations counts by the effects, which are none.
+    model = periods_of(0.3 + difference, 0.02, 0.04, np.full((5, 1), 0.5))
     ratio = ratio_of(5, 0.01, curved=0.02)
     for sign in (1.0, -1.0):
         found = beside(read(replace(model, mu0=0.3 + sign * difference)), read(ratio))

@@ -269,7 +269,12 @@ def test_a_partition_has_ends_counts_sums_and_a_mirror_image():
     assert periods.counts.tolist() == [2, 5, 1] and periods.ends.tolist() == [1, 6, 7]
     assert periods.sums(np.arange(8.0)).tolist() == [1.0, 20.0, 7.0]
     assert periods.spread(np.array([3, 1, 2])).tolist() == [3, 3, 1, 1, 1, 1, 1, 2]
-    assert periods.reversed().begins.tolist() == [0, 1, 6]
+    assert periods.spread(np.array([[3, 0], [1, 1], [2, 5]]))[[0, 2, 7]].tolist() == [
+        [3, 0],
+        [1, 1],
+        [2, 5],
+    ]
+    assert periods.reversed().begins.tolist() == [0, 1, 6] and len(periods) == 3
     assert periods.take([0, 2]).counts.tolist() == [7, 1]
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -24,7 +25,14 @@ from vibrissa.sensor.identification.reading.ratio import (
     fitted_forces,
     read_onsets,
 )
-from vibrissa.sensor.identification.without_rod import _swung, read_ratio
+from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH
+from vibrissa.sensor.identification.without_rod import (
+    _check_signs,
+    _doubts,
+    _statuses,
+    _swung,
+    read_ratio,
+)
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 
@@ -312,3 +320,102 @@ def test_a_rod_swings_aside_where_fx_turns_round_and_fy_stays(way, before, fx, f
     forces = np.array([[-0.5, -2.0], [before, -3.0], [fx, fy], [0.1, -2.0]]) * [way, 1.0]
     spans = Spans(begins=np.array([0, 2]), ends=np.array([1, 3]))
     assert _swung(way * np.arange(4.0), forces, spans).tolist() == [swings, False]
+
+
+def statuses(ratio, deviation=0.01, forces=(-3.0, -10.0), mean=0.3, swung=False, sign=1.0):
+    """What is known of a period with this ratio at the nine places, and of one after it."""
+    several = np.array([np.broadcast_to(ratio, 9), np.full(9, 0.3)])
+    each = np.array([np.full(9, deviation), np.full(9, 0.01)])
+    onsets = SimpleNamespace(
+        fits=SimpleNamespace(ratio=lambda places: (sign * several, each)),
+        sign=np.full(2, sign),
+    )
+    found = SimpleNamespace(mean=np.array([mean, 0.3]))
+    spans = Spans(begins=np.array([0, 1]), ends=np.array([0, 1]))
+    two = np.array([forces, (sign * -3.0, -10.0)])
+    noise = np.array([0.1, 0.2])
+    status, least = _statuses(onsets, found, two, noise, spans, np.array([swung, False]))
+    assert status[1] == "open"
+    return status[0], float(least[0])
+
+
+RISING = np.linspace(0.1, 0.3, 9)
+# The last sample: √(0.1² + (0.3·0.2)²)/10.
+ALONE = 0.3 - HALF_WIDTH * np.hypot(0.1, 0.06) / 10.0
+# By the curve it is a little more.
+CURVE = 0.3 - HALF_WIDTH * 0.01
+
+
+@pytest.mark.parametrize(
+    ("told", "status", "least"),
+    [
+        ({"ratio": RISING}, "slip", CURVE),
+        ({"ratio": RISING, "deviation": 0.001}, "slip", 0.3 - HALF_WIDTH * 0.001),
+        ({"ratio": RISING, "deviation": 0.1}, "slip", ALONE),
+        ({"ratio": np.nan, "deviation": np.nan, "mean": np.nan}, "unsure", ALONE),
+        # A tip that is pushed has needed fx of the other sign: forwards it is negative.
+        ({"ratio": RISING, "sign": -1.0, "forces": (3.0, -10.0)}, "slip", CURVE),
+        # Ten standard deviations of fy are a load.
+        ({"ratio": RISING, "forces": (-0.6, -2.01)}, "slip", CURVE),
+        ({"ratio": RISING, "forces": (-0.6, -2.0)}, "unsure", CURVE),
+        # Before its end it was 6·√2 deviations larger.
+        ({"ratio": [0.3, 0.3, 0.384, *[0.3] * 6]}, "slip", CURVE),
+        ({"ratio": [0.3, 0.3, 0.386, *[0.3] * 6]}, "lock", 0.386 - HALF_WIDTH * 0.01),
+        ({"ratio": [np.nan, 0.386, *[0.3] * 7]}, "lock", 0.386 - HALF_WIDTH * 0.01),
+        ({"ratio": RISING, "swung": True}, "lock", CURVE),
+        # By the last sample the friction would be negative, by six deviations.
+        ({"ratio": -9.0, "forces": (0.8, -10.0)}, "beyond", None),
+        ({"ratio": -9.0, "forces": (0.3, -10.0)}, "slip", None),
+    ],
+)
+def test_what_is_known_of_a_period_by_its_ratio(told, status, least):
+    found = statuses(**told)
+    assert found[0] == status
+    if least is not None:
+        assert found[1] == pytest.approx(least)
+
+
+def doubts_of(clamp, begins, smooth=True):
+    """What is doubted of the first of two periods."""
+    clamp, begins = np.array(clamp, dtype=float), np.array(begins)
+    spans = Spans(begins=begins, ends=np.append(begins[1:], len(clamp)) - 1)
+    found = _doubts(clamp, spans, SimpleNamespace(smooth=np.array([smooth, True])))
+    assert not found[1].periods[1] and not found[2].periods[1]
+    return [one.doubt.name for one in found if one.periods[0]]
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_friction_by_the_ratio_is_doubted(way):
+    even = np.arange(12.0)
+    assert doubts_of(way * even, [0, 4]) == []
+    assert doubts_of(way * even, [0, 3]) == ["FEW"]
+    assert doubts_of(way * even, [0, 6], smooth=False) == ["ROUGH"]
+    # Of steps of 1 most are usual, and several samples at a step do not count.
+    for gap, lost in ((10.0, []), (10.1, ["GAP_AFTER"])):
+        assert doubts_of(way * (even + np.where(even > 5, gap - 1.0, 0.0)), [0, 6]) == lost
+        slow = np.repeat(even, 3)
+        moved = slow + np.where(slow > 5, gap - 1.0, 0.0)
+        assert doubts_of(way * moved, [0, 18]) == lost
+    turned = np.where(even > 5, 11.0 - even, even)
+    assert doubts_of(way * turned, [0, 6]) == []
+    assert doubts_of(way * turned, [0, 7]) == ["TURN"]
+    back = np.array([0, 1, 2, 3, 4, 3, 2, 1])
+    assert doubts_of(way * back, [0, 5]) == ["TURN"]
+    assert doubts_of(np.zeros(10), [0, 5]) == []
+
+
+def test_forces_have_the_signs_of_a_rod_that_is_pushed_and_presses():
+    clamp, noise = np.arange(40.0), np.array([0.1, 0.1])
+    teeth = -(np.arange(40.0) % 10) / 5.0
+    forces = np.column_stack([teeth, np.full(40, -1.0)])
+    _check_signs(clamp, forces, noise)
+    _check_signs(-clamp, forces * [-1.0, 1.0], noise)
+    # A few long falls outweigh many short rises, and what noise may do does not count.
+    _check_signs(clamp, forces, np.full(2, 10.0))
+    for wrong in (forces * [-1.0, 1.0], forces * [-1.0, -1.0]):
+        with pytest.raises(RecordingError, match="force_x grows suddenly where it should fall"):
+            _check_signs(clamp, wrong, noise)
+        with pytest.raises(RecordingError, match="force_x grows suddenly where it should fall"):
+            _check_signs(-clamp, wrong * [-1.0, 1.0], noise)
+    with pytest.raises(RecordingError, match="force_y is positive: it is the load of the rod"):
+        _check_signs(clamp, forces * [1.0, -1.0], noise)

@@ -71,6 +71,31 @@ def test_a_state_past_the_lock_is_taken_where_none_before_it_fits():
         assert found.x0 == pytest.approx([0.3, place], abs=1e-4)
 
 
+def test_states_end_where_the_rod_snaps_or_slips_back():
+    x0 = np.array([-0.6, -0.499, 0.799, 0.9])
+    found = located(Straight(), recording_of(np.zeros(4), Straight()(x0)), ALL, np.zeros(3))
+    assert found.x0 == pytest.approx([-0.5, -0.499, 0.799, 0.8])
+
+
+def test_the_moment_alone_tells_the_states_up_to_where_it_turns_back():
+    class Turning(Straight):
+        """Its moment grows up to x0 = 0.4, before the lock, and then falls."""
+
+        def __call__(self, x0):
+            moment = 0.4 - np.abs(np.asarray(x0) - 0.4)
+            return np.stack([0.0 * moment, 0.0 * moment, moment], axis=-1)
+
+        def slope(self, x0):
+            one = np.where(np.asarray(x0) > 0.4, -1.0, 1.0)
+            return np.stack([0.0 * one, 0.0 * one, one], axis=-1)
+
+    x0 = np.linspace(0.1, 0.75, 14)
+    recording = recording_of(np.zeros(14), Turning()(x0))
+    channels = Channels(used=[2], noise=np.array([0.01]))
+    found = located(Turning(), recording, channels, np.zeros(3))
+    assert found.x0 == pytest.approx(0.4 - np.abs(x0 - 0.4), abs=1e-3)
+
+
 def test_progress_is_told_in_blocks():
     told = []
     recording = recording_of(np.zeros(3), Straight()(np.zeros(3)))
@@ -103,6 +128,9 @@ def test_a_lone_spike_jumps_away_and_back():
     # Two in a row, a slip, and ends of a recording are none.
     for place in ([0, 1, 1, 0, 0], [0, 0, 1, 1, 1], [1, 0, 0, 0, 1], [0, 0, 1, 2, 2]):
         assert not lone_spikes(sampled(place, np.zeros(5))).any()
+    # It jumps by 6·√2 deviations away and back, and not once and by less.
+    for place in ([0.0, 0.09, 0.04], [0.0, 0.05, -0.04]):
+        assert not lone_spikes(sampled(place, np.zeros(3))).any()
     assert lone_spikes(sampled([0.0, 1.0, 0.0], np.zeros(3))).tolist() == [False, True, False]
 
 
@@ -148,11 +176,12 @@ def test_a_period_goes_on_past_the_lock_where_it_fits_the_contact_before(before,
 
 
 def test_several_periods_go_on_with_one_contact_and_the_next_does_not():
-    x0 = np.array([0.6, 0.65, 0.7, 0.1, 0.2])
-    samples = sampled(x0, x0, start=np.array([0.6, 0.65, 0.7, 5.1, 5.2]))
-    periods = Partition(begins=np.arange(5), size=5)
+    # Two samples each.
+    x0 = np.repeat([0.6, 0.65, 0.7, 0.1, 0.2], 2)
+    start = np.repeat([0.6, 0.65, 0.7, 5.1, 5.2], 2)
+    periods = Partition(begins=2 * np.arange(5), size=10)
     contacts = Contacts(place=np.array([0.0, 1.0, 2.0, 5.0, 5.0]), deviation=np.full(5, 0.01))
-    found = joined_past_lock(Straight(), samples, ALL, periods, contacts)
+    found = joined_past_lock(Straight(), sampled(start, x0), ALL, periods, contacts)
     # The last fits the contact of the one before; but that has not passed its lock.
     assert found.tolist() == [False, True, True, False, False]
 
@@ -211,6 +240,17 @@ def test_some_of_the_periods_are_seen_as_among_all():
     assert some.contacts.place.tolist() == seen.contacts.place[[0, 2]].tolist()
     assert seen.without_noise().contacts.deviation.tolist() == [0.0] * 3
     assert seen.without_noise().channels.noise.tolist() == [0.0] * 3
+
+
+def test_periods_are_seen_by_other_channels_at_the_contacts_that_fit_these():
+    samples = sampled([0.0, 0.1, 1.0], [0.0, 0.1, 0.1])
+    samples.readings[:, 2] += 0.02 * SLOPES[2]
+    seen = seen_of(samples, [0, 2])
+    other = seen.by(Channels(used=[2], noise=ALL.noise[2:]))
+    assert other.contacts.place == pytest.approx([-0.02, 0.88])
+    assert other.contacts.deviation == pytest.approx(np.array([0.5**0.5, 1.0]) / TILT[2])
+    assert other.residuals == pytest.approx(np.zeros((3, 1)))
+    assert seen.residuals == pytest.approx(np.tile([0.0, 0.0, 0.02 * TILT[2]], (3, 1)))
 
 
 def zero(size, step=0.25):
