@@ -66,6 +66,56 @@ def test_a_loop_crosses_itself_and_an_open_bow_does_not():
     assert CROSSES_ITSELF not in seen(bow, 0.9, Contact.POINT)
 
 
+@pytest.mark.parametrize("turn", [1.4, 1.6, 1.9])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_loop_overlaps_by_the_angle_at_which_it_crosses(turn, side):
+    """A circle with ends that go on straight: tangents cross at the place where the ends do."""
+
+    def slope(s):
+        bend = s - np.sin(2 * np.pi * s) / (2 * np.pi)
+        return np.pi / 2 + side * turn * np.pi * bend
+
+    states = rod(slope)
+    x, y, phi = (values[0] for values in shape(states, np.linspace(0.0, 1.0, 2001)))
+    # It is symmetric about its middle: s and 1 - s are in one place.
+    middle = np.array([np.cos(phi[1000]), np.sin(phi[1000])])
+    along = np.stack([x - x[::-1], y - y[::-1]], axis=-1) @ middle
+    place = np.flatnonzero((along[:1000] > 0.0) != (along[1:1001] > 0.0))[-1]
+    angle = phi[2000 - place] - phi[place]
+    found = clearances(states, np.array([0.9]), Contact.POINT)
+    assert found.itself[0] == pytest.approx(-abs(np.sin(angle)), abs=0.01)
+
+
+# Turn from end to end, and amplitudes of sines that are added to the slope.
+NEAR_ITSELF = {
+    "its ends": (-5.199, 1.858, 0.401, 4.386, 0.504, 0.118),
+    "behind its end": (-5.403, 1.591, 0.697, 3.73, 1.309, 0.825),
+    "its clamp": (5.002, 1.996, 5.489, 3.675, 1.608, 1.012),
+    "its clamp from the other side": (-3.199, -0.785, 2.258, 0.704, 1.398, 1.142),
+}
+
+
+@pytest.mark.parametrize("name", NEAR_ITSELF)
+def test_a_rod_that_comes_near_itself_does_not_cross_itself(name):
+    """Where no way from part to part is normal to both, a search for one finds none."""
+    turn, *sines = NEAR_ITSELF[name]
+
+    def slope(s):
+        waves = (a / k * np.sin(np.pi * k * s) for k, a in enumerate(sines, 1))
+        return np.pi / 2 + turn * s + sum(waves)
+
+    states = rod(slope)
+    found = clearances(states, np.array([0.9]), Contact.POINT)
+    x, y, phi = (values[0] for values in shape(states, np.linspace(0.0, 1.0, 801)))
+    assert count_crossings(x, y) == 0
+    i, j = np.triu_indices(len(x), 2)
+    turned = np.abs(phi[j] - phi[i]) > np.pi - 0.3
+    nearest = np.hypot(x[j] - x[i], y[j] - y[i])[turned].min()
+    assert CROSSES_ITSELF not in found.reasons(0)
+    # Known where the parts are nearest at nodes of the rod alone.
+    assert nearest * 0.999 < found.itself[0] < nearest + 0.002
+
+
 @pytest.mark.slow
 def test_where_a_rod_begins_to_cross_itself_agrees_with_its_drawn_shape():
     curve = solve_curve(15.0, 0.5)
