@@ -76,9 +76,10 @@ def test_independent_errors_average_out_and_those_of_the_curve_do_not():
 
 def test_a_step_that_makes_all_onsets_late_alike_does_not_average_out():
     # Both are late in the same step: only the difference counts, in each and in all of them.
-    found = spread([0.001] * 4, 0.01, 0.05, ratio_of(4, by_step=0.02))
-    assert found == pytest.approx(np.sqrt((0.01**2 + 0.03**2) / 4.0 + 0.03**2))
-    other = spread([0.001] * 4, 0.01, 0.02, ratio_of(4, by_step=0.05))
+    found = spread([0.001] * 4, 0.01, 0.05, ratio_of(4, 0.02, by_step=0.02))
+    noise = 0.01**2 + 0.02**2
+    assert found == pytest.approx(np.sqrt((noise + 0.03**2) / 4.0 + 0.03**2))
+    other = spread([0.001] * 4, 0.02, 0.02, ratio_of(4, 0.01, by_step=0.05))
     assert other == pytest.approx(found)
     # What differences scatter beyond their noise is not alike.
     scattered = np.array([1.0, -1.0, 1.0, -1.0]) * 0.02
@@ -131,16 +132,19 @@ def test_periods_are_compared_that_end_in_the_same_line_and_slip_by_both():
     assert turned.ratio == pytest.approx(found.ratio, nan_ok=True)
 
 
-@pytest.mark.parametrize(("size", "off"), [(0.299, False), (0.301, True)])
+@pytest.mark.parametrize(("size", "off"), [(0.779, False), (0.781, True)])
 def test_a_period_disagrees_from_six_deviations_on(size, off):
-    # 6·√(0.02² + 0.01² + 0.04² + 0.02²): noise of both, step, and how the forces curve.
+    # 6·√(0.02² + 0.01² + 0.04² + 0.02² + 0.12²): noise of both, step, how the forces curve, and
+    # an error of the model alone.
     difference = np.zeros(5)
     difference[2] = size
-    # What is common by the deviations counts by the effects, which are none.
-    model = periods_of(0.3 + difference, 0.02, 0.04, np.full((5, 1), 0.5))
-    ratio = ratio_of(5, 0.01, curved=0.02)
+    ones = np.ones((5, 1))
+    # What is common by the deviations counts by the effects.
+    model = periods_of(0.3 + difference, 0.02, 0.04, 0.5 * ones, ones)
+    ratio = ratio_of(5, 0.01, curved=0.02, effects=0.5 * ones)
     for sign in (1.0, -1.0):
-        found = beside(read(replace(model, mu0=0.3 + sign * difference)), read(ratio))
+        turned = replace(model, mu0=0.3 + sign * difference)
+        found = beside(read(turned, [[0.12**2]], "a"), read(ratio, [[0.0]], "b"))
         assert found.off.tolist() == [False, False, off, False, False]
         # The mean is of the others.
         assert found.difference == pytest.approx(0.0 if off else sign * size / 5.0)
