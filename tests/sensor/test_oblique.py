@@ -124,7 +124,7 @@ def test_friction_is_never_exceeded_and_would_be_without_the_slip():
     assert (np.abs(fx / fy) <= found.mu0 * (1 + 1e-9)).all()
     at = np.flatnonzero(found.phase == TipPhase.SLIP)
     assert len(at) > 20
-    states, stuck = stage.states(found.clamp[at], found.contact[at - 1])
+    states, stuck = stage.states(found.clamp[at], found.contact[at - 1], 1)
     inside = (stuck > states.x0_pull) & (stuck < states.x0_end)
     demand = np.abs(states.demand(states.clip(stuck)))
     assert (demand > found.mu0[at - 1])[inside].all()
@@ -220,7 +220,7 @@ def test_friction_is_read_at_the_height_of_each_period(angle, method):
     assert known[:-1].all()
     # Without noise the interval is the step before the slip, and holds the friction with it.
     ends = found.last[known]
-    states, beyond = stage.states(truth.clamp[ends + 1], truth.contact[ends])
+    states, beyond = stage.states(truth.clamp[ends + 1], truth.contact[ends], 1)
     after, last = np.abs(states.demand(states.clip(beyond))), truth.reactions[ends]
     before = np.abs(last[:, 0] / last[:, 1])
     width = after - before
@@ -309,6 +309,32 @@ def test_what_an_oblique_stage_cannot_tell_is_refused():
     stage, truth = simulated(0.01, 0.3, "0.002", ["0.1"])
     with pytest.raises(ArgumentError, match="the method spacing needs a stage along the surface"):
         read(stage, truth, [1e-3, 1e-3, 1e-4], "spacing")
+
+
+@pytest.mark.parametrize("angle", [0.1, -0.1])
+def test_a_tip_sticks_past_the_lock_from_the_largest_demand_along_the_stage_on(angle):
+    """However little less friction there is, and however short the way on which it is too little."""
+    largest = solve_curve(THETA, ETA, mounting=Mounting(stage_angle=angle)).mu_lock
+    for part, slips in ((-1e-6, True), (-1e-8, True), (1e-8, False), (1e-6, False)):
+        _, found = simulated(angle, largest * (1.0 + part), "0.02", ["0.2"])
+        assert (TipPhase.SLIP in found.phase) == slips
+
+
+@pytest.mark.parametrize("turns", [["0.3"], ["1.1", "0.8"]])
+@pytest.mark.parametrize("last", [-400.0, 400.0])
+def test_how_far_the_next_step_goes_does_not_matter(turns, last):
+    """The tip sticks, slips or swings aside as on a level stage, on a way of many rods, too."""
+    response = respond(THETA, ETA)
+    stage = ObliqueStage(heights=heights(), eta=ETA, angle=1e-9)
+    surface = surfaces.patches([0.0, 0.42], [0.9, response.mu_lock * (1.0 - 1e-8)])
+    positions = np.append(path("0.02", turns), last)
+    level = simulate(response, surface, positions)
+    found = simulate_oblique(stage, surface, positions)
+    assert found.outcome is level.outcome is Outcome.COMPLETE
+    assert (found.phase == level.phase).all() and (found.side == level.side).all()
+    assert (found.period == level.period).all()
+    assert found.contact == pytest.approx(level.contact, abs=1e-6)
+    assert found.reactions == pytest.approx(level.reactions, abs=1e-5)
 
 
 @pytest.mark.slow

@@ -106,7 +106,7 @@ class ObliqueStage:
         return np.asarray(np.asarray(clamp) * np.cos(self.angle))
 
     def states(
-        self, clamp: ArrayLike, contact: FloatArray | float, side: IntArray | int = 1
+        self, clamp: ArrayLike, contact: FloatArray | float, side: IntArray | int
     ) -> tuple[HeightStates, FloatArray]:
         """States that a tip at a place has at clamp positions, and its displacements (L).
 
@@ -143,10 +143,12 @@ class ObliqueHeights:
 class _Start:
     """How sticking begins: at the step `begin`, of a tip at `contact` on one side of the clamp.
 
-    Without a slip the tip goes on sticking, with the friction `mu0`.
+    Without a slip the tip goes on sticking, with the friction `mu0`, since the clamp was at `clamp`
+    (L): before the step.
     """
 
     begin: int
+    clamp: float
     contact: float
     side: int
     mu0: float
@@ -212,7 +214,13 @@ def simulate_oblique(
     slips(response=stage.heights.at(stage.eta))  # refuses an impossible ratio
     known, outcome, end = _known(stage, positions, surface.told)
     parts: list[_Part] = []
-    start = _Start(begin=0, contact=stage.x1_init, side=1, mu0=float(surface(stage.x1_init)))
+    start = _Start(
+        begin=0,
+        clamp=float(positions[0]),
+        contact=stage.x1_init,
+        side=1,
+        mu0=float(surface(stage.x1_init)),
+    )
     while True:
         part = _part(stage, positions[:known], start)
         parts.append(part)
@@ -228,6 +236,7 @@ def simulate_oblique(
             start = replace(
                 start,
                 begin=part.end,
+                clamp=part.until,
                 contact=_swung(stage, part),
                 side=-start.side,
                 slipped=False,
@@ -242,7 +251,11 @@ def simulate_oblique(
             break
         contact = branch.contact(along, rest, start.side)
         start = _Start(
-            begin=part.end, contact=contact, side=start.side, mu0=float(surface(contact))
+            begin=part.end,
+            clamp=clamp,
+            contact=contact,
+            side=start.side,
+            mu0=float(surface(contact)),
         )
     said = (_swings(parts, positions, surface.told), end)
     return _assembled(stage, positions, parts, outcome, "; ".join(filter(None, said)))
@@ -308,7 +321,8 @@ def _part(stage: ObliqueStage, positions: FloatArray, start: _Start) -> _Part:
     """Follow the tip until it leaves what it can stick to on this side."""
     tip = _Tip(stage=stage, contact=start.contact, mu0=start.mu0, side=start.side)
     clamp = positions[start.begin :]
-    low, high = tip.limit(clamp[0], clamp.min(), -1.0), tip.limit(clamp[0], clamp.max(), 1.0)
+    low = tip.limit(start.clamp, min(start.clamp, clamp.min()), -1.0)
+    high = tip.limit(start.clamp, max(start.clamp, clamp.max()), 1.0)
     # A tip that has just slipped rests; one whose rod has swung aside may have to slip at once.
     first = int(start.slipped)
     out = first + np.flatnonzero((passes(clamp, high) | passes(-clamp, -low))[first:])
