@@ -69,7 +69,7 @@ def test_a_loop_crosses_itself_and_an_open_bow_does_not():
 @pytest.mark.parametrize("turn", [1.4, 1.6, 1.9])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_loop_overlaps_by_the_angle_at_which_it_crosses(turn, side):
-    """A circle with ends that go on straight: tangents cross at the place where the ends do."""
+    """A rod that turns most in its middle, and whose halves are mirror images."""
 
     def slope(s):
         bend = s - np.sin(2 * np.pi * s) / (2 * np.pi)

@@ -16,6 +16,8 @@ from vibrissa.sticking.curve import (
     Solved,
     _demand_slope,
     assembled_curves,
+    beside,
+    failed_curve,
 )
 from vibrissa.sticking.piece import SAMPLES, Piece, PieceArray, StickingState, displacement
 
@@ -410,3 +412,100 @@ def test_where_the_rod_first_touches_the_surface_along_a_line():
     again = [made(at, at + 0.1, NEEDS, contact=Contact.LINE) for at in (0.6, 0.8)]
     rises = rising(0.6), again[0], rising(0.8, start=0.7), again[1], rising(1.5, start=0.9)
     assert curve_of(*rises).x0_touch == 0.6
+
+
+@pytest.fixture(scope="module")
+def read():
+    """Curves side by side whose tip needs −tan α = t·(2 − t), pulled down to x0 = −0.8.
+
+    The first swings aside at 2.5, the second goes on to 3 and has a kink at 1.25; the third has
+    no states. Friction holds a pulled tip up to tan α = |t|·(2 + |t|).
+    """
+    pulled = [rising(-0.4, start=-0.8), rising(0.0, start=-0.4)]
+    (swings,) = assembled_curves(
+        [
+            Solved(
+                **{"theta": 2.0, "eta": 0.8, "method": "made", "x1_init": 2.5, "residual": 0.0},
+                pieces=[rising(2.75)],
+                pulled=pulled,
+            )
+        ]
+    )
+    goes_on = curve_of(
+        rising(1.25), rising(3.0, start=1.25), limits=[Limit(), Limit(3.0, "it breaks")]
+    )
+    fails = failed_curve(theta=1.0, eta=0.5, method="made", message="nothing")
+    return swings, goes_on, fails
+
+
+def slips_back(mu0):
+    """Where tan α = t·(t − 2) has grown to μ0."""
+    return 1.0 + np.sqrt(1.0 + np.asarray(mu0))
+
+
+def slips_ahead(mu0):
+    return 1.0 - np.sqrt(1.0 - np.asarray(mu0))
+
+
+def test_onsets_on_curves_side_by_side(read):
+    of = np.array([2, 0, 1, 0, 1, 1])
+    mu0 = np.array([0.5, 0.5, 0.97, 1.1, 1e-6, 1.0 + 1e-9])
+    x0, status = beside(read).outcomes(of, mu0)
+    expected = [np.nan, slips_ahead(0.5), slips_ahead(0.97), np.nan, slips_ahead(1e-6), np.nan]
+    assert x0 == pytest.approx(expected, abs=1e-9, nan_ok=True)
+    assert status == ["failed", "slip", "slip", "lock", "slip", "lock"]
+
+
+def test_how_sticking_ends_past_the_lock(read):
+    """It slips back where tan α has grown to μ0, if the curve does not end before."""
+    of, mu0 = np.array([0, 0, 1, 1, 1]), np.array([1.1, 1.3, 1.1, 2.99, 3.01])
+    ends, states = beside(read).motion_end(of, mu0)
+    assert ends == ["slips_back", "swings_aside", "slips_back", "slips_back", "out_of_reach"]
+    expected = [slips_back(1.1), 2.5, slips_back(1.1), slips_back(2.99), 3.0]
+    assert states.x0 == pytest.approx(expected, abs=1e-10)
+    assert np.tan(states.alpha[[0, 2, 3]]) == pytest.approx(mu0[[0, 2, 3]], abs=1e-9)
+    unknown = curve_of(rising(1.5)).motion_end([1.1])
+    assert unknown[0] == ["not_followed"] and np.isnan(unknown[1].x0).all()
+
+
+@pytest.mark.parametrize("mu0", [1.1, 1.3, 2.0, 2.2])
+def test_where_a_rod_slips_that_trails_behind_its_clamp(read, mu0):
+    """Where the pulled tip slips, as far behind the swing as the pulled state is before it."""
+    pull = np.sqrt(1.0 + mu0) - 1.0
+    # The mirrored states count from the swing at 2.5 back to the pulled ones.
+    state = read[0].trailing_end(mu0)
+    assert state.x0 == pytest.approx(5.0 + pull, abs=1e-10)
+    assert state.alpha == pytest.approx(-np.arctan(mu0), abs=1e-10)
+    assert state.reaction_fy == pytest.approx(-1.0) and state.reaction_fx == pytest.approx(-mu0)
+    assert state.phi1 == pytest.approx(np.pi - 0.5)
+    assert state.reaction_m == pytest.approx(-COLUMNS["reaction_m"](-pull))
+
+
+def test_a_rod_trails_no_farther_than_is_known(read):
+    """With the most friction it slips beyond the last pulled state, where nothing is known."""
+    most = 0.8 * 2.8
+    of, mu0 = np.array([0, 0, 1, 2]), np.array([most - 1e-6, most + 1e-6, 1.1, 1.1])
+    x0 = beside(read).trailing_end(of, mu0).x0
+    assert np.isfinite(x0).tolist() == [True, False, False, False]
+
+
+def test_states_and_contacts_on_curves_side_by_side(read):
+    curves = beside(read)
+    of, x0 = np.array([0, 1, 1, 0, 1, 2]), np.array([-0.4, 1.25, 1.3, -0.6, 3.0, np.nan])
+    states = curves.states(of, x0)
+    assert states.x0 == pytest.approx(x0, abs=1e-12, nan_ok=True)
+    assert states.reaction_m == pytest.approx(COLUMNS["reaction_m"](x0), abs=1e-11, nan_ok=True)
+    assert curves.x0_end == pytest.approx([2.5, 3.0, np.nan], nan_ok=True)
+    assert curves.contact(of, x0) == ["point"] * 5 + [""]
+    assert (curves.has_states.tolist(), curves.locks.tolist()) == (
+        [True, True, False],
+        [True, True, False],
+    )
+
+
+def test_the_contact_changes_where_the_next_piece_begins():
+    lies = made(0.6, 1.5, NEEDS, contact=Contact.LINE)
+    curve = curve_of(rising(0.6), lies)
+    assert curve.contact([0.0, np.nextafter(0.6, 0.0), 0.6, 1.5, np.nan]) == [
+        *("point", "point", "line", "line", ""),
+    ]
