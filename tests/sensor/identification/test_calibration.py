@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from steel import NANO, NOISE, SI, measured, recording_of
+from straight import ALL, Straight
 from vibrissa.cli.app import app
 from vibrissa.errors import NoResponseError, UndeterminedError
 from vibrissa.mechanics.rod import Rod
@@ -22,6 +23,7 @@ from vibrissa.sensor.identification.calibration import (
     principal_axes,
 )
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
+from vibrissa.sensor.identification.periods import Channels
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.response.branch import respond
@@ -241,6 +243,42 @@ def test_a_height_is_known_to_a_third_of_its_way_to_the_end_of_the_range(eta, de
     covariance, values = np.diag([deviation**2, 0.0, 0.0, 0.0]), np.array([eta, 0.0, 0.0, 0.0])
     with nullcontext() if known else pytest.raises(UndeterminedError, match="is looked for from"):
         calibration._check_range(NEAR, values, covariance, [0, 1, 2], Units())
+
+
+@pytest.mark.parametrize(("rows", "said"), [(2, "2 usable rows in 1 periods"), (3, "as well")])
+def test_a_contact_and_each_unknown_use_up_two_readings(rows, said):
+    """Of loads that grow evenly a shift of the contact is an offset."""
+    clamp = 0.1 * np.arange(rows)
+    recording = recording_of(clamp, Straight()(clamp))
+    even = SimpleNamespace(low=0.8, high=0.9, at=lambda eta: Straight())
+    with pytest.raises(UndeterminedError, match=f"does not tell offset: .*{said}") as raised:
+        calibrate(even, 0.85, recording, ALL.noise, ["offset"])
+    assert str(raised.value).endswith("or give eta and tare the transducer")
+
+
+def test_derivatives_are_those_of_residuals_with_the_best_contacts(heights, response):
+    """Where the recording fits: then they are exact."""
+    truth = simulate(response, surfaces.constant(0.3), path("0.002", ["0.1"]))
+    recording = recording_of(truth.clamp, truth.reactions)
+    channels = Channels(used=[0, 1, 2], noise=NOISE)
+    values = np.array([0.85, 0.0, 0.0, 0.0])
+    samples, periods = calibration._usual_samples(heights.at(0.85), values, recording, channels)
+    assert len(periods) > 2
+    fit = calibration._Fit(
+        heights=heights,
+        samples=samples,
+        channels=channels,
+        periods=periods,
+        free=[0, 1, 3],
+        start=values,
+    )
+    at = values[fit.free]
+    assert np.abs(fit.residuals(at)).max() < 1e-2
+    each = [1e-6, 1e-5, 1e-5] * np.eye(3)
+    found = [(fit.residuals(at + h) - fit.residuals(at - h)) / (2.0 * h.max()) for h in each]
+    jacobian = fit.jacobian(at)
+    scale = np.abs(jacobian).max(axis=0)
+    assert jacobian / scale == pytest.approx(np.transpose(found) / scale, abs=2e-3)
 
 
 def test_nothing_unknown_is_the_given_setup(heights, response):
