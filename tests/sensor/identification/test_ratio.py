@@ -419,3 +419,75 @@ def test_forces_have_the_signs_of_a_rod_that_is_pushed_and_presses():
             _check_signs(-clamp, wrong * [-1.0, 1.0], noise)
     with pytest.raises(RecordingError, match="force_y is positive: it is the load of the rod"):
         _check_signs(clamp, forces * [1.0, -1.0], noise)
+
+
+def even(way=1.0):
+    """Four periods of 15 samples in which the ratio grows by 0.02 a sample, to 0.38."""
+    clamp, ratio = 0.01 * np.arange(60.0), 0.1 + 0.02 * (np.arange(60) % 15)
+    readings = np.column_stack([-way * ratio, np.full(60, -1.0), np.full(60, np.nan)])
+    return recording_of(way * clamp, readings)
+
+
+QUIET = np.full(3, 1e-4)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_ratio_that_grows_evenly_is_uniform_within_the_step_after_the_last_sample(way):
+    found = read_ratio(even(way), QUIET)
+    assert found.status.tolist() == ["slip", "slip", "slip", "open"]
+    assert found.first.tolist() == [0, 15, 30, 45] and found.last.tolist() == [14, 29, 44, 59]
+    assert found.first_line.tolist() == [2, 17, 32, 47]
+    assert found.last_line.tolist() == [16, 31, 46, 61]
+    assert found.footpoint == pytest.approx(way * np.array([0.14, 0.29, 0.44, 0.59]))
+    assert found.mu0[:3] == pytest.approx([0.39] * 3, abs=2e-4)
+    assert found.by_step[:3] == pytest.approx([0.02 / np.sqrt(12.0)] * 3)
+    assert found.deviation[:3] == pytest.approx(found.by_step[:3], rel=2e-3)
+    assert found.low[:3] == pytest.approx([0.3805] * 3, abs=2e-4)
+    assert found.high[:3] == pytest.approx([0.3995] * 3, abs=2e-4)
+    # The last has stuck to what it is.
+    assert found.low[3] == pytest.approx(0.38, abs=3e-4)
+    for column in (found.mu0, found.deviation, found.high, found.by_step):
+        assert np.isnan(column[3])
+    assert found.common[3] == 0.0 and not found.shifts[3].any()
+    assert found.effects.shape == (4, 0) and found.shifts.shape == (4, 1)
+    assert np.isnan(found.contact).all() and set(found.side) == {""}
+    assert set(found.doubt) == set(found.grade) == {""} and found.notes == ()
+
+
+@pytest.mark.parametrize("channel", [0, 1])
+def test_a_lone_spike_takes_its_row_and_no_other(channel):
+    run = even()
+    run.readings[20, channel] -= 0.5
+    found = read_ratio(run, QUIET)
+    assert found.notes == ("a lone spike in 1 rows, left out: line 22",)
+    assert found.first.tolist() == [0, 15, 30, 45] and found.last.tolist() == [14, 29, 44, 59]
+    assert found.last_line.tolist() == [16, 31, 46, 61]
+    assert found.mu0[:3] == pytest.approx([0.39] * 3, abs=2e-4)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_errors_of_the_readings_move_all_periods_together(way):
+    run, sizes = even(way), {"zero_force_x": 0.01, "zero_force_y": 0.02}
+    found, plain = read_ratio(run, QUIET, errors_of(run, sizes)), read_ratio(run, QUIET)
+    # Of ratios (fx − a)/(fy − b) with fy = −1, over the size of each.
+    expected = [way * 1.0, -0.39 / 1.02]
+    assert found.effects == pytest.approx(np.array([expected] * 3 + [[0.0, 0.0]]), abs=1e-3)
+    shifts = found.effects * [0.01, 0.02]
+    assert found.shifts[:, 1:] == pytest.approx(shifts)
+    assert found.common == pytest.approx(np.linalg.norm(found.shifts, axis=1))
+    # Of finitely many values it is a little less.
+    whole = np.hypot(plain.deviation, found.common)[:3]
+    assert found.deviation[:3] == pytest.approx(whole, rel=0.015)
+    # What is common widens the bound, too.
+    wide = HALF_WIDTH * np.linalg.norm(np.array([1.0, 0.38 / 1.02]) * [0.01, 0.02])
+    assert found.low[3] == pytest.approx(plain.low[3] - wide, abs=3e-4)
+
+
+def test_without_noise_that_can_be_told_and_of_two_samples_nothing_is_read():
+    with pytest.raises(RecordingError, match="the noise of column force_y cannot be"):
+        read_ratio(even())
+    with pytest.raises(RecordingError, match="too little to identify friction from: 2 usable"):
+        read_ratio(even().take(slice(2)), QUIET)
+    # A bound is not below 0.
+    weak = replace(even(), readings=even().readings * [0.01, 1.0, 1.0])
+    assert read_ratio(weak, np.full(3, 0.05)).low[-1] == 0.0

@@ -7,7 +7,7 @@ import pytest
 from steel import ROD, SCALE, SENSOR, recording_of
 from vibrissa.errors import RecordingError
 from vibrissa.sensor import Units
-from vibrissa.sensor.identification.preparing.hum import _block, _frequencies, hum_of
+from vibrissa.sensor.identification.preparing.hum import _block, _Blocks, _frequencies, hum_of
 from vibrissa.sensor.identification.recording import Method, Recording, read_recording, units_of
 from vibrissa.sensor.quantities import Kind
 
@@ -231,3 +231,72 @@ def test_hum_is_the_same_with_slips_and_a_load_that_grows():
     # A time that does not begin with 0 has another phase, and the same wave.
     later = hum_of(noise + amplitude * wave + slips, time + 3.3, time)
     assert later.signal == pytest.approx(found.signal, abs=1e-6)
+
+
+def waving(size, blocks=12, channels=3):
+    """The clamp, which moves evenly, and readings of ±1 in turn, in so many blocks."""
+    rows = np.arange(size * blocks)
+    return np.column_stack([1.0 * rows, *[(-1.0) ** rows] * (channels - 1)])
+
+
+@pytest.mark.parametrize("channel", [0, 1, 2])
+@pytest.mark.parametrize(("part", "quiet"), [(3.99, True), (4.01, False)])
+def test_a_block_that_leaves_four_times_what_most_leave_has_a_slip(channel, part, quiet):
+    readings = waving(40)
+    # The clamp does not show a slip.
+    readings[:, 0] = readings[:, 1]
+    readings[120:160, channel] *= np.sqrt(part)
+    found = _Blocks.of(readings, 40)
+    assert (3 in found.quiet) == (quiet or channel == 0)
+    assert len(found.quiet) == len(found.rest) >= 11
+
+
+@pytest.mark.parametrize(("height", "quiet"), [(17.9, True), (18.1, False)])
+def test_a_second_difference_ten_times_the_usual_one_is_a_slip(height, quiet):
+    # Of ±1 in turn it is 4, with the height 4 + 2·height; in a block of 400 it is little beside.
+    readings = waving(400)
+    readings[400 * 3 + 200, 2] += height
+    found = _Blocks.of(readings, 400)
+    assert found.quiet.tolist() == [block for block in range(12) if quiet or block != 3]
+    # In the clamp it is none.
+    moved = waving(400)
+    moved[1400, 0] += 1e3
+    assert len(_Blocks.of(moved, 400).quiet) == 12
+
+
+def test_blocks_are_without_parabolas_and_what_is_left_over_is_no_block():
+    rows = np.arange(485.0)
+    readings = np.column_stack([rows, 3.0 + 0.2 * rows - 1e-3 * rows**2, (-1.0) ** rows])
+    found = _Blocks.of(readings, 40)
+    assert found.rest.shape[1:] == (40, 3) and len(found.quiet) <= 12
+    assert np.abs(found.rest[:, :, 1]).max() < 1e-9
+    assert np.abs(found.rest[:, :, 2]).max() > 0.9
+
+
+@pytest.mark.parametrize(("blocks", "fits"), [(9, False), (10, True)])
+def test_ten_quiet_blocks_are_the_fewest_for_a_fit(blocks, fits):
+    readings = waving(40, blocks)
+    readings[:, 1:] += 0.1 * np.random.default_rng(1).standard_normal((40 * blocks, 2))
+    angle = np.pi * 0.1 * np.arange(40 * blocks)
+    waves = np.column_stack([np.cos(angle), np.sin(angle)])
+    readings[:, 1] += 0.7 * waves[:, 1]
+    weights, explained = _Blocks.of(readings, 40).fitted(waves)
+    assert weights.shape == (2, 3) and explained.shape == (3,)
+    assert (explained[1] > 0.0) == fits
+    if fits:
+        assert weights[:, 1] == pytest.approx([0.0, 0.7], abs=0.1)
+
+
+@pytest.mark.parametrize(("part", "fits"), [(0.99, False), (1.01, True)])
+def test_a_wave_of_which_parabolas_leave_less_than_a_fifth_is_not_told(part, fits):
+    readings = waving(40)
+    readings[:, 1:] += 0.1 * np.random.default_rng(1).standard_normal((480, 2))
+    blocks = _Blocks.of(readings, 40)
+    angle = np.pi * 0.1 * np.arange(480)
+    waves = np.column_stack([np.cos(angle), np.sin(angle)])
+    cut = waves.reshape(12, 40, 2)
+    # A wave of amplitude 1 has the mean square 1/2; a fifth of it is 1/10.
+    rows = np.vander(np.linspace(-1.0, 1.0, 40), 3)
+    left = cut - np.einsum("ij,bjk->bik", rows @ np.linalg.pinv(rows), cut)
+    size = np.sqrt(0.1 * part / np.mean(left**2))
+    assert blocks.fitted(size * waves)[1].any() == fits
