@@ -37,6 +37,7 @@ def test_three_periods_are_the_fewest_that_test_a_law(size, told):
     found = apart(*some, None)
     assert np.isfinite(found.deviation) == told and found.off_law == told
     assert found.size == pytest.approx(0.1 if told else 0.0)
+    assert found.half_step == pytest.approx(0.01 * np.sqrt(3.0) if told else 0.0)
 
 
 # --- The model beside the ratio ---

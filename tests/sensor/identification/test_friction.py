@@ -1,14 +1,16 @@
 """Pieces of the way from a recording to friction: noise, samples left out, effects, causes."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from steel import recording_of
 from straight import ALL, SLOPES, Straight, periods_of, sampled, seen_of
-from vibrissa.errors import RecordingError, WrongRodError
+from vibrissa.errors import MixedColumnsError, RecordingError, WrongRodError
 from vibrissa.sensor import Units
 from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
 from vibrissa.sensor.identification.alternatives import Alternative
@@ -22,8 +24,9 @@ from vibrissa.sensor.identification.friction import (
     find_periods,
 )
 from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
-from vibrissa.sensor.identification.misfit.mixups import _candidates
-from vibrissa.sensor.identification.periods import Channels
+from vibrissa.sensor.identification.misfit.mixups import _candidates, check_columns
+from vibrissa.sensor.identification.periods import Channels, located
+from vibrissa.sensor.identification.recording import MIRROR
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.sides import Part
 
@@ -294,3 +297,54 @@ def test_what_is_far_is_to_be_measured_or_estimated():
     asked, others = identified(far=(zero, told(), told(name="theta"))).summary().far
     assert asked.startswith("zero_force_x larger by") and asked.endswith("or --estimate offset")
     assert others == "Others that may stand for it: eta, theta."
+
+
+FINE = replace(ALL, noise=0.01 * ALL.noise)
+FORWARD = np.linspace(0.05, 0.45, 60)
+MIX_UPS = dict(_candidates(ALL))
+
+
+def checked(readings, channels=FINE):
+    recording = recording_of(FORWARD[: len(readings)], readings)
+    return check_columns(known_setup(Straight()), recording, channels)
+
+
+@pytest.mark.parametrize("said", MIX_UPS)
+def test_each_mix_up_is_named_that_brings_the_readings_to_the_rod(said):
+    readings = Straight()(FORWARD)
+    checked(readings)
+    with pytest.raises(MixedColumnsError) as raised:
+        checked(readings @ np.linalg.inv(MIX_UPS[said]).T)
+    text = str(raised.value)
+    assert text.startswith(f"the columns seem to be mixed up: {said}. The readings would be ")
+    assert text.endswith("a minus before a title turns the sign: 'moment_z=-Mz'")
+
+
+@pytest.mark.parametrize(("nearer", "refused"), [(14.9, False), (15.1, True)])
+def test_readings_of_mixed_columns_come_fifteen_times_as_near(nearer, refused):
+    turned, state = np.diag([1.0, 1.0, -1.0]), Straight()(np.full(60, 0.3))
+    # No contact makes up for an error across the slopes.
+    across = np.cross(SLOPES / FINE.noise, [0.0, 1.0, 0.0]) * FINE.noise
+
+    def far(readings):
+        recording = recording_of(FORWARD, readings)
+        return np.sqrt(located(Straight(), recording, FINE, np.zeros(3)).misfit[0])
+
+    def excess(error):
+        readings = state + error * across
+        return far(readings @ turned) / far(readings) - nearer
+
+    readings = (state + brentq(excess, 1e-3, 1.0) * across) @ turned
+    with pytest.raises(MixedColumnsError) if refused else nullcontext():
+        checked(readings)
+
+
+def test_a_tip_that_begins_behind_the_clamp_is_not_taken_for_one_whose_rod_swings():
+    readings = Straight()(FORWARD)
+    # Later than the first twenty samples the rod may have swung aside.
+    swung = np.where((np.arange(60) >= 25)[:, None], readings * MIRROR, readings)
+    checked(swung)
+    with pytest.raises(MixedColumnsError, match="force_x and moment_z with the other sign"):
+        checked(readings * MIRROR)
+    # A rod that is quite another one is not near, however its columns are mixed.
+    checked(np.tile([900.0, 800.0, 3.0], (60, 1)))

@@ -18,6 +18,8 @@ SAMPLED = 300
 BEGINNING = 20
 # Squared residuals that are smaller by this factor are much smaller: by 15, what they are of.
 MUCH = 225.0
+# A smaller mean square is rounding: the readings of a simulation may have no noise.
+ROUNDING = 1e-9
 # A unit of 1/1000, such as mN or N·mm, that was taken for the other.
 THOUSAND = 1e3
 
@@ -64,7 +66,7 @@ def check_columns(setup: Setup, recording: Recording, channels: Channels) -> Non
     if least < min(given, size(candidates[text])) / MUCH:
         raise MixedColumnsError(
             f"the columns seem to be mixed up: {text}. The readings would be "
-            f"{np.sqrt(given / least):.3g} times as near to this rod. Say which is which with "
+            f"{np.sqrt(given / max(least, ROUNDING)):.3g} times as near to this rod. Say which is which with "
             "vibrissa import --column, a minus before a title turns the sign: 'moment_z=-Mz'"
         )
 
