@@ -66,8 +66,9 @@ def check_columns(setup: Setup, recording: Recording, channels: Channels) -> Non
     if least < min(given, size(candidates[text])) / MUCH:
         raise MixedColumnsError(
             f"the columns seem to be mixed up: {text}. The readings would be "
-            f"{np.sqrt(given / max(least, ROUNDING)):.3g} times as near to this rod. Say which is which with "
-            "vibrissa import --column, a minus before a title turns the sign: 'moment_z=-Mz'"
+            f"{np.sqrt(given / max(least, ROUNDING)):.3g} times as near to this rod. Say which is "
+            "which with vibrissa import --column, a minus before a title turns the sign: "
+            "'moment_z=-Mz'"
         )
 
 
