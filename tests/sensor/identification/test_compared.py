@@ -18,8 +18,8 @@ NAN = np.nan
 
 
 def test_travels_are_apart_by_the_mean_of_their_differences_and_its_errors():
-    travels = periods_of([0.31, 0.33, NAN, 0.32], 0.02, 0.03, [[0.1]] * 4, [[2.0, 1.0]] * 4)
-    states = periods_of([0.3, 0.3, 0.3, 0.3], 0.01, 0.0, [[0.2]] * 4, [[0.5, 3.0]] * 4)
+    travels = periods_of([0.31, 0.33, NAN, 0.32, 9.0], 0.02, 0.03, [[0.1]] * 5, [[2.0, 1.0]] * 5)
+    states = periods_of([0.3, 0.3, 0.3, 0.3, NAN], 0.01, 0.0, [[0.2]] * 5, [[0.5, 3.0]] * 5)
     found = apart(travels, states, None)
     assert found.size == pytest.approx(0.02)
     # Three periods are read by both. What is not common: noise and step.

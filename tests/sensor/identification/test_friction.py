@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from steel import recording_of
+from steel import NOISE, measured, recording_of
 from straight import ALL, SLOPES, Straight, periods_of, sampled, seen_of
 from vibrissa.errors import MixedColumnsError, RecordingError, WrongRodError
-from vibrissa.sensor import Units
+from vibrissa.sensor import Units, path, simulate, surfaces
 from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
 from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.calibration import known_setup
@@ -23,12 +23,14 @@ from vibrissa.sensor.identification.friction import (
     checked_noise,
     find_periods,
 )
+from vibrissa.sensor.identification.misfit.doubts import Doubt
 from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest
 from vibrissa.sensor.identification.misfit.mixups import _candidates, check_columns
 from vibrissa.sensor.identification.periods import Channels, located
 from vibrissa.sensor.identification.recording import MIRROR
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.sides import Part
+from vibrissa.sensor.response.branch import respond
 
 NAN = np.nan
 ONES = np.ones(3)
@@ -348,3 +350,75 @@ def test_a_tip_that_begins_behind_the_clamp_is_not_taken_for_one_whose_rod_swing
         checked(readings * MIRROR)
     # A rod that is quite another one is not near, however its columns are mixed.
     checked(np.tile([900.0, 800.0, 3.0], (60, 1)))
+
+
+# --- The whole ---
+
+
+@pytest.fixture(scope="module")
+def scanned():
+    """A rod, a scan with twelve slips, and its readings."""
+    rod = respond(2.0, 0.85)
+    truth = simulate(rod, surfaces.random(1, 0.3, 0.02, 0.05), path("0.0005", ["0.05"]), "kinetic")
+    return known_setup(rod), recording_of(truth.clamp, measured(truth.reactions, 1))
+
+
+def test_what_was_fitted_and_adjusted_counts_in_the_fit_of_the_whole(scanned):
+    setup, recording = scanned
+    plain = find_periods(setup, recording, NOISE)
+    fitted = find_periods(replace(setup, fitted=2, penalty=3.0), recording, NOISE)
+    size = 3 * len(recording)
+    assert plain.goodness.degrees == size - len(plain) and plain.goodness.noise_degrees == np.inf
+    assert fitted.goodness.degrees == size - len(plain) - 2
+    assert fitted.goodness.chi2 == pytest.approx(plain.goodness.chi2 + 3.0)
+    estimated = find_periods(setup, recording).goodness
+    assert estimated.noise_degrees == pytest.approx(18.0 / 35.0 * size) and not estimated.noisier
+    assert plain.goodness.fits and plain.causes == () and plain.notes == ()
+    assert plain.kinetic is None and plain.effects.shape == (len(plain), 0)
+
+
+def test_noise_that_is_told_too_small_makes_all_periods_doubtful(scanned):
+    setup, recording = scanned
+    found = find_periods(setup, recording, 0.6 * NOISE)
+    assert not found.goodness.fits
+    assert list(found.goodness.noisier) == ["force_x", "force_y", "moment_z"]
+    assert [one for one in found.goodness.noisier.values()] == pytest.approx([1.667] * 3, rel=0.2)
+    assert all(Doubt.WHOLE.why in one for one in found.doubt)
+    assert found.causes[0].explained == max(one.explained for one in found.causes)
+    assert "stage_angle" not in {one.name for one in found.causes}
+    asked = find_periods(setup, recording, 0.6 * NOISE, alternatives=lambda: [zero(0)])
+    assert [one.name for one in asked.causes] == ["zero_force_x"]
+
+
+def test_what_is_doubted_beforehand_is_said_of_every_period(scanned):
+    setup, recording = scanned
+    told = []
+    doubtful = [(Doubt.FAR, "eta"), (Doubt.NOT_ADJUSTED, "")]
+    noted = replace(recording, notes=("before",))
+    found = find_periods(setup, noted, NOISE, doubtful=doubtful, progress=told.append)
+    said = f"eta {Doubt.FAR.why}; {Doubt.NOT_ADJUSTED.why}"
+    assert found.doubt.tolist() == [said] * len(found)
+    assert found.grade.tolist() == ["doubtful"] * len(found)
+    assert found.notes[0] == "before" and len(found.notes) == 3
+    assert told == [len(recording)]
+
+
+def test_all_periods_are_tested_with_what_is_not_known_of_the_setup(scanned):
+    """A zero of force_x moves the ratio by 1/fy, and shifts it as far as it may be off."""
+    setup, recording = scanned
+    size = 0.01
+    unknown = replace(setup, displaced=(zero(0),), shared=np.array([[size**2]]))
+    found = find_periods(unknown, recording, NOISE)
+    plain = find_periods(setup, recording, NOISE)
+    known = found.status == "slip"
+    fy = recording.readings[found.last, 1]
+    assert found.effects[known, 0] == pytest.approx(1.0 / -fy[known], rel=0.2)
+    assert found.common == pytest.approx(size * np.abs(found.effects[:, 0]))
+    assert found.shifts == pytest.approx(size * found.effects)
+    whole = np.hypot(plain.deviation, found.common)[known]
+    assert found.deviation[known] == pytest.approx(whole, rel=0.02)
+    # Without a covariance its deviation is 1.
+    alone = find_periods(replace(unknown, shared=None), recording, NOISE)
+    assert alone.common == pytest.approx(np.abs(found.effects[:, 0]))
+    # A bound is as much less certain.
+    assert found.status[-1] == "open" and found.low[-1] < plain.low[-1] - 1e-3

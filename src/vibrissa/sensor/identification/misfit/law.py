@@ -64,7 +64,7 @@ def apart(travels: "Periods", states: "Periods", shared: FloatArray | None) -> A
     Apart
         Unknown to within all there is, where fewer than three periods are read by both.
     """
-    known = np.isfinite(travels.mu0 - states.mu0)
+    known = np.isfinite(travels.mu0) & np.isfinite(states.mu0)
     if known.sum() < FEWEST:
         return Apart(size=0.0, deviation=np.inf, half_step=0.0)
     travels, states = travels.take(known), states.take(known)
