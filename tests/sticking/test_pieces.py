@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
+from made_curves import COLUMNS, NEEDS, curve_of, made, rising
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.curve import (
@@ -19,19 +20,8 @@ from vibrissa.sticking.curve import (
     beside,
     failed_curve,
 )
-from vibrissa.sticking.piece import SAMPLES, Piece, PieceArray, StickingState, displacement
+from vibrissa.sticking.piece import SAMPLES, PieceArray, StickingState, displacement
 
-# Columns of the parameter t.
-COLUMNS = {
-    "x0": Polynomial([0.0, 1.0]),
-    "reaction_fx": Polynomial([0.0, -2.0, 0.5]),
-    "reaction_fy": Polynomial([-2.0, 0.5, -0.25, 0.125]),
-    "reaction_m": Polynomial([1.0, -3.0, 2.0, -1.0]),
-    "phi1": Polynomial([0.5, -1.0]),
-    "s_c": Polynomial([1.0]),
-    "stability": Polynomial([0.9, 0.2]),
-    "stability_aside": Polynomial([0.5, -0.75]),
-}
 # From α = 0 on, and further along the advance, on which x0 turns back at t = 2.
 BACK = COLUMNS | {"x0": Polynomial([-3.0, 4.0, -1.0])}
 KINDS = {
@@ -42,29 +32,6 @@ KINDS = {
     "lies": {"start": 0.0, "stop": 1.0, "contact": Contact.LINE},
     "advance": {"start": 1.0, "stop": 2.5, "columns": BACK, "parameter": Parameter.ADVANCE},
 }
-
-
-def made(
-    start,
-    stop,
-    columns=COLUMNS,
-    count=9,
-    parameter=Parameter.X0,
-    contact=Contact.POINT,
-    stepped=False,
-):
-    """A piece whose columns are known everywhere."""
-    places = np.linspace(0.0, 1.0, count) if stepped else chebyshev_nodes(count)
-    t = start + (stop - start) * places
-    states = {name: columns[name](t) for name in StickingState.names()}
-    return Piece(
-        contact=contact,
-        parameter=parameter,
-        start=start,
-        stop=stop,
-        states=StickingState(**states),
-        stepped=stepped,
-    )
 
 
 def columns_of(name):
@@ -235,26 +202,6 @@ def test_a_piece_by_itself_is_read_as_beside_others(several):
     t = np.array([0.3, 1.2])
     assert piece.at(t).matrix().tolist() == several.at(of("finer", 2), t).matrix().tolist()
     assert replace(piece, start=0.2).alone.start.tolist() == [0.2]
-
-
-# A contact that needs −tan α = t·(2 − t), which is largest at t = 1.
-NEEDS = COLUMNS | {
-    "reaction_fx": Polynomial([0.0, -2.0, 1.0]),
-    "reaction_fy": Polynomial([-1.0]),
-    "phi1": Polynomial([0.5]),
-}
-
-
-def curve_of(*pieces, **more):
-    """A curve of pieces that begins at x1 = 0.6."""
-    given = {"theta": 2.0, "eta": 0.8, "method": "made", "x1_init": 0.6, "residual": 1e-13}
-    given |= {"section": RodSection.PLANAR, "no_end": "not followed"}
-    (curve,) = assembled_curves([Solved(**given | more, pieces=pieces)])
-    return curve
-
-
-def rising(stop, start=0.0, **columns):
-    return made(start, stop, NEEDS | columns)
 
 
 def test_the_slope_of_the_friction_demand_and_its_own():

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from made_curves import made_pieces, made_states
 from vibrissa.mechanics.admissibility import (
     BELOW,
     CROSSES_ITSELF,
@@ -12,7 +13,6 @@ from vibrissa.mechanics.admissibility import (
     TOLERANCE,
     Clearance,
 )
-from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking import refinement
@@ -22,33 +22,8 @@ from vibrissa.sticking.refinement import (
     NODES_ALONG_ROD,
     STATES_ALONG_PIECE,
     STATES_LOOKED_AT,
-    Pieces,
 )
 from vibrissa.sticking.segments import Segment
-
-
-def made_pieces(start, length, curve=None, **more):
-    """Pieces of branches whose first contact points are at 0.5."""
-    start = np.array(start, dtype=float)
-    one = np.ones(len(start))
-    given = {"theta": one, "eta": 0.8 * one, "x1_init": 0.5 * one, "scale": 0.5 * one, "force": one}
-    return Pieces(
-        **given | more,
-        contact=Contact.POINT,
-        parameter=Parameter.X0,
-        curve=np.arange(len(start)) if curve is None else np.array(curve),
-        start=start,
-        length=np.array(length, dtype=float),
-    )
-
-
-def made_states(fx, nodes=4):
-    """States that differ in fx, and have the rest in proportion."""
-    fx = np.asarray(fx, dtype=float)
-    unit = np.arange(1.0, nodes + 1.0)
-    return RodStates(
-        theta=np.ones_like(fx), phi=fx[..., None] * unit, fx=fx, fy=-2.0 * fx, s_c=3.0 * fx
-    )
 
 
 def test_on_many_nodes_a_state_has_ten_times_the_rounding():

@@ -1,0 +1,88 @@
+"""Curves, their pieces and states that are made up: what is found on them is known."""
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from vibrissa.mechanics.states import RodStates
+from vibrissa.numerics.spectral import chebyshev_nodes
+from vibrissa.outcomes import Contact, Parameter, RodSection
+from vibrissa.sticking.curve import Solved, assembled_curves
+from vibrissa.sticking.piece import Piece, StickingState
+from vibrissa.sticking.refinement import Pieces
+
+# Columns of the parameter t.
+COLUMNS = {
+    "x0": Polynomial([0.0, 1.0]),
+    "reaction_fx": Polynomial([0.0, -2.0, 0.5]),
+    "reaction_fy": Polynomial([-2.0, 0.5, -0.25, 0.125]),
+    "reaction_m": Polynomial([1.0, -3.0, 2.0, -1.0]),
+    "phi1": Polynomial([0.5, -1.0]),
+    "s_c": Polynomial([1.0]),
+    "stability": Polynomial([0.9, 0.2]),
+    "stability_aside": Polynomial([0.5, -0.75]),
+}
+# A contact that needs −tan α = t·(2 − t), which is largest at t = 1.
+NEEDS = COLUMNS | {
+    "reaction_fx": Polynomial([0.0, -2.0, 1.0]),
+    "reaction_fy": Polynomial([-1.0]),
+    "phi1": Polynomial([0.5]),
+}
+
+
+def made(
+    start,
+    stop,
+    columns=COLUMNS,
+    count=9,
+    parameter=Parameter.X0,
+    contact=Contact.POINT,
+    stepped=False,
+):
+    """A piece whose columns are known everywhere."""
+    places = np.linspace(0.0, 1.0, count) if stepped else chebyshev_nodes(count)
+    t = start + (stop - start) * places
+    states = {name: columns[name](t) for name in StickingState.names()}
+    return Piece(
+        contact=contact,
+        parameter=parameter,
+        start=start,
+        stop=stop,
+        states=StickingState(**states),
+        stepped=stepped,
+    )
+
+
+def curve_of(*pieces, **more):
+    """A curve of pieces that begins at x1 = 0.6."""
+    given = {"theta": 2.0, "eta": 0.8, "method": "made", "x1_init": 0.6, "residual": 1e-13}
+    given |= {"section": RodSection.PLANAR, "no_end": "not followed"}
+    (curve,) = assembled_curves([Solved(**given | more, pieces=pieces)])
+    return curve
+
+
+def rising(stop, start=0.0, **columns):
+    return made(start, stop, NEEDS | columns)
+
+
+def made_pieces(start, length, curve=None, **more):
+    """Pieces of branches whose first contact points are at 0.5."""
+    start = np.array(start, dtype=float)
+    one = np.ones(len(start))
+    given = {"theta": one, "eta": 0.8 * one, "x1_init": 0.5 * one, "scale": 0.5 * one, "force": one}
+    return Pieces(
+        **given | more,
+        contact=Contact.POINT,
+        parameter=Parameter.X0,
+        curve=np.arange(len(start)) if curve is None else np.array(curve),
+        start=start,
+        length=np.array(length, dtype=float),
+    )
+
+
+def made_states(fx, nodes=4):
+    """States that differ in fx, and have the rest in proportion."""
+    fx = np.asarray(fx, dtype=float)
+    unit = np.arange(1.0, nodes + 1.0)
+    return RodStates(
+        theta=np.ones_like(fx), phi=fx[..., None] * unit, fx=fx, fy=-2.0 * fx, s_c=3.0 * fx
+    )
