@@ -313,7 +313,7 @@ def test_what_an_oblique_stage_cannot_tell_is_refused():
 
 @pytest.mark.parametrize("angle", [0.1, -0.1])
 def test_a_tip_sticks_past_the_lock_from_the_largest_demand_along_the_stage_on(angle):
-    """However little less friction there is, and however short the way on which it is too little."""
+    """However little less friction there is, and however short the way on which it is less."""
     largest = solve_curve(THETA, ETA, mounting=Mounting(stage_angle=angle)).mu_lock
     for part, slips in ((-1e-6, True), (-1e-8, True), (1e-8, False), (1e-6, False)):
         _, found = simulated(angle, largest * (1.0 + part), "0.02", ["0.2"])

@@ -7,7 +7,11 @@ from steel import recording_of
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
-from vibrissa.sensor.identification.reading.energy import EnergySlips, read_travels
+from vibrissa.sensor.identification.reading.energy import (
+    EnergySlips,
+    _averages,
+    read_travels,
+)
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
@@ -72,6 +76,34 @@ def test_errors_of_travels_are_those_of_onsets_within_a_step():
     assert travels.mean(axis=0) == pytest.approx(linear.travel, abs=0.02 * gap)
     assert np.cov(travels.T) / unit == pytest.approx(linear.errors / unit, abs=0.05)
     assert np.abs(linear.errors[0, 1]) > 0.3 * unit
+
+
+def test_the_friction_of_a_slip_is_that_on_its_way_weighted_by_the_normal_force():
+    """On a surface whose friction rises evenly it is that at the mean place of the work."""
+    slips = EnergySlips(RESPONSE, 0.7)
+    place, gap = np.array([0.43, 0.48, 0.55]), np.array([0.0005, 0.002])
+    mu0, way = np.array([0.2, 0.4, 0.3]), np.array([0.25, 0.35])
+    points, parts = _averages(slips, place, np.append(mu0, way), gap)
+    assert parts[:3] @ points == pytest.approx(place) and parts.sum(axis=1) == pytest.approx(1.0)
+    start = slips.onset(mu0[:2]) + 0.5 * gap
+    rest = slips.rest(start, way)
+    for i, mean in enumerate(parts[3:] @ points):
+        x0 = np.linspace(start[i], rest[i], 2001)
+        normal = np.abs(RESPONSE(x0)[:, 1])
+        at = np.linspace(place[i], place[i + 1], 2001)
+        expected = np.trapezoid(normal * at, x0) / np.trapezoid(normal, x0)
+        assert mean == pytest.approx(expected, abs=1e-4 * (place[i + 1] - place[i]))
+
+
+def test_a_travel_too_long_for_any_friction_tells_none():
+    slips, gap, mu0 = EnergySlips(RESPONSE, 0.95), np.full(4, 0.0005), np.array([0.3])
+    rest = slips.rest(slips.onset(mu0) + 0.00025, mu0)
+    travel = np.repeat(slips.onset(mu0) - 0.00025 - rest, 4)
+    place = 0.43 + 0.005 * np.arange(4)
+    travel[2] *= 40.0
+    mean, deviation = read_travels(RESPONSE, 0.95, travel, gap, place)
+    assert np.isnan(mean).tolist() == np.isnan(deviation).tolist() == [False, False, True, False]
+    assert np.nanmax(mean) < slips.most
 
 
 @pytest.mark.slow

@@ -260,7 +260,7 @@ def test_a_rod_that_is_given_changes_nothing():
     [
         ({"method": "forces"}, "ratio"),
         ({"method": "ratio", "estimate": ["eta"]}, "estimate"),
-        ({"method": "ratio", "tolerances": {"theta": "2 %"}}, "theta"),
+        ({"method": "ratio", "tolerances": {"theta": "2 %"}}, "crosstalk, got 'theta'"),
         ({"method": "ratio", "tolerances": {"zero_force_x": "-1 mN"}}, "not be negative"),
     ],
 )

@@ -264,6 +264,16 @@ def test_missing_values_stay_missing():
     assert "force_x is missing in 1 row" in found.said
 
 
+def test_a_file_in_which_no_row_is_whole_is_kept():
+    lines = file_of([np.arange(50)] * 4).split("\n")
+    some = [line.split(";") for line in lines[1:]]
+    for row, cells in enumerate(some):
+        cells[2 + row % 2] = ""
+    found = imported("\n".join([lines[0], *map(";".join, some)]), columns=TITLED)
+    assert np.isfinite(found.values["force_x"]).sum() == 25 and len(found.values["footpoint"]) == 50
+    assert {f"{name} is missing in 25 rows" for name in ("force_x", "force_y")} <= set(found.said)
+
+
 @pytest.mark.parametrize(
     ("header", "unit", "size"),
     [

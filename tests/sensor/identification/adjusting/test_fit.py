@@ -66,6 +66,29 @@ def test_a_derivative_is_that_of_the_residuals(recorded, name):
         assert np.linalg.norm(told - change) < 0.1 * np.linalg.norm(change) + 3.0, one.name
 
 
+def test_steps_that_do_not_settle_are_halved_and_given_up_and_derivatives_told_anew(
+    recorded, monkeypatch
+):
+    _, recording = recorded
+    fit = fit_to(recording.take(slice(0, 120)), {"zero_force_x": 0.01})
+    tried, renewed = [], []
+    undone, changes = adjustment._Fit._undone, adjustment._Fit._changes
+
+    def noted(self, scores, branch, changes):
+        tried.append(float(scores[0]))
+        return undone(self, scores, branch, changes)
+
+    def told_anew(self, rod, branch):
+        renewed.append(len(tried))
+        return changes(self, rod, branch)
+
+    monkeypatch.setattr(adjustment._Fit, "_undone", noted)
+    monkeypatch.setattr(adjustment._Fit, "_changes", told_anew)
+    monkeypatch.setattr(adjustment, "_step_to", lambda *_: np.ones(1))
+    assert fit.settled() is None
+    assert tried == [0, 1, 2, 3, 4, 5, 6, 6.5, 7, 7.5, 8, 8.5] and renewed == [0, 3, 6, 9]
+
+
 def test_a_drift_is_a_wiener_process():
     line = np.arange(401)
     recording = Recording(clamp=0.0 * line, readings=np.zeros((401, 3)), line=line)
