@@ -62,4 +62,4 @@ def test_a_job_asks_for_memory_for_its_processes_and_its_curves(curves, megabyte
 
 
 def test_a_long_table_alone_is_collected_in_threads():
-    assert [costs.collecting_threads(n, 8) for n in (0, 5_000_000, 5_000_001)] == [1, 1, 8]
+    assert [costs.collecting_threads(n, 8) for n in (0, 20_000_000, 20_000_001)] == [1, 1, 8]

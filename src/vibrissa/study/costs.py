@@ -33,8 +33,9 @@ FIGURE, CLAIMS, REPORT = 1.8, 5.0, 1.0
 CURVE_BYTES, POINT_BYTES, STEP_BYTES, FIGURE_BYTES = 4_400, 260, 4_500, 1_000_000
 # Minutes: for a job to start, and what requests are rounded up to (with few different ones).
 START, ROUND = 5, 5
-# Points from which their table is collected in several threads: for fewer, one takes some seconds.
-LONG_TABLE = 5_000_000
+# Points from which their table is collected in several threads: with fewer, one takes a minute at
+# most, and half of their memory.
+LONG_TABLE = 20_000_000
 # MB: three processes of Snakemake and one that solves; for each curve that this one solves.
 PROCESSES, CURVE = 800, 0.1
 MB_ROUND = 100
