@@ -319,6 +319,7 @@ def test_what_would_be_exact_is_asked_where_tolerances_have_a_covariance():
     ("error", "said"),
     [
         (0.0, "0.312345679"),
+        (np.nan, "0.312345679"),
         (0.5, "0.31"),
         (0.05, "0.312"),
         (0.099, "0.312"),

@@ -394,6 +394,6 @@ def _sources(some: Periods, weights: FloatArray) -> dict[Source, float]:
 
 
 def _rounded(value: float, error: float) -> str:
-    """Value to two digits of its error."""
-    digits = int(np.clip(1 - np.floor(np.log10(max(error, 1e-9))), 0, 9))
+    """Value to two digits of its error, which may be 0 or unknown."""
+    digits = int(np.clip(1 - np.floor(np.log10(np.fmax(error, 1e-9))), 0, 9))
     return f"{value:.{digits}f}"
