@@ -146,3 +146,11 @@ def test_what_is_no_state_and_a_lone_spike_are_left_out():
     assert not found.swung and Part.of(-1, SETUP, still.take(slice(1, None))).swung
     kept = spiked.only(np.array([True, False, True, False, True, False]))
     assert kept.samples.row.tolist() == [0, 3, 5]
+
+
+def test_what_was_before_a_period_is_not_what_its_tip_does_later():
+    # A tip that was pulled farther ahead, where that of the period after would trail.
+    clamp = np.concatenate([1.2 - STEP * np.arange(6), STEP * np.arange(61)])
+    x0 = np.concatenate([-0.4 - STEP * np.arange(6), STEP * np.arange(61)])
+    (whole,) = parts_of(SETUP, recording_of(clamp, Swinging()(x0)), ALL)
+    assert len(whole.samples) == 67 and not whole.swung
