@@ -1,9 +1,10 @@
 """The response of a rod that is pulled and pushed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import PPoly
 
 import reference
 from vibrissa import Mounting, solve_curve, solve_state
@@ -13,8 +14,10 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact
+from vibrissa.sensor.response import height_range
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.response.heights import reach_of
+from vibrissa.sensor.response.height_range import EXACT
+from vibrissa.sensor.response.heights import _agrees, reach_of
 from vibrissa.sensor.response.pulled import HALVINGS, Pulled, Stretch
 from vibrissa.sensor.strain import largest_strain
 
@@ -200,8 +203,10 @@ def test_states_of_a_pulled_tip_are_verified_at_both_ends_and_in_the_middle(gap)
 class Peaked(Pulled):
     """Rods with a peak of each reaction, which the series of a whole stretch does not resolve."""
 
+    sharpness: float
+
     def _reactions(self, of, x0):
-        peak = 1.0 / (1.0 + 150.0 * (x0 - 0.5) ** 2)
+        peak = 1.0 / (1.0 + self.sharpness * (x0 - 0.5) ** 2)
         return np.stack([peak, of + peak, of * x0], axis=1)
 
 
@@ -209,7 +214,7 @@ def test_stretches_that_are_not_resolved_are_halved_and_stand_in_their_order():
     smooth = Stretch(of=2, start=1.0, stop=1.1, grade=1)
     rough = Stretch(of=1, start=0.0, stop=1.0, grade=1)
     graded = Stretch(of=3, start=0.0, stop=1.0, grade=2)
-    rods, at = Peaked([], Contact.POINT), np.linspace(0.0, 1.0, 60)
+    rods, at = Peaked([], Contact.POINT, 150.0), np.linspace(0.0, 1.0, 60)
     found = rods._tabulated([rough, smooth, graded], 641, HALVINGS)
     for stretch, spline in zip([rough, smooth, graded], found, strict=True):
         x0 = stretch.start + (stretch.stop - stretch.start) * at
@@ -217,3 +222,73 @@ def test_stretches_that_are_not_resolved_are_halved_and_stand_in_their_order():
         assert spline(x0) == pytest.approx(rods._reactions(stretch.of, x0), abs=2e-7)
     with pytest.raises(NoResponseError, match="not resolved"):
         rods._tabulated([rough, smooth], 641, 0)
+    assert Peaked([], Contact.POINT, 1500.0)._tabulated([rough], 641, HALVINGS)
+    with pytest.raises(NoResponseError, match="not resolved"):
+        Peaked([], Contact.POINT, 4000.0)._tabulated([rough], 641, HALVINGS)
+
+
+def scaled(branch, factor):
+    """The branch with reactions that are larger by a factor."""
+    return replace(branch, reactions=PPoly(factor * branch.reactions.c, branch.reactions.x))
+
+
+def test_a_branch_agrees_up_to_the_lock_within_the_tolerance_of_its_largest_reaction():
+    branch = respond(2.0, 0.85, pull=False)
+    for factor, agrees in (
+        (1.0, True),
+        (1.009, True),
+        (0.991, True),
+        (1.011, False),
+        (0.98, False),
+    ):
+        assert _agrees(scaled(branch, factor), branch, 0.01) == agrees
+    x = branch.reactions.x
+    beyond = np.where(x[:-1] > 1.05 * branch.x0_lock, 2.0, 1.0)[:, np.newaxis]
+    other = replace(branch, reactions=PPoly(beyond * branch.reactions.c, x))
+    assert _agrees(other, branch, 1e-9) and not _agrees(scaled(branch, 1.0 + 2e-9), branch, 1e-9)
+
+
+def marched(monkeypatch, start, stop, fails):
+    """Parts of a range in which heights fail to be interpolated, and how far progress went."""
+
+    def made(solve, low, high, tolerance):
+        assert tolerance == EXACT
+        if fails(low, high):
+            raise NoResponseError(f"none from {low:.6g} to {high:.6g}")
+        return low, high
+
+    told = []
+    monkeypatch.setattr(height_range, "interpolated", made)
+    return *height_range._marched(None, start, stop, told.append), told
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0.5, 0.68), (0.68, 0.5)])
+def test_a_range_is_solved_in_parts_of_a_twentieth_one_after_the_other(monkeypatch, start, stop):
+    parts, said, told = marched(monkeypatch, start, stop, lambda low, high: False)
+    way = np.array([0.05, 0.1, 0.15, 0.18])
+    ends = start + np.sign(stop - start) * np.append(0.0, way)
+    expected = np.sort(np.stack([ends[:-1], ends[1:]], axis=1))
+    assert np.array(parts) == pytest.approx(expected) and said == ""
+    assert told == pytest.approx(way)
+    assert marched(monkeypatch, start, start, lambda low, high: True) == ([], "", [])
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_range_ends_close_to_where_the_rod_has_no_response(monkeypatch, way):
+    end = 0.5 + 0.07 * way
+
+    def fails(low, high):
+        return low < end < high
+
+    parts, said, told = marched(monkeypatch, 0.5, 0.5 + 0.3 * way, fails)
+    assert said.startswith("none from ") and f"{0.5 + told[-1] * way:.6g}" in said
+    # A part is halved down to 2e-4 L, so that less than twice this is left.
+    assert 0.07 - 4e-4 < told[-1] < 0.07
+    assert np.ptp(np.array(parts)) == pytest.approx(told[-1])
+    widths = np.diff(np.array(parts))
+    assert widths.min() >= 2e-4 and widths.max() == pytest.approx(0.05)
+
+
+def test_a_range_goes_on_in_smaller_parts_where_these_are_resolved(monkeypatch):
+    parts, said, _ = marched(monkeypatch, 0.5, 0.6, lambda low, high: high - low > 0.03)
+    assert np.diff(np.array(parts))[:, 0] == pytest.approx([0.025] * 4) and said == ""

@@ -68,6 +68,20 @@ def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
     assert slips.rest(0.0, 1.2 * pulled) == pytest.approx(pulled, abs=1e-9)
 
 
+def test_a_slip_that_goes_to_and_fro_for_ever_is_refused_with_its_place(response, monkeypatch):
+    slides = []
+
+    def to_and_fro(self, clamp, x0, side):
+        slides.append(x0)
+        return -x0
+
+    monkeypatch.setattr(Slips, "_slide", to_and_fro)
+    slips = Slips(response=response, surface=surfaces.constant(0.1), law=SlipLaw.ENERGY, ratio=0.5)
+    with pytest.raises(ArgumentError, match=r"with the clamp at 0\.25 L does not come to rest"):
+        slips.rest(0.25, 0.02)
+    assert slides == [0.02, -0.02] * 50
+
+
 def test_energy_of_a_slip_is_consumed_by_friction(response):
     result = simulate(response, surfaces.constant(0.3), path("0.001", ["0.5"]), "energy", 0.7)
     at = np.flatnonzero(slips(result))
