@@ -352,6 +352,13 @@ def test_a_tip_that_begins_behind_the_clamp_is_not_taken_for_one_whose_rod_swing
     checked(np.tile([900.0, 800.0, 3.0], (60, 1)))
 
 
+def test_periods_are_counted_by_what_is_known_of_them():
+    found = periods_of([0.3, 0.3, 0.4], 0.1, 0.1)
+    assert repr(found) == "3 periods: 3 slip" and repr(found.take([0])) == "1 period: 1 slip"
+    found.status[:] = ["lock", "slip", "lock"]
+    assert repr(found) == "3 periods: 2 lock, 1 slip"
+
+
 # --- The whole ---
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import brentq
 
 from steel import ROD, SCALE, SENSOR, recording_of
 from vibrissa.errors import RecordingError
@@ -300,3 +301,30 @@ def test_a_wave_of_which_parabolas_leave_less_than_a_fifth_is_not_told(part, fit
     left = cut - np.einsum("ij,bjk->bik", rows @ np.linalg.pinv(rows), cut)
     size = np.sqrt(0.1 * part / np.mean(left**2))
     assert blocks.fitted(size * waves)[1].any() == fits
+
+
+@pytest.mark.parametrize(("squares", "told"), [(49.5, False), (50.5, True)])
+@pytest.mark.parametrize("nominal", [50.0, 60.0])
+def test_a_hum_is_told_from_fifty_squares_on(squares, told, nominal):
+    time = np.arange(1000.0) / 1000.0
+    noise = np.random.default_rng(1).standard_normal((1000, 3))
+    wave = np.cos(2.0 * np.pi * nominal * time)
+
+    def readings(size):
+        return noise + np.column_stack([size * wave, 0.0 * wave, 0.0 * wave])
+
+    def explained(size):
+        """At the best of the frequencies that are tried."""
+        blocks = _Blocks.of(np.column_stack([time, readings(size)]), _block(time, nominal))
+        angles = [2.0 * np.pi * one * time for one in _frequencies(nominal, time[-1])]
+        waves = [np.column_stack([np.cos(angle), np.sin(angle)]) for angle in angles]
+        return max(blocks.fitted(one)[1][1] for one in waves)
+
+    size = brentq(lambda size: explained(size) - squares, 0.1, 1.0)
+    hum = hum_of(readings(size), time, time)
+    assert (hum is not None) == told
+    if told:
+        assert (hum.amplitude > 0.0).tolist() == [True, False, False]
+        assert hum.frequency == pytest.approx(nominal, abs=0.5)
+    # What the clamp does, too, is no hum.
+    assert hum_of(readings(1.0), time, readings(1.0)[:, 0]) is None

@@ -8,6 +8,7 @@ from scipy.special import chdtri
 
 from steel import recording_of
 from straight import ALL, SLOPES, Straight, sampled, seen_of
+from vibrissa.sensor.identification import periods
 from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.misfit.doubts import Doubt, doubts, misfits
 from vibrissa.sensor.identification.periods import (
@@ -96,11 +97,14 @@ def test_the_moment_alone_tells_the_states_up_to_where_it_turns_back():
     assert found.x0 == pytest.approx(0.4 - np.abs(x0 - 0.4), abs=1e-3)
 
 
-def test_progress_is_told_in_blocks():
-    told = []
-    recording = recording_of(np.zeros(3), Straight()(np.zeros(3)))
+def test_samples_are_located_in_blocks_and_progress_is_told(monkeypatch):
+    told, x0 = [], np.array([0.1, 0.2, 0.3, -0.1, 0.4])
+    recording = recording_of(np.zeros(5), Straight()(x0))
     located(Straight(), recording, ALL, np.zeros(3), told.append)
-    assert told == [3]
+    assert told == [5]
+    monkeypatch.setattr(periods, "BLOCK", 2)
+    found = located(Straight(), recording, ALL, np.zeros(3), told.append)
+    assert told == [5, 2, 4, 5] and found.x0 == pytest.approx(x0)
 
 
 @pytest.mark.parametrize(("misfit", "usual"), [(36.0, True), (36.1, False)])
