@@ -131,6 +131,7 @@ CASES = {
     # the kind in the end, None where there is no state.
     "touches": (False, (1.0, 0.2), None, False),
     "passes through and lies": (False, (1.0, -0.2), (0.9, 0.0), True),
+    "passes through and lies up to its tip": (False, (1.0, -0.2), (1.0, 0.0), True),
     "passes through and cannot lie": (False, (1.0, -0.2), (1.1, 0.0), None),
     "passes through and is lost": (False, (1.0, -0.2), None, None),
     "is lost": (False, None, (0.9, 0.0), None),
@@ -151,7 +152,8 @@ def active(monkeypatch, names, model):
         number = guess.theta.astype(int)
         found = [known[i][int(lies)] for i, lies in zip(number, line, strict=True)]
         lost = np.array([one is None for one in found])
-        values = np.array([(np.nan, np.nan) if one is None else one for one in found])
+        # Where a search has not converged it ends somewhere.
+        values = np.array([(0.5, 0.5) if one is None else one for one in found])
         return replace(guess, s_c=values[:, 0], fx=values[:, 1]), ~lost
 
     monkeypatch.setattr(continuation, "_solve_kinds", solve_kinds)

@@ -7,6 +7,7 @@ import pytest
 
 from vibrissa import Status, solve_curve, stick_slip
 from vibrissa.outcomes import End
+from vibrissa.sticking import cycles
 from vibrissa.sticking.curve import failed_curve
 
 D = Decimal
@@ -144,3 +145,31 @@ def test_impossible_arguments_are_refused(curve, argument, value):
     arguments = {"cycles": 1, "shape_points": 5, argument: value}
     with pytest.raises(ValueError, match=argument):
         stick_slip(curve, D("0.3"), D("0.01"), **arguments)
+
+
+def test_how_the_states_of_cycles_are_counted():
+    """A cycle ends with the slip into the first state of a later period, which is state 3 here."""
+    row, cycle, step = cycles._numbered(3, 4, 2)
+    assert row.tolist() == [0, 1, 2, 3, 4, 5, 6, 3]
+    assert cycle.tolist() == [1, 1, 1, 1, 2, 2, 2, 2]
+    assert step.tolist() == [0, 1, 2, 3, 1, 2, 3, 4]
+    assert [part.tolist() for part in cycles._numbered(3, 1, 0)] == [[0, 1, 2], [1] * 3, [0, 1, 2]]
+    row, cycle, step = cycles._numbered(1, 1, 3)
+    assert (row.tolist(), cycle.tolist(), step.tolist()) == (
+        [0, 1, 1, 1],
+        [1, 1, 2, 3],
+        [0, 1, 1, 1],
+    )
+
+
+def test_how_the_states_of_periods_that_differ_are_counted():
+    at = cycles._Numbers.of([3, 1, 2])
+    assert at.cycle.tolist() == [1, 1, 1, 1, 2, 3]
+    assert at.step.tolist() == [0, 1, 2, 3, 1, 1]
+    assert at.slips.tolist() == [False, False, False, True, True, False]
+
+
+def test_steps_of_the_first_and_of_later_periods():
+    both, alone = cycles._Until(0.0305, 0.02), cycles._Until(0.03, np.nan)
+    assert (both.slips, both.first(D("0.01")), both.later(D("0.01"))) == (True, 3, 2)
+    assert (alone.slips, alone.first(D("0.01")), alone.later(D("0.01"))) == (False, 3, 0)
