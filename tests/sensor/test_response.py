@@ -1,6 +1,7 @@
 """The response of a rod that is pulled and pushed."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -274,8 +275,9 @@ def test_a_range_is_solved_in_parts_of_a_twentieth_one_after_the_other(monkeypat
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_range_ends_close_to_where_the_rod_has_no_response(monkeypatch, way):
-    end = 0.5 + 0.07 * way
+@pytest.mark.parametrize("far", [0.07, 0.0702])
+def test_a_range_ends_close_to_where_the_rod_has_no_response(monkeypatch, way, far):
+    end = 0.5 + far * way
 
     def fails(low, high):
         return low < end < high
@@ -283,7 +285,7 @@ def test_a_range_ends_close_to_where_the_rod_has_no_response(monkeypatch, way):
     parts, said, told = marched(monkeypatch, 0.5, 0.5 + 0.3 * way, fails)
     assert said.startswith("none from ") and f"{0.5 + told[-1] * way:.6g}" in said
     # A part is halved down to 2e-4 L, so that less than twice this is left.
-    assert 0.07 - 4e-4 < told[-1] < 0.07
+    assert far - 4e-4 < told[-1] < far
     assert np.ptp(np.array(parts)) == pytest.approx(told[-1])
     widths = np.diff(np.array(parts))
     assert widths.min() >= 2e-4 and widths.max() == pytest.approx(0.05)
@@ -292,3 +294,37 @@ def test_a_range_ends_close_to_where_the_rod_has_no_response(monkeypatch, way):
 def test_a_range_goes_on_in_smaller_parts_where_these_are_resolved(monkeypatch):
     parts, said, _ = marched(monkeypatch, 0.5, 0.6, lambda low, high: high - low > 0.03)
     assert np.diff(np.array(parts))[:, 0] == pytest.approx([0.025] * 4) and said == ""
+
+
+@dataclass(frozen=True, eq=False)
+class Even(Pulled):
+    """Rods whose normal force falls evenly to a place, and up to where they are found."""
+
+    vanishes: tuple[float, ...]
+    found: float = -1.0
+
+    def _solutions(self, of, x0):
+        return [
+            SimpleNamespace(
+                state=SimpleNamespace(fy=[x / self.vanishes[rod] - 1.0])
+                if x > self.found
+                else None,
+                message="it is lost",
+            )
+            for rod, x in zip(of, x0, strict=True)
+        ]
+
+
+def test_pulling_ends_where_the_normal_force_of_each_rod_vanishes():
+    """Between a rod at α = 0 and a straight one, which is 0.4 L further on."""
+    curves = [SimpleNamespace(x1_init=0.4, eta=0.6), SimpleNamespace(x1_init=0.4, eta=0.6)]
+    for vanishes in ((-0.003, -0.37), (-0.1, -0.2), (-0.25, -0.02)):
+        found = Even(curves, Contact.POINT, vanishes)._ends()
+        assert found == pytest.approx(vanishes, abs=1e-12)
+    said = "^pulling is not covered: the normal force does not vanish$"
+    with pytest.raises(NoResponseError, match=said):
+        Even(curves, Contact.POINT, (-0.1, -0.39))._ends()
+    # What lies behind the end need not be there.
+    assert Even(curves[:1], Contact.POINT, (-0.05,), found=-0.07)._ends() == pytest.approx([-0.05])
+    with pytest.raises(NoResponseError, match=r"not covered: at x0 = -0\.06 it is lost"):
+        Even(curves[:1], Contact.POINT, (-0.1,), found=-0.05)._ends()
