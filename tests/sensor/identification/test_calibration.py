@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from steel import NANO, NOISE, SI, measured, recording_of
-from straight import ALL, Straight
+from straight import ALL, Straight, sampled
 from vibrissa.cli.app import app
 from vibrissa.errors import NoResponseError, UndeterminedError
 from vibrissa.mechanics.rod import Rod
@@ -254,6 +254,62 @@ def test_a_contact_and_each_unknown_use_up_two_readings(rows, said):
     with pytest.raises(UndeterminedError, match=f"does not tell offset: .*{said}") as raised:
         calibrate(even, 0.85, recording, ALL.noise, ["offset"])
     assert str(raised.value).endswith("or give eta and tare the transducer")
+
+
+class Curved(Straight):
+    """Its loads are curved, and in proportion to the height."""
+
+    def __init__(self, eta):
+        self.eta = eta
+
+    @property
+    def level(self):
+        return self
+
+    def __call__(self, x0):
+        bent = np.multiply.outer(np.square(x0), [1.0, -3.0, 2.0])
+        return self.eta * (super().__call__(x0) + bent)
+
+    def slope(self, x0):
+        bent = np.multiply.outer(2.0 * np.asarray(x0), [1.0, -3.0, 2.0])
+        return self.eta * (super().slope(x0) + bent)
+
+
+@pytest.mark.parametrize(
+    ("unknown", "free"),
+    [(["eta"], [0]), (["offset"], [1, 2, 3]), (["offset", "eta"], [0, 1, 2, 3])],
+)
+def test_what_is_estimated_of_exact_readings_is_exact_and_moves_by_its_deviations(unknown, free):
+    near = SimpleNamespace(low=0.7, high=1.0, at=Curved)
+    true = np.where(np.isin(np.arange(4), free), [0.86, 0.1, -0.2, 0.05], [0.85, 0.0, 0.0, 0.0])
+    clamp = np.concatenate([one + np.linspace(0.0, 0.45, 20) for one in (0.0, 0.7, 1.4)])
+    x0 = np.tile(np.linspace(0.0, 0.45, 20), 3)
+    recording = recording_of(clamp, Curved(true[0])(x0) + true[1:])
+    noise = 1e-3 * ALL.noise
+    setup = calibrate(near, 0.85, recording, noise, unknown)
+    assert setup.eta == pytest.approx(true[0], abs=1e-6)
+    assert setup.offset == pytest.approx(true[1:], abs=1e-6)
+    assert setup.fitted == len(free) and setup.branch.eta == setup.eta
+    assert (setup.deviation > 0.0).tolist() == np.isin(np.arange(4), free).tolist()
+    # In full: one place for each period, and all unknowns.
+    columns = np.zeros((60, 3, 4 + 3))
+    columns[:, :, 0] = Curved(1.0)(x0)
+    for channel in range(3):
+        columns[:, channel, 1 + channel] = 1.0
+        columns[20 * channel : 20 * (channel + 1), :, 4 + channel] = -Curved(true[0]).slope(x0[:20])
+    kept = [*free, 4, 5, 6]
+    whole = (columns / noise[:, None])[:, :, kept].reshape(-1, len(kept))
+    expected = np.linalg.inv(whole.T @ whole)[: len(free), : len(free)]
+    assert setup.covariance[np.ix_(free, free)] == pytest.approx(expected, rel=1e-3)
+    # The squares of what is displaced add up to the covariance.
+    moved = []
+    for one in setup.displaced:
+        samples = sampled(clamp, x0)
+        shift = samples.readings[0] - one.undone(samples).readings[0]
+        moved.append([one.branch.eta - setup.eta, *shift])
+        assert one.step == 1.0 and one.name == "calibration"
+    assert len(moved) == len(free)
+    assert np.transpose(moved) @ moved == pytest.approx(setup.covariance, abs=1e-12)
 
 
 def test_derivatives_are_those_of_residuals_with_the_best_contacts(heights, response):
