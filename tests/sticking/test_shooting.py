@@ -190,6 +190,8 @@ def test_a_simplex_that_has_collapsed_is_opened_anew_turned_round(monkeypatch):
 
     def minimize(miss, best, *, method, options):
         simplices.append(options["initial_simplex"] - best)
+        x, y, _ = shooting.shoot(1.0, 10.0, -0.1, 0.4, 0.85)
+        assert miss(best) == np.hypot(x - 0.4, y - 0.85)
         return SimpleNamespace(x=best, fun=next(misses))
 
     monkeypatch.setattr(shooting, "minimize", minimize)
