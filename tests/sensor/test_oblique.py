@@ -168,6 +168,26 @@ def test_a_scan_ends_where_the_stage_leaves_the_heights_of_the_rod(angle, eta, s
     assert 0 < len(found) < 40
 
 
+@pytest.mark.parametrize(
+    ("angle", "steps", "outcome", "said"),
+    [
+        (0.1, 42, Outcome.NEAR, "0.42 L to the height 0.80807 L: too near"),
+        (-0.1, 22, Outcome.AWAY, "0.22 L to the height 0.871963 L: too far"),
+    ],
+)
+def test_a_scan_is_told_up_to_the_last_height_of_the_rod(angle, steps, outcome, said):
+    known = replace(heights(), below="too near", above="too far")
+    stage = ObliqueStage(heights=known, eta=ETA, angle=angle)
+    positions = path("0.01", ["0.6"])
+    found = simulate_oblique(stage, surfaces.constant(MU0), positions)
+    assert found.outcome is outcome and len(found) == steps
+    assert found.message == f"the stage takes the clamp at {said}"
+    height = ETA - positions * np.sin(angle)
+    inside = (known.low <= height) & (height <= known.high)
+    assert np.flatnonzero(inside)[-1] + 1 == steps
+    assert (stage.covers(positions) == inside).all()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("section", "outcome"), [("round", "complete"), ("planar", "lock")])
 def test_a_rough_surface_locks_the_tip_and_a_round_rod_swings_aside(section, outcome):

@@ -328,3 +328,19 @@ def test_pulling_ends_where_the_normal_force_of_each_rod_vanishes():
     assert Even(curves[:1], Contact.POINT, (-0.05,), found=-0.07)._ends() == pytest.approx([-0.05])
     with pytest.raises(NoResponseError, match=r"not covered: at x0 = -0\.06 it is lost"):
         Even(curves[:1], Contact.POINT, (-0.1,), found=-0.05)._ends()
+
+
+@dataclass(frozen=True, eq=False)
+class Peeling(Pulled):
+    """Rods that lie on the surface up to a place, and behind it do not."""
+
+    peels: tuple[float, ...]
+
+    def _lies(self, of, x0):
+        return x0 > np.array(self.peels)[of]
+
+
+def test_where_a_rod_has_peeled_off_up_to_its_tip_is_found_closely():
+    rods, end = Peeling([], Contact.LINE, (-0.05, -1e-7, -0.0999, -0.02)), np.full(3, -0.1)
+    found, peels = rods._tip_alone(np.array([2, 0, 1]), end), np.array([-0.0999, -0.05, -1e-7])
+    assert (found <= peels).all() and (found > peels - 1e-10).all()
