@@ -187,6 +187,7 @@ def test_a_curve_is_assembled_of_what_was_resolved():
 def test_why_nothing_is_assembled_is_told(changed, said):
     found = assembled(**changed)
     assert (found.status, found.message, found.end_message) == (Status.FAILED, said, said)
+    assert (found.theta, found.eta, found.method) == (2.0, 0.8, METHOD)
 
 
 def test_a_pulled_part_that_is_inadmissible_is_left_out():

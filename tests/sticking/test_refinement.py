@@ -202,6 +202,20 @@ def test_a_piece_ends_where_its_first_clearance_vanishes(monkeypatch, name, reas
     assert (at, how) == (0.0, reason)
 
 
+def test_shapes_that_are_far_from_any_limit_are_not_looked_at_again(monkeypatch):
+    """A clearance that is large, that only falls or rises, or too flat to dip below zero."""
+    asked = []
+
+    def seen(clearance):
+        return lambda t: asked.append(len(t)) or clearance(t)
+
+    steep = lambda t: 0.11 + 9.0 * np.abs(t - 0.4)  # noqa: E731
+    for clearance in (steep, lambda t: 1.0 + t, lambda t: 0.05 + 0.0 * t):
+        asked.clear()
+        at, how = limit(monkeypatch, itself=seen(clearance))
+        assert np.isnan(at) and how == "" and asked == [STATES_LOOKED_AT]
+
+
 def test_of_several_limits_the_first_counts(monkeypatch):
     given = {"surface": lambda t: (t - 0.3) ** 2 - 1e-8, "itself": lambda t: 0.7 - t}
     at, how = limit(monkeypatch, **given)
