@@ -95,15 +95,38 @@ def test_the_friction_of_a_slip_is_that_on_its_way_weighted_by_the_normal_force(
         assert mean == pytest.approx(expected, abs=1e-4 * (place[i + 1] - place[i]))
 
 
+def even_run(ratio, mu0, gap):
+    """Travels on one friction, whose onsets are in the middle of their steps, and the contacts."""
+    slips, mu0 = EnergySlips(RESPONSE, ratio), np.full(len(gap), mu0)
+    onset, before = slips.onset(mu0), np.append(gap[0], gap[:-1])
+    travel = onset - 0.5 * before - slips.rest(onset + 0.5 * before, mu0)
+    return travel, gap, 0.43 + np.cumsum(travel + before)
+
+
+def test_one_friction_is_read_with_the_step_at_the_end_of_each_period():
+    travel, gap, place = even_run(0.8, 0.3, np.array([0.0005, 0.0006, 0.0007, 0.02]))
+    mean, deviation = read_travels(RESPONSE, 0.8, travel, gap, place)
+    assert mean == pytest.approx(0.3, abs=1e-3)
+    even, gap, place = even_run(0.8, 0.3, np.full(4, 0.0005))
+    _, deviation = read_travels(RESPONSE, 0.8, even, gap, place)
+    # A travel goes from one onset within a step to another, and so has the errors of two.
+    onsets = EnergySlips(RESPONSE, 0.8).onset(np.array([0.299, 0.301]))
+    alone = 0.0005 / np.sqrt(12.0) * 0.002 / np.diff(onsets)
+    assert (alone < deviation).all() and (deviation < 2.0 * alone).all()
+
+
+def test_a_tip_that_rests_pulled_with_nearly_all_its_friction_tells_none():
+    mean, deviation = read_travels(RESPONSE, 0.05, *even_run(0.05, 0.3, np.full(4, 0.0005)))
+    assert np.isnan(mean).all() and np.isnan(deviation).all()
+
+
 def test_a_travel_too_long_for_any_friction_tells_none():
-    slips, gap, mu0 = EnergySlips(RESPONSE, 0.95), np.full(4, 0.0005), np.array([0.3])
-    rest = slips.rest(slips.onset(mu0) + 0.00025, mu0)
-    travel = np.repeat(slips.onset(mu0) - 0.00025 - rest, 4)
-    place = 0.43 + 0.005 * np.arange(4)
+    travel, gap, _ = even_run(0.95, 0.3, np.full(4, 0.0005))
     travel[2] *= 40.0
+    place = 0.43 + 0.005 * np.arange(4)
     mean, deviation = read_travels(RESPONSE, 0.95, travel, gap, place)
     assert np.isnan(mean).tolist() == np.isnan(deviation).tolist() == [False, False, True, False]
-    assert np.nanmax(mean) < slips.most
+    assert np.nanmax(mean) < EnergySlips(RESPONSE, 0.95).most
 
 
 @pytest.mark.slow
