@@ -324,3 +324,19 @@ def test_rods_of_one_kind_are_solved_together_in_batches_of_their_size(monkeypat
     asked.clear()
     collocation.solve_curves(theta[:4], theta[:4] / 5.0, section=RodSection.PLANAR)
     assert asked == [[1.0, 2.0, 3.0], [4.0]]
+
+
+def test_each_part_of_a_batch_is_resolved_once(monkeypatch):
+    """Also where one piece needs more states, or is halved, while another is done."""
+    batches, resolve = [], collocation.resolve
+
+    def noted(pieces, guess):
+        batches.append(list(resolve(pieces, guess)))
+        return batches[-1]
+
+    monkeypatch.setattr(collocation, "resolve", noted)
+    collocation.solve_curves(np.array([1.0, 2.0, 4.0]), np.array([0.85, 0.5, 0.7]))
+    for batch in batches:
+        places = [(one.curve, one.piece.start) for one in batch]
+        assert len(set(places)) == len(places)
+    assert {one.curve for batch in batches for one in batch} >= {0, 1, 2}
