@@ -216,3 +216,26 @@ def test_a_branch_that_is_replaced_ends_where_the_other_does():
     assert found.last.tolist() == [1, 3] and four.last.tolist() == [3, 3]
     states, line = found.at(np.array([1, 2]))
     assert states.fx.tolist() == [22.0, 13.0] and line.tolist() == [True, True]
+
+
+@pytest.mark.parametrize("ends", [1, 2, 5])
+@pytest.mark.parametrize("longest", [1, 8])
+def test_a_branch_of_which_no_state_is_found_any_more_ends_there(monkeypatch, ends, longest):
+    """However many steps are solved at once; the other branch goes on."""
+
+    def solved(guess, eta, closure, line, model, iterations):
+        found = (guess.theta > 1.0) | (guess.fx < ends + 0.5)
+        states = replace(guess, fx=np.round(guess.fx))
+        states.forget(~found)
+        return states, line, found
+
+    monkeypatch.setattr(continuation, "with_active_contact", solved)
+    two = replace(made_states([0.0, 0.0]), theta=np.array([1.0, 2.0]))
+    # One step before the first state fx is −1: it grows by 1 in each.
+    before = replace(made_states([-1.0, -1.0]), theta=two.theta)
+    segment = replace(branches(2), steps=[two])
+    found = continuation.follow(segment, 7, Contact.POINT, before=before, longest=longest)
+    assert found.last.tolist() == [ends, 7]
+    fx, _ = found.forces
+    assert fx[:, 1].tolist() == list(range(8))
+    assert fx[: ends + 1, 0].tolist() == list(range(ends + 1))
