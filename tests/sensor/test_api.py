@@ -120,6 +120,16 @@ def test_the_largest_strain_of_a_period_is_told_as_a_part_of_the_yield_strain():
         solve(Whisker(theta=2.0, eta=0.85), 0.4, yield_strain=0.0)
 
 
+@pytest.mark.parametrize("whisker", [None, Whisker(theta=2.0, eta=0.85)])
+def test_a_recording_is_named_by_its_path_or_is_a_table(whisker, tmp_path):
+    method = "ratio" if whisker is None else "forces"
+    for source in ("scan.csv", tmp_path / "scan.csv"):
+        with pytest.raises(RecordingError, match=r"scan\.csv: there is no such file"):
+            identify(whisker, source, method=method)
+    with pytest.raises(RecordingError, match="a recording is a file or a DataFrame, not a dict"):
+        identify(whisker, {"footpoint": [0.0, 0.1]}, method=method)
+
+
 @pytest.mark.slow
 def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, signals, tmp_path):
     found = identify(whisker, signals.to_pandas(), transducer=SENSOR, method="moment")

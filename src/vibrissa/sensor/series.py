@@ -259,6 +259,10 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
 
 def _read_cells(source: "Path | DataFrame") -> _Cells:
     if not isinstance(source, Path):
+        if not hasattr(source, "attrs"):
+            raise RecordingError(
+                f"a recording is a file or a DataFrame, not a {type(source).__name__}"
+            )
         return _from_frame(source)
     check_ending(source)
     if source == STANDARD:

@@ -87,7 +87,7 @@ def _units(
 
 def identify(
     whisker: Whisker | None,
-    recording: "Recording | Path | DataFrame",
+    recording: "Recording | Path | str | DataFrame",
     *,
     method: Method | str = Method.FORCES,
     transducer: Transducer | str | None = None,
@@ -109,7 +109,7 @@ def identify(
     whisker : Whisker or None
         That was used; its height may be a first guess. The method ``ratio`` needs none, and uses
         nothing but its units. Without it numbers are in SI units, or in those of the recording.
-    recording : Recording, Path or DataFrame
+    recording : Recording, Path, str or DataFrame
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
         ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``;
         without a unit a column is in SI units, or in those of the rod if that has none. The notes
@@ -160,6 +160,8 @@ def identify(
         If the response of the whisker is not found.
     """
     method = chosen(Method, method, "method")
+    if isinstance(recording, str):
+        recording = Path(recording)
     if whisker is not None:
         whisker = whisker.wishing(noise, *(tolerances or {}).values())
     units = _units(whisker, recording, method)
