@@ -24,7 +24,7 @@ from vibrissa.outcomes import Status
 from vibrissa.provenance import commit
 from vibrissa.sensor import series
 from vibrissa.sensor.quantities import SI, USUAL, Kind, Units, in_si
-from vibrissa.sensor.transducer import preset
+from vibrissa.sensor.transducer import Transducer, preset
 
 ROD = ["--modulus", "210 GPa", "--diameter", "1 mm", "--length", "100 mm"]
 WHISKER = ["--theta", "2", "--eta", "0.85"]
@@ -259,6 +259,11 @@ def test_transducer_rounds_clips_and_adds_noise_of_the_size_it_says():
     assert sensor.measured(true * 100, np.random.default_rng(1))[0].tolist() == [12.0, -12.0, 0.12]
     readings = np.array([[12.0, -3.0, 0.1], [-1.0, -12.0, -0.12]])
     assert sensor.saturated(readings).tolist() == [[True, False, False], [False, True, True]]
+    # With and without steps, a reading at the limit is one that may have been larger.
+    for step in ((0.0, 0.0, 0.0), (0.5, 0.5, 0.5)):
+        plain = Transducer(name="x", source="", limit=(4.0,) * 3, resolution=step, noise=step)
+        at = np.array([4.0, -4.0, 4.0]) - np.array([1.0, -1.0, 1.0]) * step
+        assert plain.saturated(np.stack([at, 0.99 * at])).tolist() == [[True] * 3, [False] * 3]
     with pytest.raises(ValueError, match="nano17"):
         preset("nano18")
 

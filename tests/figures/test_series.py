@@ -161,6 +161,13 @@ def test_a_law_is_fitted_to_the_16_points_next_to_the_lock():
         assert (law.scale, law.exponent) == pytest.approx((3.0, 0.5))
 
 
+@pytest.mark.parametrize(("gap", "distance"), [(0.0, 0.1), (-1e-5, 0.1), (2e-5, 0.0), (2e-5, -0.1)])
+def test_what_is_at_the_lock_or_past_it_has_no_part_in_the_law(gap, distance):
+    gaps = np.geomspace(1e-4, 1e-1, 15)
+    law = regimes._fitted_law(np.append(gaps, gap), np.append(3.0 * np.sqrt(gaps), distance))
+    assert (law.scale, law.exponent) == pytest.approx((3.0, 0.5))
+
+
 def test_a_law_and_its_correction_are_found():
     gap = np.geomspace(1e-6, 1e-2, 40)
     law = regimes._fitted_law(gap, 2.0 * np.sqrt(gap) * (1.0 + np.sqrt(gap)) ** 0.7)
