@@ -71,6 +71,18 @@ def errors(found, friction):
     return (found.mu0 - truth)[ok], found.deviation[ok], inside[ok]
 
 
+@pytest.mark.parametrize("channel", [0, 1])
+def test_a_lone_spike_is_seen_by_the_noise_of_its_own_channel(channel):
+    recording, _, period = recorded(3, to=0.1)
+    row = next(i for i in range(100, 400) if len(set(period[i - 5 : i + 5])) == 1)
+    recording.readings[row, channel] += 40.0 * NOISE[channel]
+    noise = NOISE.copy()
+    noise[1 - channel] *= 5.0
+    assert f"a lone spike in 1 rows, left out: line {row + 2}" in read_ratio(recording, noise).notes
+    noise[channel] *= 100.0
+    assert not any("spike" in note for note in read_ratio(recording, noise).notes)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RODS)
 def test_it_reads_any_rod_without_bias_and_with_half_the_scatter_of_one_sample(name):
