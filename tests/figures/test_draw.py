@@ -187,6 +187,10 @@ def test_friction_figure_enlarges_the_first_of_many_levels():
     assert low < levels[0] * 0.001 < levels[6] * 0.001 < high
     shown = table.column("mu0").to_numpy()[np.isin(table.column("n_steps").to_numpy(), levels)]
     assert inset.get_xlim() == pytest.approx((shown.min() - 0.002, shown.max() + 0.002))
+    # A box around it, of one colour; the figure itself has none.
+    frame = {(one.get_visible(), to_hex(one.get_edgecolor())) for one in inset.spines.values()}
+    assert frame == {(True, "#999999")}
+    assert not axes.spines["top"].get_visible()
 
 
 @pytest.mark.parametrize(("name", "mu0"), [("scan", 0.3), ("locked scan", 0.9)])

@@ -534,6 +534,16 @@ def test_progress_is_shown_every_few_percent_and_at_the_end(capsys):
     assert capsys.readouterr().err.splitlines()[-1] == "100 of 100 steps (100%) done"
 
 
+@pytest.mark.parametrize(
+    ("status", "said"),
+    [(1, ""), (-1, "ended by signal 1 (SIGHUP);"), (-9, "ended by signal 9 (SIGKILL);")],
+)
+def test_a_signal_that_ended_snakemake_is_named(status, said, folder, capsys):
+    run.report_failure(run.Outcome(status=status), Path("results/here"))
+    told = f"Snakemake was {said} the same command continues.\n" if said else ""
+    assert capsys.readouterr().err == told
+
+
 def test_a_snakemake_that_is_killed_may_leave_half_an_event(capsys):
     receiver, sender = Pipe(duplex=False)
     sender.send(Planned(jobs=2))

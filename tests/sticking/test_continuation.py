@@ -206,13 +206,13 @@ def test_a_branch_that_is_replaced_ends_where_the_other_does():
     two = replace(
         branches(1),
         steps=[made_states([21.0]), made_states([22.0])],
-        line=np.array([[True], [True]]),
+        line=np.array([[False], [True]]),
     )
     found = four.with_branches(np.array([0]), two)
     fx, _ = found.forces
     assert fx[:, 1].tolist() == [11.0, 12.0, 13.0, 14.0]
     assert fx[:2, 0].tolist() == [21.0, 22.0] and np.isnan(fx[2:, 0]).all()
-    assert found.line.tolist() == [[True, True]] * 4
+    assert found.line.tolist() == [[False, True], [True, True], [True, True], [True, True]]
     assert found.last.tolist() == [1, 3] and four.last.tolist() == [3, 3]
     states, line = found.at(np.array([1, 2]))
     assert states.fx.tolist() == [22.0, 13.0] and line.tolist() == [True, True]

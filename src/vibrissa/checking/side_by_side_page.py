@@ -149,7 +149,7 @@ def _columns(found: SideBySide) -> str:
                     f"{one.table}.{one.column}",
                     f"{one.rows} of {one.of}",
                     _where(one.absolute) or "; ".join(words),
-                    _where(one.relative) or NOTHING,
+                    _where(one.relative),
                 )
             )
     return markdown_table(("column", "rows", "largest change", "largest relative change"), rows)
