@@ -33,7 +33,7 @@ TEXTS = {
     Kind.SPEED: ["0.1 mm/s", "1 km/h", "1 m"],
     Kind.RATE: ["50 Hz", "2 kHz", "1 s"],
     Kind.TIME: ["2 s", "3 min", "10 ms", "1 Hz"],
-    Kind.NUMBER: ["2 percent", "0.3 N", "3 %"],
+    Kind.NUMBER: ["2 percent", "0.3 N", "3 %", "3 dB"],
     Kind.DENSITY: ["7.8 g/cm^3", "7800 kg/m^3"],
 }
 

@@ -249,6 +249,11 @@ def test_rest_and_lift_off_are_cut_where_the_position_was_recorded():
     begun = imported(file_of([np.arange(len(x)), x, 0.1 * fy, fy]), columns=TITLED, begin="1 mm")
     assert begun.values["footpoint"][0] == pytest.approx(1e-3)
     assert 149 <= len(begun.values["footpoint"]) <= 153
+    ended = imported(file_of([np.arange(len(x)), x, 0.1 * fy, fy]), columns=TITLED, end="2 mm")
+    # Why rows are left out is said as it is.
+    half = "left out, as given, or the clamp rests, or no force acts"
+    for one, why in ((given, "left out, as given"), (begun, half), (ended, half)):
+        assert why in [said.partition(": lines")[0] for said in one.said]
 
 
 def test_a_recording_without_rest_stays_whole():
