@@ -84,6 +84,15 @@ def test_mistakes_among_sections_are_told_with_those_within_them(mistakes):
     assert not [told for told in starts if "claims.taper" in told]
 
 
+def test_a_section_with_a_mistake_hides_none_of_another(mistakes):
+    scan = "{{theta: [2], mu0: [0.3], eta: [{}], dx0: [{}], cycles: 9}}"
+    text = (
+        f"study: a\n{GRIDS}scans:\n  r: {scan.format(5, 1)}\n  s: {scan.format(0.85, '1.0e-9')}\n"
+    )
+    starts = [told.partition(" is not")[0].partition(" in steps")[0] for told in mistakes(text)]
+    assert "my.yaml:9: scans.r.eta[0]: 5" in starts and "my.yaml:10: scans.s: 9 cycles" in starts
+
+
 def test_mistakes_among_sections_have_lines(mistakes):
     (told,) = mistakes(f"study: a\n{GRIDS}figures:\n  f: {{kind: taper, grid: mani}}\n")
     assert told.startswith("my.yaml:9: figures.f.grid: 'mani' is not the name of a grid")
