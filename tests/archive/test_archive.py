@@ -161,6 +161,15 @@ def test_metadata_that_differ_are_named_on_either_side(tmp_path, again):
     assert line == "results/a.parquet: the same values; other metadata (both, is, was)"
 
 
+@pytest.mark.parametrize(("was", "now"), [(None, None), ({"a": "1"}, None), (None, {"a": "1"})])
+def test_tables_without_metadata_are_compared_too(tmp_path, was, now):
+    for name, metadata in (("was", was), ("now", now)):
+        pq.write_table(pa.table({"x": [1]}).replace_schema_metadata(metadata), tmp_path / name)
+    said = reproduction._table_difference(tmp_path / "was", tmp_path / "now")
+    keys = "of the file format" if was == now else "a"
+    assert said == f"the same values; other metadata ({keys})"
+
+
 def test_code_that_no_commit_names_is_refused(tmp_path):
     with pytest.raises(ArchiveError, match="edited since commit abc; commit the changes"):
         write_archive(ROOT, tmp_path, MADE, ROOT / "config.yaml", "abc-dirty", tmp_path / "a.zip")

@@ -104,8 +104,9 @@ def test_sizes_of_tolerances_are_read_in_pairs():
     given = ["eta = 0.2 mm", "theta=exact", "clamp_angle=a=b"]
     assert read_pairs(given) == {"eta": "0.2 mm", "theta": "exact", "clamp_angle": "a=b"}
     assert read_pairs(()) == {}
-    with pytest.raises(ArgumentError, match="given as name=size, got 'eta'"):
-        read_pairs(["theta=1", "eta"])
+    for text in ("eta", "eta=", "= 1", "="):
+        with pytest.raises(ArgumentError, match=f"given as name=size, got '{text}'"):
+            read_pairs(["theta=1", text])
     with pytest.raises(ArgumentError, match="the tolerance of eta is given twice"):
         read_pairs(["theta=1", "eta=1", " eta =2"])
 

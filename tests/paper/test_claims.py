@@ -74,6 +74,15 @@ def same_friction(evidence):
     return replace(evidence, scan=pd.concat([rows, rows.assign(mu0=0.4)], ignore_index=True))
 
 
+def test_scans_are_ordered_by_taper_then_friction(evidence):
+    rows = evidence.scan[evidence.scan["step"] == evidence.scan["step"].min()].head(1)
+    keys = [(2.0, 0.3), (2.0, 0.4), (3.0, 0.1), (3.0, 0.2)]
+    scan = pd.concat([rows.assign(theta=theta, mu0=mu0) for theta, mu0 in reversed(keys)])
+    found = replace(evidence, scan=scan.assign(cycle=1, phase="stick"))
+    for scans in (found.scans(), found.first_periods()):
+        assert [(one["theta"].iloc[0], one["mu0"].iloc[0]) for one in scans] == keys
+
+
 def under_equal_force(evidence):
     """Load all rods alike: the more tapered ones bend more."""
     one = {"f_last": 0.1, "alpha_last": 0.0, "x1_init": 0.3, "x0_max": 0.0}

@@ -296,6 +296,26 @@ def test_a_range_goes_on_in_smaller_parts_where_these_are_resolved(monkeypatch):
     assert np.diff(np.array(parts))[:, 0] == pytest.approx([0.025] * 4) and said == ""
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "said"),
+    [
+        (0.5, 0.6, "none from 0.5 to 0.5"),
+        (0.4, 0.5, "none from 0.4996"),
+        (0.4, 0.6, "none from 0.49"),
+    ],
+)
+def test_a_height_from_which_no_range_goes_on_is_refused_with_a_reason(
+    monkeypatch, low, high, said
+):
+    def fails(solve, first, last, tolerance):
+        raise NoResponseError(f"none from {first:.6g} to {last:.6g}")
+
+    monkeypatch.setattr(height_range, "interpolated", fails)
+    monkeypatch.setattr(height_range, "solver", lambda *given: lambda eta: None)
+    with pytest.raises(NoResponseError, match=said):
+        height_range.respond_over(2.0, 0.5, low, high)
+
+
 @dataclass(frozen=True, eq=False)
 class Even(Pulled):
     """Rods whose normal force falls evenly to a place, and up to where they are found."""

@@ -147,6 +147,13 @@ def test_impossible_arguments_are_refused(curve, argument, value):
         stick_slip(curve, D("0.3"), D("0.01"), **arguments)
 
 
+def test_a_shape_of_two_points_has_both_ends(curve):
+    few, many = (stick_slip(curve, D("0.3"), D("0.01"), cycles=1, shape_points=n) for n in (2, 5))
+    assert few.x.shape == (len(few.step), 2)
+    for name in ("x", "y"):
+        assert getattr(few, name) == pytest.approx(getattr(many, name)[:, [0, -1]], abs=1e-15)
+
+
 def test_how_the_states_of_cycles_are_counted():
     """A cycle ends with the slip into the first state of a later period, which is state 3 here."""
     row, cycle, step = cycles._numbered(3, 4, 2)

@@ -103,8 +103,8 @@ def read_setup(
 def read_pairs(given: Sequence[str]) -> dict[str, str]:
     """Read ``name=size`` of each tolerance."""
     pairs = [text.partition("=") for text in given]
-    for text, (_, equals, _) in zip(given, pairs, strict=True):
-        if not equals:
+    for text, (name, _, size) in zip(given, pairs, strict=True):
+        if not (name.strip() and size.strip()):
             raise ArgumentError(f"a tolerance is given as name=size, got {text!r}")
     names = [name.strip() for name, _, _ in pairs]
     for name in names:

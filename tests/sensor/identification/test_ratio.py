@@ -83,6 +83,15 @@ def test_a_lone_spike_is_seen_by_the_noise_of_its_own_channel(channel):
     assert not any("spike" in note for note in read_ratio(recording, noise).notes)
 
 
+@pytest.mark.parametrize("noise_of_y", [100.0, 0.01])
+def test_slips_are_seen_by_the_noise_of_force_x(noise_of_y):
+    recording, _, period = recorded(3, to=0.1)
+    noise = NOISE * [1.0, noise_of_y, 1.0]
+    found = read_ratio(recording, noise)
+    assert len(found.status) == period.max() + 1
+    assert found.last[:-1].tolist() == (np.flatnonzero(np.diff(period))).tolist()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RODS)
 def test_it_reads_any_rod_without_bias_and_with_half_the_scatter_of_one_sample(name):

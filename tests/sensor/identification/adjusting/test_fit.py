@@ -1,15 +1,19 @@
 """The derivatives of the adjustment, against differences of what it does with a recording."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from steel import NOISE, measured, recording_of
 from vibrissa import Mounting
+from vibrissa.errors import UndeterminedError
 from vibrissa.sensor import Whisker, identify, surfaces
 from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances
 from vibrissa.sensor.identification.adjusting import adjustment
+from vibrissa.sensor.identification.adjusting import fit as fitting
 from vibrissa.sensor.identification.adjusting.properties import WAVES, Bench, components_of
 from vibrissa.sensor.identification.adjusting.solving import Solver
 from vibrissa.sensor.identification.periods import Channels
@@ -156,3 +160,35 @@ def test_a_usual_mistake_is_in_the_intervals_or_said(recorded):
         true = truth.mu0[found.last][slip]
         assert ((found.low[slip] <= true) & (true <= found.high[slip])).mean() > 0.9
         assert (found.grade == "").all()
+
+
+@pytest.mark.parametrize(("of_its_tolerance", "told"), [(0.69, True), (0.71, False)])
+@pytest.mark.parametrize("estimated", [True, False])
+def test_what_is_estimated_must_be_told_by_the_recording(of_its_tolerance, told, estimated):
+    eta, theta = (
+        SimpleNamespace(name=name, estimated=estimated, tolerance=0.1, deviation=0.1 * part)
+        for name, part in (("eta", 0.0), ("theta", of_its_tolerance))
+    )
+    found = SimpleNamespace(tolerances=(eta, theta))
+    if told or not estimated:
+        fitting._check_estimates(found)
+        return
+    with pytest.raises(UndeterminedError, match="does not tell theta: give it, or its tolerance"):
+        fitting._check_estimates(found)
+
+
+@pytest.mark.parametrize("share", [0.49, 0.51])
+def test_a_chance_is_that_of_what_the_recording_tells_at_least_half_of(recorded, share):
+    """Scores whose covariance was 1 before: afterwards 0.1 for one, 1 - share for the other."""
+    _, recording = recorded
+    given = fit_to(recording, {"theta": 0.1, "eta": 0.01})
+    assert len(given.components) == 2
+    covariance = np.diag([0.1, 1.0 - share])
+    scores = np.array([1.2, 0.7])
+    squares = 1.2**2 / 0.9 + (0.7**2 / share if share > 0.5 else 0.0)
+    freedom = 2 if share > 0.5 else 1
+    assert given._chance(scores, covariance) == pytest.approx(chi2.sf(squares, freedom))
+    # Axes that are turned tell the same.
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    turned = given._chance(turn @ scores, turn @ covariance @ turn.T)
+    assert turned == pytest.approx(chi2.sf(squares, freedom))
