@@ -7,8 +7,10 @@ import pytest
 from small_study import scans, states
 from vibrissa.report import facts, page, proofs, tables
 from vibrissa.report.motion import motion
+from vibrissa.sticking.comparison import compare
 from vibrissa.tables import schemas
 from vibrissa.tables.proofs import Proof
+from vibrissa.tables.records import comparison_table
 
 
 def repeated(table, schema, key, count, **values):
@@ -127,3 +129,20 @@ def test_the_rod_of_a_page_moves_as_a_scan_a_point_or_a_figure_of_the_paper():
     assert motion({}).what == "a figure of the paper" and motion({}).presets
     found = motion({"scans": scans(), "stiction": states()})
     assert found.what == "a scan of the study"
+
+
+def test_a_comparison_is_shown_at_the_ends_and_in_the_middle_of_its_axes():
+    compared = compare([1, 2, 4, 6, 8], [0.2, 0.3], [0.85])
+    table = comparison_table("models", compared, "a")
+    (found,) = tables.sections({"comparisons": table})
+    assert found.title == "Comparison models"
+    rows = table.to_pandas()
+    count = int(rows["penetrates"].sum())
+    assert 0 < count < 10
+    assert f"10 points; the rod would pass through the surface in {count} of them." in found.note
+    cells = {column.name: column.cells for column in found.columns}
+    assert cells["θ"] == ["1", "1", "4", "4", "8", "8"] and cells["μ0"] == ["0.2", "0.3"] * 3
+    shown = rows[rows["theta"].isin([1.0, 4.0, 8.0])].sort_values(["theta", "mu0"])
+    for name, column in (("onset, tip", "x0_slip_point"), ("μ_lock, line", "mu_lock_line")):
+        assert cells[name] == [f"{value:.5g}" for value in shown[column]]
+    assert cells["penetrates"] == ["yes" if one else "no" for one in shown["penetrates"]]
