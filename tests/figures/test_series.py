@@ -274,3 +274,31 @@ def test_states_of_several_tapers_are_told_by_taper():
     figure = KINDS["state"].plot(rows)
     assert figure.axes[1].get_ylabel() == r"$\theta$"
     assert figure.axes[0].get_title() == "$y_1 = 0.85$"
+
+
+@pytest.mark.parametrize(
+    ("axis", "unit", "label"),
+    [
+        ("clamp_angle", 180.0 / np.pi, "degree"),
+        ("stage_angle", 180.0 / np.pi, "degree"),
+        ("clamp_compliance", 1.0, "$L/(E I_0)$"),
+        ("curvature", 1.0, r"$\kappa_0 L$"),
+    ],
+)
+def test_an_axis_of_the_mounting_is_shown_in_its_unit(axis, unit, label):
+    rows = ROWS["mounting"](3)
+    values = rows["clamp_angle"]
+    figure = KINDS["mounting"].plot(rows.assign(clamp_angle=0.0).assign(**{axis: values}))
+    shown = figure.axes[0].lines[0].get_xdata()
+    assert np.unique(shown) == pytest.approx(np.unique(values) * unit)
+    assert figure.get_supxlabel().endswith(label)
+
+
+@pytest.mark.parametrize("penetrates", [True, False])
+@pytest.mark.parametrize("count", [3, 40])
+def test_states_have_a_legend_where_it_has_something_to_say(count, penetrates):
+    figure = KINDS["state"].plot(ROWS["state"](count).assign(penetrates=penetrates))
+    said = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    names = count if count <= len(style.COLORS) else 0
+    assert len(said) == names + penetrates
+    assert ("hollow: passes through the surface" in said) == penetrates

@@ -5,7 +5,7 @@ import pytest
 
 from vibrissa.errors import RecordingError
 from vibrissa.sensor.identification.recording import noise_of
-from vibrissa.sensor.importing.onset import Motion, moving_by_readings
+from vibrissa.sensor.importing.onset import Motion, _stretches, moving_by_readings
 
 
 def stepped(held, pause):
@@ -60,3 +60,10 @@ def test_a_motion_that_is_no_parabola_is_asked_for():
     said = "a.csv: where the stage stops cannot be told from the readings: give --to"
     with pytest.raises(RecordingError, match=said):
         moving_by_readings(swinging(5.0)[::-1], "a.csv")
+
+
+def test_readings_are_cut_where_they_change_by_more_than_noise():
+    noise = np.random.default_rng(2).normal(size=(90, 2))
+    assert _stretches(noise).tolist() == [0]
+    levels = np.repeat([0.0, 20.0, 0.0], 30)
+    assert _stretches(noise + levels[:, np.newaxis] * [0.0, 1.0]).tolist() == [0, 30, 60]
