@@ -12,6 +12,7 @@ from steel import NOISE, measured, recording_of
 from straight import ALL, SLOPES, Straight, periods_of, sampled, seen_of
 from vibrissa.errors import MixedColumnsError, RecordingError, WrongRodError
 from vibrissa.sensor import Units, path, simulate, surfaces
+from vibrissa.sensor.identification import friction
 from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
 from vibrissa.sensor.identification.alternatives import Alternative
 from vibrissa.sensor.identification.calibration import known_setup
@@ -143,6 +144,16 @@ def test_the_likeliest_causes_of_a_wrong_rod_are_named():
         refused([2, 3, 4, 5, 6, 7, 8], [10, 9, 11], [zero(1), zero(0)])
     said = str(raised.value).partition(" Likely: ")[2]
     assert said.startswith("zero_force_x larger by 0.5 ± ") and "or" not in said.split(" ")[1:]
+
+
+def test_causes_that_explain_nine_tenths_of_the_misfit_are_named(monkeypatch):
+    parts = {"theta": 0.95, "eta": 0.91, "zero_force_y": 0.89}
+    causes = [
+        Cause(name=name, size=0.1, deviation=0.01, explained=part) for name, part in parts.items()
+    ]
+    monkeypatch.setattr(friction, "likeliest", lambda *of: causes)
+    with pytest.raises(WrongRodError, match=r"Likely: theta larger .*, or eta larger [^,]*$"):
+        refused([2, 3, 4, 5, 6, 7, 8], [10, 9, 11])
 
 
 # --- Effects ---
