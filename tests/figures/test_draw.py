@@ -12,7 +12,7 @@ from matplotlib.colors import to_hex
 
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.figures import style
-from vibrissa.figures.draw import KINDS, draw
+from vibrissa.figures.draw import KINDS, _failure, draw
 from vibrissa.mechanics.states import ContactState
 from vibrissa.outcomes import Status
 from vibrissa.sticking.api import EquilibriumState
@@ -591,3 +591,10 @@ def test_a_point_that_was_added_to_another_grid_is_drawn_as_one_of_the_axes():
     own = shared.set_column(place, table.schema.field(place), pa.nulls(len(table), names.type))
     selection = {"grid": "other"}
     assert pixels(draw("taper", shared, selection)) == pixels(draw("taper", own, selection))
+
+
+def test_what_failed_first_is_said_where_there_is_nothing_to_draw():
+    rows = pd.DataFrame({"status": ["out_of_reach", "failed"], "message": ["too high", "no luck"]})
+    for found, said in ((rows, "too high"), (rows[["status"]], "the tables and logs say why")):
+        (text,) = _failure(found).axes[0].texts
+        assert text.get_text() == f"out of reach: {said}"

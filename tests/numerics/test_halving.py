@@ -50,6 +50,15 @@ def test_an_inflection_in_the_middle_hides_nothing():
     assert halved(cubic[0], 0.047, cubic[1]).added == ()
 
 
+def test_what_is_left_is_told_in_its_order_not_in_that_in_which_it_was_found():
+    """The long interval is halved three times before it is as narrow as the short one."""
+    places = (Decimal(0), Decimal(8), Decimal(9))
+    found = halved(lambda x: 0.0, 1.0, "1", places, kind=lambda x: (x > 2.5, x > 8.5))
+    assert [tuple(map(int, ends)) for ends in found.switches] == [(2, 3), (8, 9)]
+    steps = (lambda x: float(x > 2.5) + float(x > 8.5), 0.1, "1", places)
+    assert [tuple(map(int, ends)) for ends in halved(*steps).unmet] == [(2, 3), (8, 9)]
+
+
 def test_a_jump_of_kind_is_closed_in():
     found = halved(lambda x: 0.0, 1.0, "0.01", kind=lambda x: x > 1 / 3)
     ((start, stop),) = found.switches

@@ -122,3 +122,11 @@ def test_where_a_parabola_leads_out_of_its_bracket_a_straight_line_guesses():
     assert inverse_quadratic(values, places, np.array([0.5])) == [0.5]
     level = np.array([[0.0], [0.0], [0.0]])
     assert inverse_quadratic(level, places, np.array([0.0])) == [0.0]
+
+
+def test_where_a_parabola_leads_out_a_level_is_reached_along_a_straight_line():
+    """The third value is that of the second, so that no parabola has one place for each value."""
+    values = np.array([[2.0, 3.0], [3.0, 1.0], [3.0, 1.0]])
+    places = np.array([[10.0, 0.0], [14.0, 1.0], [15.0, 2.0]])
+    found = inverse_quadratic(values, places, np.array([2.25, 2.5]))
+    assert found == pytest.approx([11.0, 0.25])
