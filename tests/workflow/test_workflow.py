@@ -543,7 +543,7 @@ def test_a_killed_run_goes_on(finished, fresh):
 
 
 def test_a_long_table_is_collected_in_threads(fresh, finished):
-    fresh.edit("src/vibrissa/study/costs.py", "LONG_TABLE = 5_000_000", "LONG_TABLE = 3")
+    fresh.edit("src/vibrissa/study/costs.py", "LONG_TABLE = 20_000_000", "LONG_TABLE = 3")
     fresh.edit("src/vibrissa/tables/store.py", "LEAST_ROW_GROUP = 2**14", "LEAST_ROW_GROUP = 2")
     threads = "    threads = snakemake.threads\n"
     fresh.edit("workflow/scripts/stiction.py", threads, threads + "    print(threads, 'threads')\n")
