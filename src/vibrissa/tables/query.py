@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pyarrow as pa
 import pyarrow.compute as pc
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 # A table in memory, or one in a file.
 Readable: TypeAlias = "pa.Table | Dataset"
+# How a file is read: by default so much is read ahead that memory grows with the table.
+FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "fragment_readahead": 1}
 
 
 def opened(path: str | Path, schema: pa.Schema) -> Dataset:
@@ -50,7 +52,7 @@ def opened(path: str | Path, schema: pa.Schema) -> Dataset:
 
     store.check_file(path)
     schema = schema.with_metadata(store.opened(path, schema).schema_arrow.metadata)
-    options = dataset.ParquetFragmentScanOptions(page_checksum_verification=True)
+    options = dataset.ParquetFragmentScanOptions(page_checksum_verification=True, pre_buffer=False)
     format = dataset.ParquetFileFormat(default_fragment_scan_options=options)
     with store.reading(path):
         return dataset.dataset(path, schema, format=format)
@@ -105,7 +107,7 @@ def parts(
         return
     (path,) = table.files
     with store.reading(path):
-        for batch in table.to_batches(columns=list(columns), filter=where, use_threads=False):
+        for batch in table.to_batches(columns=list(columns), filter=where, **FEW_AT_ONCE):
             yield pa.Table.from_batches([batch])
 
 
@@ -115,7 +117,7 @@ def rows(table: Readable, columns: Sequence[str], where: pc.Expression | None = 
         return (table if where is None else table.filter(where)).select(list(columns))
     (path,) = table.files
     with store.reading(path):
-        return table.to_table(columns=list(columns), filter=where, use_threads=False)
+        return table.to_table(columns=list(columns), filter=where, **FEW_AT_ONCE)
 
 
 def frame(
