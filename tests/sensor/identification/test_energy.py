@@ -55,7 +55,7 @@ def test_rest_is_where_a_scan_says(ratio):
 def test_linear_travels_are_those_of_the_relations():
     slips, generator = EnergySlips(RESPONSE, 0.8), np.random.default_rng(1)
     mu0, way = generator.uniform(0.25, 0.35, 6), generator.uniform(0.25, 0.35, 5)
-    gap = np.full(5, 0.0005)
+    gap = np.full(6, 0.0005)
     linear = slips.linearised(mu0, way, gap)
     moved = generator.uniform(-1e-4, 1e-4, 11)
     other = slips.linearised(mu0 + moved[:6], way + moved[6:], gap)
@@ -66,14 +66,15 @@ def test_linear_travels_are_those_of_the_relations():
 def test_errors_of_travels_are_those_of_onsets_within_a_step():
     """An onset late in its step makes its period longer; its slip is longer, and so is the next."""
     slips, generator = EnergySlips(RESPONSE, 0.8), np.random.default_rng(2)
-    mu0, way, gap = np.array([0.25, 0.3, 0.35, 0.3]), np.array([0.28, 0.33, 0.31]), 0.002
+    mu0, way = np.array([0.25, 0.3, 0.35, 0.3]), np.array([0.28, 0.33, 0.31])
+    gap = np.array([0.001, 0.003, 0.0005, 0.002])
     passed = gap * generator.random((20_000, 4))
     onset = slips.onset(mu0) + passed
     rest = [slips.rest(onset[:, i], np.full(len(onset), way[i])) for i in range(3)]
-    travels = onset[:, 1:] - gap - np.transpose(rest)
-    linear = slips.linearised(mu0, way, np.full(3, gap))
-    unit = gap**2 / 12.0
-    assert travels.mean(axis=0) == pytest.approx(linear.travel, abs=0.02 * gap)
+    travels = onset[:, 1:] - gap[1:] - np.transpose(rest)
+    linear = slips.linearised(mu0, way, gap)
+    unit = gap.max() ** 2 / 12.0
+    assert travels.mean(axis=0) == pytest.approx(linear.travel, abs=0.02 * gap.max())
     assert np.cov(travels.T) / unit == pytest.approx(linear.errors / unit, abs=0.05)
     assert np.abs(linear.errors[0, 1]) > 0.3 * unit
 
@@ -99,8 +100,8 @@ def even_run(ratio, mu0, gap):
     """Travels on one friction, whose onsets are in the middle of their steps, and the contacts."""
     slips, mu0 = EnergySlips(RESPONSE, ratio), np.full(len(gap), mu0)
     onset, before = slips.onset(mu0), np.append(gap[0], gap[:-1])
-    travel = onset - 0.5 * before - slips.rest(onset + 0.5 * before, mu0)
-    return travel, gap, 0.43 + np.cumsum(travel + before)
+    travel = onset - 0.5 * gap - slips.rest(onset + 0.5 * before, mu0)
+    return travel, gap, 0.43 + np.cumsum(travel + gap)
 
 
 def test_one_friction_is_read_with_the_step_at_the_end_of_each_period():
@@ -113,6 +114,17 @@ def test_one_friction_is_read_with_the_step_at_the_end_of_each_period():
     onsets = EnergySlips(RESPONSE, 0.8).onset(np.array([0.299, 0.301]))
     alone = 0.0005 / np.sqrt(12.0) * 0.002 / np.diff(onsets)
     assert (alone < deviation).all() and (deviation < 2.0 * alone).all()
+
+
+@pytest.mark.parametrize(
+    "gap", [np.array([0.0005, 0.02, 0.0005, 0.02]), np.tile([0.0005, 0.0014], 12)]
+)
+def test_one_friction_is_read_with_steps_that_are_very_different(gap):
+    """The step that ends a period enters its travel and the next one, whatever the others are."""
+    mean, deviation = read_travels(RESPONSE, 0.8, *even_run(0.8, 0.3, gap))
+    assert mean == pytest.approx(0.3, abs=1e-3)
+    slope = 0.002 / np.diff(EnergySlips(RESPONSE, 0.8).onset(np.array([0.299, 0.301])))
+    assert (deviation < 2.0 * gap.max() / np.sqrt(12.0) * slope).all()
 
 
 def test_a_tip_that_rests_pulled_with_nearly_all_its_friction_tells_none():

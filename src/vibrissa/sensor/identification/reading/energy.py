@@ -122,9 +122,10 @@ class EnergySlips:
         ----------
         mu0 : ndarray, shape (n,)
             Friction of the periods.
-        way, gap : ndarray, shape (n − 1,)
-            Mean friction on the way of the slips between them, and step of the stage in which each
-            slip began (L). The step that ends a period is taken to be as long as the one before.
+        way : ndarray, shape (n − 1,)
+            Mean friction on the way of the slips between them.
+        gap : ndarray, shape (n,)
+            Step of the stage that ends each period, in which its slip began (L).
 
         Returns
         -------
@@ -134,18 +135,19 @@ class EnergySlips:
         m, i = len(way), np.arange(len(way))
         onset = self.onset(mu0)
         steep = (self.onset(mu0 + STEP) - self.onset(mu0 - STEP)) / (2.0 * STEP)
-        start = onset[:-1] + 0.5 * gap
+        start = onset[:-1] + 0.5 * gap[:-1]
         over_start = (self.rest(start + STEP, way) - self.rest(start - STEP, way)) / (2.0 * STEP)
         over_way = (self.rest(start, way + STEP) - self.rest(start, way - STEP)) / (2.0 * STEP)
         slopes = np.zeros((m, 2 * m + 1))
         slopes[i, i + 1] = steep[1:]
         slopes[i, i] = -over_start * steep[:-1]
         slopes[i, m + 1 + i] = -over_way
-        # The part of the step that had passed at an onset is uniform, and enters two travels.
-        uniform = gap**2 / 12.0
-        errors = np.diag(uniform * (1.0 + over_start**2))
-        errors[i[:-1], i[1:]] = errors[i[1:], i[:-1]] = -over_start[1:] * uniform[1:]
-        travel = onset[1:] - 0.5 * gap - self.rest(start, way)
+        # The part of the step that had passed at an onset is uniform, and enters two travels: of
+        # the period that it ends, and of the next one.
+        enters = np.zeros((m, m + 1))
+        enters[i, i + 1], enters[i, i] = 1.0, -over_start
+        errors = enters * (gap**2 / 12.0) @ enters.T
+        travel = onset[1:] - 0.5 * gap[1:] - self.rest(start, way)
         return Linear(travel=travel, slopes=slopes, errors=errors)
 
 
@@ -202,7 +204,7 @@ def read_travels(
     """
     slips = EnergySlips(branch, kinetic_ratio)
     try:
-        values, deviation = _regressed(slips, place, travel[1:], gap[:-1])
+        values, deviation = _regressed(slips, place, travel[1:], gap)
     except np.linalg.LinAlgError:
         unknown = np.full(len(place), np.nan)
         return unknown, unknown
@@ -218,7 +220,7 @@ def read_travels(
 
 
 def _regressed(
-    slips: EnergySlips, place: FloatArray, measured: FloatArray, step: FloatArray
+    slips: EnergySlips, place: FloatArray, measured: FloatArray, gap: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Most probable frictions at n contacts, then on the n − 1 slips, and their deviations.
 
@@ -228,25 +230,25 @@ def _regressed(
         If no surface explains the travels.
     """
     n = len(place)
-    values = np.full(2 * n - 1, _level(slips, measured, float(np.median(step))))
+    values = np.full(2 * n - 1, _level(slips, measured, float(np.median(gap))))
     process = _Process(
         mean=float(values[0]), log_deviation=float(np.log(GUESS)), log_length=float(np.log(GUESS))
     )
     for _ in range(ROUNDS):
-        points, parts = _averages(slips, place, values, step)
+        points, parts = _averages(slips, place, values, gap[:-1])
         squares = (points[:, None] - points) ** 2
-        linear = slips.linearised(values[:n], values[n:], step)
+        linear = slips.linearised(values[:n], values[n:], gap)
         rest = measured - linear.travel + linear.slopes @ values
         process = _most_likely(process, linear, rest, squares, parts)
         prior = process.covariance(squares, parts)
         for _ in range(STEPS):
-            linear = slips.linearised(values[:n], values[n:], step)
+            linear = slips.linearised(values[:n], values[n:], gap)
             rest = measured - linear.travel + linear.slopes @ values
             spread = linear.slopes @ prior @ linear.slopes.T + linear.errors
             gain = np.linalg.solve(spread, linear.slopes @ prior).T
             found = process.mean + gain @ (rest - process.mean * linear.slopes.sum(axis=1))
             values = np.clip(found, LEAST, slips.most)
-    miss = measured - slips.linearised(values[:n], values[n:], step).travel
+    miss = measured - slips.linearised(values[:n], values[n:], gap).travel
     miss += linear.slopes @ (values - process.mean)
     if not miss @ np.linalg.solve(spread, miss) < MOST_EXCESS * len(miss):
         raise np.linalg.LinAlgError("no surface of one kind explains the travels")
