@@ -7,9 +7,11 @@ import pyarrow as pa
 import pytest
 
 from made_up import GRIDS, all_points, grid, point_table
-from vibrissa.errors import TableError
-from vibrissa.study.grid import Refinement
-from vibrissa.tables.added import without_added
+from vibrissa.errors import DamagedTableError, TableError
+from vibrissa.study.codec import decode_key
+from vibrissa.study.grid import Refinement, named_points
+from vibrissa.tables import store
+from vibrissa.tables.added import check_refined, refined_metadata, without_added
 from vibrissa.tables.completeness import checked_points
 from vibrissa.tables.schemas import STICTION
 
@@ -212,3 +214,66 @@ def test_rods_that_are_mounted_otherwise_are_foreign(theta, eta):
     found = found.set_column(place, STICTION.field(place), pa.array(tilted))
     order = [(name, "ascending") for name in ("eta", "theta", "clamp_angle", "mu0", "dx0")]
     assert "1 grid points are not in the study" in refusal(found.sort_by(order), refinements=CURVES)
+
+
+# How a block is refined, as its job is told; here any words.
+REFINING = {"refinements": {"main": {"tolerance": "1"}}, "gaps": {}}
+ADDED = [(Decimal(mu0), Decimal("0.1")) for mu0 in ("0.1015625", "0.15", "0.175", "0.2", "0.225")]
+
+
+@pytest.fixture
+def block(tmp_path):
+    """Writes a block that has some of the points that were added, and an account of all."""
+    own = [(Decimal("0.1"), Decimal("0.1")), (Decimal("0.1"), Decimal("0.2"))]
+
+    marked = {pair: ["main"] for pair in ADDED}
+
+    def write(pairs, metadata=None, key="0.1"):
+        points = named_points({pair: ["main"] for pair in [*own, *ADDED]}, marked)
+        told = refined_metadata(REFINING, [(decode_key([key, "0.1"]), points)])
+        rows = point_table([((0.1, mu0, 0.1, dx0), ["main"]) for mu0, dx0 in [*own, *pairs]])
+        place = STICTION.get_field_index("added_to")
+        marks = pa.array([None, None] + [["main"]] * len(pairs), STICTION.field(place).type)
+        told = told if metadata is None else metadata
+        made = rows.set_column(place, STICTION.field(place), marks)
+        store.write(made.replace_schema_metadata(STICTION.metadata | told), tmp_path / "b.parquet")
+        return tmp_path / "b.parquet"
+
+    return write
+
+
+def test_a_block_has_the_points_that_it_says(block):
+    check_refined(block(ADDED), REFINING)
+
+
+@pytest.mark.parametrize("missing", range(len(ADDED)))
+def test_any_added_point_that_a_block_lost_is_named(block, missing):
+    """Also one next to which nothing was added, as the last."""
+    path = block([pair for pair in ADDED if pair != ADDED[missing]])
+    mu0 = ADDED[missing][0]
+    with pytest.raises(DamagedTableError) as error:
+        check_refined(path, REFINING)
+    assert str(error.value) == (
+        f"{path} lacks 1 point that refine added, such as (theta, mu0, eta, dx0) = "
+        f"(0.1, {mu0}, 0.1, 0.1); delete it and run again, it is made anew"
+    )
+    assert error.value.path == path
+
+
+def test_a_point_of_which_a_block_does_not_say_that_it_was_added_is_named(block):
+    path = block([*ADDED, (Decimal("0.3"), Decimal("0.1"))])
+    with pytest.raises(DamagedTableError, match=r"has no account of 1 point that .* 0.3, 0.1, 0.1"):
+        check_refined(path, REFINING)
+
+
+def test_points_of_another_curve_are_not_those_of_a_block(block):
+    path = block(ADDED, key="0.2")
+    with pytest.raises(DamagedTableError, match=r"lacks 5 points .* = \(0.2, 0.1015625, 0.1, "):
+        check_refined(path, REFINING)
+
+
+@pytest.mark.parametrize("metadata", [None, {}], ids=["another refine", "none"])
+def test_a_block_that_was_refined_otherwise_is_made_anew(block, metadata):
+    path = block(ADDED, metadata)
+    with pytest.raises(DamagedTableError, match="was refined in another way than the study asks"):
+        check_refined(path, {**REFINING, "gaps": {"main": {"theta": [["1"], ["2"]]}}})

@@ -13,6 +13,7 @@ import venv
 from itertools import product
 from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 import yaml
@@ -21,7 +22,7 @@ from vibrissa import solve_curve
 from vibrissa.figures import style
 from vibrissa.figures.draw import draw
 from vibrissa.study.parsing import parse_study
-from vibrissa.tables import schemas, store
+from vibrissa.tables import added, schemas, store
 from vibrissa.tables.completeness import checked_points
 from vibrissa.tables.parquet import digests
 
@@ -201,6 +202,15 @@ def test_added_points_do_not_depend_on_blocks_and_no_curve_is_solved_for_them(fr
     assert 0 < alone["added_to"].null_count < len(alone)
     (_, log) = sorted(fresh.root.glob("results/tiny/logs/points/*.log"))
     assert "of mu0 added to main; 1 change of kind closed in" in log.read_text()
+
+    path = max(fresh.root.glob("results/tiny/blocks/*/*.points.parquet"))
+    block = store.read(path, schemas.STICTION)
+    told = schemas.STICTION.metadata | {added.REFINED: block.schema.metadata[added.REFINED]}
+    (*_, last) = np.flatnonzero(block["added_to"].is_valid())
+    less = block.take([i for i in range(len(block)) if i != last])
+    store.write(less.replace_schema_metadata(told), path)
+    fresh.run(STICTION)
+    assert fresh.stiction().equals(alone)
 
     fresh.edit("tiny.yaml", "tolerance: 0.01", "tolerance: 0.001")
     assert fresh.jobs(STICTION) == {"points": 2, "stiction": 1}

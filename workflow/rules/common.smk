@@ -134,17 +134,18 @@ def megabytes_of_blocks(blocks):
     return costs.megabytes(sum(size(BLOCKS[block]) for block in blocks))
 
 
-def refinements_of_block(block):
-    """How points are added to the grids that have points on the curves of a block."""
-    if not STUDY.refinements:
-        return {}
-    names = GRIDS_OF(BLOCKS[block]).keys() & STUDY.refinements.keys()
-    return {name: encode_refinement(STUDY.refinements[name]) for name in sorted(names)}
-
-
 def gaps_of(block):
     """Gaps that begin at curves of a block and may get curves in between."""
     return gaps_of_block(BLOCKS[block], STUDY.point_grids, STUDY.refinements)
+
+
+def refining_of_block(block):
+    """How points are added to the grids on the curves of a block, and in which gaps curves may be."""
+    names = GRIDS_OF(BLOCKS[block]).keys() & STUDY.refinements.keys() if STUDY.refinements else []
+    return {
+        "refinements": {name: encode_refinement(STUDY.refinements[name]) for name in sorted(names)},
+        "gaps": {name: encode_gaps(gaps) for name, gaps in gaps_of(block).items()},
+    }
 
 
 def neighbours_of_block(block):

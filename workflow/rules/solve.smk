@@ -57,10 +57,7 @@ rule points:
         grids=lambda wildcards: {
             name: encode_grid(part) for name, part in GRIDS_OF(BLOCKS[wildcards.block]).items()
         },
-        refinements=lambda wildcards: refinements_of_block(wildcards.block),
-        gaps=lambda wildcards: {
-            name: encode_gaps(gaps) for name, gaps in gaps_of(wildcards.block).items()
-        },
+        refining=lambda wildcards: refining_of_block(wildcards.block),
     message:
         "reading grid points off block {wildcards.block}"
     script:
@@ -84,6 +81,11 @@ rule stiction:
     params:
         grids={name: encode_grid(grid) for name, grid in STUDY.point_grids.items()},
         refinements={name: encode_refinement(one) for name, one in STUDY.refinements.items()},
+        refining={
+            block: refining
+            for block in POINT_BLOCKS
+            if (refining := refining_of_block(block))["refinements"]
+        },
         study_file=study_file("grids"),
     message:
         "collecting the table of grid points"

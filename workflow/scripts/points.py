@@ -7,6 +7,7 @@ from vibrissa.pipeline import jobs
 from vibrissa.study.codec import decode_gaps, decode_grid, decode_refinement, encode_key
 from vibrissa.study.grid import points_of, points_on_curves
 from vibrissa.tables import records, schemas, store
+from vibrissa.tables.added import refined_metadata
 from vibrissa.tables.mounted import mounting_of
 from vibrissa.tables.points import points_tables
 from vibrissa.tables.refining import all_added, curve_lines, refined_lines, with_added
@@ -42,9 +43,9 @@ def refined(key, curve, points, refinements):
 
 
 def points_and_curves(own, neighbours, grids, refinements, gaps):
-    """Points on each curve, and the curve."""
+    """Key of each curve, the points on it, and the curve."""
     for key, points in points_on_curves(own, grids):
-        yield refined(key, own[key], points, refinements), own[key]
+        yield key, refined(key, own[key], points, refinements), own[key]
     known = own | neighbours
     curve_of = cache(lambda key: known[key] if key in known else solve(key))
     added = {}
@@ -56,16 +57,19 @@ def points_and_curves(own, neighbours, grids, refinements, gaps):
                 added.setdefault(key, {})[name] = grids[name]
     for key, of_grids in added.items():
         points = all_added(refined(key, curve_of(key), points_of(of_grids), refinements))
-        yield points, curve_of(key)
+        yield key, points, curve_of(key)
 
 
 with jobs.logged(snakemake.log[0]):
     grids = {name: decode_grid(axes) for name, axes in snakemake.params.grids.items()}
-    refinements = {
-        name: decode_refinement(texts) for name, texts in snakemake.params.refinements.items()
-    }
-    gaps = {name: decode_gaps(texts) for name, texts in snakemake.params.gaps.items()}
+    refining = snakemake.params.refining
+    refinements = {name: decode_refinement(one) for name, one in refining["refinements"].items()}
+    gaps = {name: decode_gaps(texts) for name, texts in refining["gaps"].items()}
     own, neighbours = map(read_curves, (snakemake.input.curves, snakemake.input.neighbours))
-    points = points_and_curves(own, neighbours, grids, refinements, gaps)
-    tables = points_tables(points, snakemake.params.study)
-    store.write_parts(tables, schemas.STICTION, snakemake.output[0])
+    found = list(points_and_curves(own, neighbours, grids, refinements, gaps))
+    schema = schemas.STICTION
+    if refinements:
+        more = refined_metadata(refining, ((key, points) for key, points, _ in found))
+        schema = schema.with_metadata(schema.metadata | more)
+    tables = points_tables(((points, curve) for _, points, curve in found), snakemake.params.study)
+    store.write_parts(tables, schema, snakemake.output[0])

@@ -1,8 +1,11 @@
 """Collect the grid points of all blocks, in one order, and check that each is there once."""
 
+from pathlib import Path
+
 from vibrissa.pipeline import jobs
 from vibrissa.study.codec import decode_grid, decode_refinement
 from vibrissa.tables import schemas, store
+from vibrissa.tables.added import check_refined
 from vibrissa.tables.collect import collect
 from vibrissa.tables.completeness import POINT_ORDER, checked_points
 
@@ -11,6 +14,10 @@ with jobs.logged(snakemake.log[0]):
     refinements = {
         name: decode_refinement(texts) for name, texts in snakemake.params.refinements.items()
     }
+    for path in snakemake.input.points:
+        block = Path(path).name.partition(".")[0]
+        if refining := snakemake.params.refining.get(block):
+            check_refined(path, refining)
     threads = snakemake.threads
     found = collect(snakemake.input.points, schemas.STICTION, POINT_ORDER, threads)
     store.write_parts(

@@ -3,29 +3,41 @@
 Halving adds a value in the middle between two others, of the grid's axis or added before it. So a
 point that is in no such middle is foreign, and where one of the two others is not there, it is
 missing. A curve that was added has all points of the grid's μ0 and Δx0. That a value is missing
-next to which nothing was added cannot be seen without solving curves.
+next to which nothing was added cannot be seen without solving curves. So each block says in its
+metadata how it was refined, and which points it got.
 """
 
+import json
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import StrEnum
-from itertools import groupby
+from itertools import groupby, islice
+from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from vibrissa.study.grid import AXES, Grid, Refinement
+from vibrissa.decimals import exact, spell
+from vibrissa.errors import DamagedTableError
+from vibrissa.study.codec import decode_axis, decode_key, encode_axis, encode_key
+from vibrissa.study.grid import AXES, CurveKey, CurvePoints, Grid, Refinement
+from vibrissa.tables import store
 from vibrissa.tables.collect import Key
 from vibrissa.tables.mounted import MOUNTING_COLUMNS, mounting_of, mounting_row
-from vibrissa.tables.schemas import ADDED_TO
+from vibrissa.tables.schemas import ADDED_TO, STICTION
+from vibrissa.wording import counted
 
 # What tells curves apart; and points, in the order of the table of grid points.
 CURVE_ORDER = ("eta", "theta", *MOUNTING_COLUMNS)
 POINT_ORDER = (*CURVE_ORDER, "mu0", "dx0")
+# Points that a message names.
+EXAMPLES = 3
+# In the metadata of a block: how it was refined, and the points that were added.
+REFINED = b"vibrissa.refined"
 Row = Mapping[str, Any]
 
 
@@ -39,6 +51,93 @@ class Problem(StrEnum):
 
 
 Fault = tuple[Problem, Key]
+
+
+def shown(points: Iterable[Key]) -> str:
+    """Name the first few of some points, each by its values of `POINT_ORDER`."""
+    rows = [dict(zip(POINT_ORDER, key, strict=True)) for key in islice(points, EXAMPLES)]
+    names: tuple[str, ...] = AXES
+    if any(row[axis] for row in rows for axis in MOUNTING_COLUMNS):
+        names += MOUNTING_COLUMNS
+    each = ("(" + ", ".join(_spelled(row[name]) for name in names) + ")" for row in rows)
+    return f"({', '.join(names)}) = {', '.join(each)}"
+
+
+def _spelled(value: float | str) -> str:
+    return repr(value) if isinstance(value, str) else spell(exact(value))
+
+
+def refined_metadata(
+    refining: Mapping[str, Any], points: Iterable[tuple[CurveKey, CurvePoints]]
+) -> dict[bytes, bytes]:
+    """Metadata of a block: how it was refined, and which points were added.
+
+    Parameters
+    ----------
+    refining : mapping
+        How, in plain values as JSON has them.
+    points : iterable of (CurveKey, CurvePoints)
+        All points of the block, curve by curve.
+
+    Returns
+    -------
+    dict of bytes
+        For `check_refined`.
+    """
+    lines = []
+    for key, on_curve in points:
+        frictions: dict[Decimal, list[Decimal]] = {}
+        for mu0, dx0, names in zip(on_curve.mu0, on_curve.dx0, on_curve.added_to, strict=True):
+            if names:
+                frictions.setdefault(dx0, []).append(mu0)
+        lines += [[encode_key(key), spell(dx0), encode_axis(mu0)] for dx0, mu0 in frictions.items()]
+    return {REFINED: json.dumps({"refining": refining, "added": lines}).encode()}
+
+
+def check_refined(path: str | Path, refining: Mapping[str, Any]) -> None:
+    """Refuse a block that was refined otherwise, or has other added points than it says.
+
+    Parameters
+    ----------
+    path : str or Path
+        Parquet file of the schema `STICTION`, with `refined_metadata`.
+    refining : mapping
+        How it is to be refined.
+
+    Raises
+    ------
+    DamagedTableError
+        With the points. The file must be deleted.
+    TableError
+        If it cannot be opened.
+    """
+    file = store.opened(path, STICTION)
+    said = json.loads((file.schema_arrow.metadata or {}).get(REFINED, b"{}"))
+    if said.get("refining") != refining:
+        raise DamagedTableError(path, "was refined in another way than the study asks for")
+    with store.reading(path):
+        table = file.read([*POINT_ORDER, ADDED_TO.name])
+    rows = table.filter(pc.is_valid(table[ADDED_TO.name])).to_pylist()
+    found = {_values(row, POINT_ORDER) for row in rows}
+    wanted = {point for line in said["added"] for point in _points_of(*line)}
+    for what, points in (("lacks", wanted - found), ("has no account of", found - wanted)):
+        if points:
+            count = counted(len(points), "point")
+            reason = f"{what} {count} that refine added, such as {shown(sorted(points))}"
+            raise DamagedTableError(path, reason)
+
+
+def _points_of(key: Sequence[str], dx0: str, frictions: Sequence[str]) -> Iterator[Key]:
+    """Points of a line of `refined_metadata`."""
+    curve = decode_key(key)
+    row = {
+        **mounting_row(mounting_of(curve.mounting)),
+        "eta": float(curve.eta),
+        "theta": float(curve.theta),
+        "dx0": float(exact(dx0)),
+    }
+    for mu0 in decode_axis(frictions):
+        yield _values({**row, "mu0": float(mu0)}, POINT_ORDER)
 
 
 def without_added(table: pa.Table) -> pa.Table:

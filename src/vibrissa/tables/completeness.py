@@ -12,16 +12,22 @@ import pyarrow.compute as pc
 
 from vibrissa.decimals import Value
 from vibrissa.errors import TableError
-from vibrissa.study.grid import AXES, CurveKey, CurvePoints, Grid, Refinement, study_points
-from vibrissa.tables.added import POINT_ORDER, AddedPoints, Fault, Problem, without_added
+from vibrissa.study.grid import CurveKey, CurvePoints, Grid, Refinement, study_points
+from vibrissa.tables.added import (
+    EXAMPLES,
+    POINT_ORDER,
+    AddedPoints,
+    Fault,
+    Problem,
+    shown,
+    without_added,
+)
 from vibrissa.tables.collect import Key, key_of, rows_below
 from vibrissa.tables.mounted import MOUNTING_COLUMNS, mounting_of, mounting_row
 from vibrissa.tables.schemas import ADDED_TO, CURVATURE_POWERS, STICTION
 
 # Expected points that are made at a time, at least.
 ROWS = 2**14
-# Points that a message names.
-EXAMPLES = 3
 
 _POINT = pa.schema([STICTION.field(name) for name in (*POINT_ORDER, "grids")])
 _MARKED = [*_POINT.names, ADDED_TO.name]
@@ -78,7 +84,8 @@ def checked_points(
     for problem, points in wrong.items():
         if points.count:
             raise TableError(
-                f"stiction: {points.count} grid points are {problem}, such as {points.shown()}; "
+                f"stiction: {points.count} grid points are {problem}, "
+                f"such as {shown(points.examples)}; "
                 "delete the study's blocks folder and run again"
             )
 
@@ -89,18 +96,6 @@ class _Wrong:
 
     count: int = 0
     examples: list[Key] = field(default_factory=list)
-
-    def shown(self) -> str:
-        rows = [dict(zip(POINT_ORDER, key, strict=True)) for key in self.examples]
-        names: tuple[str, ...] = AXES
-        if any(row[axis] for row in rows for axis in MOUNTING_COLUMNS):
-            names += MOUNTING_COLUMNS
-        shown = ("(" + ", ".join(_spelled(row[name]) for name in names) + ")" for row in rows)
-        return f"({', '.join(names)}) = {', '.join(shown)}"
-
-
-def _spelled(value: float | str) -> str:
-    return repr(value) if isinstance(value, str) else f"{value:g}"
 
 
 def _split(table: pa.Table, bound: Key) -> tuple[pa.Table, pa.Table]:
