@@ -136,7 +136,38 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
     ("arguments", "message"),
     [
         (["solve", *WHISKER, "--mu0", "much"], "mu0 must be a number"),
-        (["solve", *WHISKER, "--mu0", "-1"], "mu0 must be positive"),
+        (["solve", *WHISKER, "--mu0", "-1"], "mu0 must be positive, got '-1'\n"),
+        (["solve", *WHISKER, "--mu0", "0.3", "--step", "0"], "step must be positive, got '0'\n"),
+        (
+            ["solve", *WHISKER, *ROD, "--mu0", "0.3", "--step", "-1 um"],
+            "step must be positive, got '-1 um'\n",
+        ),
+        (
+            ["solve", *WHISKER, *ROD, "--mu0", "0.3", "--modulus", "0 GPa"],
+            "the modulus of a rod must lie between 1e-30 and 1e30 Pa, got 0\n",
+        ),
+        (
+            ["solve", *WHISKER, *ROD, "--mu0", "0.3", "--diameter", "-1 mm"],
+            "the diameter of a rod must lie between 1e-30 and 1e30 m, got -0.001\n",
+        ),
+        (
+            ["scan", *WHISKER, "--mu0", "0", "--step", "0.1", "--to", "1", "-o", "x.csv"],
+            "mu0 must be positive, got '0'\n",
+        ),
+        (
+            ["scan", *WHISKER, "--mu0", "1", "--step", "0", "--to", "1", "-o", "x.csv"],
+            "step must be positive, got '0'\n",
+        ),
+        (
+            ["scan", *WHISKER, "--patches", "0:0", "--step", "1", "--to", "1", "-o", "x.csv"],
+            "mu0 of a patch must be positive, got '0'\n",
+        ),
+        (["prove", *WHISKER, "--mu0", "nan"], "mu0 must be a number, got 'nan'\n"),
+        (["prove", "--theta", "2", "--eta", "85"], "divide the height by the length L\n"),
+        (
+            ["design", "--step", "1", "--mu0", "0", "--noise", "1, 1, 1"],
+            "mu0 must lie above 0, from low to high, got 0\n",
+        ),
         (["solve", "--theta", "2", "--eta", "85 mm", "--mu0", "0.3"], "the rod is not given"),
         (["solve", *WHISKER, "--mu0", "0.3", "--length", "1 m"], "modulus, diameter missing"),
         (["solve", *WHISKER, "--mu0", "0.3", *ROD, "--step", "3 kg"], "step must be a length"),

@@ -134,8 +134,9 @@ def test_without_an_onset_there_is_nothing_to_prove():
         ((2, -0.1, 0.85), "mu0 must be positive"),
         ((0.5, 0.1, 0.85), "at least 1"),
         ((2, 0.1, 1.5), "between 0 and 1"),
-        (("two", 0.1, 0.85), "must be numbers"),
-        ((2, float("nan"), 0.85), "must be numbers"),
+        (("two", 0.1, 0.85), "^theta must be a number, got 'two'$"),
+        ((2, float("nan"), 0.85), "^mu0 must be a number, got nan$"),
+        ((2, 0.1, "1e400"), "^eta must be smaller than 1e308, got '1e400'$"),
     ],
 )
 def test_arguments_out_of_range_are_named(arguments, message):

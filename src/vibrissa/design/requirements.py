@@ -130,17 +130,23 @@ class Requirements:
             positive = len(values) == len(CHANNEL_KINDS) and all(value > 0.0 for value in values)
             self._require(name, positive, "be three positive values")
         self._require("noise", max(self.noise) < np.inf, "be finite")
-        for name in ("mu0", "diameter", "length"):
-            low, high = getattr(self, name)
-            self._require(name, 0.0 < low <= high < np.inf, "be a range above 0")
         single = self.diameter[0] == self.diameter[1]
         self._require("stock", not (self.stock and single), "not be given with a diameter")
-        self._require("theta", 1.0 <= self.theta[0] <= self.theta[1] < np.inf, "be a range from 1")
-        self._require("eta", 0.0 < self.eta[0] <= self.eta[1] < 1.0, "be a range above 0, below 1")
+        self._require_range("theta", self.theta[0] >= 1.0, "be at least 1")
+        self._require_range("eta", self.eta[0] > 0.0 and self.eta[1] < 1.0, "lie between 0 and 1")
+        for name in ("mu0", "diameter", "length"):
+            self._require_range(name, getattr(self, name)[0] > 0.0, "lie above 0")
 
     def _require(self, name: str, holds: bool, what: str) -> None:
         if not holds:
             raise ArgumentError(f"{name} must {what}, got {getattr(self, name)!r}")
+
+    def _require_range(self, name: str, within: bool, what: str) -> None:
+        low, high = getattr(self, name)
+        given = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+        unit = " m" if name in ("diameter", "length") else ""
+        if not (within and low <= high < np.inf):
+            raise ArgumentError(f"{name} must {what}, from low to high, got {given}{unit}")
 
     @classmethod
     def nondimensional(cls, **requirements: Any) -> "Requirements":

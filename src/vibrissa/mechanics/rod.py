@@ -22,7 +22,7 @@ class Rod:
     Raises
     ------
     ArgumentError
-        If a property is not a positive, finite number.
+        If a property is not positive, or beyond all measure.
 
     Examples
     --------
@@ -39,11 +39,16 @@ class Rod:
 
     def __post_init__(self) -> None:
         """Refuse properties that no rod has."""
-        for name in ("youngs_modulus", "base_diameter", "length"):
-            value = getattr(self, name)
+        for name, value, unit in (
+            ("modulus", self.youngs_modulus, "Pa"),
+            ("diameter", self.base_diameter, "m"),
+            ("length", self.length, "m"),
+        ):
             # Within these bounds the units of force and moment are numbers, too.
             if not 1e-30 < value < 1e30:
-                raise ArgumentError(f"{name} must be a positive number in SI units, got {value!r}")
+                raise ArgumentError(
+                    f"the {name} of a rod must lie between 1e-30 and 1e30 {unit}, got {value:g}"
+                )
 
     @property
     def second_moment(self) -> float:

@@ -79,7 +79,7 @@ def last_step_within(x0: FloatArray, dx0: Decimal) -> IntArray:
     """
     x0 = np.asarray(x0, dtype=float)
     if np.any(x0 > EXACT_INTEGER * float(dx0)):
-        raise ArgumentError(f"dx0 = {dx0} is too small a step for displacements up to {x0.max():g}")
+        raise ArgumentError(f"a step of {dx0} is too small for displacements up to {x0.max():g}")
     step = np.floor((x0 + ONSET_ACCURACY) / float(dx0)).astype(np.int64)
     # The quotient is rounded: 0.3/0.1 falls just short of 3. The positions themselves decide.
     step += ~passes(step_position(step + 1, dx0), x0)

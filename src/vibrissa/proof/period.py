@@ -263,7 +263,15 @@ def numbers(**values: Number) -> dict[str, Decimal]:
     ArgumentError
         If one is no finite number.
     """
+    return {name: _number(name, value) for name, value in values.items()}
+
+
+def _number(name: str, value: Number) -> Decimal:
     try:
-        return {name: exact(value) for name, value in values.items()}
-    except (ValueError, TypeError) as error:
-        raise ArgumentError(f"theta, mu0 and eta must be numbers: {error}") from None
+        number = exact(value)
+    except (ValueError, TypeError):
+        raise ArgumentError(f"{name} must be a number, got {value!r}") from None
+    # The solver has doubles.
+    if not np.isfinite(float(number)):
+        raise ArgumentError(f"{name} must be smaller than 1e308, got {value!r}")
+    return number

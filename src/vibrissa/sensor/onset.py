@@ -175,8 +175,8 @@ def solve(
     if yield_strain is not None and not 0.0 < yield_strain < np.inf:
         raise ArgumentError(f"yield_strain must be positive and finite, got {yield_strain!r}")
     units = whisker.units
-    dx0 = None if step is None else units.read(step, Kind.LENGTH, "step")
-    friction = units.read(mu0, Kind.NUMBER, "mu0")
+    dx0 = None if step is None else units.read_positive(step, Kind.LENGTH, "step")
+    friction = units.read_positive(mu0, Kind.NUMBER, "mu0")
     onset = onset_on(whisker.curve, friction, dx0, lambda x0: units.spelled(x0, Kind.LENGTH))
     strain, most = np.nan, None
     if onset.status is Status.SLIP:

@@ -322,6 +322,19 @@ class Units:
             number = exact(si) / self._exact_unit(kind, f"{what} = {value!r}")
         return _checked(number, what)
 
+    def read_positive(self, value: Quantity, kind: Kind, what: str) -> Decimal:
+        """Nondimensional value of a quantity above 0, as `read` gives it.
+
+        Raises
+        ------
+        ArgumentError
+            If it is no such quantity, or is not above 0.
+        """
+        number = self.read(value, kind, what)
+        if not number > 0:
+            raise ArgumentError(f"{what} must be positive, got {value!r}")
+        return number
+
     def read_channels(self, text: str, what: str) -> FloatArray:
         """Nondimensional values of ``"3 mN, 3 mN, 10 uN*m"``: force_x, force_y and moment_z.
 

@@ -213,7 +213,7 @@ def read_surface(
     if sum(given is not None for given in (mu0, patches, profile, texture)) != 1:
         raise ArgumentError("give the surface by one of mu0, patches, profile and texture")
     if mu0 is not None:
-        return constant(float(units.read(mu0, Kind.NUMBER, "mu0")))
+        return constant(float(units.read_positive(mu0, Kind.NUMBER, "mu0")))
     if patches is not None:
         return _read_patches(patches, units)
     if profile is not None:
@@ -225,7 +225,7 @@ def _read_patches(text: str, units: Units) -> Surface:
     pairs = [part.partition(":") for part in text.split(",")]
     return patches(
         [float(units.read(start, Kind.LENGTH, "start of a patch")) for start, _, _ in pairs],
-        [float(units.read(value, Kind.NUMBER, "mu0 of a patch")) for _, _, value in pairs],
+        [float(units.read_positive(value, Kind.NUMBER, "mu0 of a patch")) for _, _, value in pairs],
     )
 
 

@@ -312,10 +312,7 @@ def _compliance(units: Units, compliance: Quantity | None, stiffness: Quantity |
         return float(units.read(given, Kind.COMPLIANCE, "clamp_compliance"))
     if compliance is not None:
         raise ArgumentError("give clamp_compliance or clamp_stiffness, not both")
-    value = float(units.read(stiffness, Kind.STIFFNESS, "clamp_stiffness"))
-    if not value > 0.0:
-        raise ArgumentError(f"clamp_stiffness must be positive, got {stiffness!r}")
-    return 1.0 / value
+    return 1.0 / float(units.read_positive(stiffness, Kind.STIFFNESS, "clamp_stiffness"))
 
 
 def _of_stiffness(units: Units, value: Mapping[str, Quantity], tolerance: str) -> str:

@@ -148,8 +148,8 @@ def _check(
             f"theta is base over tip diameter and must be at least 1, got {theta!r}"
         )
     if not 0.0 < eta < 1.0:
-        write = "; write a length with its unit, as in '85 mm'" if eta > 1.0 else ""
-        raise ArgumentError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}{write}")
+        divide = ": divide the height by the length L" if eta > 1.0 else ""
+        raise ArgumentError(f"eta must lie between 0 and 1 (in units of L), got {eta!r}{divide}")
     if method not in tuple(Solver):
         raise ArgumentError(f"method must be one of {', '.join(Solver)}, got {method!r}")
     if contact not in tuple(Contact):

@@ -203,7 +203,7 @@ def identify(
         transducer=sensor,
         asked=asked,
         kinetic_ratio=ratio,
-        step=None if step is None else float(units.read(step, Kind.LENGTH, "step")),
+        step=None if step is None else float(units.read_positive(step, Kind.LENGTH, "step")),
         told=_told(recording, slip_time, delay),
         units=units,
         progress=progress,

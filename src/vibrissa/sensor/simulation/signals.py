@@ -118,7 +118,7 @@ def scan(
     units = whisker.units
     sensor = transducer_of(transducer, units)
     positions = path(
-        units.read(step, Kind.LENGTH, "step"),
+        units.read_positive(step, Kind.LENGTH, "step"),
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
     )
     # By the energy law a tip may come to rest where the clamp pulls. A rod that swings aside is
