@@ -8,6 +8,7 @@ import sys
 import zipfile
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from urllib.parse import unquote
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -23,8 +24,15 @@ ROOT = Path(__file__).parents[2]
 STUDY = """
 study: whisker
 grids:
-  main: {theta: [2], mu0: [0.3, 5], eta: [0.85], dx0: [0.005]}
+  main:
+    theta: [2]
+    mu0: [0.3, 5]
+    eta: [0.85]
+    dx0: [0.005]
+    refine: {tolerance: 0.01, closest: {mu0: 0.5}}
 """
+# As people name files, and as the crate's metadata have it.
+STUDY_FILE, STUDY_ID = "whisker 50%.yaml", "studies/whisker%2050%25.yaml"
 MADE = ("tables/stiction.parquet", "figures/taper.svg", "report.html")
 TABLE = "results/whisker/tables/stiction.parquet"
 COMMIT = "0123456789abcdef"
@@ -34,7 +42,7 @@ COMMIT = "0123456789abcdef"
 def packed(tmp_path_factory):
     """An archive of made-up results."""
     folder = tmp_path_factory.mktemp("study")
-    (folder / "whisker.yaml").write_text(STUDY)
+    (folder / STUDY_FILE).write_text(STUDY)
     results = folder / "results/whisker"
     for name in ("tables", "figures", "logs"):
         (results / name).mkdir(parents=True)
@@ -44,7 +52,7 @@ def packed(tmp_path_factory):
     for name in (*MADE[1:], *others):
         (results / name).write_text(name)
     output = folder / "whisker.zip"
-    write_archive(ROOT, results, MADE, folder / "whisker.yaml", COMMIT, output)
+    write_archive(ROOT, results, MADE, folder / STUDY_FILE, COMMIT, output)
     return output
 
 
@@ -65,7 +73,7 @@ def test_an_archive_says_to_the_second_when_it_was_made(unpacked):
 
 def test_an_archive_holds_what_makes_the_results(unpacked):
     recorded = reproduction.checksums(unpacked)
-    assert {"Snakefile", "requirements.lock", "studies/whisker.yaml", "README.md"} <= set(recorded)
+    assert {"Snakefile", "requirements.lock", f"studies/{STUDY_FILE}", "README.md"} <= set(recorded)
     assert {name for name in recorded if name.startswith("results/")} == {
         *(TABLE, "results/whisker/figures/taper.svg", "results/whisker/report.html")
     }
@@ -81,14 +89,15 @@ def test_an_archive_holds_what_makes_the_results(unpacked):
 def test_its_metadata_name_every_file_the_run_and_the_license(unpacked):
     crate = ROCrate(unpacked)
     files = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*.*")}
-    described = {entity.id for entity in crate.data_entities}
+    described = {unquote(entity.id) for entity in crate.data_entities}
     assert set(reproduction.checksums(unpacked)) < described
     assert {name for name in files if (unpacked / name).is_file()} - described == {
         "ro-crate-metadata.json"
     }
     run = crate.get(RUN)
     assert run["instrument"].id == crate.mainEntity.id == "Snakefile"
-    assert run["object"].id == "studies/whisker.yaml" == reproduction.study_file(unpacked)
+    assert run["object"].id == STUDY_ID
+    assert reproduction.study_file(unpacked) == f"studies/{STUDY_FILE}"
     assert TABLE in [entity.id for entity in run["result"]]
     assert crate.license.id == "https://spdx.org/licenses/MIT"
     assert crate.root_dataset["version"] == COMMIT
@@ -183,7 +192,7 @@ def test_how_a_run_of_an_archived_study_has_ended_is_told(unpacked, tmp_path, st
     (unpacked / "workflow/run.py").write_text(
         "import pathlib, sys\n"
         "assert not pathlib.Path('results').exists() and pathlib.Path('Snakefile').exists()\n"
-        f"assert sys.argv[1:] == ['--configfile', 'studies/whisker.yaml']\nsys.exit({status})\n"
+        f"assert sys.argv[1:] == ['--configfile', 'studies/{STUDY_FILE}']\nsys.exit({status})\n"
     )
     recorded = reproduction.checksums(unpacked)
     scratch = tmp_path / "scratch"
@@ -193,12 +202,12 @@ def test_how_a_run_of_an_archived_study_has_ended_is_told(unpacked, tmp_path, st
 
 @pytest.mark.slow
 def test_an_archive_makes_its_results_again_bit_for_bit(tmp_path):
-    project = tmp_path / "project"
+    project = tmp_path / "a project"
     for name in CODE:
         (project / name).parent.mkdir(parents=True, exist_ok=True)
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, project / name)
-    (project / "whisker.yaml").write_text(STUDY)
+    (project / STUDY_FILE).write_text(STUDY)
 
     def call(folder, *arguments):
         environment = os.environ | {"PYTHONPATH": str(folder / "src")}
@@ -210,7 +219,7 @@ def test_an_archive_makes_its_results_again_bit_for_bit(tmp_path):
             text=True,
         )
 
-    study = ("--configfile", "whisker.yaml")
+    study = ("--configfile", STUDY_FILE)
     assert call(project, "workflow/run.py", *study).returncode == 0
     old = project / "results/whisker/figures/old.png"
     old.parent.mkdir()

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from urllib.parse import unquote
 
 import numpy as np
 import pyarrow as pa
@@ -46,7 +47,7 @@ def damaged(folder: Path, recorded: Mapping[str, str]) -> Iterator[str]:
 
 def study_file(folder: Path) -> str:
     """Name of the study file of an unpacked archive."""
-    return ROCrate(folder).get(RUN)["object"].id
+    return unquote(ROCrate(folder).get(RUN)["object"].id)
 
 
 def run_again(folder: Path, recorded: Mapping[str, str], scratch: Path) -> int:
