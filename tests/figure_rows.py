@@ -175,8 +175,14 @@ def states(count):
 
 
 def both_contacts(count):
-    rows = combined(theta=THETA, mu0=np.linspace(0.05, 0.5, count), eta=[0.85])
+    return made_comparison(combined(theta=THETA, mu0=np.linspace(0.05, 0.5, count), eta=[0.85]))
+
+
+def made_comparison(rows):
+    """Made-up results in both kinds of contact, in which every tip slips."""
     return rows.assign(
+        status_point="slip",
+        status_line="slip",
         x0_slip_point=0.1 * rows.theta * (1.0 + rows.mu0),
         x0_slip_line=0.1 * rows.theta,
         penetrates=rows.theta > 2.0,

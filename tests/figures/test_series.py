@@ -11,7 +11,7 @@ from matplotlib import image
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
-from figure_rows import ROWS, THETA, combined, drawn, plane, slipping, states
+from figure_rows import ROWS, THETA, combined, drawn, made_comparison, plane, slipping, states
 from vibrissa.figures import regimes, style
 from vibrissa.figures.draw import KINDS
 from vibrissa.figures.series import Series
@@ -88,6 +88,54 @@ def test_a_study_that_locks_everywhere_says_so():
     rows = slipping(combined(theta=THETA, mu0=[0.8, 0.9], eta=[0.85], dx0=[0.001]))
     (text,) = KINDS["taper"].plot(rows).axes[0].texts
     assert text.get_text() == "the tip locks at every point"
+
+
+def with_locks(rows):
+    """A comparison in which the tip locks from 0.4 on in tip contact, from 0.3 in line contact."""
+    known = {"point": rows.mu0 < 0.4, "line": rows.mu0 < 0.3}
+    return rows.assign(
+        **{f"status_{one}": np.where(slips, "slip", "lock") for one, slips in known.items()},
+        **{f"x0_slip_{one}": rows[f"x0_slip_{one}"].where(slips) for one, slips in known.items()},
+    )
+
+
+def test_models_are_compared_where_the_tip_slips_in_both():
+    mu0 = (0.1, 0.2, 0.35, 0.5)
+    rows = combined(theta=THETA, mu0=mu0, eta=[0.85])
+    figure = KINDS["models"].plot(with_locks(made_comparison(rows)))
+    errors, locks = figure.axes
+    told = "\na line ends where the tip locks: for $\\mu_0 \\geq 0.35$ at every $\\theta$"
+    assert figure.get_suptitle().endswith(f"in tip contact{told}")
+    named = [text.get_text() for text in errors.get_legend().get_texts()]
+    assert named == [r"$\mu_0 = 0.1$", r"$\mu_0 = 0.2$"]
+    assert {line.get_color() for line in errors.lines} == set(style.COLORS[:2])
+    # Colours are for the series: the kinds of contact are told by their lines.
+    assert [(line.get_color(), line.get_linestyle()) for line in locks.lines] == [
+        ("black", "-"),
+        ("black", "--"),
+    ]
+    laid_out(figure)
+    inside_the_page(figure)
+
+
+def test_models_say_where_there_is_nothing_to_compare():
+    rows = with_locks(made_comparison(combined(theta=[1.0, 2.0], mu0=[0.35, 0.5], eta=[0.85])))
+    figure = KINDS["models"].plot(rows)
+    errors, locks = figure.axes
+    (text,) = errors.texts
+    assert text.get_text() == "nowhere an onset of slip\nin both kinds of contact"
+    assert not errors.axison and len(locks.lines) == 2
+    laid_out(figure)
+    inside_the_page(figure)
+
+
+@pytest.mark.parametrize("kind", ["locking", "models"])
+def test_a_mark_at_the_top_is_seen_whole(kind):
+    rows = ROWS[kind](3)
+    axes = KINDS[kind].plot(rows[rows.theta == 1.0]).axes[-1]
+    top = max(line.get_ydata().max() for line in axes.lines)
+    low, high = axes.get_ylim()
+    assert low == 0.0 and high == pytest.approx(1.05 * top)
 
 
 def test_every_kind_is_drawn():

@@ -8,16 +8,20 @@ from matplotlib.figure import Figure
 from vibrissa.figures import style
 from vibrissa.figures.kinds import kind
 from vibrissa.figures.series import Series
-from vibrissa.figures.style import COLORS
 
-LOCKS = {"tip contact": "mu_lock_point", "line contact": "mu_lock_line"}
+# Column, line and marks of each kind of contact; colours are for the series.
+LOCKS = {
+    "tip contact": ("mu_lock_point", "-", "black"),
+    "line contact": ("mu_lock_line", "--", "white"),
+}
 
 
 @kind(
     "models",
     columns=(
         *("theta", "mu0", "eta", "x0_slip_point", "x0_slip_line", "penetrates"),
-        *LOCKS.values(),
+        *("status_point", "status_line"),
+        *(column for column, *_ in LOCKS.values()),
     ),
 )
 def models(rows: pd.DataFrame) -> Figure:
@@ -27,40 +31,49 @@ def models(rows: pd.DataFrame) -> Figure:
     rows = rows.sort_values("theta")
     _onset_errors(errors, rows)
     curves = rows.drop_duplicates("theta")
-    for (contact, column), color in zip(LOCKS.items(), COLORS, strict=False):
+    for contact, (column, line, inside) in LOCKS.items():
         # Infinite where the tip lifts off instead: no point to draw.
         mu_lock = curves[column].replace(np.inf, np.nan)
-        locks.plot(curves["theta"], mu_lock, color=color, marker=style.alone(curves), label=contact)
+        look = {"color": "black", "linestyle": line, "markerfacecolor": inside}
+        locks.plot(curves["theta"], mu_lock, marker=style.alone(curves), label=contact, **look)
     locks.set_ylabel(style.LOCKING_FRICTION)
-    locks.set_ylim(bottom=0)
+    style.from_zero(locks)
     locks.legend(fontsize=8)
-    for panel in (errors, locks):
-        panel.set_xlabel(style.TAPER)
+    locks.set_xlabel(style.TAPER)
     return figure
 
 
 def _onset_errors(axes: Axes, rows: pd.DataFrame) -> None:
     """Draw the point model's relative error, with marks where its rod penetrates the surface."""
-    series = Series(rows["mu0"], r"\mu_0")
-    for mu0, points in rows.groupby("mu0"):
+    percent = 100.0 * (rows["x0_slip_point"] / rows["x0_slip_line"] - 1.0)
+    # Series of which nothing can be drawn would take the colours from the others.
+    known = percent.notna().groupby(rows["mu0"]).transform("any")
+    locks = (rows[["status_point", "status_line"]] == "lock").any(axis=1)
+    told = style.where_it_locks(locks, rows["mu0"][~known])
+    marks = "marks: the rod passes through the surface in tip contact"
+    axes.figure.suptitle(rf"$\eta = {rows['eta'].iloc[0]:g}$; {marks}{told}", fontsize=10)
+    if not known.any():
+        style.say(axes, "nowhere an onset of slip\nin both kinds of contact")
+        return
+    axes.set_xlabel(style.TAPER)
+    axes.set_ylabel(r"error of $x_{0,\mathrm{slip}}$ in tip contact / %")
+    series = Series(rows["mu0"][known], r"\mu_0")
+    for mu0, points in rows.assign(percent=percent)[known].groupby("mu0"):
         color = series.color(mu0)
-        percent = 100.0 * (points["x0_slip_point"] / points["x0_slip_line"] - 1.0)
         axes.plot(
             points["theta"],
-            percent,
+            points["percent"],
             color=color,
             linewidth=0.7,
             marker=style.alone(points),
             markerfacecolor="white",
+            label=series.label(mu0),
         )
         axes.plot(
             points["theta"],
-            percent.where(points["penetrates"]),
+            points["percent"].where(points["penetrates"]),
             "o",
             markersize=series.marker_size(2.5),
             color=color,
-            label=series.label(mu0),
         )
-    axes.set_ylabel(r"error of $x_{0,\mathrm{slip}}$ in tip contact / %")
-    axes.set_title(rf"$\eta = {rows['eta'].iloc[0]:g}$; marks: penetrates")
     series.explain(axes, fontsize=8)

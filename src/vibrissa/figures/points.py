@@ -25,7 +25,7 @@ def taper(rows: pd.DataFrame) -> Figure:
         return style.message("the tip locks at every point")
     # Series of which nothing can be drawn would take the colours from the others.
     never_slip = locks.groupby(rows["mu0"]).transform("all")
-    locking = _where_it_locks(locks, rows["mu0"][never_slip])
+    locking = style.where_it_locks(locks, rows["mu0"][never_slip])
     rows = rows[~never_slip]
     figure, axes = style.axes(4.2)
     series = Series(rows["mu0"], r"\mu_0")
@@ -56,16 +56,6 @@ def taper(rows: pd.DataFrame) -> Figure:
     axes.margins(x=0.03)
     series.explain(axes)
     return figure
-
-
-def _where_it_locks(locks: pd.Series, not_drawn: pd.Series) -> str:
-    """Say in a line below a title why lines end, and from which μ0 on there are none."""
-    if not locks.any():
-        return ""
-    all_lock = (
-        "" if not_drawn.empty else rf": for $\mu_0 \geq {not_drawn.min():g}$ at every $\theta$"
-    )
-    return f"\na line ends where the tip locks{all_lock}"
 
 
 @kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"), along="mu0")

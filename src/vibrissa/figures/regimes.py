@@ -57,7 +57,7 @@ def locking(rows: pd.DataFrame) -> Figure:
         )
     axes.set_xlabel(style.TAPER)
     axes.set_ylabel(style.LOCKING_FRICTION)
-    axes.set_ylim(bottom=0)
+    style.from_zero(axes)
     axes.margins(x=0.03)
     if series.few:
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -67,9 +67,31 @@ def rod_of(rows: pd.DataFrame) -> str:
 def message(text: str) -> Figure:
     """Make a figure that says in words why there is nothing to show."""
     figure, panel = axes(2.0)
-    panel.set_axis_off()
-    panel.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
+    say(panel, text)
     return figure
+
+
+def say(panel: Axes, text: str) -> None:
+    """Say in words why axes have nothing to show."""
+    panel.set_axis_off()
+    panel.text(0.5, 0.5, text, ha="center", va="center", wrap=True, transform=panel.transAxes)
+
+
+def where_it_locks(locks: pd.Series, not_drawn: pd.Series) -> str:
+    """Say in a line below a title why lines end, and from which μ0 on there are none."""
+    if not locks.any():
+        return ""
+    all_lock = (
+        "" if not_drawn.empty else rf": for $\mu_0 \geq {not_drawn.min():.4g}$ at every $\theta$"
+    )
+    return f"\na line ends where the tip locks{all_lock}"
+
+
+def from_zero(panel: Axes) -> None:
+    """Let the ordinate begin at zero, with room above the data for the mark of a single point."""
+    panel.update_datalim([(0.0, 0.0)], updatex=False)
+    panel.autoscale_view()
+    panel.set_ylim(bottom=0.0)
 
 
 def shape_axes(rows: pd.DataFrame, beside: float = 0.0) -> tuple[Figure, Axes]:
