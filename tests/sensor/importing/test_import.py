@@ -47,7 +47,7 @@ def command_of_the_docs():
 
 
 SAID = """\
-read as cp1252, separator semicolon, decimal comma, titles in line 7, units in the line below, \
+read as cp1252, separator semicolon, decimal comma, titles in line 7, units in line 8, \
 1,226 rows from line 9 on
 time: Zeit in s
 force_x: minus Kraft Fy in mN

@@ -2,15 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
 
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.importing.layout import Layout
 from vibrissa.sensor.importing.notation import Notation, numbers_of
 from vibrissa.sensor.importing.settings import NAMES, Source
-from vibrissa.sensor.importing.units import Title, title_of, unit_size, usual
-from vibrissa.sensor.quantities import CHANNEL_KINDS, MEASURED, Kind, Units, wished_units
+from vibrissa.sensor.importing.units import Title, size_of, title_of, unit_size, usual
+from vibrissa.sensor.quantities import CHANNEL_KINDS, MEASURED, SI, Kind, Units, wished_units
 from vibrissa.sensor.transducer import CHANNELS
 
 KINDS = dict(zip(NAMES, (Kind.TIME, Kind.LENGTH, *CHANNEL_KINDS), strict=True))
@@ -96,7 +95,8 @@ def columns_of(
         what = f"{name}: column {one.title}"
         if not unit:
             raise RecordingError(
-                f'{what} has no unit: give it, as in --column "{target}={one.title} [mN]"'
+                f"{what} has no unit: give it, as in "
+                f'--column "{target}={one.title} [{SI[KINDS[target]]}]"'
             )
         size = one.sign * unit_size(unit, KINDS[target], what)
         values[target] = numbers.columns[one.title] * size
@@ -122,13 +122,7 @@ def _said(target: str, one: _Column) -> str:
 def _found(
     layout: Layout, name: str, sources: Mapping[str, Source], without: Sequence[str]
 ) -> dict[str, _Column]:
-    titles = [
-        Title(title.name, title.unit or unit.strip("[]() "))
-        for title, unit in zip_longest(
-            map(title_of, layout.titles), layout.units[: len(layout.titles)], fillvalue=""
-        )
-        if isinstance(title, Title)
-    ]
+    titles = [title_of(title) for title in layout.titles]
     found = {}
     for target in NAMES:
         if target in without:
@@ -146,10 +140,31 @@ def _found(
             number=number,
             title=layout.titles[number] if titles else f"#{number + 1}",
             unit=source.unit,
-            unit_in_file=titles[number].unit if titles else "",
+            unit_in_file=_unit_in_file(layout, name, target, number, told=bool(source.unit)),
             sign=sign,
         )
     return found
+
+
+def _unit_in_file(layout: Layout, name: str, target: str, number: int, *, told: bool) -> str:
+    """Find the unit of a column, by its title or the line of units; empty if neither has one.
+
+    Raises
+    ------
+    RecordingError
+        If they differ and the unit was not told.
+    """
+    title = layout.titles[number] if number < len(layout.titles) else ""
+    unit = layout.units[number].strip("[]() ") if layout.units else ""
+    units = [each for each in (title_of(title).unit, unit) if each]
+    good = [each for each in units if size_of(each, KINDS[target]) is not None]
+    if len({size_of(each, KINDS[target]) for each in good}) > 1 and not told:
+        raise RecordingError(
+            f"{name}: column {title} is in {units[0]} by its title, but in {units[1]} by line "
+            f'{layout.unit_line}: give the unit, as in --column "{target}={title_of(title).name} '
+            f'[{units[1]}]"'
+        )
+    return next(iter([*good, *units]), "")
 
 
 def _numbers(layout: Layout, titles: Sequence[Title], source: Source) -> list[tuple[int, float]]:

@@ -144,7 +144,7 @@ def _bytes_of(path: Path) -> bytes:
 
 def _where(layout: Layout) -> str:
     head = f"titles in line {layout.title_line}" if layout.titles else "no titles"
-    units = ", units in the line below" if layout.units else ""
+    units = f", units in line {layout.unit_line}" if layout.units else ""
     return f"{head}{units}, {counted(len(layout.rows), 'row')} from line {layout.line[0]} on"
 
 
@@ -237,9 +237,9 @@ def _left_out(kept: IntArray, layout: Layout, why: str) -> list[str]:
     if kept[-1] < layout.line[-1]:
         parts.append(f"lines {kept[-1] + 1} to {layout.line[-1]}")
     said = [f"left out, {why}: {' and '.join(parts)}"] if parts else []
-    if layout.footer:
-        lines = ", ".join(map(str, layout.footer[:5])) + ", ..." * (len(layout.footer) > 5)
-        said.append(f"left out, no numbers below the table: line {lines}")
+    for reason, lines in layout.left_out.items():
+        some = ", ".join(map(str, lines[:5])) + ", ..." * (len(lines) > 5)
+        said.append(f"left out, {reason}: line {some}")
     return said
 
 

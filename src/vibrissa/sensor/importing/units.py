@@ -70,12 +70,12 @@ def is_unit(text: str) -> bool:
     unit = next(filter(None, inside.groups()), "") if inside else text.strip()
     if unit in {"", "-", "1", "%", "V", "mV", "°C", "C"}:
         return True
-    return any(_measures(unit, kind) for kind in MEASURED)
+    return any(size_of(unit, kind) is not None for kind in MEASURED)
 
 
-def _measures(unit: str, kind: Kind) -> bool:
+def size_of(unit: str, kind: Kind) -> float | None:
+    """Size of a unit in SI units; None if it is none of this kind."""
     try:
-        unit_size(unit, kind, "unit")
+        return unit_size(unit, kind, "unit")
     except ArgumentError:
-        return False
-    return True
+        return None
