@@ -12,6 +12,7 @@ import pytest
 
 from vibrissa.pipeline import places, run
 from vibrissa.pipeline.events import Failed, Finished, Job, Planned, Problem, Progress
+from vibrissa.tables import schemas, store
 
 # Stands in for Snakemake: it sends events, as the last argument says where.
 STAND_IN = """
@@ -295,6 +296,19 @@ def test_where_the_report_is_is_the_last_line(wrapped):
         "2 statements: 2 holds (results/here/claims.md)",
         "All on one page: results/here/report.html",
     ]
+
+
+@pytest.mark.slow
+def test_what_refine_added_and_left_over_is_said(wrapped):
+    table = Path("results/here/tables/stiction.parquet")
+    table.parent.mkdir(parents=True)
+    schema = schemas.STICTION.with_metadata(
+        schemas.STICTION.metadata | {store.REFINED: b"refine added 7 points"}
+    )
+    store.write(schema.empty_table(), table, "study: here")
+    assert last_lines(wrapped(""), 2)[0] == (
+        "refine added 7 points (for each line: results/here/logs/points)"
+    )
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from vibrissa.errors import DamagedTableError, TableError
 from vibrissa.study.codec import decode_key
 from vibrissa.study.grid import Refinement, named_points
 from vibrissa.tables import store
-from vibrissa.tables.added import check_refined, refined_metadata, without_added
+from vibrissa.tables.added import check_refined, refined_metadata, refined_summary, without_added
 from vibrissa.tables.completeness import checked_points
 from vibrissa.tables.schemas import STICTION
 
@@ -228,16 +228,18 @@ def block(tmp_path):
 
     marked = {pair: ["main"] for pair in ADDED}
 
-    def write(pairs, metadata=None, key="0.1"):
+    def write(pairs, metadata=None, key="0.1", left=(), name="b"):
         points = named_points({pair: ["main"] for pair in [*own, *ADDED]}, marked)
-        told = refined_metadata(REFINING, [(decode_key([key, "0.1"]), points)])
+        told = refined_metadata(REFINING, [(decode_key([key, "0.1"]), points)], left)
         rows = point_table([((0.1, mu0, 0.1, dx0), ["main"]) for mu0, dx0 in [*own, *pairs]])
         place = STICTION.get_field_index("added_to")
         marks = pa.array([None, None] + [["main"]] * len(pairs), STICTION.field(place).type)
         told = told if metadata is None else metadata
         made = rows.set_column(place, STICTION.field(place), marks)
-        store.write(made.replace_schema_metadata(STICTION.metadata | told), tmp_path / "b.parquet")
-        return tmp_path / "b.parquet"
+        store.write(
+            made.replace_schema_metadata(STICTION.metadata | told), tmp_path / f"{name}.parquet"
+        )
+        return tmp_path / f"{name}.parquet"
 
     return write
 
@@ -277,3 +279,17 @@ def test_a_block_that_was_refined_otherwise_is_made_anew(block, metadata):
     path = block(ADDED, metadata)
     with pytest.raises(DamagedTableError, match="was refined in another way than the study asks"):
         check_refined(path, {**REFINING, "gaps": {"main": {"theta": [["1"], ["2"]]}}})
+
+
+def test_what_is_left_over_is_summed_up_in_a_line(block):
+    """The lines of all blocks, by grid and axis, with the longest."""
+    left = [("main", "mu0", Decimal("0.0015")), ("main", "mu0", Decimal("0.25"))]
+    more = [("main", "mu0", Decimal("0.1")), ("a", "theta", Decimal(2))]
+    paths = [block(ADDED, left=left, name="b"), block(ADDED, left=more, name="c")]
+    assert refined_summary(paths) == (
+        "refine added 10 points; not within the tolerance at closest: up to 2 of theta on 1 line "
+        "of a, up to 0.25 of mu0 on 3 lines of main"
+    )
+    assert refined_summary([block(ADDED)]) == "refine added 5 points"
+    nothing = refined_metadata(REFINING, [], [])
+    assert refined_summary([block([], nothing)]).startswith("refine added no points: straight ")

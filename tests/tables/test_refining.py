@@ -10,6 +10,7 @@ import pyarrow.compute as pc
 import pytest
 
 from vibrissa import solve_curve
+from vibrissa.numerics.halving import Halved
 from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.sticking.stiction import read_curve
@@ -17,7 +18,7 @@ from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import Refinement, points_on_curves
 from vibrissa.tables import schemas, store
 from vibrissa.tables.points import points_tables
-from vibrissa.tables.refining import all_added, curve_lines, refined_lines, with_added
+from vibrissa.tables.refining import Line, all_added, curve_lines, refined_lines, with_added
 
 MU0 = ("0.1", "0.2", "0.3", "0.4", "0.5", "0.6")
 CLOSEST = Decimal("0.002")
@@ -171,7 +172,7 @@ def test_the_log_says_what_was_added_and_what_is_left():
     assert str(line) == f"dx0 0.01: {count} values of mu0 added to main; 1 change of kind closed in"
     rough = replace(FINE, tolerance=Decimal("1e-6"), closest={"mu0": Decimal("0.05")})
     (line,) = refined_lines(curve(), points, {"main": rough})
-    assert "not within the tolerance at closest: mu0 0.1 to 0.15, 0.15 to 0.2, " in str(line)
+    assert "not within the tolerance at closest: mu0 0.1 to 0.45" in str(line)
 
 
 def curve_refinement(column="x0_slip", tolerance="0.001"):
@@ -273,3 +274,16 @@ def test_a_change_of_contact_is_closed_in():
         changes.append((read.status[0] == read.status[1], len(set(read.contact))))
     assert sorted(changes)[-1] == (True, 2)
     assert len(changes) == 2 and line.halved.unmet == ()
+
+
+def test_what_is_left_over_is_told_in_stretches():
+    """As long as the gaps together, of which those that touch are one stretch."""
+    ends = ("0.1", "0.15", "0.2"), ("0.4", "0.45")
+    unmet = [tuple(map(Decimal, gap)) for some in ends for gap in pairwise(some)]
+    halved = Halved(added=(Decimal("0.15"),), switches=(), unmet=tuple(unmet))
+    line = Line(grid="main", axis="mu0", at=Decimal("0.01"), halved=halved)
+    assert line.left_over == Decimal("0.15")
+    assert str(line) == (
+        "dx0 0.01: 1 value of mu0 added to main; "
+        "not within the tolerance at closest: mu0 0.1 to 0.2, 0.4 to 0.45"
+    )

@@ -205,12 +205,14 @@ def test_added_points_do_not_depend_on_blocks_and_no_curve_is_solved_for_them(fr
 
     path = max(fresh.root.glob("results/tiny/blocks/*/*.points.parquet"))
     block = store.read(path, schemas.STICTION)
-    told = schemas.STICTION.metadata | {added.REFINED: block.schema.metadata[added.REFINED]}
+    told = schemas.STICTION.metadata | {added.ACCOUNT: block.schema.metadata[added.ACCOUNT]}
     (*_, last) = np.flatnonzero(block["added_to"].is_valid())
     less = block.take([i for i in range(len(block)) if i != last])
     store.write(less.replace_schema_metadata(told), path)
-    fresh.run(STICTION)
+    screen = fresh.run(STICTION).stderr
     assert fresh.stiction().equals(alone)
+    count = len(alone) - alone["added_to"].null_count
+    assert f"refine added {count} points (for each line: results/tiny/logs/points)" in screen
 
     fresh.edit("tiny.yaml", "tolerance: 0.01", "tolerance: 0.001")
     assert fresh.jobs(STICTION) == {"points": 2, "stiction": 1}
@@ -246,7 +248,10 @@ def test_added_curves_do_not_depend_on_blocks(fresh):
     assert len(thetas) > 2 and len(etas) > 2
     together = WITH_CURVES.replace("study: tiny", "study: together").replace("size: 1", "size: 4")
     fresh.write("together.yaml", together)
-    fresh.run(STICTION.replace("tiny", "together"), study="together.yaml")
+    screen = fresh.run(STICTION.replace("tiny", "together"), study="together.yaml").stderr
+    logs = [path.read_text() for path in fresh.root.glob("results/together/logs/points/*.log")]
+    left = re.findall(r"of mu0 added to main;.* not within the tolerance at closest", "".join(logs))
+    assert len(left) > 1 and f" of mu0 on {len(left)} lines of main (for each line: " in screen
     one = fresh.stiction("together")
     for name in ("theta", "eta", "mu0", "grids", "added_to", "status", "n_steps"):
         assert one[name].equals(apart[name]), name

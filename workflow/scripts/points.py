@@ -34,18 +34,19 @@ def solve(key):
     return curve
 
 
-def refined(key, curve, points, refinements):
+def refined(key, curve, points, refinements, noted):
     """Points on a curve with those that are added along mu0; the log says which."""
     lines = list(refined_lines(curve, points, refinements))
     for line in lines:
         print(*encode_key(key), line)
+    noted += lines
     return with_added(points, lines)
 
 
-def points_and_curves(own, neighbours, grids, refinements, gaps):
-    """Key of each curve, the points on it, and the curve."""
+def points_and_curves(own, neighbours, grids, refinements, gaps, noted):
+    """Key of each curve, the points on it, and the curve; `noted` gets the refined lines."""
     for key, points in points_on_curves(own, grids):
-        yield key, refined(key, own[key], points, refinements), own[key]
+        yield key, refined(key, own[key], points, refinements, noted), own[key]
     known = own | neighbours
     curve_of = cache(lambda key: known[key] if key in known else solve(key))
     added = {}
@@ -53,11 +54,12 @@ def points_and_curves(own, neighbours, grids, refinements, gaps):
         lines = curve_lines(name, grids[name], gaps[name], refinements[name], curve_of)
         for line, keys in lines:
             print(line)
+            noted.append(line)
             for key in keys:
                 added.setdefault(key, {})[name] = grids[name]
     for key, of_grids in added.items():
-        points = all_added(refined(key, curve_of(key), points_of(of_grids), refinements))
-        yield key, points, curve_of(key)
+        points = refined(key, curve_of(key), points_of(of_grids), refinements, noted)
+        yield key, all_added(points), curve_of(key)
 
 
 with jobs.logged(snakemake.log[0]):
@@ -66,10 +68,12 @@ with jobs.logged(snakemake.log[0]):
     refinements = {name: decode_refinement(one) for name, one in refining["refinements"].items()}
     gaps = {name: decode_gaps(texts) for name, texts in refining["gaps"].items()}
     own, neighbours = map(read_curves, (snakemake.input.curves, snakemake.input.neighbours))
-    found = list(points_and_curves(own, neighbours, grids, refinements, gaps))
+    noted = []
+    found = list(points_and_curves(own, neighbours, grids, refinements, gaps, noted))
     schema = schemas.STICTION
     if refinements:
-        more = refined_metadata(refining, ((key, points) for key, points, _ in found))
+        left = [(line.grid, line.axis, line.left_over) for line in noted if line.left_over]
+        more = refined_metadata(refining, ((key, points) for key, points, _ in found), left)
         schema = schema.with_metadata(schema.metadata | more)
     tables = points_tables(((points, curve) for _, points, curve in found), snakemake.params.study)
     store.write_parts(tables, schema, snakemake.output[0])

@@ -5,7 +5,7 @@ from pathlib import Path
 from vibrissa.pipeline import jobs
 from vibrissa.study.codec import decode_grid, decode_refinement
 from vibrissa.tables import schemas, store
-from vibrissa.tables.added import check_refined
+from vibrissa.tables.added import check_refined, refined_summary
 from vibrissa.tables.collect import collect
 from vibrissa.tables.completeness import POINT_ORDER, checked_points
 
@@ -14,15 +14,20 @@ with jobs.logged(snakemake.log[0]):
     refinements = {
         name: decode_refinement(texts) for name, texts in snakemake.params.refinements.items()
     }
-    for path in snakemake.input.points:
-        block = Path(path).name.partition(".")[0]
-        if refining := snakemake.params.refining.get(block):
-            check_refined(path, refining)
     threads = snakemake.threads
     found = collect(snakemake.input.points, schemas.STICTION, POINT_ORDER, threads)
+    schema = found.schema
+    if refinements:
+        refining = snakemake.params.refining
+        named = {Path(path).name.partition(".")[0]: path for path in snakemake.input.points}
+        for block in refining:
+            check_refined(named[block], refining[block])
+        summary = refined_summary(named[block] for block in refining)
+        print(summary)
+        schema = schema.with_metadata(schema.metadata | {store.REFINED: summary.encode()})
     store.write_parts(
         checked_points(found.parts, grids, refinements),
-        found.schema,
+        schema,
         snakemake.output[0],
         snakemake.params.study_file,
         found.rows,

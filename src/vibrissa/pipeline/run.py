@@ -29,7 +29,7 @@ from pathlib import Path
 from threading import Timer
 from typing import IO
 
-from vibrissa.errors import ClusterError, StudyError
+from vibrissa.errors import ClusterError, StudyError, TableError
 from vibrissa.pipeline import jobs, places, repair, slurm
 from vibrissa.pipeline.events import (
     Failed,
@@ -317,10 +317,25 @@ def report_failure(outcome: Outcome, folder: Path) -> None:
         )
 
 
+def refined(folder: Path) -> str:
+    """Return what the table of grid points says about `refine`; nothing if it had none."""
+    table = folder / "tables/stiction.parquet"
+    if not table.is_file():
+        return ""
+    # It imports pyarrow, which takes time.
+    from vibrissa.tables import store
+
+    with suppress(TableError):  # a file that cannot be opened
+        return store.said(table, store.REFINED)
+    return ""
+
+
 def report_results(outcome: Outcome, folder: Path, made: Collection[str]) -> None:
     """Say where the results are, and which files are not `made` by the study; all are if empty."""
     if outcome.planned == 0:
         say("Nothing to do: all results are up to date.")
+    if text := refined(folder):
+        say(f"{text} (for each line: {folder}/logs/points)")
     figures = folder / "figures"
     endings: dict[str, list[str]] = {}
     for path in sorted(figures.glob("[!.]*.*")):

@@ -20,6 +20,7 @@ from typing import Any
 
 import pyarrow as pa
 import pyarrow.compute as pc
+import pyarrow.parquet as pq
 
 from vibrissa.decimals import exact, spell
 from vibrissa.errors import DamagedTableError
@@ -36,8 +37,8 @@ CURVE_ORDER = ("eta", "theta", *MOUNTING_COLUMNS)
 POINT_ORDER = (*CURVE_ORDER, "mu0", "dx0")
 # Points that a message names.
 EXAMPLES = 3
-# In the metadata of a block: how it was refined, and the points that were added.
-REFINED = b"vibrissa.refined"
+# In the metadata of a block: how it was refined, which points were added, and what is left over.
+ACCOUNT = b"vibrissa.refining"
 Row = Mapping[str, Any]
 
 
@@ -68,9 +69,11 @@ def _spelled(value: float | str) -> str:
 
 
 def refined_metadata(
-    refining: Mapping[str, Any], points: Iterable[tuple[CurveKey, CurvePoints]]
+    refining: Mapping[str, Any],
+    points: Iterable[tuple[CurveKey, CurvePoints]],
+    left: Iterable[tuple[str, str, Decimal]],
 ) -> dict[bytes, bytes]:
-    """Metadata of a block: how it was refined, and which points were added.
+    """Metadata of a block: how it was refined, which points were added, and what is left over.
 
     Parameters
     ----------
@@ -78,11 +81,14 @@ def refined_metadata(
         How, in plain values as JSON has them.
     points : iterable of (CurveKey, CurvePoints)
         All points of the block, curve by curve.
+    left : iterable of (str, str, Decimal)
+        Grid and axis of each line that is not within the tolerance everywhere, and the length of
+        its gaps that are not.
 
     Returns
     -------
     dict of bytes
-        For `check_refined`.
+        For `check_refined` and `refined_summary`.
     """
     lines = []
     for key, on_curve in points:
@@ -91,7 +97,12 @@ def refined_metadata(
             if names:
                 frictions.setdefault(dx0, []).append(mu0)
         lines += [[encode_key(key), spell(dx0), encode_axis(mu0)] for dx0, mu0 in frictions.items()]
-    return {REFINED: json.dumps({"refining": refining, "added": lines}).encode()}
+    said = {
+        "refining": refining,
+        "added": lines,
+        "left": [[grid, axis, spell(length)] for grid, axis, length in left],
+    }
+    return {ACCOUNT: json.dumps(said).encode()}
 
 
 def check_refined(path: str | Path, refining: Mapping[str, Any]) -> None:
@@ -112,7 +123,7 @@ def check_refined(path: str | Path, refining: Mapping[str, Any]) -> None:
         If it cannot be opened.
     """
     file = store.opened(path, STICTION)
-    said = json.loads((file.schema_arrow.metadata or {}).get(REFINED, b"{}"))
+    said = _said(file)
     if said.get("refining") != refining:
         raise DamagedTableError(path, "was refined in another way than the study asks for")
     with store.reading(path):
@@ -125,6 +136,44 @@ def check_refined(path: str | Path, refining: Mapping[str, Any]) -> None:
             count = counted(len(points), "point")
             reason = f"{what} {count} that refine added, such as {shown(sorted(points))}"
             raise DamagedTableError(path, reason)
+
+
+def _said(file: pq.ParquetFile) -> dict[str, Any]:
+    """Read what a block says about its refinement; see `refined_metadata`."""
+    return json.loads((file.schema_arrow.metadata or {}).get(ACCOUNT, b"{}"))
+
+
+def refined_summary(paths: Iterable[str | Path]) -> str:
+    """Say how many points were added to some blocks, and what is not within the tolerance.
+
+    Parameters
+    ----------
+    paths : iterable of path
+        Parquet files, of which `check_refined` accepts each.
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    added = 0
+    left: dict[tuple[str, str], list[Decimal]] = {}
+    for path in paths:
+        said = _said(store.opened(path, STICTION))
+        added += sum(len(decode_axis(frictions)) for *_, frictions in said["added"])
+        for grid, axis, length in said["left"]:
+            left.setdefault((grid, axis), []).append(exact(length))
+    if not added:
+        return (
+            "refine added no points: straight lines between those of the axes are within the "
+            "tolerance, closest allows none, or there are no values"
+        )
+    found = [
+        f"up to {spell(max(lengths))} of {axis} on {counted(len(lengths), 'line')} of {grid}"
+        for (grid, axis), lengths in sorted(left.items())
+    ]
+    more = f"; not within the tolerance at closest: {', '.join(found)}" if found else ""
+    return f"refine added {counted(added, 'point')}{more}"
 
 
 def _points_of(key: Sequence[str], dx0: str, frictions: Sequence[str]) -> Iterator[Key]:

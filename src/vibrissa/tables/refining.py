@@ -48,6 +48,11 @@ class Line:
     halved: Halved
     mounting: str = ""
 
+    @property
+    def left_over(self) -> Decimal:
+        """Length of the gaps that are not within the tolerance, with no change in them."""
+        return sum((stop - start for start, stop in self.halved.unmet), Decimal(0))
+
     def __str__(self) -> str:
         """Return one line for the log."""
         across = {"mu0": "dx0", "theta": "eta", "eta": "theta"}[self.axis]
@@ -55,11 +60,21 @@ class Line:
         if halved.switches:
             found.append(f"{counted(len(halved.switches), 'change')} of kind closed in")
         if halved.unmet:
-            shown = ", ".join(f"{spell(start)} to {spell(stop)}" for start, stop in halved.unmet)
+            stretches = _joined(halved.unmet)
+            shown = ", ".join(f"{spell(start)} to {spell(stop)}" for start, stop in stretches)
             found.append(f"not within the tolerance at closest: {self.axis} {shown}")
         added = f"{counted(len(halved.added), 'value')} of {self.axis} added to {self.grid}"
         place = f"{across} {spell(self.at)} {self.mounting}".strip()
         return "; ".join([f"{place}: {added}", *found])
+
+
+def _joined(gaps: Sequence[Gap]) -> list[Gap]:
+    """Put gaps together, in increasing order, that have an end in common."""
+    joined: list[Gap] = []
+    for start, stop in gaps:
+        before = joined.pop() if joined and joined[-1][1] == start else (start, stop)
+        joined.append((before[0], stop))
+    return joined
 
 
 def refined_lines(

@@ -29,6 +29,8 @@ from vibrissa.tables.schemas import NUMBERS, YOUNGER
 LEAST_ROW_GROUP = 2**14
 # Kind of table and version of its columns, in a file's metadata as in those of its schema.
 TABLE, VERSION = b"vibrissa.table", b"vibrissa.schema"
+# What refinement added to the grids of a study and left over, in one line for a person.
+REFINED = b"vibrissa.refined"
 
 
 def write(table: pa.Table, path: str | Path, study_file: str = "") -> None:
@@ -284,9 +286,20 @@ def kind(path: str | Path) -> str:
     TableError
         If it is damaged or cannot be opened.
     """
+    return said(path, TABLE)
+
+
+def said(path: str | Path, key: bytes) -> str:
+    """Text in the metadata of a Parquet file; empty if there is none.
+
+    Raises
+    ------
+    TableError
+        If the file is damaged or cannot be opened.
+    """
     with reading(path):
         metadata = pq.read_metadata(path).metadata or {}
-    return metadata.get(TABLE, b"").decode(errors="replace")
+    return metadata.get(key, b"").decode(errors="replace")
 
 
 def read(path: str | Path, schema: pa.Schema) -> pa.Table:
