@@ -1,22 +1,37 @@
 """``vibrissa design``: the rod that measures friction best."""
 
+from pathlib import Path
+from typing import Annotated
+
 import typer
 
 from vibrissa.cli.options import (
     ALONE,
-    AlsoOut,
     Picture,
     check_files,
     progress_bars,
     save_picture,
 )
 from vibrissa.cli.requirements import takes_requirements
-from vibrissa.design import DesignStatus, Requirements
+from vibrissa.design import Design, DesignStatus, Requirements
 from vibrissa.design import design as find_design
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import series
+from vibrissa.sensor.given import rod_file
 
 app = typer.Typer(**ALONE)
+
+# Ending of a rod file.
+ROD_FILE = ".toml"
+Written = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write the result, too: as a table, .csv or .parquet, or as a rod file, .toml, that "
+        "the other commands read with --rod.",
+    ),
+]
 
 
 @app.command(
@@ -26,7 +41,7 @@ app = typer.Typer(**ALONE)
     "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`",
 )
 @takes_requirements
-def design(requirements: Requirements, output: AlsoOut = None, picture: Picture = None) -> None:
+def design(requirements: Requirements, output: Written = None, picture: Picture = None) -> None:
     """Find the rod that measures friction best, and say what limits it.
 
     Chooses taper, height, diameter and length. The best rod has the smallest standard deviation of
@@ -37,16 +52,26 @@ def design(requirements: Requirements, output: AlsoOut = None, picture: Picture 
     and eta are chosen. If no rod keeps to all limits, the one that violates them least is shown,
     and the exit code is 1.
     """
-    check_files(output, picture)
+    check_files(output, picture, ROD_FILE)
     found = find_design(requirements, progress_bars())
     if found.status is DesignStatus.FAILED:
         raise ArgumentError(found.message)
     typer.echo(found)
     if output is not None:
-        series.write(output, found.columns())
+        _write(found, output)
     if picture is not None:
         save_picture(found.plot(), picture)
     if found.status is DesignStatus.FOUND:
         typer.echo(found.tolerances())
     if found.status is DesignStatus.NONE:
         raise typer.Exit(1)
+
+
+def _write(found: Design, output: Path) -> None:
+    """Write the result as a table, or the rod that was found as a rod file."""
+    if output.suffix.lower() != ROD_FILE:
+        series.write(output, found.columns())
+    elif found.status is DesignStatus.FOUND:
+        rod_file.write(output, found.rod_file(), f"vibrissa design: {found.message}")
+    else:
+        typer.echo(f"{output} is not written: the rod violates limits", err=True)

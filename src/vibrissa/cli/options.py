@@ -63,10 +63,18 @@ AlsoOut = Annotated[
 ]
 
 
-def check_files(output: Path | None, picture: Path | None) -> None:
-    """Refuse files that cannot be written, before anything is computed."""
+def check_files(output: Path | None, picture: Path | None, *others: str) -> None:
+    """Refuse files that cannot be written, before anything is computed.
+
+    Parameters
+    ----------
+    output : Path or None
+        A table; its ending may also be one of the others.
+    picture : Path or None
+    *others : str
+    """
     if output is not None:
-        check_ending(output)
+        check_ending(output, *others)
     if picture is None:
         return
     if picture.suffix.lower() not in PICTURES:

@@ -12,6 +12,7 @@ from vibrissa.cli.whisker import RodOption, Tolerances, read_pairs
 from vibrissa.design.materials import MATERIALS
 from vibrissa.design.reading import read_requirements, with_rod_file
 from vibrissa.design.requirements import Requirements
+from vibrissa.errors import ArgumentError
 from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.identification.recording import Method
 
@@ -125,6 +126,9 @@ def takes_requirements(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def run(**values: Any) -> None:
+        rod, output = values["rod"], values.get("output")
+        if rod is not None and output is not None and rod.resolve() == output.resolve():
+            raise ArgumentError(f"{output} is the rod file that is read: write another one")
         requirements = read_options(**{name: values.pop(name) for name in options})
         command(requirements=requirements, **values)
 

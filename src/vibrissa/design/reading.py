@@ -41,7 +41,7 @@ KINDS = {
 TOLERATED = ("theta", "eta", "modulus", "diameter", "length")
 # A design is of a rod in the ideal mounting: of these only the tolerance counts.
 MOUNTING = ("clamp_angle", "clamp_compliance", "clamp_stiffness", "curvature", "stage_angle")
-# Not asked of a rod that is not made yet.
+# Not asked of a rod that is not made yet; handed on to the rod file of the result.
 NOT_ASKED = ("section", "kinetic_ratio")
 
 
@@ -78,8 +78,8 @@ def with_rod_file(path: Path, asked: Mapping[str, Any]) -> dict[str, Any]:
             )
         if given.tolerance is not None:
             stated = {name: given.tolerance} | stated
-    others = {name: value for name, value in keys.items() if name not in NOT_ASKED}
-    return {**others, TOLERANCES: stated}
+    carried = {name: keys.pop(name) for name in NOT_ASKED if name in keys}
+    return {**keys, "carried": carried, TOLERANCES: stated}
 
 
 def read_requirements(
@@ -87,6 +87,7 @@ def read_requirements(
     material: str | None = None,
     transducer: str | None = None,
     tolerances: Mapping[str, Quantity] | None = None,
+    carried: Mapping[str, Quantity] | None = None,
     **asked: Any,
 ) -> Requirements:
     """Read requirements from text.
@@ -100,6 +101,8 @@ def read_requirements(
         Name of a transducer, instead of noise and range.
     tolerances : mapping of str to str or number, optional
         Standard deviations, as in ``{"clamp_angle": "0.5 deg"}``; also ``modulus="210 ± 5 GPa"``.
+    carried : mapping of str to str or number, optional
+        Further keys for the rod file of the result, such as ``section``.
     **asked
         As in `Requirements`, None for the default. Quantities are text: ``"20 um"``,
         ``"20 to 200 mm"``, ``"3 mN, 3 mN, 10 uN*m"``. A bare number is in units of the rod, as far
@@ -141,6 +144,9 @@ def read_requirements(
         values["yield_strain"] = float(strain)
     told = (given.get("noise"), given.get("range"), *stated.values())
     values["tolerances"], values["wished"] = stated, wished_units(CHANNEL_KINDS, *told)
+    names = {"material": material, "transducer": transducer}
+    known = {name: value for name, value in names.items() if value is not None}
+    values["carried"] = {**(carried or {}), **known}
     _check_tolerances(values)
     return (Requirements if "modulus" in values else Requirements.nondimensional)(**values)
 

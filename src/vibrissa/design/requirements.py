@@ -68,6 +68,9 @@ class Requirements:
         Standard deviations that were stated, as `read_tolerances` reads them of the rod.
     assume : bool
         Whether what nothing is stated about has the tolerance that is assumed for it.
+    carried : mapping of str to str or number
+        Further keys of a rod file, which that of the result has, too (`Design.rod_file`): the names
+        of material and transducer, and what no design asks for.
     wished : dict of Kind to str
         Units in which results are told; lengths are in millimetres.
     room : dict
@@ -101,6 +104,7 @@ class Requirements:
     stock: tuple[float, ...] = ()
     tolerances: Mapping[str, Quantity] = field(default_factory=dict)
     assume: bool = True
+    carried: Mapping[str, Quantity] = field(default_factory=dict, compare=False)
     wished: Mapping[Kind, str] = field(default_factory=dict)
     room: dict[str, float] = field(default_factory=dict)
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from vibrissa.design.telling import lines
 from vibrissa.extras import require
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.given.rod_file import TOLERANCES
 from vibrissa.sensor.given.tolerances import read_tolerances
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
@@ -149,6 +150,31 @@ class Design(Tabular):
         stated = read_tolerances(whisker.units, self.requirements.tolerances, whisker)
         mu0 = float(self.mu0[np.argmax(self.deviations.total)])
         return tolerance_limits(self.requirements, whisker.tolerating(stated), mu0, self.deviation)
+
+    def rod_file(self) -> dict[str, Any]:
+        """Give the rod as the keys of a rod file, with which other commands go on.
+
+        Returns
+        -------
+        dict
+            As `vibrissa.sensor.given.rod_file.write` takes it.
+        """
+        asked = self.requirements
+        keys: dict[str, Any] = {"theta": self.theta, "eta": self.eta, "contact": str(asked.contact)}
+        units = ("", "", "")
+        if asked.modulus is not None:
+            keys["modulus"] = f"{1e-9 * asked.modulus:.10g} GPa"
+            keys["diameter"] = f"{1e3 * self.diameter:.10g} mm"
+            keys["length"] = f"{1e3 * self.length:.10g} mm"
+            units = (" N", " N", " N*m")
+        if "material" not in asked.carried and np.isfinite(asked.yield_strain):
+            keys["yield_strain"] = asked.yield_strain
+        if asked.density is not None:
+            keys["density"] = f"{asked.density:.10g} kg/m^3"
+        if "transducer" not in asked.carried:
+            noise = zip(asked.noise, units, strict=True)
+            keys["noise"] = ", ".join(f"{value:.10g}{unit}" for value, unit in noise)
+        return {**keys, **asked.carried, TOLERANCES: dict(asked.tolerances)}
 
     def plot(self) -> "Figure":
         """Draw the standard deviation over μ0, and all pairs (θ, η) that were solved."""

@@ -63,12 +63,12 @@ class Column:
         return f"{value:.8g} {self.unit}".removesuffix(" 1") if self.unit else str(value)
 
 
-def check_ending(path: Path) -> None:
+def check_ending(path: Path, *others: str) -> None:
     """Refuse a file that cannot be: an ending of another kind, no folder, no library for it."""
     if path == STANDARD:
         return
-    if path.suffix.lower() not in ENDINGS:
-        raise ArgumentError(f"{path}: the ending must be {' or '.join(ENDINGS)}")
+    if path.suffix.lower() not in (*ENDINGS, *others):
+        raise ArgumentError(f"{path}: the ending must be {' or '.join((*ENDINGS, *others))}")
     if not path.parent.is_dir():
         raise ArgumentError(f"{path}: there is no folder {path.parent}")
     if path.suffix.lower() == ".parquet":

@@ -5,6 +5,7 @@ theirs. The table ``tolerances`` has a size for each name in
 `vibrissa.sensor.given.tolerances.TOLERABLE`.
 """
 
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from vibrissa.errors import ArgumentError
+from vibrissa.files import write_atomically
 from vibrissa.sensor.given.tolerances import TOLERABLE, read_tolerances
 from vibrissa.sensor.given.values import Given
 from vibrissa.sensor.quantities import Kind, Quantity
@@ -107,6 +109,31 @@ class RodFile:
             reading=reading,
             material=material,
         )
+
+
+def write(path: Path, keys: Mapping[str, Any], comment: str) -> None:
+    """Write a rod file.
+
+    Parameters
+    ----------
+    path : Path
+    keys : mapping
+        As `keys_of` gives them.
+    comment : str
+        For the first line.
+    """
+    tables = {name: value for name, value in keys.items() if isinstance(value, Mapping)}
+    lines = [f"# {comment}", "", *_lines({n: v for n, v in keys.items() if n not in tables})]
+    for name, table in tables.items():
+        if table:
+            lines += ["", f"[{name}]", *_lines(table)]
+    with write_atomically(path) as temporary:
+        temporary.write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
+def _lines(keys: Mapping[str, Any]) -> list[str]:
+    # Numbers and texts are written in TOML as they are in JSON.
+    return [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in keys.items()]
 
 
 def with_options(keys: Mapping[str, Any], options: Mapping[str, Any]) -> dict[str, Any]:
