@@ -104,3 +104,17 @@ def test_a_full_disk_is_told_by_the_number_of_an_error(folder, monkeypatch):
     (line,) = repair.obstacles(folder, [errno.ENOSPC])
     assert line.endswith("is full; make space and run the same command again.")
     assert repair.obstacles(folder, [errno.ENOENT]) == []
+
+
+def test_a_table_or_block_without_a_record_is_found(folder, monkeypatch):
+    monkeypatch.chdir(folder.parents[1])
+    here = folder.relative_to(folder.parents[1])
+    assert repair.without_record(here) == here / "tables/stiction.parquet"
+    # As Snakemake names it: the text of the path in base64.
+    record = repair.RECORDS / "cmVzdWx0cy9zdHVkeS90YWJsZXMvc3RpY3Rpb24ucGFycXVldA=="
+    record.parent.mkdir(parents=True)
+    record.touch()
+    assert repair.without_record(here) is None
+    block = here / "blocks/point-collocation/a.points.parquet"
+    shutil.copy(here / "tables/stiction.parquet", block)
+    assert repair.without_record(here) == block

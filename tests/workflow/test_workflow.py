@@ -380,6 +380,30 @@ def test_a_longer_friction_axis_solves_nothing(done):
     assert [r["mu0"] for r in done.stiction().to_pylist()] == 2 * [0.2, 0.3, 0.4, 5]
 
 
+def test_results_that_were_made_elsewhere_are_not_taken_for_those_of_another_study_file(done):
+    shutil.rmtree(done.root / ".snakemake")
+    curves, points = done.blocks("curves"), done.blocks("points")
+    done.edit("tiny.yaml", *LONGER_MU0)
+    screen = done.run(STICTION).stderr
+    assert "was made: all but the curves is made anew, to be of the study file as it is" in screen
+    assert done.stiction()["mu0"].to_pylist() == [0.2, 0.3, 0.4, 5] * 2
+    assert done.blocks("curves") == curves and not points.items() & done.blocks("points").items()
+    # Of the scans there is no record yet, and there is once all was made.
+    assert "Nothing here says how results/tiny/tables/sca" in done.run(STICTION).stderr
+    done.run()
+    assert "Nothing here says" not in done.run(STICTION).stderr
+
+
+def test_results_that_were_made_elsewhere_are_used_as_the_documentation_says(done):
+    shutil.rmtree(done.root / ".snakemake")
+    for path in done.root.glob("results/**/*"):
+        os.utime(path, (0, 0))
+    done.run("--touch", command=SNAKEMAKE)
+    assert done.jobs() == {}
+    done.edit("tiny.yaml", *LONGER_MU0)
+    assert done.jobs(STICTION) == {"points": 2, "stiction": 1}
+
+
 ALL_FIGURES = {"figure": 5}
 COLLECTED = {"stiction": 1, "scans": 1}
 REPORT = {"report": 1}

@@ -3,6 +3,7 @@
 In all functions `folder` is the folder of a study, which need not exist.
 """
 
+import base64
 import errno
 import fcntl
 import os
@@ -22,6 +23,8 @@ LEAST_SPACE = 1024**2
 # The operating system's errors that mean a full disk, or a user's share of it.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
 MAGIC = b"PAR1"
+# Where Snakemake keeps a record of each result that it made, under the encoded path.
+RECORDS = Path(".snakemake/metadata")
 # Files that a message names.
 FEW = 3
 
@@ -106,6 +109,26 @@ def others(folder: Path, made: Collection[str]) -> str:
         f"Not of the study file as it is now, and in neither report nor archive: {shown} "
         f"({counted(len(names), 'file')} in {folder}; remove what you do not need)"
     )
+
+
+def without_record(folder: Path) -> Path | None:
+    """Find a table or block of points of which Snakemake has no record here; None if it has all.
+
+    It would trust such a file: a record alone says whether it is of the study file as it is now.
+
+    Parameters
+    ----------
+    folder : Path
+        As Snakemake names it.
+    """
+    kinds = "tables/[!.]*.parquet", "blocks/*/[!.]*.points.parquet"
+    paths = (path for kind in kinds for path in sorted(folder.glob(kind)))
+    return next((path for path in paths if not _has_record(path)), None)
+
+
+def _has_record(path: Path) -> bool:
+    name = base64.urlsafe_b64encode(path.as_posix().encode()).decode()
+    return (RECORDS / name).is_file()
 
 
 def obstacles(folder: Path, errors: Iterable[int | None] = ()) -> list[str]:

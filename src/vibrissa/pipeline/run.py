@@ -48,6 +48,9 @@ SNAKEMAKE = [sys.executable, "-m", "vibrissa.pipeline"]
 SNAKEMAKE_LOCKS = Path(".snakemake/locks")
 # As `vibrissa.study.values.Name` has it; a run need not wait for pydantic.
 STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]{0,99}"
+# Rules that read the study file, but for curves: blocks of these are named by what they hold. What
+# depends on them follows.
+REREAD = ("points", "scan", "states", "comparisons", "captions")
 # Percents between two progress lines, lines of a log, and jobs that are shown with their lines.
 STEP, TAIL, IN_FULL = 5, 6, 3
 # Seconds until an interrupted Snakemake that has jobs on a cluster is killed: it may wait for
@@ -403,6 +406,12 @@ def main(arguments: list[str]) -> int:
     if named_well and not {"-n", "--dry-run", "--dryrun"}.intersection(arguments):
         repair.remove_leftovers(folder)
         remove_damaged(repair.cut_short(folder), removed)
+    if is_study and (path := repair.without_record(folder)):
+        say(
+            f"Nothing here says how {path} was made: all but the curves is made anew, to be of the "
+            "study file as it is. (docs/cluster.md says how results of another machine are used.)"
+        )
+        arguments = ["--forcerun", *REREAD, *arguments]
     say(f"Study '{study}': {shlex.join(['snakemake', *arguments])}")
     outcome = run_and_heal(arguments, folder, removed, lock)
     # A killed Snakemake leaves its own lock, which the next run removes if nobody does it here.
