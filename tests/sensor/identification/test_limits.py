@@ -158,6 +158,9 @@ def test_a_spike_is_eight_deviations_from_its_neighbours_which_agree(size, lone)
     assert spikes(np.array([0.0, 100.0, 39.0]), 1.0).tolist() == [False, True, False]
     assert not spikes(np.array([0.0, 100.0, 40.0]), 1.0).any()
     assert not spikes(np.array([0.0, 100.0]), 1.0).any()
+    # A tip that slips at every other sample makes no spikes.
+    assert not spikes(np.tile([0.0, 100.0], 5), 1.0).any()
+    assert spikes(np.array([0, 0, 100, 0, 0, -100, 0.0]), 1.0).nonzero()[0].tolist() == [2, 5]
 
 
 @pytest.mark.parametrize(("fall", "ends"), [(7.9, [20]), (8.0, [20]), (8.1, [9, 20])])
@@ -172,6 +175,49 @@ def test_samples_within_a_slip_are_of_neither_period():
     load = np.concatenate([np.arange(10.0), [-3.0, -20.0, -23.0, -24.0], np.arange(-23.0, -13.0)])
     found = spans_of(np.arange(24.0), -load, 1.0)
     assert found.begins.tolist() == [0, 11] and found.ends.tolist() == [9, 23]
+
+
+def sawtooth(gap, risen):
+    """Clamp in steps of 1, but for one, and a force whose load rises by 2 a step, but for that."""
+    steps = np.ones(39)
+    steps[19] = gap
+    load = 2.0 * steps
+    load[19] = risen
+    return np.append(0.0, np.cumsum(steps)), -np.append(0.0, np.cumsum(load))
+
+
+@pytest.mark.parametrize(
+    ("gap", "risen", "cut"),
+    [
+        # Half of what sticking makes, and eight deviations less.
+        (10.0, 10.1, False),
+        (10.0, 9.9, True),
+        (10.0, -7.9, True),
+        (5.0, 2.1, False),
+        (5.0, 1.9, True),
+        # A step that is hardly longer than the others hides nothing.
+        (1.5, -7.0, False),
+        (1.6, -7.0, True),
+        (10.0, 20.0, False),
+    ],
+)
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_period_ends_where_a_slip_may_be_missing(gap, risen, cut, way):
+    clamp, force = sawtooth(gap, risen)
+    found = spans_of(way * clamp, way * force, 1.0)
+    assert found.begins.tolist() == ([0, 20] if cut else [0])
+    assert found.ends.tolist() == ([19, 39] if cut else [39])
+    assert found.cut.tolist() == ([True, False] if cut else [False])
+
+
+def test_missing_samples_with_a_slip_that_is_seen_cut_nothing():
+    clamp, force = sawtooth(50.0, -20.0)
+    found = spans_of(clamp, force, 1.0)
+    assert found.ends.tolist() == [19, 39] and not found.cut.any()
+    # Where the clamp rests it does not move by a usual step.
+    clamp, force = (np.repeat(each, 3) for each in sawtooth(10.0, 0.0))
+    assert spans_of(clamp, force, 1.0).cut.tolist() == [True, False]
+    assert spans_of(np.zeros(5), -np.arange(5.0), 1.0).ends.tolist() == [4]
 
 
 def test_a_clamp_that_rests_goes_on_as_before():

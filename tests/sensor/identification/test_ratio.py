@@ -171,6 +171,25 @@ def test_slips_that_noise_hides_are_no_silent_error():
     assert np.abs(error / deviation)[sound].max() < 4.5
 
 
+@pytest.mark.parametrize("before", [4, 30])
+def test_samples_that_are_lost_across_a_slip_end_a_period_and_hide_none(before):
+    """The force has risen again as far as it had fallen: no reading shows the slip."""
+    run, _, _ = recorded(1)
+    whole = read_ratio(run, NOISE)
+    last, again = whole.last[3], whole.last[4]
+    kept = np.ones(len(run), dtype=bool)
+    kept[last - before + 1 : again - before + 1] = False
+    found = read_ratio(run.take(kept), NOISE)
+    assert len(found) == len(whole)
+    assert found.status[3] == PeriodStatus.OPEN and np.isnan(found.mu0[3])
+    assert found.last_line[3] == run.line[last - before] and found.low[3] < whole.mu0[3]
+    others = np.delete(np.arange(len(whole)), [3, 4, len(whole) - 1])
+    assert found.mu0[others] == pytest.approx(whole.mu0[others], abs=2e-3)
+    lines = f"{found.first_line[3]}-{found.last_line[3]}"
+    why = "samples are missing after it, or the clamp jumped (measure again)"
+    assert f"doubtful: {why}: 1 of {len(whole)} periods, line {lines}" in found.notes
+
+
 def test_few_samples_give_a_bound_and_no_number():
     run, friction, _ = recorded(1, step=0.004, to=0.6)
     found = read_ratio(run, NOISE)
@@ -179,6 +198,8 @@ def test_few_samples_give_a_bound_and_no_number():
     unsure = found.status == PeriodStatus.UNSURE
     assert unsure.any() and (found.low <= friction[found.last])[unsure].all()
     assert np.isnan(found.mu0[unsure]).all() and np.isnan(found.high[unsure]).all()
+    # Slips at every other sample are no spikes.
+    assert len(found) > 50 and not unsure[-1]
 
 
 def errors_of(run, sizes):
@@ -311,7 +332,7 @@ def test_a_position_far_off_leaves_too_few_others_for_a_fit():
     # Beside 30 m, steps of 20 um are one place: they tell no polynomial of degree 9.
     clamp = np.arange(60) * STEP
     clamp[35] = -300.0
-    spans = Spans(begins=np.array([0, 30]), ends=np.array([29, 59]))
+    spans = Spans(begins=np.array([0, 30]), ends=np.array([29, 59]), cut=np.zeros(2, bool))
     forces = np.column_stack([-0.1 - clamp, np.full(60, -1.0)])
     windows = Windows.of(clamp, spans, np.inf)
     assert (windows.positions == 30).all()
@@ -339,7 +360,7 @@ def test_a_position_far_off_leaves_too_few_others_for_a_fit():
 def test_a_rod_swings_aside_where_fx_turns_round_and_fy_stays(way, before, fx, fy, swings):
     """From fy = −3, at the last sample of a period, to the first of the next."""
     forces = np.array([[-0.5, -2.0], [before, -3.0], [fx, fy], [0.1, -2.0]]) * [way, 1.0]
-    spans = Spans(begins=np.array([0, 2]), ends=np.array([1, 3]))
+    spans = Spans(begins=np.array([0, 2]), ends=np.array([1, 3]), cut=np.zeros(2, bool))
     assert _swung(way * np.arange(4.0), forces, spans).tolist() == [swings, False]
 
 
@@ -352,7 +373,7 @@ def statuses(ratio, deviation=0.01, forces=(-3.0, -10.0), mean=0.3, swung=False,
         sign=np.full(2, sign),
     )
     found = SimpleNamespace(mean=np.array([mean, 0.3]))
-    spans = Spans(begins=np.array([0, 1]), ends=np.array([0, 1]))
+    spans = Spans(begins=np.array([0, 1]), ends=np.array([0, 1]), cut=np.zeros(2, bool))
     two = np.array([forces, (sign * -3.0, -10.0)])
     noise = np.array([0.1, 0.2])
     status, least = _statuses(onsets, found, two, noise, spans, np.array([swung, False]))
@@ -399,7 +420,8 @@ def test_what_is_known_of_a_period_by_its_ratio(told, status, least):
 def doubts_of(clamp, begins, smooth=True):
     """What is doubted of the first of two periods."""
     clamp, begins = np.array(clamp, dtype=float), np.array(begins)
-    spans = Spans(begins=begins, ends=np.append(begins[1:], len(clamp)) - 1)
+    ends = np.append(begins[1:], len(clamp)) - 1
+    spans = Spans(begins=begins, ends=ends, cut=np.zeros(len(ends), bool))
     found = _doubts(clamp, spans, SimpleNamespace(smooth=np.array([smooth, True])))
     assert not found[1].periods[1] and not found[2].periods[1]
     return [one.doubt.name for one in found if one.periods[0]]

@@ -7,7 +7,6 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, checked_noise
 from vibrissa.sensor.identification.misfit.doubts import (
     FEW,
-    LOST,
     Doubt,
     Doubted,
     graded,
@@ -15,7 +14,15 @@ from vibrissa.sensor.identification.misfit.doubts import (
     notes_of,
 )
 from vibrissa.sensor.identification.reading.carried import Carried
-from vibrissa.sensor.identification.reading.jumps import FALL, Spans, direction, spans_of, spikes
+from vibrissa.sensor.identification.reading.jumps import (
+    FALL,
+    LOST,
+    Spans,
+    direction,
+    spans_of,
+    spikes,
+    usual_step,
+)
 from vibrissa.sensor.identification.reading.ratio import Onsets, read_onsets
 from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH, Summary
 from vibrissa.sensor.identification.recording import (
@@ -169,7 +176,7 @@ def _statuses(
     beyond = (ratio - ratio[:, -1:]) > CERTAIN * np.hypot(deviation, deviation[:, -1:])
     locked = beyond.any(axis=1) | swung
     peak = np.nanmax(np.where(np.isnan(ratio), -np.inf, ratio - HALF_WIDTH * deviation), axis=1)
-    opened = np.arange(size) == size - 1
+    opened = spans.cut | (np.arange(size) == size - 1)
     unknown = np.isnan(found.mean) | ~presses
     status = np.select(
         [least < -CERTAIN * error, locked, opened, unknown],
@@ -182,12 +189,11 @@ def _statuses(
 def _doubts(clamp: FloatArray, spans: Spans, onsets: Onsets) -> list[Doubted]:
     """Tell for each reason to doubt a friction which periods it concerns."""
     gap = clamp[np.minimum(spans.ends + 1, len(clamp) - 1)] - clamp[spans.ends]
-    steps = np.abs(np.diff(clamp))
-    usual = float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
+    lost = spans.cut | (np.abs(gap) > LOST * usual_step(clamp))
     came = clamp[spans.ends] - clamp[np.maximum(spans.ends - FEW, spans.begins)]
     return [
         Doubted(doubt=Doubt.ROUGH, periods=~onsets.smooth),
-        Doubted(doubt=Doubt.GAP_AFTER, periods=np.abs(gap) > LOST * usual),
+        Doubted(doubt=Doubt.GAP_AFTER, periods=lost),
         Doubted(doubt=Doubt.TURN, periods=came * gap < 0.0),
         Doubted(doubt=Doubt.FEW, periods=spans.ends - spans.begins + 1 < FEW),
     ]

@@ -15,13 +15,12 @@ import numpy as np
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, StrArray
+from vibrissa.sensor.identification.reading.jumps import LONG, LOST, usual_step
 from vibrissa.sensor.identification.seen import Seen
 from vibrissa.sensor.transducer import CHANNELS
 
 # Fewer samples than these do not confirm each other.
 FEW = 4
-# Usual steps from which on a step is longer than usual, and from which on samples were lost.
-LONG, LOST = 1.5, 10.0
 # Lines of so many periods are named in a note.
 NAMED = 3
 # A residual of a lower probability than this is not noise.
@@ -62,9 +61,12 @@ class Doubt(Enum):
     OTHER_MISFIT = Grade.DOUBTFUL, "does not fit a tip that stays where it is, but is not read"
     WRONG_WAY = Grade.WRONG, "no slip goes that way"
     GAP_BEFORE = Grade.INFORMATION, "samples are missing before it, or the clamp jumped"
-    GAP_AFTER = Grade.DOUBTFUL, "samples are missing after it, or the clamp jumped"
+    GAP_AFTER = Grade.DOUBTFUL, "samples are missing after it, or the clamp jumped (measure again)"
     TURN = Grade.DOUBTFUL, "the clamp turned beside its end"
-    FEW = Grade.WRONG, "too few samples: a spike, or a rest to be cut off (import --from)"
+    FEW = (
+        Grade.WRONG,
+        "too few samples: too coarse steps, a spike, or a rest to be cut off (import --from)",
+    )
     # If they are a spike, the period before did not end there.
     FEW_AFTER = Grade.DOUBTFUL, "too few samples after it"
     ROUGH = Grade.WRONG, "the forces do not follow a smooth curve: a slip may be hidden"
@@ -127,8 +129,7 @@ def doubts(seen: Seen, noise: FloatArray, read: Sequence[int]) -> list[Doubted]:
     samples, periods = seen.samples, seen.periods
     last, first = periods.ends[:-1], periods.begins[1:]
     gap = samples.clamp[first] - samples.clamp[last]
-    steps = np.abs(np.diff(samples.clamp))
-    usual = float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
+    usual = usual_step(samples.clamp)
     none = np.zeros(1, dtype=bool)
     lost = np.abs(seen.last.clamp_gap[:-1]) > LOST * usual
     came = samples.clamp[last] - samples.clamp[np.maximum(last - FEW, 0)]

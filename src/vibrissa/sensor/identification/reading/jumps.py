@@ -3,7 +3,9 @@
 While the tip sticks, a clamp that moves on meets a force that rises against the motion: sticking
 equilibria are stable. Where that force falls, the tip slips. So force_x, counted against the
 motion, only rises within a period; a fall from a peak to a trough, by more than noise makes, is a
-slip. It may last several samples: those between peak and trough are of neither period.
+slip. It may last several samples: those between peak and trough are of neither period. Where
+samples are missing the force may have fallen and risen again unseen: a period ends there, too, if
+the force has hardly risen over them.
 """
 
 from dataclasses import dataclass
@@ -20,6 +22,11 @@ FALL = 8.0
 STEP_FALL = 5.0
 # A sample this many standard deviations from the mean of its neighbours, which agree, is a spike.
 SPIKE = 8.0
+# Usual steps from which on a step is longer than usual, and from which on samples were lost.
+LONG, LOST = 1.5, 10.0
+# Over a longer step a tip that sticks on makes the load rise by more than this part of what it
+# usually does; one that slips once or more does not.
+STICKS_ON = 0.5
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,10 +37,13 @@ class Spans(Batch):
     ----------
     begins, ends : ndarray of int
         First and last row in which the tip sticks. Rows between two periods are of neither.
+    cut : ndarray of bool
+        Whether it ends where samples are missing and no slip is seen.
     """
 
     begins: IntArray
     ends: IntArray
+    cut: BoolArray
 
 
 def spikes(force: FloatArray, noise: float) -> BoolArray:
@@ -54,6 +64,8 @@ def spikes(force: FloatArray, noise: float) -> BoolArray:
         apart = np.abs(force[2:] - force[:-2])
         off = np.abs(force[1:-1] - 0.5 * (force[2:] + force[:-2]))
         lone[1:-1] = (off > SPIKE * noise) & (off > 2.0 * apart)
+        # Where each sample is off its neighbours the tip slips at every other one.
+        lone[1:-1] &= ~(lone[2:] | lone[:-2])
     return lone
 
 
@@ -82,9 +94,28 @@ def spans_of(clamp: FloatArray, force: FloatArray, noise: float) -> Spans:
         ends.append(peak + int(large[0]) if len(large) else peak)
         begins.append(peak + int(large[-1]) + 1 if len(large) else trough)
     ends.append(len(force) - 1)
-    found = Spans(begins=np.array(begins), ends=np.array(ends))
+    found = _cut(clamp, falls, np.array(begins), np.array(ends))
     several = found.ends > found.begins
     return found.take(several) if several.any() else found
+
+
+def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray) -> Spans:
+    """Cut periods where samples are missing and the load has risen by too little for sticking."""
+    steps = np.abs(np.diff(clamp))
+    moves = steps > 0.0
+    rise = np.median(-falls[moves] / steps[moves]) * steps if moves.any() else steps
+    short = rise + falls > np.maximum(FALL, STICKS_ON * rise)
+    rows = np.flatnonzero(short & (steps > LONG * usual_step(clamp)))
+    # Between two periods lies a slip that is seen.
+    last = rows[rows < ends[np.searchsorted(begins, rows, side="right") - 1]]
+    ends = np.sort(np.append(ends, last))
+    return Spans(begins=np.sort(np.append(begins, last + 1)), ends=ends, cut=np.isin(ends, last))
+
+
+def usual_step(clamp: FloatArray) -> float:
+    """Tell how far the clamp moves from one sample to the next; infinite if it never moves."""
+    steps = np.abs(np.diff(clamp))
+    return float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
 
 
 def direction(clamp: FloatArray) -> FloatArray:

@@ -313,8 +313,7 @@ def read_onsets(clamp: FloatArray, forces: FloatArray, noise: FloatArray, spans:
     Onsets
     """
     after = np.minimum(spans.ends + 1, len(clamp) - 1)
-    gap = clamp[after] - clamp[spans.ends]
-
+    gap = np.where(spans.cut, 0.0, clamp[after] - clamp[spans.ends])
     sign = np.where(gap == 0.0, direction(clamp)[spans.ends - 1], np.sign(gap))
     whole = fitted_forces(Windows.of(clamp, spans, np.inf), forces, noise, gap, WHOLE_DEGREE)
     candidates = []
