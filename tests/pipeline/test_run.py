@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from vibrissa.pipeline import places, run
+from vibrissa.pipeline import ending, places, run
 from vibrissa.pipeline.events import Failed, Finished, Job, Planned, Problem, Progress
 from vibrissa.tables import schemas, store
 
@@ -364,14 +364,14 @@ def watched(*events):
     for event in events:
         sender.send(event)
     sender.close()
-    outcome = run.Outcome()
+    outcome = ending.Outcome()
     outcome.watch(receiver, progress=True)
     return outcome
 
 
 def explanations(*events):
     outcome = watched(*events)
-    return [run.explain(failed).splitlines() for failed in outcome.failures]
+    return [ending.explain(failed).splitlines() for failed in outcome.failures]
 
 
 @pytest.mark.parametrize(
@@ -521,7 +521,7 @@ def test_a_full_disk_is_told_by_the_number_of_its_error(wrapped, number):
 
 def test_beside_a_full_disk_other_problems_are_shown(folder, capsys):
     full, other = Problem(message="Traceback", errno=errno.ENOSPC), Problem(message="no such rule")
-    run.report_failure(run.Outcome(problems=[full, other], status=1), Path("results/here"))
+    ending.report_failure(ending.Outcome(problems=[full, other], status=1), Path("results/here"))
     said = "The disk of results/here (or your share of it) is full; make space and run the same"
     assert capsys.readouterr().err == f"no such rule\n{said} command again.\n"
 
@@ -532,8 +532,8 @@ def test_of_a_log_the_last_lines_are_shown(tmp_path):
     log.write_text("".join(f"line {n}\n\n" for n in range(9)))
     os.utime(log, (100.0, 100.0))
     logs = [str(tmp_path / "none.log"), str(empty), str(log)]
-    assert run.last_lines(logs, 100.0) == [f"line {n}" for n in range(3, 9)]
-    assert run.last_lines(logs, 100.5) == []
+    assert ending.last_lines(logs, 100.0) == [f"line {n}" for n in range(3, 9)]
+    assert ending.last_lines(logs, 100.5) == []
 
 
 def test_progress_is_shown_every_few_percent_and_at_the_end(capsys):
@@ -553,7 +553,7 @@ def test_progress_is_shown_every_few_percent_and_at_the_end(capsys):
     [(1, ""), (-1, "ended by signal 1 (SIGHUP);"), (-9, "ended by signal 9 (SIGKILL);")],
 )
 def test_a_signal_that_ended_snakemake_is_named(status, said, folder, capsys):
-    run.report_failure(run.Outcome(status=status), Path("results/here"))
+    ending.report_failure(ending.Outcome(status=status), Path("results/here"))
     told = f"Snakemake was {said} the same command continues.\n" if said else ""
     assert capsys.readouterr().err == told
 
@@ -563,7 +563,7 @@ def test_a_snakemake_that_is_killed_may_leave_half_an_event(capsys):
     sender.send(Planned(jobs=2))
     os.write(sender.fileno(), bytes(2))
     sender.close()
-    outcome = run.Outcome()
+    outcome = ending.Outcome()
     outcome.watch(receiver, progress=True)
     assert outcome.planned == 2
 

@@ -23,8 +23,8 @@ LEAST_SPACE = 1024**2
 # The operating system's errors that mean a full disk, or a user's share of it.
 FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
 MAGIC = b"PAR1"
-# Where Snakemake keeps a record of each result that it made, under the encoded path.
-RECORDS = Path(".snakemake/metadata")
+# Where Snakemake keeps a record of each result that it made, under the encoded path; and its locks.
+RECORDS, LOCKS = Path(".snakemake/metadata"), Path(".snakemake/locks")
 # Files that a message names.
 FEW = 3
 
