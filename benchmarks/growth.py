@@ -1,18 +1,22 @@
 """Run studies of growing size through the whole workflow: time, memory and size of the tables.
 
-Usage: python benchmarks/growth.py [--points 1e4 1e5 1e6 1e7] [--cores 2] [--only-show]
+Usage: python benchmarks/growth.py [--points 1e4 ... 1e8] [--cores 2] [--only-show]
 
 A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
 0.45), run from an empty results folder. What came out goes into docs/speed.md, beside what other
-sizes took before, and into docs/growth.png. The largest needs 4 GB of disk in TMPDIR.
+sizes took before, and into docs/growth.png. 10⁷ points need 4 GB of disk in TMPDIR,
+10⁸ need 40 GB.
 """
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
@@ -27,7 +31,13 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE, PICTURE = ROOT / "docs/speed.md", ROOT / "docs/growth.png"
 BEGIN, END = "<!-- made by make growth -->\n", "<!-- end of growth -->"
 # Tapers and heights by the number of points.
-SIZES = {10**4: (10, 10), 10**5: (40, 25), 10**6: (100, 100), 10**7: (400, 250)}
+SIZES = {
+    10**4: (10, 10),
+    10**5: (40, 25),
+    10**6: (100, 100),
+    10**7: (400, 250),
+    10**8: (1000, 1000),
+}
 FRICTIONS = 100
 # Processor time of a rule's jobs: the machine may have other work to do.
 RULES = {
@@ -53,11 +63,11 @@ def run(points: int, cores: int) -> dict[str, float]:
         "eta": axis(0.7, 0.95, etas),
         "dx0": [0.001],
     }
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder)
+    with folder_kept_on_failure() as root, (root / "log").open("w") as log:
         for name in ("Snakefile", "config.yaml", "workflow", "src"):
             (root / name).symlink_to(ROOT / name)
-        (root / "growth.yaml").write_text(yaml.safe_dump({"study": "growth", "grids": {"g": axes}}))
+        study = {"study": "growth", "max_points": points, "grids": {"g": axes}}
+        (root / "growth.yaml").write_text(yaml.safe_dump(study))
         command = [sys.executable, "workflow/run.py", "--cores", str(cores)]
         environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
         started, start = time.time(), time.perf_counter()
@@ -65,15 +75,15 @@ def run(points: int, cores: int) -> dict[str, float]:
             [*command, "--configfile", "growth.yaml"],
             cwd=root,
             env=environment,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
         )
         # Of the process and all that it waited for
         _, status, usage = os.wait4(process.pid, 0)
         seconds = time.perf_counter() - start
         results = root / "results/growth"
         if status:
-            sys.exit(f"the study of {points} points failed; see {results}")
+            sys.exit(f"the study of {points} points failed; see {root / 'log'}")
         table = results / "tables/stiction.parquet"
         jobs = {rule: benchmarks(results, rule) for rule in RULES}
         # Snakemake does not wait for the processes that its jobs run in.
@@ -96,6 +106,14 @@ def run(points: int, cores: int) -> dict[str, float]:
             "table / MB": megabytes(table),
             "read for one (θ, η) / MB": bytes_read(table, axes["theta"][3], axes["eta"][5]),
         }
+
+
+@contextmanager
+def folder_kept_on_failure() -> Iterator[Path]:
+    """Make a temporary folder and remove it, unless something fails."""
+    folder = Path(tempfile.mkdtemp(prefix="growth-"))
+    yield folder
+    shutil.rmtree(folder)
 
 
 def benchmarks(results: Path, rule: str) -> pd.DataFrame:

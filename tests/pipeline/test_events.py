@@ -37,7 +37,7 @@ rule all:
 # Runs each job at once, as a scheduler of a cluster would later.
 CLUSTER = [
     *("--executor", "cluster-generic", "--jobs", "1", "--cluster-generic-submit-cmd", "sh"),
-    *("--seconds-between-status-checks", "0", "--groups", "one=both", "a=both"),
+    *("--seconds-between-status-checks", "1", "--groups", "one=both", "a=both"),
 ]
 
 

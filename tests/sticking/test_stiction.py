@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibrissa import Status, solve_curve
+from vibrissa.sticking import shooting
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.reading import CurveArray
@@ -115,7 +116,7 @@ def several():
     """Curves of all kinds: pulled, in pieces, past the lock, stepped, cut off, without states."""
     round_rods = [solve_curve(2.0, 0.85), solve_curve(5.0, 0.85, contact="line")]
     planar = [solve_curve(theta, 0.7, section="planar") for theta in (1.0, 3.0)]
-    stepped = solve_curve(2.0, 0.85, method="shooting", dx0=0.005)
+    stepped = shooting.solve_curve(2.0, 0.85, 0.005, shooting.PAPER)
     crosses = solve_curve(2.0, 0.15, section="planar")
     failed = failed_curve(theta=1.0, eta=0.5, method="collocation", message="why")
     return [failed, *round_rods, crosses, *planar, stepped, failed]

@@ -4,6 +4,7 @@ import ast
 import json
 import re
 import subprocess
+import textwrap
 import tomllib
 from collections import Counter
 from dataclasses import replace
@@ -82,6 +83,14 @@ def test_a_sample_has_something_of_each_package_and_is_the_same_each_time():
         assert count == max(2, round(20 * all_counts[package] / len(found)))
 
 
+def statements(source):
+    """Text of each statement outside functions: of the module and of its classes."""
+    lines = source.splitlines()
+    for node in ast.parse(source).body:
+        for inner in node.body if isinstance(node, ast.ClassDef) else [node]:
+            yield textwrap.dedent("\n".join(lines[inner.lineno - 1 : inner.end_lineno]))
+
+
 @pytest.mark.slow
 def test_equivalent_mutants_are_still_there():
     """An entry of the list whose line has changed is to be judged again."""
@@ -89,13 +98,10 @@ def test_equivalent_mutants_are_still_there():
     gone = {(module, line, new) for module, line, new in known}
     for module in {module for module, *_ in known}:
         wanted = {part for name, lines, _ in known if name == module for part in lines.splitlines()}
-        # Only the functions, classes and constants in which they are.
-        for node in ast.parse(SOURCES[module]).body:
-            text = ast.get_source_segment(SOURCES[module], node)
+        # Only the functions and constants in which they are.
+        for text in statements(SOURCES[module]):
             lines = [" ".join(line.split()) for line in text.splitlines()]
-            near = {
-                n + k for n, line in enumerate(lines, 1) if line in wanted for k in range(-3, 4)
-            }
+            near = {n for n, line in enumerate(lines, 1) if line in wanted}
             if near:
                 found = (one for one in mutants.mutants_of(module, text) if one.line in near)
                 gone -= {(module, *one.change(text)) for one in found}

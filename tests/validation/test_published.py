@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from decimal import Decimal
+from functools import cache
 
 import numpy as np
 import published
@@ -17,6 +18,11 @@ NUMBERS = [number for source in SOURCES.values() for number in source.numbers]
 pytestmark = pytest.mark.slow
 
 
+@cache
+def compared(title):
+    return [compare(number) for number in SOURCES[title].numbers]
+
+
 def test_there_are_enough_numbers_and_sources():
     assert len(NUMBERS) >= 40
     assert len(SOURCES) >= 5
@@ -28,8 +34,7 @@ def test_there_are_enough_numbers_and_sources():
 
 @pytest.mark.parametrize("title", SOURCES)
 def test_published_numbers_are_ours(title):
-    unexpected = [number for number in SOURCES[title].numbers if not compare(number).expected]
-    assert unexpected == []
+    assert [one for one in compared(title) if not one.expected] == []
 
 
 def test_the_one_number_that_differs_is_named():
@@ -84,8 +89,8 @@ def test_the_command_fails_if_a_known_difference_is_none(one_source, capsys):
 
 
 def test_the_page_holds_the_verdicts_of_today():
-    compared = [(source, [compare(n) for n in source.numbers]) for source in SOURCES.values()]
-    assert "\n".join(published.summary(compared)) in published.PAGE.read_text()
+    verdicts = [(source, compared(title)) for title, source in SOURCES.items()]
+    assert "\n".join(published.summary(verdicts)) in published.PAGE.read_text()
 
 
 @pytest.mark.parametrize(

@@ -527,7 +527,7 @@ def test_of_a_cluster_job_the_rule_that_failed_and_its_reason_are_named_last(fre
     """With a scheduler that runs each job at once."""
     fresh.edit("workflow/scripts/points.py", "    grids = {", "    grids = nothing_here or {")
     cluster = ("--executor", "cluster-generic", "--cluster-generic-submit-cmd", "sh", "--jobs", "1")
-    groups = ("--groups", "curves=block", "points=block", "--seconds-between-status-checks", "0")
+    groups = ("--groups", "curves=block", "points=block", "--seconds-between-status-checks", "1")
     result = fresh.call(RUN, STICTION, *cluster, *groups)
     assert result.returncode == 1
     title, *_, reason, log = result.stderr.splitlines()[-7:]
