@@ -10,6 +10,7 @@ import pytest
 from matplotlib import image
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from matplotlib.contour import ContourSet
 
 from figure_rows import ROWS, THETA, combined, drawn, made_comparison, plane, slipping, states
 from vibrissa.figures import regimes, style
@@ -292,6 +293,66 @@ def test_graded_colours_get_lighter_with_the_value():
     lightness = [np.dot(to_rgb(series.color(value)), (0.2, 0.7, 0.1)) for value in values]
     steps = np.diff(lightness)
     assert (steps > 0.05).all()
+
+
+@pytest.mark.parametrize("kind", ["law", "past_lock", "margins"])
+def test_a_legend_that_has_no_room_in_the_axes_is_below(kind):
+    figure = drawn(kind, 1)
+    assert len(figure.legends) == 1 and not any(axes.get_legend() for axes in figure.axes)
+
+
+@pytest.mark.parametrize(("count", "inside"), [(1, True), (3, True), (4, False), (6, False)])
+@pytest.mark.parametrize("kind", ["taper", "models"])
+def test_a_legend_of_few_series_is_beside_the_data(kind, count, inside):
+    figure = drawn(kind, count)
+    assert (figure.axes[0].get_legend() is not None) is inside
+    assert len(figure.legends) == (0 if inside else 1)
+
+
+@pytest.mark.parametrize("changed", [{"status": "lock"}, {"mu_lock": np.inf}])
+def test_a_law_without_an_onset_below_a_lock_says_so(changed):
+    figure = KINDS["law"].plot(ROWS["law"](2).assign(**changed))
+    (text,) = figure.axes[0].texts
+    assert text.get_text() == "there is no onset of slip below a lock" and len(figure.axes) == 1
+
+
+def test_an_asymptote_is_drawn_where_the_rod_is_followed_past_the_lock():
+    def dashed(rows):
+        axes, _ = KINDS["past_lock"].plot(rows).axes
+        return [
+            line for line in axes.lines if line.get_linestyle() == "--" and len(line.get_xdata())
+        ]
+
+    rows = ROWS["past_lock"](2)
+    assert len(dashed(rows)) == 2
+    assert dashed(rows[rows.status == "slip"]) == []
+    never = rows.theta == 3.0
+    lifts = rows.assign(mu_lock=rows.mu_lock.where(~never, np.inf))
+    assert len(dashed(lifts[~never | (lifts.status == "slip")])) == 1
+
+
+@pytest.mark.parametrize(
+    ("heights", "ahead", "lines"),
+    [
+        (2, [-0.1, 0.1, 0.2], 1),
+        (3, [-0.1, 0.1, 0.2], 1),
+        (1, [-0.1, 0.1, 0.2], 0),
+        (2, [0.1, 0.2, 0.3], 0),
+        (2, [-0.3, -0.2, -0.1], 0),
+        (2, [0.0, 0.1, 0.2], 0),
+        (2, [-0.2, -0.1, 0.0], 0),
+    ],
+)
+def test_a_line_shows_where_neither_cone_nor_cylinder_is_ahead(heights, ahead, lines):
+    angle = [-0.1, 0.0, 0.1]
+    rows = combined(theta=[1.0, 2.0], eta=np.linspace(0.3, 0.9, heights), clamp_angle=angle)
+    lock = np.where(
+        rows.theta == 2.0, rows.clamp_angle.map(dict(zip(angle, ahead, strict=True))), 0.0
+    )
+    others = dict.fromkeys(("clamp_compliance", "curvature", "stage_angle"), 0.0)
+    axes = KINDS["versus"].plot(rows.assign(mu_lock=lock, **others)).axes[0]
+    shown = [one for one in axes.collections if isinstance(one, ContourSet)]
+    assert len(shown) == lines
 
 
 def test_single_points_are_seen():

@@ -77,6 +77,7 @@ def bernstein(*pieces):
         ([[0, 1, 1], [1, 0, -1]], 1.5),  # it may begin at zero
         ([[0, 1, -1]], 2 / 3),
         ([[0, -1, 1]], 0.0),
+        ([[2, 1, 0], [0, 0, 0]], 1.0),  # it stays zero
         ([[1, -0.5, 1]], np.nan),  # a coefficient below zero without a root
         ([[1, -2, 1]], 0.5 - np.sqrt(1 / 12)),  # two roots in one piece
         # ((t − 0.5)² + 0.001)·(t − 1.2)·(t − 1.4): the roots lie beyond the piece.

@@ -146,3 +146,15 @@ def test_a_comparison_is_shown_at_the_ends_and_in_the_middle_of_its_axes():
     for name, column in (("onset, tip", "x0_slip_point"), ("μ_lock, line", "mu_lock_line")):
         assert cells[name] == [f"{value:.5g}" for value in shown[column]]
     assert cells["penetrates"] == ["yes" if one else "no" for one in shown["penetrates"]]
+
+
+def test_scans_and_comparisons_stand_in_the_order_of_the_study():
+    names, scan = ["late", "early", "middle"], scans().slice(0, 2)
+    rows = [row | {"scan": name} for name in names for row in scan.to_pylist()]
+    (section,) = tables.sections({"scans": scans().from_pylist(rows, schema=schemas.SCANS)})
+    assert section.columns[0].cells == names
+    compared = comparison_table("one", compare([1, 2], [0.2], [0.85]), "a")
+    rows = [row | {"comparison": name} for name in names for row in compared.to_pylist()]
+    table = compared.from_pylist(rows, schema=schemas.COMPARISONS)
+    shown = [section.title for section in tables.sections({"comparisons": table})]
+    assert shown == [f"Comparison {name}" for name in names]

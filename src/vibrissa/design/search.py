@@ -195,7 +195,7 @@ class _Search:
 
 def _result(requirements: Requirements, pairs: Pairs, best: _Best) -> Design:
     """Check the best rod against the limits, and put together what is known of it."""
-    row = slice(best.row, best.row + 1)
+    row = np.array([best.row])
     rod, size = pairs.take(row), best.sizes.take(row)
     limits = [limit for limit in limits_of(requirements, rod) if not limit.given]
     checks = [limit.check(size.diameter, size.length) for limit in limits]

@@ -57,15 +57,15 @@ def past_lock(rows: pd.DataFrame) -> Figure:
     later.set_ylabel("length of a later period / $L$")
     later.set_yscale("log")
     later.set_xlabel(style.FRICTION)
-    series.explain(first, beside=0)
+    series.explain(first, below=True)
     return figure
 
 
 def _mark_lock(axes: Axes, points: pd.DataFrame, until: pd.Series, **look: Any) -> None:
     """Draw the asymptote from the onset at the lock to the end of sticking just beyond it."""
-    mu_lock, x0_lock = points["mu_lock"].iloc[0], points["x0_lock"].iloc[0]
     known = until.dropna()
-    if math.isfinite(mu_lock) and len(known):
+    if len(known):
+        mu_lock, x0_lock = points["mu_lock"].iloc[0], points["x0_lock"].iloc[0]
         axes.plot([mu_lock, mu_lock], [x0_lock, known.iloc[0]], linestyle="--", **look)
 
 
@@ -94,7 +94,7 @@ def margins(rows: pd.DataFrame) -> Figure:
         axes.set_xlabel("clamp displacement $x_0$ / $L$")
     panels[0].set_ylabel("smallest eigenvalue")
     panels[1].plot([], [], "o", color="black", label="the clamp is under the contact point")
-    series.explain(panels[1], beside=0)
+    series.explain(panels[1], below=True)
     return figure
 
 

@@ -133,9 +133,11 @@ def _cells(centres: pd.Index) -> FloatArray:
 @kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"), along="mu0")
 def law(rows: pd.DataFrame) -> Figure:
     """x0_slip over μ0 up to the lock for each θ, and the power law near it."""
+    slips = rows[(rows["status"] == "slip") & np.isfinite(rows["mu_lock"])].sort_values("mu0")
+    if slips.empty:
+        return style.message("there is no onset of slip below a lock")
     figure = style.page(3.6)
     axes, near = figure.subplots(1, 2)
-    slips = rows[(rows["status"] == "slip") & np.isfinite(rows["mu_lock"])].sort_values("mu0")
     series = Series(slips["theta"], r"\theta")
     laws = {
         theta: _approach_lock(axes, near, points, series)
@@ -150,7 +152,7 @@ def law(rows: pd.DataFrame) -> Figure:
     near.set_title("distance from the critical state")
     # Within a decade matplotlib would label each of the ticks between, one upon the other.
     near.xaxis.set_minor_locator(LogLocator(subs=(3,)))
-    series.explain(near, beside=0)
+    series.explain(near, below=True)
     if not series.few:
         _exponents(near, {theta: law.exponent for theta, law in laws.items()}, series)
     return figure

@@ -67,20 +67,20 @@ class Series:
         """Label of a series in a legend; none where a colourbar tells the values."""
         return rf"${self.symbol} = {value:g}$" if self.few else None
 
-    def explain(self, axes: Axes, beside: int = BESIDE, **look: Any) -> None:
+    def explain(self, axes: Axes, below: bool = False, **look: Any) -> None:
         """Put a legend into the axes, or below where it would cover the data, and a colourbar.
 
         Parameters
         ----------
         axes : Axes
             With the series and what else is to be named.
-        beside : int, optional
-            Number of series that a legend in the axes may name.
+        below : bool, optional
+            Whether a legend of few series is below, too.
         **look
             Of a legend in the axes.
         """
         handles, _ = axes.get_legend_handles_labels()
-        if len(self.values) <= beside:
+        if len(self.values) <= BESIDE and not below:
             axes.legend(**look)
         elif handles:
             axes.figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)

@@ -248,7 +248,7 @@ def _at_offsets(
 def _resolved_states(guess: RodStates, eta: FloatArray, closure: Closure) -> list[StateSolution]:
     """Solve states of one kind of contact, each on as many nodes as it needs."""
     solutions: dict[int, StateSolution] = {}
-    sought, residual = np.arange(len(eta)), np.empty(0)
+    sought = np.arange(len(eta))
     for nodes in NODES_ALONG_ROD:
         height, closed = eta[sought], closure.take(sought)
         states = solve(guess.take(sought).on_nodes(nodes), height, closed).states
@@ -263,13 +263,13 @@ def _resolved_states(guess: RodStates, eta: FloatArray, closure: Closure) -> lis
             if how := shapes.reasons(i):
                 solution = solution._replace(state=None, status=Status.OUT_OF_REACH, message=how)
             solutions[int(sought[row])] = solution
-        sought, residual = sought[~resolved], residual[~resolved]
+        sought = sought[~resolved]
         if not len(sought):
             break
     at_fold = stability(guess.take(sought), closure.contact) < FOLD_MARGIN
-    for row, rest, folds in zip(sought, residual, at_fold, strict=True):
+    for row, folds in zip(sought, at_fold, strict=True):
         why = AT_FOLD if folds else NOT_RESOLVED
-        solutions[int(row)] = StateSolution(None, float(rest), Status.FAILED, why)
+        solutions[int(row)] = StateSolution(None, np.nan, Status.FAILED, why)
     return [solutions[row] for row in range(len(eta))]
 
 
