@@ -333,6 +333,47 @@ def test_each_mix_up_is_named_that_brings_the_readings_to_the_rod(said):
     assert text.endswith("a minus before a title turns the sign: 'moment_z=-Mz'")
 
 
+def slipping(samples, step=0.005):
+    """A clamp in 200 steps, and a rod that slips back to where it was after so many samples."""
+    rows = np.arange(201)
+    return step * rows, Straight()(0.1 + step * (rows % samples))
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("rests", [1, 3])
+def test_a_clamp_position_with_the_other_sign_is_refused(way, rests):
+    clamp, readings = (np.repeat(each, rests, axis=0) for each in slipping(10))
+    turned = Straight()(0.1 + way * (readings[:, 2] / SLOPES[2] - 0.1))
+    # Sticking and slipping while the clamp moves forward, or back.
+    check_columns(known_setup(Straight()), recording_of(way * clamp, turned), FINE)
+    with pytest.raises(MixedColumnsError, match="column footpoint has the other sign"):
+        check_columns(known_setup(Straight()), recording_of(-way * clamp, turned), FINE)
+
+
+@pytest.mark.parametrize(
+    ("samples", "count", "refused"),
+    # The mean step against the motion is 1 − 2/n, and must be 1/4 + 3/√N of N steps.
+    [(4, 201, True), (4, 121, False), (6, 65, True), (6, 49, False), (3, 201, False)],
+)
+def test_few_samples_in_a_period_or_at_all_do_not_tell_the_sign_of_the_clamp(
+    samples, count, refused
+):
+    clamp, readings = slipping(samples)
+    recording = recording_of(-clamp[:count], readings[:count])
+    if not refused:
+        check_columns(known_setup(Straight()), recording, FINE)
+        return
+    with pytest.raises(MixedColumnsError, match="bends against the motion"):
+        check_columns(known_setup(Straight()), recording, FINE)
+
+
+def test_a_clamp_that_rests_or_readings_of_no_state_tell_no_sign():
+    clamp, readings = slipping(10)
+    check_columns(known_setup(Straight()), recording_of(np.zeros(201), readings), FINE)
+    off = readings + 5.0 * np.cross(SLOPES, [0.0, 1.0, 0.0])
+    check_columns(known_setup(Straight()), recording_of(-clamp, off), FINE)
+
+
 @pytest.mark.parametrize(("nearer", "refused"), [(14.9, False), (15.1, True)])
 def test_readings_of_mixed_columns_come_fifteen_times_as_near(nearer, refused):
     turned, state = np.diag([1.0, 1.0, -1.0]), Straight()(np.full(60, 0.3))

@@ -27,6 +27,7 @@ from vibrissa.sensor.identification.reading.ratio import (
 )
 from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH
 from vibrissa.sensor.identification.without_rod import (
+    _check_axes,
     _check_signs,
     _doubts,
     _statuses,
@@ -445,6 +446,33 @@ def test_a_friction_by_the_ratio_is_doubted(way):
     back = np.array([0, 1, 2, 3, 4, 3, 2, 1])
     assert doubts_of(way * back, [0, 5]) == ["TURN"]
     assert doubts_of(np.zeros(10), [0, 5]) == []
+
+
+def test_swapped_forces_are_refused():
+    run, _, _ = recorded(1)
+    readings = run.readings[:, [1, 0, 2]]
+    with pytest.raises(RecordingError, match="force_x and force_y seem to be swapped"):
+        read_ratio(replace(run, readings=readings), NOISE)
+
+
+@pytest.mark.parametrize(
+    ("status", "size", "refused"),
+    [
+        (["lock"] * 3, 2.0, True),
+        # A tip that locks once or twice, one that slips, and a large normal force.
+        (["lock"] * 2, 2.0, False),
+        (["lock", "slip", "lock", "lock", "open"], 2.0, True),
+        (["lock", "slip", "lock", "lock", "open", "slip"], 2.0, False),
+        (["lock"] * 3, 0.9, False),
+    ],
+)
+def test_forces_are_swapped_where_the_larger_one_locks_in_all_periods(status, size, refused):
+    forces = np.column_stack([np.full(9, -size), np.full(9, -1.0)])
+    if not refused:
+        _check_axes(forces, np.array(status))
+        return
+    with pytest.raises(RecordingError, match=f"in 3 of {len(status)} periods"):
+        _check_axes(forces, np.array(status))
 
 
 def test_forces_have_the_signs_of_a_rod_that_is_pushed_and_presses():

@@ -41,6 +41,8 @@ PLACES = np.linspace(-1.0, 0.0, 9)
 CERTAIN = 6.0
 # A normal force of fewer standard deviations is none.
 PRESSES = 10.0
+# From more than this part of the periods on that end past a lock forces are swapped.
+MOST_LOCK = 0.5
 # After a slip fx keeps its sign, or turns round a little. Where it turns round to this part of what
 # it was, and fy stays as large as this part, the rod has swung aside.
 TURNED, PRESSED = 0.7, 0.85
@@ -92,6 +94,7 @@ def read_ratio(
     found = onsets.summary(common)
     swung = _swung(clamp, forces, spans)
     status, least = _statuses(onsets, found, forces, noise, spans, swung)
+    _check_axes(forces, status)
     least = least - HALF_WIDTH * common
     known, nothing = status == PeriodStatus.SLIP, status == PeriodStatus.BEYOND
     reasons = [
@@ -141,6 +144,18 @@ def _check_signs(clamp: FloatArray, forces: FloatArray, noise: FloatArray) -> No
         raise RecordingError(
             "force_y is positive: it is the load of the rod on the clamp, negative where the rod "
             "presses against the surface"
+        )
+
+
+def _check_axes(forces: FloatArray, status: StrArray) -> None:
+    """Refuse a recording of swapped forces: their ratio falls in most periods, from a large one."""
+    tangential, normal = np.median(np.abs(forces), axis=0)
+    locked = int((status == PeriodStatus.LOCK).sum())
+    if locked > max(2, MOST_LOCK * len(status)) and tangential > normal:
+        raise RecordingError(
+            f"in {locked} of {len(status)} periods force_x over force_y falls until the tip slips: "
+            "the columns force_x and force_y seem to be swapped. force_x is along the surface, "
+            "force_y normal to it"
         )
 
 

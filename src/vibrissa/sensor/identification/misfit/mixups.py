@@ -20,6 +20,9 @@ BEGINNING = 20
 MUCH = 225.0
 # A smaller mean square is rounding: the readings of a simulation may have no noise.
 ROUNDING = 1e-9
+# In steady stick-slip the mean step of x0, cut to the steps of the clamp, is not against them.
+# Where it is, by this part of a step and so many deviations, one of the two has the other sign.
+AGAINST, SURELY = 0.25, 3.0
 # A unit of 1/1000, such as mN or N·mm, that was taken for the other.
 THOUSAND = 1e3
 
@@ -41,6 +44,7 @@ def check_columns(setup: Setup, recording: Recording, channels: Channels) -> Non
     MixedColumnsError
         If so; the message names the likeliest mix-up.
     """
+    _check_direction(setup, recording, channels)
     some = recording.take(np.unique(np.linspace(0, len(recording) - 1, SAMPLED).astype(int)))
 
     def misfits(mixed: FloatArray) -> FloatArray:
@@ -69,6 +73,25 @@ def check_columns(setup: Setup, recording: Recording, channels: Channels) -> Non
             f"{np.sqrt(given / max(least, ROUNDING)):.3g} times as near to this rod. Say which is "
             "which with vibrissa import --column, a minus before a title turns the sign: "
             "'moment_z=-Mz'"
+        )
+
+
+def _check_direction(setup: Setup, recording: Recording, channels: Channels) -> None:
+    """Refuse a recording in which the rod bends against the motion of the clamp."""
+    moves = np.append(True, np.diff(recording.clamp) != 0.0)
+    some = recording.take(np.flatnonzero(moves)[:SAMPLED])
+    samples = located(setup.branch, some, channels, setup.offset)
+    step = np.diff(some.clamp)
+    there = samples.misfit <= MISFIT
+    there = there[1:] & there[:-1]
+    if not there.any():
+        return
+    along = np.clip((np.diff(samples.x0) / step)[there], -1.0, 1.0)
+    if along.mean() < -AGAINST - SURELY / np.sqrt(len(along)):
+        raise MixedColumnsError(
+            "the rod bends against the motion of the clamp: column footpoint has the other sign, "
+            "or else force_x and moment_z have. x points in the direction in which the clamp moves "
+            "while its position grows"
         )
 
 
