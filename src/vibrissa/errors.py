@@ -72,6 +72,10 @@ class RecordingError(VibrissaError, ValueError):
     """A measured table that cannot be read or used; the message names the line."""
 
 
+class OtherTableError(RecordingError):
+    """A table that has not the columns that are needed, or is no CSV: of another program, maybe."""
+
+
 class UndeterminedError(RecordingError):
     """A recording that does not determine what is to be estimated from it."""
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.errors import ArgumentError, OtherTableError, RecordingError
 from vibrissa.extras import require
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
@@ -235,14 +235,15 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     Raises
     ------
     RecordingError
-        If it cannot be read as such a table; the message names the file and the line.
+        If it cannot be read as such a table; the message names the file and the line. An
+        OtherTableError if columns or separators are others.
     ArgumentError
         If the ending is another one or the folder is missing.
     """
     cells = _read_cells(source)
     missing = [name for name in names if name not in cells.columns]
     if missing:
-        raise RecordingError(
+        raise OtherTableError(
             f"{cells.source}: column {', '.join(missing)} is missing; there are: "
             f"{', '.join(cells.columns) or 'none'}"
         )
@@ -277,7 +278,9 @@ def _read_cells(source: "Path | DataFrame") -> _Cells:
 
 def _names_and_units(header: Sequence[str], place: str) -> tuple[list[str], dict[str, str]]:
     """Take titles such as ``footpoint [mm]`` apart."""
-    parts = [title.partition("[") for title in header]
+    # Between other separators a line is one title.
+    one = [title for title in header if ";" in title or "\t" in title]
+    parts = [(title, "", "") if title in one else title.partition("[") for title in header]
     names = [name.strip() for name, _, _ in parts]
     units = {name.strip(): rest.partition("]")[0].strip() for name, _, rest in parts if rest}
     if len(set(names)) < len(names):
@@ -293,7 +296,7 @@ def _read_csv(file: BinaryIO, source: str) -> _Cells:
             header = next(reader, [])
             for row in filter(None, reader):
                 if len(row) != len(header):
-                    raise RecordingError(
+                    raise OtherTableError(
                         f"{source}, line {reader.line_num}: {len(row)} values, but the header "
                         f"has {len(header)}"
                     )

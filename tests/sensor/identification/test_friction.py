@@ -32,6 +32,7 @@ from vibrissa.sensor.identification.recording import MIRROR
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.sides import Part
 from vibrissa.sensor.response.branch import respond
+from vibrissa.sensor.transducer import CHANNELS
 
 NAN = np.nan
 ONES = np.ones(3)
@@ -246,15 +247,18 @@ def test_mix_ups_are_of_the_channels_that_are_there(used):
             f"force_x and force_y swapped, force_x and force_y {signs}",
             f"force_x and force_y {units} larger",
             f"force_x and force_y {units} smaller",
+            f"force_x {units} larger",
+            f"force_x {units} smaller",
+            f"force_y {units} larger",
+            f"force_y {units} smaller",
         ],
     }
     assert list(found) == expected[tuple(used)]
-    assert found[expected[tuple(used)][-2]].diagonal().tolist() == (
-        [1.0, 1.0, 1000.0] if used == [2] else [1000.0, 1000.0, 1.0]
-    )
-    assert found[expected[tuple(used)][-1]].diagonal().tolist() == (
-        [1.0, 1.0, 0.001] if used == [2] else [0.001, 0.001, 1.0]
-    )
+    for name, mixed in found.items():
+        factor = {"larger": 1e3, "smaller": 1e-3}.get(name.split()[-1])
+        if factor:
+            sizes = [factor if channel in name else 1.0 for channel in CHANNELS]
+            assert mixed.tolist() == np.diag(sizes).tolist()
 
 
 # --- What is told ---
@@ -365,6 +369,39 @@ def test_few_samples_in_a_period_or_at_all_do_not_tell_the_sign_of_the_clamp(
         return
     with pytest.raises(MixedColumnsError, match="bends against the motion"):
         check_columns(known_setup(Straight()), recording, FINE)
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (0.1, "the rod bends by 10 times the way of the clamp from sample to sample"),
+        (0.19, "in a larger unit"),
+        (0.21, None),
+        (4.9, None),
+        (5.1, "in a smaller unit"),
+        (1e3, "the clamp moves by 1000 times what the rod bends"),
+    ],
+)
+def test_a_clamp_position_in_another_unit_is_refused(factor, said):
+    clamp, readings = slipping(10)
+    recording = recording_of(factor * clamp, readings)
+    if said is None:
+        check_columns(known_setup(Straight()), recording, FINE)
+        return
+    with pytest.raises(MixedColumnsError, match=said):
+        check_columns(known_setup(Straight()), recording, FINE)
+
+
+@pytest.mark.parametrize("factor", [0.01, 100.0])
+def test_noise_or_slips_in_every_step_are_no_other_unit(factor):
+    # The clamp moves by much less than the noise of x0, or by much more than to the next slip.
+    random = np.random.default_rng(3)
+    clamp, _ = slipping(10)
+    x0 = 0.2 + random.uniform(-0.02, 0.02, len(clamp))
+    recording = recording_of(factor * clamp, Straight()(x0))
+    check_columns(known_setup(Straight()), recording, FINE)
+    few = recording_of(10.0 * clamp[:20], Straight()(0.1 + clamp[:20]))
+    check_columns(known_setup(Straight()), few, FINE)
 
 
 def test_a_clamp_that_rests_or_readings_of_no_state_tell_no_sign():

@@ -31,6 +31,24 @@ def read(frame, method=Method.FORCES, transducer=None, units=None):
     return read_recording(frame, units or Units(ROD), method, transducer)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Footpoint [mm],Fx [N],Fy [N]\n0,1,2\n",
+        "footpoint [mm];force_x [N];force_y [N]\n0,5;1,5;2\n",
+        "footpoint [mm];force_x [N];force_y [N]\n0.5;1.5;2\n",
+    ],
+)
+def test_a_table_of_another_program_is_for_import(tmp_path, text):
+    (tmp_path / "a.csv").write_text(text)
+    for reading in (lambda path: read(path), units_of):
+        with pytest.raises(RecordingError, match=r"\. vibrissa import reads other titles, sep"):
+            reading(tmp_path / "a.csv")
+    with pytest.raises(RecordingError) as raised:
+        read(table().drop(columns="force_x [N]"))
+    assert str(raised.value).endswith("there are: footpoint, force_y, moment_z")
+
+
 def test_columns_without_a_unit_are_taken_in_that_of_the_rod_and_named():
     frame = table().rename(columns={"footpoint [m]": "footpoint", "moment_z [N*m]": "moment_z"})
     found = read(frame)

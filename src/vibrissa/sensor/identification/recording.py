@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from vibrissa.errors import RecordingError
+from vibrissa.errors import OtherTableError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
@@ -173,7 +173,7 @@ def read_recording(
     """
     needed = ["footpoint", *(CHANNELS[i] for i in USED[method])]
     others = [name for name in CHANNELS if name not in needed]
-    table = series.read(source, needed, ["time", *others])
+    table = _table(source, needed, ["time", *others])
     _check_time(table)
     notes: tuple[str, ...] = ()
     if not isinstance(source, Path):
@@ -248,9 +248,23 @@ def _without_hum(recording: Recording, time: FloatArray, units: Units) -> Record
 
 def units_of(source: "Path | DataFrame") -> Units:
     """Tell the units of a recording of which no rod is known: its own, or SI units."""
-    units = series.read(source, ["footpoint"]).units
+    units = _table(source, ["footpoint"]).units
     wished = wished_units(MEASURED, *(f"1 {unit}" for unit in units.values()))
     return Units(si=units.get("footpoint") != OWN[Kind.LENGTH], wished=wished)
+
+
+def _table(
+    source: "Path | DataFrame", names: Sequence[str], optional: Sequence[str] = ()
+) -> series.Table:
+    """Read a table; of one that another program wrote, say what reads it."""
+    try:
+        return series.read(source, names, optional)
+    except OtherTableError as error:
+        if not isinstance(source, Path):
+            raise
+        raise OtherTableError(
+            f"{error}. vibrissa import reads other titles, separators and decimal signs"
+        ) from None
 
 
 def _check_time(table: series.Table) -> None:

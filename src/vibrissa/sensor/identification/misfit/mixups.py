@@ -23,6 +23,8 @@ ROUNDING = 1e-9
 # In steady stick-slip the mean step of x0, cut to the steps of the clamp, is not against them.
 # Where it is, by this part of a step and so many deviations, one of the two has the other sign.
 AGAINST, SURELY = 0.25, 3.0
+# By this factor it is in another unit; error of a median, in median deviations over √n.
+OTHER_UNIT, MEDIAN = 5.0, 1.86
 # A unit of 1/1000, such as mN or N·mm, that was taken for the other.
 THOUSAND = 1e3
 
@@ -44,7 +46,7 @@ def check_columns(setup: Setup, recording: Recording, channels: Channels) -> Non
     MixedColumnsError
         If so; the message names the likeliest mix-up.
     """
-    _check_direction(setup, recording, channels)
+    _check_motion(setup, recording, channels)
     some = recording.take(np.unique(np.linspace(0, len(recording) - 1, SAMPLED).astype(int)))
 
     def misfits(mixed: FloatArray) -> FloatArray:
@@ -76,22 +78,35 @@ def check_columns(setup: Setup, recording: Recording, channels: Channels) -> Non
         )
 
 
-def _check_direction(setup: Setup, recording: Recording, channels: Channels) -> None:
-    """Refuse a recording in which the rod bends against the motion of the clamp."""
+def _check_motion(setup: Setup, recording: Recording, channels: Channels) -> None:
+    """Refuse a recording in which the rod bends against the clamp, or much more or less than it.
+
+    While the tip sticks, the step of x0 is that of the clamp.
+    """
     moves = np.append(True, np.diff(recording.clamp) != 0.0)
     some = recording.take(np.flatnonzero(moves)[:SAMPLED])
     samples = located(setup.branch, some, channels, setup.offset)
-    step = np.diff(some.clamp)
     there = samples.misfit <= MISFIT
-    there = there[1:] & there[:-1]
-    if not there.any():
+    along = (np.diff(samples.x0) / np.diff(some.clamp))[there[1:] & there[:-1]]
+    if len(along) < BEGINNING:
         return
-    along = np.clip((np.diff(samples.x0) / step)[there], -1.0, 1.0)
-    if along.mean() < -AGAINST - SURELY / np.sqrt(len(along)):
+    if np.clip(along, -1.0, 1.0).mean() < -AGAINST - SURELY / np.sqrt(len(along)):
         raise MixedColumnsError(
             "the rod bends against the motion of the clamp: column footpoint has the other sign, "
             "or else force_x and moment_z have. x points in the direction in which the clamp moves "
             "while its position grows"
+        )
+    ratio = float(np.median(along))
+    error = SURELY * MEDIAN * float(np.median(np.abs(along - ratio))) / np.sqrt(len(along))
+    if ratio - error > OTHER_UNIT:
+        raise MixedColumnsError(
+            f"the rod bends by {ratio:.4g} times the way of the clamp from sample to sample: "
+            "column footpoint seems to be in a larger unit"
+        )
+    if error < ratio < 1.0 / OTHER_UNIT - error:
+        raise MixedColumnsError(
+            f"the clamp moves by {1.0 / ratio:.4g} times what the rod bends from sample to sample: "
+            "column footpoint seems to be in a smaller unit, or the tip slips in every step"
         )
 
 
@@ -109,10 +124,11 @@ def _candidates(channels: Channels) -> Iterator[tuple[str, FloatArray]]:
                 each = np.ones(3)
                 each[channels.used] = signs
                 yield ", ".join(said), np.diag(each) @ change
-    units = [(forces, range(2)), ([name for name in used if name not in forces], range(2, 3))]
-    for names, rows in units:
+    moment = [name for name in used if name not in forces]
+    alone = [[name] for name in forces] if len(forces) == 2 else []
+    for names in filter(None, [forces, moment, *alone]):
+        rows = [CHANNELS.index(name) for name in names]
         for factor, size in ((THOUSAND, "larger"), (1.0 / THOUSAND, "smaller")):
-            if names:
-                each = np.ones(3)
-                each[list(rows)] = factor
-                yield f"{' and '.join(names)} in a unit 1000 times {size}", np.diag(each)
+            each = np.ones(3)
+            each[rows] = factor
+            yield f"{' and '.join(names)} in a unit 1000 times {size}", np.diag(each)
