@@ -257,6 +257,14 @@ def test_added_curves_do_not_depend_on_blocks(fresh):
         assert one[name].equals(apart[name]), name
 
 
+@pytest.mark.parametrize(("study", "groups"), [(REFINED, 2), (WITH_CURVES, 0)])
+def test_blocks_are_jobs_of_a_cluster_each_by_itself(pristine, tmp_path, study, groups):
+    """Also where points of a block need curves of others, which would be one job for all."""
+    (tmp_path / "tiny.yaml").write_text(study)
+    said = pristine.call([*SNAKEMAKE, "-n", "-s", pristine.root / "Snakefile"], cwd=tmp_path)
+    assert said.stdout.count("Group job block") == groups, said.stderr
+
+
 def test_only_the_given_study_is_run_and_written_down(finished):
     assert [path.name for path in (finished.root / "results").iterdir()] == ["tiny"]
     for name in ("stiction", "scans", "states"):

@@ -55,6 +55,10 @@ except StudyError as error:
 
 RESULTS = f"results/{STUDY.name}"
 
+# On a cluster `curves` and `points` of a block are one job, so that they wait in the queue once. Not
+# where curves are added: points then need curves of other blocks, too, and all blocks would be one job.
+GROUP = None if any(one.curve_axes for one in STUDY.refinements.values()) else "block"
+
 
 def study_file(*sections):
     """Part of the study file that a table answers, for its metadata."""

@@ -12,6 +12,8 @@ rule curves:
         f"{RESULTS}/logs/curves/{{block}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/curves/{{block}}.tsv"
+    group:
+        GROUP
     conda:
         "../envs/vibrissa.yaml"
     threads: 1
@@ -42,6 +44,8 @@ rule points:
         f"{RESULTS}/logs/points/{{block}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/points/{{block}}.tsv"
+    group:
+        GROUP
     conda:
         "../envs/vibrissa.yaml"
     threads: 1
