@@ -17,7 +17,15 @@ from vibrissa.decimals import spell
 from vibrissa.numerics.halving import Halved, Reading, halve
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.study.codec import Gap, encode_key
-from vibrissa.study.grid import CurveKey, CurvePoints, Grid, Refinement, named_points
+from vibrissa.study.grid import (
+    CurveKey,
+    CurvePoints,
+    Grid,
+    Refinement,
+    named_points,
+    points_of,
+    points_on_curves,
+)
 from vibrissa.tables.points import points_columns
 from vibrissa.wording import counted
 
@@ -66,6 +74,76 @@ class Line:
         added = f"{counted(len(halved.added), 'value')} of {self.axis} added to {self.grid}"
         place = f"{across} {spell(self.at)} {self.mounting}".strip()
         return "; ".join([f"{place}: {added}", *found])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refined:
+    """Points on some curves, with those that were added.
+
+    Attributes
+    ----------
+    points : list of (CurveKey, CurvePoints, StickingCurve)
+        Curve by curve, first the curves of the grids, then those that were added.
+    lines : list of (str, Line)
+        What was added along each line; the text names the curve of a line along μ0.
+    """
+
+    points: list[tuple[CurveKey, CurvePoints, StickingCurve]]
+    lines: list[tuple[str, Line]]
+
+    @property
+    def left_over(self) -> list[tuple[str, str, Decimal]]:
+        """Grid, axis and length of what is not within the tolerance, line by line."""
+        lines = (line for _, line in self.lines)
+        return [(line.grid, line.axis, line.left_over) for line in lines if line.left_over]
+
+
+def refined_points(
+    own: Mapping[CurveKey, StickingCurve],
+    grids: Mapping[str, Grid],
+    refinements: Mapping[str, Refinement],
+    gaps: Mapping[str, Mapping[str, Sequence[Gap]]],
+    curve_of: CurveOf,
+) -> Refined:
+    """Points of grids on some curves, and those that refinement adds.
+
+    Parameters
+    ----------
+    own : mapping of StickingCurve
+        The curves, by key.
+    grids : mapping of Grid
+        By name, the parts of them that are on these curves.
+    refinements : mapping of Refinement
+        By name of the grid; some grids may have none.
+    gaps : mapping
+        By name of the grid, the gaps of its axes of curves that begin at these curves.
+    curve_of : callable
+        As in `curve_lines`.
+
+    Returns
+    -------
+    Refined
+    """
+    points: list[tuple[CurveKey, CurvePoints, StickingCurve]] = []
+    lines: list[tuple[str, Line]] = []
+
+    def along_mu0(key: CurveKey, curve: StickingCurve, on_curve: CurvePoints) -> CurvePoints:
+        found = list(refined_lines(curve, on_curve, refinements))
+        lines.extend((" ".join(encode_key(key)), line) for line in found)
+        return with_added(on_curve, found)
+
+    for key, on_curve in points_on_curves(own, grids):
+        points.append((key, along_mu0(key, own[key], on_curve), own[key]))
+    added: dict[CurveKey, dict[str, Grid]] = {}
+    for name in sorted(gaps):
+        for line, keys in curve_lines(name, grids[name], gaps[name], refinements[name], curve_of):
+            lines.append(("", line))
+            for key in keys:
+                added.setdefault(key, {})[name] = grids[name]
+    for key, of_grids in added.items():
+        curve = curve_of(key)
+        points.append((key, all_added(along_mu0(key, curve, points_of(of_grids))), curve))
+    return Refined(points=points, lines=lines)
 
 
 def _joined(gaps: Sequence[Gap]) -> list[Gap]:
