@@ -159,7 +159,8 @@ def test_an_interrupted_run_says_how_to_go_on(command):
 def test_a_request_to_end_is_passed_on(command):
     process = subprocess.Popen(
         command(
-            "signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(3))\n"
+            f"def end(*_): send({Problem(message='At least one job did not')!r}); sys.exit(3)\n"
+            "signal.signal(signal.SIGTERM, end)\n"
             "send(Progress(done=1, total=2))\ntime.sleep(60)"
         ),
         stderr=subprocess.PIPE,
@@ -169,8 +170,12 @@ def test_a_request_to_end_is_passed_on(command):
         while "50%" not in process.stderr.readline():
             pass
         process.terminate()
-        process.stderr.read()
+        said = process.stderr.read()
     assert process.returncode == 3
+    # And not that at least one job did not complete successfully, as Snakemake has it.
+    assert said.splitlines() == [
+        "Ended as asked, by SIGTERM. Finished results are kept: the same command continues."
+    ]
 
 
 @pytest.fixture

@@ -37,6 +37,7 @@ class Outcome:
     since: float = 0  # when it was started, by the clock of the file system
     status: int = 0  # exit status, or the negative number of a signal
     interrupted: bool = False  # by Ctrl-C
+    asked_to_end: bool = False  # by SIGTERM, which lets the running jobs finish
     slurm_run: str = ""  # name that the jobs share in SLURM, if they are there
 
     def watch(self, pipe: Connection, progress: bool) -> None:

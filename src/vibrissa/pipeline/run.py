@@ -146,6 +146,7 @@ def run_snakemake(arguments: list[str], lock: IO[str]) -> Outcome:
             timer.start()
         elif not (by_hand or outcome.slurm_run):
             child.send_signal(number)
+            outcome.asked_to_end = True
         outcome.interrupted |= by_hand or bool(outcome.slurm_run)
 
     signal.signal(signal.SIGINT, stop)
@@ -178,7 +179,8 @@ def run_and_heal(arguments: list[str], folder: Path, removed: set[Path], lock: I
         named = [path for path in named if path.is_relative_to(folder)]
         # If one table is damaged, others may be, too: now it is worth the time to read them all.
         suspects = sorted(folder.glob("*/**/[!.]*.parquet")) if named else []
-        if outcome.interrupted or not remove_damaged([*named, *repair.damaged(suspects)], removed):
+        over = outcome.interrupted or outcome.asked_to_end
+        if over or not remove_damaged([*named, *repair.damaged(suspects)], removed):
             return outcome
         say("Running again.")
         # The output of a failed job is gone, and Snakemake may think that nothing needs it.
@@ -249,7 +251,12 @@ def main(arguments: list[str]) -> int:
         say("\nInterrupted. Finished results are kept: the same command continues from here.")
         return 128 + signal.SIGINT
     if outcome.status:
-        report_failure(outcome, folder)
+        if outcome.asked_to_end and not outcome.failed:
+            say(
+                "Ended as asked, by SIGTERM. Finished results are kept: the same command continues."
+            )
+        else:
+            report_failure(outcome, folder)
         return outcome.status if outcome.status > 0 else 128 - outcome.status
     report_results(outcome, folder, made)
     return 0
