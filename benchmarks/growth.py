@@ -5,7 +5,7 @@ Usage: python benchmarks/growth.py [--points 1e4 ... 1e8] [--cores 2] [--only-sh
 A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
 0.45), run from an empty results folder. What came out goes into docs/speed.md, beside what other
 sizes took before, and into docs/growth.png. 10⁷ points need 4 GB of disk in TMPDIR,
-10⁸ need 40 GB.
+10⁸ need 30 GB.
 """
 
 import argparse
@@ -192,8 +192,8 @@ def draw(rows: dict[int, dict[str, str]], path: Path) -> None:
     )
     memory.axhline(GIB, color="0.5", linewidth=0.8, linestyle="--")
     memory.text(shown.index[0], GIB, "1 GiB", va="bottom", color="0.5", fontsize=8)
-    memory.set(xlabel="points", ylabel="MB", ylim=(None, 3 * GIB))
-    memory.legend(fontsize=8, loc="center right")
+    memory.set(xlabel="points", ylabel="MB")
+    memory.legend(fontsize=8, loc="upper left")
     with write_atomically(path) as temporary:
         figure.savefig(temporary, dpi=130, metadata={"Software": None})
 
