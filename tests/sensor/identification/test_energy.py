@@ -12,6 +12,7 @@ from vibrissa.sensor.identification.reading.energy import (
     _averages,
     read_travels,
 )
+from vibrissa.sensor.identification.reading.kinetic import KineticRatio, sharing_ratio
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
@@ -194,6 +195,17 @@ def test_few_periods_give_bounds():
     assert PeriodStatus.UNSURE in status and PeriodStatus.SLIP not in status
     with pytest.raises(ValueError, match="kinetic_ratio"):
         by_spacing(truth, None)
+
+
+@pytest.mark.parametrize(("law", "noted"), [("kinetic", 1), ("energy", 0)])
+def test_states_after_slips_by_energy_do_not_tell_the_ratio_of_the_frictions(law, noted):
+    """The friction on the whole way of such a slip counts, so that nothing is said about it."""
+    truth = simulate(RESPONSE, surfaces.constant(0.3), path("0.0005", ["0.2"]), law, 0.8)
+    setup = sharing_ratio(known_setup(RESPONSE), KineticRatio(value=0.8, deviation=0.15))
+    recording = recording_of(truth.clamp, truth.reactions)
+    asked = {"method": Method.SPACING, "law": law, "kinetic_ratio": 0.8}
+    notes = find_periods(setup, recording, QUIET, **asked).notes
+    assert sum("closer than the 0.8 ± 0.15 that was given" in note for note in notes) == noted
 
 
 def test_travels_that_no_surface_has_are_not_read():

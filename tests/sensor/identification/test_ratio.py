@@ -448,6 +448,37 @@ def test_a_friction_by_the_ratio_is_doubted(way):
     assert doubts_of(np.zeros(10), [0, 5]) == []
 
 
+@pytest.mark.parametrize(
+    ("fy", "said"),
+    [
+        (0.0, "force_y is less than its noise: the rod does not press"),
+        (-0.09, "force_y is less than its noise"),
+        (-0.1, None),
+        (0.09, "force_y is less than its noise"),
+        (0.1, "force_y is positive"),
+    ],
+)
+def test_a_normal_force_that_is_none_is_refused(fy, said):
+    forces = np.column_stack([-(np.arange(40.0) % 10) / 5.0, np.full(40, fy)])
+    if said is None:
+        _check_signs(np.arange(40.0), forces, np.array([0.1, 0.1]))
+        return
+    with pytest.raises(RecordingError, match=said):
+        _check_signs(np.arange(40.0), forces, np.array([0.1, 0.1]))
+
+
+def test_a_channel_that_was_not_recorded_is_refused():
+    run, _, _ = recorded(1)
+    for channel, said in (
+        (0, "force_x has one value in all rows"),
+        (1, "force_y is less than its noise"),
+    ):
+        readings = run.readings.copy()
+        readings[:, channel] = 0.0
+        with pytest.raises(RecordingError, match=said):
+            read_ratio(replace(run, readings=readings), NOISE)
+
+
 def test_swapped_forces_are_refused():
     run, _, _ = recorded(1)
     readings = run.readings[:, [1, 0, 2]]
@@ -482,7 +513,7 @@ def test_forces_have_the_signs_of_a_rod_that_is_pushed_and_presses():
     _check_signs(clamp, forces, noise)
     _check_signs(-clamp, forces * [-1.0, 1.0], noise)
     # A few long falls outweigh many short rises, and what noise may do does not count.
-    _check_signs(clamp, forces, np.full(2, 10.0))
+    _check_signs(clamp, forces, np.array([10.0, 0.1]))
     for wrong in (forces * [-1.0, 1.0], forces * [-1.0, -1.0]):
         with pytest.raises(RecordingError, match="force_x grows suddenly where it should fall"):
             _check_signs(clamp, wrong, noise)

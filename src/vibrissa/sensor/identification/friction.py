@@ -382,7 +382,7 @@ def checked_noise(noise: FloatArray, used: Sequence[int]) -> FloatArray:
     if unknown:
         raise RecordingError(
             f"the noise of column {', '.join(unknown)} cannot be estimated from the readings: "
-            "give the noise"
+            "look whether the channel was recorded, and give the noise"
         )
     return np.asarray(noise)
 

@@ -72,7 +72,8 @@ def read_ratio(
     Raises
     ------
     RecordingError
-        If the recording is too short, has no measurable noise, or a force has the other sign.
+        If the recording is too short, has no measurable noise, or a force is none or has the
+        other sign.
     """
     check_size(len(recording), recording.notes)
     noise = checked_noise(noise_of(recording.readings) if noise is None else noise, FORCES)[FORCES]
@@ -128,10 +129,12 @@ def read_ratio(
 
 
 def _check_signs(clamp: FloatArray, forces: FloatArray, noise: FloatArray) -> None:
-    """Refuse a recording in which a force has the other sign.
+    """Refuse a recording in which a force has the other sign, or is none.
 
     Slips are short falls of the load between long rises: with the other sign they are short rises.
     """
+    if not np.ptp(forces[:, 0]):
+        raise RecordingError("force_x has one value in all rows: the channel was not recorded")
     falls = np.diff(forces[:, 0]) * direction(clamp) / noise[0]
     clear = falls[np.abs(falls) > FALL]
     if (clear**3).sum() < 0.0:
@@ -140,10 +143,16 @@ def _check_signs(clamp: FloatArray, forces: FloatArray, noise: FloatArray) -> No
             "has the other sign. force_x is the load of the rod on the clamp, negative where a "
             "clamp that moves forward pushes the tip"
         )
-    if np.median(forces[:, 1]) > 0.0:
+    usual = float(np.median(forces[:, 1]) / noise[1])
+    if usual >= 1.0:
         raise RecordingError(
             "force_y is positive: it is the load of the rod on the clamp, negative where the rod "
             "presses against the surface"
+        )
+    if usual > -1.0:
+        raise RecordingError(
+            "force_y is less than its noise: the rod does not press against the surface, or the "
+            "channel was not recorded"
         )
 
 

@@ -70,6 +70,18 @@ def test_a_derivative_is_that_of_the_residuals(recorded, name):
         assert np.linalg.norm(told - change) < 0.1 * np.linalg.norm(change) + 3.0, one.name
 
 
+@pytest.mark.parametrize(("part", "adjusted"), [(0.19, True), (0.21, False)])
+def test_nothing_is_adjusted_to_readings_a_fifth_of_which_are_no_states_of_the_rod(
+    recorded, part, adjusted
+):
+    recording = recorded[1].take(slice(0, 200))
+    spoiled = np.random.default_rng(4).permutation(200)[: round(200 * part)]
+    readings = recording.readings.copy()
+    readings[spoiled, 1] += 1.0
+    fit = fit_to(replace(recording, readings=readings), {"zero_force_x": 0.01})
+    assert (fit.settled() is not None) == adjusted
+
+
 def test_steps_that_do_not_settle_are_halved_and_given_up_and_derivatives_told_anew(
     recorded, monkeypatch
 ):
