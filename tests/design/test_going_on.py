@@ -115,6 +115,7 @@ def test_the_command_writes_a_rod_file_that_solve_reads(wire, tmp_path, monkeypa
     asked = ["design", "--step", "50 um", "--mu0", "0.2 to 0.35", "--rod", str(wire[1])]
     result = CliRunner().invoke(app, [*asked, "-o", str(path)])
     assert result.exit_code == 0, result.output
+    assert result.output.endswith("\ntolerances\n")
     assert path.read_text(encoding="utf-8").startswith(f"# vibrissa design: {found.message}\n\n")
     solved = CliRunner().invoke(app, ["solve", "--rod", str(path), "--mu0", "0.3"])
     assert solved.exit_code == 0 and "strain_over_yield" in solved.output
@@ -127,6 +128,8 @@ def test_a_rod_that_violates_limits_is_not_written(wire, tmp_path, monkeypatch):
     asked = ["design", "--step", "50 um", "--mu0", "0.2 to 0.35", "--rod", str(wire[1])]
     result = CliRunner().invoke(app, [*asked, "-o", str(path)])
     assert result.exit_code == 1 and not path.exists()
+    # The tolerances of a rod that cannot be used are not asked for.
+    assert "which all periods share" not in result.output
     assert f"{path} is not written: the rod violates limits\n" in result.stderr
 
 

@@ -370,6 +370,57 @@ def test_a_map_of_one_point_has_a_cell_around_it():
     assert low == pytest.approx([0.9, 0.09]) and high == pytest.approx([1.1, 0.11])
 
 
+@pytest.mark.parametrize("kind", ["change", "versus"])
+def test_a_map_of_one_height_shows_its_values(kind):
+    figure = KINDS[kind].plot(ROWS[kind](1))
+    for axes in figure.axes[:2]:
+        (mesh,) = axes.collections
+        (_, low), (_, high) = mesh.get_datalim(axes.transData).get_points()
+        assert (low, high) == pytest.approx((0.27, 0.33))
+
+
+def test_a_map_of_one_mounting_has_a_cell_around_zero():
+    rows = ROWS["versus"](3)
+    axes = KINDS["versus"].plot(rows[rows.clamp_angle == 0.0]).axes[0]
+    (low, _), (high, _) = axes.collections[0].get_datalim(axes.transData).get_points()
+    assert (low, high) == pytest.approx((-0.1, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("lost", "told"),
+    [
+        (1, "without a lock: $\\eta$ = 0.9"),
+        (5, "without a lock: $\\eta$ = 0.5, 0.6, 0.7, 0.8, 0.9"),
+        (6, "without a lock: 6 values of $\\eta$ from 0.4 to 0.9"),
+    ],
+)
+@pytest.mark.parametrize("none", [np.inf, np.nan])
+def test_heights_without_a_lock_take_no_colours(lost, told, none):
+    rows = ROWS["locking"](7)
+    heights = sorted(set(rows.eta))
+    kept = rows.eta < heights[7 - lost]
+    (axes,) = KINDS["locking"].plot(rows.assign(mu_lock=rows.mu_lock.where(kept, none))).axes
+    assert axes.get_title() == told
+    assert [line.get_color() for line in axes.lines] == list(style.COLORS[: 7 - lost])
+    assert len(axes.get_legend().get_texts()) == 7 - lost
+
+
+def test_where_no_tip_locks_the_figure_says_so():
+    (axes,) = KINDS["locking"].plot(ROWS["locking"](2).assign(mu_lock=np.inf)).axes
+    assert axes.texts[0].get_text() == "no tip locks"
+
+
+@pytest.mark.parametrize("kind", ["taper", "friction", "past_lock"])
+def test_the_onset_of_a_single_point_is_seen(kind):
+    rows = ROWS[kind](1)
+    figure = KINDS[kind].plot(rows[rows.theta == rows.theta.min()].head(1))
+    for axes in figure.axes:
+        onset = next(line for line in axes.lines if len(line.get_xdata()) == 1)
+        assert onset.get_marker() == ("o" if kind == "past_lock" else "_")
+    several = KINDS[kind].plot(ROWS[kind](6)).axes[0].lines[0]
+    assert len(several.get_xdata()) > 1 and several.get_marker() in ("", "None")
+
+
 def test_states_have_their_numbers_their_names_or_a_colourbar():
     one, six, seven = (drawn("state", count) for count in (1, 6, 7))
     assert "f = 2.7" in one.axes[0].texts[0].get_text()

@@ -42,17 +42,18 @@ def past_lock(rows: pd.DataFrame) -> Figure:
         until = locks["x0_trail"].where(swings, locks["x0_end"])
         look: dict[str, Any] = {"color": series.color(theta), "linewidth": 1.3}
         thin: dict[str, Any] = {"color": series.color(theta), "linewidth": 0.8}
-        first.plot(slips["mu0"], slips["x0_slip"], label=series.label(theta), **look)
-        first.plot(locks["mu0"], until, **look)
+        one: dict[str, Any] = {"marker": style.alone(slips)}
+        first.plot(slips["mu0"], slips["x0_slip"], label=series.label(theta), **look, **one)
+        first.plot(locks["mu0"], until, marker=style.alone(locks), **look)
         first.plot(locks["mu0"], locks["x0_end"].where(swings), linestyle=":", **thin)
-        later.plot(slips["mu0"], slips["x0_slip"], **look)
+        later.plot(slips["mu0"], slips["x0_slip"], **look, **one)
         later.plot(locks["mu0"], (until - 2.0 * locks["x0_end"]).where(swings), **look)
         _mark_lock(first, points, until, **thin)
         _mark_lock(later, points, (until - 2.0 * locks["x0_end"]).where(swings), **thin)
     first.plot([], [], color="black", linewidth=0.8, linestyle="--", label=r"$\mu_\mathrm{lock}$")
     first.plot([], [], color="black", linewidth=0.8, linestyle=":", label="the rod swings aside")
     first.set_ylabel("end of the first period $x_0$ / $L$")
-    first.set_ylim(bottom=0)
+    style.from_zero(first)
     first.set_title(rf"$\eta = {rows['eta'].iloc[0]:g}$")
     later.set_ylabel("length of a later period / $L$")
     later.set_yscale("log")

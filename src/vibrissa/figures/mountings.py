@@ -112,8 +112,7 @@ def _map(panel: Axes, values: pd.DataFrame, label: str) -> None:
     """Draw values over rows and columns: red above zero, blue below, grey where there is none."""
     bound = float(np.nanmax(np.abs(values.to_numpy()))) if values.notna().any(axis=None) else 1.0
     panel.set_facecolor("#cccccc")
-    mesh = panel.pcolormesh(
-        values.columns, values.index, values, cmap="RdBu_r", vmin=-bound, vmax=bound
-    )
+    columns, index = style.cells(values.columns), style.cells(values.index)
+    mesh = panel.pcolormesh(columns, index, values, cmap="RdBu_r", vmin=-bound, vmax=bound)
     bar = panel.figure.colorbar(mesh, ax=panel, label=label)
     bar.ax.tick_params(labelsize=8)

@@ -31,7 +31,9 @@ def taper(rows: pd.DataFrame) -> Figure:
     series = Series(rows["mu0"], r"\mu_0")
     for mu0, points in rows.sort_values("theta").groupby("mu0"):
         color = series.color(mu0)
-        axes.plot(points["theta"], points["x0_slip"], color=color, linewidth=0.8)
+        axes.plot(
+            points["theta"], points["x0_slip"], color=color, linewidth=0.8, **style.level(points)
+        )
         through = points["penetrates"].fillna(False).astype(bool)
         marks: dict[str, Any] = {
             "linestyle": "none",
@@ -52,7 +54,7 @@ def taper(rows: pd.DataFrame) -> Figure:
     axes.set_title(rf"$\eta = {first['eta']:g}$; {marked}{locking}")
     axes.set_xlabel(style.TAPER)
     axes.set_ylabel(style.DISPLACEMENT)
-    axes.set_ylim(bottom=0)
+    style.from_zero(axes)
     axes.margins(x=0.03)
     series.explain(axes)
     return figure
@@ -69,7 +71,7 @@ def friction(rows: pd.DataFrame) -> Figure:
     axes.set_title(rf"$\theta = {first['theta']:g}$, $\eta = {first['eta']:g}$")
     axes.set_xlabel(style.FRICTION)
     axes.set_ylabel(style.DISPLACEMENT)
-    axes.set_ylim(bottom=0)
+    style.from_zero(axes)
     axes.margins(x=0.03)
     levels = np.unique(slips["n_steps"])
     enlarged = len(levels) >= MANY_LEVELS
@@ -87,6 +89,7 @@ def _onset_and_marks(axes: Axes, slips: pd.DataFrame, dx0: float, marker_size: f
         color=COLORS[1],
         linewidth=0.9,
         label="exact onset of slip",
+        **style.level(slips),
     )
     axes.plot(
         slips["mu0"],

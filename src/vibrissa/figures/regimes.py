@@ -33,6 +33,8 @@ REGIME_COLORS = ListedColormap(
 # Points next to the lock to which its law is fitted, and how far it is drawn, relative to mu_lock.
 FITTED_POINTS = 16
 NEAR_LOCK = 0.1
+# Heights without a lock that are named; of more the ends.
+NAMED = 5
 # Maps side by side, and the height of one and the size of its type (inch, points), by how many
 # there are at most.
 PANELS = {6: (2, 2.6, 10.0), 20: (4, 1.6, 8.0), math.inf: (8, 0.9, 6.0)}
@@ -41,15 +43,21 @@ PANELS = {6: (2, 2.6, 10.0), 20: (4, 1.6, 8.0), math.inf: (8, 0.9, 6.0)}
 @kind("locking", columns=("theta", "eta", "status", "message", "mu_lock"), along="theta")
 def locking(rows: pd.DataFrame) -> Figure:
     """μ_lock over θ for each η."""
+    # Infinite where the tip lifts off instead, and unknown where no lock was found.
+    curves = rows.drop_duplicates(["theta", "eta"]).replace({"mu_lock": {np.inf: np.nan}})
+    known = curves["mu_lock"].notna().groupby(curves["eta"]).transform("any")
+    if not known.any():
+        return style.message("no tip locks")
     figure, axes = style.axes(4.2)
-    curves = rows.drop_duplicates(["theta", "eta"]).sort_values("theta")
+    # Series of which nothing can be drawn would take the colours from the others.
+    if never := sorted(set(curves["eta"][~known])):
+        axes.set_title(rf"without a lock: {_few(never)}")
+    curves = curves[known].sort_values("theta")
     series = Series(curves["eta"], r"\eta")
     for eta, curve in curves.groupby("eta"):
-        # Infinite where the tip lifts off instead: no point to draw.
-        mu_lock = curve["mu_lock"].replace(np.inf, np.nan)
         axes.plot(
             curve["theta"],
-            mu_lock,
+            curve["mu_lock"],
             color=series.color(eta),
             linewidth=1.2,
             marker=style.alone(curve),
@@ -63,6 +71,13 @@ def locking(rows: pd.DataFrame) -> Figure:
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     series.colorbar(axes)
     return figure
+
+
+def _few(heights: Sequence[float]) -> str:
+    """Name heights, or the least and the largest of many."""
+    if len(heights) > NAMED:
+        return rf"{len(heights)} values of $\eta$ from {heights[0]:.4g} to {heights[-1]:.4g}"
+    return rf"$\eta$ = {', '.join(f'{eta:.4g}' for eta in heights)}"
 
 
 @kind("regimes", columns=(*POINT, "contact", "ends_by", "mu_lock"))
@@ -107,7 +122,7 @@ def _regime_numbers(rows: pd.DataFrame) -> Sequence[int]:
 def _regime_map(axes: Axes, points: pd.DataFrame) -> None:
     """Colour the points of one η by regime, and draw the locking friction."""
     field = points.pivot(index="mu0", columns="theta", values="regime")
-    thetas, mu0 = _cells(field.columns), _cells(field.index)
+    thetas, mu0 = style.cells(field.columns), style.cells(field.index)
     axes.pcolormesh(thetas, mu0, field, cmap=REGIME_COLORS, vmin=0, vmax=len(REGIMES) - 1)
     curves = points.drop_duplicates("theta").sort_values("theta")
     axes.plot(
@@ -118,16 +133,6 @@ def _regime_map(axes: Axes, points: pd.DataFrame) -> None:
         marker=style.alone(curves),
     )
     axes.set_ylim(mu0[0], mu0[-1])
-
-
-def _cells(centres: pd.Index) -> FloatArray:
-    """Bounds of the cells around the values of an axis; there may be a single one."""
-    values = np.asarray(centres, dtype=float)
-    if len(values) == 1:
-        return np.array([0.9, 1.1]) * values
-    between = 0.5 * (values[1:] + values[:-1])
-    first, last = 2.0 * values[0] - between[0], 2.0 * values[-1] - between[-1]
-    return np.array([first, *between, last])
 
 
 @kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"), along="mu0")

@@ -13,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vibrissa.files import write_atomically
+from vibrissa.numerics.arrays import FloatArray
 
 # Width of a figure (inch) and resolution of its pixels (1/inch).
 WIDTH = 6.3
@@ -115,9 +116,25 @@ def shape_axes(rows: pd.DataFrame, beside: float = 0.0) -> tuple[Figure, Axes]:
     return figure, panel
 
 
+def cells(centres: pd.Index) -> FloatArray:
+    """Bounds of the cells around the values of an axis; there may be a single one."""
+    values = np.asarray(centres, dtype=float)
+    if len(values) == 1:
+        half = 0.1 * (abs(values[0]) or 1.0)
+        return np.array([values[0] - half, values[0] + half])
+    between = 0.5 * (values[1:] + values[:-1])
+    first, last = 2.0 * values[0] - between[0], 2.0 * values[-1] - between[-1]
+    return np.array([first, *between, last])
+
+
 def alone(points: pd.DataFrame) -> str:
     """Marker of a line: one of a single point would not be seen."""
     return "o" if len(points) == 1 else ""
+
+
+def level(points: pd.DataFrame) -> dict[str, Any]:
+    """Look of a line that marks lie on: of a single point it is a dash, wider than the mark."""
+    return {"marker": "_", "markersize": 14} if len(points) == 1 else {}
 
 
 def save(figure: Figure, paths: Sequence[str | Path]) -> None:
