@@ -287,6 +287,33 @@ def test_few_series_have_the_papers_colours_and_a_legend(kind, count):
     assert colors == set(style.COLORS[:count])
 
 
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ([0.3, 0.35], ["0.3", "0.35"]),
+        ([0.1234561, 0.5], ["0.123456", "0.5"]),
+        ([0.30000001, 0.3, 0.4], ["0.3", "0.30000001", "0.4"]),
+    ],
+)
+def test_few_series_are_told_apart(values, told):
+    series = Series(values, "x")
+    assert [series.label(value) for value in sorted(values)] == [f"$x = {text}$" for text in told]
+
+
+def test_many_series_are_told_apart():
+    rows = slipping(combined(theta=THETA, mu0=0.2 + 1e-6 * np.arange(20), eta=[0.85], dx0=[0.001]))
+    (bar,) = filter(is_bar, KINDS["taper"].plot(rows).axes)
+    texts = [text.get_text() for text in bar.get_yticklabels()]
+    assert texts[:2] == ["0.2", "0.200001"] and len(set(texts)) == 20
+
+
+def test_maps_of_near_heights_are_told_apart():
+    axes = {"theta": THETA, "mu0": [0.1, 0.2], "eta": [0.9999998, 0.9999999]}
+    figure = KINDS["regimes"].plot(slipping(combined(**axes, dx0=[0.001])))
+    titles = [axes.get_title() for axes in figure.axes]
+    assert titles == [r"$\eta = 0.9999998$", r"$\eta = 0.9999999$"]
+
+
 def test_graded_colours_get_lighter_with_the_value():
     values = [0.001, 0.002, 0.004, 0.3, 0.31, 5.0, 90.0]
     series = Series(values * 2, "x")
@@ -425,7 +452,8 @@ def test_states_have_their_numbers_their_names_or_a_colourbar():
     one, six, seven = (drawn("state", count) for count in (1, 6, 7))
     assert "f = 2.7" in one.axes[0].texts[0].get_text()
     names = [text.get_text() for text in six.legends[0].get_texts()]
-    assert names[0].startswith("state_0_") and names[0].endswith("…") and len(names) == 7
+    assert names[0] == "state_0_with_a_…er_long_name_0" and len(set(names)) == 7
+    assert max(map(len, names[:-1])) == 30
     assert len(seven.axes) == 2
 
 

@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator
 
 from vibrissa.figures import style
 from vibrissa.figures.kinds import POINT, kind
-from vibrissa.figures.series import Series
+from vibrissa.figures.series import Series, told_apart
 from vibrissa.numerics.arrays import FloatArray
 
 SLIPS = {"point": "slips in point contact", "line": "slips in line contact"}
@@ -93,9 +93,10 @@ def regimes(rows: pd.DataFrame) -> Figure:
     figure = style.page(0.6 + height * lines)
     # All have the same axes, as a grid is a product; axes that matplotlib shares take much longer.
     panels = figure.subplots(lines, columns, squeeze=False)
-    for i, (axes, (eta, points)) in enumerate(zip(panels.flat, heights, strict=False)):
+    names = told_apart(list(heights.groups), 6)
+    for i, (axes, (_, points)) in enumerate(zip(panels.flat, heights, strict=False)):
         _regime_map(axes, points)
-        axes.set_title(rf"$\eta = {eta:g}$", fontsize=size)
+        axes.set_title(rf"$\eta = {names[i]}$", fontsize=size)
         axes.locator_params(nbins=int(size) // 2)
         axes.tick_params(
             labelsize=size, labelleft=i % columns == 0, labelbottom=i + columns >= len(heights)

@@ -1,6 +1,6 @@
 """Series of a figure: what tells them apart, whether there are two or a hundred."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import matplotlib
@@ -17,6 +17,18 @@ GRADED, DARK = "viridis", 0.93
 BESIDE = 3
 # Values at a colourbar: all of so many, or so many of more.
 ALL_TICKS, SOME_TICKS = 20, 11
+
+
+def told_apart(values: Sequence[float], digits: int) -> list[str]:
+    """Spell different values with so many digits, or with more where two would be the same.
+
+    Examples
+    --------
+    >>> told_apart([0.2, 0.3], 4), told_apart([0.99991, 0.99992], 4)
+    (['0.2', '0.3'], ['0.99991', '0.99992'])
+    """
+    texts = [f"{value:.{digits}g}" for value in values]
+    return texts if len(set(texts)) == len(texts) else told_apart(values, digits + 1)
 
 
 class Series:
@@ -65,7 +77,9 @@ class Series:
 
     def label(self, value: float) -> str | None:
         """Label of a series in a legend; none where a colourbar tells the values."""
-        return rf"${self.symbol} = {value:g}$" if self.few else None
+        if not self.few:
+            return None
+        return rf"${self.symbol} = {told_apart(self.values, 6)[self.values.index(value)]}$"
 
     def explain(self, axes: Axes, below: bool = False, **look: Any) -> None:
         """Put a legend into the axes, or below where it would cover the data, and a colourbar.
@@ -96,7 +110,7 @@ class Series:
             BoundaryNorm(np.arange(count + 1) - 0.5, count), ListedColormap(self._colors)
         )
         bar = axes.figure.colorbar(colors, ax=axes, ticks=shown, aspect=30)
-        bar.ax.set_yticklabels([f"{self.values[int(place)]:.4g}" for place in shown])
+        bar.ax.set_yticklabels(told_apart([self.values[int(place)] for place in shown], 4))
         bar.ax.tick_params(labelsize=8, length=2)
         bar.ax.minorticks_off()
         bar.outline.set_visible(False)

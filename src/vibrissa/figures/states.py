@@ -99,7 +99,9 @@ def _draw_shape(axes: Axes, row: pd.Series, color: str, *, linewidth: float, fac
 
 
 def _shortened(name: str) -> str:
-    return name if len(name) <= SHOWN_NAME else f"{name[: SHOWN_NAME - 1]}…"
+    """Leave out the middle of a long name: names of a series differ in their ends."""
+    half = SHOWN_NAME // 2
+    return name if len(name) <= SHOWN_NAME else f"{name[:half]}…{name[1 - half :]}"
 
 
 def _write_numbers(axes: Axes, row: pd.Series, color: str, top: float) -> None:
