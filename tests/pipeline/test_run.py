@@ -314,6 +314,9 @@ def test_what_refine_added_and_left_over_is_said(wrapped):
     assert last_lines(wrapped(""), 2)[0] == (
         "refine added 7 points (for each line: results/here/logs/points)"
     )
+    # A dry run mends nothing.
+    table.write_text("damaged")
+    assert last_lines(wrapped("", "-n")) == ["No figures in results/here/figures."]
 
 
 @pytest.mark.slow
@@ -510,6 +513,25 @@ if "--forcerun" not in ARGUMENTS:
     assert "tables/a.parquet is damaged" in result.stderr
     assert not (tables / "a.parquet").exists()
     assert Path("elsewhere.parquet").exists()
+
+
+@pytest.mark.slow
+def test_a_run_that_is_asked_to_end_is_not_begun_again(wrapped):
+    Path("results/here/tables").mkdir(parents=True)
+    code = f"""
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+os.kill(os.getppid(), signal.SIGTERM)
+print("once")
+Path("results/here/tables/a.parquet").touch()
+record = json.dumps(dict(damaged="results/here/tables/a.parquet", errno=None))
+Path("a.failure.json").write_text(record)
+time.sleep(0.2)
+send({Failed(jobs=[job("curves", ["a", "b"], "a.log")])!r})
+sys.exit(1)
+"""
+    result = wrapped(code)
+    assert (result.returncode, result.stdout) == (1, "once\n")
+    assert "FAILED: rule curves" in result.stderr
 
 
 @pytest.mark.slow

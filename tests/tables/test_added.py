@@ -228,9 +228,9 @@ def block(tmp_path):
 
     marked = {pair: ["main"] for pair in ADDED}
 
-    def write(pairs, metadata=None, key="0.1", left=(), name="b"):
+    def write(pairs, metadata=None, key=("0.1", "0.1"), left=(), name="b"):
         points = named_points({pair: ["main"] for pair in [*own, *ADDED]}, marked)
-        told = refined_metadata(REFINING, [(decode_key([key, "0.1"]), points)], left)
+        told = refined_metadata(REFINING, [(decode_key(key), points)], left)
         rows = point_table([((0.1, mu0, 0.1, dx0), ["main"]) for mu0, dx0 in [*own, *pairs]])
         place = STICTION.get_field_index("added_to")
         marks = pa.array([None, None] + [["main"]] * len(pairs), STICTION.field(place).type)
@@ -269,8 +269,13 @@ def test_a_point_of_which_a_block_does_not_say_that_it_was_added_is_named(block)
 
 
 def test_points_of_another_curve_are_not_those_of_a_block(block):
-    path = block(ADDED, key="0.2")
-    with pytest.raises(DamagedTableError, match=r"lacks 5 points .* = \(0.2, 0.1015625, 0.1, "):
+    """The first three are named."""
+    path = block(ADDED, key=("0.2", "0.1"))
+    with pytest.raises(DamagedTableError, match=r"lacks 5 points .* = \(0.2, 0.1015625, ") as error:
+        check_refined(path, REFINING)
+    assert str(error.value).count("(0.2, ") == 3
+    path = block(ADDED, key=("0.1", "0.1", "clamp_angle=0.7"))
+    with pytest.raises(DamagedTableError, match=r"lacks 5 .* \(0.1, 0.1015625, 0.1, 0.1, 0.7, 0"):
         check_refined(path, REFINING)
 
 
