@@ -25,6 +25,7 @@ from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.identification.adjusting.adjustment import FAR
 from vibrissa.sensor.identification.calibration import NAMES
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
+from vibrissa.wording import counted
 
 app = typer.Typer(**ALONE)
 
@@ -118,7 +119,7 @@ def identify(
     if picture is not None:
         save_picture(found.plot(), picture)
     known = (found.periods.status == PeriodStatus.SLIP).sum()
-    written = f"{output}: {len(found.periods)} periods, friction of {known} of them"
+    written = f"{output}: {counted(len(found.periods), 'period')}, friction of {known} of them"
     # What was asked for first.
     for text in (written, found.summary()):
         say(text, output)

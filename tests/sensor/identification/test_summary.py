@@ -35,6 +35,26 @@ def test_noise_averages_out_by_the_weights_of_a_weighted_mean():
     assert found.chance == pytest.approx(stats.chi2.sf(found.chi2, 3))
 
 
+@pytest.mark.parametrize(
+    ("status", "low", "grade", "said"),
+    [
+        (["open"], [0.23456], [""], ["no slip was recorded", "mu0 is at least 0.235 at one"]),
+        (["open", "open"], [0.2, np.nan], ["", ""], ["no slip was recorded", "at least 0.2 at"]),
+        (["open", "lock"], [0.1, 0.47], ["", ""], ["mu0 is at least 0.47 at one place or more"]),
+        (["unsure", "open"], [0.3, 0.2], ["wrong", ""], ["mu0 is at least 0.2 at"]),
+        (["beyond"], [np.nan], [""], []),
+    ],
+)
+def test_without_a_mean_the_largest_lower_bound_is_said(status, low, grade, said):
+    periods = periods_of(np.full(len(status), np.nan), 0.1, 0.0)
+    found = summary_of(
+        replace(periods, status=np.array(status), low=np.array(low), grade=np.array(grade))
+    )
+    lines = str(found).splitlines()[1:]
+    assert len(lines) == len(said)
+    assert all(part in line for part, line in zip(said, lines, strict=True))
+
+
 def test_what_all_periods_share_does_not_average_out():
     # The first unknown moves all alike, the second one half of them the other way.
     shifts = np.stack([np.full(100, 0.003), 0.004 * (-1.0) ** np.arange(100)], axis=1)
@@ -213,7 +233,7 @@ def test_parts_of_one_tolerance_become_exact_together():
 def test_nothing_is_said_of_no_period():
     nothing = FrictionSummary()
     assert str(nothing) == "no mean of mu0, from 0 of 0 periods"
-    unknown = {"mean", "random", "common", "variation", "single"}
+    unknown = {"mean", "random", "common", "variation", "single", "least"}
     assert {name for name, value in vars(nothing).items() if value != value} == unknown
     known = {name: value for name, value in vars(nothing).items() if name not in unknown}
     assert known == {

@@ -94,6 +94,8 @@ class FrictionSummary:
         How many there are, and how many the mean is of.
     left : dict of str to int
         Why the others are left out: their status, or the grade of their doubts.
+    least : float
+        Largest lower bound of μ0 in any period, but those graded wrong; NaN if there is none.
     doubtful, wrong : int
         How many of those used are graded so.
     goodness : Goodness or None
@@ -120,6 +122,7 @@ class FrictionSummary:
     periods: int = 0
     used: int = 0
     left: dict[str, int] = field(default_factory=dict)
+    least: float = np.nan
     doubtful: int = 0
     wrong: int = 0
     goodness: Goodness | None = None
@@ -165,6 +168,13 @@ class FrictionSummary:
         of += f" (left out: {left})" if left else ""
         if not self.used:
             yield f"no mean of mu0, from {of}"
+            if self.left == {PeriodStatus.OPEN: self.periods}:
+                yield "no slip was recorded: record on until the tip slips"
+            if np.isfinite(self.least):
+                yield (
+                    f"mu0 is at least {self.least:.3g} at one place or more: see the columns low "
+                    "and high"
+                )
             return
         yield f"mu0 = {_rounded(self.mean, self.deviation)} ± {self.deviation:.2g}, mean of {of}"
         alike = f" ({', '.join(self.alike)})" if self.alike else ""
@@ -251,9 +261,11 @@ def summary_of(
     slips = periods.status == PeriodStatus.SLIP
     used = slips & ~_left_out(periods, slips)
     others = periods.status[~slips].tolist() + periods.grade[slips & ~used].tolist()
+    bounds = periods.low[np.isfinite(periods.low) & (periods.grade != Grade.WRONG)]
     known = FrictionSummary(
         periods=len(periods),
         used=int(used.sum()),
+        least=float(bounds.max()) if len(bounds) else np.nan,
         left={why: others.count(why) for why in sorted(set(others))},
         goodness=periods.goodness,
         causes=causes,
