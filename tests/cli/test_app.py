@@ -70,6 +70,16 @@ def test_the_exit_code_is_1_where_nothing_can_be_computed():
     assert "out_of_reach" in result.output
 
 
+def test_a_table_on_standard_output_is_alone_there():
+    result = run("solve", *WHISKER, "--mu0", "0.4", "-o", "-")
+    (row,) = csv.DictReader(result.stdout.splitlines())
+    assert row["status"] == "slip" and result.stderr.startswith("status            slip\n")
+    asked = ["--step", "0.0005", "--mu0", "0.2", "--noise", "0.003, 0.003, 0.0002"]
+    result = run("design", *WHISKER, *asked, "--yield-strain", "0.1", "-o", "-")
+    (row,) = csv.DictReader(result.stdout.splitlines())
+    assert row["status"] == "none" and result.stderr.startswith("this rod cannot be used")
+
+
 def test_lock_is_an_answer():
     result = run("solve", *WHISKER, "--mu0", "0.5")
     assert result.exit_code == 0

@@ -48,7 +48,8 @@ def test_the_rod_before_and_at_the_onset_with_the_tip_at_one_place(angle):
     for line in (first, last):
         assert np.hypot(*np.diff(line, axis=0).T).sum() == pytest.approx(0.1, rel=1e-3)
     assert axes.get_xlabel() == "x / mm" and axes.get_ylabel() == "y / mm"
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["α = 0", "onset of slip"]
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["α = 0", "onset of slip"]
 
 
 def test_signals_are_each_in_a_panel_with_its_unit():
@@ -194,17 +195,20 @@ def test_a_design_stands_among_the_pairs_that_were_solved(with_pairs):
     assert list(dots.get_array()) == [0.1, 0.3]
 
 
-def test_a_picture_is_drawn_of_a_rod_that_slips_alone(tmp_path):
+def test_a_picture_is_drawn_of_a_rod_that_slips_or_locks(tmp_path):
     def run(*arguments):
         return CliRunner().invoke(app, ["solve", "--theta", "2", "--eta", "0.85", *arguments])
 
     picture = tmp_path / "rod.svg"
     assert run("--mu0", "0.4", "--picture", str(picture)).exit_code == 0
     assert picture.read_bytes().startswith(b"<?xml")
+    lock = tmp_path / "lock.svg"
+    assert run("--mu0", "0.5", "--picture", str(lock)).exit_code == 0
+    assert lock.read_bytes().startswith(b"<?xml")
     none = tmp_path / "none.svg"
-    result = run("--mu0", "0.5", "--picture", str(none))
-    assert result.exit_code == 2 and "no picture of a rod with status lock" in result.output
-    assert not none.exists()
+    result = run("--mu0", "0.4", "--curvature", "-1", "--picture", str(none))
+    assert result.exit_code == 1 and not none.exists()
+    assert result.stderr == f"{none} is not drawn: there is no state to be shown\n"
     for where, said in (("rod.gif", "the ending must be one of"), ("no/rod.svg", "no folder")):
         result = run("--mu0", "0.4", "--picture", str(tmp_path / where))
         assert result.exit_code == 2 and said in result.output

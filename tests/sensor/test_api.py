@@ -237,8 +237,22 @@ def test_results_print_and_are_drawn(whisker, signals):
     found.periods.grade[3] = "wrong"
     texts = {text.get_text() for text in found.plot().axes[0].get_legend().get_texts()}
     assert texts == {"no doubt", "wrong"}
-    with pytest.raises(ArgumentError, match="no picture of a rod with status lock"):
-        solve(whisker, 0.5).plot()
+    bent = Whisker.read(2, 0.85, curvature=-1)
+    with pytest.raises(ArgumentError, match="no picture of a rod with status out_of_reach"):
+        solve(bent, 0.4).plot()
+
+
+def test_of_a_tip_that_locks_the_critical_state_is_drawn():
+    whisker = Whisker.read(2, 0.85)
+    figure = solve(whisker, 0.5).plot()
+    (axes,), (legend,) = figure.axes, figure.legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert texts == ["α = 0", "critical state, −tan α = 0.4776"]
+    begins, critical, _ = axes.lines
+    assert critical.get_xdata()[0] - begins.get_xdata()[0] == pytest.approx(whisker.curve.x0_lock)
+    # The tip is held while the clamp moves.
+    for line in (begins, critical):
+        assert line.get_xdata()[-1] == pytest.approx(whisker.curve.x1_init, abs=1e-9)
 
 
 def test_a_transducer_needs_a_rod():

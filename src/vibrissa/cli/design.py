@@ -11,6 +11,7 @@ from vibrissa.cli.options import (
     check_files,
     progress_bars,
     save_picture,
+    say,
 )
 from vibrissa.cli.requirements import takes_requirements
 from vibrissa.design import Design, DesignStatus, Requirements
@@ -56,13 +57,13 @@ def design(requirements: Requirements, output: Written = None, picture: Picture 
     found = find_design(requirements, progress_bars())
     if found.status is DesignStatus.FAILED:
         raise ArgumentError(found.message)
-    typer.echo(found)
+    say(found, output)
     if output is not None:
         _write(found, output)
     if picture is not None:
         save_picture(found.plot(), picture)
     if found.status is DesignStatus.FOUND:
-        typer.echo(found.tolerances())
+        say(found.tolerances(), output)
     if found.status is DesignStatus.NONE:
         raise typer.Exit(1)
 

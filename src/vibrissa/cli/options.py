@@ -59,7 +59,11 @@ Out = Annotated[
 ]
 AlsoOut = Annotated[
     Path | None,
-    typer.Option("--output", "-o", help="Write the result as a table, too: .csv or .parquet."),
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write the result as a table, too: .csv or .parquet; - for standard output.",
+    ),
 ]
 
 
@@ -84,7 +88,7 @@ def check_files(output: Path | None, picture: Path | None, *others: str) -> None
     require("plots", "matplotlib")
 
 
-def say(text: object, output: Path) -> None:
+def say(text: object, output: Path | None) -> None:
     """Say something on the screen, and not into a table that goes to standard output."""
     typer.echo(text, err=output == STANDARD)
 

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import ALONE, AlsoOut, Picture, check_files, save_picture
+from vibrissa.cli.options import ALONE, AlsoOut, Picture, check_files, save_picture, say
 from vibrissa.cli.whisker import say_exact, takes_whisker
 from vibrissa.design.materials import material as material_named
 from vibrissa.errors import ArgumentError
@@ -48,11 +48,13 @@ def solve(
             material_named(material).with_modulus(whisker.rod.youngs_modulus).yield_strain
         )
     found = sensor.solve(whisker, mu0, step, yield_strain)
-    typer.echo(found)
+    say(found, output)
     if output is not None:
         series.write(output, found.columns())
     status = found.onset.status
+    if status in (Status.FAILED, Status.OUT_OF_REACH):
+        if picture is not None:
+            typer.echo(f"{picture} is not drawn: there is no state to be shown", err=True)
+        raise typer.Exit(1)
     if picture is not None:
         save_picture(found.plot(), picture)
-    if status in (Status.FAILED, Status.OUT_OF_REACH):
-        raise typer.Exit(1)

@@ -60,14 +60,14 @@ class WhiskerOnset(Tabular):
         return "\n".join(lines)
 
     def plot(self) -> "Figure":
-        """Draw the rod where sticking begins and at the onset of slip.
+        """Draw the rod where sticking begins, and at the onset of slip or in the critical state.
 
         Raises
         ------
         ArgumentError
-            If the tip does not slip.
+            If the tip neither slips nor locks.
         """
-        if self.onset.status is not Status.SLIP:
+        if self.onset.status not in (Status.SLIP, Status.LOCK):
             raise ArgumentError(f"no picture of a rod with status {self.onset.status}")
         require("plots", "matplotlib")
         from vibrissa.sensor import plots

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
+from vibrissa.outcomes import Status
 from vibrissa.sensor.identification.friction import Periods
 from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.quantities import Kind, Units
@@ -20,13 +21,16 @@ SIGNS = {"": ("o", "C0"), Grade.INFORMATION: ("s", "C0"), Grade.DOUBTFUL: ("^", 
 
 
 def shapes(whisker: Whisker, onset: Onset) -> Figure:
-    """Draw the rod at α = 0 and at the onset of slip."""
+    """Draw the rod at α = 0, and at the onset of slip or, of a tip that locks, critical."""
     curve, units = whisker.curve, whisker.units
+    last = (onset.x0_slip, "onset of slip")
+    if onset.status is Status.LOCK:
+        last = (curve.x0_lock, f"critical state, −tan α = {onset.mu_lock:.4g}")
     stage_angle = whisker.mounting.stage_angle
     figure = Figure(figsize=(5.0, 4.0), layout="constrained")
     axes = figure.add_subplot()
     (unit, name), s = units.told(units.unit(Kind.LENGTH), Kind.LENGTH), np.linspace(0.0, 1.0, 101)
-    for x0, label in ((0.0, "α = 0"), (onset.x0_slip, "onset of slip")):
+    for x0, label in ((0.0, "α = 0"), last):
         x1, height = curve.contact_point(x0)
         state = solve_state(
             whisker.theta, float(height), float(x1), whisker.contact, whisker.mounting
@@ -39,7 +43,8 @@ def shapes(whisker: Whisker, onset: Onset) -> Figure:
         )
     axes.axhline(whisker.eta * unit, color="0.5", linewidth=0.8)
     axes.set(aspect="equal", xlabel=f"x / {name}", ylabel=f"y / {name}")
-    axes.legend()
+    # In the axes it would lie on the rod.
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
