@@ -308,7 +308,10 @@ def test_a_moment_may_be_written_without_a_sign_between(unit):
     ("settings", "message"),
     [
         ({}, "none of force_x"),
-        ({"columns": {"force_x": "Fz"}}, "no column Fz. There are: t, x"),
+        (
+            {"columns": {"force_x": "Fz"}},
+            r"no column Fz. There are in line 1: t, x, Fx, Fy \(--titles names another line\)",
+        ),
         ({"columns": {"force_x": "Fx"}}, "Fx has no unit"),
         ({"columns": {"force_x": "Fx [mm]"}}, "must have the unit of a force"),
         ({"columns": {"fx": "Fx"}}, "column must be one of time, footpoint"),

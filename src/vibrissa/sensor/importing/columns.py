@@ -183,5 +183,8 @@ def _numbers(layout: Layout, titles: Sequence[Title], source: Source) -> list[tu
 
 def _there(layout: Layout) -> str:
     if layout.titles:
-        return f"There are: {', '.join(layout.titles)}"
+        return (
+            f"There are in line {layout.title_line}: {', '.join(layout.titles)} (--titles names "
+            "another line)"
+        )
     return f"There are no titles, and columns #1 to #{len(layout.rows[0])}"

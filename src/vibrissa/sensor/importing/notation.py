@@ -25,6 +25,7 @@ LIKE_A_NUMBER = re.compile(
     rf"[-+−]?(?:\d{{1,3}}(?:[{BLANKS}]\d{{3}})+[\d.,]*|[.,]?\d[\d.,]*)(?<!,)(?:e[-+]?\d+)?",
     re.ASCII | re.I,
 )
+CLOCK = re.compile(r"\d{1,2}:\d{2}(?::\d{2})?(?:[.,]\d*)?", re.ASCII)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,7 +158,15 @@ def _read(columns: Mapping[str, Sequence[str]], notation: Notation) -> dict[str,
 def _no_number(
     choices: Iterable[Notation], columns: Mapping[str, Sequence[str]], place: Sequence[str]
 ) -> str:
-    """Name the first cell that is no number in the notation that goes furthest."""
+    """Name the first cell that is no number at all, or in the notation that goes furthest."""
+    for row, where in enumerate(place):
+        for title, cells in columns.items():
+            if all(notation.value(cells[row]) is None for notation in NOTATIONS):
+                cell = cells[row].strip()
+                hint = "leave the cell empty where a value is missing"
+                if CLOCK.fullmatch(cell):
+                    hint = "clock times are not read: give --rate instead of the column"
+                return f"{where}: {title} must be a number, got {cell!r}: {hint}"
     found = [(_first_misfit(columns, each), each) for each in choices]
     (row, title), notation = max(found, key=lambda one: one[0][0])
     cell = columns[title][row].strip()
