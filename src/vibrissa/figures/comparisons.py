@@ -48,8 +48,8 @@ def _onset_errors(axes: Axes, rows: pd.DataFrame) -> None:
     percent = 100.0 * (rows["x0_slip_point"] / rows["x0_slip_line"] - 1.0)
     # Series of which nothing can be drawn would take the colours from the others.
     known = percent.notna().groupby(rows["mu0"]).transform("any")
-    locks = (rows[["status_point", "status_line"]] == "lock").any(axis=1)
-    told = style.where_it_locks(locks, rows["mu0"][~known])
+    locks = (rows[["status_point", "status_line"]] == "lock").any(axis=None)
+    told = style.where_it_locks(bool(locks), rows["mu0"][~known])
     marks = "marks: the rod passes through the surface in tip contact"
     axes.figure.suptitle(rf"$\eta = {rows['eta'].iloc[0]:g}$; {marks}{told}", fontsize=10)
     if not known.any():

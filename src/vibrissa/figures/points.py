@@ -25,7 +25,7 @@ def taper(rows: pd.DataFrame) -> Figure:
         return style.message("the tip locks at every point")
     # Series of which nothing can be drawn would take the colours from the others.
     never_slip = locks.groupby(rows["mu0"]).transform("all")
-    locking = style.where_it_locks(locks, rows["mu0"][never_slip])
+    locking = style.where_it_locks(bool(locks.any()), rows["mu0"][never_slip])
     rows = rows[~never_slip]
     figure, axes = style.axes(4.2)
     series = Series(rows["mu0"], r"\mu_0")

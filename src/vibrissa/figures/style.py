@@ -78,9 +78,9 @@ def say(panel: Axes, text: str) -> None:
     panel.text(0.5, 0.5, text, ha="center", va="center", wrap=True, transform=panel.transAxes)
 
 
-def where_it_locks(locks: pd.Series, not_drawn: pd.Series) -> str:
-    """Say in a line below a title why lines end, and from which μ0 on there are none."""
-    if not locks.any():
+def where_it_locks(locks: bool, not_drawn: pd.Series) -> str:
+    """Say below a title why lines end, if a tip locks, and from which μ0 on there are none."""
+    if not locks:
         return ""
     all_lock = (
         "" if not_drawn.empty else rf": for $\mu_0 \geq {not_drawn.min():.4g}$ at every $\theta$"
