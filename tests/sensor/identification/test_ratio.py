@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import plain_elastica
 from steel import recording_of
 from vibrissa.cli.app import app
-from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.errors import ArgumentError, MixedColumnsError, RecordingError
 from vibrissa.sensor import PeriodStatus, Recording, identify, surfaces
 from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.calibration import known_setup
@@ -482,7 +482,7 @@ def test_a_channel_that_was_not_recorded_is_refused():
 def test_swapped_forces_are_refused():
     run, _, _ = recorded(1)
     readings = run.readings[:, [1, 0, 2]]
-    with pytest.raises(RecordingError, match="force_x and force_y seem to be swapped"):
+    with pytest.raises(MixedColumnsError, match="force_x and force_y seem to be swapped"):
         read_ratio(replace(run, readings=readings), NOISE)
 
 

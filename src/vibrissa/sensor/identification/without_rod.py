@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibrissa.errors import RecordingError
+from vibrissa.errors import MixedColumnsError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus, checked_noise
 from vibrissa.sensor.identification.misfit.doubts import (
@@ -74,6 +74,8 @@ def read_ratio(
     RecordingError
         If the recording is too short, has no measurable noise, or a force is none or has the
         other sign.
+    MixedColumnsError
+        If the forces seem to be swapped.
     """
     check_size(len(recording), recording.notes)
     noise = checked_noise(noise_of(recording.readings) if noise is None else noise, FORCES)[FORCES]
@@ -161,7 +163,7 @@ def _check_axes(forces: FloatArray, status: StrArray) -> None:
     tangential, normal = np.median(np.abs(forces), axis=0)
     locked = int((status == PeriodStatus.LOCK).sum())
     if locked > max(2, MOST_LOCK * len(status)) and tangential > normal:
-        raise RecordingError(
+        raise MixedColumnsError(
             f"in {locked} of {len(status)} periods force_x over force_y falls until the tip slips: "
             "the columns force_x and force_y seem to be swapped. force_x is along the surface, "
             "force_y normal to it"
