@@ -457,6 +457,23 @@ def test_states_have_their_numbers_their_names_or_a_colourbar():
     assert len(seven.axes) == 2
 
 
+@pytest.mark.parametrize(
+    ("lost", "told"),
+    [
+        (0, ""),
+        (1, "\nwithout a result: state_0_with_a_…er_long_name_0"),
+        (2, "\nwithout a result: 2 states"),
+    ],
+)
+def test_states_without_a_result_are_told(lost, told):
+    rows = states(6)
+    rows = rows.assign(status=np.where(rows.index < lost, "failed", "solved"))
+    figure = KINDS["state"].plot(rows)
+    assert figure.axes[0].get_title() == rf"$\theta = 1$, $y_1 = 0.85${told}"
+    laid_out(figure)
+    inside_the_page(figure)
+
+
 def test_states_of_several_tapers_are_told_by_taper():
     rows = states(8).assign(theta=np.linspace(1.0, 2.0, 8))
     figure = KINDS["state"].plot(rows)

@@ -29,7 +29,9 @@ SHOWN_NAME = 30
 )
 def state(rows: pd.DataFrame) -> Figure:
     """Shapes of single equilibria (paper Figure 8)."""
-    rows = rows[rows["status"] == "solved"]
+    solved = rows["status"] == "solved"
+    lost = list(rows["state"][~solved])
+    rows = rows[solved]
     with_numbers = len(rows) <= WITH_NUMBERS
     beside = ROOM_FOR_NUMBERS if with_numbers else 0.0
     figure, axes = style.shape_axes(rows, beside=beside)
@@ -42,7 +44,7 @@ def state(rows: pd.DataFrame) -> Figure:
     axes.set_ylim(top=max(top, rows["eta"].iloc[0]) + 0.12)
     left, right = min(map(min, rows["shape_x"])), max(map(max, rows["shape_x"]))
     axes.set_xlim(left - 0.08, right + 0.04 + beside)
-    axes.set_title(_title(rows))
+    axes.set_title(_title(rows) + _without(lost))
     return figure
 
 
@@ -53,6 +55,13 @@ def _title(rows: pd.DataFrame) -> str:
     one_place = rows["x1"].nunique() == 1
     where = rf"$(x_1, y_1) = ({row['x1']:g}, {row['eta']:g})$"
     return ", ".join([*known, where if one_place else rf"$y_1 = {row['eta']:g}$"])
+
+
+def _without(lost: list[str]) -> str:
+    """Say in a line below a title which state has no result, or how many have none."""
+    if not lost:
+        return ""
+    return f"\nwithout a result: {_shortened(lost[0]) if len(lost) == 1 else f'{len(lost)} states'}"
 
 
 def _draw_with_numbers(axes: Axes, rows: pd.DataFrame) -> None:
