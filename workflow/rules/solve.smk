@@ -37,7 +37,9 @@ rule points:
         neighbours=lambda wildcards: expand(
             rules.curves.output, block=neighbours_of_block(wildcards.block)
         ),
-        code=sources_file("tables.refining", "sticking.collocation", "pipeline.jobs"),
+        code=sources_file(
+            "tables.added", "tables.refining", "sticking.collocation", "pipeline.jobs"
+        ),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.points.parquet",
     log:
