@@ -285,14 +285,14 @@ def test_a_change_of_contact_is_closed_in():
 
 def test_what_is_left_over_is_told_in_stretches():
     """As long as the gaps together, of which those that touch are one stretch."""
-    ends = ("0.1", "0.15", "0.2"), ("0.4", "0.45")
+    ends = ("0.1", "0.15", "0.2"), ("0.4", "0.45", "0.5")
     unmet = [tuple(map(Decimal, gap)) for some in ends for gap in pairwise(some)]
     halved = Halved(added=(Decimal("0.15"),), switches=(), unmet=tuple(unmet))
     line = Line(grid="main", axis="mu0", at=Decimal("0.01"), halved=halved)
-    assert line.left_over == Decimal("0.15")
+    assert line.left_over == Decimal("0.2")
     assert str(line) == (
         "dx0 0.01: 1 value of mu0 added to main; "
-        "not within the tolerance at closest: mu0 0.1 to 0.2, 0.4 to 0.45"
+        "not within the tolerance at closest: mu0 0.1 to 0.2, 0.4 to 0.5"
     )
 
 

@@ -418,11 +418,11 @@ def test_what_is_known_of_a_period_by_its_ratio(told, status, least):
         assert found[1] == pytest.approx(least)
 
 
-def doubts_of(clamp, begins, smooth=True):
+def doubts_of(clamp, begins, smooth=True, cut=False):
     """What is doubted of the first of two periods."""
     clamp, begins = np.array(clamp, dtype=float), np.array(begins)
     ends = np.append(begins[1:], len(clamp)) - 1
-    spans = Spans(begins=begins, ends=ends, cut=np.zeros(len(ends), bool))
+    spans = Spans(begins=begins, ends=ends, cut=np.array([cut, False]))
     found = _doubts(clamp, spans, SimpleNamespace(smooth=np.array([smooth, True])))
     assert not found[1].periods[1] and not found[2].periods[1]
     return [one.doubt.name for one in found if one.periods[0]]
@@ -434,6 +434,7 @@ def test_a_friction_by_the_ratio_is_doubted(way):
     assert doubts_of(way * even, [0, 4]) == []
     assert doubts_of(way * even, [0, 3]) == ["FEW"]
     assert doubts_of(way * even, [0, 6], smooth=False) == ["ROUGH"]
+    assert doubts_of(way * even, [0, 6], cut=True) == ["GAP_AFTER"]
     # Of steps of 1 most are usual, and several samples at a step do not count.
     for gap, lost in ((10.0, []), (10.1, ["GAP_AFTER"])):
         assert doubts_of(way * (even + np.where(even > 5, gap - 1.0, 0.0)), [0, 6]) == lost

@@ -219,3 +219,14 @@ def test_words_below_the_table_are_no_titles():
     found = layout_of(f"mm;N;kN\n{NUMBERS}end;of;all", "a file")
     assert found.titles == ("mm", "N", "kN")
     assert found.left_out == {FOOTER: (6,)}
+
+
+def test_lines_of_titles_and_units_are_those_that_are_there():
+    for head, titles, units in (
+        ("", 0, 0),
+        ("Weg;Fx;Fz\n", 1, 0),
+        ("Bench 7\nmm;N;kN\n", 2, 0),
+        ("Bench 7\nWeg;Fx;Fz\nmm;N;kN\n", 2, 3),
+    ):
+        found = layout_of(head + NUMBERS, "a file")
+        assert (found.title_line, found.unit_line) == (titles, units)
