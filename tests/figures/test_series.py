@@ -353,6 +353,7 @@ def test_an_asymptote_is_drawn_where_the_rod_is_followed_past_the_lock():
     rows = ROWS["past_lock"](2)
     assert len(dashed(rows)) == 2
     assert dashed(rows[rows.status == "slip"]) == []
+    assert len(dashed(rows[rows.status == "lock"].groupby("theta").head(1))) == 2
     never = rows.theta == 3.0
     lifts = rows.assign(mu_lock=rows.mu_lock.where(~never, np.inf))
     assert len(dashed(lifts[~never | (lifts.status == "slip")])) == 1
