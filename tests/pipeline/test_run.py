@@ -23,6 +23,8 @@ from vibrissa.pipeline.events import *
 *ARGUMENTS, _, pipe = sys.argv[1:]
 send = Connection(int(pipe), readable=False).send
 """
+# One in each line: paths may have spaces.
+SHOW = "print(*ARGUMENTS, sep='\\n')"
 GRIDS = "grids: {g: {theta: [1], mu0: [0.3], eta: [0.85], dx0: [0.005]}}\n"
 RUN = """
 import os, sys
@@ -71,8 +73,8 @@ def last_lines(result, count=1):
 
 def test_arguments_go_through_to_snakemake(wrapped):
     Path("my.yaml").write_text(f"study: mine\n{GRIDS}")
-    result = wrapped("print(*ARGUMENTS)", "--configfile", "my.yaml", "-n", "--cores", "3")
-    assert result.stdout.split() == [
+    result = wrapped(SHOW, "--configfile", "my.yaml", "-n", "--cores", "3")
+    assert result.stdout.splitlines() == [
         *("--configfile", "my.yaml"),
         *("--snakefile", str(places.SNAKEFILE)),
         *("--workflow-profile", str(places.PROFILES / "default")),
@@ -679,7 +681,7 @@ def test_a_lock_that_is_not_this_commands_is_explained(wrapped):
 )
 def test_a_profile_is_found_by_its_path_or_name(wrapped, name, path):
     Path("workflow/profiles/mine").mkdir(parents=True)
-    arguments = wrapped("print(*ARGUMENTS)", "--workflow-profile", name).stdout.split()
+    arguments = wrapped(SHOW, "--workflow-profile", name).stdout.splitlines()
     assert arguments[2:4] == ["--workflow-profile", path]
 
 
@@ -699,11 +701,11 @@ def test_a_folder_that_is_named_may_be_there(folder):
 @pytest.mark.slow
 def test_the_study_runs_in_the_folder_that_is_named(wrapped, folder):
     Path("my.yaml").write_text(f"study: mine\n{GRIDS}")
-    code = "print(*ARGUMENTS); Path('here').touch()"
+    code = f"{SHOW}; Path('here').touch()"
     result = wrapped(code, "--configfile", "my.yaml", "-d", "a/b", "all")
     assert result.returncode == 0, result.stderr
     assert (folder / "a/b/here").exists()
-    assert result.stdout.split()[:2] == ["--configfile", str(folder / "my.yaml")]
+    assert result.stdout.splitlines()[:2] == ["--configfile", str(folder / "my.yaml")]
     assert "-d" not in result.stdout.split()
 
 
