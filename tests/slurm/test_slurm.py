@@ -177,8 +177,7 @@ def test_the_tables_are_the_same_as_without_a_cluster(cluster, hold, tmp_path):
     assert project.tables().keys() == {"stiction", "scans", "states"}
     assert_same_tables(project, here)
 
-    lines = [line.split("|") for line in slurm("squeue --states=all -h -o %j|%T|%N")]
-    jobs = [(state, node) for name, state, node in lines if name.startswith("vibrissa_")]
+    jobs = all_jobs()
     assert {state for state, _ in jobs} == {"COMPLETED"}
     assert {node for _, node in jobs} == {"n1", "n2"}
     blocks = list(project.root.glob("results/*/blocks/*/*.curves.parquet"))
@@ -189,6 +188,27 @@ def test_the_tables_are_the_same_as_without_a_cluster(cluster, hold, tmp_path):
     )
     assert "(100%) done" in project.said
     assert "Nothing to do" in project.run("slurm", *SOON)
+
+
+@pytest.mark.parametrize(("closest", "jobs"), [({"mu0": 0.02}, 2), ({"theta": 0.3}, 4)], ids=str)
+def test_points_that_refine_adds_are_those_of_one_machine(cluster, tmp_path, closest, jobs):
+    """A block is one job, or two where points of a block need curves of another one."""
+    refine = {"tolerance": 0.001, "closest": closest}
+    study = SMALL | {"grids": {"main": AXES | {"mu0": [0.3, 0.5], "refine": refine}}}
+    here = local(study, tmp_path / "here")
+    project = Project(tmp_path / "there", study, cluster)
+    before = len(all_jobs())
+    assert "refine added " in project.run("slurm", *SOON)
+    points = project.table("stiction")
+    assert points["added_to"].null_count == 12 < len(points)
+    assert_same_tables(project, here)
+    assert len(all_jobs()) == before + jobs
+
+
+def all_jobs():
+    """State and node of each job of a study, also of those that have ended."""
+    lines = [line.split("|") for line in slurm("squeue --states=all -h -o %j|%T|%N")]
+    return [(state, node) for name, state, node in lines if name.startswith("vibrissa_")]
 
 
 def running_on(node):

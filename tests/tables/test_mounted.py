@@ -56,7 +56,7 @@ def test_the_table_has_each_point_in_the_order_of_the_curves(collected):
 
 def test_points_of_a_polynomial_that_are_missing_are_named(collected):
     mask = [row["curvature_powers"] != "0.1" for row in collected.to_pylist()]
-    missing = r"8 grid points are missing, such as \(theta, mu0, .*curvature, curvature_powers, "
+    missing = r"lacks 8 grid points, such as \(theta, mu0, .*curvature, curvature_powers, "
     with pytest.raises(TableError, match=missing) as error:
         list(checked_points([collected.filter(pa.array(mask))], STUDY.point_grids))
     assert "(1, 0.2, 0.85, 0.001, 0, 0, -0.05, '0.1', 0)" in str(error.value)

@@ -199,7 +199,7 @@ def test_added_points_do_not_depend_on_blocks_and_no_curve_is_solved_for_them(fr
     fresh.write("tiny.yaml", REFINED)
     fresh.run(STICTION)
     study, alone = parsed(REFINED), fresh.stiction()
-    list(checked_points([alone], study.point_grids, study.refinements))
+    list(checked_points([alone], study.point_grids, study.refinements.keys()))
     assert 0 < alone["added_to"].null_count < len(alone)
     (_, log) = sorted(fresh.root.glob("results/tiny/logs/points/*.log"))
     assert "of mu0 added to main; 1 change of kind closed in" in log.read_text()
@@ -244,7 +244,7 @@ def test_added_curves_do_not_depend_on_blocks(fresh):
     fresh.write("tiny.yaml", WITH_CURVES)
     fresh.run(STICTION)
     study, apart = parsed(WITH_CURVES), fresh.stiction()
-    list(checked_points([apart], study.point_grids, study.refinements))
+    list(checked_points([apart], study.point_grids, study.refinements.keys()))
     thetas, etas = (set(apart[name].to_pylist()) for name in ("theta", "eta"))
     assert len(thetas) > 2 and len(etas) > 2
     together = WITH_CURVES.replace("study: tiny", "study: together").replace("size: 1", "size: 4")

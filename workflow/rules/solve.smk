@@ -86,12 +86,8 @@ rule stiction:
     threads: COLLECTING_THREADS
     params:
         grids={name: encode_grid(grid) for name, grid in STUDY.point_grids.items()},
-        refinements={name: encode_refinement(one) for name, one in STUDY.refinements.items()},
-        refining={
-            block: refining
-            for block in POINT_BLOCKS
-            if (refining := refining_of_block(block))["refinements"]
-        },
+        refined=list(STUDY.refinements),
+        refining={block: refining_of_block(block) for block in POINT_BLOCKS if STUDY.refinements},
         study_file=study_file("grids"),
     message:
         "collecting the table of grid points"

@@ -3,30 +3,27 @@
 from pathlib import Path
 
 from vibrissa.pipeline import jobs
-from vibrissa.study.codec import decode_grid, decode_refinement
+from vibrissa.study.codec import decode_grid
 from vibrissa.tables import schemas, store
-from vibrissa.tables.added import check_refined, refined_summary
+from vibrissa.tables.added import refined_summary
 from vibrissa.tables.collect import collect
-from vibrissa.tables.completeness import POINT_ORDER, checked_points
+from vibrissa.tables.completeness import POINT_ORDER, check_refined, checked_points
 
 with jobs.logged(snakemake.log[0]):
     grids = {name: decode_grid(axes) for name, axes in snakemake.params.grids.items()}
-    refinements = {
-        name: decode_refinement(texts) for name, texts in snakemake.params.refinements.items()
-    }
+    refined = frozenset(snakemake.params.refined)
     threads = snakemake.threads
     found = collect(snakemake.input.points, schemas.STICTION, POINT_ORDER, threads)
     schema = found.schema
-    if refinements:
-        refining = snakemake.params.refining
-        named = {Path(path).name.partition(".")[0]: path for path in snakemake.input.points}
-        for block in refining:
-            check_refined(named[block], refining[block])
-        summary = refined_summary(named[block] for block in refining)
+    if refined:
+        for path in snakemake.input.points:
+            block = Path(path).name.partition(".")[0]
+            check_refined(path, snakemake.params.refining[block])
+        summary = refined_summary(snakemake.input.points)
         print(summary)
         schema = schema.with_metadata(schema.metadata | {store.REFINED: summary.encode()})
     store.write_parts(
-        checked_points(found.parts, grids, refinements),
+        checked_points(found.parts, grids, refined),
         schema,
         snakemake.output[0],
         snakemake.params.study_file,
