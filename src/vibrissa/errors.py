@@ -19,6 +19,10 @@ class ArgumentError(VibrissaError, ValueError):
     """An argument that is out of range; the message names it, its value and what is allowed."""
 
 
+class UnknownNameError(ArgumentError):
+    """A name that is none of those that there are; the message spells them as they stand there."""
+
+
 class StudyError(VibrissaError):
     """A study file that cannot be run; the message is that of its first mistake.
 

@@ -205,6 +205,31 @@ def test_mistakes_get_one_line(arguments, message, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        (["--clamp-angle", "3 kg"], "--clamp-angle must be an angle with a unit such as rad,"),
+        (["--clamp-angle=3 kg"], "--clamp-angle must be an angle with a unit such as rad,"),
+        (
+            ["--clamp-compliance", "1", "--clamp-stiffness", "1"],
+            "give --clamp-compliance or --clamp-stiffness, not both",
+        ),
+        # Here the name is that of a tolerance, or of a key of a file.
+        (["--tolerance", "clamp_angle=-1"], "the tolerance of clamp_angle must not be negative"),
+        (["--clamp-angle", "0", "--tolerance", "clmp_angle=1"], "; did you mean clamp_angle?"),
+        (["--clamp-angle", "0", "--rod", "misspelled.toml"], "; did you mean clamp_angle?"),
+        (["--rod", "heavy.toml"], "clamp_angle must be an angle"),
+    ],
+)
+def test_options_are_named_as_they_were_typed(typed, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "misspelled.toml").write_text("clmp_angle = 1\n")
+    (tmp_path / "heavy.toml").write_text('clamp_angle = "3 kg"\n')
+    result = run("identify", "none.csv", *WHISKER, *typed, "-o", "friction.csv")
+    assert result.exit_code == 2
+    assert result.output.startswith("vibrissa: ") and message in result.output
+
+
 def test_without_a_command_all_are_listed():
     shown = run().output
     assert shown.splitlines() == run("--help").output.splitlines() and "identify" in shown

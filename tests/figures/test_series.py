@@ -500,6 +500,28 @@ def test_an_axis_of_the_mounting_is_shown_in_its_unit(axis, unit, label):
     assert figure.get_supxlabel().endswith(label)
 
 
+@pytest.mark.parametrize("count", [3, 12])
+@pytest.mark.parametrize(
+    ("without", "drawn", "told"),
+    [
+        (["x0_slip", "reaction_fx_slip", "reaction_fy_slip", "reaction_m_slip"], 1, "no tip slips"),
+        (["mu_lock"], 4, r"onset of slip at $\mu_0 = 0.2$; no tip locks"),
+        ([], 5, r"onset of slip at $\mu_0 = 0.2$"),
+    ],
+)
+def test_what_no_mounting_has_is_said_and_takes_no_room(without, drawn, told, count):
+    rows = ROWS["mounting"](count).assign(**dict.fromkeys(without, np.nan))
+    # A tip that lifts off before it locks has no lock, either.
+    figure = KINDS["mounting"].plot(rows.replace({"mu_lock": np.nan}, np.inf))
+    panels = [axes for axes in figure.axes if axes.lines]
+    assert len(panels) == drawn and len(figure.axes) == drawn + (count > len(style.COLORS))
+    assert all(np.isfinite(line.get_ydata()).all() for axes in panels for line in axes.lines[:3])
+    # Each column of panels has its numbers below.
+    assert [axes for axes in panels if axes.xaxis.get_tick_params()["labelbottom"]] == panels[-2:]
+    title = figure.get_suptitle() or figure.legends[0].get_title().get_text()
+    assert told in title
+
+
 @pytest.mark.parametrize("penetrates", [True, False])
 @pytest.mark.parametrize("count", [3, 40])
 def test_states_have_a_legend_where_it_has_something_to_say(count, penetrates):

@@ -132,7 +132,7 @@ def test_without_an_onset_there_is_nothing_to_prove():
     ("arguments", "message"),
     [
         ((2, -0.1, 0.85), "mu0 must be positive"),
-        ((0.5, 0.1, 0.85), "at least 1"),
+        ((0.5, 0.1, 0.85), "between 1 and"),
         ((2, 0.1, 1.5), "between 0 and 1"),
         (("two", 0.1, 0.85), "^theta must be a number, got 'two'$"),
         ((2, float("nan"), 0.85), "^mu0 must be a number, got nan$"),

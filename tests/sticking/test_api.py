@@ -10,7 +10,7 @@ import vibrissa
 from vibrissa import Status, solve_curve, solve_onset, solve_state
 from vibrissa.errors import ArgumentError
 from vibrissa.sticking import collocation
-from vibrissa.sticking.api import solve_states
+from vibrissa.sticking.api import MOST_TAPER, solve_states
 
 
 def test_figure_8_state():
@@ -99,6 +99,13 @@ def test_onset_that_cannot_be_solved_is_failed():
     assert "try a larger eta" in onset.message
 
 
+@pytest.mark.filterwarnings("error")
+def test_the_largest_taper_is_not_solved_and_says_so():
+    onset = solve_onset(theta=MOST_TAPER, mu0=0.3, eta=0.85)
+    assert onset.status is Status.FAILED
+    assert "a theta closer to 1" in onset.message
+
+
 @pytest.mark.slow
 def test_onset_out_of_reach_says_why():
     onset = solve_onset(theta=3.1, mu0=5.0, eta=0.15, section="planar")
@@ -111,6 +118,8 @@ def test_onset_out_of_reach_says_why():
     [
         ({"theta": 0.99}, "theta"),
         ({"theta": float("nan")}, "theta"),
+        ({"theta": 100001.0}, "theta .* between 1 and 100000, got 100001"),
+        ({"theta": 1e300}, "theta .* between 1 and 100000, got 1e.300"),
         ({"eta": 0.0}, "eta"),
         ({"eta": 1.0}, "eta"),
         ({"mu0": 0.0}, "mu0"),

@@ -224,6 +224,30 @@ def test_what_kills_runs_or_brings_up_a_cluster_is_never_asked():
     assert not [name for name in asked if "faults" in name]
 
 
+@pytest.mark.parametrize(
+    ("file", "changed"),
+    [
+        ("test_a.py", {"test_a.py"}),
+        ("a.yaml", {"test_a.py"}),
+        ("inputs.yaml", {"test_b.py"}),
+        ("other.yaml", set()),
+    ],
+)
+def test_cases_in_a_file_beside_a_test_are_a_part_of_it(file, changed, tmp_path):
+    folder = tmp_path / "tests/x"
+    folder.mkdir(parents=True)
+    (folder / "test_a.py").write_text("KNOWN = Known(__file__)")
+    (folder / "test_b.py").write_text('open("inputs.yaml")')
+    for name in ("a.yaml", "inputs.yaml", "other.yaml"):
+        (folder / name).write_text("case: 1")
+    before = recording.digests(tmp_path)
+    (folder / file).write_text("case: 2")
+    after = recording.digests(tmp_path)
+    assert {name for name in before if after[name] != before[name]} == {
+        f"tests/x/{name}" for name in changed
+    }
+
+
 @pytest.fixture
 def checkout(tmp_path, monkeypatch):
     """Make a small project of two commits' worth of changes."""

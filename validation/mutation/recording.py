@@ -74,7 +74,7 @@ class Recording:
     sources
         The text of each module, as it was.
     files
-        A digest of each file of tests, as it was.
+        A digest of each file of tests with its cases, as it was.
     broken
         Tests that fail in a copy as it is; they are not asked.
     shared
@@ -251,13 +251,25 @@ def at_import(text: str) -> set[str]:
 
 
 def digests(root: Path = ROOT) -> dict[str, str]:
-    """Return a digest of each Python file of the tests that may be asked."""
+    """Return a digest of each Python file of the tests that may be asked, with its cases."""
     paths = sorted((root / "tests").rglob("*.py"))
     return {
-        path.relative_to(root).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        path.relative_to(root).as_posix(): digest(path)
         for path in paths
         if APART.isdisjoint(path.relative_to(root).parts)
     }
+
+
+def digest(path: Path) -> str:
+    """Return a digest of a file of tests and of the YAML beside it: of its name, or named in it."""
+    text = path.read_bytes()
+    own = f"{path.stem.removeprefix('test_')}.yaml"
+    cases = [
+        file.read_bytes()
+        for file in sorted(path.parent.glob("*.yaml"))
+        if file.name == own or file.name.encode() in text
+    ]
+    return hashlib.sha256(b"".join([text, *cases])).hexdigest()
 
 
 def sources(root: Path = ROOT) -> dict[str, str]:

@@ -1,5 +1,7 @@
 """The command line ``vibrissa``: puts the commands together, each loaded when it is called."""
 
+import re
+from collections.abc import Sequence
 from importlib import import_module
 from keyword import iskeyword
 from typing import Annotated, Any
@@ -7,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from vibrissa.errors import UndeterminedError, VibrissaError
+from vibrissa.errors import ArgumentError, UndeterminedError, UnknownNameError, VibrissaError
 
 # What the list of commands says of each. A command's own file, with NumPy, SciPy and the solvers,
 # is imported only when that command is called.
@@ -21,9 +23,23 @@ COMMANDS = {
 }
 
 
+# An option of several words: in Python and in a rod file its name has underscores.
+SEVERAL_WORDS = re.compile(r"--([a-z]+(?:-[a-z]+)+)(?==|$)")
+
+
 def module_of(name: str) -> str:
     """Name the module of a command; a word of Python's own cannot be the name of one."""
     return f"vibrissa.cli.{name}{'_' * iskeyword(name)}"
+
+
+def as_typed(error: Exception, arguments: Sequence[str]) -> str:
+    """Tell an error with its options as they were typed: ``--clamp-angle``, not ``clamp_angle``."""
+    message = str(error)
+    if not isinstance(error, ArgumentError) or isinstance(error, UnknownNameError):
+        return message
+    for typed in filter(None, map(SEVERAL_WORDS.match, arguments)):
+        message = re.sub(rf"\b{typed[1].replace('-', '_')}\b", typed[0], message)
+    return message
 
 
 class Commands(TyperGroup):
@@ -37,8 +53,9 @@ class Commands(TyperGroup):
         }
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
-        """Load the command that is called."""
+        """Load the command that is called, and keep what was typed after it."""
         name, command, rest = super().resolve_command(ctx, args)
+        ctx.obj = tuple(rest)
         if name is not None and command is not None:
             command = typer.main.get_command(import_module(module_of(name)).app)
         return name, command, rest
@@ -50,7 +67,7 @@ class Commands(TyperGroup):
         except BrokenPipeError:
             raise
         except (VibrissaError, OSError) as error:
-            typer.echo(f"vibrissa: {error}", err=True)
+            typer.echo(f"vibrissa: {as_typed(error, ctx.obj)}", err=True)
             raise typer.Exit(1 if isinstance(error, UndeterminedError) else 2) from None
 
 

@@ -11,6 +11,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.sensor.identification.recording import WITH_ROD, Method
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Quantity, chosen
+from vibrissa.sticking.api import MOST_TAPER
 
 # The least and the largest value; equal for a value that is given.
 Range = tuple[float, float]
@@ -136,7 +137,8 @@ class Requirements:
         self._require("noise", max(self.noise) < np.inf, "be finite")
         single = self.diameter[0] == self.diameter[1]
         self._require("stock", not (self.stock and single), "not be given with a diameter")
-        self._require_range("theta", self.theta[0] >= 1.0, "be at least 1")
+        tapers = self.theta[0] >= 1.0 and self.theta[1] <= MOST_TAPER
+        self._require_range("theta", tapers, f"lie between 1 and {MOST_TAPER:g}")
         self._require_range("eta", self.eta[0] > 0.0 and self.eta[1] < 1.0, "lie between 0 and 1")
         for name in ("mu0", "diameter", "length"):
             self._require_range(name, getattr(self, name)[0] > 0.0, "lie above 0")

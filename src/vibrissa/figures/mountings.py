@@ -30,10 +30,13 @@ def mounting(rows: pd.DataFrame) -> Figure:
     """Lock, onset of slip and loads on the clamp over one axis of the mounting, for each θ."""
     over = max(AXES, key=lambda axis: rows[axis].nunique())
     label, unit = AXES[over]
-    figure = style.page(7.2)
-    panels = figure.subplots(3, 2, sharex=True).ravel()
+    # Where every tip locks there is no onset to be drawn, and where none locks, no lock.
+    shown = {column: name for column, name in PANELS.items() if np.isfinite(rows[column]).any()}
+    lines = -(-len(shown) // 2)
+    figure = style.page(1.2 + 2.0 * lines)
+    panels = figure.subplots(lines, min(len(shown), 2), sharex=True, squeeze=False).ravel()
     series = Series(rows["theta"], r"\theta")
-    for panel, (column, name) in zip(panels, PANELS.items(), strict=False):
+    for panel, (column, name) in zip(panels, shown.items(), strict=False):
         for theta, points in rows.sort_values(over).groupby("theta"):
             # Infinite where the tip lifts off instead: no point to draw.
             values = points[column].replace(np.inf, np.nan)
@@ -47,16 +50,20 @@ def mounting(rows: pd.DataFrame) -> Figure:
         if rows[over].min() < 0.0 < rows[over].max():
             panel.axvline(0.0, color=style.SURFACE, linewidth=0.6, linestyle=":")
         panel.set_ylabel(name)
+    for panel in panels[len(shown) :]:
+        panel.remove()
+    for panel in panels[max(len(shown) - 2, 0) : len(shown)]:
+        panel.tick_params(labelbottom=True)
     first = rows.iloc[0]
-    panels[-1].remove()
-    title = rf"$\eta = {first['eta']:g}$; onset of slip at $\mu_0 = {first['mu0']:g}$"
+    slips = "onset of slip" if "x0_slip" in shown else "no tip slips"
+    locks = "" if "mu_lock" in shown else "; no tip locks"
+    title = rf"$\eta = {first['eta']:g}$; {slips} at $\mu_0 = {first['mu0']:g}${locks}"
     if series.few:
         handles, _ = panels[0].get_legend_handles_labels()
         figure.legend(handles=handles, loc="outside upper center", ncols=4, fontsize=9, title=title)
     else:
         figure.suptitle(title)
         series.colorbar(panels[0])
-    panels[3].tick_params(labelbottom=True)
     figure.supxlabel(label, fontsize=10)
     return figure
 

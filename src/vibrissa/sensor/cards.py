@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, UnknownNameError
 
 ENDING = ".toml"
 
@@ -45,5 +45,5 @@ def read_card(path: Path, needed: Sequence[str], optional: Sequence[str] = ()) -
     if unknown or missing:
         said = f"{', '.join(missing)} missing" if missing else f"{unknown[0]} is not known"
         keys = ", ".join((*needed, *optional))
-        raise ArgumentError(f"{path}: {said}; the keys are {keys}")
+        raise UnknownNameError(f"{path}: {said}; the keys are {keys}")
     return {name: str(value) for name, value in found.items()}

@@ -21,6 +21,9 @@ from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.stiction import Stiction, read_curve
 
+# A rod of 1 mm at the clamp would have a tip of 10 nm.
+MOST_TAPER = 1e5
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class EquilibriumState(ContactState):
@@ -143,9 +146,10 @@ def _check(
     _check_numbers(theta=theta, eta=eta)
     if not isinstance(mounting, Mounting):
         raise ArgumentError(f"mounting must be a Mounting, got {mounting!r}")
-    if not (np.isfinite(theta) and theta >= 1.0):
+    if not 1.0 <= theta <= MOST_TAPER:
         raise ArgumentError(
-            f"theta is base over tip diameter and must be at least 1, got {theta!r}"
+            "theta is base over tip diameter and must lie between 1 and "
+            f"{MOST_TAPER:g}, got {theta!r}"
         )
     if not 0.0 < eta < 1.0:
         divide = ": divide the height by the length L" if eta > 1.0 else ""

@@ -83,11 +83,11 @@ def test_errors_of_travels_are_those_of_onsets_within_a_step():
 def test_the_friction_of_a_slip_is_that_on_its_way_weighted_by_the_normal_force():
     """On a surface whose friction rises evenly it is that at the mean place of the work."""
     slips = EnergySlips(RESPONSE, 0.7)
-    place, gap = np.array([0.43, 0.48, 0.55]), np.array([0.0005, 0.002])
+    place, gap = np.array([0.43, 0.48, 0.55]), np.array([0.0005, 0.005, 0.001])
     mu0, way = np.array([0.2, 0.4, 0.3]), np.array([0.25, 0.35])
     points, parts = _averages(slips, place, np.append(mu0, way), gap)
     assert parts[:3] @ points == pytest.approx(place) and parts.sum(axis=1) == pytest.approx(1.0)
-    start = slips.onset(mu0[:2]) + 0.5 * gap
+    start = slips.onset(mu0[:2]) + 0.5 * gap[:2]
     rest = slips.rest(start, way)
     for i, mean in enumerate(parts[3:] @ points):
         x0 = np.linspace(start[i], rest[i], 2001)
@@ -131,6 +131,14 @@ def test_one_friction_is_read_with_steps_that_are_very_different(gap):
 def test_a_tip_that_rests_pulled_with_nearly_all_its_friction_tells_none():
     mean, deviation = read_travels(RESPONSE, 0.05, *even_run(0.05, 0.3, np.full(4, 0.0005)))
     assert np.isnan(mean).all() and np.isnan(deviation).all()
+
+
+def test_after_a_long_step_alone_a_tip_may_rest_pulled_with_nearly_all_its_friction():
+    gap = np.array([0.0005, 0.0005, 0.02, 0.0005, 0.0005])
+    mean, _ = read_travels(RESPONSE, 0.6, *even_run(0.6, 0.3, gap))
+    assert np.isnan(mean).tolist() == [False, False, True, True, True]
+    mean, _ = read_travels(RESPONSE, 0.6, *even_run(0.6, 0.3, np.full(5, 0.0005)))
+    assert np.isfinite(mean).all()
 
 
 def test_a_travel_too_long_for_any_friction_tells_none():

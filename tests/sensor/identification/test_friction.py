@@ -372,6 +372,15 @@ def test_few_samples_in_a_period_or_at_all_do_not_tell_the_sign_of_the_clamp(
         check_columns(known_setup(Straight()), recording, FINE)
 
 
+def test_steps_from_or_to_a_reading_of_no_state_do_not_hide_the_sign_of_the_clamp():
+    clamp, readings = slipping(10)
+    # No contact makes up for an error across the slopes; along them, the rod seems to jump.
+    readings[::3] += 5.0 * np.cross(SLOPES, [0.0, 1.0, 0.0]) + 0.1 * SLOPES
+    check_columns(known_setup(Straight()), recording_of(clamp, readings), FINE)
+    with pytest.raises(MixedColumnsError, match="bends against the motion"):
+        check_columns(known_setup(Straight()), recording_of(-clamp, readings), FINE)
+
+
 @pytest.mark.parametrize(
     ("factor", "said"),
     [

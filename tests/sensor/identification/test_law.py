@@ -103,7 +103,7 @@ def test_the_states_after_kinetic_slips_tell_the_ratio(ratio):
 
 
 def test_few_slips_do_not_tell_the_ratio():
-    with pytest.raises(UndeterminedError, match="give kinetic_ratio"):
+    with pytest.raises(UndeterminedError, match="after its slips: give it"):
         read("kinetic", 0.8, "kinetic", None, to="0.02")
 
 

@@ -13,7 +13,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Self
 
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, UnknownNameError
 from vibrissa.files import write_atomically
 from vibrissa.sensor.given.tolerances import TOLERABLE, read_tolerances
 from vibrissa.sensor.given.values import Given
@@ -190,7 +190,7 @@ def keys_of(path: Path | str) -> dict[str, Any]:
 def _check_key(where: str, name: str, allowed: tuple[str, ...]) -> None:
     if name not in allowed:
         near = get_close_matches(name, allowed, 1)
-        raise ArgumentError(
+        raise UnknownNameError(
             f"{where}: there is no key {name}; did you mean {near[0]}?"
             if near
             else f"{where}: there is no key {name}; there are {', '.join(allowed)}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, UnknownNameError
 from vibrissa.sensor.quantities import Kind, Quantity, Units, in_si
 
 if TYPE_CHECKING:
@@ -236,7 +236,7 @@ def check_name(name: str, what: str = "a tolerance is of") -> None:
     if name not in TOLERABLE:
         near = get_close_matches(name, TOLERABLE, 1)
         meant = f"; did you mean {near[0]}?" if near else ""
-        raise ArgumentError(f"{what} one of {', '.join(TOLERABLE)}, got {name!r}{meant}")
+        raise UnknownNameError(f"{what} one of {', '.join(TOLERABLE)}, got {name!r}{meant}")
 
 
 def read_tolerances(

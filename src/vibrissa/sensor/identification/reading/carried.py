@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import UnknownNameError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.identification.adjusting.properties import Bench, Component, components_of
@@ -107,7 +107,7 @@ def bearing_tolerances(
     """
     for name in given:
         if name not in BEARING:
-            raise ArgumentError(
+            raise UnknownNameError(
                 f"the method ratio uses no rod: a tolerance is of one of {', '.join(BEARING)}, "
                 f"got {name!r}"
             )

@@ -235,7 +235,7 @@ def _regressed(
         mean=float(values[0]), log_deviation=float(np.log(GUESS)), log_length=float(np.log(GUESS))
     )
     for _ in range(ROUNDS):
-        points, parts = _averages(slips, place, values, gap[:-1])
+        points, parts = _averages(slips, place, values, gap)
         squares = (points[:, None] - points) ** 2
         linear = slips.linearised(values[:n], values[n:], gap)
         rest = measured - linear.travel + linear.slopes @ values
@@ -294,11 +294,11 @@ def _most_likely(
 
 
 def _averages(
-    slips: EnergySlips, place: FloatArray, values: FloatArray, step: FloatArray
+    slips: EnergySlips, place: FloatArray, values: FloatArray, gap: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Points on the surface, and the weights of their friction at each contact and in each slip."""
     n = len(place)
-    start = slips.onset(values[: n - 1]) + 0.5 * step
+    start = slips.onset(values[: n - 1]) + 0.5 * gap[:-1]
     end = slips.rest(start, values[n:])
     between = place[:-1, None] + np.diff(place)[:, None] * NODES
     normal = np.abs(slips.branch(start[:, None] + (end - start)[:, None] * NODES)[..., 1])

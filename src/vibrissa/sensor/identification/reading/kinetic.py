@@ -65,7 +65,7 @@ def ratio_after_slips(seen: "Seen") -> KineticRatio:
     value = float(np.median(each)) if len(each) >= FEWEST else np.nan
     if not 0.0 < value < 1.0:
         raise UndeterminedError(
-            "the recording does not tell the kinetic ratio after its slips: give kinetic_ratio"
+            "the recording does not tell the kinetic ratio after its slips: give it"
         )
     scatter = float(each.std(ddof=1))
     shared = np.sqrt(max(float(by_step.mean()) ** 2 - scatter**2, 0.0))
