@@ -15,13 +15,20 @@ from scipy.integrate import solve_bvp
 
 from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
-from vibrissa.mechanics.newton import solve
 from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
 from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking import shooting
 from vibrissa.sticking.collocation import STEP_SIZES, solve_curves
 from vibrissa.sticking.continuation import begin, first_segment
-from vibrissa.sticking.refinement import Pieces, combined, flat, folded, guess_from
+from vibrissa.sticking.refinement import (
+    STATES_ALONG_PIECE,
+    Pieces,
+    combined,
+    flat,
+    guess_from,
+    interpolated,
+    solve_at,
+)
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
 # Steps of one period of sticking; the slow methods take every so manyth.
@@ -30,6 +37,9 @@ STRIDE = 4
 RANDOM_CURVES = 256
 # States at equal steps of x0 along each of the random curves, up to where −tan α has fallen.
 STATES = 200
+# Nodes along these rods, and Chebyshev points along their curves: so many as tell what inverses are
+# needed, and as many as the states at the steps can be interpolated from.
+NODES, FEW, ENOUGH = 40, STATES_ALONG_PIECE[0], 41
 
 
 @pytest.fixture(scope="module")
@@ -62,14 +72,14 @@ def test_collocation_random_curves(benchmark):
 
 
 def test_states_on_random_curves(benchmark):
-    """States at steps along curves: solved from few of each curve, and the residual of each asked.
+    """States at steps along curves, interpolated from few of each, and the residual of each asked.
 
     What `solve_curves` does besides, locating lock and end and looking at stability and reach, is
     left out, as the other methods do not do it.
     """
     random = np.random.default_rng(1)
     theta, eta = random.uniform(1, 4, RANDOM_CURVES), random.uniform(0.7, 0.95, RANDOM_CURVES)
-    nodes, position = 40, np.linspace(0.0, 1.0, STATES)
+    position = np.linspace(0.0, 1.0, STATES)
 
     def run():
         begun, _ = begin(theta, eta, STEP_SIZES[0], Contact.POINT)
@@ -82,15 +92,13 @@ def test_states_on_random_curves(benchmark):
             start=np.zeros(RANDOM_CURVES),
             length=segment.last * segment.step,
         )
-        few = guess_from(segment, pieces).on_nodes(nodes)
-        known = chebyshev_nodes(len(few))
-        states, _, inverse = solve(flat(few), np.tile(eta, len(known)), pieces.closure_at(known))
-        matrix = interpolation(len(known), position)
-        guess = combined(matrix, folded(states, len(known)))
-        near = matrix.astype(np.float32) @ inverse.reshape(len(known), -1)
-        closure, height = pieces.closure_at(position), np.tile(eta, STATES)
-        found, _, _ = solve(flat(guess), height, closure, near.reshape(-1, *inverse.shape[1:]))
-        return pieces, found, largest_residual(found, height, closure)
+        path = guess_from(segment, pieces).on_nodes(NODES)
+        path, inverse = solve_at(path, pieces, chebyshev_nodes(FEW))
+        path, inverse = interpolated(FEW, chebyshev_nodes(ENOUGH), path, inverse)
+        path, _ = solve_at(path, pieces, chebyshev_nodes(ENOUGH), inverse)
+        found = flat(combined(interpolation(ENOUGH, position), path))
+        height = np.tile(pieces.height, STATES)
+        return pieces, found, largest_residual(found, height, pieces.closure_at(position))
 
     pieces, found, residual = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
     good = residual <= 1e-12

@@ -236,13 +236,13 @@ def test_a_branch_ends_at_its_end_though_a_later_state_would_go_on(end):
 def test_pieces_are_solved_as_often_as_they_were(name, monkeypatch):
     """Nodes, states and pieces of each try: what a curve costs."""
     tries = []
-    solve_at = refinement._solve_at
+    solve_at = refinement.solve_at
 
     def noted(guess, pieces, position, inverse=None):
         known = "begun anew" if inverse is None else "known nearly"
         tries.append(f"{guess.nodes} x {len(position)} x {len(pieces)}, {known}")
         return solve_at(guess, pieces, position, inverse)
 
-    monkeypatch.setattr(refinement, "_solve_at", noted)
+    monkeypatch.setattr(refinement, "solve_at", noted)
     solve_curve(**CASES[name])
     KNOWN.check(f"tries of {name}", tries)

@@ -180,7 +180,7 @@ def resolve(pieces: Pieces, guess: RodStates) -> Iterator[Resolved]:
         rows = np.flatnonzero(pending)
         if not len(rows):
             continue
-        few, _ = _solve_at(_of_pieces(probe, rows).on_nodes(nodes), pieces.take(rows), position)
+        few, _ = solve_at(_of_pieces(probe, rows).on_nodes(nodes), pieces.take(rows), position)
         good = np.flatnonzero(_rod_decay(few) < DECAY_TOLERANCE)
         if len(good):
             start = _of_pieces(guess, rows[good]).on_nodes(nodes).copy()
@@ -211,7 +211,7 @@ def _resolve(
     `inverse` corrects the states, of shape (states, pieces, k, k).
     """
     count, nodes = len(guess), guess.nodes
-    path, inverse = _solve_at(guess, pieces, chebyshev_nodes(count), inverse)
+    path, inverse = solve_at(guess, pieces, chebyshev_nodes(count), inverse)
     states = _sticking_states(path, pieces)
     rod, decay = _rod_decay(path) < DECAY_TOLERANCE, _curve_decay(states)
     residual = np.full(len(pieces), np.inf)
@@ -237,12 +237,12 @@ def _resolve(
         rows = np.flatnonzero(fine & (wanted == more))
         known = _of_pieces(path, rows), inverse[:, rows]
         if np.isfinite(more):
-            better_guess = _interpolated(count, chebyshev_nodes(int(more)), *known)
+            better_guess = interpolated(count, chebyshev_nodes(int(more)), *known)
             yield from _resolve(pieces.take(rows), *better_guess, halvings)
         elif halvings:
             for share, half in _halves(pieces.take(rows)):
                 position = share + 0.5 * chebyshev_nodes(STATES_ALONG_PIECE[0])
-                yield from _resolve(half, *_interpolated(count, position, *known), halvings - 1)
+                yield from _resolve(half, *interpolated(count, position, *known), halvings - 1)
 
 
 def _halves(pieces: Pieces) -> Iterator[tuple[float, Pieces]]:
@@ -252,10 +252,27 @@ def _halves(pieces: Pieces) -> Iterator[tuple[float, Pieces]]:
         yield share, replace(pieces, start=start, length=pieces.length / 2.0)
 
 
-def _interpolated(
+def interpolated(
     count: int, position: FloatArray, path: RodStates, inverse: SingleArray
 ) -> tuple[RodStates, SingleArray]:
-    """States, and what corrects them, at other places than `count` Chebyshev points."""
+    """Interpolate states, and what corrects them, from Chebyshev points to other places.
+
+    Parameters
+    ----------
+    count : int
+        Number of Chebyshev points.
+    position : ndarray, shape (places,)
+        Fractions of the pieces' length.
+    path : RodStates
+        With `count` states along each piece.
+    inverse : ndarray, shape (count, pieces, k, k)
+        What corrects them.
+
+    Returns
+    -------
+    path : RodStates
+    inverse : ndarray, shape (places, pieces, k, k)
+    """
     matrix = interpolation(count, position)
     flat = matrix.astype(np.float32) @ inverse.reshape(len(inverse), -1)
     return combined(matrix, path), flat.reshape(-1, *inverse.shape[1:])
@@ -322,10 +339,27 @@ def combined(matrix: FloatArray, path: RodStates) -> RodStates:
     return replace(path.each(along), theta=same(path.theta), mounting=mounting)
 
 
-def _solve_at(
+def solve_at(
     guess: RodStates, pieces: Pieces, position: FloatArray, inverse: SingleArray | None = None
 ) -> tuple[RodStates, SingleArray]:
-    """Solve states at fractions of the pieces' length, all together."""
+    """Solve states at fractions of the pieces' length, all together.
+
+    Parameters
+    ----------
+    guess : RodStates
+        Path with a state at each place.
+    pieces : Pieces
+    position : ndarray, shape (places,)
+        The fractions.
+    inverse : ndarray, shape (places, pieces, k, k), optional
+        What corrects the states (`coarse_inverse`), where it is known.
+
+    Returns
+    -------
+    path : RodStates
+        NaN where a state was not found.
+    inverse : ndarray, shape (places, pieces, k, k)
+    """
     count = len(position)
     known = None if inverse is None else inverse.reshape(-1, *inverse.shape[2:])
     height = np.tile(pieces.height, count)
