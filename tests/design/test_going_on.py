@@ -44,6 +44,12 @@ def written(found, folder):
     return path
 
 
+def run_design(rod, output):
+    """The command, of which a test replaces what takes long."""
+    asked = [part for name, value in ASKED.items() for part in (f"--{name}", value)]
+    return CliRunner().invoke(app, ["design", *asked, "--rod", str(rod), "-o", str(output)])
+
+
 def test_what_was_given_is_in_the_rod_file_of_the_result(wire, tmp_path):
     requirements, given = wire
     found = design(requirements)
@@ -112,8 +118,7 @@ def test_the_command_writes_a_rod_file_that_solve_reads(wire, tmp_path, monkeypa
     monkeypatch.setattr(command, "find_design", lambda *_: found)
     monkeypatch.setattr(Design, "tolerances", lambda _: "tolerances")
     path = tmp_path / "ROD.TOML"
-    asked = ["design", "--step", "50 um", "--mu0", "0.2 to 0.35", "--rod", str(wire[1])]
-    result = CliRunner().invoke(app, [*asked, "-o", str(path)])
+    result = run_design(wire[1], path)
     assert result.exit_code == 0, result.output
     assert result.output.endswith("\ntolerances\n")
     assert path.read_text(encoding="utf-8").startswith(f"# vibrissa design: {found.message}\n\n")
@@ -124,19 +129,17 @@ def test_the_command_writes_a_rod_file_that_solve_reads(wire, tmp_path, monkeypa
 def test_a_rod_that_violates_limits_is_not_written(wire, tmp_path, monkeypatch):
     found = replace(design(wire[0]), status=DesignStatus.NONE)
     monkeypatch.setattr(command, "find_design", lambda *_: found)
-    path = tmp_path / "rod.toml"
-    asked = ["design", "--step", "50 um", "--mu0", "0.2 to 0.35", "--rod", str(wire[1])]
-    result = CliRunner().invoke(app, [*asked, "-o", str(path)])
-    assert result.exit_code == 1 and not path.exists()
     # The tolerances of a rod that cannot be used are not asked for.
-    assert "which all periods share" not in result.output
+    monkeypatch.setattr(Design, "tolerances", lambda _: pytest.fail("tolerances are asked for"))
+    path = tmp_path / "rod.toml"
+    result = run_design(wire[1], path)
+    assert result.exit_code == 1 and not path.exists()
     assert f"{path} is not written: the rod violates limits\n" in result.stderr
 
 
 def test_the_rod_file_that_is_read_is_not_overwritten(wire):
-    asked = ["design", "--step", "50 um", "--mu0", "0.2 to 0.35", "--rod", str(wire[1])]
-    other = wire[1].parent / "." / "wire.toml"
-    result = CliRunner().invoke(app, [*asked, "-o", str(other)])
+    folder = wire[1].parent
+    result = run_design(wire[1], folder / ".." / folder.name / "wire.toml")
     assert result.exit_code == 2
     assert result.output.endswith("is the rod file that is read: write another one\n")
     assert wire[1].read_text(encoding="utf-8") == WIRE

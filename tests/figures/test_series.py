@@ -438,13 +438,21 @@ def test_where_no_tip_locks_the_figure_says_so():
     assert axes.texts[0].get_text() == "no tip locks"
 
 
-@pytest.mark.parametrize("kind", ["taper", "friction", "past_lock"])
-def test_the_onset_of_a_single_point_is_seen(kind):
+@pytest.mark.parametrize(
+    ("kind", "status", "marker"),
+    [
+        ("taper", "slip", "_"),
+        ("friction", "slip", "_"),
+        ("past_lock", "slip", "o"),
+        ("past_lock", "lock", "o"),
+    ],
+)
+def test_a_single_point_is_seen(kind, status, marker):
     rows = ROWS[kind](1)
-    figure = KINDS[kind].plot(rows[rows.theta == rows.theta.min()].head(1))
+    figure = KINDS[kind].plot(rows[rows.status == status].head(1))
     for axes in figure.axes:
-        onset = next(line for line in axes.lines if len(line.get_xdata()) == 1)
-        assert onset.get_marker() == ("o" if kind == "past_lock" else "_")
+        point = next(line for line in axes.lines if len(line.get_xdata()) == 1)
+        assert point.get_marker() == marker and np.isfinite(point.get_ydata()).all()
     several = KINDS[kind].plot(ROWS[kind](6)).axes[0].lines[0]
     assert len(several.get_xdata()) > 1 and several.get_marker() in ("", "None")
 
