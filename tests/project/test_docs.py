@@ -9,15 +9,14 @@ from pkgutil import resolve_name
 import pytest
 import typer
 import yaml
+from matplotlib import pyplot
 from typer.testing import CliRunner
 
+import small_study
 from vibrissa import solve_curve
 from vibrissa.cli.app import app
-from vibrissa.study.codec import decode_grid, decode_key
-from vibrissa.study.grid import points_on_curves
 from vibrissa.study.parsing import parse_study
 from vibrissa.tables import store
-from vibrissa.tables.points import points_tables
 
 ROOT = Path(__file__).parents[2]
 PAGES = {
@@ -44,27 +43,20 @@ def commands():
     return [arguments for name, *arguments in filter(None, words) if name == "vibrissa"]
 
 
-@pytest.fixture(scope="module")
-def stiction():
-    """A table with rows of which something can be drawn: a tip that slips, and one that locks."""
-    axes = {"theta": ["2"], "mu0": ["0.3", "0.9"], "eta": ["0.85"], "dx0": ["0.001"]}
-    ((_, points),) = points_on_curves([decode_key(["2", "0.85"])], {"grid": decode_grid(axes)})
-    (table,) = points_tables([(points, solve_curve(2, 0.85))], "mine")
-    return table
-
-
 # Such as matplotlib's where a legend has nothing to name.
 @pytest.mark.filterwarnings("error::UserWarning")
 @pytest.mark.slow
 @pytest.mark.parametrize(("page", "code"), blocks("python"))
-def test_python_runs(page, code, stiction, tmp_path, monkeypatch, capsys):
+def test_python_runs(page, code, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for study in ("paper", "mine"):
         folder = tmp_path / f"results/{study}/tables"
         folder.mkdir(parents=True)
-        store.write(stiction, folder / "stiction.parquet")
+        store.write(small_study.stiction(), folder / "stiction.parquet")
     for library in re.findall(r"^import (\w+)", code, re.MULTILINE):
         pytest.importorskip(library)
+    # What an earlier block drew would hide what matplotlib warns of.
+    pyplot.close("all")
     exec(compile(code, page, "exec"), {})
     printed = capsys.readouterr().out
     shown = re.findall(r"print\(.*\)  # (.*)$", code, re.MULTILINE)

@@ -260,9 +260,10 @@ def test_added_curves_do_not_depend_on_blocks(fresh):
 
 @pytest.mark.parametrize(("study", "groups"), [(REFINED, 2), (WITH_CURVES, 0)])
 def test_blocks_are_jobs_of_a_cluster_each_by_itself(pristine, tmp_path, study, groups):
-    """Also where points of a block need curves of others, which would be one job for all."""
+    """None at all where points of a block need curves of others: they would be one job."""
     (tmp_path / "tiny.yaml").write_text(study)
     said = pristine.call([*SNAKEMAKE, "-n", "-s", pristine.root / "Snakefile"], cwd=tmp_path)
+    assert said.returncode == 0, said.stderr
     assert said.stdout.count("Group job block") == groups, said.stderr
 
 
@@ -405,10 +406,12 @@ def test_results_that_were_made_elsewhere_are_not_taken_for_those_of_another_stu
 
 def test_results_that_were_made_elsewhere_are_used_as_the_documentation_says(done):
     shutil.rmtree(done.root / ".snakemake")
+    # The clone is younger: without --touch all would be solved anew.
     for path in done.root.glob("results/**/*"):
         os.utime(path, (0, 0))
     done.run("--touch", command=SNAKEMAKE)
     assert done.jobs() == {}
+    assert "Nothing here says" not in done.run("-n").stderr
     done.edit("tiny.yaml", *LONGER_MU0)
     assert done.jobs(STICTION) == {"points": 2, "stiction": 1}
 
