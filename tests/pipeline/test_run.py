@@ -527,7 +527,6 @@ print("once")
 Path("results/here/tables/a.parquet").touch()
 record = json.dumps(dict(damaged="results/here/tables/a.parquet", errno=None))
 Path("a.failure.json").write_text(record)
-time.sleep(0.2)
 send({Failed(jobs=[job("curves", ["a", "b"], "a.log")])!r})
 sys.exit(1)
 """

@@ -13,9 +13,9 @@ from vibrissa.tables.proofs import Proof
 from vibrissa.tables.records import comparison_table
 
 
-def repeated(table, schema, key, count, **values):
+def repeated(table, schema, key, names, **values):
     """A table of the same rows under other names."""
-    rows = [row | {key: f"{n:02}"} | values for n in range(count) for row in table.to_pylist()]
+    rows = [row | {key: name} | values for name in names for row in table.to_pylist()]
     return table.from_pylist(rows, schema=schema)
 
 
@@ -34,15 +34,16 @@ def proof(state, quantity, midpoint):
 @pytest.mark.parametrize(("count", "rows"), [(40, 40), (41, 40)])
 def test_of_a_long_table_the_first_rows_are_shown(count, rows):
     one, scan = states().slice(0, 1), scans().slice(0, 2)
+    names = [f"{n:02}" for n in range(count)]
     found = {
-        "states": repeated(one, schemas.STATES, "state", count),
-        "scans": repeated(scan, schemas.SCANS, "scan", count),
+        "states": repeated(one, schemas.STATES, "state", names),
+        "scans": repeated(scan, schemas.SCANS, "scan", names),
     }
     (force,) = one.column("f").to_pylist()
-    proved = proofs.Proved([proof(f"{n:02}", "f", force) for n in range(count)])
+    proved = proofs.Proved([proof(name, "f", force) for name in names])
     marked, digits, moved = tables.sections(found, proved)
     for section in (marked, digits, moved):
-        assert section.columns[0].cells == [f"{n:02}" for n in range(rows)]
+        assert section.columns[0].cells == names[:rows]
         said = f"Shown are the first {rows} of {count} rows."
         assert (said in section.note) is ("Shown" in section.note) is (rows < count)
     assert "proved = ✓" in marked.note
@@ -55,11 +56,11 @@ def test_what_one_row_has_is_no_constant_and_nothing_is_not_told():
     one = states().slice(0, 1)
     (section,) = tables.sections({"states": one})
     assert (section.note, len(section.columns)) == ("", len(tables.STATES))
-    exact = repeated(one, schemas.STATES, "state", 1, residual=1.2345e-13, f=1.23456789)
+    exact = repeated(one, schemas.STATES, "state", ["a"], residual=1.2345e-13, f=1.23456789)
     (section,) = tables.sections({"states": exact})
     cells = {column.name: column.cells for column in section.columns}
     assert (cells["residual"], cells["force"]) == (["1.2·10⁻¹³"], ["1.2346"])
-    twice = repeated(one, schemas.STATES, "state", 2, residual=None, f=1 / 3)
+    twice = repeated(one, schemas.STATES, "state", ["a", "b"], residual=None, f=1 / 3)
     (section,) = tables.sections({"states": twice})
     assert [column.name for column in section.columns] == ["state"]
     assert "force = 0.33333" in section.note and "residual" not in section.note
@@ -149,12 +150,11 @@ def test_a_comparison_is_shown_at_the_ends_and_in_the_middle_of_its_axes():
 
 
 def test_scans_and_comparisons_stand_in_the_order_of_the_study():
-    names, scan = ["late", "early", "middle"], scans().slice(0, 2)
-    rows = [row | {"scan": name} for name in names for row in scan.to_pylist()]
-    (section,) = tables.sections({"scans": scans().from_pylist(rows, schema=schemas.SCANS)})
+    names = ["late", "early", "middle"]
+    table = repeated(scans().slice(0, 2), schemas.SCANS, "scan", names)
+    (section,) = tables.sections({"scans": table})
     assert section.columns[0].cells == names
     compared = comparison_table("one", compare([1, 2], [0.2], [0.85]), "a")
-    rows = [row | {"comparison": name} for name in names for row in compared.to_pylist()]
-    table = compared.from_pylist(rows, schema=schemas.COMPARISONS)
+    table = repeated(compared, schemas.COMPARISONS, "comparison", names)
     shown = [section.title for section in tables.sections({"comparisons": table})]
     assert shown == [f"Comparison {name}" for name in names]

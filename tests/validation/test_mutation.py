@@ -84,7 +84,7 @@ def test_a_sample_has_something_of_each_package_and_is_the_same_each_time():
 
 
 def statements(source):
-    """Text of each statement outside functions: of the module and of its classes."""
+    """Text of each top-level statement, and of each statement of a class."""
     lines = source.splitlines()
     for node in ast.parse(source).body:
         for inner in node.body if isinstance(node, ast.ClassDef) else [node]:
@@ -101,9 +101,9 @@ def test_equivalent_mutants_are_still_there():
         # Only the functions and constants in which they are.
         for text in statements(SOURCES[module]):
             lines = [" ".join(line.split()) for line in text.splitlines()]
-            near = {n for n, line in enumerate(lines, 1) if line in wanted}
-            if near:
-                found = (one for one in mutants.mutants_of(module, text) if one.line in near)
+            here = {n for n, line in enumerate(lines, 1) if line in wanted}
+            if here:
+                found = (one for one in mutants.mutants_of(module, text) if one.line in here)
                 gone -= {(module, *one.change(text)) for one in found}
     assert not gone
 

@@ -338,17 +338,17 @@ def test_each_mix_up_is_named_that_brings_the_readings_to_the_rod(said):
     assert text.endswith("a minus before a title turns the sign: 'moment_z=-Mz'")
 
 
-def slipping(samples, step=0.005):
-    """A clamp in 200 steps, and a rod that slips back to where it was after so many samples."""
+def slipping(samples):
+    """A clamp in 200 steps, and displacements that slip back to the first after so many samples."""
     rows = np.arange(201)
-    return step * rows, Straight()(0.1 + step * (rows % samples))
+    return 0.005 * rows, 0.1 + 0.005 * (rows % samples)
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 @pytest.mark.parametrize("rests", [1, 3])
 def test_a_clamp_position_with_the_other_sign_is_refused(way, rests):
-    clamp, readings = (np.repeat(each, rests, axis=0) for each in slipping(10))
-    turned = Straight()(0.1 + way * (readings[:, 2] / SLOPES[2] - 0.1))
+    clamp, x0 = (np.repeat(each, rests) for each in slipping(10))
+    turned = Straight()(0.1 + way * (x0 - 0.1))
     # Sticking and slipping while the clamp moves forward, or back.
     check_columns(known_setup(Straight()), recording_of(way * clamp, turned), FINE)
     with pytest.raises(MixedColumnsError, match="column footpoint has the other sign"):
@@ -363,17 +363,16 @@ def test_a_clamp_position_with_the_other_sign_is_refused(way, rests):
 def test_few_samples_in_a_period_or_at_all_do_not_tell_the_sign_of_the_clamp(
     samples, count, refused
 ):
-    clamp, readings = slipping(samples)
-    recording = recording_of(-clamp[:count], readings[:count])
-    if not refused:
-        check_columns(known_setup(Straight()), recording, FINE)
-        return
-    with pytest.raises(MixedColumnsError, match="bends against the motion"):
+    clamp, x0 = slipping(samples)
+    recording = recording_of(-clamp[:count], Straight()(x0[:count]))
+    said = "bends against the motion"
+    with pytest.raises(MixedColumnsError, match=said) if refused else nullcontext():
         check_columns(known_setup(Straight()), recording, FINE)
 
 
 def test_steps_from_or_to_a_reading_of_no_state_do_not_hide_the_sign_of_the_clamp():
-    clamp, readings = slipping(10)
+    clamp, x0 = slipping(10)
+    readings = Straight()(x0)
     # No contact makes up for an error across the slopes; along them, the rod seems to jump.
     readings[::3] += 5.0 * np.cross(SLOPES, [0.0, 1.0, 0.0]) + 0.1 * SLOPES
     check_columns(known_setup(Straight()), recording_of(clamp, readings), FINE)
@@ -393,12 +392,9 @@ def test_steps_from_or_to_a_reading_of_no_state_do_not_hide_the_sign_of_the_clam
     ],
 )
 def test_a_clamp_position_in_another_unit_is_refused(factor, said):
-    clamp, readings = slipping(10)
-    recording = recording_of(factor * clamp, readings)
-    if said is None:
-        check_columns(known_setup(Straight()), recording, FINE)
-        return
-    with pytest.raises(MixedColumnsError, match=said):
+    clamp, x0 = slipping(10)
+    recording = recording_of(factor * clamp, Straight()(x0))
+    with nullcontext() if said is None else pytest.raises(MixedColumnsError, match=said):
         check_columns(known_setup(Straight()), recording, FINE)
 
 
@@ -410,12 +406,19 @@ def test_noise_or_slips_in_every_step_are_no_other_unit(factor):
     x0 = 0.2 + random.uniform(-0.02, 0.02, len(clamp))
     recording = recording_of(factor * clamp, Straight()(x0))
     check_columns(known_setup(Straight()), recording, FINE)
-    few = recording_of(10.0 * clamp[:20], Straight()(0.1 + clamp[:20]))
-    check_columns(known_setup(Straight()), few, FINE)
+
+
+@pytest.mark.parametrize(("samples", "refused"), [(20, False), (21, True)])
+def test_few_samples_tell_no_unit(samples, refused):
+    clamp = 0.005 * np.arange(samples)
+    recording = recording_of(10.0 * clamp, Straight()(0.1 + clamp))
+    with pytest.raises(MixedColumnsError, match="smaller unit") if refused else nullcontext():
+        check_columns(known_setup(Straight()), recording, FINE)
 
 
 def test_a_clamp_that_rests_or_readings_of_no_state_tell_no_sign():
-    clamp, readings = slipping(10)
+    clamp, x0 = slipping(10)
+    readings = Straight()(x0)
     check_columns(known_setup(Straight()), recording_of(np.zeros(201), readings), FINE)
     off = readings + 5.0 * np.cross(SLOPES, [0.0, 1.0, 0.0])
     check_columns(known_setup(Straight()), recording_of(-clamp, off), FINE)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vibrissa.errors import RecordingError
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.importing.decoding import decoded
-from vibrissa.sensor.importing.layout import COMMENTS, FOOTER, SIGNS, Separator, layout_of
+from vibrissa.sensor.importing.layout import FOOTER, SIGNS, Separator, layout_of
 
 TITLES = ["Weg", "Fx", "Fz"]
 ROWS = [(0.0, 0.5, -1.25), (0.02, 0.625, -1.375), (0.04, 0.75, -12.5), (0.06, 0.5, -1.0)]
@@ -203,16 +203,6 @@ def test_what_was_written_comes_back_or_is_asked_for(separator, decimal, numbers
 
 
 NUMBERS = "0,0;0,5;-1,25\n0,1;0,6;-1,3\n0,2;0,7;-1,5\n0,3;0,5;-1,0\n"
-
-
-def test_a_comment_is_named_once_wherever_it_is():
-    found = layout_of(f"Weg;Fx;Fz\n# a;b;c\n{NUMBERS}", "a file")
-    assert found.left_out == {COMMENTS: (2,)}
-
-
-def test_a_comment_with_the_titles_is_not_left_out():
-    found = layout_of(f"# Weg;Fx;Fz\n{NUMBERS}", "a file")
-    assert (found.titles, found.left_out) == (("Weg", "Fx", "Fz"), {})
 
 
 def test_words_below_the_table_are_no_titles():
