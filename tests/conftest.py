@@ -8,6 +8,7 @@ from hypothesis import settings
 
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.design import search
+from vibrissa.sticking import api
 from vibrissa.study.grid import points_on_curves
 from vibrissa.study.parsing import parse_study
 from vibrissa.tables import records, schemas, store
@@ -37,6 +38,12 @@ def _caches(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("caches")))
         yield
+
+
+@pytest.fixture(autouse=True)
+def _no_kept_curves():
+    """No test gets a curve that another one has solved."""
+    api._kept_curve.cache_clear()
 
 
 @pytest.fixture(scope="session")

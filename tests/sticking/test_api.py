@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vibrissa
-from vibrissa import Status, solve_curve, solve_onset, solve_state
+from vibrissa import Mounting, Status, solve_curve, solve_onset, solve_state
 from vibrissa.errors import ArgumentError
 from vibrissa.sticking import collocation
 from vibrissa.sticking.api import MOST_TAPER, solve_states
@@ -30,6 +30,33 @@ def test_a_state_lies_on_its_sticking_curve(theta):
     state, on_curve = solve_state(theta, 0.85, curve.x1_init - x0), curve.state(x0)
     for name in ("f", "alpha", "phi1", "reaction_fx", "reaction_fy", "reaction_m"):
         assert getattr(state, name) == pytest.approx(float(getattr(on_curve, name)), abs=1e-11)
+
+
+def test_a_curve_is_solved_once_and_cannot_be_changed(monkeypatch):
+    """Each argument that a curve depends on makes another one."""
+    solved, solve = [], collocation.solve_curves
+    monkeypatch.setattr(
+        collocation, "solve_curves", lambda *args: solved.append(args) or solve(*args)
+    )
+    first, second = (solve_onset(2, mu0, eta=0.6) for mu0 in (0.2, 0.3))
+    assert len(solved) == 1 and first.x0_slip < second.x0_slip
+    curve = solve_curve(2.0, 0.6)
+    assert curve is solve_curve(theta=2, eta=0.6, contact="point", section="round")
+    with pytest.raises(ValueError, match="read-only"):
+        curve.pieces[0].states.x0[0] = 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        curve.pulled[-1].states.s_c[0] = 1.0
+    others = (
+        {"theta": 2.5},
+        {"eta": 0.8},
+        {"contact": "line"},
+        {"section": "planar"},
+        {"mounting": Mounting(clamp_angle=0.01)},
+        {"mounting": Mounting(clamp_angle=-0.01)},
+    )
+    found = [solve_curve(**{"theta": 2, "eta": 0.6, **other}) for other in others]
+    assert len(solved) == 1 + len(others)
+    assert len({(c.mu_lock, c.x0_end, c.section, c.mounting) for c in [curve, *found]}) == 7
 
 
 def test_shape_ends_at_the_contact_point():

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from functools import lru_cache
 from numbers import Real
 
 import numpy as np
@@ -23,6 +24,8 @@ from vibrissa.sticking.stiction import Stiction, read_curve
 
 # A rod of 1 mm at the clamp would have a tip of 10 nm.
 MOST_TAPER = 1e5
+# Curves that are kept, some kilobytes each: whoever varies mu0 asks for the same one again.
+KEPT_CURVES = 256
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -357,7 +360,8 @@ def solve_curve(
     Returns
     -------
     StickingCurve
-        ``out_of_reach`` also where there is no state with α = 0 to begin with.
+        ``out_of_reach`` also where there is no state with α = 0 to begin with. By collocation it is
+        the same object again where it was solved before, and its arrays cannot be changed.
 
     Raises
     ------
@@ -372,7 +376,9 @@ def solve_curve(
     """
     _check(theta, eta, method, contact, mounting, section)
     if method == Solver.COLLOCATION:
-        return solve_curves([theta], [eta], contact, [mounting], section)[0]
+        return _kept_curve(
+            float(theta), float(eta), Contact(contact), mounting, RodSection(section)
+        )
     if dx0 is not None:
         _check_numbers(dx0=dx0)
     if dx0 is None or not dx0 > 0.0:
@@ -381,6 +387,20 @@ def solve_curve(
     from vibrissa.sticking import shooting
 
     return shooting.solve_curve(theta, eta, dx0, section=RodSection(section))
+
+
+@lru_cache(KEPT_CURVES)
+def _kept_curve(
+    theta: float, eta: float, contact: Contact, mounting: Mounting, section: RodSection
+) -> StickingCurve:
+    """Solve a curve alone, and keep it."""
+    (curve,) = collocation.solve_curves(
+        np.array([theta]), np.array([eta]), contact, [mounting], section
+    )
+    for piece in (*curve.pieces, *curve.pulled):
+        for values in piece.states.columns.values():
+            values.flags.writeable = False
+    return curve
 
 
 def solve_onset(
