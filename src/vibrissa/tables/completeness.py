@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cache, lru_cache
-from itertools import chain, islice
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -122,13 +122,13 @@ def check_refined(path: str | Path, refining: Mapping[str, Any]) -> None:
     wanted = pa.concat_tables([_POINT.empty_table(), *_tables(added_points(account))])
     for problem, keys in _problems(added, added, wanted).items():
         if keys:
-            reason = _reason(problem, counted(len(keys), "added point"), keys)
+            reason = _reason(problem, counted(len(keys), "added point"), keys[:EXAMPLES])
             raise DamagedTableError(path, reason)
 
 
 def _reason(problem: Problem, count: str, points: Iterable[Key]) -> str:
-    """Say what is wrong, and name the first few points by their values of `POINT_ORDER`."""
-    rows = [dict(zip(POINT_ORDER, key, strict=True)) for key in islice(points, EXAMPLES)]
+    """Say what is wrong, and name a few of the points by their values of `POINT_ORDER`."""
+    rows = [dict(zip(POINT_ORDER, key, strict=True)) for key in points]
     names: tuple[str, ...] = AXES
     if any(row[axis] for row in rows for axis in MOUNTING_COLUMNS):
         names += MOUNTING_COLUMNS
@@ -246,9 +246,7 @@ def _problems(found: pa.Table, own: pa.Table, wanted: pa.Table) -> dict[Problem,
     """
     keys = list(POINT_ORDER)
     rows, mine, points = map(_frame, (found, own, wanted))
-    pairs = points.merge(
-        mine.drop_duplicates(keys), on=keys, how="outer", suffixes=("", "_found"), indicator="side"
-    )
+    pairs = points.merge(mine, on=keys, how="outer", suffixes=("", "_found"), indicator="side")
     both = pairs["side"] == "both"
     wrong = {
         Problem.MISSING: pairs[pairs["side"] == "left_only"],
