@@ -146,6 +146,7 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
     ("arguments", "message"),
     [
         (["solve", *WHISKER, "--mu0", "much"], "mu0 must be a number"),
+        (["import", "none.csv", "--settings", ".", "-o", "x.csv"], ". cannot be read: Is a direc"),
         (["solve", *WHISKER, "--mu0", "-1"], "mu0 must be positive, got '-1'\n"),
         (
             ["solve", *WHISKER, *ROD, "--mu0", "0.3", "--step", "-1 um"],
@@ -229,6 +230,37 @@ def test_options_are_named_as_they_were_typed(typed, message, tmp_path, monkeypa
     assert result.output.startswith("vibrissa: ") and message in result.output
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["identify", "in.csv", *WHISKER],
+        ["import", "in.csv"],
+        ["scan", *WHISKER, "--profile", "in.csv", "--step", "0.1", "--to", "1"],
+    ],
+)
+def test_a_command_does_not_write_over_what_it_reads(arguments, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.csv").write_text("x,mu0\n0,0.3\n1,0.3\n")
+    result = run(*arguments, "-o", "./in.csv")
+    assert result.exit_code == 2
+    assert result.output == "vibrissa: in.csv is a file that is read: write another one\n"
+
+
+@pytest.mark.parametrize(("law", "told"), [("free", 1), ("kinetic", 0)])
+def test_a_kinetic_ratio_that_is_not_used_is_told(law, told, tmp_path):
+    asked = ["scan", *WHISKER, "--mu0", "0.3", "--step", "0.1", "--to", "0.2", "--law", law]
+    result = run(*asked, "--kinetic-ratio", "0.5", "-o", tmp_path / "a.csv")
+    assert result.exit_code == 0
+    assert result.stderr.count("the law free uses no kinetic ratio; --law kinetic") == told
+    assert run(*asked, "-o", tmp_path / "a.csv").stderr == ""
+
+
+def test_a_path_that_is_too_short_is_told_in_the_units_of_the_rod(tmp_path):
+    asked = ["scan", *WHISKER, *ROD, "--mu0", "0.3", "--step", "1 mm", "-o", tmp_path / "a.csv"]
+    assert "at least one step of 1 mm long" in run(*asked, "--to", "0.2 mm").output
+    assert "a step of 1 mm is too small" in run(*asked, "--to", "1e9 km").output
+
+
 def test_without_a_command_all_are_listed():
     shown = run().output
     assert shown.splitlines() == run("--help").output.splitlines() and "identify" in shown
@@ -296,6 +328,8 @@ def test_units_are_exact_decimals():
     units = Units(Rod(2.1e11, 1e-3, 0.1))
     assert str(units.read("20 um", Kind.LENGTH, "step")) == "0.0002"
     assert str(units.read("0.001", Kind.LENGTH, "step")) == "0.001"
+    for angle in ("90°", "90 °", "90 deg"):
+        assert float(units.read(angle, Kind.ANGLE, "turn")) == np.pi / 2.0
     assert units.column_factor("N*mm", Kind.MOMENT, "m") == pytest.approx(
         1e-3 / units.rod.moment_unit
     )

@@ -10,11 +10,14 @@ from typer.testing import CliRunner
 
 from known import Known
 from vibrissa.cli.app import COMMANDS, app, module_of
+from vibrissa.cli.import_ import _columns
+from vibrissa.cli.options import check_not_read
 from vibrissa.cli.requirements import takes_requirements
 from vibrissa.cli.whisker import Tolerances, read_pairs, say_exact, takes_whisker
 from vibrissa.design import Requirements
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Whisker
+from vibrissa.sensor.series import STANDARD
 
 KNOWN = Known(__file__)
 
@@ -109,6 +112,23 @@ def test_sizes_of_tolerances_are_read_in_pairs():
             read_pairs(["theta=1", text])
     with pytest.raises(ArgumentError, match="the tolerance of eta is given twice"):
         read_pairs(["theta=1", "eta=1", " eta =2"])
+
+
+def test_a_column_is_told_once():
+    assert _columns(["a=x", " b = y"]) == {"a": "x", "b": " y"}
+    with pytest.raises(ArgumentError, match="the column b is given twice"):
+        _columns(["a=x", "b=y", " b = z"])
+
+
+def test_files_that_are_read_are_not_overwritten(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    here = tmp_path / "a.csv"
+    check_not_read(None, here)
+    check_not_read(here, None, "b.csv")
+    check_not_read(STANDARD, STANDARD)
+    for read in (here, "a.csv", "../" + tmp_path.name + "/a.csv"):
+        with pytest.raises(ArgumentError, match="is a file that is read: write another one"):
+            check_not_read(here, "b.csv", read)
 
 
 def test_requirements_are_read_of_the_options_and_the_rod_file(tmp_path):

@@ -141,5 +141,5 @@ def test_the_rod_file_that_is_read_is_not_overwritten(wire):
     folder = wire[1].parent
     result = run_design(wire[1], folder / ".." / folder.name / "wire.toml")
     assert result.exit_code == 2
-    assert result.output.endswith("is the rod file that is read: write another one\n")
+    assert result.output.endswith("is a file that is read: write another one\n")
     assert wire[1].read_text(encoding="utf-8") == WIRE

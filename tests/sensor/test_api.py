@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -182,6 +183,10 @@ def test_what_is_estimated_comes_with_the_result(signals):
         ({"noise": [1.0, 1.0]}, "noise needs three values"),
         ({"noise": "3 mN, 3 mN"}, "noise needs three values"),
         ({"noise": "3 mN, 3 m, 1"}, "noise must be a force"),
+        ({"noise": "3 mN, -3 mN, 1 uN*m"}, "noise must be three values, none below 0 or all 0"),
+        ({"noise": "0 N, 0 N, 0 N*m"}, "noise must .* or all 0, got '0 N, 0 N, 0 N.m'"),
+        ({"noise": [np.nan, 1.0, 1.0]}, "noise must be three values, none below 0"),
+        ({"transducer": replace(SENSOR, resolution=(0, 0, 0), noise=(0, 0, 0))}, "or all 0, got"),
         ({"step": "1e-400 m", "method": "spacing"}, "step must have a size"),
     ],
 )

@@ -329,5 +329,5 @@ def test_a_scan_that_ends_with_a_lock_says_what_comes_then(whisker, said):
 def test_a_path_has_so_many_steps_at_most(monkeypatch):
     monkeypatch.setattr("vibrissa.sensor.simulation.scanning.MOST_STEPS", 6)
     assert path("0.1", ["0.5", "0.4"]) == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.4])
-    with pytest.raises(ArgumentError, match=r"step 0\.1 is too small: the path has 7 steps"):
+    with pytest.raises(ArgumentError, match=r"a step of 0\.1 is too small: the path has 7 steps"):
         path("0.1", ["0.5", "0.3"])

@@ -15,6 +15,7 @@ from vibrissa.cli.options import (
     ReadFrom,
     Transducer,
     check_files,
+    check_not_read,
     progress_bars,
     save_picture,
     say,
@@ -97,6 +98,7 @@ def identify(
     determine what is to be estimated, 2 after a mistake in the input.
     """
     check_files(output, picture)
+    check_not_read(output, recording)
     stated = [text for text in tolerances or () if text != EXACT]
     found = sensor.identify(
         whisker,

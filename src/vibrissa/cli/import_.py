@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from vibrissa.cli.options import ALONE, Out, check_files, say
+from vibrissa.cli.options import ALONE, Out, check_files, check_not_read, say
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import series
 from vibrissa.sensor.importing import Imported, Settings, import_recording
@@ -85,6 +85,7 @@ def import_(
     ends. What may be read in two ways is refused.
     """
     check_files(output, None)
+    check_not_read(output, file)
     told = {
         "encoding": encoding,
         "separator": separator,
@@ -113,6 +114,10 @@ def _columns(given: Sequence[str]) -> dict[str, str]:
     for text, (_, equals, _) in zip(given, pairs, strict=True):
         if not equals:
             raise ArgumentError(f"a column is given as name=title, got {text!r}")
+    names = [name.strip() for name, _, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ArgumentError(f"the column {name} is given twice")
     return {name.strip(): title for name, _, title in pairs}
 
 

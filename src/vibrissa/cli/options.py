@@ -88,6 +88,14 @@ def check_files(output: Path | None, picture: Path | None, *others: str) -> None
     require("plots", "matplotlib")
 
 
+def check_not_read(output: Path | None, *read: Path | str | None) -> None:
+    """Refuse to write over a file that is read; standard input and output are two."""
+    if output is None or output == STANDARD:
+        return
+    if output.resolve() in [Path(file).resolve() for file in read if file is not None]:
+        raise ArgumentError(f"{output} is a file that is read: write another one")
+
+
 def say(text: object, output: Path | None) -> None:
     """Say something on the screen, and not into a table that goes to standard output."""
     typer.echo(text, err=output == STANDARD)

@@ -7,12 +7,11 @@ from typing import Annotated, Any
 
 import typer
 
-from vibrissa.cli.options import MaybeTouch, Modulus, ReadFrom, Transducer
+from vibrissa.cli.options import MaybeTouch, Modulus, ReadFrom, Transducer, check_not_read
 from vibrissa.cli.whisker import RodOption, Tolerances, read_pairs
 from vibrissa.design.materials import MATERIALS
 from vibrissa.design.reading import read_requirements, with_rod_file
 from vibrissa.design.requirements import Requirements
-from vibrissa.errors import ArgumentError
 from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.identification.recording import Method
 
@@ -126,9 +125,8 @@ def takes_requirements(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def run(**values: Any) -> None:
-        rod, output = values["rod"], values.get("output")
-        if rod is not None and output is not None and rod.resolve() == output.resolve():
-            raise ArgumentError(f"{output} is the rod file that is read: write another one")
+        read = (values[name] for name in ("rod", "material", "transducer"))
+        check_not_read(values.get("output"), *read)
         requirements = read_options(**{name: values.pop(name) for name in options})
         command(requirements=requirements, **values)
 

@@ -12,6 +12,7 @@ from vibrissa.cli.options import (
     Picture,
     Transducer,
     check_files,
+    check_not_read,
     progress_bars,
     save_picture,
     say,
@@ -70,7 +71,12 @@ def scan(
     known only here: position of the tip, x0, friction under the tip, period and phase.
     """
     check_files(output, picture)
+    check_not_read(output, profile)
     say_exact(whisker, "scan")
+    if law is SlipLaw.FREE and kinetic_ratio is not None:
+        typer.echo(
+            "the law free uses no kinetic ratio; --law kinetic and --law energy do", err=True
+        )
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )

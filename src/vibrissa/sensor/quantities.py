@@ -86,7 +86,7 @@ MEASURED = (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
 # An exponent, as in 1e3, is no unit.
 NUMBER_AND_UNIT = re.compile(
     r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,5})?)"
-    r"\s*((?![eE][-+]?[0-9]+$)[^\W\d_].*)"
+    r"\s*((?![eE][-+]?[0-9]+$)(?:[^\W\d_]|°).*)"
 )
 DECIMAL_COMMA = re.compile(r"\d,\d")
 # What stands between a value and its tolerance: see `vibrissa.sensor.given.values`.

@@ -108,7 +108,7 @@ def test_few_slips_do_not_tell_the_ratio():
 
 
 def test_the_law_of_the_energy_needs_the_ratio():
-    with pytest.raises(ArgumentError, match="kinetic_ratio"):
+    with pytest.raises(ArgumentError, match="kinetic ratio"):
         read("energy", 0.8, "energy", None)
 
 

@@ -414,6 +414,26 @@ def test_samples_are_missing_from_ten_usual_steps_on():
     assert slipping(0.3, 0.1, 10.1 * STEP, way=-1.0) == lost
 
 
+@pytest.mark.parametrize(
+    ("after", "unclear"),
+    [
+        (0.2, False),  # after one slip, or several
+        (0.2999, True),  # as before the gap: the clamp may have jumped
+        (0.3001, True),
+        (0.4, False),  # a slip or several, and bent again
+        (0.3 + 10.2 * STEP, True),  # no slip goes back
+    ],
+)
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_where_samples_are_missing_that_alone_is_told(after, unclear, way):
+    kind = Doubt.GAP_UNCLEAR if unclear else Doubt.GAP_AFTER
+    found = slipping(0.3, after, 10.1 * STEP, way=way)
+    assert found == {Doubt.GAP_BEFORE: [False, True], kind: [True, False]}
+    # Over no more than ten steps a slip takes the tip away, or none goes that way.
+    wrong = WRONG if after > 0.2 else {}
+    assert slipping(0.3, after, 10.0 * STEP, way=way) == wrong
+
+
 def test_a_clamp_that_turns_beside_a_slip_is_told():
     assert slipping(0.3, 0.1, turned=True) == {Doubt.TURN: [True, False]}
     # So it is where the recording ends with the second sample after it, or the first was one.

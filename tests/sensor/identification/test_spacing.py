@@ -69,7 +69,7 @@ def test_travel_beyond_that_of_the_lock_is_no_onset_of_this_rod():
 
 @pytest.mark.parametrize("ratio", [None, 0.0, 1.0])
 def test_kinetic_slips_need_their_ratio(ratio):
-    with pytest.raises(ValueError, match="kinetic_ratio"):
+    with pytest.raises(ValueError, match="kinetic ratio"):
         spacing(RESPONSE, SlipLaw.KINETIC, ratio)
 
 

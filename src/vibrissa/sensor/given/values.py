@@ -56,14 +56,14 @@ class Given:
             raise ArgumentError(f"the tolerance of {what} must not be negative, got {given!r}")
         if shared:
             return cls(value=f"{value} {shared}", tolerance=f"{tolerance} {shared}")
-        unit, own = NUMBER_AND_UNIT.fullmatch(value), PARTS.fullmatch(tolerance)
-        if unit is not None and own is not None and not own[2] and not own[1].endswith("%"):
+        unit, with_unit = (NUMBER_AND_UNIT.fullmatch(part) for part in (value, tolerance))
+        alone = with_unit is None and (own := PARTS.fullmatch(tolerance)) and not own[2]
+        if unit is not None and alone and not tolerance.endswith("%"):
             raise ArgumentError(
                 f"the tolerance of {what} needs a unit, as in '{value} ± {tolerance} {unit[2]}', "
                 f"got {given!r}"
             )
         # "210 ± 5 GPa": the unit of the tolerance is that of the value, too.
-        with_unit = NUMBER_AND_UNIT.fullmatch(tolerance)
         if unit is None and with_unit is not None:
             value = f"{value} {with_unit[2]}"
         return cls(value=value, tolerance=tolerance)

@@ -47,14 +47,18 @@ def _noise(
     if transducer is not None:
         if noise is not None:
             raise ArgumentError("give the noise or the transducer, not both")
-        return np.array(transducer.deviation) / units.channels
-    if noise is None:
+        noise = transducer.deviation
+        values = np.array(noise) / units.channels
+    elif noise is None:
         return None
-    if isinstance(noise, str):
-        return units.read_channels(noise, "noise")
-    values = np.asarray(noise, dtype=float)
+    elif isinstance(noise, str):
+        values = units.read_channels(noise, "noise")
+    else:
+        values = np.asarray(noise, dtype=float)
     if values.shape != (len(CHANNELS),):
         raise ArgumentError(f"noise needs three values, got {noise!r}")
+    if not (values >= 0.0).all() or not values.any():
+        raise ArgumentError(f"noise must be three values, none below 0 or all 0, got {noise!r}")
     return values
 
 

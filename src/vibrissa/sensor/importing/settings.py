@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from vibrissa.errors import ArgumentError
+from vibrissa.errors import ArgumentError, UnknownNameError
 from vibrissa.extras import require
 from vibrissa.sensor.importing.layout import Separator
 from vibrissa.sensor.quantities import Kind, chosen, in_si
@@ -238,12 +238,14 @@ def read_file(path: Path) -> dict[str, Any]:
         given = yaml.safe_load(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ArgumentError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise ArgumentError(f"{path} cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         said = " ".join(str(error).split())
         raise ArgumentError(f"{path}: not a YAML file: {said}") from None
     if not isinstance(given, dict):
         raise ArgumentError(f"{path}: must hold keys such as columns, got {given!r}")
-    return {key: _checked(path, key, value) for key, value in _renamed(given).items()}
+    return {key: _checked(path, key, value) for key, value in _renamed(path, given).items()}
 
 
 # What the options are called where Python has a word of its own.
@@ -253,10 +255,12 @@ KEYS = tuple(
 )
 
 
-def _renamed(given: Mapping[Any, Any]) -> dict[str, Any]:
+def _renamed(path: Path, given: Mapping[Any, Any]) -> dict[str, Any]:
     unknown = [str(key) for key in given if key not in KEYS]
     if unknown:
-        raise ArgumentError(f"{unknown[0]} is no setting of an import; there are {', '.join(KEYS)}")
+        raise UnknownNameError(
+            f"{path}: {unknown[0]} is no setting of an import; there are {', '.join(KEYS)}"
+        )
     return {WORDS.get(key, key): value for key, value in given.items()}
 
 

@@ -136,7 +136,11 @@ class SurfaceScan(Batch):
     side: StrArray
 
 
-def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) -> FloatArray:
+def path(
+    step: Decimal | float | str,
+    turns: Sequence[Decimal | float | str],
+    told: Callable[[float], str] = lambda length: f"{length:g}",
+) -> FloatArray:
     """Positions of a stage that moves from 0 to each of the turns in equal steps.
 
     Parameters
@@ -145,6 +149,8 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
         Step of the stage (L).
     turns : sequence of Decimal or float or str
         Where it turns, and at last stops (L); rounded to the step before.
+    told : callable
+        How a message writes a length (L).
 
     Returns
     -------
@@ -159,14 +165,15 @@ def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) ->
     size = exact(step)
     if not size > 0:
         raise ArgumentError(f"step must be positive, got {step}")
+    length = told(float(size))
     counts = [0, *(int(exact(turn) / size) for turn in turns)]
     total = sum(abs(end - begin) for begin, end in pairwise(counts))
     if total > MOST_STEPS:
-        raise ArgumentError(f"step {step} is too small: the path has {total:.3g} steps")
+        raise ArgumentError(f"a step of {length} is too small: the path has {total:.3g} steps")
     parts = [np.zeros(1, dtype=np.int64)]
     for begin, end in pairwise(counts):
         if begin == end:
-            raise ArgumentError(f"each part of the path must be at least one step of {step} long")
+            raise ArgumentError(f"each part of the path must be at least one step of {length} long")
         sign = int(np.sign(end - begin))
         parts.append(np.arange(begin + sign, end + sign, sign))
     return step_position(np.concatenate(parts), size)

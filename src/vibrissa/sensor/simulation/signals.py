@@ -120,6 +120,7 @@ def scan(
     positions = path(
         units.read_positive(step, Kind.LENGTH, "step"),
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
+        lambda length: units.spelled(length, Kind.LENGTH),
     )
     # By the energy law a tip may come to rest where the clamp pulls. A rod that swings aside is
     # pulled, too: that is not known before.

@@ -62,6 +62,10 @@ class Doubt(Enum):
     WRONG_WAY = Grade.WRONG, "no slip goes that way"
     GAP_BEFORE = Grade.INFORMATION, "samples are missing before it, or the clamp jumped"
     GAP_AFTER = Grade.DOUBTFUL, "samples are missing after it, or the clamp jumped (measure again)"
+    GAP_UNCLEAR = (
+        Grade.WRONG,
+        "samples are missing after it, or the clamp jumped, and no slip is certain (measure again)",
+    )
     TURN = Grade.DOUBTFUL, "the clamp turned beside its end"
     FEW = (
         Grade.WRONG,
@@ -136,10 +140,12 @@ def doubts(seen: Seen, noise: FloatArray, read: Sequence[int]) -> list[Doubted]:
     went = samples.clamp[np.minimum(first + FEW, len(samples) - 1)] - samples.clamp[first]
     few = periods.counts < FEW
     misfit = zip(CHANNELS, misfits(seen, noise), strict=True)
+    wrong = _wrong_way(seen, gap, usual, lost)
     found = {
-        Doubt.WRONG_WAY: np.append(_wrong_way(seen, gap, usual), none),
+        Doubt.WRONG_WAY: np.append(wrong & ~lost, none),
         Doubt.GAP_BEFORE: np.append(none, lost),
-        Doubt.GAP_AFTER: np.append(lost, none),
+        Doubt.GAP_AFTER: np.append(lost & ~wrong, none),
+        Doubt.GAP_UNCLEAR: np.append(lost & wrong, none),
         Doubt.TURN: np.append(came * went < 0.0, none),
         Doubt.FEW: few,
         Doubt.FEW_AFTER: np.append(few[1:], none),
@@ -183,7 +189,7 @@ def misfits(seen: Seen, noise: FloatArray) -> list[BoolArray]:
     return found
 
 
-def _wrong_way(seen: Seen, gap: FloatArray, usual: float) -> BoolArray:
+def _wrong_way(seen: Seen, gap: FloatArray, usual: float, lost: BoolArray) -> BoolArray:
     """Tell which periods but the last end with a slip that no slip law allows."""
     start, x0, deviation = seen.samples.start, seen.samples.x0, seen.samples.deviation
     last, first = seen.periods.ends[:-1], seen.periods.begins[1:]
@@ -197,7 +203,9 @@ def _wrong_way(seen: Seen, gap: FloatArray, usual: float) -> BoolArray:
     error = np.hypot(states(before)[:, 0] * deviation[last], states(after)[:, 0] * deviation[first])
     # Over a longer step the slip must be certain, or it was the clamp that jumped.
     limit = np.where(np.abs(gap) > LONG * usual, -CERTAIN, CERTAIN)
-    return np.asarray(backward | unloaded | (gained > limit * error))
+    # Where samples are missing, the tip may have slipped and have been bent again.
+    several = lost & (gained > CERTAIN * error)
+    return np.asarray(backward | unloaded | ((gained > limit * error) & ~several))
 
 
 def with_reason(grade: StrArray, words: StrArray, reason: Doubted) -> tuple[StrArray, StrArray]:

@@ -109,8 +109,8 @@ def spacing(branch: Branch, law: SlipLaw | None, kinetic_ratio: float | None = N
     needs_ratio = law in (SlipLaw.KINETIC, SlipLaw.ENERGY)
     if needs_ratio and not (kinetic_ratio is not None and 0.0 < kinetic_ratio < 1.0):
         raise ArgumentError(
-            f"the spacing of {law} slips needs a kinetic_ratio above 0 and below 1, got "
-            f"{kinetic_ratio!r}"
+            f"the spacing of {law} slips needs a kinetic ratio above 0 and below 1, got "
+            f"{'none' if kinetic_ratio is None else kinetic_ratio}"
         )
     ends = {1: branch.x0_lock, -1: ALMOST * branch.x0_pull}
     needed, onsets = {}, {}
