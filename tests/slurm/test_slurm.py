@@ -190,10 +190,10 @@ def test_the_tables_are_the_same_as_without_a_cluster(cluster, hold, tmp_path):
     assert "Nothing to do" in project.run("slurm", *SOON)
 
 
-@pytest.mark.parametrize(("closest", "jobs"), [({"mu0": 0.02}, 2), ({"theta": 0.3}, 4)], ids=str)
+@pytest.mark.parametrize(("closest", "jobs"), [({"mu0": 0.02}, 2), ({"theta": 0.1}, 4)], ids=str)
 def test_points_that_refine_adds_are_those_of_one_machine(cluster, tmp_path, closest, jobs):
     """A block is one job, or two where points of a block need curves of another one."""
-    refine = {"tolerance": 0.001, "closest": closest}
+    refine = {"tolerance": 0.0001, "closest": closest}
     study = SMALL | {"grids": {"main": AXES | {"mu0": [0.3, 0.5], "refine": refine}}}
     here = local(study, tmp_path / "here")
     project = Project(tmp_path / "there", study, cluster)
