@@ -147,6 +147,14 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
     [
         (["solve", *WHISKER, "--mu0", "much"], "mu0 must be a number"),
         (["import", "none.csv", "--settings", ".", "-o", "x.csv"], ". cannot be read: Is a direc"),
+        *(
+            (
+                ["solve", "--theta", "2", "--eta", height, *ROD, "--mu0", "0.3"],
+                "eta must lie between 0 and the length of the rod, 100 mm: write a height with its "
+                f"unit, as in '85 mm', got '{height}'\n",
+            )
+            for height in ("85", "101 mm", "100 mm", "0 mm", "-85 mm")
+        ),
         (["solve", *WHISKER, "--mu0", "-1"], "mu0 must be positive, got '-1'\n"),
         (
             ["solve", *WHISKER, *ROD, "--mu0", "0.3", "--step", "-1 um"],

@@ -145,7 +145,7 @@ class Whisker:
         parts = {name: Given.read(one, name) for name, one in given.items() if one is not None}
         value = {name: one.value for name, one in parts.items()}
         rod = read_rod(*(_text(value.get(name)) for name in ("modulus", "diameter", "length")))
-        units = Units(rod)
+        units = Units(rod, wished_units([Kind.LENGTH], length, eta, diameter))
         mounting = Mounting(
             clamp_angle=float(units.read(value["clamp_angle"], Kind.ANGLE, "clamp_angle")),
             clamp_compliance=_compliance(
@@ -156,12 +156,12 @@ class Whisker:
         )
         whisker = cls(
             theta=float(units.read(value["theta"], Kind.NUMBER, "theta")),
-            eta=float(units.read(value["eta"], Kind.LENGTH, "eta")),
+            eta=_height(units, value["eta"]),
             contact=chosen(Contact, contact, "contact"),
             section=chosen(RodSection, section, "section"),
             rod=rod,
             mounting=mounting,
-            wished=wished_units([Kind.LENGTH], length, eta, diameter),
+            wished=units.wished,
         )
         tolerances = {name: one.tolerance for name, one in parts.items() if one.tolerance}
         if stiffness := tolerances.pop("clamp_stiffness", None):
@@ -303,6 +303,18 @@ class Whisker:
             if backward:
                 raise
             return respond_between(*rod, False, self.mounting, self.section)
+
+
+def _height(units: Units, eta: Quantity) -> float:
+    """Height of the surface (L); a rod of a length must reach it."""
+    height = float(units.read(eta, Kind.LENGTH, "eta"))
+    if units.rod is not None and not 0.0 < height < 1.0:
+        length = units.spelled(1.0, Kind.LENGTH)
+        raise ArgumentError(
+            f"eta must lie between 0 and the length of the rod, {length}: write a height with its "
+            f"unit, as in '85 mm', got {eta!r}"
+        )
+    return height
 
 
 def _compliance(units: Units, compliance: Quantity | None, stiffness: Quantity | None) -> float:

@@ -419,8 +419,10 @@ def test_samples_are_missing_from_ten_usual_steps_on():
     [
         (0.2, False),  # after one slip, or several
         (0.2999, True),  # as before the gap: the clamp may have jumped
-        (0.3001, True),
-        (0.4, False),  # a slip or several, and bent again
+        (0.3 + STEP, True),  # the clamp may have jumped in its next step
+        # Six deviations are 0.00085.
+        (0.3 + 1.5 * STEP + 0.0008, True),
+        (0.3 + 1.5 * STEP + 0.0009, False),  # a slip or several, and bent again
         (0.3 + 10.2 * STEP, True),  # no slip goes back
     ],
 )

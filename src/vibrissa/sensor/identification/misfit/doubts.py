@@ -203,8 +203,10 @@ def _wrong_way(seen: Seen, gap: FloatArray, usual: float, lost: BoolArray) -> Bo
     error = np.hypot(states(before)[:, 0] * deviation[last], states(after)[:, 0] * deviation[first])
     # Over a longer step the slip must be certain, or it was the clamp that jumped.
     limit = np.where(np.abs(gap) > LONG * usual, -CERTAIN, CERTAIN)
-    # Where samples are missing, the tip may have slipped and have been bent again.
-    several = lost & (gained > CERTAIN * error)
+    # Where samples are missing the tip may have slipped and the rod have been bent again, to more
+    # than a step further: where it is bent as before, it may have been the clamp that jumped.
+    further = LONG * usual + CERTAIN * np.hypot(deviation[last], deviation[first])
+    several = lost & (way * (x0[first] - x0[last]) > further)
     return np.asarray(backward | unloaded | ((gained > limit * error) & ~several))
 
 
