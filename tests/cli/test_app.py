@@ -238,6 +238,12 @@ def test_options_are_named_as_they_were_typed(typed, message, tmp_path, monkeypa
     assert result.output.startswith("vibrissa: ") and message in result.output
 
 
+def test_a_file_that_is_called_as_an_option_keeps_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run("identify", "slip_time.csv", *WHISKER, "--slip-time", "1 ms", "-o", "f.csv")
+    assert result.output == "vibrissa: slip_time.csv: there is no such file\n"
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -28,6 +28,10 @@ REQUIREMENTS = Requirements(
 )
 
 
+def test_the_largest_taper_of_all_is_allowed():
+    assert replace(REQUIREMENTS, theta=(1.0, 1e5)).theta == (1.0, 1e5)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

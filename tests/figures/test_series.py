@@ -524,10 +524,17 @@ def test_what_no_mounting_has_is_said_and_takes_no_room(without, drawn, told, co
     panels = [axes for axes in figure.axes if axes.lines]
     assert len(panels) == drawn and len(figure.axes) == drawn + (count > len(style.COLORS))
     assert all(np.isfinite(line.get_ydata()).all() for axes in panels for line in axes.lines[:3])
+    assert figure.get_figheight() == pytest.approx({1: 3.2, 4: 5.2, 5: 7.2}[drawn])
     # Each column of panels has its numbers below.
     assert [axes for axes in panels if axes.xaxis.get_tick_params()["labelbottom"]] == panels[-2:]
     title = figure.get_suptitle() or figure.legends[0].get_title().get_text()
     assert told in title
+
+
+def test_what_one_mounting_has_is_drawn():
+    rows = ROWS["mounting"](3)
+    one = rows.assign(x0_slip=rows.x0_slip.where(rows.clamp_angle == 0.0))
+    assert len(KINDS["mounting"].plot(one).axes) == 5
 
 
 @pytest.mark.parametrize("penetrates", [True, False])

@@ -195,6 +195,15 @@ def test_impossible_arguments_are_refused(whisker, signals, asked, message):
         identify(whisker, signals.to_pandas()[:300], **asked)
 
 
+@pytest.mark.slow
+def test_a_channel_without_noise_is_not_used(whisker, signals):
+    asked = {"assume": False, "noise": "3 mN, 3 mN, 0 N*m"}
+    frame = signals.to_pandas()[:300]
+    found = identify(whisker, frame, **asked)
+    other = identify(whisker, frame.assign(moment_z=frame.moment_z + 1.0), **asked)
+    assert found.periods.mu0 == pytest.approx(other.periods.mu0, nan_ok=True)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -24,7 +24,7 @@ COMMANDS = {
 
 
 # An option of several words: in Python and in a rod file its name has underscores.
-SEVERAL_WORDS = re.compile(r"--([a-z]+(?:-[a-z]+)+)(?==|$)")
+SEVERAL_WORDS = re.compile(r"--([a-z]+(?:-[a-z]+)+)")
 
 
 def module_of(name: str) -> str:

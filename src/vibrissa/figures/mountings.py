@@ -52,7 +52,7 @@ def mounting(rows: pd.DataFrame) -> Figure:
         panel.set_ylabel(name)
     for panel in panels[len(shown) :]:
         panel.remove()
-    for panel in panels[max(len(shown) - 2, 0) : len(shown)]:
+    for panel in panels[: len(shown)][-2:]:
         panel.tick_params(labelbottom=True)
     first = rows.iloc[0]
     slips = "onset of slip" if "x0_slip" in shown else "no tip slips"

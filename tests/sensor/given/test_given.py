@@ -31,6 +31,7 @@ STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
         ("210±5GPa", "210 GPa", "5GPa"),
         ("0.21 TPa ± 5 GPa", "0.21 TPa", "5 GPa"),
         ("85mm ± 0.1mm", "85mm", "0.1mm"),
+        ("85 mm ± 0,1 mm", "85 mm", "0,1 mm"),  # refused where it is read
         ("2° ± 0.5°", "2°", "0.5°"),
         ("2 ± 0.02", "2", "0.02"),
         ("2e11 ± 5e-1 Pa", "2e11 Pa", "5e-1 Pa"),

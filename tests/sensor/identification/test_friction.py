@@ -66,7 +66,7 @@ def test_a_channel_that_is_used_needs_a_noise(noise, used, said):
     with pytest.raises(RecordingError) as raised:
         checked_noise(noise, used)
     assert str(raised.value) == (
-        f"the noise of column {said} cannot be estimated from the readings: look whether "
+        f"the noise of column {said} is 0, or cannot be estimated from the readings: look whether "
         "the channel was recorded, and give the noise"
     )
 

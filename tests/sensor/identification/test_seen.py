@@ -431,6 +431,10 @@ def test_where_samples_are_missing_that_alone_is_told(after, unclear, way):
     kind = Doubt.GAP_UNCLEAR if unclear else Doubt.GAP_AFTER
     found = slipping(0.3, after, 10.1 * STEP, way=way)
     assert found == {Doubt.GAP_BEFORE: [False, True], kind: [True, False]}
+    # The errors of both samples count.
+    for deviation in ([1e-4, 1e-3], [1e-3, 1e-4]):
+        found = slipping(0.3, 0.305 + 1.5 * STEP, 10.1 * STEP, deviation=np.repeat(deviation, 6))
+        assert Doubt.GAP_UNCLEAR in found
     # Over no more than ten steps a slip takes the tip away, or none goes that way.
     wrong = WRONG if after > 0.2 else {}
     assert slipping(0.3, after, 10.0 * STEP, way=way) == wrong

@@ -381,8 +381,8 @@ def checked_noise(noise: FloatArray, used: Sequence[int]) -> FloatArray:
     unknown = [CHANNELS[i] for i in used if not LEAST_NOISE < noise[i] < np.inf]
     if unknown:
         raise RecordingError(
-            f"the noise of column {', '.join(unknown)} cannot be estimated from the readings: "
-            "look whether the channel was recorded, and give the noise"
+            f"the noise of column {', '.join(unknown)} is 0, or cannot be estimated from the "
+            "readings: look whether the channel was recorded, and give the noise"
         )
     return np.asarray(noise)
 
