@@ -236,7 +236,7 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     ------
     RecordingError
         If it cannot be read as such a table; the message names the file and the line. An
-        OtherTableError if columns or separators are others.
+        OtherTableError if columns, separators or the encoding are others.
     ArgumentError
         If the ending is another one or the folder is missing.
     """
@@ -303,7 +303,7 @@ def _read_csv(file: BinaryIO, source: str) -> _Cells:
                 rows.append(row)
                 lines.append(reader.line_num)
         except UnicodeDecodeError:
-            raise RecordingError(f"{source}: not a text file in UTF-8") from None
+            raise OtherTableError(f"{source}: not a text file in UTF-8") from None
         except csv.Error as error:
             raise RecordingError(f"{source}, line {reader.line_num}: {error}") from None
     names, units = _names_and_units(header, f"{source}, line 1")

@@ -319,5 +319,5 @@ def test_times_that_are_none_are_refused(whisker, fine, told):
 
 def test_times_need_the_time(whisker, fine):
     frame = frame_of(clamp_of(fine)[::EVERY], fine.readings[::EVERY]).drop(columns="time [s]")
-    with pytest.raises(ValueError, match="delay must not be negative, and needs a column"):
+    with pytest.raises(ValueError, match="delay needs a column 'time"):
         found_in(whisker, frame, delay="1 ms")

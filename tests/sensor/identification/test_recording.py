@@ -37,12 +37,13 @@ def read(frame, method=Method.FORCES, transducer=None, units=None):
         "Footpoint [mm],Fx [N],Fy [N]\n0,1,2\n",
         "footpoint [mm];force_x [N];force_y [N]\n0,5;1,5;2\n",
         "footpoint [mm];force_x [N];force_y [N]\n0.5;1.5;2\n",
+        "footpoint [µm],force_x [N],force_y [N]\n0.5,1.5,2\n",
     ],
 )
 def test_a_table_of_another_program_is_for_import(tmp_path, text):
-    (tmp_path / "a.csv").write_text(text)
+    (tmp_path / "a.csv").write_text(text, encoding="latin-1")
     for reading in (lambda path: read(path), units_of):
-        with pytest.raises(RecordingError, match=r"\. vibrissa import reads other titles, sep"):
+        with pytest.raises(RecordingError, match=r"\. vibrissa import reads other titles, enc"):
             reading(tmp_path / "a.csv")
     with pytest.raises(RecordingError) as raised:
         read(table().drop(columns="force_x [N]"))

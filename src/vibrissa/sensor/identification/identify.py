@@ -70,14 +70,21 @@ def _told(recording: Recording, slip_time: str | None, delay: str | None) -> Tol
     ArgumentError
         If one of them is no time, or the recording does not tell the interval.
     """
-    times = {
-        what: None if text is None else float(in_si(text, Kind.TIME, what)) / recording.interval
-        for what, text in (("slip_time", slip_time), ("delay", delay))
-    }
-    for what, time in times.items():
-        if time is not None and not time >= 0.0:
-            raise ArgumentError(f"{what} must not be negative, and needs a column 'time [s]'")
-    return Told(slip=times["slip_time"], delay=times["delay"])
+    return Told(
+        slip=_in_samples(recording, slip_time, "slip_time"),
+        delay=_in_samples(recording, delay, "delay"),
+    )
+
+
+def _in_samples(recording: Recording, text: str | None, what: str) -> float | None:
+    if text is None:
+        return None
+    time = float(in_si(text, Kind.TIME, what))
+    if time < 0.0:
+        raise ArgumentError(f"{what} must not be negative, got {text!r}")
+    if np.isnan(recording.interval):
+        raise ArgumentError(f"{what} needs a column 'time [s]' in the recording, which has none")
+    return time / recording.interval
 
 
 def _units(

@@ -263,7 +263,7 @@ def _table(
         if not isinstance(source, Path):
             raise
         raise OtherTableError(
-            f"{error}. vibrissa import reads other titles, separators and decimal signs"
+            f"{error}. vibrissa import reads other titles, encodings, separators and decimal signs"
         ) from None
 
 
