@@ -17,10 +17,10 @@ from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
 from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
 from vibrissa.outcomes import Contact, Parameter
-from vibrissa.sticking import shooting
-from vibrissa.sticking.collocation import STEP_SIZES, solve_curves
-from vibrissa.sticking.continuation import begin, first_segment
-from vibrissa.sticking.refinement import (
+from vibrissa.sticking.solving import shooting
+from vibrissa.sticking.solving.collocation import solve_curves
+from vibrissa.sticking.solving.continuation import begin, first_segment
+from vibrissa.sticking.solving.refinement import (
     STATES_ALONG_PIECE,
     Pieces,
     combined,
@@ -29,6 +29,7 @@ from vibrissa.sticking.refinement import (
     interpolated,
     solve_at,
 )
+from vibrissa.sticking.solving.segments import STEP_SIZES
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
 # Steps of one period of sticking; the slow methods take every so manyth.

@@ -6,9 +6,9 @@ from numpy.polynomial import Polynomial
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking.curve import Solved, assembled_curves
+from vibrissa.sticking.assembly import Solved, assembled_curves
 from vibrissa.sticking.piece import Piece, StickingState
-from vibrissa.sticking.refinement import Pieces
+from vibrissa.sticking.solving.refinement import Pieces
 
 # Columns of the parameter t.
 COLUMNS = {

@@ -22,7 +22,7 @@ from vibrissa.explorer.modules import bundle
 from vibrissa.files import write_atomically
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.outcomes import Contact, End
-from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.solving.collocation import solve_curves
 
 DOCS = Path(__file__).parents[1] / "docs/explorer.md"
 BEGIN, END = "<!-- made by make explorer-agreement -->\n", "<!-- end of what it made -->"

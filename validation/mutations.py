@@ -153,7 +153,7 @@ MUTATIONS = [
         "curve.contact_point(-x0)",
     ),
     Mutation(
-        "sticking/collocation",
+        "sticking/solving/offsets",
         "single state solved 1e-6 off its place",
         "closure = Closure.at_offset(offsets[rows], contact)",
         "closure = Closure.at_offset(offsets[rows] + 1e-6, contact)",

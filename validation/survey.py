@@ -21,8 +21,8 @@ from rich.progress import track
 
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.outcomes import Contact, End, RodSection, Status
-from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.solving.collocation import solve_curves
 
 CHUNK = 64
 # Bounds of clamp_angle, clamp_compliance, both coefficients of curvature, and stage_angle.

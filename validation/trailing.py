@@ -20,8 +20,8 @@ from scipy.optimize import root
 
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.solving.collocation import solve_curves
 
 CHUNK = 64
 # Of the integration; and of displacements (L) and of gaps between parts.

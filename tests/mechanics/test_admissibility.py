@@ -20,7 +20,7 @@ from vibrissa.mechanics.equations import shape
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import Contact, End, RodSection
-from vibrissa.sticking import shooting
+from vibrissa.sticking.solving import shooting
 
 
 # A round rod swings aside before its shape is inadmissible.

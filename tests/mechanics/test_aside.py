@@ -18,7 +18,7 @@ from vibrissa.mechanics.aside import stability_aside
 from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.collocation import solve_offsets
+from vibrissa.sticking.solving.offsets import solve_offsets
 
 POISSON_RATIO = 0.3
 

@@ -12,7 +12,7 @@ from vibrissa.mechanics.mounting import Mountings
 from vibrissa.mechanics.states import RodStates
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.api import solve_state
-from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.solving.collocation import solve_curves
 
 
 @pytest.mark.parametrize(

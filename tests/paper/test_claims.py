@@ -19,7 +19,7 @@ from vibrissa.paper.claims import CLAIMS
 from vibrissa.paper.evidence import gather
 from vibrissa.paper.judging import EXAMPLE, by_bending, line_fit
 from vibrissa.paper.ledger import Verdict, claims_table, markdown, summary
-from vibrissa.sticking.shooting import PAPER, shoot
+from vibrissa.sticking.solving.shooting import PAPER, shoot
 from vibrissa.tables import schemas, store
 
 HOLDS, CONDITION, AMBIGUOUS, CONTRADICTED = Verdict

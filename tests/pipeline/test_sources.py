@@ -154,7 +154,7 @@ def test_an_unknown_module_is_an_error(package):
 LATE = {
     "tables.records": set(),
     "figures.draw": set(),
-    "sticking.api": {"sticking.shooting", "mechanics.elastica"},
+    "sticking.api": {"sticking.solving.shooting", "mechanics.elastica"},
     "study.model": set(),
 }
 
@@ -211,7 +211,7 @@ def imported(script, method):
             path = ROOT / "src/vibrissa" / f"{name.replace('.', '/')}.py"
             modules.add(name if path.exists() else home or vibrissa._HOMES[alias.name])
     # A script that tells methods apart imports the one that it uses.
-    others = {f"sticking.{other}" for other in METHODS if other != method}
+    others = {f"sticking.solving.{other}" for other in METHODS if other != method}
     return modules - others if "is Solver." in text else modules
 
 

@@ -9,8 +9,8 @@ import pytest
 import vibrissa
 from vibrissa import Mounting, Status, solve_curve, solve_onset, solve_state
 from vibrissa.errors import ArgumentError
-from vibrissa.sticking import collocation
 from vibrissa.sticking.api import MOST_TAPER, solve_states
+from vibrissa.sticking.solving import collocation, offsets
 
 
 def test_figure_8_state():
@@ -182,12 +182,12 @@ def test_a_state_at_the_limit_point_says_so():
 
 def test_states_that_cannot_be_resolved_say_why_each_in_its_place(monkeypatch):
     curve = solve_curve(1.0, 0.85, section="planar")
-    offsets = curve.x1_init - np.array([0.5, 0.0, curve.x0_end, 0.1])
+    x1 = curve.x1_init - np.array([0.5, 0.0, curve.x0_end, 0.1])
     # With so few nodes the first state is not resolved; the third stands at the limit point.
-    monkeypatch.setattr(collocation, "NODES_ALONG_ROD", (26,))
-    found = solve_states(1.0, 0.85, list(offsets))
+    monkeypatch.setattr(offsets, "NODES_ALONG_ROD", (26,))
+    found = solve_states(1.0, 0.85, list(x1))
     assert [state.status for state in found] == ["failed", "solved", "failed", "solved"]
-    messages = [collocation.NOT_RESOLVED, "", collocation.AT_FOLD, ""]
+    messages = [offsets.NOT_RESOLVED, "", offsets.AT_FOLD, ""]
     assert [state.message for state in found] == messages
     assert np.isnan([found[0].residual, found[2].residual]).all()
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import reference
 from vibrissa import Status, solve_curve, solve_onset, solve_state
 from vibrissa.outcomes import Contact, End
-from vibrissa.sticking.curve import _passes_under
+from vibrissa.sticking.assembly import _passes_under
 from vibrissa.sticking.piece import PieceArray
 
 

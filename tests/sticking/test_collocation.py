@@ -8,21 +8,20 @@ import pytest
 
 from made_curves import NEEDS, curve_of, made, made_pieces, made_states, rising
 from vibrissa.outcomes import Contact, End, Parameter, RodSection, Status
-from vibrissa.sticking import collocation
-from vibrissa.sticking.beginning import Rods
-from vibrissa.sticking.collocation import (
+from vibrissa.sticking.assembly import Limit, Solved
+from vibrissa.sticking.curve import failed_curve
+from vibrissa.sticking.solving import collocation, offsets, sections
+from vibrissa.sticking.solving.beginning import Rods
+from vibrissa.sticking.solving.collocation import (
     METHOD,
     NO_END,
     NO_LOCK,
     NO_ROUND_END,
     NO_SWITCH,
-    NOT_RESOLVED,
-    STEP_SIZES,
-    StateSolution,
 )
-from vibrissa.sticking.curve import Limit, Solved, failed_curve
-from vibrissa.sticking.refinement import Resolved
-from vibrissa.sticking.segments import Segment
+from vibrissa.sticking.solving.offsets import StateSolution
+from vibrissa.sticking.solving.refinement import NOT_RESOLVED, Resolved
+from vibrissa.sticking.solving.segments import STEP_SIZES, Segment
 
 
 def branch(kinds, step=0.1, origin=0.0, last=None, fx=None, fy=None):
@@ -45,10 +44,10 @@ def branch(kinds, step=0.1, origin=0.0, last=None, fx=None, fy=None):
 def cut(monkeypatch, segment, switches, start=0.0, stop=0.45):
     """Cut a branch at known places."""
     at = iter(switches)
-    monkeypatch.setattr(collocation, "_switches", lambda *_: np.array([next(at)]))
-    (sections,) = collocation._sections(segment, np.array([start]), np.array([stop]))
+    monkeypatch.setattr(sections, "switches_between", lambda *_: np.array([next(at)]))
+    (found,) = sections.sections_of(segment, np.array([start]), np.array([stop]))
     assert not list(at)
-    return None if sections is None else [(one.start, one.stop, one.line) for one in sections]
+    return None if found is None else [(one.start, one.stop, one.line) for one in found]
 
 
 def test_a_branch_is_cut_where_its_contact_changes(monkeypatch):
@@ -116,10 +115,10 @@ def test_a_branch_has_passed_its_lock_or_lifts_off(fx, fy, passed):
 
 def test_a_branch_turns_back_where_x0_falls_in_its_last_step(monkeypatch):
     """x1 − x0 grows again; a state behind the last one counts as little as one before."""
-    offsets = {-1.0: 0.5, -2.0: 0.4, -3.0: 0.3, -4.0: 0.35, -5.0: 0.2}
+    ahead = {-1.0: 0.5, -2.0: 0.4, -3.0: 0.3, -4.0: 0.35, -5.0: 0.2}
 
     def position(states):
-        return np.array([offsets[float(fx)] for fx in states.fx]), None
+        return np.array([ahead[float(fx)] for fx in states.fx]), None
 
     monkeypatch.setattr(collocation, "contact_position", position)
     assert [collocation._turned(branch("ppppp", last=last)).tolist() for last in (2, 3, 4)] == [
@@ -134,30 +133,34 @@ def resolved(start, stop, curve=0, at=np.nan, parameter=Parameter.X0):
     return Resolved(curve, piece, 1e-13, Limit(at, ""), np.nan)
 
 
-def sections(*bounds):
-    return [collocation._Section(a, b, False) for a, b in bounds]
+def in_point_contact(*bounds):
+    return [sections.Section(a, b, False) for a, b in bounds]
 
 
 def test_pieces_of_a_segment_are_put_in_order_if_they_cover_it():
     late, early = resolved(0.6, 1.0), resolved(0.0, 0.6)
     other = resolved(0.0, 2.0, parameter=Parameter.ADVANCE)
-    whole = sections((0.0, 0.4), (0.4, 1.0))
-    assert collocation._whole(Parameter.X0, whole, [late, other, early]) == [early, late]
-    assert collocation._whole(Parameter.ADVANCE, sections((0.0, 2.0)), [late, other]) == [other]
-    assert collocation._whole(Parameter.X0, whole, [late]) == []
-    assert collocation._whole(Parameter.X0, whole, [other]) == []
-    assert collocation._whole(Parameter.X0, None, []) == []
+    whole = in_point_contact((0.0, 0.4), (0.4, 1.0))
+    advancing = in_point_contact((0.0, 2.0))
+    assert sections.in_order(Parameter.X0, whole, [late, other, early]) == [early, late]
+    assert sections.in_order(Parameter.ADVANCE, advancing, [late, other]) == [other]
+    assert sections.in_order(Parameter.X0, whole, [late]) == []
+    assert sections.in_order(Parameter.X0, whole, [other]) == []
+    assert sections.in_order(Parameter.X0, None, []) == []
     # Up to rounding.
     short = resolved(0.0, 0.6 - 1e-10)
-    assert collocation._whole(Parameter.X0, whole, [short, late]) == [short, late]
+    assert sections.in_order(Parameter.X0, whole, [short, late]) == [short, late]
     shorter = resolved(0.0, 0.6 - 1e-8)
-    assert collocation._whole(Parameter.X0, whole, [shorter, late]) == []
+    assert sections.in_order(Parameter.X0, whole, [shorter, late]) == []
 
 
 def assembled(**changed):
     given = {
         **{"theta": 2.0, "eta": 0.8, "x1_init": 0.5, "passed": True, "ideal": True},
-        "sections": {Parameter.X0: sections((0.0, 1.0)), Parameter.ADVANCE: sections((1.0, 1.5))},
+        "sections": {
+            Parameter.X0: in_point_contact((0.0, 1.0)),
+            Parameter.ADVANCE: in_point_contact((1.0, 1.5)),
+        },
         "solved": [resolved(1.0, 1.5, parameter=Parameter.ADVANCE), resolved(0.0, 1.0)],
         **{"pulled": [resolved(-0.5, 0.0)], "section": RodSection.ROUND},
     }
@@ -279,14 +282,14 @@ def test_states_that_are_not_found_are_sought_in_smaller_steps(monkeypatch):
     }
     asked = []
 
-    def in_offsets(rods, of, offsets, sizes, model):
-        asked.append(dict(zip(offsets.tolist(), rods.theta[of].tolist(), strict=True)))
-        return [tries[offset][STEP_SIZES.index(sizes)] for offset in offsets]
+    def in_offsets(rods, of, sought, sizes, model):
+        asked.append(dict(zip(sought.tolist(), rods.theta[of].tolist(), strict=True)))
+        return [tries[offset][STEP_SIZES.index(sizes)] for offset in sought]
 
-    monkeypatch.setattr(collocation, "_in_offsets", in_offsets)
-    of, offsets = np.array([0, 2, 1, 2, 0]), np.array([0.1, 0.2, 0.3, 0.4, 0.5])
+    monkeypatch.setattr(offsets, "_in_offsets", in_offsets)
+    of, sought = np.array([0, 2, 1, 2, 0]), np.array([0.1, 0.2, 0.3, 0.4, 0.5])
     mountings = [collocation.IDEAL] * 4
-    result = collocation.solve_offsets(RODS.theta, RODS.eta, of, offsets, Contact.POINT, mountings)
+    result = offsets.solve_offsets(RODS.theta, RODS.eta, of, sought, Contact.POINT, mountings)
     assert result == [found, found, far, lost, found]
     assert asked == [
         {0.1: 1.0, 0.2: 3.0, 0.3: 2.0, 0.4: 3.0, 0.5: 1.0},

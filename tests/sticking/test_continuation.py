@@ -8,10 +8,9 @@ import pytest
 from made_curves import made_pieces, made_states
 from vibrissa.mechanics.equations import Closure
 from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking import continuation
-from vibrissa.sticking.collocation import STEP_SIZES
-from vibrissa.sticking.continuation import PULL_STEPS
-from vibrissa.sticking.segments import Segment
+from vibrissa.sticking.solving import continuation
+from vibrissa.sticking.solving.continuation import PULL_STEPS
+from vibrissa.sticking.solving.segments import STEP_SIZES, Segment
 
 SIZES = STEP_SIZES[0]
 

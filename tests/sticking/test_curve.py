@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import reference
 from vibrissa import Status, solve_curve
-from vibrissa.sticking import collocation
-from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.solving import refinement
+from vibrissa.sticking.solving.collocation import solve_curves
 
 RANGE = [(theta, eta) for theta in (1.0, 2.0, 3.0, 4.0) for eta in (0.7, 0.85, 0.95)]
 
@@ -170,10 +170,10 @@ def test_unresolved_curve_is_failed_and_says_what_to_try():
 
 
 def test_equations_that_cannot_be_met_fail_every_curve_and_raise_nothing(monkeypatch):
-    monkeypatch.setattr(collocation, "residual_tolerance", lambda nodes: 0.0)
+    monkeypatch.setattr(refinement, "residual_tolerance", lambda nodes: 0.0)
     for curve in solve_curves(np.array([1.0, 2.0]), np.array([0.85, 0.85])):
         assert curve.status is Status.FAILED
-        assert curve.message == collocation.NOT_RESOLVED
+        assert curve.message == refinement.NOT_RESOLVED
         assert "above 1e-12 with 300 nodes" in curve.message
         assert np.isnan(curve.x0_end)
 

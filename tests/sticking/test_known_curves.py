@@ -12,8 +12,8 @@ import pytest
 from known import WITHIN, Known
 from vibrissa import Mounting, solve_curve
 from vibrissa.outcomes import Contact, RodSection, Status
-from vibrissa.sticking import collocation, continuation, refinement
-from vibrissa.sticking.collocation import STEP_SIZES
+from vibrissa.sticking.solving import collocation, continuation, refinement
+from vibrissa.sticking.solving.segments import STEP_SIZES
 
 KNOWN = Known(__file__)
 TOGETHER = Mounting(

@@ -11,9 +11,9 @@ import pytest
 
 from known import Known
 from vibrissa import Mounting, solve_curve, solve_onset, stick_slip
-from vibrissa.sticking import shooting
 from vibrissa.sticking.api import solve_states
-from vibrissa.sticking.shooting import PAPER, PRECISE, Tolerances, initial_state, walk
+from vibrissa.sticking.solving import shooting
+from vibrissa.sticking.solving.shooting import PAPER, PRECISE, Tolerances, initial_state, walk
 from vibrissa.sticking.stiction import read_curve
 
 KNOWN = Known(__file__)

@@ -13,9 +13,9 @@ from vibrissa import Status, solve_curve, solve_state, stick_slip
 from vibrissa.mechanics.equations import Closure, contact_position, largest_residual
 from vibrissa.mechanics.newton import solve
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.collocation import solve_curves
-from vibrissa.sticking.continuation import begin, follow, switch_states
-from vibrissa.sticking.segments import StepSizes
+from vibrissa.sticking.solving.collocation import solve_curves
+from vibrissa.sticking.solving.continuation import begin, follow, switch_states
+from vibrissa.sticking.solving.segments import StepSizes
 
 LYING = [(3.0, 0.7), (5.0, 0.7), (2.0, 0.5), (1.0, 0.3), (8.0, 0.85), (15.0, 0.9)]
 TOUCHING = [(3.0, 0.85), (1.0, 0.55), (4.0, 0.85)]

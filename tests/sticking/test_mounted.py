@@ -14,8 +14,8 @@ from vibrissa import Mounting, solve_curve, solve_onset, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sticking.beginning import _is_near, _towards
-from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.solving.beginning import _is_near, _towards
+from vibrissa.sticking.solving.collocation import solve_curves
 
 ALONE = {
     "clamp_angle": Mounting(clamp_angle=0.1),

@@ -9,17 +9,15 @@ from numpy.polynomial import Polynomial
 from made_curves import COLUMNS, NEEDS, curve_of, made, rising
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking.curve import (
+from vibrissa.sticking.assembly import (
     NO_MAXIMUM,
     NOT_IN_PLANE,
-    SAME,
     Limit,
     Solved,
     _demand_slope,
     assembled_curves,
-    beside,
-    failed_curve,
 )
+from vibrissa.sticking.curve import SAME, beside, failed_curve
 from vibrissa.sticking.piece import SAMPLES, PieceArray, StickingState, displacement
 
 # From α = 0 on, and further along the advance, on which x0 turns back at t = 2.

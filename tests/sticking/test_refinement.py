@@ -15,15 +15,15 @@ from vibrissa.mechanics.admissibility import (
 )
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, Parameter
-from vibrissa.sticking import refinement
 from vibrissa.sticking.piece import MARGINS, Piece, StickingState
-from vibrissa.sticking.refinement import (
+from vibrissa.sticking.solving import refinement
+from vibrissa.sticking.solving.refinement import (
     DECAY_TOLERANCE,
     NODES_ALONG_ROD,
     STATES_ALONG_PIECE,
     STATES_LOOKED_AT,
 )
-from vibrissa.sticking.segments import Segment
+from vibrissa.sticking.solving.segments import Segment
 
 
 def test_on_many_nodes_a_state_has_ten_times_the_rounding():

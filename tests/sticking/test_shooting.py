@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vibrissa import Status, solve_curve
-from vibrissa.sticking import shooting
+from vibrissa.sticking.solving import shooting
 
 pytestmark = pytest.mark.slow
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibrissa import Status, solve_curve
-from vibrissa.sticking import shooting
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.reading import CurveArray
+from vibrissa.sticking.solving import shooting
 from vibrissa.sticking.stiction import read_curve, read_curves
 
 D = Decimal

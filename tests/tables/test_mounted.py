@@ -5,7 +5,7 @@ import pytest
 
 from vibrissa.errors import ArgumentError, TableError
 from vibrissa.figures.draw import draw
-from vibrissa.sticking.collocation import solve_curves
+from vibrissa.sticking.solving.collocation import solve_curves
 from vibrissa.study.grid import study_points
 from vibrissa.study.parsing import parse_study
 from vibrissa.tables import store

@@ -11,8 +11,8 @@ import pytest
 
 from vibrissa import solve_curve
 from vibrissa.numerics.halving import Halved
-from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import failed_curve
+from vibrissa.sticking.solving.collocation import solve_curves
 from vibrissa.sticking.stiction import read_curve
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import Refinement, points_on_curves

@@ -15,8 +15,9 @@ from vibrissa.mechanics.states import ContactState
 from vibrissa.outcomes import Contact, Parameter, Solver, Status
 from vibrissa.provenance import commit
 from vibrissa.sticking.api import EquilibriumState
+from vibrissa.sticking.assembly import Solved, assembled_curves
 from vibrissa.sticking.comparison import compare
-from vibrissa.sticking.curve import Solved, assembled_curves, failed_curve
+from vibrissa.sticking.curve import failed_curve
 from vibrissa.sticking.piece import MARGINS, Piece
 from vibrissa.study.codec import decode_grid, decode_key
 from vibrissa.study.grid import points_on_curves

@@ -430,7 +430,7 @@ EVERYTHING = SOLVED | COLLECTED | ALL_FIGURES | REPORT
         ("sticking/stiction", {"points": 2, "stiction": 1, "states": 1, "figure": 3} | REPORT),
         ("sticking/cycles", {"scan": 1, "scans": 1, "figure": 2} | REPORT),
         ("figures/draw", ALL_FIGURES | REPORT),
-        ("sticking/shooting", {"states": 1, "figure": 1} | REPORT),
+        ("sticking/solving/shooting", {"states": 1, "figure": 1} | REPORT),
         ("report/motion", REPORT),
         ("study/model", {}),
     ],

@@ -4,7 +4,7 @@
 rule curves:
     input:
         code=sources_file(
-            f"sticking.{STUDY.method}", "tables.records", "tables.store", "pipeline.jobs"
+            f"sticking.solving.{STUDY.method}", "tables.records", "tables.store", "pipeline.jobs"
         ),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.curves.parquet",
@@ -38,7 +38,7 @@ rule points:
             rules.curves.output, block=neighbours_of_block(wildcards.block)
         ),
         code=sources_file(
-            "tables.added", "tables.refining", "sticking.collocation", "pipeline.jobs"
+            "tables.added", "tables.refining", "sticking.solving.collocation", "pipeline.jobs"
         ),
     output:
         f"{RESULTS}/blocks/{STUDY.blocks_name}/{{block}}.points.parquet",

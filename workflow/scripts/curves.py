@@ -16,13 +16,13 @@ with jobs.logged(snakemake.log[0]):
     theta, eta, dx0 = np.array([key[:3] for key in keys], dtype=float).T
     # A job depends on the solver that it uses alone.
     if Solver(snakemake.params.method) is Solver.COLLOCATION:
-        from vibrissa.sticking import collocation
+        from vibrissa.sticking.solving import collocation
 
         contact = Contact(snakemake.params.contact)
         mountings = [mounting_of(key.mounting) for key in keys]
         curves = collocation.solve_curves(theta, eta, contact, mountings, section)
     else:
-        from vibrissa.sticking import shooting
+        from vibrissa.sticking.solving import shooting
 
         rods = zip(theta, eta, dx0, strict=True)
         curves = [shooting.solve_curve(*rod, section=section) for rod in rods]

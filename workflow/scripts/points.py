@@ -25,7 +25,7 @@ def read_curves(paths):
 def solve(key):
     """Solve a curve by itself: it is the same whatever else is added."""
     # A job that adds no curve does not depend on the solver.
-    from vibrissa.sticking.collocation import solve_curves
+    from vibrissa.sticking.solving.collocation import solve_curves
 
     (curve,) = solve_curves(
         [float(key.theta)], [float(key.eta)], CONTACT, [mounting_of(key.mounting)], SECTION

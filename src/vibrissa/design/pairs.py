@@ -16,9 +16,9 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sensor.response.branch import tabulated
-from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.solving.collocation import solve_curves
 
 # States of a period among which the largest reactions and the largest strain are sought.
 STATES, STRAIN_STATES = 129, 9

@@ -12,8 +12,8 @@ from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Status
 from vibrissa.paper.ledger import Finding, Quantities, Verdict
-from vibrissa.sticking import collocation
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.solving import collocation
 
 HOLDS, CONDITION, AMBIGUOUS, CONTRADICTED = Verdict
 

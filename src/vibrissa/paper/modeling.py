@@ -20,8 +20,8 @@ from vibrissa.paper.judging import (
     rises,
 )
 from vibrissa.paper.ledger import Finding, claim
-from vibrissa.sticking import shooting
 from vibrissa.sticking.api import solve_curve, solve_state
+from vibrissa.sticking.solving import shooting
 
 # The force on the example rod, in units of E·I0/L² and in N.
 EXAMPLE_F, EXAMPLE_FORCE = 10.86, 7000.0

@@ -31,7 +31,7 @@ ALSO = (
     "scipy.integrate",
     "matplotlib.backends.backend_pdf",
     "matplotlib.backends.backend_svg",
-    "vibrissa.sticking.collocation",
+    "vibrissa.sticking.solving.collocation",
 )
 # Read when numerical libraries are loaded. A rule with more threads gets a Python of its own.
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR")

@@ -17,9 +17,10 @@ from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import ContactState, RodStates
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
-from vibrissa.sticking import collocation
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.solving import collocation
+from vibrissa.sticking.solving.offsets import solve_offsets
 from vibrissa.sticking.stiction import Stiction, read_curve
 
 # A rod of 1 mm at the clamp would have a tip of 10 nm.
@@ -247,7 +248,7 @@ def solve_states(
                 f"the point (x1, eta) = ({each!r}, {eta!r}) is out of reach of a rod of length 1"
             )
     offsets = np.array(x1, dtype=float)
-    solutions = collocation.solve_offsets(
+    solutions = solve_offsets(
         np.array([theta], dtype=float),
         np.array([eta], dtype=float),
         np.zeros(len(offsets), dtype=int),
@@ -384,7 +385,7 @@ def solve_curve(
     if dx0 is None or not dx0 > 0.0:
         raise ArgumentError(f"shooting needs a positive step dx0, got {dx0!r}")
     # SciPy's integrators and searches take half a second to load: only who asks for them waits.
-    from vibrissa.sticking import shooting
+    from vibrissa.sticking.solving import shooting
 
     return shooting.solve_curve(theta, eta, dx0, section=RodSection(section))
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve, beside
 from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.solving.collocation import solve_curves
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -25,9 +25,9 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.collocation import solve_curves
 from vibrissa.sticking.curve import StickingCurve, beside
 from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.solving.collocation import solve_curves
 
 
 class Phase(StrEnum):

@@ -18,8 +18,8 @@ from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.numerics.splines import joined
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.collocation import StateSolution, solve_offsets
 from vibrissa.sticking.curve import StickingCurve
+from vibrissa.sticking.solving.offsets import StateSolution, solve_offsets
 
 # States solved on each smooth stretch, the error allowed between them, and how often a stretch is
 # halved until it is met.

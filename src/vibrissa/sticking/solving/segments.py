@@ -157,3 +157,12 @@ class StepSizes(NamedTuple):
     nodes: int
     x0: float
     advance: float
+
+
+# How branches are followed: more closely where the step sizes before lead nowhere, or past a change
+# of the contact. The pieces have nodes and states of their own.
+STEP_SIZES = (
+    StepSizes(nodes=24, x0=0.05, advance=0.15),
+    StepSizes(nodes=48, x0=0.02, advance=0.03),
+    StepSizes(nodes=108, x0=0.01, advance=0.005),
+)

@@ -1,7 +1,8 @@
 """The paper's own procedure: Runge–Kutta inside a Nelder–Mead search, step by step along Δx0.
 
-Kept as an independent check of `vibrissa.sticking.collocation` and as an honest baseline: MATLAB's
-``ode45`` and ``fminsearch`` are the Dormand–Prince pair and the simplex search that scipy has.
+Kept as an independent check of collocation (`vibrissa.sticking.solving`) and as an honest baseline:
+MATLAB's ``ode45`` and ``fminsearch`` are the Dormand–Prince pair and the simplex search that scipy
+has.
 The only additions are a check of the miss after every search, with a restart where the simplex
 collapsed on a false minimum, and the recognition of locking.
 """
@@ -22,7 +23,8 @@ from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import Contact, Parameter, RodSection, Solver
-from vibrissa.sticking.curve import Limit, Solved, StickingCurve, assembled_curves, failed_curve
+from vibrissa.sticking.assembly import Limit, Solved, assembled_curves
+from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import Piece, StickingState
 
 METHOD = Solver.SHOOTING

@@ -27,7 +27,7 @@ from vibrissa.mechanics.equations import (
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import UNKNOWNS, RodStates
-from vibrissa.numerics.arrays import FloatArray, IntArray, SingleArray
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from vibrissa.numerics.spectral import (
     chebyshev_nodes,
     chebyshev_transform,
@@ -36,9 +36,9 @@ from vibrissa.numerics.spectral import (
     step_weights,
 )
 from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking.curve import Limit
+from vibrissa.sticking.assembly import Limit
 from vibrissa.sticking.piece import MARGINS, Piece, StickingState
-from vibrissa.sticking.segments import Branches, Segment
+from vibrissa.sticking.solving.segments import Branches, Segment
 
 RESIDUAL_TOLERANCE = 1e-12
 # On more nodes than these rounding alone comes near that.
@@ -57,6 +57,10 @@ LIMIT_TOLERANCE = 1e-11
 CLOSE, ZOOM = 0.1, 17
 # Steps of a branch through which a polynomial is laid to guess a state.
 NEAREST_STEPS = 6
+NOT_RESOLVED = (
+    f"residual or series decay above {RESIDUAL_TOLERANCE:g} with {NODES_ALONG_ROD[-1]} nodes along "
+    f"the rod; try an eta between 0.3 and 0.9999 and a theta up to 20"
+)
 # Columns that are judged by the size of the contact force.
 FORCES = ("reaction_fx", "reaction_fy", "reaction_m")
 # How often a piece is halved.
@@ -135,6 +139,25 @@ class Resolved(NamedTuple):
 def residual_tolerance(nodes: int) -> float:
     """Largest residual of a state that counts as solved on a number of nodes."""
     return RESIDUAL_TOLERANCE if nodes <= MANY_NODES else ROUNDED_TOLERANCE
+
+
+def is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolArray:
+    """Whether states satisfy the equations between their nodes, and have enough of these.
+
+    Parameters
+    ----------
+    states : RodStates
+    eta : ndarray, shape (n,)
+        Height of the contact point (L).
+    closure : Closure
+        The conditions that each state must satisfy.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    accurate = largest_residual(states, eta, closure) < residual_tolerance(states.nodes)
+    return accurate & (coefficient_decay(states) < DECAY_TOLERANCE)
 
 
 def guess_from(segment: Segment, pieces: Pieces) -> RodStates:

@@ -8,20 +8,21 @@ long as it is a minimum of the energy for a tip that slides without friction, an
 surface.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from vibrissa.mechanics.equations import Closure, contact_position
-from vibrissa.mechanics.mounting import Mountings
+from vibrissa.mechanics.mounting import Mounting, Mountings
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.continuation import begin, with_active_contact
-from vibrissa.sticking.segments import Segment, StepSizes
+from vibrissa.sticking.solving.continuation import begin, with_active_contact
+from vibrissa.sticking.solving.segments import Segment, StepSizes
 
 # A step that succeeds is doubled, one that fails divided; the shortest step (parts of a mounting).
 DIVISION, SHORTEST_STEP = 4.0, 1e-4
@@ -66,6 +67,17 @@ class Rods(Batch):
     eta: FloatArray
     mounting: Mountings | None = None
     stage_angle: FloatArray | None = None
+
+    @classmethod
+    def of(cls, theta: FloatArray, eta: FloatArray, mountings: Sequence[Mounting]) -> Self:
+        """Put rods of one kind together: all in ideal mountings or none, and stages likewise."""
+        ideal, along = mountings[0].is_ideal_rod, mountings[0].stage_angle == 0.0
+        return cls(
+            theta=theta,
+            eta=eta,
+            mounting=None if ideal else Mountings.of(mountings),
+            stage_angle=None if along else np.array([one.stage_angle for one in mountings]),
+        )
 
     @property
     def are_ideal(self) -> bool:

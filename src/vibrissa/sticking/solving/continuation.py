@@ -1,8 +1,8 @@
 """Continuation: a branch of equilibria is followed, with the kind of contact that each state needs.
 
 The branch begins at α = 0 and is followed in two segments. (Of a round rod it is followed from
-there both ways in one, see `vibrissa.sticking.collocation`.) The first goes in steps of x0 until
-−tan α has passed its maximum. From there to the end neither x0 nor α increases all the way: both
+there both ways in one, see `both_ways`.) The first goes in steps of x0 until −tan α has passed its
+maximum. From there to the end neither x0 nor α increases all the way: both
 turn back, the one shortly after the other. The second segment goes in steps of the *advance*, which
 takes the growth of the force into account (equation E3c), until x0 has turned back.
 
@@ -23,7 +23,7 @@ from vibrissa.mechanics.newton import MAX_ITERATIONS, extrapolated, solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking.segments import Branches, GoesOn, Segment, StepSizes
+from vibrissa.sticking.solving.segments import Branches, GoesOn, Segment, StepSizes
 
 # Height at which lowering the surface begins, and numbers of steps to try.
 HIGHEST = 0.999

@@ -1,0 +1,309 @@
+"""Curves are put together from what was solved: their locks, first contacts along a line, ends."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.outcomes import Contact, End, RodSection, Status
+from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
+from vibrissa.sticking.piece import Piece, PieceArray
+
+NO_MAXIMUM = "the curve has no locking maximum where sought"
+NOT_IN_PLANE = (
+    "the rod leaves its plane with alpha = 0 already; try section: planar, a smaller eta, or a "
+    "curvature that is less towards the surface"
+)
+_FORCE = ("reaction_fx", "reaction_fy")
+
+
+class Limit(NamedTuple):
+    """How far along a piece the shapes are admissible.
+
+    Attributes
+    ----------
+    at : float
+        Value of the piece's parameter at which they stop being so; NaN if nowhere.
+    reason : str
+        In what way.
+    """
+
+    at: float = np.nan
+    reason: str = ""
+
+
+# Linear forms of states, see `vibrissa.sticking.piece.Form`.
+
+
+def _over_clamp(level: FloatArray) -> Mapping[str, float]:
+    return {"x0": 1.0, "s_c": -1.0}
+
+
+def _normal_force(level: FloatArray) -> Mapping[str, float]:
+    return {"reaction_fy": 1.0}
+
+
+def _contact_slope(level: FloatArray) -> Mapping[str, float]:
+    return {"phi1": 1.0}
+
+
+def _demand_slope(
+    force: FloatArray, slope: FloatArray, curvature: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Slope of fx/fy, times fy², and its own slope, by the derivatives of both."""
+    (fx, fy), (dfx, dfy), (ddfx, ddfy) = force, slope, curvature
+    return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Solved:
+    """What was solved of one curve, to be put together by `assembled_curves`.
+
+    Attributes
+    ----------
+    theta, eta : float
+        Taper factor and height of the contact point (L).
+    method : str
+        ``collocation`` or ``shooting``.
+    x1_init : float
+        Contact point in the α = 0 state (L).
+    pieces : sequence of Piece
+        From displacement 0 to beyond the lock, each beginning where the one before ends; then
+        those counted by the advance, to beyond where x0 turns back. At least one.
+    residual : float
+        Largest equilibrium residual.
+    limits : sequence of Limit
+        For each piece, how far its shapes are admissible; without any, all are.
+    pulled : sequence of Piece
+        Pieces at x0 < 0, in the order of x0.
+    section : RodSection
+    swings : sequence of float, optional
+        For each piece, where on it a round rod leaves its plane, NaN where it does not; without
+        them it does so where the clamp passes under the contact point, as in the ideal mounting.
+    no_end : str
+        What to say if the pieces do not lead to an end.
+    """
+
+    theta: float
+    eta: float
+    method: str
+    x1_init: float
+    pieces: Sequence[Piece]
+    residual: float
+    limits: Sequence[Limit] = ()
+    pulled: Sequence[Piece] = ()
+    section: RodSection = RodSection.ROUND
+    swings: Sequence[float] | None = None
+    no_end: str = ""
+
+
+class _Kept(NamedTuple):
+    """Pieces of a curve up to where it ends, why it ends there, and more about it."""
+
+    pieces: Sequence[Piece]
+    end: End
+    message: str
+
+
+class _Extremes(NamedTuple):
+    """What is sought on each piece, as displacements (L); NaN where it is not there.
+
+    Attributes
+    ----------
+    lift : ndarray, shape (pieces,)
+        Where the tip lifts off.
+    top, demand : ndarray, shape (pieces,)
+        Where −tan α is largest, and its value there.
+    touch : ndarray, shape (pieces,)
+        Where the rod first touches the surface tangentially.
+    """
+
+    lift: FloatArray
+    top: FloatArray
+    demand: FloatArray
+    touch: FloatArray
+
+
+def assembled_curves(solved: Sequence[Solved]) -> list[StickingCurve]:
+    """Build curves from solved pieces: locate their locks, first contacts along a line, ends.
+
+    Parameters
+    ----------
+    solved : sequence of Solved
+
+    Returns
+    -------
+    list of StickingCurve
+        ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` and up
+        to there if the shape becomes inadmissible before.
+    """
+    kept = _until_end(solved)
+    pieces = PieceArray(pieces=tuple(piece for one in kept for piece in one.pieces))
+    extremes = _extremes(pieces)
+    return [
+        _assembled_curve(one, up_to, _Extremes(*(values[rows] for values in extremes)))
+        for one, up_to, rows in zip(
+            solved, kept, _rows([up_to.pieces for up_to in kept]), strict=True
+        )
+    ]
+
+
+def _rows(parts: Iterable[Sequence[Piece]]) -> Iterator[slice]:
+    """Rows of each part where all stand below each other."""
+    start = 0
+    for part in parts:
+        yield slice(start, start + len(part))
+        start += len(part)
+
+
+def _assembled_curve(solved: Solved, kept: _Kept, extremes: _Extremes) -> StickingCurve:
+    """Build a curve of which all is known; see `assembled_curves`."""
+    pieces, end, message = kept
+    x0_lock, mu_lock, pieces = _lock(pieces, extremes)
+    if mu_lock == np.inf:
+        end, message = End.LIFTS_OFF, ""
+    elif not pieces or not (0.0 < x0_lock < pieces[-1].last_x0 or end is End.SWINGS_ASIDE):
+        if end is not End.OUT_OF_REACH or not pieces:
+            status = Status.OUT_OF_REACH if message else Status.FAILED
+            return failed_curve(
+                theta=solved.theta,
+                eta=solved.eta,
+                method=solved.method,
+                message=message or NO_MAXIMUM,
+                status=status,
+            )
+        x0_lock = mu_lock = np.nan
+    locks = not np.isnan(mu_lock)
+    touch = _first_touch(pieces, extremes)
+    return StickingCurve(
+        theta=solved.theta,
+        eta=solved.eta,
+        method=solved.method,
+        status=Status.SOLVED if locks else Status.OUT_OF_REACH,
+        message="" if locks else message,
+        x1_init=solved.x1_init,
+        pieces=tuple(pieces),
+        pulled=tuple(solved.pulled),
+        section=solved.section,
+        residual=solved.residual,
+        x0_lock=x0_lock,
+        mu_lock=mu_lock,
+        x0_touch=touch if touch <= (x0_lock if locks else pieces[-1].last_x0) else np.nan,
+        end=end,
+        end_message=solved.no_end if end is End.NOT_FOLLOWED else message,
+    )
+
+
+def _until_end(solved: Sequence[Solved]) -> list[_Kept]:
+    """Cut pieces off where rods swing aside, turn back in x0 or become inadmissible."""
+    pieces = PieceArray(pieces=tuple(piece for one in solved for piece in one.pieces))
+    swings, turns = _swings(solved, pieces), np.full(len(pieces.pieces), np.nan)
+    advances = np.flatnonzero(~pieces.by_x0)
+    turns[advances] = pieces.turning_points(advances)
+    ends, cuts = [], {}
+    for one, rows in zip(solved, _rows([one.pieces for one in solved]), strict=True):
+        end, message = End.NOT_FOLLOWED, ""
+        kept: list[int] = []
+        limits = one.limits or [Limit()] * len(one.pieces)
+        for row, limit in zip(range(rows.start, rows.stop), limits, strict=True):
+            piece, over = pieces.pieces[row], float(swings[row])
+            stop = float(np.nanmin([limit.at, turns[row], over, np.inf]))
+            if stop > piece.start + SAME:
+                kept.append(row)
+                if stop < piece.stop:
+                    cuts[row] = stop
+            if stop == limit.at:
+                end, message = End.OUT_OF_REACH, limit.reason
+            elif stop == over:
+                end, message = End.SWINGS_ASIDE, "" if kept else NOT_IN_PLANE
+            elif not np.isinf(stop):
+                end = End.SNAPS
+            if end is not End.NOT_FOLLOWED:
+                break
+        ends.append((kept, end, message))
+    shorter = pieces.restricted(np.array([*cuts], dtype=np.int64), np.array([*cuts.values()]))
+    cut = dict(zip(cuts, shorter, strict=True))
+    return [
+        _Kept([cut.get(row, pieces.pieces[row]) for row in kept], end, message)
+        for kept, end, message in ends
+    ]
+
+
+def _swings(solved: Sequence[Solved], pieces: PieceArray) -> FloatArray:
+    """Where round rods leave their plane on each piece; NaN where they do not."""
+    swings = np.full(len(pieces.pieces), np.nan)
+    x1_init = np.full(len(pieces.pieces), np.nan)
+    for one, rows in zip(solved, _rows([one.pieces for one in solved]), strict=True):
+        if one.section is RodSection.ROUND and one.swings is None:
+            x1_init[rows] = one.x1_init
+        elif one.section is RodSection.ROUND:
+            swings[rows] = one.swings
+    sought = np.flatnonzero(np.isfinite(x1_init))
+    swings[sought] = _passes_under(pieces, sought, x1_init[sought])
+    return swings
+
+
+def _passes_under(pieces: PieceArray, of: IntArray, x1_init: FloatArray) -> FloatArray:
+    """Where clamps pass under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
+    # In tip contact that is x1_init itself. A piece may end there, up to rounding.
+    start, stop = pieces.start[of], pieces.stop[of]
+    inside = (start <= x1_init) & (x1_init <= stop + SAME)
+    at = np.where(inside, np.minimum(x1_init, stop), np.nan)
+    sought = np.flatnonzero(pieces.line[of] | ~pieces.by_x0[of])
+    if len(sought):
+        level, way = x1_init[sought] - 1.0, pieces.samples.x0 - pieces.samples.s_c
+        at[sought] = pieces.first(of[sought], way, level, _over_clamp, value=level)
+    return at
+
+
+def _extremes(pieces: PieceArray) -> _Extremes:
+    """Find where tips lift off, where −tan α is largest, and where rods touch the surface."""
+    lift, top, demand, touch = np.full((4, len(pieces.pieces)), np.nan)
+    # In the α = 0 state, where fx = 0, the surface pushes.
+    pulled = np.where(pieces.samples.reaction_fx < 0.0, pieces.samples.reaction_fy, -np.inf)
+    lifts = pieces.by_x0 & (pulled.max(axis=1, initial=-np.inf) >= 0.0)
+    rows = np.flatnonzero(lifts)
+    lift[rows] = pieces.first(rows, pulled, np.zeros(len(rows)), _normal_force)
+    rows = np.flatnonzero(pieces.by_x0 & ~lifts)
+    if len(rows):
+        sampled = pieces.samples.friction_demand[rows]
+        top[rows] = pieces.largest(rows, sampled, _FORCE, _demand_slope)
+        demand[rows] = pieces.at(rows, top[rows]).friction_demand
+    rows = np.flatnonzero(~pieces.line)
+    at = pieces.first(rows, -pieces.samples.phi1, np.zeros(len(rows)), _contact_slope)
+    rows, at = rows[np.isfinite(at)], at[np.isfinite(at)]
+    if len(rows):
+        touch[rows] = pieces.at(rows, at).x0
+    touch[pieces.line] = pieces.first_x0[pieces.line]
+    return _Extremes(lift=lift, top=top, demand=demand, touch=touch)
+
+
+def _lock(pieces: Sequence[Piece], extremes: _Extremes) -> tuple[float, float, Sequence[Piece]]:
+    """Locate where −tan α is largest on a curve, and its value there.
+
+    Where the tip lifts off −tan α is infinite, and nothing counts after that. The pieces up to
+    there are returned.
+    """
+    x0_lock, mu_lock = np.nan, -np.inf
+    for row, (lift, top, demand, _) in enumerate(zip(*extremes, strict=True)):
+        if np.isfinite(lift):
+            (last,) = pieces[row].alone.restricted(np.zeros(1, dtype=np.int64), np.array([lift]))
+            return float(lift), np.inf, [*pieces[:row], last]
+        if demand > mu_lock:
+            x0_lock, mu_lock = float(top), float(demand)
+    # A maximum in a kink belongs to both pieces: put it where the second one begins.
+    for piece in pieces[1:]:
+        if abs(piece.first_x0 - x0_lock) <= SAME:
+            x0_lock = piece.first_x0
+    return x0_lock, mu_lock, pieces
+
+
+def _first_touch(pieces: Sequence[Piece], extremes: _Extremes) -> float:
+    """First displacement at which φ1 = 0 on a curve; NaN if there is none."""
+    lying = [piece.contact is Contact.LINE for piece in pieces]
+    touches = extremes.touch[: len(pieces)]
+    # Where the rod lies down, it touches the surface for the first time.
+    sought = touches[lying] if any(lying) else touches[np.isfinite(touches)]
+    return float(sought[0]) if len(sought) else np.nan
