@@ -588,7 +588,7 @@ def test_errors_of_the_readings_move_all_periods_together(way):
 
 
 def test_without_noise_that_can_be_told_and_of_two_samples_nothing_is_read():
-    with pytest.raises(RecordingError, match="the noise of column force_y cannot be"):
+    with pytest.raises(RecordingError, match="the noise of column force_y is 0, or cannot be"):
         read_ratio(even())
     with pytest.raises(RecordingError, match="too little to identify friction from: 2 usable"):
         read_ratio(even().take(slice(2)), QUIET)

@@ -39,6 +39,10 @@ from vibrissa.sensor.whisker import Progress, Whisker, quiet
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+# Smaller noise, in units of the rod, is that of no transducer. Tolerances are so many times larger
+# that adjustments would be lost in rounding.
+LEAST_NOISE = 1e-7
+
 
 def _noise(
     noise: str | ArrayLike | None, transducer: Transducer | None, units: Units
@@ -57,8 +61,11 @@ def _noise(
         values = np.asarray(noise, dtype=float)
     if values.shape != (len(CHANNELS),):
         raise ArgumentError(f"noise needs three values, got {noise!r}")
-    if not (values >= 0.0).all() or not values.any():
-        raise ArgumentError(f"noise must be three values, none below 0 or all 0, got {noise!r}")
+    if not (((values == 0.0) | (values >= LEAST_NOISE)).all() and values.any()):
+        raise ArgumentError(
+            f"noise must be three values of at least {LEAST_NOISE:g} in units of the rod, or 0 for "
+            f"channels that are not used, but not for all; got {noise!r}"
+        )
     return values
 
 
