@@ -20,15 +20,8 @@ from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking.solving import shooting
 from vibrissa.sticking.solving.collocation import solve_curves
 from vibrissa.sticking.solving.continuation import begin, first_segment
-from vibrissa.sticking.solving.refinement import (
-    STATES_ALONG_PIECE,
-    Pieces,
-    combined,
-    flat,
-    guess_from,
-    interpolated,
-    solve_at,
-)
+from vibrissa.sticking.solving.paths import Pieces, combined, flat, interpolated, solve_at
+from vibrissa.sticking.solving.refinement import STATES_ALONG_PIECE, guess_from
 from vibrissa.sticking.solving.segments import STEP_SIZES
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001

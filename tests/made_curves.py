@@ -8,7 +8,7 @@ from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.assembly import Solved, assembled_curves
 from vibrissa.sticking.piece import Piece, StickingState
-from vibrissa.sticking.solving.refinement import Pieces
+from vibrissa.sticking.solving.paths import Pieces
 
 # Columns of the parameter t.
 COLUMNS = {

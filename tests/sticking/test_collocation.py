@@ -19,8 +19,9 @@ from vibrissa.sticking.solving.collocation import (
     NO_ROUND_END,
     NO_SWITCH,
 )
+from vibrissa.sticking.solving.finishing import Resolved
 from vibrissa.sticking.solving.offsets import StateSolution
-from vibrissa.sticking.solving.refinement import NOT_RESOLVED, Resolved
+from vibrissa.sticking.solving.refinement import NOT_RESOLVED
 from vibrissa.sticking.solving.segments import STEP_SIZES, Segment
 
 

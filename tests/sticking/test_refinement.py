@@ -16,12 +16,12 @@ from vibrissa.mechanics.admissibility import (
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking.piece import MARGINS, Piece, StickingState
-from vibrissa.sticking.solving import refinement
+from vibrissa.sticking.solving import finishing, refinement
+from vibrissa.sticking.solving.finishing import STATES_LOOKED_AT
 from vibrissa.sticking.solving.refinement import (
     DECAY_TOLERANCE,
     NODES_ALONG_ROD,
     STATES_ALONG_PIECE,
-    STATES_LOOKED_AT,
 )
 from vibrissa.sticking.solving.segments import Segment
 
@@ -149,11 +149,11 @@ def test_a_dip_is_found_however_narrow(place, power):
         return lambda at: np.abs(at - place) ** power - below
 
     narrow = 0.5e-4**power
-    at = refinement._dip(depth(narrow), 0.0, 1.0)
+    at = finishing._dip(depth(narrow), 0.0, 1.0)
     assert abs(at - place) < 0.5e-4
     # The same that stays above.
-    assert np.isnan(refinement._dip(depth(-narrow), 0.0, 1.0))
-    assert np.isnan(refinement._dip(depth(0.0), 0.0, 1.0))
+    assert np.isnan(finishing._dip(depth(-narrow), 0.0, 1.0))
+    assert np.isnan(finishing._dip(depth(0.0), 0.0, 1.0))
 
 
 @pytest.mark.parametrize("place", [0.0, 0.02, 0.4999, 1.0])
@@ -162,7 +162,7 @@ def test_the_first_inadmissible_shape(place):
         far = np.full(len(at), np.inf)
         return Clearance(clamp=np.where(at < place, 1.0, -1.0), surface=far, itself=far)
 
-    found = refinement._first_inadmissible(look, 0.0, 1.0)
+    found = finishing._first_inadmissible(look, 0.0, 1.0)
     assert found == pytest.approx(place, abs=1.1e-11) and found >= place
 
 
@@ -179,10 +179,10 @@ def limit(monkeypatch, **clearances):
             **{name: clearances.get(name, lambda t: t + np.inf)(t) for name in Clearance.names()}
         )
 
-    monkeypatch.setattr(refinement, "_clearances", known)
+    monkeypatch.setattr(finishing, "_clearances", known)
     path = made_states(chebyshev_nodes(17)[:, None])
     looked = known(made_states(chebyshev_nodes(STATES_LOOKED_AT)), Contact.POINT)
-    return refinement._limit(path, looked, made_pieces([0.0], [1.0]))
+    return finishing._limit(path, looked, made_pieces([0.0], [1.0]))
 
 
 @pytest.mark.parametrize(
@@ -235,7 +235,7 @@ def test_what_jumps_ends_where_it_does(monkeypatch):
 @pytest.mark.parametrize("place", [0.05, 0.7, 0.99])
 def test_a_rod_leaves_its_plane_where_its_exact_margin_vanishes(monkeypatch, place):
     """The margin on few nodes is off by a little; fx is the share of the piece."""
-    monkeypatch.setattr(refinement, "stability_aside", lambda s: (place - s.fx) * (1.0 + s.fx))
+    monkeypatch.setattr(finishing, "stability_aside", lambda s: (place - s.fx) * (1.0 + s.fx))
     path = made_states(chebyshev_nodes(17)[:, None])
     t = 2.0 + 3.0 * chebyshev_nodes(9)
     columns = dict.fromkeys(StickingState.names(), 0.0 * t) | {"x0": t}
@@ -246,6 +246,6 @@ def test_a_rod_leaves_its_plane_where_its_exact_margin_vanishes(monkeypatch, pla
         kind = {"contact": Contact.POINT, "parameter": Parameter.X0}
         return Piece(**kind, start=2.0, stop=5.0, states=states)
 
-    assert refinement._swing(path, piece()) == pytest.approx(2.0 + 3.0 * place, abs=1e-11)
-    assert np.isnan(refinement._swing(path, piece(stability_aside=5.1 - t)))
-    assert refinement._swing(path, piece(stability_aside=1.9 - t)) == 2.0
+    assert finishing._swing(path, piece()) == pytest.approx(2.0 + 3.0 * place, abs=1e-11)
+    assert np.isnan(finishing._swing(path, piece(stability_aside=5.1 - t)))
+    assert finishing._swing(path, piece(stability_aside=1.9 - t)) == 2.0

@@ -31,7 +31,8 @@ from vibrissa.sticking.solving.continuation import (
     second_segment,
 )
 from vibrissa.sticking.solving.cuts import exact_advance, exact_x1_init
-from vibrissa.sticking.solving.refinement import NOT_RESOLVED, Resolved, guess_from, resolve
+from vibrissa.sticking.solving.finishing import Resolved
+from vibrissa.sticking.solving.refinement import NOT_RESOLVED, guess_from, resolve
 from vibrissa.sticking.solving.sections import Sections, in_order, pieces_of, sections_of
 from vibrissa.sticking.solving.segments import STEP_SIZES, Segment, StepSizes
 

@@ -9,7 +9,8 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.solving.cuts import switches_between
-from vibrissa.sticking.solving.refinement import Pieces, Resolved
+from vibrissa.sticking.solving.finishing import Resolved
+from vibrissa.sticking.solving.paths import Pieces
 from vibrissa.sticking.solving.segments import Segment
 
 
