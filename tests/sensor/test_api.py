@@ -183,11 +183,11 @@ def test_what_is_estimated_comes_with_the_result(signals):
         ({"noise": [1.0, 1.0]}, "noise needs three values"),
         ({"noise": "3 mN, 3 mN"}, "noise needs three values"),
         ({"noise": "3 mN, 3 m, 1"}, "noise must be a force"),
-        ({"noise": "3 mN, -3 mN, 1 uN*m"}, "noise must be three values of at least 1e-07 in units"),
-        ({"noise": "0 N, 0 N, 0 N*m"}, "but not for all; got '0 N, 0 N, 0 N.m'"),
-        ({"noise": "1e-3, 0.99e-7, 1e-3"}, "noise must be three values of at least 1e-07 in"),
-        ({"noise": [np.nan, 1.0, 1.0]}, "noise must be three values of at least"),
-        ({"transducer": replace(SENSOR, resolution=(0, 0, 0), noise=(0, 0, 0))}, "but not for all"),
+        ({"noise": "3 mN, -3 mN, 1 uN*m"}, "noise must be three values, none negative, not all 0,"),
+        ({"noise": "0 N, 0 N, 0 N*m"}, "not all 0, got '0 N, 0 N, 0 N.m'"),
+        ({"noise": [np.nan, 1.0, 1.0]}, "noise must be three values, none negative"),
+        ({"transducer": replace(SENSOR, resolution=(0, 0, 0), noise=(0, 0, 0))}, "not all 0, got"),
+        ({"noise": "1e-3, 0.99e-7, 0"}, "noise must be at least 1e-07 in units of the rod, or 0"),
         ({"step": "1e-400 m", "method": "spacing"}, "step must have a size"),
     ],
 )
@@ -203,6 +203,15 @@ def test_a_channel_without_noise_is_not_used(whisker, signals):
     found = identify(whisker, frame, **asked)
     other = identify(whisker, frame.assign(moment_z=frame.moment_z + 1.0), **asked)
     assert found.periods.mu0 == pytest.approx(other.periods.mu0, nan_ok=True)
+
+
+def test_without_a_rod_noise_may_be_that_of_a_small_transducer(signals):
+    frame = signals.to_pandas()[:300]
+    names = {"footpoint": "footpoint [m]", "force_x": "force_x [N]", "force_y": "force_y [N]"}
+    small = 1e-9 * frame[[*names]].rename(columns=names)
+    noise = "3 pN, 3 pN, 0.01 pN*m"
+    found = identify(None, small, method="ratio", noise=noise, assume=False)
+    assert (found.periods.status == "slip").sum() > 2
 
 
 @pytest.mark.parametrize(

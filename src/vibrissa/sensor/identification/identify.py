@@ -61,10 +61,13 @@ def _noise(
         values = np.asarray(noise, dtype=float)
     if values.shape != (len(CHANNELS),):
         raise ArgumentError(f"noise needs three values, got {noise!r}")
-    if not (((values == 0.0) | (values >= LEAST_NOISE)).all() and values.any()):
+    if not ((values >= 0.0).all() and values.any()):
+        raise ArgumentError(f"noise must be three values, none negative, not all 0, got {noise!r}")
+    # Without a rod nothing is adjusted.
+    if not units.si and ((values > 0.0) & (values < LEAST_NOISE)).any():
         raise ArgumentError(
-            f"noise must be three values of at least {LEAST_NOISE:g} in units of the rod, or 0 for "
-            f"channels that are not used, but not for all; got {noise!r}"
+            f"noise must be at least {LEAST_NOISE:g} in units of the rod, or 0 for a channel that "
+            f"is not used, got {noise!r}"
         )
     return values
 
