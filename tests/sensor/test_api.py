@@ -187,7 +187,7 @@ def test_what_is_estimated_comes_with_the_result(signals):
         ({"noise": "0 N, 0 N, 0 N*m"}, "not all 0, got '0 N, 0 N, 0 N.m'"),
         ({"noise": [np.nan, 1.0, 1.0]}, "noise must be three values, none negative"),
         ({"transducer": replace(SENSOR, resolution=(0, 0, 0), noise=(0, 0, 0))}, "not all 0, got"),
-        ({"noise": "1e-3, 0.99e-7, 0"}, "noise must be at least 1e-07 in units of the rod, or 0"),
+        ({"noise": "1e-3, 4.9e-8, 0"}, "noise must be at least 5e-08 in units of the rod, or 0"),
         ({"step": "1e-400 m", "method": "spacing"}, "step must have a size"),
     ],
 )

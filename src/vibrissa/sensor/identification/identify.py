@@ -39,9 +39,9 @@ from vibrissa.sensor.whisker import Progress, Whisker, quiet
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-# Smaller noise, in units of the rod, is that of no transducer. Tolerances are so many times larger
-# that adjustments would be lost in rounding.
-LEAST_NOISE = 1e-7
+# Tolerances are so many times larger than smaller noise, in units of the rod, that adjustments are
+# lost in rounding. With this one the deviation of the friction is good to 0.2 %.
+LEAST_ADJUSTED = 5e-8
 
 
 def _noise(
@@ -64,10 +64,10 @@ def _noise(
     if not ((values >= 0.0).all() and values.any()):
         raise ArgumentError(f"noise must be three values, none negative, not all 0, got {noise!r}")
     # Without a rod nothing is adjusted.
-    if not units.si and ((values > 0.0) & (values < LEAST_NOISE)).any():
+    if not units.si and ((values > 0.0) & (values < LEAST_ADJUSTED)).any():
         raise ArgumentError(
-            f"noise must be at least {LEAST_NOISE:g} in units of the rod, or 0 for a channel that "
-            f"is not used, got {noise!r}"
+            f"noise must be at least {LEAST_ADJUSTED:g} in units of the rod, or 0 for a channel "
+            f"that is not used, got {noise!r}"
         )
     return values
 
