@@ -41,9 +41,8 @@ SIZES = {
 FRICTIONS = 100
 # Processor time of a rule's jobs: the machine may have other work to do.
 RULES = {
-    "curves": "solving / core-s",
-    "points": "reading / core-s",
-    "stiction": "collecting / core-s",
+    "chunk": "solving and reading / core-s",
+    "stiction": "one table / core-s",
 }
 MEMORY = "largest process / MB"
 GIB = 1024**3 / 1e6
@@ -102,7 +101,7 @@ def run(points: int, cores: int) -> dict[str, float]:
                 for rule, column in RULES.items()
             },
             MEMORY: round(max(usage.ru_maxrss * 1024, every["max_rss"].max() * 1024**2) / 1e6),
-            "blocks / MB": megabytes(*results.glob("blocks/*/*.parquet")),
+            "chunks / MB": megabytes(*results.glob("chunks/*/*.parquet")),
             "table / MB": megabytes(table),
             "read for one (θ, η) / MB": bytes_read(table, axes["theta"][3], axes["eta"][5]),
         }
@@ -117,8 +116,10 @@ def folder_kept_on_failure() -> Iterator[Path]:
 
 
 def benchmarks(results: Path, rule: str) -> pd.DataFrame:
-    """Snakemake's benchmark files of a rule."""
-    paths = [*results.glob(f"benchmarks/{rule}/*.tsv"), *results.glob(f"benchmarks/{rule}.tsv")]
+    """Snakemake's benchmark files of a rule; of chunks there are many."""
+    folder = "chunks/**/" if rule == "chunk" else "**/" if rule == "*" else ""
+    name = "*" if rule == "chunk" else rule
+    paths = results.glob(f"benchmarks/{folder}{name}.tsv")
     return pd.concat([pd.read_csv(path, sep="\t") for path in paths])
 
 
@@ -178,10 +179,7 @@ def draw(rows: dict[int, dict[str, str]], path: Path) -> None:
     for name, style in (
         ("to stiction.parquet / s", "ko-"),
         ("all / core-s", "k--"),
-        *(
-            (column, style)
-            for column, style in zip(RULES.values(), ("s-", "D-", "^-"), strict=True)
-        ),
+        *((column, style) for column, style in zip(RULES.values(), ("s-", "^-"), strict=True)),
     ):
         times.loglog(shown.index, shown[name], style, markersize=4, linewidth=1, label=name)
     times.set(xlabel="points", ylabel="time")

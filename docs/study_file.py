@@ -1,4 +1,4 @@
-"""Write what describes study files from their model: `make schema`.
+"""Write what describes study files from their model.
 
 That is docs/study_file.md, the same as config/README.md for Snakemake's workflow catalogue, and the
 JSON Schema.
@@ -8,9 +8,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+from vibrissa.study.axes import spell_values
 from vibrissa.study.claims import Claims
-from vibrissa.study.figures import KINDS
-from vibrissa.study.mistakes import spell_axis
+from vibrissa.study.figures import KINDS, TABLES
 from vibrissa.study.model import (
     ComparisonSection,
     GridSection,
@@ -19,7 +19,7 @@ from vibrissa.study.model import (
     Study,
 )
 from vibrissa.study.schema import study_schema
-from vibrissa.study.values import ClosestSection, RefineSection, Section
+from vibrissa.study.sections import Section
 
 PAGE = Path(__file__).with_name("study_file.md")
 CATALOGUE = PAGE.parents[1] / "config/README.md"
@@ -37,76 +37,55 @@ def summary(section: type[Section]) -> str:
     return (section.__doc__ or "").partition("\n")[0]
 
 
-def keys(schema: dict[str, Any], leave_out: tuple[str, ...] = ()) -> list[str]:
+def table(head: str, rows: list[tuple[str, ...]]) -> list[str]:
+    """Write a table in Markdown; the head separates its cells by a stroke."""
+    names = [cell.strip() for cell in head.split("|")]
+    return ["| " + " | ".join(row) + " |" for row in (names, ["---"] * len(names), *rows)]
+
+
+def keys(schema: dict[str, Any]) -> list[str]:
     """Table of the keys of a section."""
-    lines = ["| key | what it is | default |", "| --- | --- | --- |"]
+    rows = []
     for key, value in schema["properties"].items():
-        if key in leave_out:
-            continue
+        default = value.get("default")
+        shown = "–" if default in (None, "", {}) else f"`{json.dumps(default)}`"
         needed = key in schema.get("required", ())
-        default = "needed" if needed else f"`{value['default']}`" if value.get("default") else "–"
-        lines.append(f"| `{key}` | {value['description']} | {default} |")
-    return lines
+        rows.append((f"`{key}`", value["description"], "required" if needed else shown))
+    return table("key | what it is | default", rows)
 
 
-def refine(definitions: dict[str, Any]) -> list[str]:
-    """Describe how points are added to a grid."""
-    closest = keys(definitions[ClosestSection.__name__])
-    return [
-        "",
-        "### `refine`",
-        "",
-        f"{summary(RefineSection)} See [Points where they matter](refine.md).",
-        "",
-        *keys(definitions[RefineSection.__name__]),
-        "",
-        f"`closest`: {summary(ClosestSection)}",
-        "",
-        *closest,
-    ]
-
-
-def figures(definitions: dict[str, Any]) -> list[str]:
+def figures() -> list[str]:
     """Describe the kinds of figures."""
-    lines = [
+    rows = [
+        (
+            f"`{name}`",
+            kind.shows,
+            f"`{kind.source}` (table `{TABLES[kind.source]}`)",
+            ", ".join(f"`{key}`" for key in (*kind.required, *kind.single)) or "–",
+        )
+        for name, kind in KINDS.items()
+    ]
+    return [
         "## `figures`",
         "",
-        "Each figure has a name, a `kind` and perhaps a `caption`. The other keys depend on the "
-        "kind. An axis",
-        "that is named below may be left out where the data have one value of it.",
+        "Each figure has a name, a `kind`, the key that names what it is drawn from, and perhaps a",
+        "`caption`. The key of an axis may be left out where the data have one value of it.",
+        "",
+        *table("kind | what it shows | drawn from | further keys", rows),
     ]
-    for figure in KINDS:
-        schema = definitions[figure.__name__]
-        kind = schema["properties"]["kind"]
-        names = kind.get("enum", [kind.get("const")])
-        lines += [
-            "",
-            f"### {', '.join(names)}",
-            "",
-            f"{summary(figure)} Drawn from table `{figure.table}`.",
-            "",
-            *keys(schema, leave_out=("kind", "caption")),
-        ]
-    return lines
 
 
 def claims(definitions: dict[str, Any]) -> list[str]:
-    """Describe the data that the paper's statements are judged by."""
-    lines = [
-        "## `claims`",
-        "",
-        summary(Claims),
-        "",
-        "| key | what it is | values that the data need |",
-    ]
-    lines.append("| --- | --- | --- |")
+    """Describe the data by which the paper's statements are judged."""
+    rows = []
     for key, value in definitions["Claims"]["properties"].items():
         needs = [
-            f"{axis} = {spell_axis(values)}{' only' * (axis in Claims.setup)}"
+            f"{axis} = {spell_values(values)}{' only' * (axis in Claims.setup)}"
             for axis, values in Claims.needed[key].items()
         ]
-        lines.append(f"| `{key}` | {value['description']} | {'; '.join(needs)} |")
-    return lines
+        rows.append((f"`{key}`", value["description"], "; ".join(needs)))
+    head = "key | what it is | values that the data need"
+    return ["## `claims`", "", summary(Claims), "", *table(head, rows)]
 
 
 def page() -> str:
@@ -116,7 +95,7 @@ def page() -> str:
     lines = [
         "# Keys of a study file",
         "",
-        "<!-- made by make schema from src/vibrissa/study: edit that -->",
+        "<!-- made from src/vibrissa/study: edit that -->",
         "",
         f"{summary(Study)} To make one, see [A study of your own](study.md).",
         "",
@@ -125,9 +104,7 @@ def page() -> str:
     for name, section in SECTIONS.items():
         described = keys(definitions[section.__name__])
         lines += ["", f"## `{name}`", "", f"Each has a name. {summary(section)}", "", *described]
-        if name == "grids":
-            lines += refine(definitions)
-    lines += ["", *figures(definitions), "", *claims(definitions)]
+    lines += ["", *figures(), "", *claims(definitions)]
     return "\n".join(lines) + "\n"
 
 
@@ -137,7 +114,6 @@ def catalogue_page() -> str:
         page()
         .replace("# Keys of a study file", "# Configuration", 1)
         .replace("](study.md)", "](../docs/study.md)")
-        .replace("](refine.md)", "](../docs/refine.md)")
     )
 
 

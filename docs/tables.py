@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vibrissa.tables.dictionary import Entry, entries
+from vibrissa.tables.frames import Entry, entries
 from vibrissa.tables.schemas import TABLES
 from vibrissa.wording import markdown_table
 

@@ -3,16 +3,14 @@ import signal
 from pathlib import Path
 
 import pytest
-import yaml
 from hypothesis import settings
 
-from vibrissa import solve_curve, solve_state, stick_slip
+import made_tables
+from vibrissa import solve_state
 from vibrissa.design import search
 from vibrissa.sticking import api
-from vibrissa.study.grid import points_on_curves
-from vibrissa.study.parsing import parse_study
+from vibrissa.study.reading import read_study
 from vibrissa.tables import records, schemas, store
-from vibrissa.tables.points import points_tables
 
 ROOT = Path(__file__).parents[1]
 
@@ -49,32 +47,19 @@ def _no_kept_curves():
 @pytest.fixture(scope="session")
 def paper():
     """The paper's study."""
-    return parse_study(yaml.safe_load((ROOT / "config.yaml").read_text()))
+    return read_study(ROOT / "config.yaml")
 
 
 @pytest.fixture(scope="session")
 def study_tables(paper):
     """Tables of the paper's study, by its code but without its workflow."""
-    curves = {key: solve_curve(float(key.theta), float(key.eta)) for key in paper.curve_keys}
-    points = ((points, curves[key]) for key, points in points_on_curves(curves, paper.point_grids))
-    scans = [
-        records.scan_table(
-            name,
-            point,
-            stick_slip(curve, point.mu0, point.dx0, scan.cycles),
-            study=paper.name,
-            method=curve.method,
-        )
-        for name, scan in paper.scans.items()
-        for point in scan.grid.points()
-        for curve in [curves[point.curve_key(by_step=False)]]
-    ]
     states = {
-        name: solve_state(*(float(value) for value in (state.theta, state.eta, state.x1)))
-        for name, state in paper.states.items()
+        name: solve_state(state.theta, state.eta, state.x1) for name, state in paper.states.items()
     }
+    grids = [made_tables.points(name, grid.axes) for name, grid in paper.grids.items()]
+    scans = [made_tables.scans(name, scan) for name, scan in paper.scans.items()]
     return {
-        "stiction": store.joined(list(points_tables(points, paper.name)), schemas.STICTION),
+        "stiction": store.joined(grids, schemas.STICTION),
         "scans": store.joined(scans, schemas.SCANS),
         "states": records.states_table(states, paper.name),
     }

@@ -3,14 +3,12 @@
 from decimal import Decimal
 from functools import cache
 
+from made_tables import grid, points
 from vibrissa import Mounting, solve_curve, solve_state, stick_slip
 from vibrissa.sticking.curve import failed_curve
-from vibrissa.study.codec import decode_grid, decode_key
-from vibrissa.study.grid import points_on_curves
 from vibrissa.tables import records, schemas, store
-from vibrissa.tables.points import points_tables
 
-MU0 = ("0.2", "0.3", "0.45", "0.9")
+MU0 = (0.2, 0.3, 0.45, 0.9)
 FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck")
 
 
@@ -18,24 +16,19 @@ FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luc
 def curves():
     """Curves of a cylinder, of a rod that lies down, and of one that was not found."""
     return {
-        "1": solve_curve(1.0, 0.85),
-        "3": solve_curve(3.0, 0.85, contact="line"),
-        "9": FAILED,
+        1.0: solve_curve(1.0, 0.85),
+        3.0: solve_curve(3.0, 0.85, contact="line"),
+        9.0: FAILED,
     }
-
-
-def grid(*theta):
-    axes = {"theta": theta, "mu0": MU0, "eta": ("0.85",), "dx0": ("0.01",)}
-    return decode_grid(axes)
 
 
 @cache
 def stiction():
     """Two grids, of which one lies within the other."""
-    grids, parts = {"main": grid("1", "3", "9"), "more": grid("3")}, []
-    for theta, curve in curves().items():
-        ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
-        parts += points_tables([(points, curve)], "small")
+    parts = [
+        points(name, grid(thetas, MU0, dx0=(0.01,)), "small", [curves()[theta] for theta in thetas])
+        for name, thetas in {"main": (1.0, 3.0, 9.0), "more": (3.0,)}.items()
+    ]
     return store.joined(parts, schemas.STICTION)
 
 
@@ -43,10 +36,10 @@ def stiction():
 def scans():
     """Three scans: one that slips, one that swings aside and is dragged, one without states."""
     parts = []
-    for theta, mu0, step in (("1", 0.3, "0.004"), ("3", 0.9, "0.1"), ("9", 0.3, "0.01")):
-        (point, *_) = grid(theta).points()
+    for theta, mu0, step in ((1.0, 0.3, "0.004"), (3.0, 0.9, "0.1"), (9.0, 0.3, "0.01")):
+        point = {name: values[0] for name, values in grid((theta,), MU0, dx0=(0.01,)).items()}
         curve = curves()[theta]
-        scan = stick_slip(curve, mu0, Decimal(step), 2, 5, "line" if theta == "3" else "point")
+        scan = stick_slip(curve, mu0, Decimal(step), 2, 5, "line" if theta == 3 else "point")
         parts.append(records.scan_table("runs", point, scan, study="small", method=curve.method))
     return store.joined(parts, schemas.SCANS)
 
@@ -74,7 +67,7 @@ def columns(table):
     found = {}
     for name in table.schema.names:
         values = table.column(name).to_pylist()
-        if "list<" in str(table.schema.field(name).type) and name not in ("grids", "added_to"):
+        if "list<" in str(table.schema.field(name).type):
             values = [[row[0], row[len(row) // 2], row[-1]] if row else [] for row in values]
         elif any(isinstance(value, float | int) for value in values):
             values = [float("nan") if value is None else value for value in values]

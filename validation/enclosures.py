@@ -16,26 +16,27 @@ import csv
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from decimal import Decimal, localcontext
 from hashlib import sha256
+from itertools import product
 from pathlib import Path
 
 import flint
 import typer
 
 import vibrissa.proof
-from vibrissa.decimals import spell
+from vibrissa.decimals import exact, spell
 from vibrissa.errors import ArgumentError, VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.outcomes import Contact
 from vibrissa.proof import Effort
 from vibrissa.proof.starting import suitable
 from vibrissa.proof.table import Enclosure, curve_enclosures, state_enclosures
-from vibrissa.study.grid import study_points
-from vibrissa.study.model import Study
+from vibrissa.study.axes import MOUNTING_AXES
+from vibrissa.study.model import GridSection, Study
 from vibrissa.study.reading import read_study
 
 AXES = ("eta", "theta", "mu0", "dx0")
@@ -108,19 +109,37 @@ def jobs(study: Study, effort: Effort | None = None) -> list[Job]:
     if study.contact is not Contact.POINT:
         raise ArgumentError(f"study {study.name}: only tip contact (contact: point) is proved")
     found: list[Job] = []
-    if any(any(key.mounting) for key in study.curve_keys):
-        raise ArgumentError(f"study {study.name}: only the ideal mounting is proved")
-    for key, on_curve in study_points(study.point_grids | study.scan_grids):
-        points = list(zip(on_curve.mu0, on_curve.dx0, strict=True))
-        spent = effort or suitable(key.theta)
+    grids = [*study.grids.values(), *study.scans.values()]
+    for (theta, eta), points in points_of_rods(study.name, grids).items():
+        spent = effort or suitable(theta)
         for first in range(0, len(points), POINTS):
             part = points[first : first + POINTS]
-            found.append(CurveJob(key.theta, key.eta, part, spent, lock=first == 0))
+            found.append(CurveJob(theta, eta, part, spent, lock=first == 0))
     for name, state in study.states.items():
         if state.contact in (None, Contact.POINT):
-            spent = effort or suitable(state.theta)
-            found.append(StateJob(name, state.theta, state.eta, state.x1, spent))
+            place = exact(state.theta), exact(state.eta), exact(state.x1)
+            found.append(StateJob(name, *place, effort or suitable(place[0])))
     return found
+
+
+def points_of_rods(
+    study: str, grids: Iterable[GridSection]
+) -> dict[tuple[Decimal, Decimal], list[tuple[Decimal, Decimal]]]:
+    """Friction coefficients and steps of some grids of a study, by taper and height, once each.
+
+    Raises
+    ------
+    ArgumentError
+        If a rod is mounted in another way than in the paper.
+    """
+    found: dict[tuple[Decimal, Decimal], set[tuple[Decimal, Decimal]]] = {}
+    for grid in grids:
+        if any(set(grid.axes[axis]) != {0.0} for axis in MOUNTING_AXES):
+            raise ArgumentError(f"study {study}: only the ideal mounting is proved")
+        pairs = set(product(map(exact, grid.mu0), map(exact, grid.dx0)))
+        for eta, theta in product(map(exact, grid.eta), map(exact, grid.theta)):
+            found.setdefault((theta, eta), set()).update(pairs)
+    return {rod: sorted(found[rod]) for rod in sorted(found, key=lambda rod: rod[::-1])}
 
 
 def lines(found: Sequence[Enclosure], effort: Effort) -> list[Line]:
@@ -211,9 +230,10 @@ def cycles(study: Study, found: Sequence[Line]) -> Iterator[Line]:
     """
     known = {(row_of(line), line["quantity"]): line for line in found if line["on_path"] == "yes"}
     for name, scan in study.scans.items():
-        for point in scan.grid.points():
-            on_curve = {"eta": spell(point.eta), "theta": spell(point.theta)}
-            at_point = on_curve | {"mu0": spell(point.mu0), "dx0": spell(point.dx0)}
+        for point in scan.points():
+            dx0 = exact(point["dx0"])
+            on_curve = {axis: spell(exact(point[axis])) for axis in ("eta", "theta")}
+            at_point = on_curve | {"mu0": spell(exact(point["mu0"])), "dx0": spell(dx0)}
             n_steps, alpha, x1 = (
                 known.get((row_of({"table": table, **row}), quantity))
                 for table, row, quantity in (
@@ -226,7 +246,7 @@ def cycles(study: Study, found: Sequence[Line]) -> Iterator[Line]:
                 continue
             for cycle in range(1, scan.cycles + 1):
                 row = at_point | {"table": "scans", "scan": name, "cycle": str(cycle)}
-                for quantity, source, value in cycle_numbers(n_steps, alpha, x1, point.dx0, cycle):
+                for quantity, source, value in cycle_numbers(n_steps, alpha, x1, dx0, cycle):
                     yield source | row | {"quantity": quantity, "midpoint": spell(value)}
 
 
@@ -310,7 +330,7 @@ def main(argv: Sequence[str]) -> int:
     options = parser.parse_args(argv)
     differing: list[Line] = []
     try:
-        study = read_study([options.configfile])
+        study = read_study(Path(options.configfile))
         wanted = jobs(study, Effort(*options.effort) if options.effort else None)
         path = options.output or Path("tests/regression", study.name, "enclosures.csv")
         begin = time.monotonic()

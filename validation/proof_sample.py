@@ -25,12 +25,12 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from enclosures import points_of_rods
 
 from vibrissa import proof, solve_curve
 from vibrissa.decimals import exact
-from vibrissa.errors import ArgumentError, NotProvedError, VibrissaError
+from vibrissa.errors import NotProvedError, VibrissaError
 from vibrissa.outcomes import Contact
-from vibrissa.study.grid import study_points
 from vibrissa.study.reading import read_study
 
 THETA, ETA, SHARE = (1.0, 8.0), (0.4, 0.97), (0.02, 0.98)
@@ -80,13 +80,11 @@ def anywhere(seed: int) -> Place:
 
 def of_study(path: Path, number: int, seed: int) -> list[Place]:
     """Draw random points of a study's grids."""
-    study = read_study([path])
-    if any(any(key.mounting) for key in study.curve_keys):
-        raise ArgumentError(f"study {study.name}: only the ideal mounting is proved")
+    study = read_study(path)
     points = [
-        Place(theta=key.theta, eta=key.eta, contact=study.contact, mu0=mu0)
-        for key, on_curve in study_points(study.point_grids)
-        for mu0 in dict.fromkeys(on_curve.mu0)
+        Place(theta=theta, eta=eta, contact=study.contact, mu0=mu0)
+        for (theta, eta), pairs in points_of_rods(study.name, study.grids.values()).items()
+        for mu0 in dict.fromkeys(mu0 for mu0, _ in pairs)
     ]
     return random.Random(seed).sample(points, min(number, len(points)))
 

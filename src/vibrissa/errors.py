@@ -37,10 +37,6 @@ class StudyError(VibrissaError):
         self.mistakes = (first, *others)
 
 
-class PlanError(VibrissaError):
-    """A plan of blocks that cannot be read or written."""
-
-
 class TableError(VibrissaError):
     """A table that cannot be read or is not what it should be."""
 

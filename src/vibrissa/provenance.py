@@ -1,16 +1,19 @@
-"""Which code is running: the commit that it is from."""
+"""Which code is running: the commit that it is from, and a digest of its sources."""
 
+import hashlib
 import subprocess
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parent
 # Beside the package where it was installed from a wheel; written by hatch_build.py.
 COMMIT_FILE = "commit.txt"
+# Sources of the package, also those of web pages.
+SOURCES = (".py", ".html", ".css", ".js")
 # What a number may depend on, relative to the clone. A study file does not belong to it: a table
 # holds its text.
 CODE = (
     *("Snakefile", "Makefile", "pyproject.toml", "hatch_build.py"),
-    *("requirements.lock", "environment.yml", "src", "workflow"),
+    *("locks", "environment.yml", "src", "workflow"),
 )
 # Of that, what says only where jobs run: an account of a cluster changes no number.
 PROFILES = "workflow/profiles"
@@ -33,3 +36,29 @@ def commit() -> str:
         return git("rev-parse", "HEAD") + ("-dirty" if edited else "")
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
+
+
+def digest(*packages: str) -> str:
+    """Digest of the sources of some subpackages, so that a job can depend on them.
+
+    Parameters
+    ----------
+    *packages : str
+        Their names, as in ``sticking``; without any, of the whole package.
+
+    Returns
+    -------
+    str
+        Changes with the modules of these packages and with those beside the packages.
+    """
+    files = [path for path in _PACKAGE.rglob("*") if path.suffix in SOURCES]
+    if packages:
+        files = [path for path in files if path.parent == _PACKAGE or _top(path) in packages]
+    total = hashlib.sha256()
+    for path in sorted(files):
+        total.update(f"{path.relative_to(_PACKAGE)}\n".encode() + path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def _top(path: Path) -> str:
+    return path.relative_to(_PACKAGE).parts[0]

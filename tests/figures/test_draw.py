@@ -1,15 +1,12 @@
-from decimal import Decimal
 from functools import cache
-from typing import get_args
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
-import pyarrow.compute as pc
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 
+import made_tables
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.figures import style
 from vibrissa.figures.draw import KINDS, _failure, draw
@@ -18,36 +15,30 @@ from vibrissa.outcomes import Status
 from vibrissa.sticking.api import EquilibriumState
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
-from vibrissa.study import figures as study
-from vibrissa.study.codec import decode_grid, decode_key
-from vibrissa.study.grid import Refinement, points_on_curves
-from vibrissa.tables import query, records, schemas, store
-from vibrissa.tables.points import points_tables
-from vibrissa.tables.refining import refined_lines, with_added
+from vibrissa.tables import records, schemas, store
 
-THETA = ("1", "1.5", "2", "3")
-MU0 = ("0.2", "0.3", "0.4", "0.9")
+THETA = (1.0, 1.5, 2.0, 3.0)
+MU0 = (0.2, 0.3, 0.4, 0.9)
 FAILED = failed_curve(theta=2.0, eta=0.05, method="collocation", message="no luck")
 
 
-def grid(theta=THETA, mu0=MU0, dx0=("0.001", "0.005"), eta=("0.85",)):
-    return decode_grid({"theta": theta, "mu0": mu0, "eta": eta, "dx0": dx0})
+def grid(theta=THETA, mu0=MU0, dx0=(0.001, 0.005), eta=(0.85,)):
+    return made_tables.grid(theta, mu0, eta, dx0)
 
 
 def points_table(grids, curves):
-    parts = []
-    for theta, curve in curves.items():
-        (eta,) = {eta for axes in grids.values() for eta in axes.eta}
-        ((_, points),) = points_on_curves([decode_key([theta, str(eta)])], grids)
-        parts += points_tables([(points, curve)], "a")
-    # Rows in no order that a figure could rely on
+    parts = [
+        made_tables.points(name, axes, "a", [curves[theta] for theta in axes["theta"]])
+        for name, axes in grids.items()
+    ]
     table = store.joined(parts, schemas.STICTION)
+    # Rows in no order that a figure could rely on
     return table.take(np.random.default_rng(1).permutation(len(table)))
 
 
 def scan_table(curve, theta, mu0):
-    (point,) = grid((theta,), (mu0,), ("0.01",)).points()
-    scan = stick_slip(curve, point.mu0, point.dx0, 3)
+    point = {name: one for name, (one,) in grid((theta,), (mu0,), (0.01,)).items()}
+    scan = stick_slip(curve, mu0, 0.01, 3)
     return records.scan_table("runs", point, scan, study="a", method=curve.method)
 
 
@@ -73,16 +64,16 @@ def curve_of(theta):
 def tables():
     return {
         "stiction": points_table(
-            {"main": grid(mu0=MU0[:3]), "locks": grid(theta=("2",))},
+            {"main": grid(mu0=MU0[:3]), "locks": grid(theta=(2.0,))},
             {theta: curve_of(theta) for theta in THETA},
         ),
-        "failed points": points_table({"main": grid(theta=("9",))}, {"9": FAILED}),
+        "failed points": points_table({"main": grid(theta=(9.0,))}, {9.0: FAILED}),
         "scans": store.joined(
             [
-                scan_table(curve_of("2"), "2", "0.3"),
-                scan_table(curve_of("3"), "3", "0.3"),
-                scan_table(curve_of("2"), "2", "0.9"),
-                scan_table(FAILED, "1", "0.3"),
+                scan_table(curve_of(2.0), 2.0, 0.3),
+                scan_table(curve_of(3.0), 3.0, 0.3),
+                scan_table(curve_of(2.0), 2.0, 0.9),
+                scan_table(FAILED, 1.0, 0.3),
             ],
             schemas.SCANS,
         ),
@@ -120,7 +111,7 @@ def rows(table, **values):
     found = [
         row
         for row in tables()[table].to_pylist()
-        if all(value in row[k] if k == "grids" else row[k] == value for k, value in values.items())
+        if all(row[key] == value for key, value in values.items())
     ]
     assert found
     return found
@@ -128,10 +119,6 @@ def rows(table, **values):
 
 def column(found, name):
     return [row[name] for row in found]
-
-
-def kind_names(model):
-    return get_args(model.model_fields["kind"].annotation)
 
 
 def drawn(axes):
@@ -151,7 +138,7 @@ def test_taper_figure_shows_marks_and_onset_of_each_friction():
     assert [line.get_marker() for line in lines[1::2]] == ["s", "D", "^"]
     assert len({line.get_color() for line in lines}) == 3
     for mu0, onset, marks in zip((0.2, 0.3, 0.4), lines[::2], lines[1::2], strict=True):
-        found = sorted(rows("stiction", grids="main", dx0=0.001, mu0=mu0), key=lambda r: r["theta"])
+        found = sorted(rows("stiction", grid="main", dx0=0.001, mu0=mu0), key=lambda r: r["theta"])
         assert column(found, "theta") == [1, 1.5, 2, 3]
         assert is_line(onset, column(found, "theta"), column(found, "x0_slip"))
         assert is_line(marks, column(found, "theta"), column(found, "x0_max"))
@@ -162,19 +149,19 @@ def test_taper_figure_shows_marks_and_onset_of_each_friction():
 def test_friction_figure_shows_marks_onset_and_lock():
     _, axes = example("friction")
     onset, marks, lock = drawn(axes)
-    found = sorted(rows("stiction", grids="locks", dx0=0.005), key=lambda row: row["mu0"])
+    found = sorted(rows("stiction", grid="locks", dx0=0.005), key=lambda row: row["mu0"])
     assert [row["status"] for row in found] == ["slip", "slip", "slip", "lock"]
     slips = found[:3]
     assert is_line(onset, column(slips, "mu0"), column(slips, "x0_slip"))
     assert is_line(marks, column(slips, "mu0"), column(slips, "x0_max"))
-    assert lock.get_xdata() == [curve_of("2").mu_lock] * 2
+    assert lock.get_xdata() == [curve_of(2.0).mu_lock] * 2
     assert "0.005" in marks.get_label()
-    assert any(f"{curve_of('2').mu_lock:.4f}" in text.get_text() for text in axes.texts)
+    assert any(f"{curve_of(2.0).mu_lock:.4f}" in text.get_text() for text in axes.texts)
 
 
 def test_friction_figure_enlarges_the_first_of_many_levels():
-    mu0 = [f"{0.1 + i / 500:g}" for i in range(150)]
-    table = points_table({"fine": grid(("2",), mu0, ("0.001",))}, {"2": curve_of("2")})
+    mu0 = [round(0.1 + i / 500, 3) for i in range(150)]
+    table = points_table({"fine": grid((2.0,), mu0, (0.001,))}, {2.0: curve_of(2.0)})
     figure = draw("friction", table, {"grid": "fine"})
     (axes,) = figure.axes
     (inset,) = axes.child_axes
@@ -282,20 +269,6 @@ def test_files_are_whole_and_the_same_table_gives_the_same_bytes(name, tmp_path)
     assert len(list(tmp_path.iterdir())) == 6
 
 
-def test_every_kind_that_a_study_file_may_name_can_be_drawn_and_no_other():
-    names = [name for model in study.KINDS for name in kind_names(model)]
-    assert sorted(names) == sorted(KINDS)
-
-
-@pytest.mark.parametrize("model", study.KINDS)
-def test_the_columns_of_a_kind_are_those_of_its_table_and_say_what_failed(model):
-    known = set(schemas.TABLES[model.table].names)
-    for name in kind_names(model):
-        columns = set(KINDS[name].columns)
-        assert columns <= known
-        assert columns >= known & {"status", "message", *model.fixed_axes()}
-
-
 def test_an_unknown_kind_is_refused():
     message = f"unknown kind of figure 'pie'; allowed: {', '.join(KINDS)}"
     with pytest.raises(ValueError, match=message):
@@ -357,10 +330,10 @@ def test_points_without_an_onset_leave_gaps(tmp_path):
 def plane():
     """Points in every regime: point and line contact, slipping and locked."""
     parts = []
-    for theta in ("1", "3", "5"):
-        for eta in ("0.7", "0.85"):
+    for theta in (1.0, 3.0, 5.0):
+        for eta in (0.7, 0.85):
             curve = solve_curve(float(theta), float(eta), contact="line")
-            axes = grid(theta=(theta,), mu0=("0.1", "0.4", "0.6"), eta=(eta,))
+            axes = grid(theta=(theta,), mu0=(0.1, 0.4, 0.6), eta=(eta,))
             parts.append(points_table({"plane": axes}, {theta: curve}))
     return store.joined(parts, schemas.STICTION)
 
@@ -393,9 +366,9 @@ def test_regime_map_colours_each_point_by_what_happens_there(plane):
 
 def locking_points():
     """Onsets near two locks: a smooth maximum and a kink."""
-    mu0 = tuple(f"{0.4 + 0.0005 * i:.4f}" for i in range(160))
-    curves = {t: solve_curve(float(t), 0.85, contact="line") for t in ("2", "2.8")}
-    return points_table({"lock": grid(tuple(curves), mu0, ("0.001",))}, curves)
+    mu0 = tuple(round(0.4 + 0.0005 * i, 4) for i in range(160))
+    curves = {t: solve_curve(float(t), 0.85, contact="line") for t in (2.0, 2.8)}
+    return points_table({"lock": grid(tuple(curves), mu0, (0.001,))}, curves)
 
 
 def test_the_law_near_the_lock_is_a_square_root_except_in_a_kink():
@@ -410,10 +383,10 @@ def test_the_law_near_the_lock_is_a_square_root_except_in_a_kink():
 
 
 def test_past_the_lock_sticking_ends_where_a_trailing_or_a_planar_rod_slips():
-    mu0 = ("0.3", "0.6", "0.9")
+    mu0 = (0.3, 0.6, 0.9)
     curves = {section: solve_curve(2.0, 0.85, section=section) for section in ("round", "planar")}
     for section, curve in curves.items():
-        table = points_table({"g": grid(("2",), mu0, ("0.001",))}, {"2": curve})
+        table = points_table({"g": grid((2.0,), mu0, (0.001,))}, {2.0: curve})
         first, later = draw("past_lock", table, {"grid": "g"}).axes
         slips, locked, swing, *_ = (line.get_ydata() for line in drawn(first))
         assert slips == pytest.approx(curve.onset([0.3]))
@@ -436,10 +409,10 @@ def test_the_margin_out_of_the_plane_is_marked_as_zero_at_x1_init():
     curve, _, mark = drawn(axes)[:3]
     found = rows("scans", theta=2, mu0=0.9, cycle=1, phase="stick")
     assert is_line(curve, column(found, "footpoint"), column(found, "stability_aside"))
-    assert mark.get_xdata() == pytest.approx([curve_of("2").x1_init], abs=1e-12)
+    assert mark.get_xdata() == pytest.approx([curve_of(2.0).x1_init], abs=1e-12)
     assert list(mark.get_ydata()) == [0.0]
     # In line contact it is where the clamp is under the contact point, not under the tip.
-    lying = scan_table(solve_curve(5.0, 0.33, contact="line"), "5", "0.9")
+    lying = scan_table(solve_curve(5.0, 0.33, contact="line"), 5.0, 0.9)
     _, _, mark = drawn(draw("margins", lying, {"scan": "runs"}).axes[1])[:3]
     assert mark.get_xdata() == pytest.approx(
         [solve_curve(5.0, 0.33, contact="line").x0_end], abs=1e-4
@@ -473,7 +446,7 @@ def test_a_swing_is_not_drawn_of_a_tip_that_slips_or_a_rod_that_is_guided(mu0):
     table = tables()["scans"]
     if mu0 == 0.9:
         planar = solve_curve(2.0, 0.85, section="planar")
-        table = scan_table(planar, "2", "0.9")
+        table = scan_table(planar, 2.0, 0.9)
         assert min(column(table.to_pylist(), "x1")) < max(column(table.to_pylist(), "footpoint"))
     figure = draw("swing", table, {"scan": "runs", "theta": 2, "mu0": mu0})
     (text,) = figure.axes[0].texts
@@ -508,89 +481,13 @@ def test_several_states_stand_in_one_figure():
 
 
 def test_regimes_tell_how_a_lock_goes_on():
-    curve = {"1.5": solve_curve(1.5, 0.5, contact="line", section="planar")}
-    mu0 = tuple(f"{0.1 * i:.1f}" for i in range(1, 13))
-    table = points_table({"plane": grid(("1.5",), mu0, ("0.001",), ("0.5",))}, curve)
+    curve = {1.5: solve_curve(1.5, 0.5, contact="line", section="planar")}
+    mu0 = tuple(i / 10 for i in range(1, 13))
+    table = points_table({"plane": grid((1.5,), mu0, (0.001,), (0.5,))}, curve)
     figure = draw("regimes", table, {"grid": "plane"})
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "locks, then slips back" in shown and "locks, then snaps through" in shown
     assert "no result" not in shown
-
-
-@cache
-def refined_points():
-    """A grid of three tapers, to each of which points are added."""
-    grids = {"main": grid(THETA[1:], MU0, ("0.001",))}
-    refinement = Refinement(
-        column="x0_slip", tolerance=Decimal("0.001"), closest={"mu0": Decimal("0.01")}
-    )
-    parts = []
-    for theta in THETA[1:]:
-        ((_, points),) = points_on_curves([decode_key([theta, "0.85"])], grids)
-        lines = list(refined_lines(curve_of(theta), points, {"main": refinement}))
-        points = with_added(points, lines)
-        parts += points_tables([(points, curve_of(theta))], "a")
-    return store.joined(parts, schemas.STICTION)
-
-
-def test_a_line_along_friction_goes_through_added_points():
-    axes = draw("friction", refined_points(), {"grid": "main", "theta": 2}).axes[0]
-    onset, marks, *_ = drawn(axes)
-    rows = refined_points().to_pylist()
-    slips = [row for row in rows if row["theta"] == 2 and row["status"] == "slip"]
-    assert {row["added_to"] is None for row in slips} == {True, False}
-    assert is_line(onset, column(slips, "mu0"), column(slips, "x0_slip"))
-    assert is_line(marks, column(slips, "mu0"), column(slips, "x0_max"))
-
-
-@pytest.mark.parametrize("kind", ["taper", "regimes", "locking"])
-def test_no_other_figure_has_a_series_of_an_added_point(kind):
-    """They are those of the points on the grid's axes alone, to the last pixel."""
-    own = refined_points().filter(pc.is_null(refined_points()["added_to"]))
-    assert len(own) == 12 < len(refined_points())
-    shown = [pixels(draw(kind, table, {"grid": "main"})) for table in (refined_points(), own)]
-    assert shown[0] == shown[1]
-
-
-def pixels(figure):
-    FigureCanvasAgg(figure).draw()
-    return bytes(figure.canvas.buffer_rgba())
-
-
-def test_points_that_were_added_to_one_grid_belong_to_another():
-    table = refined_points()
-    names = [["main", "other"]] * len(table)
-    place = table.schema.get_field_index("grids")
-    shared = table.set_column(place, table.schema.field(place), pa.array(names))
-    counts = {name: len(query.frame(shared, ["mu0"], query.on_axes(name))) for name in names[0]}
-    assert counts == {"main": 12, "other": len(table)}
-
-
-def test_a_line_along_the_taper_goes_through_added_curves_and_no_added_frictions():
-    """Of the four tapers the second is added, with its own points along friction."""
-    table = refined_points()
-    place = table.schema.get_field_index("added_to")
-    marks = [["main"] if row["theta"] == 2 else row["added_to"] for row in table.to_pylist()]
-    marked = table.set_column(place, table.schema.field(place), pa.array(marks))
-    own = [axes.get_label() for axes in drawn(draw("taper", marked, {"grid": "main"}).axes[0])]
-    without = pc.or_(pc.not_equal(table["theta"], 2.0), pc.is_null(table["added_to"]))
-    shown = pixels(draw("taper", marked, {"grid": "main"}))
-    assert shown == pixels(draw("taper", table.filter(without), {"grid": "main"}))
-    assert sum("mu_0" in label for label in own) == 3
-    friction = draw("law", marked, {"grid": "main"}).legends[0].get_texts()
-    assert not [text for text in friction if "theta = 2" in text.get_text()]
-
-
-@pytest.mark.slow
-def test_a_point_that_was_added_to_another_grid_is_drawn_as_one_of_the_axes():
-    table = refined_points()
-    place = table.schema.get_field_index("grids")
-    names = pa.array([["main", "other"]] * len(table))
-    shared = table.set_column(place, table.schema.field(place), names)
-    place = table.schema.get_field_index("added_to")
-    own = shared.set_column(place, table.schema.field(place), pa.nulls(len(table), names.type))
-    selection = {"grid": "other"}
-    assert pixels(draw("taper", shared, selection)) == pixels(draw("taper", own, selection))
 
 
 def test_what_failed_first_is_said_where_there_is_nothing_to_draw():

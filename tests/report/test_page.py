@@ -9,10 +9,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
 import pytest
 from browser import CHROMIUM, chromium
 
+import made_tables
 from vibrissa import __version__, solve_curve, stick_slip
 from vibrissa.paper import ledger
 from vibrissa.paper.evidence import gather
@@ -21,9 +21,8 @@ from vibrissa.report import motion as motions
 from vibrissa.report import page as report
 from vibrissa.report.motion import motion, of_points, of_scans
 from vibrissa.report.spelling import spell
-from vibrissa.study.codec import decode_grid
 from vibrissa.tables import records, schemas, store
-from vibrissa.tables.proofs import Proof, read
+from vibrissa.tables.proofs import KEYS, Proof, read
 
 EVIL = "</script><script>throw 1</script><b>&\"'"
 ROOT = Path(__file__).parents[2]
@@ -89,7 +88,7 @@ def test_the_same_tables_make_the_same_page(whole):
 
 def test_the_page_holds_what_the_tables_say(whole):
     text = Elements(report.page("paper", whole, [picture()], RUN)).text
-    for said in ("221: 9 lock, 212 slip", "6, all slip", "2049", "A caption.", "study: mine"):
+    for said in ("224: 9 lock, 215 slip", "6, all slip", "2049", "A caption.", "study: mine"):
         assert said in text
     assert "Not offered" not in text and "the first" not in text.partition("Tables")[0]
     assert "−0.00012346 1/L" in text
@@ -138,7 +137,7 @@ def test_every_text_is_escaped(whole):
 
 
 def test_a_study_may_have_nothing_but_points_that_failed():
-    found = {"stiction": failed(schemas.STICTION, grids=["g"], message="try a thicker rod")}
+    found = {"stiction": failed(schemas.STICTION, grid="g", message="try a thicker rod")}
     page = Elements(report.page("bad", found, [], RUN))
     assert "stiction: 1 row failed: try a thicker rod" in page.text
     assert not page.count("img")
@@ -167,32 +166,14 @@ def test_a_study_without_scans_offers_corners_of_its_grids(study_tables):
     for preset in found.presets:
         settings = preset.settings
         (row,) = rows[
-            (rows["theta"] == settings["theta"]) & (rows["mu0"] == settings["mu0"])
+            (rows["grid"] == preset.name.partition(":")[0])
+            & (rows["theta"] == settings["theta"])
+            & (rows["mu0"] == settings["mu0"])
         ].to_dict("records")
         slips = row["status"] == "slip"
         assert preset.clamp == (row["x0_max"] if slips else 0.0)
         assert f"{row['x0_slip'] if slips else row['mu_lock']:.5g}" in preset.note
         assert (settings["beta"], settings["contact"], settings["section"]) == (0, "point", "round")
-
-
-def test_points_that_refine_added_are_counted_and_are_no_corners(study_tables):
-    points = study_tables["stiction"]
-    friction = {
-        preset.settings["mu0"] for preset in of_points(points).presets if "friction" in preset.name
-    }
-    ends = max(friction), sorted(friction)[1]
-    place = points.schema.get_field_index("added_to")
-    marks = [
-        ["friction"] if "friction" in row["grids"] and row["mu0"] in ends else None
-        for row in points.to_pylist()
-    ]
-    marked = points.set_column(place, points.schema.field(place), pa.array(marks))
-    (section,) = (one for one in tables.sections({"stiction": marked}) if "friction" in one.title)
-    assert "Of these refine added 2. Here are the corners" in section.note
-    shown = {
-        preset.settings["mu0"] for preset in of_points(marked).presets if "friction" in preset.name
-    }
-    assert len(shown) == 3 and not shown & set(ends)
 
 
 def test_points_are_offered_as_their_study_has_them(study_tables):
@@ -245,7 +226,8 @@ def test_scans_that_the_page_cannot_repeat_are_counted(study_tables, monkeypatch
 @pytest.fixture(scope="module")
 def swinging():
     """A scan of a locked rod that swings aside and is dragged, and one of a planar rod."""
-    (point,) = decode_grid(dict(theta=("2",), mu0=("0.9",), eta=("0.85",), dx0=("0.01",))).points()
+    axes = made_tables.grid((2.0,), (0.9,), dx0=(0.01,))
+    point = {name: value for name, (value,) in axes.items()}
     return {
         section: records.scan_table(
             "runs", point, stick_slip(curve, 0.9, 0.01, 3), study="a", method=curve.method
@@ -270,7 +252,7 @@ def test_a_figure_of_very_many_lines_is_shown_as_pixels():
 
 def test_key_rows_are_the_corners_and_the_middle(study_tables):
     rows = study_tables["stiction"].to_pandas()
-    taper = rows[["taper" in grids for grids in rows["grids"]]]
+    taper = rows[rows["grid"] == "taper"]
     keys = tables.key_rows(taper, tables.POINT)
     assert list(zip(keys["theta"], keys["mu0"], strict=True)) == [
         (theta, mu0) for theta in (1, 2, 3) for mu0 in (0.2, 0.3, 0.4)
@@ -328,9 +310,9 @@ def test_a_row_is_marked_that_its_proofs_do_not_contradict():
 
 
 def test_the_page_shows_proved_digits(whole):
-    run = replace(RUN, proofs=read(ROOT / "tests/regression/paper/enclosures.csv", proofs.KEYS))
+    run = replace(RUN, proofs=read(ROOT / "tests/regression/paper/enclosures.csv", KEYS))
     page = Elements(report.page("paper", whole, [picture()], run))
-    assert "proved = ✓" in page.text and "numbers in 243 rows" in page.text
+    assert "proved = ✓" in page.text and "numbers in 297 rows" in page.text
     # θ = 2, μ0 = 0.4, and the state of Figure 8.
     assert "0.052838042795739907694…" in page.text and "22.982580886641143470…" in page.text
     assert "Proved" not in Elements(report.page("paper", whole, [picture()], RUN)).text

@@ -6,18 +6,27 @@ import pyarrow.parquet as pq
 import pytest
 from pyarrow import dataset
 
-from made_up import COMPLETE, GRIDS, all_points, grid, point_table
+import made_tables
 from vibrissa.errors import DamagedTableError, TableError
+from vibrissa.sticking.curve import failed_curve
 from vibrissa.tables import query, store
 from vibrissa.tables.schemas import STICTION
 
 
+def failed_points(grid, theta, mu0, eta):
+    """Table of so many points, without results."""
+    axes = made_tables.grid(
+        *(tuple((i + 1) / 10 for i in range(n)) for n in (theta, mu0, eta)), dx0=(0.001,)
+    )
+    curve = failed_curve(theta=1.0, eta=0.5, method="collocation", message="")
+    return made_tables.points(grid, axes, curves=[curve] * (theta * eta))
+
+
 @pytest.fixture
 def long_table(tmp_path):
-    """A table of many row groups, its path, and the bytes of each group."""
-    grids = {"g": grid(theta=40, mu0=50, eta=30, dx0=1)}
+    """File of a table of some row groups."""
     path = tmp_path / "long.parquet"
-    store.write(point_table(all_points(grids)), path, "the study")
+    store.write(failed_points("g", 40, 50, 30), path, "the study")
     return path
 
 
@@ -59,12 +68,18 @@ def test_a_table_is_read_in_parts_with_its_units(long_table):
     assert table.schema.metadata[b"vibrissa.study"] == b"the study"
 
 
-@pytest.mark.parametrize("name", ["main", "more", "mai", "m.in", "in\nmore"])
-def test_rows_are_known_by_the_grids_they_belong_to(name):
-    rows = COMPLETE.slice(3).append_column("row", pa.array(range(len(COMPLETE) - 3)))
-    expected = [i for i, names in enumerate(rows["grids"].to_pylist()) if name in names]
-    assert rows.filter(query.in_grid(name))["row"].to_pylist() == expected
-    assert bool(expected) == (name in GRIDS)
+def test_rows_belong_to_their_grid():
+    parts = [failed_points(name, 2, 1, n) for name, n in (("main", 1), ("more", 2))]
+    table = pa.concat_tables(parts)
+    assert [len(table.filter(query.in_grid(name))) for name in ("main", "more", "mor")] == [2, 4, 0]
+
+
+def test_the_tables_of_a_study_are_opened_and_others_refused(long_table):
+    files = {"stiction": str(long_table), "svg": []}
+    found = query.opened_tables(files, {"stiction": "the study"})
+    assert query.count(found["stiction"]) == 60_000
+    with pytest.raises(DamagedTableError, match="does not answer this study file"):
+        query.opened_tables(files, {"stiction": "another study"})
 
 
 def test_a_damaged_table_is_not_opened(long_table):

@@ -2,9 +2,7 @@
 
 import ast
 import json
-import re
 import subprocess
-import textwrap
 import tomllib
 from collections import Counter
 from dataclasses import replace
@@ -81,31 +79,6 @@ def test_a_sample_has_something_of_each_package_and_is_the_same_each_time():
     assert counts.keys() == all_counts.keys()
     for package, count in counts.items():
         assert count == max(2, round(20 * all_counts[package] / len(found)))
-
-
-def statements(source):
-    """Text of each top-level statement, and of each statement of a class."""
-    lines = source.splitlines()
-    for node in ast.parse(source).body:
-        for inner in node.body if isinstance(node, ast.ClassDef) else [node]:
-            yield textwrap.dedent("\n".join(lines[inner.lineno - 1 : inner.end_lineno]))
-
-
-@pytest.mark.slow
-def test_equivalent_mutants_are_still_there():
-    """An entry of the list whose line has changed is to be judged again."""
-    known = mutants.equivalents()
-    gone = {(module, line, new) for module, line, new in known}
-    for module in {module for module, *_ in known}:
-        wanted = {part for name, lines, _ in known if name == module for part in lines.splitlines()}
-        # Only the functions and constants in which they are.
-        for text in statements(SOURCES[module]):
-            lines = [" ".join(line.split()) for line in text.splitlines()]
-            here = {n for n, line in enumerate(lines, 1) if line in wanted}
-            if here:
-                found = (one for one in mutants.mutants_of(module, text) if one.line in here)
-                gone -= {(module, *one.change(text)) for one in found}
-    assert not gone
 
 
 @pytest.mark.parametrize(
@@ -323,12 +296,3 @@ def test_a_recording_that_reached_nothing_is_refused(tmp_path):
     (tmp_path / "1.jsonl").write_text(json.dumps(entry) + "\n")
     with pytest.raises(SystemExit, match="coverage did not start"):
         recording.merged(tmp_path, tmp_path)
-
-
-def test_tests_that_the_page_names_are_there():
-    root = recording.ROOT
-    page = (root / "docs/tests.md").read_text(encoding="utf-8")
-    named = re.findall(r"`([\w/]+\.py)::(\w+)", page)
-    assert len(named) > 10
-    for file, test in named:
-        assert f"\ndef {test}(" in (root / "tests" / file).read_text(encoding="utf-8"), test

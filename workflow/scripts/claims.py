@@ -6,21 +6,17 @@ from vibrissa.files import write_atomically
 from vibrissa.outcomes import Solver
 from vibrissa.paper import claims, evidence, ledger
 from vibrissa.pipeline import jobs
-from vibrissa.tables import query, schemas, store
+from vibrissa.tables import query, store
 
 with jobs.logged(snakemake.log[0]):
-    tables = {
-        name: query.opened(snakemake.input[name], schemas.TABLES[name])
-        for name in ("stiction", "scans", "states")
-    }
-    found = evidence.gather(tables, snakemake.params.names)
+    tables = query.opened_tables(snakemake.input, snakemake.params.study_parts)
     table = ledger.claims_table(
         claims.CLAIMS,
-        found,
+        evidence.gather(tables, snakemake.params.names),
         study=snakemake.params.study,
         method=Solver(snakemake.params.method),
     )
-    store.write(table, snakemake.output.table, snakemake.params.study_file)
+    store.write(table, snakemake.output.table, snakemake.params.study_parts["claims"])
     with write_atomically(Path(snakemake.output.text)) as temporary:
         temporary.write_text(ledger.markdown(table), encoding="utf-8")
     print(ledger.summary(table))

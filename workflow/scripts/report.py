@@ -6,17 +6,11 @@ from vibrissa.files import write_atomically
 from vibrissa.pipeline import jobs
 from vibrissa.report.facts import environment
 from vibrissa.report.page import Picture, Run, page
-from vibrissa.report.proofs import KEYS
-from vibrissa.tables import query, schemas
-from vibrissa.tables.proofs import read
+from vibrissa.tables import query
+from vibrissa.tables.proofs import KEYS, read
 
 with jobs.logged(snakemake.log[0]):
-    names = ("stiction", "scans", "states", "comparisons", "claims")
-    found = {
-        name: query.opened(snakemake.input[name], schemas.TABLES[name])
-        for name in names
-        if snakemake.input[name]
-    }
+    params = snakemake.params
     pictures = [
         Picture(
             name=name,
@@ -25,19 +19,20 @@ with jobs.logged(snakemake.log[0]):
             png=Path(png).read_bytes(),
         )
         for (name, caption), svg, png in zip(
-            snakemake.params.captions.items(), snakemake.input.svg, snakemake.input.png, strict=True
+            params.captions.items(), snakemake.input.svg, snakemake.input.png, strict=True
         )
     ]
     run = Run(
-        study_files=snakemake.params.study_files,
+        study_files=dict([params.study_file]),
         environment=environment(),
         benchmarks={
             rule: [Path(path).read_text() for path in paths if Path(path).is_file()]
-            for rule, paths in snakemake.params.benchmarks.items()
+            for rule, paths in params.benchmarks.items()
         },
         proofs=[proof for path in snakemake.input.proofs for proof in read(Path(path), KEYS)],
     )
-    text = page(snakemake.params.study, found, pictures, run)
+    text = page(
+        params.study, query.opened_tables(snakemake.input, params.study_parts), pictures, run
+    )
     with write_atomically(Path(snakemake.output[0])) as temporary:
         temporary.write_text(text, encoding="utf-8")
-    print(f"{len(text.encode())} bytes")

@@ -1,35 +1,24 @@
-"""Collect the grid points of all blocks, in one order, and check that each is there once."""
+"""Put the chunks of all grids into one table, and check that each is complete."""
 
-from pathlib import Path
+import yaml
 
 from vibrissa.pipeline import jobs
-from vibrissa.study.codec import decode_grid
+from vibrissa.study.chunks import axes_of, number_of_points
 from vibrissa.tables import schemas, store
-from vibrissa.tables.added import refined_summary
-from vibrissa.tables.collect import collect
-from vibrissa.tables.completeness import POINT_ORDER, check_refined, checked_points
+from vibrissa.tables.points import chunk_rows
 
 with jobs.logged(snakemake.log[0]):
-    grids = {name: decode_grid(axes) for name, axes in snakemake.params.grids.items()}
-    refined = frozenset(snakemake.params.refined)
-    threads = snakemake.threads
-    found = collect(snakemake.input.points, schemas.STICTION, POINT_ORDER, threads)
-    schema = found.schema
-    if refined:
-        for path in snakemake.input.points:
-            block = Path(path).name.partition(".")[0]
-            check_refined(path, snakemake.params.refining[block])
-        summary = refined_summary(snakemake.input.points)
-        print(summary)
-        schema = schema.with_metadata(schema.metadata | {store.REFINED: summary.encode()})
-    store.write_parts(
-        checked_points(found.parts, grids, refined),
-        schema,
-        snakemake.output[0],
-        snakemake.params.study_file,
-        found.rows,
-        threads,
+    chunks = [(grid, axes_of(axes)) for grid, axes in snakemake.params.chunks]
+    solver = yaml.safe_dump(snakemake.params.solver)
+    parts = (
+        part
+        for path, (grid, axes) in zip(snakemake.input, chunks, strict=True)
+        for part in chunk_rows(path, grid, axes, solver)
     )
-    written = store.opened(snakemake.output[0], schemas.STICTION)
-    counts = store.status_counts(written.iter_batches(columns=["status"]))
-    print(", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
+    store.write_parts(
+        parts,
+        schemas.STICTION,
+        snakemake.output[0],
+        study_part=snakemake.params.study_part,
+        rows=sum(number_of_points(axes) for _, axes in chunks),
+    )

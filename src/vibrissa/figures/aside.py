@@ -27,9 +27,7 @@ DEPTH = np.array([0.45, 0.3])
 
 
 @kind(
-    "past_lock",
-    columns=(*POINT, "x0_slip", "ends_by", "x0_end", "x0_trail", "mu_lock", "x0_lock"),
-    along="mu0",
+    "past_lock", columns=(*POINT, "x0_slip", "ends_by", "x0_end", "x0_trail", "mu_lock", "x0_lock")
 )
 def past_lock(rows: pd.DataFrame) -> Figure:
     """How far the clamp moves until the tip slips, over μ0 to beyond μ_lock, for each θ."""

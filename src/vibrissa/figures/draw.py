@@ -1,11 +1,10 @@
 """Draw a figure of any kind from its table."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import reduce
-from operator import and_, or_
+from operator import and_
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pyarrow.compute as pc
 from matplotlib.figure import Figure
@@ -13,9 +12,9 @@ from matplotlib.figure import Figure
 from vibrissa.errors import ArgumentError
 from vibrissa.figures import aside, comparisons, mountings, points, regimes, scans, states, style
 from vibrissa.figures.kinds import Kind
-from vibrissa.study.grid import REFINED_CURVE_AXES
+from vibrissa.study.axes import sortable
+from vibrissa.study.chunks import spell_powers
 from vibrissa.tables import query
-from vibrissa.tables.schemas import ADDED_TO
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
@@ -38,8 +37,8 @@ def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figu
         read than is shown.
     selection : mapping
         Which rows, by the keys of a figure in the study file: ``grid``, the name of one; ``scan``,
-        ``state``, ``comparison`` and the axes, each a value or a list of values; a curvature that
-        is a polynomial as in ``"-0.05, 0.1"``.
+        ``state`` (or a list of them), ``comparison`` and the axes, each a value; of a curvature
+        that is a polynomial its coefficients.
 
     Returns
     -------
@@ -53,28 +52,13 @@ def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figu
     """
     if kind not in KINDS:
         raise ArgumentError(f"unknown kind of figure {kind!r}; allowed: {', '.join(KINDS)}")
-    rows = _rows(KINDS[kind], table, selection)
+    rows = query.frame(table, KINDS[kind].columns, _condition(selection))
     if rows.empty:
         raise ArgumentError(f"no rows to draw for {kind} figure with {dict(selection)}")
     with style.applied():
         if "status" in rows and rows["status"].isin(NO_RESULT).all():
             return _failure(rows)
         return KINDS[kind].plot(rows)
-
-
-def _rows(kind: Kind, table: query.Readable, selection: Mapping[str, Any]) -> pd.DataFrame:
-    """Rows that are shown: of a grid those on its axes, and those added along the kind's axis."""
-    where = _condition(selection)
-    if "grid" not in selection:
-        return query.frame(table, kind.columns, where)
-    if not kind.along:
-        return query.frame(table, kind.columns, where & query.on_axes(selection["grid"]))
-    rows = query.frame(table, [*kind.columns, ADDED_TO.name], where)
-    names = rows.pop(ADDED_TO.name)
-    on_axes = [found is None or selection["grid"] not in found for found in names]
-    own = rows[np.array(on_axes, dtype=bool)]
-    across = {"mu0", *REFINED_CURVE_AXES}.intersection(rows) - {kind.along}
-    return rows[np.logical_and.reduce([rows[axis].isin(own[axis]) for axis in across])]
 
 
 def _condition(selection: Mapping[str, Any]) -> pc.Expression | None:
@@ -84,20 +68,19 @@ def _condition(selection: Mapping[str, Any]) -> pc.Expression | None:
         if name == "grid":
             conditions.append(query.in_grid(value))
             continue
-        values = value if isinstance(value, list) else [value]
         if name == "curvature":
-            conditions.append(reduce(or_, map(_has_curvature, values)))
+            conditions.append(_has_curvature(value))
         else:
-            conditions.append(query.one_of(name, values))
+            conditions.append(query.one_of(name, value if isinstance(value, list) else [value]))
     return reduce(and_, conditions) if conditions else None
 
 
-def _has_curvature(value: float | str) -> pc.Expression:
+def _has_curvature(value: float | Sequence[float]) -> pc.Expression:
     """Condition that the natural curvature is a constant, or a polynomial."""
-    constant, _, powers = str(value).partition(", ")
-    found = pc.field("curvature_powers")
+    constant, *_ = sortable(value)
+    powers, found = spell_powers(value), pc.field("curvature_powers")
     same = found == powers if powers else found.is_null()
-    return (pc.field("curvature") == float(constant)) & same
+    return (pc.field("curvature") == constant) & same
 
 
 def _failure(rows: pd.DataFrame) -> Figure:

@@ -23,20 +23,15 @@ class Kind:
         Columns of the table that are shown; no other is read.
     plot : callable
         Takes the rows that are to be shown, at least one, and returns the figure.
-    along : str
-        Axis along which lines of it run, so that values that refine added to the axis belong to
-        them; empty where there is none. Values that were added to another axis are not shown: each
-        would be a series of its own.
     """
 
     name: str
     columns: tuple[str, ...]
     plot: Callable[[pd.DataFrame], Figure]
-    along: str
 
 
 def kind(
-    name: str, *, columns: tuple[str, ...], along: str = ""
+    name: str, *, columns: tuple[str, ...]
 ) -> Callable[[Callable[[pd.DataFrame], Figure]], Kind]:
     """Make a kind of figure of the function that plots it; see `Kind`."""
-    return lambda plot: Kind(name=name, columns=columns, plot=plot, along=along)
+    return lambda plot: Kind(name=name, columns=columns, plot=plot)

@@ -17,7 +17,7 @@ from vibrissa.figures.style import COLORS
 SHOWN_LEVELS, MANY_LEVELS = 7, 20
 
 
-@kind("taper", columns=(*POINT, "x0_slip", "x0_max", "penetrates"), along="theta")
+@kind("taper", columns=(*POINT, "x0_slip", "x0_max", "penetrates"))
 def taper(rows: pd.DataFrame) -> Figure:
     """x0,max over θ for each μ0: the step grid's marks and the exact onset (paper Figure 6)."""
     locks = rows["status"] == "lock"
@@ -60,7 +60,7 @@ def taper(rows: pd.DataFrame) -> Figure:
     return figure
 
 
-@kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"), along="mu0")
+@kind("friction", columns=(*POINT, "x0_slip", "x0_max", "n_steps", "mu_lock"))
 def friction(rows: pd.DataFrame) -> Figure:
     """x0,max over μ0: levels of the step grid, exact onset and locking (paper Figure 7)."""
     figure, axes = style.axes(4.6)

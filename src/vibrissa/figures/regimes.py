@@ -40,7 +40,7 @@ NAMED = 5
 PANELS = {6: (2, 2.6, 10.0), 20: (4, 1.6, 8.0), math.inf: (8, 0.9, 6.0)}
 
 
-@kind("locking", columns=("theta", "eta", "status", "message", "mu_lock"), along="theta")
+@kind("locking", columns=("theta", "eta", "status", "message", "mu_lock"))
 def locking(rows: pd.DataFrame) -> Figure:
     """μ_lock over θ for each η."""
     # Infinite where the tip lifts off instead, and unknown where no lock was found.
@@ -136,7 +136,7 @@ def _regime_map(axes: Axes, points: pd.DataFrame) -> None:
     axes.set_ylim(mu0[0], mu0[-1])
 
 
-@kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"), along="mu0")
+@kind("law", columns=(*POINT, "x0_slip", "mu_lock", "x0_lock"))
 def law(rows: pd.DataFrame) -> Figure:
     """x0_slip over μ0 up to the lock for each θ, and the power law near it."""
     slips = rows[(rows["status"] == "slip") & np.isfinite(rows["mu_lock"])].sort_values("mu0")

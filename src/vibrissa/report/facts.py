@@ -70,24 +70,27 @@ def claim_rows(claims: Readable) -> list[dict[str, Any]]:
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Which code made a table: its version, and the commits by their short names."""
+    """Which code made a table: its version and commit."""
 
     table: str
     rows: int
     version: str
-    commits: Mapping[str, str]
+    commit: str
+
+    @property
+    def short(self) -> str:
+        """Commit by its short name."""
+        return re.sub("^([0-9a-f]{12})[0-9a-f]+", r"\1", self.commit)
 
 
 def origin(name: str, table: Readable) -> Origin:
     """Read from a table's file which code made it."""
-    said = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
-    commits = {said.get("vibrissa.commit", "unknown")}
-    commits.update(said.get("vibrissa.part_commits", "").split())
+    told = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
     return Origin(
         table=name,
         rows=query.count(table),
-        version=said.get("vibrissa.version", "unknown"),
-        commits={re.sub("^([0-9a-f]{12})[0-9a-f]+", r"\1", one): one for one in sorted(commits)},
+        version=told.get(store.PROGRAM, "unknown"),
+        commit=told.get(store.COMMIT, "unknown"),
     )
 
 

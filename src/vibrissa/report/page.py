@@ -16,7 +16,7 @@ from vibrissa.paper.ledger import verdict_counts
 from vibrissa.report import facts, tables
 from vibrissa.report.motion import motion
 from vibrissa.report.proofs import Proved
-from vibrissa.tables.dictionary import entries
+from vibrissa.tables.frames import entries
 from vibrissa.tables.proofs import Proof
 from vibrissa.tables.query import Readable
 

@@ -4,15 +4,9 @@ from collections.abc import Mapping, Sequence
 from decimal import ROUND_DOWN, Decimal, localcontext
 from itertools import takewhile
 
-from vibrissa.tables.proofs import Proof, spell_key
+from vibrissa.tables.proofs import KEYS, Proof, spell_key
 from vibrissa.wording import counted
 
-# Keys of the tables that have proofs.
-KEYS: Mapping[str, Sequence[str]] = {
-    "stiction": ("theta", "mu0", "eta", "dx0"),
-    "curves": ("theta", "eta"),
-    "states": ("state",),
-}
 # Further off than `make check` allows of any column of one state: the proof is of something else.
 AGREES = Decimal("1e-8")
 # Digits of a number that are shown at most.

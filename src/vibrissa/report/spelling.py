@@ -4,7 +4,7 @@ import math
 import re
 from typing import Any
 
-from vibrissa.tables import dictionary, schemas
+from vibrissa.tables import frames, schemas
 
 SYMBOLS = {
     "theta": "θ",
@@ -59,4 +59,4 @@ def spell(value: Any, digits: int = 5) -> str:
 
 def spell_unit(unit: str) -> str:
     """Spell the unit of a table's column; nothing for a plain number."""
-    return "" if unit == schemas.NONE else dictionary.spell_unit(unit)
+    return "" if unit == schemas.NONE else frames.spell_unit(unit)

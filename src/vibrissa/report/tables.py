@@ -12,9 +12,10 @@ import numpy as np
 import pandas as pd
 import pyarrow.compute as pc
 
-from vibrissa.report.proofs import KEYS, Proved, digits, mark
+from vibrissa.report.proofs import Proved, digits, mark
 from vibrissa.report.spelling import spell, spell_unit, symbol
-from vibrissa.tables import query, schemas, store
+from vibrissa.tables import query, store
+from vibrissa.tables.proofs import KEYS
 from vibrissa.tables.query import Readable
 
 # Rows that a section shows, and rows above which only the ends of the axes are shown.
@@ -214,27 +215,21 @@ def _digits(
 
 @dataclass(kw_only=True)
 class _Grid:
-    """What the points of a grid have: statuses with their number, and values of each axis.
-
-    Points that refine added count among all, and their values are not on the axes.
-    """
+    """What the points of a grid have: statuses with their number, and values of each axis."""
 
     statuses: Counter[str] = field(default_factory=Counter)
-    added: int = 0
     values: dict[str, set[float]] = field(default_factory=lambda: {name: set() for name in POINT})
 
 
 def _grids(table: Readable) -> dict[str, _Grid]:
     """Read what each grid has, part by part: the table may be long."""
     grids: dict[str, _Grid] = {}
-    for part in query.parts(table, ["grids", schemas.ADDED_TO.name, *POINT, "status"]):
-        for name in pc.unique(pc.list_flatten(part.column("grids"))).to_pylist():
+    for part in query.parts(table, ["grid", *POINT, "status"]):
+        for name in pc.unique(part.column("grid")).to_pylist():
             points, grid = part.filter(query.in_grid(name)), grids.setdefault(name, _Grid())
             grid.statuses.update(store.status_counts([points]))
-            own = points.filter(query.on_axes(name))
-            grid.added += len(points) - len(own)
             for axis, seen in grid.values.items():
-                seen.update(pc.unique(own.column(axis)).to_pylist())
+                seen.update(pc.unique(points.column(axis)).to_pylist())
     return grids
 
 
@@ -270,8 +265,6 @@ def _stiction(table: Readable, proved: Proved) -> list[Section]:
     for name, grid in sorted(_grids(table).items()):
         rows = _corners(table, STICTION, name, grid)
         note = f"Points: {spell_counts(grid.statuses)}."
-        if grid.added:
-            note += f" Of these refine added {grid.added}."
         if len(rows) < grid.statuses.total():
             note += " Here are the corners and the middle of the grid."
         more = _marks("stiction", rows, proved)
@@ -308,7 +301,7 @@ def _scans(table: Readable, proved: Proved) -> list[Section]:
         ),
         Column(
             name="sticks for",
-            unit=spell_unit(schemas.LENGTH),
+            unit=spell_unit("L"),
             description="largest clamp displacement in a cycle",
             cells=[spell(scan["x0"].max()) for scan in steps],
         ),

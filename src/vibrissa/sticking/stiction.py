@@ -32,7 +32,7 @@ class Stiction:
     x0_max : ndarray, shape (n,)
         Last state of stiction on the step grid, n_steps·Δx0 (L).
     penetrates : ndarray of bool, shape (n,)
-        Whether φ1 < 0 somewhere up to the last sticking state (up to the lock where it locks), so
+        Whether φ1 < 0 somewhere up to the exact onset of slip (up to the lock where it locks), so
         that the point-contact shape passes through the surface.
     contact : list of str
         Kind of contact at the onset of slip (at the lock where it locks); empty elsewhere.
@@ -97,7 +97,7 @@ def read_curves(
     # A rod that is free to lie down does not pass through the surface.
     touches = np.array([all(p.contact is Contact.POINT for p in curve.pieces) for curve in curves])
     x0_touch = np.array([curve.x0_touch for curve in curves])[of]
-    sticks_until = np.where(slips, x0_max, together.x0_lock[of])
+    sticks_until = np.where(slips, x0_slip, together.x0_lock[of])
     n = len(of)
     end, ended, trail = np.full(n, "", dtype=object), *(StickingState.unknown(n) for _ in range(2))
     locks = np.flatnonzero(together.locks[of] & ~slips)
@@ -117,7 +117,7 @@ def read_curves(
         x0_slip=x0_slip,
         n_steps=n_steps,
         x0_max=x0_max,
-        # At 0 already, or strictly before the last sticking state; NaN compares as no.
+        # At 0 already, or strictly before the onset; NaN compares as no.
         penetrates=touches[of] & ((x0_touch == 0.0) | (x0_touch < sticks_until)),
         contact=together.contact(of, np.where(slips, x0_slip, together.x0_lock[of])),
         init=states.take(of),

@@ -1,8 +1,4 @@
-"""The study file: what may stand in it, its grids of exact decimals, what they cost.
+"""The study file: its sections, axes and figures, and the chunks in which its points are solved.
 
-Light enough for a Snakefile: no NumPy, no solver.
+Light enough for a Snakefile: nothing here computes.
 """
-
-from vibrissa.extras import require
-
-require("workflow", "pydantic", "yaml")

@@ -1,46 +1,35 @@
-"""The data that the paper's statements are judged by, and what these data have to be about."""
+"""The data by which the paper's statements are judged, and what these data must contain."""
 
-from collections.abc import Iterator, Mapping
-from decimal import Decimal
-from typing import ClassVar
+from typing import Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, model_validator
 
-from vibrissa.study.mistakes import Mistake, spell_axis, unknown_name
-from vibrissa.study.values import Points, Section
+from vibrissa.outcomes import Contact
+from vibrissa.study.axes import Mistake, Values, refuse, spell_values
+from vibrissa.study.figures import unknown_name
+from vibrissa.study.sections import Section
 
-Values = dict[str, tuple[Decimal, ...]]
-
-
-def _values(**axes: str) -> Values:
-    return {axis: tuple(map(Decimal, texts.split())) for axis, texts in axes.items()}
+# A copy of the paper's study that is changed in another way than the statements allow.
+REMEDY = "or remove the key `claims`: a study needs none"
 
 
 class Claims(Section):
-    """The grids, the scan and the state by which the paper's statements are judged.
+    """The grids, the scan and the state by which the paper's statements are judged."""
 
-    Attributes
-    ----------
-    sources : dict
-        What each key is the name of.
-    needed : dict
-        Values of the axes that the data of each key need to have.
-    setup : dict
-        Values of the axes that are the same in the whole paper: the data have no others.
-    """
-
+    # The section that holds each, and the values of the axes that it must have.
     sources: ClassVar[dict[str, str]] = {
         "taper": "grid",
         "friction": "grid",
         "scan": "scan",
         "state": "state",
     }
-    setup: ClassVar[Values] = _values(eta="0.85", dx0="0.001")
-    needed: ClassVar[dict[str, Values]] = {
-        "taper": _values(theta="1 2 3", mu0="0.2 0.3 0.4") | setup,
-        "friction": _values(theta="2") | setup,
-        "scan": _values(theta="1 2 3", mu0="0.3 0.4") | setup,
-        "state": _values(theta="1", eta="0.55", x1="0.15"),
+    # The same in the whole paper: the data have no other values.
+    setup: ClassVar[dict[str, Values]] = {"eta": (0.85,), "dx0": (0.001,)}
+    needed: ClassVar[dict[str, dict[str, Values]]] = {
+        "taper": {"theta": (1.0, 2.0, 3.0), "mu0": (0.2, 0.3, 0.4), **setup},
+        "friction": {"theta": (2.0,), **setup},
+        "scan": {"theta": (1.0, 2.0, 3.0), "mu0": (0.3, 0.4), **setup},
+        "state": {"theta": (1.0,), "eta": (0.55,), "x1": (0.15,)},
     }
 
     taper: str = Field(description="name of the grid of the paper's Figure 6")
@@ -48,28 +37,28 @@ class Claims(Section):
     scan: str = Field(description="name of the scan of the paper's Figures 3 to 5")
     state: str = Field(description="name of the state of the paper's Figure 8")
 
-    def mistakes(self, named: Mapping[str, Mapping[str, Points]]) -> Iterator[Mistake]:
-        """Find names that nothing has, and data that are not about what the statements are about.
-
-        Parameters
-        ----------
-        named : mapping
-            Sections by name, for each of the `sources`.
-
-        Yields
-        ------
-        Mistake
-        """
+    @model_validator(mode="after")
+    def _fits(self, info: ValidationInfo) -> Self:
+        context: dict[str, Any] = info.context or {}
+        mistakes: list[Mistake] = []
+        if context.get("contact", Contact.POINT) is not Contact.POINT:
+            mistakes.append(((), f"the paper has contact: point; take that, {REMEDY}"))
         for key, source in self.sources.items():
-            name, sections = getattr(self, key), named[source]
+            name, sections = getattr(self, key), context.get(f"{source}s")
+            if sections is None:  # it has mistakes of its own
+                continue
             if name not in sections:
-                yield unknown_name(("claims", key), name, source, sections)
+                text = f"{unknown_name(name, source, sections)}, {REMEDY}"
+                mistakes.append(((key,), text))
                 continue
             for axis, needed in self.needed[key].items():
                 values, only = sections[name].axes[axis], axis in self.setup
                 if set(needed) - set(values) or (only and len(values) > 1):
                     text = (
-                        f"{name!r} has {axis} = {spell_axis(values)}; the paper's statements are "
-                        f"about {'only ' * only}{spell_axis(needed)}"
+                        f"{name!r} has {axis} = {spell_values(values)}, and the paper's statements "
+                        f"need {'only ' * only}{spell_values(needed)}; change that, {REMEDY}"
                     )
-                    yield Mistake(location=("claims", key), text=text)
+                    mistakes.append(((key,), text))
+        if mistakes:
+            refuse(mistakes)
+        return self

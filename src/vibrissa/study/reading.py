@@ -1,83 +1,36 @@
-"""The study file as it is written: its YAML, and every mistake in it with its line."""
+"""Reading a study file: a study, or all its mistakes, each with its line and what is allowed."""
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from vibrissa.errors import StudyError
-from vibrissa.study.mistakes import Location, Mistake, at, spell_value
+from vibrissa.study.axes import shown
+from vibrissa.study.figures import KINDS
 from vibrissa.study.model import Study
-from vibrissa.study.parsing import examine
+from vibrissa.study.schema import allowed_at
+from vibrissa.study.sections import NAME_ALLOWED
 
-# What YAML 1.1 reads as an octal number, and as one to the base of 60.
-OCTAL = re.compile("[-+]?0[0-9_]+")
-SIXTIES = ":"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Written:
-    """A study file as it is written.
-
-    Attributes
-    ----------
-    name : str
-        Of the file, for messages.
-    config : dict
-        What YAML reads.
-    node : yaml.MappingNode
-        The same with the lines.
-    mistakes : tuple of Mistake
-        What YAML would read as something else than it looks like.
-    """
-
-    name: str
-    config: dict[str, Any]
-    node: yaml.MappingNode
-    mistakes: tuple[Mistake, ...]
-
-    def line(self, location: Location) -> int:
-        """Line of a place, or of what is nearest above it (from 1; 0 of the file as a whole)."""
-        node, line = self.node, 0
-        for step in location:
-            if isinstance(node, yaml.MappingNode):
-                found = [pair for pair in node.value if pair[0].value == str(step)]
-                if not found:
-                    break
-                key, node = found[-1]
-                line = key.start_mark.line + 1
-            elif isinstance(node, yaml.SequenceNode) and isinstance(step, int):
-                node = node.value[step]
-                line = node.start_mark.line + 1
-        return line
-
-    def line_of(self, mistake: Mistake) -> int:
-        """Line of a mistake."""
-        return mistake.line or self.line(mistake.path)
-
-    def spell(self, mistake: Mistake) -> str:
-        """Message of a mistake with file and line."""
-        line = self.line_of(mistake)
-        return f"{self.name}:{line}: {mistake}" if line else f"{self.name}: {mistake}"
-
-    def has(self, mistake: Mistake, config: Mapping[str, Any]) -> bool:
-        """Whether a mistake of what is to be run is in the file, and not in what changes it."""
-        return not mistake.path or at(self.config, mistake.path) == at(config, mistake.path)
+# Keys at the top of the file that only hold anchors begin like this.
+FOR_ANCHORS = "x-"
+Location = tuple[str | int, ...]
 
 
-def read_study(paths: Sequence[Path], config: Mapping[str, Any] | None = None) -> Study:
+def read_study(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
     """Read a study file.
 
     Parameters
     ----------
-    paths : sequence of Path
-        The file; of several none is the study.
-    config : mapping, optional
-        What is to be run, where it is not all from the file: the command line may change a key. Of
-        a workflow that has this one as a module the file is another, with other keys.
+    path : Path
+        YAML 1.2.
+    changes : mapping, optional
+        Keys at the top of the file that have another value, as ``--config`` gives them.
 
     Returns
     -------
@@ -89,45 +42,61 @@ def read_study(paths: Sequence[Path], config: Mapping[str, Any] | None = None) -
         If something is wrong, with a line for each mistake: file, line, key, value and what is
         allowed.
     """
-    files = [read_yaml(path) for path in paths]
-    if config is None:
-        config = files[0].config
-    files = [file for file in files if file.config.keys() <= config.keys()]
-    if len(files) > 1:
-        names = ", ".join(file.name for file in files)
-        raise StudyError(
-            f"{len(files)} study files are given ({names}); one is allowed: run them one after the "
-            "other, or put what differs after --config"
-        )
-    study, mistakes = examine(config)
-    written = files[0] if files else None
-    if written is None:
-        told = list(map(str, mistakes))
-    else:
-        inside = [mistake for mistake in mistakes if written.has(mistake, config)]
-        told = [f"--config: {mistake}" for mistake in mistakes if mistake not in inside]
-        told += map(written.spell, sorted([*inside, *written.mistakes], key=written.line_of))
-    if study is None or told:
-        raise StudyError(*told)
+    document = _load(path)
+    written = _plain(document) | dict(changes or {})
+    try:
+        study = _validated(written)
+    except ValidationError as error:
+        lines = []
+        for location, text in _mistakes(error):
+            is_changed = bool(location) and location[0] in (changes or {})
+            line = 0 if is_changed else _line(document, location)
+            where = "--config" if is_changed else f"{path}:{line}" if line else str(path)
+            place = spell_location(location)
+            lines.append((line, f"{where}: {place + ': ' if place else ''}{text}"))
+        raise StudyError(*(text for _, text in sorted(lines, key=lambda one: one[0]))) from None
+    changed = "".join(f"# --config {key}={value}\n" for key, value in (changes or {}).items())
+    study.keep(written, path.read_text(encoding="utf-8") + changed)
     return study
 
 
-def read_yaml(path: Path) -> Written:
-    """Read the YAML of a study file.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    Written
+def parse_study(config: Mapping[str, Any]) -> Study:
+    """Check a study that is no file of its own, as in a workflow that has this one as a module.
 
     Raises
     ------
     StudyError
-        If there is no such file, or it has no keys.
+        If something is wrong, with a line for each mistake: key, value and what is allowed.
     """
+    written = dict(config)
+    try:
+        study = _validated(written)
+    except ValidationError as error:
+        texts = [f"{spell_location(at) or 'the study'}: {text}" for at, text in _mistakes(error)]
+        raise StudyError(*texts) from None
+    # It is needed here alone, and takes time to load.
+    import yaml
+
+    study.keep(written, yaml.safe_dump(written, sort_keys=False))
+    return study
+
+
+def _validated(written: Mapping[str, Any]) -> Study:
+    """Validate a study; keys that only hold anchors are left out."""
+    keys = [key for key in written if not str(key).startswith(FOR_ANCHORS)]
+    return Study.model_validate({key: written[key] for key in keys}, context={})
+
+
+def name_in(path: Path) -> str:
+    """Return the name of the study in a file; empty if it has none, or is no study file."""
+    try:
+        return str(_load(path).get("study", ""))
+    except StudyError:
+        return ""
+
+
+def _load(path: Path) -> CommentedMap:
+    """Read the YAML of a file, with the lines of its keys."""
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -137,122 +106,85 @@ def read_yaml(path: Path) -> Written:
     except UnicodeDecodeError as error:
         raise StudyError(f"{path} is not a text in UTF-8: {error.reason}") from None
     try:
-        loader = yaml.SafeLoader(text)
-        node = loader.get_single_node()
-        if node is None:
-            raise StudyError(f"{path} is empty; a study file has at least the keys study and grids")
-        if not isinstance(node, yaml.MappingNode):
-            raise StudyError(
-                f"{path}:{node.start_mark.line + 1}: {_kind(node)} is not allowed; a study file "
-                "has keys with values, such as 'study: mine'"
-            )
-        mistakes = tuple(_unclear(node, (), (), set()))
-        # This puts what << merges in its place.
-        config = {} if _recursive(mistakes) else loader.construct_document(node)
-    except yaml.MarkedYAMLError as error:
+        document = YAML().load(text)
+    except MarkedYAMLError as error:
         line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
-        what = ", ".join(filter(None, (error.context, error.problem)))
-        raise StudyError(f"{path}{line}: not valid YAML: {' '.join(what.split())}") from None
-    except (yaml.YAMLError, ValueError) as error:
-        text = " ".join(str(error).split())
-        raise StudyError(f"{path}: not valid YAML: {text}") from None
-    except RecursionError:
-        raise StudyError(f"{path}: not valid YAML: too many sections within sections") from None
-    found = Written(name=str(path), config=config, node=node, mistakes=mistakes)
-    if _recursive(mistakes):
-        raise StudyError(*map(found.spell, mistakes))
-    return found
+        raise StudyError(
+            f"{path}{line}: not valid YAML: {error.problem or error.context}"
+        ) from None
+    except (YAMLError, ValueError, RecursionError) as error:
+        raise StudyError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
+    if document is None:
+        raise StudyError(f"{path} is empty; a study file has at least the keys study and grids")
+    if not isinstance(document, CommentedMap):
+        raise StudyError(
+            f"{path}:1: {shown(_plain(document))} is not allowed; a study file has keys with "
+            "values, such as 'study: mine'"
+        )
+    return document
 
 
-def _kind(node: yaml.Node) -> str:
-    return "a list" if isinstance(node, yaml.SequenceNode) else spell_value(node.value)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Recursion(Mistake):
-    """An anchor within what it stands for, of which no value can be made."""
-
-
-def _recursive(mistakes: Sequence[Mistake]) -> bool:
-    return any(isinstance(mistake, _Recursion) for mistake in mistakes)
-
-
-def _unclear(
-    node: yaml.Node, location: Location, above: tuple[int, ...], seen: set[int]
-) -> Iterator[Mistake]:
-    """Find keys that stand twice, anchors within themselves, and numbers that look like others.
-
-    `above` are the nodes that lead to this one, and `seen` all those that were looked at.
-    """
-    if id(node) in above:
-        text = "an anchor stands within what it names; allowed: after it"
-        yield _Recursion(location=location, text=text)
-        return
-    if id(node) in seen:
-        return
-    seen.add(id(node))
-    above = (*above, id(node))
-    if isinstance(node, yaml.ScalarNode):
-        if text := _misread(node):
-            yield Mistake(location=location, text=text, line=node.start_mark.line + 1)
-    elif isinstance(node, yaml.SequenceNode):
-        for i, value in enumerate(node.value):
-            yield from _unclear(value, (*location, i), above, seen)
-    else:
-        yield from _repeated(node, location)
-        for key, value in node.value:
-            name = key.value if isinstance(key, yaml.ScalarNode) else str(key.tag)
-            yield from _unclear(value, (*location, name), above, seen)
-
-
-def _repeated(node: yaml.MappingNode, location: Location) -> Iterator[Mistake]:
-    """Find keys that stand twice; YAML would silently take the last."""
-    lines: dict[Any, int] = {}
-    for key, _ in node.value:
-        if not isinstance(key, yaml.ScalarNode):
-            continue
-        line = key.start_mark.line + 1
-        if key.value in lines:
-            text = (
-                f"{key.value!r} stands twice, in lines {lines[key.value]} and {line}; a key is "
-                "allowed once"
-            )
-            yield Mistake(location=location, text=text, line=line)
-        lines[key.value] = line
-
-
-def _misread(node: yaml.ScalarNode) -> str:
-    """Say what YAML makes of a number, if not what a reader does."""
-    if node.style is not None or not node.tag.endswith((":int", ":float")):
-        return ""
-    if not (SIXTIES in node.value or (node.tag.endswith(":int") and OCTAL.fullmatch(node.value))):
-        return ""
-    number = yaml.safe_load(node.value)
-    return (
-        f"{node.value} is not allowed, as YAML reads it as {number:g}; write the number in decimal "
-        "digits, without leading zeros, or a text in quotes"
-    )
-
-
-def retyped(value: Any) -> Any:
-    """Read numbers in a section that was given on the command line.
-
-    Snakemake (9.27) leaves all values within a section after ``--config`` as texts.
-    """
+def _plain(value: Any) -> Any:
+    """Return plain values in place of those that know their lines."""
     if isinstance(value, Mapping):
-        return {key: _scalar(part) for key, part in value.items()}
-    return [_scalar(part) for part in value] if isinstance(value, list) else value
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_plain(one) for one in value]
+    for kind in (bool, int, float, str):
+        if isinstance(value, kind):
+            return kind(value)
+    return value
 
 
-def _scalar(part: Any) -> Any:
-    return as_text_says(part) if isinstance(part, str) else retyped(part)
+def _line(document: Any, location: Location) -> int:
+    """Line of a place, or of what is nearest above it; 0 of the file as a whole."""
+    line = 0
+    for step in location:
+        if isinstance(document, CommentedMap) and step in document:
+            # What << merges has its line where it is written.
+            line = document.lc.key(step)[0] + 1 if step in document.lc.data else line
+        elif isinstance(document, CommentedSeq) and isinstance(step, int) and step < len(document):
+            line = document.lc.item(step)[0] + 1
+        else:
+            break
+        document = document[step]
+    return line
 
 
-def as_text_says(text: str) -> Any:
-    """Read a text as YAML does, unless a number looks like another or it is no YAML."""
-    try:
-        node = yaml.compose(text, yaml.SafeLoader)
-        misread = isinstance(node, yaml.ScalarNode) and _misread(node)
-        return text if misread else yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
+def spell_location(location: Location) -> str:
+    """Spell a place in the file as in ``grids.main.theta[1]``."""
+    parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in location]
+    return "".join(parts).removeprefix(".")
+
+
+def _mistakes(error: ValidationError) -> list[tuple[Location, str]]:
+    """Say in plain words what pydantic found wrong, and where."""
+    return [mistake for one in error.errors() for mistake in _in_words(one)]
+
+
+def _in_words(error: ErrorDetails) -> Iterator[tuple[Location, str]]:
+    location: Location = tuple(step for step in error["loc"] if step != "[key]")
+    match error["type"]:
+        case "mistakes":
+            for path, text in error["ctx"]["mistakes"]:
+                yield (*location, *path), text
+        case "extra_forbidden":
+            *above, key = location
+            yield location, f"{key!r} is not a valid key; allowed: {allowed_at(tuple(above))}"
+        case "missing":
+            *above, key = location
+            yield tuple(above), f"missing {key!r}"
+        case "string_pattern_mismatch" | "invalid_key":
+            wrong = location[-1] if len(location) > 1 else error["input"]
+            yield location, f"{shown(wrong)} is not allowed; allowed: {NAME_ALLOWED}"
+        case "value_error":
+            yield location, str(error["ctx"]["error"])
+        case "literal_error" if location[-1] == "kind":
+            yield location, f"{shown(error['input'])} is not allowed; allowed: {', '.join(KINDS)}"
+        case _:
+            yield location, f"{shown(error['input'])} is not allowed: {_lowered(error['msg'])}"
+
+
+def _lowered(message: str) -> str:
+    """Return pydantic's words as the end of a sentence."""
+    return message[:1].lower() + message[1:]

@@ -1,7 +1,4 @@
-"""The tables: their schemas, their files, results as rows, and many files as one table.
-
-Knows the results of `vibrissa.sticking` and the keys of `vibrissa.study`.
-"""
+"""The tables: what their columns are, results as rows, their files, and how rows are read."""
 
 from vibrissa.extras import require
 

@@ -1,8 +1,9 @@
-"""Tables as pandas has them, with what their columns are."""
+"""Tables in pandas, and what their columns are."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,60 @@ from vibrissa.tables import schemas, store
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_TYPES = {
+    schemas.TEXT: "text",
+    schemas.NUMBER: "number",
+    schemas.WHOLE: "whole number",
+    schemas.FLAG: "true or false",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """What a column is; a text is empty where nothing applies."""
+
+    name: str
+    type: str
+    unit: str
+    range: str
+    null: str
+    equation: str
+    description: str
+
+
+def entries(schema: pa.Schema) -> list[Entry]:
+    """Return what the columns of a table are.
+
+    Parameters
+    ----------
+    schema : pyarrow.Schema
+        One of `vibrissa.tables.schemas`.
+
+    Returns
+    -------
+    list of Entry
+    """
+    return [_entry(column) for column in schema]
+
+
+def _entry(column: pa.Field) -> Entry:
+    text = {key: value.decode() for key, value in column.metadata.items()}
+    kind = column.type.value_type if pa.types.is_list(column.type) else column.type
+    return Entry(
+        name=column.name,
+        type=f"list: {_TYPES[kind]}" if kind is not column.type else _TYPES[kind],
+        unit=spell_unit(text[schemas.UNIT]) if kind == schemas.NUMBER else "",
+        range=text[schemas.RANGE],
+        null=text[schemas.NULL],
+        equation=text[schemas.EQUATION],
+        description=text[schemas.DESCRIPTION],
+    )
+
+
+def spell_unit(unit: str) -> str:
+    """Spell the unit of a column for people."""
+    return unit.replace("*", "·").replace("^2", "²")
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
@@ -34,7 +89,8 @@ def read_table(path: str | Path) -> pd.DataFrame:
     TableError
         If the file is damaged, is no table of this program or version, or cannot be opened.
     """
-    kind = store.kind(path)
+    told = store.metadata(path)
+    kind = told.get(store.TABLE, "")
     if kind not in schemas.TABLES:
         raise TableError(
             f"{path} is not a table of vibrissa; those are in results/<study>/tables, named "
@@ -44,24 +100,24 @@ def read_table(path: str | Path) -> pd.DataFrame:
     frame = to_pandas(table)
     frame.attrs = {
         "table": kind,
-        "units": _said(table, schemas.UNIT),
-        "descriptions": _said(table, schemas.DESCRIPTION),
-        "version": table.schema.metadata[b"vibrissa.version"].decode(),
-        "commit": table.schema.metadata[b"vibrissa.commit"].decode(),
+        "units": _of_columns(table, schemas.UNIT),
+        "descriptions": _of_columns(table, schemas.DESCRIPTION),
+        "version": told[store.PROGRAM],
+        "commit": told[store.COMMIT],
     }
     return frame
 
 
 def swung_aside(steps: pd.DataFrame) -> pd.Series:
-    """Whether a round rod has swung aside, in each step of scans: its end then points back.
+    """Whether a round rod has buckled laterally, in each step of scans: its end then points back.
 
-    A rod that stays in its plane, whose margin out of it is not known, does not swing.
+    A rod that stays in its plane, whose margin out of it is not known, does not.
     """
     return (steps["phi1"] > 0.5 * math.pi) & steps["stability_aside"].notna()
 
 
 def to_pandas(table: pa.Table) -> pd.DataFrame:
-    """Convert to pandas; whole numbers and flags stay what they are where a row has none."""
+    """Convert to pandas; integers and flags are nullable, so that they stay what they are."""
     return table.to_pandas(types_mapper=_nullable)
 
 
@@ -75,5 +131,5 @@ def _nullable(kind: pa.DataType) -> Any:
     }.get(kind)
 
 
-def _said(table: pa.Table, key: bytes) -> dict[str, str]:
+def _of_columns(table: pa.Table, key: bytes) -> dict[str, str]:
     return {column.name: column.metadata[key].decode() for column in table.schema}

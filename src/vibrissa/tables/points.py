@@ -1,124 +1,180 @@
-"""Grid points: read off their curves, many at once, and put into rows of the table."""
+"""Grid points: read off the equilibrium paths of their rods, many at once, as rows of the table."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, TypeVar
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from vibrissa.outcomes import Status
+from vibrissa.decimals import exact
+from vibrissa.errors import DamagedTableError
+from vibrissa.numerics.arrays import IntArray
+from vibrissa.outcomes import Contact, RodSection, Solver, Status
 from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve
 from vibrissa.sticking.stiction import read_curves
-from vibrissa.study.grid import CurvePoints
-from vibrissa.tables.mounted import mounting_row
-from vibrissa.tables.records import state_values, table_of
-from vibrissa.tables.schemas import (
-    ADDED_TO,
-    CURVATURE_POWERS,
-    MOUNTING,
-    NUMBER,
-    STICTION,
-    TEXT,
-    TEXTS,
-)
-from vibrissa.tables.store import LEAST_ROW_GROUP
-
-OnCurve = tuple[CurvePoints, StickingCurve]
-T = TypeVar("T")
+from vibrissa.study.axes import Values
+from vibrissa.study.chunks import ROW_ORDER, columns_at, number_of_points, powers_at
+from vibrissa.tables import store
+from vibrissa.tables.records import array, state_values, table_of
+from vibrissa.tables.rods import rods_of, solve
+from vibrissa.tables.schemas import CURVATURE_POWERS, NUMBER, STICTION, TEXT
 
 
-def points_tables(points: Iterable[OnCurve], study: str) -> Iterator[pa.Table]:
-    """Tables of grid points, read off their curves, of a row group or of some curves each.
+def solved_points(
+    grid: str,
+    axes: Mapping[str, Values],
+    study: str,
+    *,
+    method: Solver,
+    contact: Contact,
+    section: RodSection,
+) -> Iterator[pa.Table]:
+    """Solve the rods of a chunk and read its points off them, some rods at a time.
 
     Parameters
     ----------
-    points : iterable of (CurvePoints, StickingCurve)
-        The points on each curve, and the curve.
+    grid : str
+        Name of the grid.
+    axes : mapping of tuple
+        Values of all axes of the chunk.
     study : str
         Name of the study.
+    method : Solver
+    contact : Contact
+    section : RodSection
 
     Yields
     ------
     pyarrow.Table
-        With the schema `STICTION`; the points of one curve are not torn apart. A row is the same,
-        bit for bit, whatever curves are read with it.
+        With the schema `STICTION`, in the order `ROW_ORDER`; memory does not grow with the chunk.
     """
-    held: list[OnCurve] = []
-    rows = 0
-    for on_curve, curve in points:
-        held.append((on_curve, curve))
-        rows += len(on_curve)
-        if rows >= LEAST_ROW_GROUP or len(held) >= CURVES_AT_ONCE:
-            yield _table(held, study)
-            held, rows = [], 0
-    if held:
-        yield _table(held, study)
+    rods = rods_of(axes, method.by_step)
+    each = number_of_points(axes) // len(rods)
+    for first in range(0, len(rods), CURVES_AT_ONCE):
+        some = rods[first : first + CURVES_AT_ONCE]
+        curves = solve(some, method=method, contact=contact, section=section)
+        rows = np.arange(first * each, (first + len(some)) * each)
+        yield points_table(grid, axes, rows, curves, study)
 
 
-def _table(points: Sequence[OnCurve], study: str) -> pa.Table:
-    columns = points_columns(points)
-    columns["study"] = pa.repeat(study, len(columns["theta"]))
+def points_table(
+    grid: str,
+    axes: Mapping[str, Values],
+    rows: IntArray,
+    curves: Sequence[StickingCurve],
+    study: str,
+) -> pa.Table:
+    """Table of the points of some rods of a chunk, read off their solutions.
+
+    Parameters
+    ----------
+    grid : str
+        Name of the grid.
+    axes : mapping of tuple
+        Values of all axes of the chunk.
+    rows : ndarray of int
+        Numbers of the points in the chunk.
+    curves : sequence of StickingCurve
+        Solutions of the rods that these points belong to, in their order.
+    study : str
+        Name of the study.
+
+    Returns
+    -------
+    pyarrow.Table
+        With the schema `STICTION`.
+    """
+    keys = columns_at(axes, rows)
+    index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
+    mu0 = keys["mu0"].reshape(len(curves), -1)
+    steps = {step: exact(step) for step in keys["dx0"].tolist()}
+    dx0 = [[steps[step] for step in one] for one in keys["dx0"].reshape(mu0.shape).tolist()]
+    periods = read_curves(curves, list(mu0), dx0)
+
+    def of_curves(name: str, kind: pa.DataType = NUMBER) -> pa.Array:
+        """Attribute of the paths, for each of their points; NaN stands for nothing."""
+        values = [getattr(curve, name) for curve in curves]
+        return array(np.array(values) if kind == NUMBER else values, kind).take(pa.array(index))
+
+    status = np.array(periods.status, dtype=object)
+    known = pa.array((status == Status.SLIP) | (status == Status.LOCK))
+    columns = {
+        **keys,
+        CURVATURE_POWERS.name: powers_at(axes, rows),
+        "study": pa.repeat(study, len(rows)),
+        "grid": pa.repeat(grid, len(rows)),
+        "method": of_curves("method", TEXT),
+        "status": status,
+        "message": pc.if_else(known, "", of_curves("message", TEXT)),
+        "contact": [contact or None for contact in periods.contact],
+        "x0_slip": periods.x0_slip,
+        "x0_max": periods.x0_max,
+        "n_steps": periods.n_steps,
+        "mu_lock": of_curves("mu_lock"),
+        "x0_lock": of_curves("x0_lock"),
+        **state_values(periods.init, "_init"),
+        **state_values(periods.last, "_last"),
+        **state_values(periods.slip, "_slip"),
+        "ends_by": [end or None for end in periods.end],
+        "x0_end": periods.ended.x0,
+        **state_values(periods.ended, "_end"),
+        "x0_trail": periods.trail.x0,
+        **state_values(periods.trail, "_trail"),
+        "x1_init": of_curves("x1_init"),
+        "penetrates": pc.if_else(known, pa.array(periods.penetrates), None),
+        "residual": of_curves("residual"),
+    }
     return table_of(STICTION, columns)
 
 
-def points_columns(points: Sequence[OnCurve]) -> dict[str, Any]:
-    """Columns of the grid points on some curves, but the name of the study; see `points_tables`."""
-    on_curves, curves = zip(*points, strict=True)
-    mu0 = _each(on_curves, lambda one: np.array(one.mu0, dtype=float))
-    stiction = read_curves(curves, mu0, [one.dx0 for one in on_curves])
-    of = np.repeat(np.arange(len(curves)), [len(one) for one in on_curves])
+def chunk_rows(
+    path: str | Path, grid: str, axes: Mapping[str, Values], study_part: str
+) -> Iterator[pa.Table]:
+    """Read the file of a chunk, and refuse one that is not complete or not of this study file.
 
-    def of_curves(values: Iterable[Any], kind: pa.DataType = NUMBER) -> pa.Array:
-        """Values of the curves, for each of their points; NaN stands for nothing."""
-        return pa.array(list(values), kind, from_pandas=True).take(pa.array(of))
+    Parameters
+    ----------
+    path : str or Path
+        Parquet file.
+    grid : str
+        Name of the chunk's grid.
+    axes : mapping of tuple
+        Values of all axes of the chunk.
+    study_part : str
+        How it was to be solved.
 
-    mountings = _each([curve.mounting for curve in curves], mounting_row)
-    status = np.array(stiction.status, dtype=object)
-    known = pa.array((status == Status.SLIP) | (status == Status.LOCK))
-    return {
-        "method": of_curves((curve.method for curve in curves), TEXT),
-        "grids": _joined(on_curves, lambda one: pa.array(one.grids, TEXTS)),
-        ADDED_TO.name: _joined(on_curves, lambda one: pa.array(one.added_to, TEXTS)),
-        "theta": of_curves(curve.theta for curve in curves),
-        "mu0": np.concatenate(mu0),
-        "eta": of_curves(curve.eta for curve in curves),
-        "dx0": np.concatenate(_each(on_curves, lambda one: np.array(one.dx0, dtype=float))),
-        **{
-            column.name: of_curves((row[column.name] for row in mountings), column.type)
-            for column in (*MOUNTING, CURVATURE_POWERS)
-        },
-        "status": status,
-        "message": pc.if_else(known, "", of_curves((curve.message for curve in curves), TEXT)),
-        "contact": [contact or None for contact in stiction.contact],
-        "x0_slip": stiction.x0_slip,
-        "x0_max": stiction.x0_max,
-        "n_steps": stiction.n_steps,
-        "mu_lock": of_curves(curve.mu_lock for curve in curves),
-        "x0_lock": of_curves(curve.x0_lock for curve in curves),
-        **state_values(stiction.init, "_init"),
-        **state_values(stiction.last, "_last"),
-        **state_values(stiction.slip, "_slip"),
-        "ends_by": [end or None for end in stiction.end],
-        "x0_end": stiction.ended.x0,
-        **state_values(stiction.ended, "_end"),
-        "x0_trail": stiction.trail.x0,
-        **state_values(stiction.trail, "_trail"),
-        "x1_init": of_curves(curve.x1_init for curve in curves),
-        "penetrates": pc.if_else(known, pa.array(stiction.penetrates), None),
-        "residual": of_curves(curve.residual for curve in curves),
-    }
+    Yields
+    ------
+    pyarrow.Table
+        With the schema `STICTION`, in the order `ROW_ORDER`; no more than a row group is held.
+
+    Raises
+    ------
+    DamagedTableError
+        If the file must be made anew.
+    TableError
+        If it cannot be opened.
+    """
+    file = store.opened(path, STICTION)
+    store.need_study(path, study_part)
+    found, expected = 0, number_of_points(axes)
+    if file.metadata.num_rows != expected:
+        reason = f"has {file.metadata.num_rows:,} rows where the grid has {expected:,} points"
+        raise DamagedTableError(path, reason)
+    for number in range(file.num_row_groups):
+        with store.reading(path):
+            part = file.read_row_group(number, use_threads=False)
+        rows = np.arange(found, found + len(part))
+        found += len(part)
+        if not _has_keys(part, grid, axes, rows):
+            raise DamagedTableError(path, "has other points than the study file asks for")
+        yield part.replace_schema_metadata(STICTION.metadata)
 
 
-def _each(items: Sequence[Any], make: Callable[[Any], T]) -> list[T]:
-    """Make something of each item, once of an item that comes again."""
-    known: dict[int, T] = {}
-    for item in items:
-        if id(item) not in known:
-            known[id(item)] = make(item)
-    return [known[id(item)] for item in items]
-
-
-def _joined(items: Sequence[Any], make: Callable[[Any], pa.Array]) -> pa.Array:
-    """Join the arrays of all items."""
-    return pa.concat_arrays(_each(items, make))
+def _has_keys(part: pa.Table, grid: str, axes: Mapping[str, Values], rows: Any) -> bool:
+    keys = columns_at(axes, rows)
+    same = [np.array_equal(part.column(axis).to_numpy(), keys[axis]) for axis in ROW_ORDER]
+    powers = part.column(CURVATURE_POWERS.name).to_pylist() == powers_at(axes, rows)
+    return all(same) and powers and bool(pc.all(pc.equal(part.column("grid"), grid)).as_py())

@@ -12,6 +12,13 @@ from pathlib import Path
 from vibrissa.errors import TableError
 
 FILE = "enclosures.csv"
+# Columns by which a proof names a row of each table.
+KEYS = {
+    "stiction": ("theta", "mu0", "eta", "dx0"),
+    "curves": ("theta", "eta"),
+    "scans": ("scan", "theta", "mu0", "eta", "dx0", "cycle"),
+    "states": ("state",),
+}
 
 
 @dataclass(frozen=True, kw_only=True)

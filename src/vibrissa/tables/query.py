@@ -5,8 +5,7 @@ Which rows is said by an expression of pyarrow: `in_grid`, `one_of`, or several 
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -16,6 +15,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from vibrissa.tables import store
+from vibrissa.tables.schemas import TABLES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,7 +27,7 @@ Readable: TypeAlias = "pa.Table | Dataset"
 FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "fragment_readahead": 1}
 
 
-def opened(path: str | Path, schema: pa.Schema) -> Dataset:
+def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
     """Open a table whose rows are read when they are asked for.
 
     Parameters
@@ -36,6 +36,8 @@ def opened(path: str | Path, schema: pa.Schema) -> Dataset:
         Parquet file.
     schema : pyarrow.Schema
         The schema that it must have.
+    study_part : str, optional
+        Part of the study file that it must answer.
 
     Returns
     -------
@@ -50,12 +52,34 @@ def opened(path: str | Path, schema: pa.Schema) -> Dataset:
     # It imports pandas, which takes time.
     from pyarrow import dataset
 
-    store.check_file(path)
+    if study_part is not None:
+        store.need_study(path, study_part)
     schema = schema.with_metadata(store.opened(path, schema).schema_arrow.metadata)
     options = dataset.ParquetFragmentScanOptions(page_checksum_verification=True, pre_buffer=False)
     format = dataset.ParquetFileFormat(default_fragment_scan_options=options)
     with store.reading(path):
         return dataset.dataset(path, schema, format=format)
+
+
+def opened_tables(paths: Mapping[str, Any], study_parts: Mapping[str, str]) -> dict[str, Readable]:
+    """Open the tables of a study, and refuse those that do not answer its file.
+
+    Parameters
+    ----------
+    paths : mapping
+        Files by the name of their table; other names are left out.
+    study_parts : mapping of str
+        Part of the study file that each table must answer.
+
+    Returns
+    -------
+    dict of Dataset
+    """
+    return {
+        name: opened(path, TABLES[name], study_parts[name])
+        for name, path in paths.items()
+        if name in study_parts
+    }
 
 
 def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
@@ -65,19 +89,7 @@ def one_of(column: str, values: Iterable[float | str]) -> pc.Expression:
 
 def in_grid(name: str) -> pc.Expression:
     """Condition that a point belongs to a grid."""
-    return _has("grids", name)
-
-
-def on_axes(name: str) -> pc.Expression:
-    """Condition that a point belongs to a grid and was not added to it by refine."""
-    added = pc.field("added_to").is_valid() & _has("added_to", name)
-    return in_grid(name) & ~added
-
-
-def _has(column: str, name: str) -> pc.Expression:
-    """Condition that a list of names has one."""
-    lines = pc.binary_join(pc.field(column), "\n")
-    return pc.match_substring_regex(lines, f"(?m)^{re.escape(name)}$")
+    return pc.field("grid") == name
 
 
 def parts(

@@ -1,0 +1,143 @@
+"""Chunks: the parts of a grid that one job solves, and that one file holds.
+
+A chunk is a product of consecutive values of the axes of one grid. Each axis is cut by itself, from
+its first value on, so that values appended to any axis leave the other chunks as they are.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from vibrissa.study.axes import AXES, MOUNTING_AXES, Values, sortable, spell_value
+
+# The axes in the order of the rows of a table, the last one runs fastest.
+ROW_ORDER = ("eta", "theta", *MOUNTING_AXES, "dx0", "mu0")
+# Values of each axis in a chunk, if the study file does not say otherwise: all friction values
+# and steps, which cost little, and so many rods that a job takes seconds to some minutes.
+SIZES = {"theta": 128, "eta": 16, **dict.fromkeys(MOUNTING_AXES, 8)}
+# The paper's own method takes ten seconds and more for each rod and step.
+SIZES_BY_STEP = {"theta": 1, "eta": 1}
+# What a cluster is asked for: seconds for a rod at most (usually 5 to 20 ms; with a small eta or a
+# strong taper more), by shooting for a rod and step; microseconds for a point; the start of a job.
+ROD, ROD_BY_STEP, POINT, START = 0.3, 120.0, 15e-6, 300.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chunk:
+    """Part of a grid.
+
+    Attributes
+    ----------
+    grid : str
+        Name of the grid.
+    axes : mapping of tuple
+        Values of all axes.
+    """
+
+    grid: str
+    axes: Mapping[str, Values]
+
+    @property
+    def name(self) -> str:
+        """Grid and first values, as in ``taper/theta1_eta0.85``: appended values change no name."""
+        shown = [axis for axis in AXES if axis in ("theta", "eta") or self.axes[axis] != (0.0,)]
+        shown = [axis for axis in shown if axis not in ("mu0", "dx0")]
+        return (
+            f"{self.grid}/{'_'.join(f'{axis}{spell_value(self.axes[axis][0])}' for axis in shown)}"
+        )
+
+    @property
+    def params(self) -> dict[str, list[Any]]:
+        """The axes as plain values, which Snakemake compares with those of the last run."""
+        return {
+            axis: [list(v) if isinstance(v, tuple) else v for v in values]
+            for axis, values in self.axes.items()
+        }
+
+    def minutes(self, by_step: bool) -> int:
+        """Return the minutes to ask a cluster for; `by_step` is that each step has a solution."""
+        rods = number_of_rods(self.axes)
+        points = rods * len(self.axes["mu0"]) * len(self.axes["dx0"])
+        seconds = ROD_BY_STEP * rods * len(self.axes["dx0"]) if by_step else ROD * rods
+        return 1 + int((START + seconds + POINT * points) / 60)
+
+
+def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -> Iterator[Chunk]:
+    """Cut a grid into chunks.
+
+    Parameters
+    ----------
+    grid : str
+        Its name.
+    axes : mapping of tuple
+        Values of all axes.
+    sizes : mapping of int
+        Number of values of an axis in a chunk; of an axis that is not named all.
+
+    Yields
+    ------
+    Chunk
+    """
+    pieces = [
+        [values[i : i + size] for i in range(0, len(values), size)]
+        for axis, values in axes.items()
+        for size in [sizes.get(axis, len(values))]
+    ]
+    for part in product(*pieces):
+        yield Chunk(grid=grid, axes=dict(zip(axes, part, strict=True)))
+
+
+def axes_of(params: Mapping[str, list[Any]]) -> dict[str, Values]:
+    """Return the axes that `Chunk.params` spelled."""
+    return {
+        axis: tuple(tuple(v) if isinstance(v, list) else v for v in values)
+        for axis, values in params.items()
+    }
+
+
+def number_of_rods(axes: Mapping[str, Values]) -> int:
+    """Count the rods of a chunk: combinations of all axes but friction and step."""
+    return int(np.prod([len(axes[axis]) for axis in ("eta", "theta", *MOUNTING_AXES)]))
+
+
+def number_of_points(axes: Mapping[str, Values]) -> int:
+    """Count the points of a chunk or a grid."""
+    return int(np.prod([len(values) for values in axes.values()], dtype=object))
+
+
+def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
+    """Return the values of the axes in some rows of a chunk.
+
+    Parameters
+    ----------
+    axes : mapping of tuple
+        Values of all axes.
+    rows : ndarray of int, shape (n,)
+        Numbers of the rows, from 0, in the order `ROW_ORDER`.
+
+    Returns
+    -------
+    dict of ndarray, shape (n,)
+        By axis; of a curvature that is a polynomial the constant.
+    """
+    places = np.unravel_index(rows, [len(axes[axis]) for axis in ROW_ORDER])
+    return {
+        axis: np.array([sortable(value)[0] for value in axes[axis]])[place]
+        for axis, place in zip(ROW_ORDER, places, strict=True)
+    }
+
+
+def powers_at(axes: Mapping[str, Values], rows: Any) -> list[str | None]:
+    """Return the coefficients of s, s^2, ... of the natural curvature in some rows, as texts."""
+    places = np.unravel_index(rows, [len(axes[axis]) for axis in ROW_ORDER])
+    texts = [spell_powers(value) for value in axes["curvature"]]
+    return [texts[place] for place in places[ROW_ORDER.index("curvature")]]
+
+
+def spell_powers(curvature: float | Sequence[float]) -> str | None:
+    """Spell the coefficients of a natural curvature after the constant; None if it is constant."""
+    powers = sortable(curvature)[1:]
+    return ", ".join(map(spell_value, powers)) if powers else None

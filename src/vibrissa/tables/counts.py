@@ -1,0 +1,69 @@
+"""How many rows of a study's tables have which status."""
+
+from collections import Counter
+from collections.abc import Mapping
+
+from vibrissa.errors import TableError
+from vibrissa.outcomes import Status
+from vibrissa.tables import query, store
+from vibrissa.tables.schemas import CURVATURE_POWERS, MOUNTING, POINT
+
+_SCAN = ("scan", *(column.name for column in (*POINT, *MOUNTING, CURVATURE_POWERS)), "status")
+_NOUNS = {
+    "stiction": "grid points",
+    "scans": "scans",
+    "states": "states",
+    "comparisons": "points in both kinds of contact",
+}
+
+
+def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[str]]:
+    """Count grid points, scans, states and comparisons by their status.
+
+    Parameters
+    ----------
+    tables : mapping of pyarrow.Table or Dataset
+        By name.
+
+    Returns
+    -------
+    dict of Counter
+        By name of the table.
+    """
+    counts: dict[str, Counter[str]] = {}
+    for name, table in tables.items():
+        if name == "scans":
+            scans = query.frame(table, _SCAN).drop_duplicates()
+            counts[name] = Counter(scans["status"])
+        elif name == "comparisons":
+            rows = query.frame(table, ["status_point", "status_line"])
+            counts[name] = Counter(rows.to_numpy().ravel())
+        elif name in _NOUNS:
+            counts[name] = store.status_counts(query.parts(table, ["status"]))
+    return counts
+
+
+def sentence(counts: Mapping[str, Counter[str]]) -> str:
+    """Spell counts by status, a line for each table."""
+    return "".join(
+        f"{total.total():,} {_NOUNS[name]}: "
+        + ", ".join(f"{number:,} {status}" for status, number in sorted(total.items()))
+        + "\n"
+        for name, total in counts.items()
+    )
+
+
+def need_results(counts: Mapping[str, Counter[str]]) -> None:
+    """Refuse tables with rows that failed.
+
+    Raises
+    ------
+    TableError
+        With the number of rows of each table; their messages say what to try.
+    """
+    failed = {name: total[Status.FAILED] for name, total in counts.items() if total[Status.FAILED]}
+    if failed:
+        numbers = ", ".join(f"{number:,} {_NOUNS[name]}" for name, number in failed.items())
+        raise TableError(
+            f"strict: {numbers} have the status failed; the column message and the report say why"
+        )

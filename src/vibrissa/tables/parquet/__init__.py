@@ -1,1 +1,0 @@
-"""Parquet files as files: what stands at their end, and their digests."""

@@ -1,0 +1,73 @@
+"""The rods of a chunk, and their solution."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from vibrissa.mechanics.mounting import Mounting
+from vibrissa.outcomes import Contact, RodSection, Solver
+from vibrissa.sticking.curve import StickingCurve
+from vibrissa.study.axes import MOUNTING_AXES, Values
+
+# By axis; dx0 is None where one solution serves all steps of the clamp.
+Rod = Mapping[str, Any]
+
+
+def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
+    """Return what has to be solved for a chunk, in the order of its rows.
+
+    Parameters
+    ----------
+    axes : mapping of tuple
+        Values of all axes.
+    by_step : bool
+        Whether the solver walks along the steps of the clamp: each step then has its own solution.
+
+    Returns
+    -------
+    list of dict
+    """
+    order = ("eta", "theta", *MOUNTING_AXES, "dx0")
+    values: list[Sequence[Any]] = [
+        axes[axis] if by_step or axis != "dx0" else (None,) for axis in order
+    ]
+    return [dict(zip(order, one, strict=True)) for one in product(*values)]
+
+
+def solve(
+    rods: Sequence[Rod], *, method: Solver, contact: Contact, section: RodSection
+) -> list[StickingCurve]:
+    """Solve the equilibrium paths of some rods, and print how each came out.
+
+    Parameters
+    ----------
+    rods : sequence of dict
+    method : Solver
+    contact : Contact
+    section : RodSection
+
+    Returns
+    -------
+    list of StickingCurve
+        In the order of the rods.
+    """
+    # A job imports the solver that it uses alone.
+    if method is Solver.COLLOCATION:
+        from vibrissa.sticking.solving.collocation import solve_curves
+
+        theta, eta = np.array([(rod["theta"], rod["eta"]) for rod in rods]).T
+        # One object for each mounting: the solver looks at what many rods share once.
+        mounted = cache(lambda *values: Mounting(**dict(zip(MOUNTING_AXES, values, strict=True))))
+        mountings = [mounted(*(rod[axis] for axis in MOUNTING_AXES)) for rod in rods]
+        curves = solve_curves(theta, eta, contact, mountings, section)
+    else:
+        from vibrissa.sticking.solving.shooting import solve_curve
+
+        curves = [solve_curve(r["theta"], r["eta"], r["dx0"], section=section) for r in rods]
+    for rod, curve in zip(rods, curves, strict=True):
+        shown = " ".join(f"{axis} {value}" for axis, value in rod.items() if value)
+        print(f"{shown}: {curve.status}, residual {curve.residual:.1e} {curve.message}".rstrip())
+    return curves

@@ -1,0 +1,141 @@
+"""Rows of grid points: what they hold, and that a chunk's file is the one that is asked for."""
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+import made_tables
+from vibrissa import solve_curve
+from vibrissa.errors import DamagedTableError
+from vibrissa.outcomes import Contact, RodSection, Solver
+from vibrissa.sticking.curve import failed_curve
+from vibrissa.study.chunks import ROW_ORDER, columns_at, number_of_points
+from vibrissa.tables import store
+from vibrissa.tables.points import chunk_rows
+from vibrissa.tables.rods import rods_of
+from vibrissa.tables.schemas import STICTION
+
+FAILED = failed_curve(theta=9.0, eta=0.85, method="collocation", message="no luck; try less")
+
+
+@pytest.fixture(scope="module")
+def axes():
+    return made_tables.grid(theta=(1.0, 2.0), mu0=(0.2, 0.4, 3.0), dx0=(0.001, 0.01))
+
+
+@pytest.fixture(scope="module")
+def table(axes):
+    return made_tables.points("g", axes)
+
+
+@pytest.mark.parametrize("dx0", [0.001, 0.01])
+def test_a_row_is_what_a_single_curve_answers(table, dx0):
+    """Bit for bit the same rod may differ in the last digits: it is solved with others."""
+    rows = [row for row in table.to_pylist() if row["dx0"] == dx0]
+    assert [row["status"] for row in rows] == ["slip", "slip", "lock"] * 2
+    for row in rows:
+        curve = solve_curve(row["theta"], 0.85)
+        assert row["mu_lock"] == pytest.approx(curve.mu_lock, abs=1e-12)
+        if row["status"] == "slip":
+            onset = float(curve.onset(row["mu0"]))
+            assert row["x0_slip"] == pytest.approx(onset, abs=1e-12)
+            assert row["n_steps"] == int(onset / dx0) and row["x0_max"] <= onset
+            slip = curve.state(np.array([onset]))
+            assert row["reaction_m_slip"] == pytest.approx(slip.reaction_m[0], abs=1e-11)
+            assert row["ends_by"] is None and row["x0_end"] is None
+        else:
+            assert row["x0_slip"] is None and row["n_steps"] is None
+            assert row["ends_by"] == "swings_aside"
+
+
+def test_the_axes_are_in_their_rows(axes, table):
+    keys = columns_at(axes, np.arange(number_of_points(axes)))
+    for axis in ROW_ORDER:
+        assert table[axis].to_pylist() == keys[axis].tolist()
+    assert set(table["grid"].to_pylist()) == {"g"}
+
+
+def test_a_rod_that_passes_through_the_surface_before_it_slips_is_marked():
+    """Also where the last step is before that: the exact onset counts."""
+    axes = made_tables.grid(theta=(1.0,), mu0=(1.0,), eta=(0.5,), dx0=(0.1,))
+    (row,) = made_tables.points("g", axes).to_pylist()
+    assert row["phi1_last"] > 0.0 > row["phi1_slip"] and row["penetrates"]
+
+
+def test_what_failed_has_its_reason_and_no_numbers():
+    axes = made_tables.grid(theta=(9.0,))
+    for row in made_tables.points("g", axes, curves=[FAILED]).to_pylist():
+        assert (row["status"], row["message"]) == ("failed", "no luck; try less")
+        assert row["x0_slip"] is row["mu_lock"] is row["penetrates"] is row["residual"] is None
+
+
+def test_mountings_and_polynomials_are_kept():
+    axes = made_tables.grid(curvature=(-0.1, (0.0, -0.3)), clamp_angle=(0.0, 0.02))
+    rows = made_tables.points("g", axes).to_pylist()
+    assert [(r["clamp_angle"], r["curvature"], r["curvature_powers"]) for r in rows[::2]] == [
+        (0.0, -0.1, None),
+        (0.0, 0.0, "-0.3"),
+        (0.02, -0.1, None),
+        (0.02, 0.0, "-0.3"),
+    ]
+    assert len({row["x0_slip"] for row in rows}) == 8
+
+
+def test_a_solver_that_walks_along_the_steps_has_a_rod_for_each():
+    axes = made_tables.grid(theta=(1.0, 2.0), dx0=(0.001, 0.01))
+    assert [rod["dx0"] for rod in rods_of(axes, by_step=True)] == [0.001, 0.01] * 2
+    assert [rod["dx0"] for rod in rods_of(axes, by_step=False)] == [None] * 2
+
+
+@pytest.mark.slow
+def test_both_methods_find_the_same():
+    axes = made_tables.grid(theta=(2.0,), mu0=(0.1,), eta=(0.98,), dx0=(0.005,))
+    (one,) = made_tables.points("g", axes).to_pylist()
+    solver = {"contact": Contact.POINT, "section": RodSection.ROUND}
+    curves = made_tables.solve(rods_of(axes, by_step=True), method=Solver.SHOOTING, **solver)
+    (other,) = made_tables.points("g", axes, curves=curves).to_pylist()
+    assert other["method"] == "shooting" and other["n_steps"] == one["n_steps"]
+    assert other["x0_slip"] == pytest.approx(one["x0_slip"], abs=1e-8)
+
+
+@pytest.fixture
+def chunk(tmp_path, axes, table):
+    path = tmp_path / "chunk.parquet"
+    store.write(table, path, "solver")
+    return path
+
+
+def test_the_file_of_a_chunk_is_read_as_it_was_written(chunk, axes, table):
+    assert pa.concat_tables(chunk_rows(chunk, "g", axes, "solver")).equals(table)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"mu0": (0.2, 0.4)}, "has 12 rows where the grid has 8 points"),
+        ({"mu0": (0.2, 0.4, 5.0)}, "has other points than the study file asks for"),
+        ({"theta": (1.0, 2.5)}, "has other points"),
+        ({"curvature": (-0.1,)}, "has other points"),
+        ({"curvature": ((0.0, 1.0),)}, "has other points"),
+        ({"grid": "h"}, "has other points"),
+        ({"solver": "another"}, "does not answer this study file (it has 'solver')"),
+    ],
+)
+def test_a_chunk_of_another_study_file_is_refused(chunk, axes, change, words):
+    wanted = axes | {key: value for key, value in change.items() if key in axes}
+    grid, solver = change.get("grid", "g"), change.get("solver", "solver")
+    with pytest.raises(DamagedTableError) as error:
+        list(chunk_rows(chunk, grid, wanted, solver))
+    assert words in str(error.value) and error.value.path == chunk
+
+
+@pytest.mark.parametrize("place", [100, -200, -3000])
+def test_a_damaged_chunk_is_refused(chunk, axes, place):
+    data = bytearray(chunk.read_bytes())
+    data[place] ^= 1
+    chunk.write_bytes(data)
+    with pytest.raises(DamagedTableError, match="delete it and run again"):
+        parts = list(chunk_rows(chunk, "g", axes, "solver"))
+        # A byte that means nothing may be anything.
+        assert pa.concat_tables(parts).equals(store.read(chunk, STICTION))
+        raise DamagedTableError(chunk, "is not damaged")

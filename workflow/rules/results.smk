@@ -1,0 +1,126 @@
+# From the tables to what people read: figures, verdicts, summary and report.
+TABLES = {name: f"{RESULTS}/tables/{name}.parquet" for name in STUDY.tables}
+COMPUTED = {name: path for name, path in TABLES.items() if name != "claims"}
+STUDY_PARTS = {name: STUDY.part(name) for name in STUDY.tables}
+
+
+rule figures:
+    input:
+        **COMPUTED,
+    output:
+        report(
+            expand(f"{RESULTS}/figures/{{figure}}.svg", figure=STUDY.figures),
+            category="Figures",
+        ),
+        expand(
+            f"{RESULTS}/figures/{{figure}}.{{suffix}}", figure=STUDY.figures, suffix=["pdf", "png"]
+        ),
+        captions=f"{RESULTS}/figures/captions.md",
+    log:
+        f"{RESULTS}/logs/figures.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/figures.tsv"
+    localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    params:
+        figures={
+            name: {
+                "kind": figure.kind,
+                "table": figure.table,
+                "selection": figure.selection(),
+                "caption": figure.caption,
+            }
+            for name, figure in STUDY.figures.items()
+        },
+        study_parts=STUDY_PARTS,
+        code=ALL_CODE,
+    message:
+        "drawing the figures"
+    script:
+        "../scripts/figures.py"
+
+
+rule claims:
+    input:
+        **COMPUTED,
+    output:
+        table=f"{RESULTS}/tables/claims.parquet",
+        text=f"{RESULTS}/claims.md",
+    log:
+        f"{RESULTS}/logs/claims.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/claims.tsv"
+    localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    params:
+        study=STUDY.name,
+        method=STUDY.method.value,
+        names=dict(STUDY.claims or {}),
+        study_parts=STUDY_PARTS,
+        code=ALL_CODE,
+    message:
+        "judging the paper's statements"
+    script:
+        "../scripts/claims.py"
+
+
+rule summary:
+    input:
+        **COMPUTED,
+    output:
+        f"{RESULTS}/summary.txt",
+    log:
+        f"{RESULTS}/logs/summary.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/summary.tsv"
+    localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    params:
+        strict=STUDY.strict,
+        study_parts=STUDY_PARTS,
+        code=ALL_CODE,
+    message:
+        "counting rows by status"
+    script:
+        "../scripts/summary.py"
+
+
+rule report:
+    input:
+        **TABLES,
+        svg=expand(f"{RESULTS}/figures/{{figure}}.svg", figure=STUDY.figures),
+        png=expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
+        proofs=places.proofs(STUDY.name),
+    output:
+        f"{RESULTS}/report.html",
+    log:
+        f"{RESULTS}/logs/report.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/report.tsv"
+    localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    params:
+        study=STUDY.name,
+        captions={name: figure.caption for name, figure in STUDY.figures.items()},
+        study_file=(STUDY_FILE.name, STUDY.text),
+        study_parts=STUDY_PARTS,
+        benchmarks={
+            "chunk": expand(rules.chunk.benchmark, chunk=STUDY.chunks),
+            **{
+                rule: [f"{RESULTS}/benchmarks/{rule}.tsv"]
+                for rule in (*STUDY.tables, *(["figures"] if STUDY.figures else []))
+            },
+        },
+        code=ALL_CODE,
+    message:
+        "putting everything on one page"
+    script:
+        "../scripts/report.py"

@@ -1,0 +1,119 @@
+# From the study file to the tables: stiction.parquet by chunks, the others by one job each.
+
+
+rule chunk:
+    output:
+        f"{RESULTS}/chunks/{{chunk}}.parquet",
+    log:
+        f"{RESULTS}/logs/chunks/{{chunk}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/chunks/{{chunk}}.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt
+        * STUDY.chunks[wildcards.chunk].minutes(STUDY.method.by_step),
+    params:
+        study=STUDY.name,
+        grid=lambda wildcards: STUDY.chunks[wildcards.chunk].grid,
+        axes=lambda wildcards: STUDY.chunks[wildcards.chunk].params,
+        solver=SOLVER,
+        code=SOLVING_CODE,
+    message:
+        "solving {wildcards.chunk}"
+    script:
+        "../scripts/chunk.py"
+
+
+rule stiction:
+    input:
+        expand(rules.chunk.output, chunk=STUDY.chunks),
+    output:
+        f"{RESULTS}/tables/stiction.parquet",
+    log:
+        f"{RESULTS}/logs/stiction.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/stiction.tsv"
+    localrule: True
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    params:
+        chunks=[(chunk.grid, chunk.params) for chunk in STUDY.chunks.values()],
+        solver=SOLVER,
+        study_part=STUDY.part("stiction"),
+        code=SOLVING_CODE,
+    message:
+        "putting the chunks into one table"
+    script:
+        "../scripts/stiction.py"
+
+
+rule scans:
+    output:
+        f"{RESULTS}/tables/scans.parquet",
+    log:
+        f"{RESULTS}/logs/scans.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/scans.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt * 60,
+    params:
+        study=STUDY.name,
+        scans=STUDY.plain("scans"),
+        solver=SOLVER,
+        study_part=STUDY.part("scans"),
+        code=SOLVING_CODE,
+    message:
+        "moving the clamp through the scans"
+    script:
+        "../scripts/scans.py"
+
+
+rule states:
+    output:
+        f"{RESULTS}/tables/states.parquet",
+    log:
+        f"{RESULTS}/logs/states.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/states.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    params:
+        study=STUDY.name,
+        states=STUDY.plain("states"),
+        solver=SOLVER,
+        study_part=STUDY.part("states"),
+        code=SOLVING_CODE,
+    message:
+        "solving single states"
+    script:
+        "../scripts/states.py"
+
+
+rule comparisons:
+    output:
+        f"{RESULTS}/tables/comparisons.parquet",
+    log:
+        f"{RESULTS}/logs/comparisons.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/comparisons.tsv"
+    conda:
+        "../envs/vibrissa.yaml"
+    threads: 1
+    resources:
+        runtime=lambda wildcards, attempt: attempt * 60,
+    params:
+        study=STUDY.name,
+        comparisons=STUDY.plain("comparisons"),
+        study_part=STUDY.part("comparisons"),
+        code=SOLVING_CODE,
+    message:
+        "solving points in both kinds of contact"
+    script:
+        "../scripts/comparisons.py"
