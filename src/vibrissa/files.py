@@ -1,11 +1,13 @@
 """Files that are either there whole or not there."""
 
-import fcntl
 import os
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
+
+# Names of temporary files, of which a killed writer leaves one.
+TEMPORARY = ".*-*.tmp*"
 
 
 @contextmanager
@@ -28,10 +30,6 @@ def write_atomically(path: Path) -> Iterator[Path]:
     )
     temporary = Path(name)
     try:
-        # Tells a file that is being written from one whose writer was killed; see
-        # `vibrissa.pipeline.repair`. Some network file systems have no locks.
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield temporary
         _sync(temporary)
         # mkstemp makes files private; give the result the rights that the user's files have.

@@ -1,8 +1,5 @@
-"""How a study is run: what its jobs are, what a run says, and what it repairs.
-
-No other package imports it.
-"""
+"""How a study is run: Snakemake with our profile, and what a job does around its work."""
 
 from vibrissa.extras import require
 
-require("workflow", "snakemake", "grimp", "yaml")
+require("workflow", "snakemake", "yaml")

@@ -1,190 +1,51 @@
-"""Run the Snakemake workflow for a person (or CI log) to watch; `workflow/run.py` is the command.
+"""Run a study with Snakemake for a person (or a CI log) to watch; `workflow/run.py` is the command.
 
-On a terminal Snakemake's logger `rich` draws progress bars. This module does what neither that
-logger nor Snakemake's `onsuccess` and `onerror` can do (`onsuccess` is skipped if there is nothing
-to do, and Snakemake writes further lines after `onerror`):
-
-* It ends with what counts: why jobs failed and where their logs are; or the figures, how many of
-  the paper's statements hold, and the path of the report.
-* Without a terminal it prints a line of progress every few percent.
-* It removes the lock of a run that was killed.
-* It removes damaged files and makes them anew, so that the same command heals a study.
+Snakemake with the profile does the work. Around it stand a check of the study file before anything
+is loaded, the removal of the lock of a killed run, and the last lines: what came out and where.
 """
 
 import argparse
 import fcntl
 import os
-import re
 import shlex
 import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterable
-from multiprocessing import Pipe
+from contextlib import suppress
 from pathlib import Path
-from threading import Timer
+from types import FrameType
 from typing import IO
 
-from vibrissa.errors import ClusterError, StudyError
-from vibrissa.pipeline import places, repair, slurm
-from vibrissa.pipeline.ending import Outcome, records, report_failure, report_results, say
-from vibrissa.pipeline.events import has_terminal
-from vibrissa.study.reading import as_text_says, read_study, read_yaml
+from vibrissa.errors import StudyError
+from vibrissa.files import TEMPORARY
+from vibrissa.pipeline import places
+from vibrissa.study.chunks import number_of_points
+from vibrissa.study.model import Study
+from vibrissa.study.reading import read_study
+from vibrissa.wording import counted
 
 SNAKEMAKE = [sys.executable, "-m", "vibrissa.pipeline"]
-# As `vibrissa.study.values.Name` has it; a run need not wait for pydantic.
-STUDY_NAME = "[A-Za-z0-9][A-Za-z0-9_-]{0,99}"
-# Rules that read the study file, but for curves: blocks of these are named by what they hold. What
-# depends on them follows.
-REREAD = ("points", "scan", "states", "comparisons", "captions")
-# Seconds until an interrupted Snakemake that has jobs on a cluster is killed: it may wait for
-# minutes before it looks after them.
-GRACE = 10
-SHOW_CURSOR = "\033[?25h"
+# Options of Snakemake that run no job.
+ONLY_SHOWS = {"-n", "--dry-run", "--dryrun", "-h", "--help", "--version", "-v", "--touch", "-t"}
+# Bytes. A full disk has a little room again once the files of a failed job are removed.
+LEAST_SPACE = 1024**2
+# Seconds until an answer of SLURM is given up.
+PATIENCE = 20
 
 
-def study_of(
-    configfiles: list[str], changes: list[str] | None = None, is_study: bool = True
-) -> tuple[str, list[str]]:
-    """Return the study's name and `Study.results`, or end with all mistakes of its file.
-
-    A study file given takes the place of config.yaml; `changes` are what stands after --config.
-    A workflow of which this is a module has a file of its own: `is_study` is false, and its results
-    are not known.
-    """
-    paths = [Path(path) for path in configfiles or [str(places.PAPER)]]
-    try:
-        config = read_yaml(paths[0]).config
-        for key, equals, value in (change.partition("=") for change in changes or ()):
-            if equals:
-                config[key] = as_text_says(value)
-        if not is_study:
-            return str(config.get("study")), []
-        study = read_study(paths, config)
-        return study.name, study.results
-    except StudyError as error:
-        sys.exit("\n".join(error.mistakes))
+def say(text: str) -> None:
+    """Print to stderr, where Snakemake writes too, so that the order on the screen is kept."""
+    print(text, file=sys.stderr, flush=True)
 
 
 def find_profile(name: str) -> Path:
     """Find a profile by its path, also as seen from the workflow, or by its name."""
-    if name == "none":  # Snakemake's word for no profile
-        return Path(name)
     for path in (Path(name), places.HOME / name, places.PROFILES / name):
         if path.is_dir():
             return path.absolute()
     there = ", ".join(path.name for path in sorted(places.PROFILES.glob("*")))
     sys.exit(f"No such profile: {name}; there are: {there}")
-
-
-def acquire_lock() -> IO[str]:
-    """Take the working directory for this run and clear the lock of a run that was killed.
-
-    The kernel drops a `flock` when its holder dies, so text in a file that nobody holds means
-    that the last run did not come to its end. Only then is Snakemake's own lock removed; the lock
-    of a Snakemake that somebody started directly stays respected.
-    """
-    path = Path(".snakemake/run.lock")
-    path.parent.mkdir(exist_ok=True)
-    handle = path.open("a+", encoding="utf-8")
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        sys.exit("Another run of this workflow is active in this folder; wait for it or stop it.")
-    os.utime(path)
-    handle.seek(0)
-    if handle.read():
-        say("The last run was killed; its finished results are kept and it is continued.")
-        shutil.rmtree(repair.LOCKS, ignore_errors=True)
-    else:
-        handle.write("running\n")
-        handle.flush()
-        os.fsync(handle.fileno())
-    return handle
-
-
-def remove_damaged(paths: Iterable[Path], removed: set[Path]) -> bool:
-    """Remove damaged files, so that they are made anew; return whether there were any."""
-    before = len(removed)
-    for path in paths:
-        # A file that is damaged again was not made well: a person has to look at it.
-        if path.is_file() and path not in removed:
-            try:
-                path.unlink()
-            except OSError as error:
-                say(f"{path} is damaged, and cannot be removed ({error.strerror}).")
-                continue
-            removed.add(path)
-            # Snakemake does without a block as long as nothing that needs it is to be made.
-            say(f"{path} is damaged or does not belong there: removed, made anew where needed.")
-    return len(removed) > before
-
-
-def run_snakemake(arguments: list[str], lock: IO[str]) -> Outcome:
-    """Run Snakemake to its end."""
-    outcome = Outcome(since=os.fstat(lock.fileno()).st_mtime)
-    terminal = has_terminal()
-    receiver, sender = Pipe(duplex=False)
-    loggers = ["--logger", "vibrissa", *(["rich"] if terminal else [])]
-    child = subprocess.Popen(
-        [*SNAKEMAKE, *arguments, *loggers, "--logger-vibrissa-pipe", str(sender.fileno())],
-        stdin=subprocess.DEVNULL,
-        # If this process is killed, the running Snakemake keeps the lock.
-        pass_fds=[lock.fileno(), sender.fileno()],
-    )
-
-    def stop(number: int, frame: object) -> None:
-        # Ctrl-C reaches Snakemake, too, which then ends its jobs.
-        by_hand = number == signal.SIGINT
-        if outcome.slurm_run and not outcome.interrupted:
-            # At SIGTERM Snakemake would wait for all jobs in the queue.
-            if not by_hand:
-                child.send_signal(signal.SIGINT)
-            timer = Timer(GRACE, child.kill)
-            timer.daemon = True
-            timer.start()
-        elif not (by_hand or outcome.slurm_run):
-            child.send_signal(number)
-            outcome.asked_to_end = True
-        outcome.interrupted |= by_hand or bool(outcome.slurm_run)
-
-    signal.signal(signal.SIGINT, stop)
-    signal.signal(signal.SIGTERM, stop)
-    sender.close()
-    outcome.watch(receiver, progress=not terminal)
-    outcome.status = child.wait()
-    if outcome.slurm_run and (outcome.interrupted or outcome.status < 0):
-        cancel(outcome.slurm_run)
-    if terminal and outcome.status < 0:
-        print(SHOW_CURSOR, end="", file=sys.stderr)
-    return outcome
-
-
-def cancel(slurm_run: str) -> None:
-    """Cancel the jobs that an interrupted or killed Snakemake left in SLURM's queue."""
-    try:
-        slurm.cancel(slurm_run)
-    except ClusterError as error:
-        say(f"Jobs may be left in the queue: scancel --name={slurm_run} ends them. ({error})")
-
-
-def run_and_heal(arguments: list[str], folder: Path, removed: set[Path], lock: IO[str]) -> Outcome:
-    """Run Snakemake, and again if a job met a damaged table, other than those that were removed."""
-    again: list[str] = []
-    while True:
-        outcome = run_snakemake([*arguments, *again], lock)
-        found = records(outcome.jobs)
-        named = [Path(record.damaged) for record in found if record.damaged]
-        named = [path for path in named if path.is_relative_to(folder)]
-        # If one table is damaged, others may be, too: now it is worth the time to read them all.
-        suspects = sorted(folder.glob("*/**/[!.]*.parquet")) if named else []
-        over = outcome.interrupted or outcome.asked_to_end
-        if over or not remove_damaged([*named, *repair.damaged(suspects)], removed):
-            return outcome
-        say("Running again.")
-        # The output of a failed job is gone, and Snakemake may think that nothing needs it.
-        again = ["--forcerun", *(path for job in outcome.jobs for path in job.output)]
 
 
 def parsed(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
@@ -193,73 +54,174 @@ def parsed(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     Enters the folder of the option --directory.
     """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    parser.add_argument("--configfile", "--configfiles", nargs="+", default=[])
+    parser.add_argument("--configfile", "--configfiles", nargs="+", default=[str(places.PAPER)])
     parser.add_argument("--config", "-C", nargs="+", default=[])
-    parser.add_argument("--workflow-profile", default="default")
-    parser.add_argument("--snakefile", "-s", default=places.SNAKEFILE, type=Path)
+    parser.add_argument("--workflow-profile", default="default", type=find_profile)
     parser.add_argument("--directory", "-d", type=Path)
     known, others = parser.parse_known_args(arguments)
-    profile = find_profile(known.workflow_profile)
+    known.configfile = [Path(path).absolute() for path in known.configfile]
     if known.directory:
-        known.configfile = [str(Path(path).absolute()) for path in known.configfile]
-        known.snakefile = known.snakefile.absolute()
         known.directory.mkdir(parents=True, exist_ok=True)
         os.chdir(known.directory)
-    arguments = [
-        *(["--configfile", *known.configfile] if known.configfile else []),
+    return known, [
+        *("--configfile", *map(str, map(places.near, known.configfile))),
         *(["--config", *known.config] if known.config else []),
-        *("--snakefile", str(places.near(known.snakefile))),
-        *("--workflow-profile", str(places.near(profile))),
+        *("--snakefile", str(places.near(places.SNAKEFILE))),
+        *("--workflow-profile", str(places.near(known.workflow_profile))),
         *others,
     ]
-    return known, arguments
+
+
+def checked_study(files: list[Path], changes: list[str]) -> Study:
+    """Read the study file, or end with all its mistakes; `changes` stand after --config."""
+    import yaml
+
+    if len(files) > 1:
+        sys.exit(f"{len(files)} study files are given; one is allowed: run them one after another")
+    pairs = (change.partition("=") for change in changes)
+    try:
+        values = {key: yaml.safe_load(value) for key, _, value in pairs}
+        return read_study(places.near(files[0]), values)
+    except StudyError as error:
+        sys.exit("\n".join(error.mistakes))
+
+
+def need_slurm(profile: Path) -> None:
+    """End with a line where a profile for SLURM is used and SLURM is not there."""
+    config = profile / "config.yaml"
+    if not config.is_file() or "executor: slurm" not in config.read_text(encoding="utf-8"):
+        return
+    try:
+        command = ["sinfo", "--noheader"]
+        subprocess.run(command, capture_output=True, check=True, timeout=PATIENCE, text=True)
+    except FileNotFoundError:
+        sys.exit(
+            f"There is no command sinfo here: the profile {profile.name} is for a login node of a "
+            "SLURM cluster. Without the profile, the study runs on this machine."
+        )
+    except (subprocess.SubprocessError, OSError) as error:
+        words = getattr(error, "stderr", None) or str(error)
+        sys.exit(f"SLURM does not answer (sinfo): {words.strip()}; when it does, run this again.")
+
+
+def take_folder() -> tuple[IO[str], bool]:
+    """Take the working directory for this run, and find out whether the last one was killed.
+
+    The kernel drops a `flock` when its holder dies, so text in a file that nobody holds means that
+    the last run did not come to its end.
+    """
+    path = Path(".snakemake/run.lock")
+    path.parent.mkdir(exist_ok=True)
+    lock = path.open("a+", encoding="utf-8")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        sys.exit(
+            "Another run is active in this folder. Wait for it or stop it; or run this study in "
+            "another folder: --directory other"
+        )
+    lock.seek(0)
+    was_killed = bool(lock.read())
+    lock.write("running\n")
+    lock.flush()
+    os.fsync(lock.fileno())
+    return lock, was_killed
+
+
+def run_snakemake(arguments: list[str], lock: IO[str]) -> tuple[int, signal.Signals | None]:
+    """Run Snakemake to its end; return its status, and the signal that ended it early."""
+    stopped: list[signal.Signals] = []
+    # With a session of its own it gets each signal once. If this process is killed, the running
+    # Snakemake keeps the lock.
+    child = subprocess.Popen(
+        [*SNAKEMAKE, *arguments],
+        stdin=subprocess.DEVNULL,
+        pass_fds=[lock.fileno()],
+        start_new_session=True,
+    )
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        # Snakemake takes its jobs out of a cluster's queue at SIGINT, and waits for those that run
+        # here: SIGTERM ends them, and a Snakemake that is still loading, without a word.
+        stopped.append(signal.Signals(number))
+        with suppress(ProcessLookupError):
+            child.send_signal(signal.SIGINT)
+            os.killpg(child.pid, signal.SIGTERM)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
+    status = child.wait()
+    return status, stopped[0] if stopped else None
+
+
+def left_over(folder: Path, results: list[str]) -> list[str]:
+    """Name the files in a folder of results that its study does not make."""
+    paths = [*folder.glob("tables/[!.]*"), *folder.glob("figures/[!.]*"), folder / "claims.md"]
+    names = sorted(path.relative_to(folder).as_posix() for path in paths if path.is_file())
+    return [name for name in names if name not in results]
+
+
+def report(study: Study, folder: Path) -> None:
+    """Say what came out, and where it is."""
+    for name in ("summary.txt", "claims.md"):
+        path = folder / name
+        if name in study.results and path.is_file():
+            lines = path.read_text(encoding="utf-8").splitlines()
+            # The counts of verdicts are the first sentence under the title.
+            shown = [lines[2].partition(". ")[0]] if name == "claims.md" else lines
+            say("\n".join(shown))
+    if others := left_over(folder, study.results):
+        more = ", ..." if len(others) > 3 else ""
+        say(f"Left over from an earlier study file, in {folder}: {', '.join(others[:3])}{more}")
+    if study.figures:
+        say(f"Figures: {folder / 'figures'}")
+    say(f"Report: {folder / 'report.html'}")
 
 
 def main(arguments: list[str]) -> int:
     """Run the workflow with Snakemake's arguments; return the exit status."""
     known, arguments = parsed(arguments)
-    is_study = known.snakefile.resolve() in (places.SNAKEFILE, places.HOME / "workflow/Snakefile")
-    study, made = study_of(known.configfile, known.config, is_study)
-    folder = Path("results", study)
-    # The workflow refuses any other name, and its folder is not to be changed.
-    named_well = re.fullmatch(STUDY_NAME, study) is not None
-    if named_well and (problem := repair.misplaced(folder)):
-        sys.exit(problem)
+    if ONLY_SHOWS.intersection(arguments):
+        return subprocess.run([*SNAKEMAKE, *arguments], check=False).returncode
+    study = checked_study(known.configfile, known.config)
+    need_slurm(known.workflow_profile)
+    folder = Path("results", study.name)
     try:
-        lock = acquire_lock()
+        lock, was_killed = take_folder()
     except OSError as error:
-        obstacles = repair.obstacles(folder, [error.errno])
-        sys.exit("\n".join([f"The run cannot start: {error}", *obstacles]))
-    removed: set[Path] = set()
-    if named_well and not {"-n", "--dry-run", "--dryrun"}.intersection(arguments):
-        repair.remove_leftovers(folder)
-        remove_damaged(repair.cut_short(folder), removed)
-    if is_study and (path := repair.without_record(folder)):
-        say(
-            f"Nothing here says how {path} was made: all but the curves is made anew, to be of the "
-            "study file as it is. (docs/cluster.md says how results of another machine are used.)"
-        )
-        arguments = ["--forcerun", *REREAD, *arguments]
-    say(f"Study '{study}': {shlex.join(['snakemake', *arguments])}")
-    outcome = run_and_heal(arguments, folder, removed, lock)
-    # A killed Snakemake leaves its own lock, which the next run removes if nobody does it here.
-    if outcome.status < 0 and outcome.interrupted:
-        shutil.rmtree(repair.LOCKS, ignore_errors=True)
-    if outcome.status >= 0 or outcome.interrupted:
+        sys.exit(f"The run cannot start: {error}")
+    if was_killed:
+        say("The last run did not come to its end; its finished results are kept, and it goes on.")
+        command = [*SNAKEMAKE, *arguments, "--unlock", "--quiet", "all"]
+        subprocess.run(command, check=False, stdin=subprocess.DEVNULL)
+        for path in folder.rglob(TEMPORARY):
+            path.unlink()
+    points = sum(number_of_points(grid.axes) for grid in study.grids.values())
+    say(f"Study '{study.name}', {points:,} points in {counted(len(study.chunks), 'chunk')}:")
+    say(f"  {shlex.join(['snakemake', *arguments])}")
+    if has_terminal():
+        arguments = [*arguments, "--logger", "rich"]
+    status, stopped = run_snakemake(arguments, lock)
+    if status >= 0:  # a Snakemake that was killed leaves its lock
         lock.truncate(0)
-    if outcome.interrupted:
-        say("\nInterrupted. Finished results are kept: the same command continues from here.")
-        return 128 + signal.SIGINT
-    if outcome.status:
-        if outcome.asked_to_end and not outcome.failed:
-            say(
-                "Ended as asked, by SIGTERM. Finished results are kept: the same command continues."
-            )
-        else:
-            report_failure(outcome, folder)
-        return outcome.status if outcome.status > 0 else 128 - outcome.status
-    report_results(outcome, folder, made)
-    return 0
+    if stopped is not None:
+        say(f"\nStopped by {stopped.name}. Finished results are kept: the same command continues.")
+        return 128 + stopped
+    if not status:
+        report(study, folder)
+        return 0
+    if status < 0:
+        say(f"Snakemake was ended by {signal.Signals(-status).name}; the same command continues.")
+    if shutil.disk_usage(Path.cwd()).free < LEAST_SPACE:
+        say("The disk is full; make space and run the same command again.")
+    elif status > 0:
+        say(f"The study is not complete; {folder / 'logs'} says why. The same command continues.")
+    return abs(status)
+
+
+def has_terminal() -> bool:
+    """Whether the logger `rich` can draw on the screen."""
+    return sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
 if __name__ == "__main__":

@@ -8,13 +8,13 @@ from itertools import dropwhile
 from pathlib import Path
 
 from vibrissa.errors import ComparisonError
-from vibrissa.pipeline.places import SNAKEFILE
+from vibrissa.pipeline.places import PAPER, SNAKEFILE
 
 # First column of Snakemake's table of files, and what it says of a file that it would not make.
 HEAD, CURRENT = "output_file", "no update"
 
 
-def outdated_rules(tables: Sequence[Path], configfile: str | None) -> list[str]:
+def outdated_rules(tables: Sequence[Path], configfile: Path) -> list[str]:
     """Ask Snakemake which rules it would run to make some tables.
 
     Parameters
@@ -22,8 +22,8 @@ def outdated_rules(tables: Sequence[Path], configfile: str | None) -> list[str]:
     tables : sequence of Path
         Files of the study in ``results/<study>/tables``, relative to the working directory; without
         any, all that the study makes.
-    configfile : str or None
-        Study file, instead of config.yaml.
+    configfile : Path
+        Study file.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def outdated_rules(tables: Sequence[Path], configfile: str | None) -> list[str]:
     ComparisonError
         If Snakemake cannot plan the study.
     """
-    study = ["--configfile", configfile] if configfile else []
+    study = ["--configfile", str(configfile)]
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
     result = subprocess.run(
         [*command, "--dry-run", "--summary", *map(str, tables), *study],
@@ -53,15 +53,15 @@ def outdated_rules(tables: Sequence[Path], configfile: str | None) -> list[str]:
     return sorted({row["rule"] for row in rows if row["plan"] != CURRENT})
 
 
-def need_current(results: Path, configfile: str | None, *, everything: bool = False) -> None:
+def need_current(results: Path, configfile: Path, *, everything: bool = False) -> None:
     """Refuse tables that are older than the code or the study file.
 
     Parameters
     ----------
     results : Path
         ``results/<study>``.
-    configfile : str or None
-        Study file, instead of config.yaml.
+    configfile : Path
+        Study file.
     everything : bool, optional
         Whether this goes for all results, and not for those tables alone that are compared and are
         there.
@@ -78,7 +78,7 @@ def need_current(results: Path, configfile: str | None, *, everything: bool = Fa
     else:
         what, rules = "tables", outdated_rules(tables, configfile) if tables else []
     if rules:
-        run = f"make study STUDY={configfile}" if configfile else "make reproduce"
+        run = "make reproduce" if configfile == PAPER else f"make study STUDY={configfile}"
         raise ComparisonError(
             f"the {what} in {results} are older than the code or the study file (to be run: "
             f"{', '.join(rules)}); run {run} first"
