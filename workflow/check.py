@@ -3,8 +3,9 @@
 Usage: python workflow/check.py [--configfile FILE] [--results FOLDER] [--reference FOLDER]
                                 [--output FOLDER] [--bless]
 
-Without options: results/paper against tests/regression/paper. Exit status 1 if anything moved, 2 if
-there is nothing to compare or the tables are older than the code or the study file.
+Without options: results/paper against tests/regression/paper. The reference may be the results of
+another study: --reference results/other. Exit status 1 if anything moved, 2 if there is nothing to
+compare or the tables are older than the code or the study file.
 
 A summary is added to the file that GITHUB_STEP_SUMMARY names; with GITHUB_ACTIONS=true differences
 are shown beside the reference tables.
@@ -17,30 +18,30 @@ import os
 import sys
 from pathlib import Path
 
-from vibrissa.checking import ci, enclosures
-from vibrissa.checking.layouts import parse_layouts
+from vibrissa.checking import enclosures
+from vibrissa.checking.layouts import Layout, parse_layouts
 from vibrissa.checking.reference import Comparison, bless, compare_folders, need_reference
-from vibrissa.errors import VibrissaError
+from vibrissa.errors import StudyError, VibrissaError
 from vibrissa.files import write_atomically
-from vibrissa.pipeline import staleness
-from vibrissa.pipeline.run import study_of
+from vibrissa.pipeline import belonging, outdated, places
+from vibrissa.study.reading import read_study
 
 LAYOUT = "regression.yaml"
 
 
-def compared(results: Path, reference: Path) -> Comparison:
+def layouts_of(reference: Path) -> dict[str, Layout]:
+    """What is compared: as the folder of the reference says, or as all do."""
     own = reference / LAYOUT
     path = own if own.is_file() else Path(__file__).with_name(LAYOUT)
-    layouts = parse_layouts(path.read_text(encoding="utf-8"), str(path))
-    return compare_folders(results, reference, layouts)
+    return parse_layouts(path.read_text(encoding="utf-8"), str(path))
 
 
 def write_output(found: Comparison, folder: Path) -> None:
     """Write the comparison for people and machines, and what `make bless` would change."""
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
-        "check.md": ci.markdown(found),
-        "check.json": ci.json_text(found),
+        "check.md": found.markdown(),
+        "check.json": found.json(),
         "reference.diff": found.diff(),
     }
     for name, text in texts.items():
@@ -48,58 +49,74 @@ def write_output(found: Comparison, folder: Path) -> None:
             temporary.write_text(text, encoding="utf-8")
 
 
-def tell_ci(found: Comparison) -> None:
-    if summary := os.environ.get("GITHUB_STEP_SUMMARY"):
-        with open(summary, "a", encoding="utf-8") as file:
-            file.write(ci.markdown(found))
-    if in_github():
-        for line in ci.annotations(found):
-            print(line)
-
-
 def in_github() -> bool:
     return os.environ.get("GITHUB_ACTIONS") == "true"
 
 
+def annotation(text: str, file: str = "") -> str:
+    """Spell an error as GitHub shows it, beside a file."""
+    for character in "%\r\n":
+        text = text.replace(character, f"%{ord(character):02X}")
+    return f"::error{f' file={file}' if file else ''}::{text}"
+
+
+def tell_ci(found: Comparison) -> None:
+    if summary := os.environ.get("GITHUB_STEP_SUMMARY"):
+        with open(summary, "a", encoding="utf-8") as file:
+            file.write(found.markdown())
+    if in_github():
+        for difference in found.differences[:10]:  # GitHub shows ten of a step
+            print(annotation(str(difference), f"{found.reference}/{difference.table}.csv"))
+
+
+def run(options: argparse.Namespace) -> int:
+    study = read_study(options.configfile)
+    results = options.results or Path("results", study.name)
+    reference = options.reference or Path("tests/regression", study.name)
+    if options.results is None:
+        belonging.need_tables_of(study, results)
+        outdated.need_current(results, options.configfile)
+    found = compare_folders(results, reference, layouts_of(reference))
+    if options.bless:
+        bless(found)
+        print(f"{reference} is written: review it with git diff")
+        return 0
+    need_reference(found)
+    for difference in found.differences:
+        print(difference)
+    if options.output:
+        write_output(found, options.output)
+    tell_ci(found)
+    if proofs := enclosures.verdict(found.enclosed):
+        print(proofs)
+    print(found.verdict)
+    return 1 if found.differences else 0
+
+
 def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser(description="Compare results with reference tables.")
-    parser.add_argument("--configfile", help="study file, instead of config.yaml")
+    parser.add_argument("--configfile", type=Path, default=places.PAPER, help="study file")
     parser.add_argument(
         "--results",
         type=Path,
         help="compare this folder as it is, instead of results/<study> if that is current",
     )
-    parser.add_argument("--reference", type=Path, help="instead of tests/regression/<study>")
+    parser.add_argument(
+        "--reference", type=Path, help="reference tables or results; tests/regression/<study>"
+    )
     parser.add_argument("--output", type=Path, help="folder for check.md, check.json, a diff")
     parser.add_argument("--bless", action="store_true", help="make the reference tables anew")
-    options = parser.parse_args(argv)
-    study, _ = study_of([options.configfile] if options.configfile else [])
-    results = options.results or Path("results", study)
-    reference = options.reference or Path("tests/regression", study)
     try:
-        if options.results is None:
-            staleness.need_current(results, options.configfile)
-        found = compared(results, reference)
-        if not options.bless:
-            need_reference(found)
-        for difference in found.differences:
-            print(difference)
-        if options.bless:
-            bless(found)
-            print(f"{reference} is written: review it with git diff")
-            return 0
-        print(found.verdict)
-        if proofs := enclosures.verdict(found.enclosed):
-            print(proofs)
-        if options.output:
-            write_output(found, options.output)
-        tell_ci(found)
+        return run(parser.parse_args(argv))
+    except StudyError as error:
+        lines = error.mistakes
     except (VibrissaError, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        if in_github():
-            print(ci.command("error", str(error), title="make check"))
-        return 2
-    return 1 if found.differences else 0
+        lines = (str(error),)
+    for line in lines:
+        print(f"error: {line}", file=sys.stderr)
+    if in_github():
+        print(annotation("; ".join(lines)))
+    return 2
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
-"""A study as one file for publication, an RO-Crate, and whether it makes its results again."""
+"""A study as one file for publication, an RO-Crate, and whether an unpacked one is as it was."""
 
 from vibrissa.extras import require
 
-require("workflow", "pyarrow", "rocrate", "yaml")
+require("workflow", "rocrate", "yaml")

@@ -1,8 +1,11 @@
-"""The results of a study beside reference tables: compared, or put in their place."""
+"""The results of a study beside a reference: compared, or put in its place."""
 
 import difflib
+import json
+import math
+import subprocess
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -10,14 +13,18 @@ import pandas as pd
 from vibrissa.checking import texts
 from vibrissa.checking.condensing import condensed
 from vibrissa.checking.differences import Difference, Problem, compare, moved
-from vibrissa.checking.enclosures import Enclosed, enclosed, refuted
+from vibrissa.checking.enclosures import Enclosed, enclosed, histogram, refuted, verdict
 from vibrissa.checking.layouts import Layout
 from vibrissa.errors import ComparisonError
+from vibrissa.wording import counted, markdown_table
+
+# Differences that a summary shows.
+MOST_ROWS = 30
 
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Results beside reference tables.
+    """Results beside a reference.
 
     Attributes
     ----------
@@ -43,15 +50,15 @@ class Comparison:
     @property
     def rows(self) -> int:
         """Number of rows of the results that are compared."""
-        return sum(len(text) for text in self.found.values())
+        return sum(map(len, self.found.values()))
 
     @property
     def verdict(self) -> str:
-        """One line that says how the comparison ended."""
+        """The last line: whether all is well."""
         if self.differences:
-            number = len(self.differences)
-            return f"{number} differences between {self.results} and {self.reference}"
-        return f"Nothing moved: {self.results} has the {self.rows} rows of {self.reference}."
+            number = counted(len(self.differences), "difference")
+            return f"CHANGED: {number} between {self.results} and {self.reference}."
+        return f"Unchanged: all {self.rows} rows of {self.results} agree with {self.reference}."
 
     def blessed(self) -> dict[str, pd.DataFrame]:
         """Return the reference tables that `bless` would write."""
@@ -61,41 +68,80 @@ class Comparison:
         }
 
     def diff(self) -> str:
-        """Return what `bless` would change in the reference tables, as a patch."""
+        """Return what `bless` would change, as a patch for ``git apply``.
+
+        Paths count from the root of the repository that the reference lies in; outside of one, from
+        the folder of the reference.
+        """
         new = self.blessed()
+        prefix = _place_in_repository(self.reference)
         lines: list[str] = []
         for name in sorted(self.stored.keys() | new):
-            path = (self.reference / f"{name}.csv").as_posix()
             before, after = (
-                _csv(tables[name]).splitlines(keepends=True) if name in tables else []
+                texts.csv(tables[name]).splitlines(keepends=True) if name in tables else []
                 for tables in (self.stored, new)
             )
+            # After the tab may stand a date: with it git takes spaces for a part of the name.
+            path = f"{prefix}{name}.csv\t"
             lines += difflib.unified_diff(
                 before,
                 after,
                 f"a/{path}" if before else "/dev/null",
                 f"b/{path}" if after else "/dev/null",
-                n=0,
             )
         return "".join(lines)
 
+    def markdown(self) -> str:
+        """Summary for people."""
+        mark = "❌" if self.differences else "✅"
+        lines = [f"## {mark} Study {self.results.name}: reference tables", "", self.verdict]
+        if self.differences:
+            rows = [
+                [one.table, one.column, one.problem, str(one.rows or ""), one.text]
+                for one in self.differences[:MOST_ROWS]
+            ]
+            head = ("table", "column", "what", "rows", "largest change")
+            lines += ["", markdown_table(head, rows)]
+        if more := len(self.differences[MOST_ROWS:]):
+            lines += ["", f"And {more} more; check.json has all of them."]
+        return "\n".join([*lines, "", verdict(self.enclosed)]).rstrip() + "\n"
+
+    def json(self) -> str:
+        """All that is different, for machines; what is no finite number is null."""
+        content = {
+            "passed": not self.differences,
+            "verdict": self.verdict,
+            "results": self.results.as_posix(),
+            "reference": self.reference.as_posix(),
+            "rows": self.rows,
+            "differences": [
+                {
+                    key: None if isinstance(value, float) and not math.isfinite(value) else value
+                    for key, value in asdict(one).items()
+                }
+                for one in self.differences
+            ],
+            "enclosed": {"numbers": len(self.enclosed), "ulps": histogram(self.enclosed)},
+        }
+        return json.dumps(content, indent=2, allow_nan=False) + "\n"
+
 
 def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout]) -> Comparison:
-    """Compare the results of a study with reference tables.
+    """Compare the results of a study with reference tables or with other results.
 
     Parameters
     ----------
     results : Path
         ``results/<study>``.
     reference : Path
-        Folder with CSV files.
+        Folder with CSV files, or another folder of results.
     layouts : mapping of Layout
-        What each reference table holds.
+        What is compared of each table.
 
     Returns
     -------
     Comparison
-        If there is no reference table, every table is new.
+        Without any reference table every table is new.
 
     Raises
     ------
@@ -105,16 +151,12 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
         If a table is damaged.
     """
     frames = condensed(results)
-    found = {
-        name: texts.as_text(frame, layouts[name], name)
-        for name, frame in frames.items()
-        if name in layouts
-    }
-    stored = {
-        path.stem: texts.read(path)
-        for path in sorted(reference.glob("*.csv"))
-        if path.stem in layouts
-    }
+    found = _as_texts(frames, layouts)
+    if (reference / "tables").is_dir():
+        stored = _as_texts(condensed(reference), layouts)
+    else:
+        paths = sorted(reference.glob("*.csv"))
+        stored = {path.stem: texts.read(path) for path in paths if path.stem in layouts}
     differences = [
         Difference(table=name, problem=Problem.GONE, text=f"{name}: the whole table is missing")
         for name in sorted(stored.keys() - found)
@@ -124,19 +166,37 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
             differences += compare(stored[name], text, layouts[name], name)
         else:
             line = f"{name}: a new table of {len(text)} rows"
-            rows = len(text)
-            differences.append(Difference(table=name, problem=Problem.NEW, rows=rows, text=line))
+            differences.append(Difference(table=name, problem=Problem.NEW, text=line))
     numbers = enclosed(frames, reference, layouts)
-    differences += refuted(numbers)
     return Comparison(
         results=results,
         reference=reference,
         layouts=layouts,
         stored=stored,
         found=found,
-        differences=differences,
+        differences=[*differences, *refuted(numbers)],
         enclosed=numbers,
     )
+
+
+def _as_texts(
+    frames: Mapping[str, pd.DataFrame], layouts: Mapping[str, Layout]
+) -> dict[str, pd.DataFrame]:
+    return {
+        name: texts.as_text(frame, layouts[name])
+        for name, frame in frames.items()
+        if name in layouts
+    }
+
+
+def _place_in_repository(folder: Path) -> str:
+    """Path of a folder from the root of its git repository, with a slash; empty outside of one."""
+    command = ["git", "-C", str(folder), "rev-parse", "--show-prefix"]
+    try:
+        result = subprocess.run(command, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return result.stdout.rstrip("\n")
 
 
 def bless(comparison: Comparison) -> None:
@@ -151,19 +211,7 @@ def bless(comparison: Comparison) -> None:
 def blessed_table(
     reference: pd.DataFrame | None, found: pd.DataFrame, layout: Layout
 ) -> pd.DataFrame:
-    """Make a reference table anew, in which what did not move keeps its spelling.
-
-    Parameters
-    ----------
-    reference : DataFrame of str or None
-        The table that is there.
-    found : DataFrame of str
-    layout : Layout
-
-    Returns
-    -------
-    DataFrame of str
-    """
+    """Make a reference table anew, in which what did not move keeps its spelling."""
     keys = list(layout.keys)
     if reference is None or set(keys) - set(reference):
         return found
@@ -171,9 +219,9 @@ def blessed_table(
     old = reference.drop_duplicates(keys).set_index(keys).reindex(result.index)
     for column, tolerance in layout.columns.items():
         if column in old:
-            stays = old[column].notna().to_numpy()
-            before = old[column].where(stays, "")
-            stays = stays & ~moved(before, result[column], tolerance)
+            known = old[column].notna().to_numpy()
+            before = old[column].where(known, "")
+            stays = known & ~moved(before, result[column], tolerance)
             result[column] = result[column].where(~stays, before)
     return result.reset_index()
 
@@ -191,7 +239,3 @@ def need_reference(comparison: Comparison) -> None:
             f"{comparison.reference} has no reference tables; make them with: make bless, and the "
             "same STUDY and REFERENCE"
         )
-
-
-def _csv(table: pd.DataFrame) -> str:
-    return table.to_csv(index=False, lineterminator="\n")

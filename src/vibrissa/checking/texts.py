@@ -1,4 +1,4 @@
-"""Tables as text that reads well in a diff: as they are compared, and kept in files."""
+"""Reference tables: CSV files that read well in a diff. Tables are compared in this form."""
 
 from pathlib import Path
 from typing import Any
@@ -14,20 +14,8 @@ from vibrissa.files import write_atomically
 DIGITS = 12
 
 
-def as_text(frame: pd.DataFrame, layout: Layout, name: str) -> pd.DataFrame:
-    """Text of a table, as it is written, in the order of its keys.
-
-    Parameters
-    ----------
-    frame : DataFrame
-    layout : Layout
-    name : str
-        Name of the table, for messages.
-
-    Returns
-    -------
-    DataFrame of str
-        The keys and the columns of the layout; an empty text stands for nothing.
+def as_text(frame: pd.DataFrame, layout: Layout) -> pd.DataFrame:
+    """Text of the keys and columns of a layout, in the order of the keys; empty for nothing.
 
     Raises
     ------
@@ -36,14 +24,12 @@ def as_text(frame: pd.DataFrame, layout: Layout, name: str) -> pd.DataFrame:
     """
     names = [*layout.keys, *layout.columns]
     if unknown := [column for column in names if column not in frame]:
-        raise ComparisonError(
-            f"{name} has no column {', '.join(unknown)}; it has {', '.join(map(str, frame))}"
-        )
+        raise ComparisonError(f"no column {', '.join(unknown)}; there are {', '.join(frame)}")
     ordered = frame.sort_values(list(layout.keys))
-    return pd.DataFrame({column: spelled(ordered[column]) for column in names})
+    return pd.DataFrame({column: _spelled(ordered[column]) for column in names})
 
 
-def spelled(values: pd.Series) -> pd.Series:
+def _spelled(values: pd.Series) -> pd.Series:
     """Text of each value of a column; equal values are spelled once."""
     codes, different = pd.factorize(values, use_na_sentinel=False)
     texts = pd.Series([_spell(value) for value in different], dtype=str)
@@ -63,14 +49,6 @@ def _spell(value: Any) -> str:
 def read(path: Path) -> pd.DataFrame:
     """Read a reference table as text.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    DataFrame of str
-
     Raises
     ------
     ComparisonError
@@ -85,7 +63,12 @@ def read(path: Path) -> pd.DataFrame:
         ) from None
 
 
-def write(text: pd.DataFrame, path: Path) -> None:
+def csv(table: pd.DataFrame) -> str:
+    """Spell a table as its file holds it."""
+    return table.to_csv(index=False, lineterminator="\n")
+
+
+def write(table: pd.DataFrame, path: Path) -> None:
     """Write a reference table whole or not at all."""
     with write_atomically(path) as temporary:
-        text.to_csv(temporary, index=False, lineterminator="\n")
+        temporary.write_text(csv(table), encoding="utf-8")

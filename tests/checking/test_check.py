@@ -1,0 +1,264 @@
+"""`make check`: what moved is found, in words that say where, and nothing else is."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pyarrow as pa
+import pytest
+
+import made_tables
+import small_study
+from vibrissa.checking import reference, texts
+from vibrissa.checking.condensing import condensed
+from vibrissa.checking.layouts import parse_layouts
+from vibrissa.errors import ComparisonError
+from vibrissa.study.reading import read_study
+from vibrissa.tables import schemas, store
+
+ROOT = Path(__file__).parents[2]
+LAYOUTS = parse_layouts((ROOT / "workflow/regression.yaml").read_text(), "regression.yaml")
+STUDY = """study: a
+grids: {g: {theta: [2], mu0: [0.2, 0.4], eta: [0.85], dx0: [0.001], clamp_angle: [0, 0.05]}}
+"""
+AXES = made_tables.grid(clamp_angle=(0.0, 0.05))
+
+
+@pytest.fixture(scope="module")
+def stiction():
+    return made_tables.points("g", AXES, study="a")
+
+
+def with_results(root, name, table, **more):
+    """Folder of results with some tables."""
+    folder = root / "results" / name
+    (folder / "tables").mkdir(parents=True, exist_ok=True)
+    for kind, one in ({"stiction": table} | more).items():
+        store.write(one, folder / f"tables/{kind}.parquet", f"study: {name}\n")
+    return folder
+
+
+def changed(table, column, row, value):
+    """Return a table with another value in one place."""
+    values = table[column].to_pylist()
+    values[row] = value
+    place = table.schema.get_field_index(column)
+    kind = table.schema.field(column)
+    return table.set_column(place, kind, pa.array(values, kind.type))
+
+
+@pytest.fixture
+def blessed(tmp_path, stiction):
+    """Folders of results and of its reference tables."""
+    results, folder = with_results(tmp_path, "a", stiction), tmp_path / "reference"
+    reference.bless(reference.compare_folders(results, folder, LAYOUTS))
+    return results, folder
+
+
+def compared(blessed):
+    return reference.compare_folders(*blessed, LAYOUTS)
+
+
+def told(blessed):
+    return [str(one) for one in compared(blessed).differences]
+
+
+def test_what_was_blessed_is_unchanged(blessed):
+    found = compared(blessed)
+    assert not found.differences and found.rows == 4 + 2
+    assert found.verdict.startswith("Unchanged: all 6 rows of ")
+    assert found.diff() == ""
+    assert sorted(path.name for path in blessed[1].iterdir()) == ["curves.csv", "stiction.csv"]
+
+
+def test_two_clamp_angles_are_two_rows_and_a_point_of_two_grids_has_two(tmp_path):
+    parts = [made_tables.points(name, AXES) for name in ("g", "h")]
+    results = with_results(tmp_path, "b", store.joined(parts, schemas.STICTION))
+    found = condensed(results)
+    assert (len(found["stiction"]), len(found["curves"])) == (8, 2)
+    reference.bless(reference.compare_folders(results, tmp_path / "r", LAYOUTS))
+    assert told((results, tmp_path / "r")) == []
+
+
+def test_scans_of_two_mountings_are_two(tmp_path, stiction):
+    study = tmp_path / "s.yaml"
+    scan = "{theta: [2], mu0: [0.3], eta: [0.85], dx0: [0.02], cycles: 2, curvature: [0, [0, 0.1]]}"
+    study.write_text(STUDY + f"scans: {{s: {scan}}}\n")
+    scans = made_tables.scans("s", read_study(study).scans["s"])
+    results = with_results(tmp_path, "a", stiction, scans=scans)
+    assert len(condensed(results)["scans"]) == 4
+    reference.bless(reference.compare_folders(results, tmp_path / "r", LAYOUTS))
+    assert told((results, tmp_path / "r")) == []
+
+
+@pytest.mark.parametrize(
+    ("column", "by", "moves"),
+    [
+        ("x0_slip", 1e-10, False),
+        ("x0_slip", 1e-7, True),
+        ("n_steps", 1, True),
+        ("f_last", 1e-8, True),
+        ("study", "b", False),
+        ("method", "shooting", False),
+        ("status", "failed", True),
+    ],
+)
+def test_a_value_moves_by_more_than_its_tolerance_or_not(tmp_path, stiction, column, by, moves):
+    results = with_results(tmp_path, "a", stiction)
+    reference.bless(reference.compare_folders(results, tmp_path / "r", LAYOUTS))
+    value = by if isinstance(by, str) else stiction[column][3].as_py() + by
+    other = with_results(tmp_path, "other", changed(stiction, column, 3, value))
+    lines = told((other, tmp_path / "r"))
+    assert bool(lines) == moves
+    if moves:
+        (line,) = lines
+        assert line.startswith(f"stiction.{column}: 1 of 4 rows moved ")
+        assert "grid g, theta 2, mu0 0.4, eta 0.85, dx0 0.001, clamp_angle 0.05" in line
+        if not isinstance(by, str):
+            assert f"by up to {by:.2g} (relative " in line
+
+
+def test_rows_and_tables_that_come_and_go_are_told(tmp_path, blessed, stiction):
+    _, folder = blessed
+    fewer = with_results(tmp_path, "fewer", stiction.slice(1))
+    (line,) = told((fewer, folder))
+    assert line == "stiction: 1 rows are missing: grid g, theta 2, mu0 0.2, eta 0.85, dx0 0.001"
+    states = small_study.states()
+    more = with_results(tmp_path, "more", stiction, states=states)
+    assert told((more, folder)) == [f"states: a new table of {len(states)} rows"]
+    twice = store.joined([stiction, stiction.slice(0, 1)], schemas.STICTION)
+    assert (
+        "1 rows stand twice in the results: grid g"
+        in told((with_results(tmp_path, "twice", twice), folder))[0]
+    )
+    (folder / "scans.csv").write_text("scan\nx\n")
+    assert "scans: the whole table is missing" in told(blessed)
+    reference.bless(compared(blessed))
+    assert not (folder / "scans.csv").exists()
+
+
+def test_nothing_in_the_place_of_a_number_is_a_change(tmp_path, blessed, stiction):
+    lost = with_results(tmp_path, "lost", changed(stiction, "x0_slip", 0, None))
+    (line,) = told((lost, blessed[1]))
+    assert "x0_slip: 1 of 4 rows moved at grid g" in line and line.endswith("-> nothing)")
+
+
+def test_a_reference_from_before_there_were_keys_says_what_to_do(blessed):
+    path = blessed[1] / "stiction.csv"
+    texts.write(texts.read(path).drop(columns=["grid"]), path)
+    (line,) = told(blessed)
+    assert "new grid, gone none; its rows cannot be told apart" in line
+    assert line.endswith("then make bless")
+
+
+def test_two_studies_are_compared(tmp_path, blessed, stiction):
+    other = with_results(tmp_path, "other", changed(stiction, "x0_slip", 0, 0.5))
+    found = reference.compare_folders(blessed[0], other, LAYOUTS)
+    assert [one.column for one in found.differences] == ["x0_slip"]
+    assert found.verdict == f"CHANGED: 1 difference between {blessed[0]} and {other}."
+
+
+@pytest.mark.parametrize("place", ["tests/regression/a", "a b/r", "outside"])
+def test_the_diff_can_be_applied(tmp_path, blessed, stiction, place):
+    root = tmp_path / "repository"
+    folder = root / place if place != "outside" else tmp_path / "outside"
+    folder.mkdir(parents=True)
+    if place != "outside":
+        subprocess.run(["git", "init", "-q", root], check=True)
+    _, old = blessed
+    for path in old.iterdir():
+        (folder / path.name).write_text(path.read_text())
+    (folder / "curves.csv").unlink()
+    new = with_results(tmp_path, "new", changed(stiction, "n_steps", 0, 7))
+    found = reference.compare_folders(new, folder, LAYOUTS)
+    patch = tmp_path / "reference.diff"
+    patch.write_text(found.diff())
+    where = folder if place == "outside" else root
+    subprocess.run(["git", "apply", str(patch)], cwd=where, check=True)
+    assert reference.compare_folders(new, folder, LAYOUTS).differences == []
+
+
+def test_proofs_refute_numbers_and_agree_with_others(tmp_path, blessed, stiction):
+    _, folder = blessed
+    true = stiction["x0_slip"][0].as_py()
+    head = "table,eta,theta,mu0,dx0,state,scan,cycle,quantity,midpoint,radius,on_path,note\n"
+    line = "stiction,0.85,2,0.2,0.001,,,,x0_slip,{!r},1e-30,yes,\n"
+    parts = [made_tables.points(name, made_tables.grid()) for name in ("g", "h")]
+    both = with_results(tmp_path, "both", store.joined(parts, schemas.STICTION))
+    for value, refuted in ((true, 0), (true + 1e-6, 2)):
+        (folder / "enclosures.csv").write_text(head + line.format(value))
+        found = reference.compare_folders(both, folder, LAYOUTS)
+        assert len(found.enclosed) == 2  # the point stands in two grids
+        lines = [str(one) for one in found.differences if one.problem == "refuted"]
+        assert bool(lines) == bool(refuted)
+        assert all("2 of 2 numbers are refuted by their proofs" in one for one in lines)
+    (folder / "enclosures.csv").write_text("x\n1\n")
+    with pytest.raises(Exception, match="has no enclosures"):
+        compared(blessed)
+
+
+def test_a_layout_that_says_nothing_is_refused(blessed):
+    with pytest.raises(ComparisonError, match=r"my\.yaml does not say what to compare"):
+        parse_layouts("stiction: 3", "my.yaml")
+    (blessed[1] / "stiction.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ComparisonError, match=r"is not a table .*; restore it"):
+        compared(blessed)
+    with pytest.raises(ComparisonError, match=r"has no tables/stiction\.parquet; run the study"):
+        condensed(blessed[1])
+
+
+def check(folder, *arguments, **environment):
+    command = [sys.executable, str(ROOT / "workflow/check.py"), "--configfile", "a.yaml"]
+    result = subprocess.run(
+        [*command, *arguments],
+        cwd=folder,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+    )
+    return result.returncode, result.stdout + result.stderr
+
+
+@pytest.mark.slow
+def test_the_command_tells_a_person_and_ci(tmp_path, stiction):
+    (tmp_path / "a.yaml").write_text(STUDY)
+    with_results(tmp_path, "a", stiction)
+    known = ("--results", "results/a", "--reference", "my reference")
+    assert check(tmp_path, *known)[1].startswith("error: my reference has no reference tables; m")
+    assert check(tmp_path, *known, "--bless") == (
+        0,
+        "my reference is written: review it with git diff\n",
+    )
+    assert check(tmp_path, *known)[0] == 0
+    with_results(tmp_path, "a", changed(stiction, "n_steps", 1, 7))
+    summary = tmp_path / "summary.md"
+    status, screen = check(
+        tmp_path,
+        *known,
+        *("--output", "out"),
+        GITHUB_STEP_SUMMARY=str(summary),
+        GITHUB_ACTIONS="true",
+    )
+    assert status == 1
+    assert screen.splitlines()[-1].startswith("CHANGED: 1 difference between results/a and my ref")
+    assert "::error file=my reference/stiction.csv::stiction.n_steps: 1 of 4 rows" in screen
+    assert summary.read_text() == (tmp_path / "out/check.md").read_text()
+    assert "❌ Study a" in summary.read_text() and "| n_steps | moved | 1 |" in summary.read_text()
+    content = json.loads((tmp_path / "out/check.json").read_text())
+    assert not content["passed"] and content["differences"][0]["column"] == "n_steps"
+    assert "+g,2,0.4,0.85," in (tmp_path / "out/reference.diff").read_text()
+    # Tables of another study file, and a mistake in this one, are refused before.
+    status, screen = check(tmp_path)
+    assert status == 2 and "stiction.parquet does not answer this study file" in screen
+    (tmp_path / "a.yaml").write_text(STUDY.replace("[2]", "[0]"))
+    status, screen = check(tmp_path)
+    assert status == 2 and screen.startswith("error: a.yaml:2: grids.g.theta[0]: 0 is not allowed")
+
+
+def test_infinite_numbers_are_null_in_json(tmp_path, blessed, stiction):
+    other = with_results(tmp_path, "other", changed(stiction, "x0_slip", 0, math.inf))
+    found = reference.compare_folders(other, blessed[1], LAYOUTS)
+    assert json.loads(found.json())["differences"][0]["absolute"] is None
