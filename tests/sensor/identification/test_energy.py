@@ -150,15 +150,6 @@ def test_after_a_long_step_alone_a_tip_may_rest_pulled_with_nearly_all_its_frict
     assert np.isfinite(mean).all()
 
 
-def test_a_travel_too_long_for_any_friction_tells_none():
-    travel, gap, _ = even_run(0.95, 0.3, np.full(4, 0.0005))
-    travel[2] *= 40.0
-    place = 0.43 + 0.005 * np.arange(4)
-    mean, deviation = read_travels(RESPONSE, 0.95, travel, gap, place)
-    assert np.isnan(mean).tolist() == np.isnan(deviation).tolist() == [False, False, True, False]
-    assert np.nanmax(mean) < EnergySlips(RESPONSE, 0.95).most
-
-
 @pytest.mark.slow
 def test_the_surface_is_read_between_the_travels():
     truth = scanned(3)

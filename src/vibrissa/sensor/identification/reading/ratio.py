@@ -95,7 +95,9 @@ class ForceFits:
         basis = legvander(1.0 + 2.0 * t, self.degree)
         fx, fy = self.forces(t)
         spread = np.sqrt(((basis @ self.covariance) * basis).sum(axis=-1))
-        return fx / fy, spread * ratio_deviation(fx, fy, *self.noise)
+        # A recording that is not of this rod may lead a straight line through fy = 0.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return fx / fy, spread * ratio_deviation(fx, fy, *self.noise)
 
     @cached_property
     def mean(self) -> tuple[FloatArray, FloatArray]:
