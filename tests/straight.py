@@ -88,7 +88,6 @@ def periods_of(mu0, noise, by_step, shifts=None, effects=None):
         last=row,
         first_line=row,
         last_line=row,
-        side=np.full(p, "ahead"),
         contact=row / p,
         footpoint=row / p,
         mu0=np.asarray(mu0, dtype=float),

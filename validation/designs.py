@@ -7,11 +7,9 @@ import argparse
 import multiprocessing
 
 from vibrissa.design import MATERIALS, DesignStatus, design, read_requirements
-from vibrissa.sensor import Method
 
 STEEL, WIRE = "steel-s235", "music-wire"
 TAPERS = (1, 2, 4)
-METHODS = (Method.FORCES, Method.MOMENT)
 
 
 def asked(material, **others):
@@ -37,13 +35,13 @@ def paper(theta):
 
 def row(case):
     """Row of the best rod of a material."""
-    name, method, others = case
-    best = design(asked(name, method=method, **others))
+    name, others = case
+    best = design(asked(name, **others))
     if best.status is not DesignStatus.FOUND:
         violated = ", ".join(f"{c.name} {c.use:.2f} times" for c in best.checks if c.use > 1.001)
-        return f"| {name} | {method} | none | | | | | {violated} | | |"
+        return f"| {name} | none | | | | | {violated} | | |"
     return (
-        f"| {name} | {method} | {best.theta:.2f} | {best.eta:.3f} | {1e3 * best.diameter:.2f} mm "
+        f"| {name} | {best.theta:.2f} | {best.eta:.3f} | {1e3 * best.diameter:.2f} mm "
         f"| {1e3 * best.length:.0f} mm | {best.deviation:.1e} "
         f"| {', '.join(best.active_constraints)} "
         f"| {best.relaxed['step']:.1e} | {best.relaxed['noise']:.1e} |"
@@ -65,13 +63,12 @@ def main():
     print()
     # Of the paper's length, and of any length from 20 to 200 mm.
     paper_length = {"length": "100 mm"}
-    cases = [(name, method, {}) for method in METHODS for name in MATERIALS]
-    cases += [(name, method, paper_length) for method in METHODS for name in MATERIALS]
+    cases = [(name, others) for others in ({}, paper_length) for name in MATERIALS]
     print(
-        "| material | method | θ | η | d0 | L | deviation | active constraints | half the step "
+        "| material | θ | η | d0 | L | deviation | active constraints | half the step "
         "| half the noise |"
     )
-    print("| --- " * 10 + "|")
+    print("| --- " * 9 + "|")
     with multiprocessing.Pool(arguments.workers) as pool:
         for line in pool.imap(row, cases):
             print(line, flush=True)

@@ -31,7 +31,6 @@ from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import (
     Method,
     PeriodStatus,
-    SlipLaw,
     Whisker,
     identify,
     path,
@@ -40,7 +39,7 @@ from vibrissa.sensor import (
     simulate,
     surfaces,
 )
-from vibrissa.sensor.identification.recording import WITH_ROD, read_recording
+from vibrissa.sensor.identification.recording import read_recording
 from vibrissa.sensor.response import branch
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -97,9 +96,7 @@ class Case(NamedTuple):
 
     def column(self) -> int:
         """A column that the method reads."""
-        used = {Method.FORCES: [-4, -3, -2], Method.MOMENT: [-4, -1]}
-        place = int(self.rng.choice(used.get(self.method, [-4, -3, -2, -1])))
-        return len(self.header) + place
+        return len(self.header) + int(self.rng.choice([-4, -3, -2, -1]))
 
     def change(self, row: int, column: int, change: Callable[[float], float]) -> None:
         """Put another number into a cell."""
@@ -626,7 +623,7 @@ def drawn(damage: Callable[[Case], bytes], number: int) -> tuple[Case, bytes, bo
     """Draw the recording and its damage of one case: the case, the file, whether it has a time."""
     kind = DAMAGE.index(damage) if damage in DAMAGE else len(DAMAGE)
     rng = np.random.default_rng([kind, number])
-    which, method = number % len(PATHS), WITH_ROD[number // len(PATHS) % len(WITH_ROD)]
+    which, method = number % len(PATHS), Method.MODEL
     timed = bool(rng.random() < 0.3) and damage is not time_damaged
     values = measured(which)[:, 0 if timed else 1 :]
     header = [f"{name} [{unit}]" for name, unit in zip(NAMES, IN_SI, strict=True)]
@@ -654,7 +651,7 @@ def undamaged(which: int, method: Method, given: bool) -> np.ndarray:
         file.write_bytes(text)
         recording = read_recording(file, WHISKER.units, method, SENSOR)
     noise = DEVIATION if given else None
-    asked = {"method": method, "law": SlipLaw.FREE, "assume": False}
+    asked = {"method": method, "assume": False}
     return identify(WHISKER, recording, noise=noise, **asked).periods.mu0
 
 
@@ -682,7 +679,7 @@ def tried(damage: Callable[[Case], bytes], number: int, file: Path) -> Verdict:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             recording = read_recording(file, WHISKER.units, case.method, SENSOR)
-            asked = {"noise": noise_given(number), "method": case.method, "law": SlipLaw.FREE}
+            asked = {"noise": noise_given(number), "method": case.method}
             found = identify(WHISKER, recording, **asked, assume=False).periods
     except VibrissaError as error:
         said = str(error).replace(str(file), file.name)
@@ -713,7 +710,6 @@ def on_the_command_line(damage: Callable[[Case], bytes], number: int, folder: Pa
     out.unlink(missing_ok=True)
     rod = ["--modulus", "210 GPa", "--diameter", "1 mm", "--length", "100 mm"]
     known = ["--theta", "2", "--eta", "0.85", "--transducer", "nano17-si-12-0.12"]
-    known += ["--law", "free"]
     asked = ["--method", case.method.value, "-o", str(out)]
     with warnings.catch_warnings():
         warnings.simplefilter("error")

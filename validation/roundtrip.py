@@ -2,8 +2,7 @@
 
 A steel whisker of 100 mm and 1 mm at the base (θ = 2, η = 0.85) moves 150 mm in steps of 50 µm over
 a random texture (μ0 0.30 ± 0.04, correlated over 2 mm) and is read by an ATI Nano17 SI-12-0.12.
-Where height and offsets are estimated, the transducer's zero is off by tenths of a newton and the
-height is looked for near another one.
+Where tolerances are adjusted, zeros and height are drawn from them.
 """
 
 import argparse
@@ -20,50 +19,37 @@ from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import (
-    Method,
     PeriodStatus,
     Recording,
     SlipLaw,
     Units,
-    Unknown,
+    Whisker,
+    identify,
     path,
     preset,
     respond,
     simulate,
     surfaces,
 )
-from vibrissa.sensor.identification.calibration import calibrate, known_setup
-from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.response.heights import respond_between
+from vibrissa.sensor.identification.without_rod import read_ratio
 from vibrissa.sensor.simulation.scanning import Outcome
 
 ROD = Rod(youngs_modulus=2.1e11, base_diameter=1e-3, length=0.1)
 SENSOR = preset("nano17-si-12-0.12")
 SCALE = Units(ROD).channels
 DEVIATION = np.array(SENSOR.deviation) / SCALE
-THETA, ETA, GUESS = 2.0, 0.85, 0.87
+THETA, ETA = 2.0, 0.85
 POSITIONS = path("0.0005", ["1.5"])
 RATIO = 0.8
-# Standard deviations of the transducer's zero (N, N, N·m), where it is estimated.
-ZERO = np.array([0.3, 0.3, 0.01])
-# What is identified, and how: method, what is estimated, whether the slip law is given.
-ALL = [Unknown.ETA, Unknown.OFFSET]
-CASES = {
-    "forces": (Method.FORCES, [], True),
-    "moment": (Method.MOMENT, [], True),
-    "spacing": (Method.SPACING, [], True),
-    "spacing, law not given": (Method.SPACING, [], False),
-    "forces, η and bias estimated": (Method.FORCES, ALL, True),
-    "moment, η and bias estimated": (Method.MOMENT, ALL, True),
+# Standard deviations of the transducer's zero (N, N, N·m) and of the height (L), as drawn.
+ZERO, HEIGHT = np.array([0.03, 0.03, 0.001]), 0.002
+ADJUSTED = {
+    "eta": HEIGHT,
+    **dict(zip(("zero_force_x", "zero_force_y", "zero_moment_z"), ZERO / SCALE, strict=True)),
 }
-SHOWN = [
-    (SlipLaw.FREE, "forces"),
-    (SlipLaw.FREE, "moment"),
-    (SlipLaw.FREE, "spacing"),
-    (SlipLaw.KINETIC, "spacing"),
-    (SlipLaw.ENERGY, "spacing"),
-    (SlipLaw.FREE, "moment, η and bias estimated"),
-]
+MODEL, WITHIN, RATIO_ALONE = "model", "model, height and zeros adjusted", "ratio"
+CASES = (MODEL, WITHIN, RATIO_ALONE)
+SHOWN = [(SlipLaw.FREE, name) for name in CASES] + [(SlipLaw.ENERGY, MODEL)]
 BEGIN, END = "<!-- table of make roundtrip -->", "<!-- end of the table -->"
 
 
@@ -73,19 +59,14 @@ def rod():
     return respond(THETA, ETA)
 
 
-@cache
-def heights():
-    """Response of the rod near a height that it does not have."""
-    return respond_between(THETA, GUESS)
-
-
 def one(seed, drift, crosstalk):
     """Scan one surface and identify it: what was found, by law and case."""
     flawed = replace(
         SENSOR, drift=tuple(drift * step for step in SENSOR.resolution), crosstalk=crosstalk
     )
     surface = surfaces.random(seed, 0.3, 0.04, 0.02)
-    zero = np.random.default_rng([seed, 2]).normal(0.0, ZERO)
+    drawn = np.random.default_rng([seed, 2])
+    zero, near = drawn.normal(0.0, ZERO), ETA + float(drawn.normal(0.0, HEIGHT))
     results = {}
     for law in SlipLaw:
         truth = simulate(rod(), surface, POSITIONS, law, RATIO)
@@ -95,23 +76,17 @@ def one(seed, drift, crosstalk):
             readings = flawed.measured(reactions, np.random.default_rng([seed, 1])) / SCALE
             return Recording(clamp=truth.clamp, readings=readings, line=np.arange(len(truth)))
 
-        ready, raw = recorded(0.0), recorded(zero)
-        try:
-            setup = calibrate(heights(), GUESS, raw, DEVIATION, ALL)
-        except VibrissaError:
-            setup = None
-        for name, (method, unknown, told) in CASES.items():
-            if unknown and setup is None:
-                continue
+        asked = {"noise": DEVIATION, "assume": False}
+        known, guessed = (Whisker(theta=THETA, eta=eta) for eta in (ETA, near))
+        for name in CASES:
             try:
-                found = find_periods(
-                    setup if unknown else known_setup(rod()),
-                    raw if unknown else ready,
-                    DEVIATION,
-                    method=method,
-                    law=law if told else None,
-                    kinetic_ratio=RATIO,
-                )
+                if name == RATIO_ALONE:
+                    found = read_ratio(recorded(0.0), DEVIATION)
+                elif name == MODEL:
+                    found = identify(known, recorded(0.0), **asked).periods
+                else:
+                    adjusted = {**asked, "tolerances": ADJUSTED}
+                    found = identify(guessed, recorded(zero), **adjusted).periods
             except VibrissaError:
                 continue  # refused: no state of this rod
             results[law, name] = outcome(truth, found)
@@ -120,9 +95,7 @@ def one(seed, drift, crosstalk):
 
 def outcome(truth, found):
     """Errors, whether the intervals cover, deviations, their common part, and counts."""
-    # Where there is no friction at all: bounds.
-    some = PeriodStatus.SLIP in found.status
-    known = found.status == (PeriodStatus.SLIP if some else PeriodStatus.UNSURE)
+    known = found.status == PeriodStatus.SLIP
     mu0 = truth.mu0[found.last][known]
     covers = (found.low[known] <= mu0) & (mu0 <= found.high[known])
     ended = truth.outcome is not Outcome.COMPLETE
@@ -132,7 +105,6 @@ def outcome(truth, found):
         covers,
         found.deviation[known],
         found.common[known],
-        found.high[known] - found.low[known],
         counts,
     )
 
@@ -147,17 +119,14 @@ def table(gathered):
     for law in SlipLaw:
         for name in CASES:
             parts = gathered[law, name]
-            error, covers, stated, common, width = (
-                np.concatenate([part[i] for part in parts]) for i in range(5)
+            error, covers, stated, common = (
+                np.concatenate([part[i] for part in parts]) for i in range(4)
             )
-            there, found, ended = np.sum([part[5] for part in parts], axis=0)
-            if np.isnan(error).all():
-                figures = f"– | – | interval {width.mean():.2f} wide"
-            else:
-                size = f"{np.nanmean(stated):.1e}"
-                if common.any():
-                    size += f" ({common.mean():.0e} correlated)"
-                figures = f"{np.nanmean(error):+.0e} | {np.sqrt(np.nanmean(error**2)):.1e} | {size}"
+            there, found, ended = np.sum([part[4] for part in parts], axis=0)
+            size = f"{stated.mean():.1e}"
+            if common.any():
+                size += f" ({common.mean():.0e} correlated)"
+            figures = f"{error.mean():+.0e} | {np.sqrt((error**2).mean()):.1e} | {size}"
             yield (
                 f"| {law} | {name} | {ended} | {there}, {found} | {figures} "
                 f"| {100.0 * covers.mean():.1f} % |"

@@ -22,10 +22,8 @@ from vibrissa.errors import VibrissaError
 from vibrissa.figures import style
 from vibrissa.figures.style import COLORS, MARKERS
 from vibrissa.sensor import (
-    Method,
     PeriodStatus,
     Recording,
-    SlipLaw,
     Units,
     path,
     preset,
@@ -33,10 +31,9 @@ from vibrissa.sensor import (
     simulate,
     surfaces,
 )
-from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.reading.uncertainty import ratio_deviation, step_deviation
-from vibrissa.sensor.identification.recording import WITH_ROD
+from vibrissa.sensor.identification.reading.uncertainty import step_deviation
+from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.strain import largest_strain
 
 ETA, CONTACT, LENGTH, MODULUS, DIAMETER = 0.85, "line", 0.1, 2.1e11, 0.7e-3
@@ -76,20 +73,16 @@ def noise_in(rod):
     return np.array(SENSOR.deviation) / Units(rod).channels
 
 
-def predicted(response, mu0, step, noise, method):
+def predicted(response, mu0, step, noise):
     """Predict the standard deviation of a friction: of the onset in its step, and of the noise."""
     x0 = np.array([response.push_limit(value)[0] for value in np.atleast_1d(mu0)])
     slope = response.demand_slope(x0)
     variance = step_deviation(slope, step) ** 2
-    fx, fy, _ = response(x0).T
-    if method is Method.FORCES:
-        variance += ratio_deviation(fx, fy, *noise[:2]) ** 2
-    if method is Method.MOMENT:
-        # All samples of the period find the place of the tip together.
-        parts = (np.arange(200) + 0.5) / 200
-        weight = (response.slope(x0[:, None] * parts)[..., 2] / noise[2]) ** 2
-        samples = np.maximum(x0 / step, 1.0)
-        variance += slope**2 / (weight.mean(axis=1) * samples)
+    # All samples of the period find the place of the tip together.
+    parts = (np.arange(200) + 0.5) / 200
+    weight = ((response.slope(x0[:, None] * parts) / noise) ** 2).sum(axis=-1)
+    samples = np.maximum(x0 / step, 1.0)
+    variance += slope**2 / (weight.mean(axis=1) * samples)
     return np.sqrt(variance)
 
 
@@ -110,36 +103,33 @@ def recorded(truth, rod, seed):
     return Recording(clamp=truth.clamp, readings=readings / scale, line=np.arange(len(readings)))
 
 
-def trials(response, rod, seed, truth, step):
-    """Identify friction by each method that can be used."""
-    recording, setup = recorded(truth, rod, seed), known_setup(response)
-    for method in WITH_ROD:
-        asked = {"method": method, "step": float(step), "law": SlipLaw.FREE}
-        try:
-            found = find_periods(setup, recording, noise_in(rod), **asked)
-        except VibrissaError:
-            continue
-        slip = found.status == PeriodStatus.SLIP
-        errors = (found.mu0 - truth.mu0[found.last])[slip]
-        yield method, Trial(errors, len(found), int(truth.period[-1]))
+def trial(response, rod, seed, truth):
+    """Identify friction; None if the recording is refused."""
+    try:
+        found = find_periods(Setup(branch=response), recorded(truth, rod, seed), noise_in(rod))
+    except VibrissaError:
+        return None
+    slip = found.status == PeriodStatus.SLIP
+    errors = (found.mu0 - truth.mu0[found.last])[slip]
+    return Trial(errors, len(found), int(truth.period[-1]))
 
 
 def one(case):
     """Find the errors of one taper and step on several surfaces, where the slips are found."""
     theta, step, seeds = case
     response = respond(theta, ETA, CONTACT, pull=False)
-    done = {(design, method): [] for design in DESIGNS for method in WITH_ROD}
+    done = {design: [] for design in DESIGNS}
     for seed in range(seeds):
         surface = surfaces.random(seed, MEAN, SPREAD, CORRELATION)
         truth = simulate(response, surface, path(step, [min(MOST * float(step), LONG)]))
         for design, rod in zip(DESIGNS, rods(theta), strict=True):
-            for method, trial in trials(response, rod, seed, truth, step):
-                done[design, method].append(trial)
+            if (found := trial(response, rod, seed, truth)) is not None:
+                done[design].append(found)
     results = {}
     for key, parts in done.items():
         found, there = sum(part.found for part in parts), sum(part.there for part in parts)
         if len(parts) == seeds and abs(found - there) <= MISSED * there:
-            results[theta, step, *key] = np.concatenate([part.errors for part in parts])
+            results[theta, step, key] = np.concatenate([part.errors for part in parts])
     return results
 
 
@@ -183,13 +173,12 @@ def print_rods(responses):
 def print_errors(results, step):
     """Print root mean square errors and biases of one step of the stage."""
     print(f"\nstep {step}: rms error, bias")
-    print("| design | method | " + " | ".join(f"θ = {theta:g}" for theta in TAPERS) + " |")
-    print("| --- | --- |" + " --- |" * len(TAPERS))
+    print("| design | " + " | ".join(f"θ = {theta:g}" for theta in TAPERS) + " |")
+    print("| --- |" + " --- |" * len(TAPERS))
     for design in DESIGNS:
-        for method in WITH_ROD:
-            errors = [results.get((theta, step, design, method)) for theta in TAPERS]
-            cells = ("—" if x is None else f"{rms(x):.1e}, {x.mean():+.0e}" for x in errors)
-            print(f"| {design} | {method} | " + " | ".join(cells) + " |")
+        errors = [results.get((theta, step, design)) for theta in TAPERS]
+        cells = ("—" if x is None else f"{rms(x):.1e}, {x.mean():+.0e}" for x in errors)
+        print(f"| {design} | " + " | ".join(cells) + " |")
 
 
 def rms(values):
@@ -201,11 +190,10 @@ def draw(responses, results):
     """Draw errors over the step for each design, and what they come from."""
     figure = Figure(figsize=(9.0, 5.6), layout="constrained")
     panels = figure.subplots(2, 3)
-    shown = [(axes, d, Method.FORCES) for axes, d in zip(panels[0], DESIGNS, strict=True)]
-    for axes, design, method in [*shown, (panels[1, 0], DESIGNS[0], Method.MOMENT)]:
-        draw_errors(axes, responses, results, design, method)
-    for axes in panels[:, 0]:
-        axes.set_ylabel(r"rms error of $\mu_0$")
+    for axes, design in zip(panels[0], DESIGNS, strict=True):
+        draw_errors(axes, responses, results, design)
+    panels[0, 0].set_ylabel(r"rms error of $\mu_0$")
+    panels[1, 0].set_axis_off()
     draw_reasons(panels[1, 1])
     draw_lock(panels[1, 2], responses)
     lines = [
@@ -221,18 +209,18 @@ def draw(responses, results):
     return figure
 
 
-def draw_errors(axes, responses, results, design, method):
+def draw_errors(axes, responses, results, design):
     """Draw predicted and simulated errors over the step of the stage."""
     steps = np.geomspace(float(STEPS[0]), float(STEPS[-1]), 60)
     for i, (theta, response) in enumerate(responses.items()):
         noise = noise_in(rods(theta)[DESIGNS.index(design)])
-        expected = [rms(predicted(response, TEXTURE, step, noise, method)) for step in steps]
+        expected = [rms(predicted(response, TEXTURE, step, noise)) for step in steps]
         axes.loglog(steps, expected, color=COLORS[i], linewidth=0.9)
-        keys = {float(step): (theta, step, design, method) for step in STEPS}
+        keys = {float(step): (theta, step, design) for step in STEPS}
         found = {step: rms(results[key]) for step, key in keys.items() if key in results}
         axes.loglog(list(found), list(found.values()), MARKERS[i], color=COLORS[i], markersize=4)
-    axes.set_ylim(*((1e-3, 1e-1) if method is Method.FORCES else (1e-4, 1e-1)))
-    axes.set_title(f"{method}, {design}", fontsize=9)
+    axes.set_ylim(1e-4, 1e-1)
+    axes.set_title(design, fontsize=9)
     axes.set_xlabel(r"step of the stage $\Delta x_0$ / $L$")
 
 
@@ -252,13 +240,13 @@ def draw_reasons(axes):
 
 
 def draw_lock(axes, responses):
-    """Draw over the friction what the moment predicts, up to self-locking."""
+    """Draw over the friction what is predicted, up to self-locking."""
     for i, (theta, response) in enumerate(responses.items()):
         mu0 = np.linspace(0.03, response.curve.mu_lock - 1e-4, 80)
-        expected = predicted(response, mu0, 1e-3, noise_in(rods(theta)[0]), Method.MOMENT)
+        expected = predicted(response, mu0, 1e-3, noise_in(rods(theta)[0]))
         axes.semilogy(mu0, expected, color=COLORS[i], linewidth=0.9)
         axes.axvline(response.curve.mu_lock, 0.0, 0.1, color=COLORS[i], linewidth=2.5)
-    axes.set_title(r"moment, $\Delta x_0 = 0.001$, up to the lock", fontsize=9)
+    axes.set_title(r"$\Delta x_0 = 0.001$, up to the lock", fontsize=9)
     axes.set(xlabel=r"$\mu_0$", ylim=(1e-4, 3e-2))
 
 

@@ -25,7 +25,6 @@ material = "music-wire"
 modulus = "205 ± 4 GPa"
 transducer = "nano17-si-12-0.12"
 section = "planar"
-kinetic_ratio = "0.8 ± 0.03"
 clamp_angle = "0 ± 0.2 deg"
 """
 

@@ -18,7 +18,6 @@ from vibrissa.design.sizes import best_sizes, deviations, nearest_sizes
 from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact
 from vibrissa.sensor import (
-    Method,
     PeriodStatus,
     Recording,
     Units,
@@ -30,7 +29,6 @@ from vibrissa.sensor import (
     simulate,
     surfaces,
 )
-from vibrissa.sensor.identification.recording import WITH_ROD
 
 SENSOR = preset("nano17-si-12-0.12")
 WIRE = MATERIALS["music-wire"]
@@ -43,9 +41,9 @@ def asked(**others):
     return read_requirements(**{"material": "music-wire", **usual, **others})
 
 
-@pytest.fixture(scope="module", params=[Method.FORCES, Method.MOMENT])
-def best(coarse, request):
-    return design(asked(method=request.param))
+@pytest.fixture(scope="module")
+def best(coarse):
+    return design(asked())
 
 
 @pytest.mark.slow
@@ -64,10 +62,7 @@ def test_what_is_promised_is_what_comes_out_of_scans_that_are_read_back(best):
         readings = SENSOR.measured(truth.reactions * scale, random) / scale
         line = np.arange(len(readings))
         recording = Recording(clamp=truth.clamp, readings=readings, line=line)
-        method = best.requirements.method
-        periods = identify(
-            whisker, recording, transducer=SENSOR, method=method, assume=False
-        ).periods
+        periods = identify(whisker, recording, transducer=SENSOR, assume=False).periods
         ok = periods.status == PeriodStatus.SLIP
         error = (periods.mu0 - truth.mu0[periods.last])[ok]
         predicted = best.deviations.total[i]
@@ -196,7 +191,7 @@ def test_the_best_rod_is_limited_and_less_strict_limits_help(best):
 
 def test_units_do_not_matter():
     size = {"diameter": "1 mm", "length": "150 mm"}
-    one = design(asked(**PAPER | size, method="moment"))
+    one = design(asked(**PAPER | size))
     scale = Units(Rod(WIRE.modulus, 1e-3, 0.15)).channels
     other = design(
         Requirements.nondimensional(
@@ -207,7 +202,6 @@ def test_units_do_not_matter():
             yield_strain=WIRE.yield_strain * 150,
             theta=(2.0, 2.0),
             eta=(0.85, 0.85),
-            method="moment",
         )
     )
     assert other.rod is None and one.rod.length == pytest.approx(0.15)
@@ -233,10 +227,9 @@ def test_what_locks_is_named():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("method", WITH_ROD)
-def test_a_friction_too_small_for_any_period_is_no_error(method):
+def test_a_friction_too_small_for_any_period_is_no_error():
     shape = {"theta": "2", "eta": "0.85", "length": "100 mm"}
-    result = design(asked(**shape, mu0="1e-50", method=method))
+    result = design(asked(**shape, mu0="1e-50"))
     assert result.status is DesignStatus.NONE and "steps" in result.active_constraints
 
 

@@ -79,16 +79,17 @@ def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
     assert Units(si=True, wished={Kind.LENGTH: "mm"}).spelled(0.25, Kind.LENGTH) == "250 mm"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 0.002])
-@pytest.mark.parametrize("estimate", [(), ("offset",)])
-def test_a_recording_of_which_all_rows_are_saturated_is_refused(angle, estimate, signals):
-    # Newtons that are called kilonewtons.
-    wrong = signals.to_pandas().assign(force_y=1e3 * signals.to_pandas()["force_y"])
+def test_a_channel_that_is_saturated_everywhere_is_not_used(angle, signals):
+    # Newtons that are called kilonewtons: the moment alone is read.
+    table = signals.to_pandas()
+    wrong = table.assign(force_y=1e3 * table["force_y"])
     leaning = Whisker(theta=2.0, eta=0.85, rod=ROD, mounting=Mounting(stage_angle=angle))
-    said = "0 usable rows; the transducer is saturated in 801 rows, left out: line 1, 2, "
-    with pytest.raises(RecordingError, match=said):
-        identify(leaning, wrong, transducer=SENSOR, estimate=estimate)
+    found = identify(leaning, wrong, transducer=SENSOR)
+    assert any("force_y is missing or saturated in 801 rows" in one for one in found.periods.notes)
+    full = wrong.assign(moment_z=1e3 * table["moment_z"])
+    with pytest.raises(RecordingError, match=r"0 usable rows; .*saturated in 801 rows, left out"):
+        identify(leaning, full, transducer=SENSOR)
 
 
 def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
@@ -123,7 +124,7 @@ def test_the_largest_strain_of_a_period_is_told_as_a_part_of_the_yield_strain():
 
 @pytest.mark.parametrize("whisker", [None, Whisker(theta=2.0, eta=0.85)])
 def test_a_recording_is_named_by_its_path_or_is_a_table(whisker, tmp_path):
-    method = "ratio" if whisker is None else "forces"
+    method = "ratio" if whisker is None else "model"
     for source in ("scan.csv", tmp_path / "scan.csv"):
         with pytest.raises(RecordingError, match=r"scan\.csv: there is no such file"):
             identify(whisker, source, method=method)
@@ -133,7 +134,7 @@ def test_a_recording_is_named_by_its_path_or_is_a_table(whisker, tmp_path):
 
 @pytest.mark.slow
 def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, signals, tmp_path):
-    found = identify(whisker, signals.to_pandas(), transducer=SENSOR, method="moment")
+    found = identify(whisker, signals.to_pandas(), transducer=SENSOR, method="model")
     table = found.to_pandas()
     truth = signals.truth.mu0[found.periods.last]
     slip = table["status"] == "slip"
@@ -144,7 +145,7 @@ def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, 
     assert (np.abs(error / table["deviation"][slip]) < 4.5).all()
 
     series.write(tmp_path / "scan.csv", signals.columns())
-    asked = [*WHISKER, *SI, *NANO, "--method", "moment", "-o", str(tmp_path / "found.csv")]
+    asked = [*WHISKER, *SI, *NANO, "--method", "model", "-o", str(tmp_path / "found.csv")]
     assert CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *asked]).exit_code == 0
     written = pd.read_csv(tmp_path / "found.csv")
     assert [title.partition(" [")[0] for title in written.columns] == list(table.columns)
@@ -152,32 +153,10 @@ def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, 
     assert written["mu0 [1]"].to_numpy() == pytest.approx(table["mu0"].to_numpy(), nan_ok=True)
 
 
-@pytest.mark.slow
-def test_what_is_estimated_comes_with_the_result(signals):
-    guess = Whisker(theta=2.0, eta=0.86, rod=ROD)
-    told = []
-    found = identify(
-        guess,
-        signals.to_pandas(),
-        transducer="nano17-si-12-0.12",
-        estimate=["eta"],
-        assume=False,
-        progress=lambda what, done, total: told.append((what, done == total)),
-    )
-    assert abs(found.setup.eta - 0.85) < 5 * found.setup.deviation[0] < 1e-3
-    assert (found.periods.common[:-1] > 0.0).all()
-    assert ("identifying", True) in told
-    with pytest.raises(RecordingError, match="2 usable rows"):
-        identify(guess, signals.to_pandas()[:2], transducer=SENSOR, estimate=["offset"])
-
-
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"method": "sound"}, "method must be one of forces, moment, spacing, ratio, got 'sound'"),
-        ({"method": "spacing", "law": "none"}, "law must be one of free, kinetic, energy"),
-        ({"estimate": ["tilt"]}, "what is estimated is offset or one of theta, eta"),
-        ({"estimate": ["kinetic_ratio"]}, "kinetic_ratio cannot be estimated"),
+        ({"method": "sound"}, "method must be one of model, ratio, got 'sound'"),
         ({"transducer": "ear"}, "transducer must be one of"),
         ({"transducer": SENSOR, "noise": [1, 1, 1]}, "the noise or the transducer"),
         ({"noise": [1.0, 1.0]}, "noise needs three values"),
@@ -188,7 +167,6 @@ def test_what_is_estimated_comes_with_the_result(signals):
         ({"noise": [np.nan, 1.0, 1.0]}, "noise must be three values, none negative"),
         ({"transducer": replace(SENSOR, resolution=(0, 0, 0), noise=(0, 0, 0))}, "not all 0, got"),
         ({"noise": "1e-3, 4.9e-8, 0"}, "noise must be at least 5e-08 in units of the rod, or 0"),
-        ({"step": "1e-400 m", "method": "spacing"}, "step must have a size"),
     ],
 )
 def test_impossible_arguments_are_refused(whisker, signals, asked, message):
@@ -217,7 +195,10 @@ def test_without_a_rod_noise_may_be_that_of_a_small_transducer(signals):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda frame: frame.drop(columns="force_y"), "column force_y is missing"),
+        (
+            lambda frame: frame.drop(columns=["force_y", "moment_z"]),
+            "moment_z, or force_x and force_y, is missing",
+        ),
         (lambda frame: frame.assign(force_x="much"), "line 1: force_x must be a number"),
         (lambda frame: frame[:0], "no rows"),
         (lambda frame: pd.concat([frame, frame], axis=1), "stands there twice"),
@@ -341,7 +322,7 @@ def test_friction_is_read_back_in_the_mounting_in_which_it_was_recorded():
     errors = {}
     for name, whisker in {"known": tilted, "ideal": Whisker(theta=2.0, eta=0.85)}.items():
         found = identify(
-            whisker, signals.to_pandas(), method="moment", noise="1e-6, 1e-6, 1e-6", assume=False
+            whisker, signals.to_pandas(), method="model", noise="1e-6, 1e-6, 1e-6", assume=False
         ).to_pandas()
         slip = found["status"] == "slip"
         errors[name] = np.abs(found["mu0"][slip] - 0.35).max()

@@ -16,17 +16,16 @@ from steel import NOISE, recording_of
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import Units, Whisker, identify, scan, solve, surfaces
 from vibrissa.sensor.identification import periods as placing
-from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.reading import uncertainty
 from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation import scanning
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
 
 RESPONSE = respond(2.0, 0.85)
-WITH_ROD = [Method.FORCES, Method.MOMENT, Method.SPACING]
 STAGE = path("0.0005", ["0.25", "0.1", "0.2"])
 # Of a steel whisker that is read at the resolution of its transducer.
 PLACES = ("contact", "footpoint")
@@ -44,8 +43,8 @@ def recorded(law=SlipLaw.FREE):
     return truth, recording_of(truth.clamp, truth.reactions + noise)
 
 
-def found_in(recording, method=Method.FORCES):
-    return find_periods(known_setup(RESPONSE), recording, NOISE, method=method, law="free")
+def found_in(recording):
+    return find_periods(Setup(branch=RESPONSE), recording, NOISE)
 
 
 def same(one, other, shift=0.0):
@@ -54,7 +53,7 @@ def same(one, other, shift=0.0):
         assert getattr(one, name) == pytest.approx(
             getattr(other, name), rel=1e-6, abs=1e-9, nan_ok=True
         ), name
-    for name in ("status", "side", "first_line", "last_line", "grade", "doubt"):
+    for name in ("status", "first_line", "last_line", "grade", "doubt"):
         assert getattr(one, name).tolist() == getattr(other, name).tolist(), name
     for name in PLACES:
         assert getattr(one, name) == pytest.approx(
@@ -76,20 +75,19 @@ def test_a_scan_moves_with_its_surface(by, law, start):
 
 
 @few
-@given(by=st.floats(-30.0, 30.0), method=st.sampled_from(WITH_ROD))
-def test_friction_does_not_depend_on_where_the_stage_counts_from(by, method):
+@given(by=st.floats(-30.0, 30.0))
+def test_friction_does_not_depend_on_where_the_stage_counts_from(by):
     _, recording = recorded()
     there = replace(recording, clamp=recording.clamp + by)
-    same(found_in(there, method), found_in(recording, method), shift=by)
+    same(found_in(there), found_in(recording), shift=by)
 
 
-@pytest.mark.parametrize("method", WITH_ROD)
-def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch, method):
+def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch):
     _, recording = recorded()
-    whole = found_in(recording, method)
+    whole = found_in(recording)
     monkeypatch.setattr(placing, "BLOCK", 97)
     monkeypatch.setattr(uncertainty, "BLOCK", 3)
-    same(found_in(recording, method), whole)
+    same(found_in(recording), whole)
 
 
 @pytest.mark.slow
@@ -126,7 +124,7 @@ def test_a_solution_is_the_same_in_all_units(rod, mu0):
             assert found[name].values == pytest.approx(column.values, rel=1e-6), name
 
 
-@pytest.mark.parametrize("method", [*WITH_ROD, Method.RATIO])
+@pytest.mark.parametrize("method", Method)
 def test_a_recording_in_other_units_is_the_same_recording(method):
     """Units of a table are those of its titles: millinewtons and inches, say."""
     rod = Rod(2.1e11, 1e-3, 0.1)
@@ -135,7 +133,6 @@ def test_a_recording_in_other_units_is_the_same_recording(method):
     asked = {
         "method": method,
         "noise": "3 mN, 3 mN, 10 uN*m",
-        "law": "free" if method is Method.SPACING else None,
         "assume": False,
     }
     plain = signals.to_pandas()[["footpoint", "force_x", "force_y", "moment_z"]]

@@ -18,7 +18,7 @@ from vibrissa.outcomes import Contact
 from vibrissa.sensor.response import height_range
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.height_range import EXACT
-from vibrissa.sensor.response.heights import _agrees, reach_of
+from vibrissa.sensor.response.heights import _agrees
 from vibrissa.sensor.response.pulled import HALVINGS, Pulled, Stretch
 from vibrissa.sensor.strain import largest_strain
 
@@ -170,13 +170,6 @@ def test_strain_in_a_mounting_is_that_of_the_bending_alone():
 def test_an_oblique_stage_has_no_response():
     with pytest.raises(NoResponseError, match="stage_angle must be 0 for one response"):
         respond(2.0, 0.85, mounting=Mounting(stage_angle=0.01))
-
-
-@pytest.mark.parametrize(
-    ("eta", "reach"), [(0.5, 0.05), (0.7, 0.05), (0.94, 0.02), (0.997, 0.001), (0.06, 0.03)]
-)
-def test_a_height_is_sought_near_by_and_neither_at_the_surface_nor_upright(eta, reach):
-    assert reach_of(eta) == pytest.approx(reach)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,17 +7,15 @@ import numpy as np
 import pytest
 
 from vibrissa.sensor import Recording, Units, path, respond, simulate, surfaces
-from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.recording import WITH_ROD, Method
+from vibrissa.sensor.identification.setup import Setup
 
 TAPER = runpy.run_path(str(Path(__file__).parents[2] / "validation/taper.py"))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", WITH_ROD)
 @pytest.mark.parametrize(("theta", "step"), [(1.0, 0.0005), (3.0, 0.0005), (3.0, 0.002)])
-def test_prediction_agrees_with_what_the_identification_states(theta, step, method):
+def test_prediction_agrees_with_what_the_identification_states(theta, step):
     response = respond(theta, TAPER["ETA"], TAPER["CONTACT"], pull=False)
     rod = TAPER["rods"](theta)[2]
     noise, scale = TAPER["noise_in"](rod), Units(rod).channels
@@ -25,13 +23,8 @@ def test_prediction_agrees_with_what_the_identification_states(theta, step, meth
     sensor = TAPER["SENSOR"]
     readings = sensor.measured(truth.reactions * scale, np.random.default_rng(1)) / scale
     recording = Recording(clamp=truth.clamp, readings=readings, line=np.arange(len(readings)))
-    asked = {"method": method, "step": step, "law": "free"}
-    found = find_periods(known_setup(response), recording, noise, **asked)
-    expected = TAPER["predicted"](response, truth.mu0[found.last], step, noise, method)
-    if method is Method.SPACING and theta > 1.0:
-        # So thick a rod does not tell whether the tip slips at rest or while the stage moves, which
-        # is half a step earlier on average: the onset is somewhere in a step and a half.
-        expected = 1.5 * expected
+    found = find_periods(Setup(branch=response), recording, noise)
+    expected = TAPER["predicted"](response, truth.mu0[found.last], step, noise)
     ratio = (found.deviation / expected)[np.isfinite(found.deviation)]
     assert len(ratio) > 8
     # The reading's own noise and where it stands in its step move single periods.

@@ -33,12 +33,11 @@ from mistakes import (
 )
 
 from vibrissa.errors import VibrissaError
-from vibrissa.sensor import Method, PeriodStatus, SlipLaw, Whisker, identify
+from vibrissa.sensor import Method, PeriodStatus, Whisker, identify
 from vibrissa.sensor.given.tolerances import assumed_tolerances
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS
 STEP, WAY = 2e-4, 0.2
-KINETIC_RATIO = 0.8
 DEGREE = np.pi / 180.0
 METHODS = tuple(Method)
 # A recording is doubted if at least this part of its frictions is.
@@ -77,10 +76,6 @@ class Row:
         Size of each of `MISTAKES`, all of which are made.
     surface : float
         Inclination of the surface (rad), of which clamp, stage and transducer know nothing.
-    law : SlipLaw
-        That is given for the spacing.
-    kinetic_ratio : float or None
-        The same of κ.
     on_the_way : bool
         Whether the tip slips while the stage moves, and not while it rests.
     all_at_once : bool
@@ -92,8 +87,6 @@ class Row:
     title: str
     sizes: Mapping[str, float]
     surface: float = 0.0
-    law: SlipLaw = SlipLaw.KINETIC
-    kinetic_ratio: float | None = KINETIC_RATIO
     on_the_way: bool = False
     all_at_once: bool = False
     forces_alone: bool = False
@@ -111,15 +104,9 @@ class Row:
             return [Said.NOTHING]
         return list(Said) if self.tolerances else [Said.NOTHING, Said.ENOUGH]
 
-    @property
-    def methods(self):
-        """Methods that read what was recorded."""
-        return (Method.FORCES, Method.RATIO) if self.forces_alone else METHODS
-
-    def contained(self, said, method):
+    def contained(self, said):
         """Tell whether what is said allows for what is off."""
-        law_matters = method is Method.SPACING and self.law is not SlipLaw.KINETIC
-        if law_matters or said is Said.LITTLE:
+        if said is Said.LITTLE:
             return False
         return said is Said.ENOUGH or self.all_at_once or not self.tolerances
 
@@ -157,15 +144,6 @@ ROWS = (
         sizes={"drift_force_x": _DRIFT, "drift_force_y": _DRIFT},
         forces_alone=True,
     ),
-    _one("κ 0.05 off", "kinetic_ratio", 0.05),
-    Row(title="κ is not given", sizes={}, kinetic_ratio=None),
-    Row(
-        title="κ is not given, and the tip slips while the stage moves",
-        sizes={},
-        kinetic_ratio=None,
-        on_the_way=True,
-    ),
-    Row(title="law free, but slips are kinetic", sizes={}, law=SlipLaw.FREE),
     Row(title="tip slips while the stage moves", sizes={}, on_the_way=True),
 )
 
@@ -254,8 +232,6 @@ def read(frame, row, said, method):
         frame,
         method=method,
         noise=NOISE,
-        law=row.law,
-        kinetic_ratio=row.kinetic_ratio,
         tolerances=stated,
         assume=said is Said.NOTHING,
     )
@@ -289,11 +265,7 @@ def of_entry(entry, methods):
     number, said, seed = entry
     row = ROWS[number]
     frame, truth = recorded(row, said, seed)
-    return entry, {
-        method: scored(frame, truth, row, said, method)
-        for method in methods
-        if method in row.methods
-    }
+    return entry, {method: scored(frame, truth, row, said, method) for method in methods}
 
 
 FIELDS = ("row", "said", "seed", "method", *Score.__dataclass_fields__)
@@ -374,25 +346,11 @@ def main():
 
 
 def _prepared():
-    """Begin a process: other work comes first, and methods that adjust the same do so once."""
+    """Begin a process: other work comes first."""
     os.nice(15)
     # All believe in the same rod, and most mistakes are none of the rod.
     branch = import_module("vibrissa.sensor.response.branch")
     branch.respond = lru_cache(maxsize=8)(branch.respond)
-    module = import_module("vibrissa.sensor.identification.both")
-    fitted, last = module.fit_rod, {}
-
-    def once(rod, recording, given, transducer, asked, progress):
-        # That of the spacing carries κ in addition, which changes nothing for the others.
-        asked = replace(asked, method=Method.SPACING)
-        sizes = sorted(rod.tolerances.items())
-        key = recording.readings.tobytes(), asked.law, asked.assume, *sizes
-        if key not in last:
-            last.clear()
-            last[key] = fitted(rod, recording, given, transducer, asked, progress)
-        return last[key]
-
-    module.fit_rod = once
 
 
 if __name__ == "__main__":

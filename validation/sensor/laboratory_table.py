@@ -47,10 +47,10 @@ class Judged:
     conservative: bool = False
 
 
-def judged(row, said, method, scores):
+def judged(row, said, scores):
     """Judge the scores of one entry, one for each seed."""
     covered, error = _coverage(scores)
-    if not row.contained(said, method):
+    if not row.contained(said):
         silent = sum(one.silent for one in scores)
         many = silent > SILENT * len(scores)
         return Judged(covered=covered, error=error, fails=("silently wrong",) * many)
@@ -96,7 +96,7 @@ def _verdict(number, method, ways):
     found = [
         f"{said}: {why}"
         for said, scores in sorted(ways.items(), key=lambda item: list(Said).index(item[0]))
-        for why in judged(ROWS[number], said, method, list(scores.values())).fails
+        for why in judged(ROWS[number], said, list(scores.values())).fails
     ]
     return f"**fails** ({', '.join(found)})" if found else PASS
 
@@ -139,7 +139,7 @@ def _shown(number, method, ways):
             cells += [""] * 4
             continue
         scores = list(ways[said].values())
-        found = judged(ROWS[number], said, method, scores)
+        found = judged(ROWS[number], said, scores)
         more = ", more than it says" if found.conservative else ""
         shown = f"{100.0 * found.covered:.0f} ± {100.0 * found.error:.0f} %{more}"
         cells += [
@@ -177,7 +177,7 @@ def _pooled(lines, method):
     scores = {said: [] for said in Said}
     for (number, own), ways in lines.items():
         for said, of_seeds in ways.items():
-            if own == method and (said is not Said.ENOUGH or ROWS[number].contained(said, method)):
+            if own == method and (said is not Said.ENOUGH or ROWS[number].contained(said)):
                 scores[said] += of_seeds.values()
     covered, error = _coverage(scores[Said.ENOUGH])
     silent = ", ".join(

@@ -12,7 +12,6 @@ from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
 from vibrissa.files import write_atomically
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.series import STANDARD, check_ending
 from vibrissa.sensor.transducer import PRESETS
 
@@ -49,7 +48,6 @@ Transducer = Annotated[
     str | None,
     typer.Option("--transducer", help=f"Transducer under the clamp: {', '.join(PRESETS)}."),
 ]
-ReadFrom = Annotated[Method, typer.Option("--method", help="Signals from which friction is found.")]
 Picture = Annotated[
     Path | None, typer.Option(help="Draw the result, too: a .pdf, .svg or .png file.")
 ]

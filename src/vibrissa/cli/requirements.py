@@ -7,13 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
-from vibrissa.cli.options import MaybeTouch, Modulus, ReadFrom, Transducer, check_not_read
+from vibrissa.cli.options import MaybeTouch, Modulus, Transducer, check_not_read
 from vibrissa.cli.whisker import RodOption, Tolerances, read_pairs
 from vibrissa.design.materials import MATERIALS
 from vibrissa.design.reading import read_requirements, with_rod_file
 from vibrissa.design.requirements import Requirements
 from vibrissa.sensor.given.tolerances import EXACT
-from vibrissa.sensor.identification.recording import Method
 
 
 def _ranged(what: str, ends: tuple[float, float], unit: float = 1.0, name: str = "") -> Any:
@@ -56,7 +55,6 @@ def read_options(
             "transducer.",
         ),
     ] = None,
-    method: ReadFrom = Method.FORCES,
     theta: Annotated[str | None, _ranged("Taper", Requirements.theta)] = None,
     eta: Annotated[
         str | None,

@@ -14,7 +14,7 @@ from vibrissa.design.requirements import Range, Requirements
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
 from vibrissa.sensor.identification.periods import JUMP
-from vibrissa.sensor.identification.recording import USED, Method
+from vibrissa.sensor.identification.recording import FORCES
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -188,7 +188,7 @@ def _periods(r: Requirements, pairs: Pairs) -> Iterator[Limit]:
         meaning="shortest period over the threshold of a slip",
         coefficient=shortest * _resolution(r, pairs) / (np.sqrt(2.0) * JUMP),
         p=4,
-        q=LENGTH_POWERS[Kind.MOMENT if r.method is Method.MOMENT else Kind.FORCE],
+        q=LENGTH_POWERS[Kind.FORCE],
         bound=CLEARLY,
         upper=False,
         room=1.0,
@@ -204,13 +204,11 @@ def _periods(r: Requirements, pairs: Pairs) -> Iterator[Limit]:
 
 
 def _resolution(r: Requirements, pairs: Pairs) -> FloatArray:
-    """Inverse standard deviation of x0 from one reading where it is least, at d0 = L = 1."""
-    slope = pairs.least_slope * r.rigidity / np.array(r.noise)
-    if r.method is Method.MOMENT:
-        # Where the moment falls it does not tell states apart.
-        slope = np.maximum(slope, 0.0)[:, USED[Method.MOMENT]]
-    else:
-        slope = slope[:, USED[Method.FORCES]]
+    """Inverse standard deviation of x0 from one reading of both forces, at d0 = L = 1.
+
+    Where it is least; a slip shows in the forces.
+    """
+    slope = pairs.least_slope[:, FORCES] * r.rigidity / np.array(r.noise)[FORCES]
     return np.asarray(np.linalg.norm(slope, axis=1))
 
 

@@ -41,13 +41,11 @@ class Pairs(Batch):
     longest : ndarray, shape (n,)
         Length of the longest period (L).
     x0_slip : ndarray, shape (n, k)
-        Onset of slip for each friction coefficient (L); NaN, as the next four, where the tip locks.
+        Onset of slip for each friction coefficient (L); NaN, as the next two, where the tip locks.
     demand_slope : ndarray, shape (n, k)
         Growth of the demand −tan α with x0 at the onset (1/L).
-    fx, fy : ndarray, shape (n, k)
-        Clamp reactions at the onset (E·I0/L²).
-    moment_information : ndarray, shape (n, k)
-        Integral of (dm/dx0)² up to the onset.
+    information : ndarray, shape (n, k, 3)
+        Integral of the squared derivatives of fx, fy and m with respect to x0, up to the onset.
     largest_reaction : ndarray, shape (n, 3)
         Largest magnitudes of fx, fy and m in the longest period.
     least_normal_force : ndarray, shape (n,)
@@ -68,9 +66,7 @@ class Pairs(Batch):
     longest: FloatArray
     x0_slip: FloatArray
     demand_slope: FloatArray
-    fx: FloatArray
-    fy: FloatArray
-    moment_information: FloatArray
+    information: FloatArray
     largest_reaction: FloatArray
     least_normal_force: FloatArray
     least_slope: FloatArray
@@ -115,8 +111,7 @@ def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, An
     reactions, slopes = response(x0), response.slope(x0)
     force_slopes, moment_slope = slopes[:, :2], slopes[:, 2]
     weakest = np.argmin((force_slopes**2).sum(axis=1))
-    information = cumulative_simpson(moment_slope**2, dx=end / (STATES - 1), initial=0.0)
-    fx, fy, _ = response(x0_slip).T
+    information = cumulative_simpson(slopes**2, dx=end / (STATES - 1), axis=0, initial=0.0)
     return {
         "theta": curve.theta,
         "eta": curve.eta,
@@ -125,9 +120,7 @@ def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, An
         "longest": end,
         "x0_slip": x0_slip,
         "demand_slope": response.demand_slope(x0_slip),
-        "fx": fx,
-        "fy": fy,
-        "moment_information": np.interp(x0_slip, x0, information),
+        "information": np.stack([np.interp(x0_slip, x0, one) for one in information.T], -1),
         "largest_reaction": np.abs(reactions).max(axis=0),
         "least_normal_force": np.abs(reactions[:, 1]).min(),
         "least_slope": np.append(force_slopes[weakest], moment_slope.min()),

@@ -42,7 +42,7 @@ TOLERATED = ("theta", "eta", "modulus", "diameter", "length")
 # A design is of a rod in the ideal mounting: of these only the tolerance counts.
 MOUNTING = ("clamp_angle", "clamp_compliance", "clamp_stiffness", "curvature", "stage_angle")
 # Not asked of a rod that is not made yet; handed on to the rod file of the result.
-NOT_ASKED = ("section", "kinetic_ratio")
+NOT_ASKED = ("section",)
 
 
 def with_rod_file(path: Path, asked: Mapping[str, Any]) -> dict[str, Any]:

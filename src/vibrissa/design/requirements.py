@@ -9,7 +9,6 @@ import numpy as np
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
-from vibrissa.sensor.identification.recording import WITH_ROD, Method
 from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, Quantity, chosen
 from vibrissa.sticking.api import MOST_TAPER
 
@@ -43,8 +42,6 @@ class Requirements:
         Largest force_x, force_y and moment_z that the transducer measures.
     density : float, optional
         Of the material (kg/m³). Without it the weight is not limited.
-    method : Method
-        What friction is read from, as in `identify`.
     contact : Contact
         ``point``: the rod touches with its tip alone; ``line``: it may lie flat on the surface.
     theta, eta : (float, float)
@@ -90,7 +87,6 @@ class Requirements:
     noise: Channels
     range: Channels = (np.inf, np.inf, np.inf)
     density: float | None = None
-    method: Method = Method.FORCES
     contact: Contact = Contact.POINT
     theta: Range = (1.0, 10.0)
     eta: Range = (0.5, 0.98)
@@ -111,12 +107,6 @@ class Requirements:
 
     def __post_init__(self) -> None:
         """Refuse what no rod can be asked for."""
-        object.__setattr__(self, "method", chosen(Method, self.method, "method"))
-        if self.method not in WITH_ROD:
-            raise ArgumentError(
-                f"a rod is designed for one of the methods {', '.join(WITH_ROD)}: {self.method} "
-                "needs none, and is more precise than forces on any rod"
-            )
         object.__setattr__(self, "contact", chosen(Contact, self.contact, "contact"))
         for name in ("yield_strain", "weight", "spacing"):
             self._require(name, getattr(self, name) > 0.0, "be positive")

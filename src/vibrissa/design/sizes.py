@@ -17,8 +17,7 @@ from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import Requirements
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.reading.uncertainty import ratio_deviation, step_deviation
-from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.identification.reading.uncertainty import step_deviation
 
 # Lengths among which the best is sought, twice: in the whole range and around the best of those.
 LENGTHS = 129
@@ -72,28 +71,22 @@ def deviations(
 
     Notes
     -----
-    What `identify` states. The moment is read in all samples of the period; the sum over them is
-    taken as an integral.
+    What `identify` states, which reads all channels in all samples of the period; the sum over them
+    is taken as an integral.
     """
     r = requirements
     # One axis for the pairs, those of the sizes, one for the friction coefficients.
     others = (1,) * (length.ndim - 1)
-    slope, fx, fy, information = (
-        values.reshape(len(pairs), *others, -1)
-        for values in (pairs.demand_slope, pairs.fx, pairs.fy, pairs.moment_information)
-    )
+    slope = pairs.demand_slope.reshape(len(pairs), *others, -1)
+    information = pairs.information.reshape(len(pairs), *others, *pairs.information.shape[1:])
     diameter, length = diameter[..., None], length[..., None]
     force = r.rigidity * diameter**4 / length**2
     step = r.step / length
     by_step = step_deviation(slope, step)
-    if r.method is Method.FORCES:
-        by_reading = ratio_deviation(fx, fy, *r.noise[:2]) / force
-    elif r.method is Method.MOMENT:
-        with np.errstate(divide="ignore"):  # a period of no length tells nothing
-            variance = step / information
-        by_reading = np.abs(slope) * r.noise[2] / (force * length) * np.sqrt(variance)
-    else:
-        by_reading = np.zeros(by_step.shape)
+    units = np.stack([force, force, force * length], axis=-1)
+    known = (information * (units / np.array(r.noise)) ** 2).sum(axis=-1)
+    with np.errstate(divide="ignore"):  # a period of no length tells nothing
+        by_reading = np.abs(slope) * np.sqrt(step / known)
     return Deviations(by_step=by_step, by_reading=by_reading)
 
 

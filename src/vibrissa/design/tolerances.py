@@ -128,10 +128,7 @@ def tolerance_limits(
     found = identify(
         whisker,
         _recorded(whisker, mu0, step),
-        method=requirements.method,
         noise=np.array(requirements.noise) / whisker.units.channels,
-        step=step,
-        law=SlipLaw.FREE,
         assume=requirements.assume,
     )
     slips = found.periods.status == PeriodStatus.SLIP

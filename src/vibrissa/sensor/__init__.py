@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vibrissa.sensor import surfaces
-    from vibrissa.sensor.identification.calibration import Unknown
     from vibrissa.sensor.identification.friction import Periods, PeriodStatus
     from vibrissa.sensor.identification.identify import identify
     from vibrissa.sensor.identification.misfit.doubts import Grade
@@ -43,7 +42,6 @@ _HOMES = {
     "SurfaceScan": "simulation.scanning",
     "Transducer": "transducer",
     "Units": "quantities",
-    "Unknown": "identification.calibration",
     "Whisker": "whisker",
     "WhiskerOnset": "onset",
     "identify": "identification.identify",
@@ -70,7 +68,6 @@ __all__ = [
     "SurfaceScan",
     "Transducer",
     "Units",
-    "Unknown",
     "Whisker",
     "WhiskerOnset",
     "identify",

@@ -28,8 +28,7 @@ from vibrissa.sticking.curve import StickingCurve
 
 if TYPE_CHECKING:
     from vibrissa.sensor.response.branch import Response
-    from vibrissa.sensor.response.heights import Heights
-    from vibrissa.sensor.simulation.oblique import ObliqueHeights, ObliqueStage
+    from vibrissa.sensor.simulation.oblique import ObliqueStage
 
 # Told what is being done, how much of it is done, and how much there is to do.
 Progress = Callable[[str, int, int], None]
@@ -227,7 +226,6 @@ class Whisker:
         positions: FloatArray,
         backward: bool,
         progress: Progress = quiet,
-        reach: float = 0.0,
     ) -> "ObliqueStage":
         """Solve the response, as `response` does, at all heights that an oblique stage passes.
 
@@ -239,8 +237,6 @@ class Whisker:
             Whether the states in which the tip is pulled are needed. They are where the stage
             leaves the surface, too.
         progress : callable
-        reach : float
-            How much lower and higher to solve it, too (L).
 
         Returns
         -------
@@ -260,8 +256,8 @@ class Whisker:
             respond_over,
             self.theta,
             self.eta,
-            float(reached.min()) - reach,
-            float(reached.max()) + reach,
+            float(reached.min()),
+            float(reached.max()),
             contact=self.contact,
             mounting=replace(self.mounting, stage_angle=0.0),
             section=self.section,
@@ -274,35 +270,6 @@ class Whisker:
                 raise
             heights = solved(pull=False)
         return ObliqueStage(heights=heights, eta=self.eta, angle=angle)
-
-    def stages(
-        self, positions: FloatArray, backward: bool, progress: Progress = quiet
-    ) -> "ObliqueHeights":
-        """Solve the response on an oblique stage at heights near the given one; see `stage`."""
-        from vibrissa.sensor.response.heights import reach_of
-        from vibrissa.sensor.simulation.oblique import ObliqueHeights
-
-        reach = reach_of(self.eta)
-        stage = self.stage(positions, backward, progress, reach)
-        approach = positions * np.sin(stage.angle)
-        return ObliqueHeights(
-            heights=stage.heights,
-            angle=stage.angle,
-            low=max(self.eta - reach, stage.heights.low + float(approach.max())),
-            high=min(self.eta + reach, stage.heights.high + float(approach.min())),
-        )
-
-    def heights(self, backward: bool) -> "Heights":
-        """Solve the response at heights near the given one, as `response` does at one height."""
-        from vibrissa.sensor.response.heights import respond_between
-
-        rod = self.theta, self.eta, self.contact
-        try:
-            return respond_between(*rod, True, self.mounting, self.section)
-        except NoResponseError:
-            if backward:
-                raise
-            return respond_between(*rod, False, self.mounting, self.section)
 
 
 def _height(units: Units, eta: Quantity) -> float:

@@ -5,10 +5,9 @@ import pytest
 
 from steel import NOISE, measured, recording_of
 from vibrissa.sensor import surfaces
-from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.misfit.doubts import Doubt, Doubted, Grade, graded
-from vibrissa.sensor.identification.recording import Method
+from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.identification.summary import summary_of
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
@@ -27,17 +26,16 @@ def signals(response, law="free", turns=("0.4",), step="0.0005"):
     return truth.clamp.copy(), measured(truth.reactions, 4), begins
 
 
-def found(response, clamp, readings, method=Method.FORCES):
+def found(response, clamp, readings):
     recording = recording_of(clamp, readings)
-    return find_periods(known_setup(response), recording, NOISE, method=method)
+    return find_periods(Setup(branch=response), recording, NOISE)
 
 
 @pytest.mark.parametrize("law", list(SlipLaw))
 @pytest.mark.parametrize("turns", [("0.4",), pytest.param(("0.3", "0.1"), marks=pytest.mark.slow)])
-@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
-def test_a_clean_recording_leaves_no_doubt(response, law, turns, method):
+def test_a_clean_recording_leaves_no_doubt(response, law, turns):
     clamp, readings, _ = signals(response, law, turns)
-    periods = found(response, clamp, readings, method)
+    periods = found(response, clamp, readings)
     said = {why for doubt in periods.doubt for why in doubt.split("; ")}
     # Slips of a pulled tip are so short that they follow each other within a few steps.
     short = {Doubt.FEW.why, Doubt.FEW_AFTER.why}
@@ -57,15 +55,6 @@ def test_a_reading_that_stands_still_is_doubted(response):
     assert f"line {begins[2] + 2}-{stop + 1}" in note
 
 
-def test_an_offset_of_a_channel_that_is_not_read_is_seen(response):
-    clamp, readings, _ = signals(response)
-    readings[:, 0] += 5 * NOISE[0]
-    periods = found(response, clamp, readings, Method.MOMENT)
-    assert all("force_x" in doubt and "moment_z" not in doubt for doubt in periods.doubt[:-1])
-    # The moment, from which friction is read, fits.
-    assert set(periods.grade[:-1]) == {Grade.DOUBTFUL}
-
-
 def test_clamp_that_moves_by_a_few_times_what_was_recorded_is_doubted(response):
     clamp, readings, _ = signals(response)
     periods = found(response, clamp * 3.0, readings)
@@ -78,8 +67,8 @@ def test_samples_of_a_rest_that_was_not_cut_off_are_not_in_the_mean(response):
     # At rest the readings stay, while the clamp is taken to move.
     rest = np.arange(-2, 0) * 0.0005 + clamp[0]
     begun = measured(response(np.zeros(2)), 5)
-    whole = summary_of(found(response, clamp, readings, Method.MOMENT))
-    late = found(response, np.r_[rest, clamp], np.r_[begun, readings], Method.MOMENT)
+    whole = summary_of(found(response, clamp, readings))
+    late = found(response, np.r_[rest, clamp], np.r_[begun, readings])
     assert (late.mu0[:2] < 0.1).all() and (late.grade[:2] == Grade.WRONG).all()
     assert "import --from" in late.doubt[0] and "import --from" in late.notes[0]
     said = summary_of(late)

@@ -13,15 +13,13 @@ from typer.testing import CliRunner
 from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
-from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
 from vibrissa.sensor.identification.recording import (
-    USED,
-    WITH_ROD,
     Method,
     noise_of,
     read_recording,
 )
+from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
@@ -42,16 +40,15 @@ def known(periods):
     return periods.status == PeriodStatus.SLIP
 
 
-@pytest.mark.parametrize("method", WITH_ROD)
 @pytest.mark.parametrize("turns", [("1.2",), ("0.6", "0.1")])
-def test_every_slip_is_found_and_its_friction(response, method, turns):
+def test_every_slip_is_found_and_its_friction(response, turns):
     truth, recording = recorded(response, turns=turns)
-    periods = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+    periods = find_periods(Setup(branch=response), recording, NOISE)
     assert periods.notes == ()
     assert len(periods.status) == truth.period[-1]
     assert (np.diff(truth.period)[periods.last[:-1]] == 1).all()
     ok = known(periods)
-    assert (~ok).sum() == (2 if method is Method.SPACING else 1)
+    assert (~ok).sum() == 1
     error = (periods.mu0 - truth.mu0[periods.last])[ok]
     assert np.abs(error / periods.deviation[ok]).max() < 4.5
     assert np.abs(error.mean()) < 4 * np.std(error) / np.sqrt(len(error))
@@ -61,28 +58,22 @@ def test_every_slip_is_found_and_its_friction(response, method, turns):
 @pytest.mark.slow
 @pytest.mark.parametrize("law", list(SlipLaw))
 def test_intervals_cover_what_they_say(response, law):
-    # What the spacing tells of slips by the energy law is read in another way: see test_energy.
-    methods = set(WITH_ROD) - ({Method.SPACING} if law is SlipLaw.ENERGY else set())
-    inside = {method: [] for method in methods}
+    covered = []
     for seed in range(100, 110):
         truth, recording = recorded(response, seed, law=law)
-        for method, covered in inside.items():
-            # The spacing alone tells nothing without the law of the slips.
-            told = {"law": law, "kinetic_ratio": 0.8} if method is Method.SPACING else {}
-            periods = find_periods(known_setup(response), recording, NOISE, method=method, **told)
-            friction0, ok = truth.mu0[periods.last], known(periods)
-            covered += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
+        periods = find_periods(Setup(branch=response), recording, NOISE)
+        friction0, ok = truth.mu0[periods.last], known(periods)
+        covered += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
     # 93 to 97 % is what is promised. `make roundtrip` has 1,000 surfaces.
-    for covered in inside.values():
-        assert len(covered) > 400
-        assert 0.93 <= np.mean(covered) <= 0.97
+    assert len(covered) > 400
+    assert 0.93 <= np.mean(covered) <= 0.97
 
 
 def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
     biased, corrected = [], []
     for seed in range(5):
         truth, recording = recorded(response, seed, step="0.002")
-        periods = find_periods(known_setup(response), recording, NOISE, method=Method.FORCES)
+        periods = find_periods(Setup(branch=response), recording, NOISE)
         ok, last = known(periods), periods.last
         fx, fy, _ = truth.reactions[last].T
         ratio = fx / fy
@@ -96,8 +87,8 @@ def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
 def test_noise_is_estimated_despite_the_slips(response):
     _, recording = recorded(response)
     assert noise_of(recording.readings) == pytest.approx(NOISE, rel=0.1)
-    periods = find_periods(known_setup(response), recording, method=Method.MOMENT)
-    given = find_periods(known_setup(response), recording, NOISE, method=Method.MOMENT)
+    periods = find_periods(Setup(branch=response), recording)
+    given = find_periods(Setup(branch=response), recording, NOISE)
     assert periods.mu0 == pytest.approx(given.mu0, abs=1e-3, nan_ok=True)
 
 
@@ -106,51 +97,45 @@ def test_a_channel_that_was_not_recorded_has_no_noise_and_is_not_missed(response
     readings = recording.readings * [np.nan, 1.0, 1.0]
     assert np.isnan(noise_of(readings)).tolist() == [True, False, False]
     alone = replace(recording, readings=readings)
-    assert known(find_periods(known_setup(response), alone, method=Method.MOMENT)).sum() > 40
+    assert known(find_periods(Setup(branch=response), alone)).sum() > 40
     assert not recwarn.list
 
 
-@pytest.mark.parametrize("method", WITH_ROD)
-def test_lost_samples_widen_the_interval_and_nothing_else(response, method):
+def test_lost_samples_widen_the_interval_and_nothing_else(response):
     truth, recording = recorded(response)
     keep = np.random.default_rng(5).random(len(recording.line)) > 0.3
     keep[:2] = keep[-1] = True
     lossy = recording.take(keep)
-    periods = find_periods(
-        known_setup(response), lossy, NOISE, method=method, step=0.0005, law="free"
-    )
+    periods = find_periods(Setup(branch=response), lossy, NOISE)
     ok = known(periods)
     rows = np.flatnonzero(keep)[periods.last]
     friction0 = truth.mu0[rows]
     inside = ((periods.low <= friction0) & (friction0 <= periods.high))[ok]
     assert len(inside) > 40 and inside.mean() > 0.85
-    whole = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+    whole = find_periods(Setup(branch=response), recording, NOISE)
     assert np.nanmean(periods.deviation) > np.nanmean(whole.deviation)
 
 
-@pytest.mark.parametrize("method", WITH_ROD)
-def test_several_samples_at_each_step_are_one_step(response, method):
+def test_several_samples_at_each_step_are_one_step(response):
     truth, _ = recorded(response)
     dwell = np.repeat(np.arange(len(truth)), 3)
     recording = recording_of(truth.clamp[dwell], measured(truth.reactions[dwell], 8))
-    periods = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+    periods = find_periods(Setup(branch=response), recording, NOISE)
     assert len(periods.status) == truth.period[-1]
     friction0, ok = truth.mu0[dwell[periods.last]], known(periods)
     assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
 
 
-@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
-def test_a_slower_recording_has_longer_steps(response, method):
+def test_a_slower_recording_has_longer_steps(response):
     truth, recording = recorded(response)
     slow = recording.take(slice(None, None, 4))
-    periods = find_periods(known_setup(response), slow, NOISE, method=method)
+    periods = find_periods(Setup(branch=response), slow, NOISE)
     friction0, ok = truth.mu0[::4][periods.last], known(periods)
     assert ok.sum() > 40
     assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
 
 
-@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
-def test_lone_spikes_are_left_out_and_named(response, method):
+def test_lone_spikes_are_left_out_and_named(response):
     truth, recording = recorded(response)
     readings = recording.readings.copy()
     at = [i for i in (300, 700, 1500) if TipPhase.SLIP not in truth.phase[i - 1 : i + 3]]
@@ -158,29 +143,28 @@ def test_lone_spikes_are_left_out_and_named(response, method):
     readings[at, 0] += 0.3
     readings[at, 2] -= 0.1
     spiked = replace(recording, readings=readings)
-    periods = find_periods(known_setup(response), spiked, NOISE, method=method)
+    periods = find_periods(Setup(branch=response), spiked, NOISE)
     assert len(periods.status) == truth.period[-1]
     (note,) = periods.notes
     assert all(str(i + 2) in note for i in at)
 
 
-def measured_over(response, surface, turns, law="free", method=Method.FORCES):
+def measured_over(response, surface, turns, law="free"):
     """Truth and periods of a scan, readings at the transducer's limit left out."""
     truth = simulate(response, surface, path("0.0005", turns), law, 0.8)
     readings = measured(truth.reactions, 3)
-    rows = np.flatnonzero(~SENSOR.saturated(readings * SCALE)[:, USED[method]].any(axis=1))
+    rows = np.flatnonzero(~SENSOR.saturated(readings * SCALE).any(axis=1))
     recording = recording_of(truth.clamp[rows], readings[rows])
-    periods = find_periods(known_setup(response), recording, NOISE, method=method, law="free")
+    periods = find_periods(Setup(branch=response), recording, NOISE)
     return truth, periods, rows[periods.last]
 
 
-@pytest.mark.parametrize("method", WITH_ROD)
 # To where a strip snaps through, or to the end of the path somewhat past the lock.
 @pytest.mark.parametrize(("section", "stop"), [("planar", "1.5"), ("round", "0.6")])
-def test_a_tip_that_locks_gives_a_bound_and_no_number(section, method, stop):
+def test_a_tip_that_locks_gives_a_bound_and_no_number(section, stop):
     response = respond(2.0, 0.85, section=section)
     surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
-    truth, periods, _ = measured_over(response, surface, (stop,), method=method)
+    truth, periods, _ = measured_over(response, surface, (stop,))
     assert truth.phase[-1] == TipPhase.LOCK
     assert len(periods.status) == truth.period[-1]
     assert periods.status[-1] == PeriodStatus.LOCK and PeriodStatus.LOCK not in periods.status[:-1]
@@ -188,14 +172,13 @@ def test_a_tip_that_locks_gives_a_bound_and_no_number(section, method, stop):
     assert np.isnan([periods.mu0[-1], periods.deviation[-1], periods.high[-1]]).all()
 
 
-@pytest.mark.parametrize("method", [Method.FORCES, Method.MOMENT])
 @pytest.mark.parametrize("turn", ["0.55", "0.9"])
-def test_pulled_back_from_past_the_lock_a_tip_slips_and_tells_its_friction(method, turn):
+def test_pulled_back_from_past_the_lock_a_tip_slips_and_tells_its_friction(turn):
     # Until it is let go its moment turns back at x0 = 0.56 at the latest: 0.9 is past that, where
     # a rod that may leave its plane has swung aside.
     response = respond(2.0, 0.85, section="planar")
     surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
-    truth, periods, last = measured_over(response, surface, (turn, "0.1"), method=method)
+    truth, periods, last = measured_over(response, surface, (turn, "0.1"))
     assert len(periods.status) == truth.period[-1]
     assert PeriodStatus.LOCK not in periods.status
     ok = known(periods)
@@ -214,28 +197,24 @@ def test_a_scan_that_ends_while_the_tip_sticks_gives_a_bound(response):
 def test_another_rod_is_refused(response):
     _, recording = recorded(response)
     with pytest.raises(ValueError, match=r"no state of this rod, first in line \d+"):
-        find_periods(known_setup(respond(3.0, 0.85)), recording, NOISE, method=Method.FORCES)
+        find_periods(Setup(branch=respond(3.0, 0.85)), recording, NOISE)
 
 
 def test_noiseless_readings_need_a_noise(response):
     still = recording_of(np.arange(5.0) / 1e3, np.tile([-0.1, -1.2, -0.4], (5, 1)))
     with pytest.raises(ValueError, match="noise"):
-        find_periods(known_setup(response), still)
+        find_periods(Setup(branch=response), still)
 
 
 def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-@pytest.mark.parametrize(
-    "method",
-    ["moment", *(pytest.param(name, marks=pytest.mark.slow) for name in ("forces", "spacing"))],
-)
-def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path, method):
+def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path):
     out, found, picture = (tmp_path / name for name in ("s.csv", "f.parquet", "m.png"))
     way = ["--step", "50 um", "--to", "100 mm", "--patches", "0 mm: 0.25, 90 mm: 0.35"]
     assert run("scan", *WHISKER, *SI, *NANO, *way, "-o", out).exit_code == 0
-    asked = ["--method", method, "--law", "free", "-o", found, "--picture", picture]
+    asked = ["--method", "model", "-o", found, "--picture", picture]
     result = run("identify", out, *WHISKER, *SI, *NANO, *asked)
     assert result.exit_code == 0, result.output
     rows = [row for row in pq.read_table(found).to_pylist() if row["status"] == "slip"]
@@ -248,13 +227,14 @@ def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path, method):
 
 
 HEADER = "time [s],footpoint [mm],force_x [N],force_y [N],moment_z [N*mm]\n"
+MANY = "".join(f"{n},{n / 10},-0.02,-1.2,-{50 + n}\n" for n in range(30))
 GOOD = "0,0,-0.01,-1.2,-50\n1,0.1,-0.02,-1.2,-49\n2,0.2,-0.03,-1.2,-48\n"
 
 
-def read(tmp_path, text, method=Method.FORCES):
+def read(tmp_path, text):
     file = tmp_path / "r.csv"
     file.write_text(text)
-    return read_recording(file, Units(ROD), method, SENSOR)
+    return read_recording(file, Units(ROD), Method.MODEL, SENSOR)
 
 
 def test_recording_is_converted(tmp_path):
@@ -270,7 +250,7 @@ def test_recording_is_converted(tmp_path):
         (HEADER + "0,0,1,1,1\nnan,1,1,1,1\n", "line 3: time does not increase"),
         (HEADER + "0,0,1,x,1\n", "line 2: force_y must be a number"),
         (HEADER + "0,0,1e308,1,1\n", "line 2: force_x is larger than 1e"),
-        ("footpoint [mm],force_x [N]\n0,1\n", "force_y is missing"),
+        ("footpoint [mm],force_x [N]\n0,1\n", "force_x and force_y, is missing"),
         ("footpoint,force_x [N],force_y [N]\n0,1,1\n", "footpoint needs its unit"),
         ("footpoint [N],force_x [N],force_y [N]\n0,1,1\n", "footpoint must be a length"),
     ],
@@ -281,13 +261,10 @@ def test_bad_recordings_are_refused_with_their_line(tmp_path, text, message):
 
 
 def test_rows_without_values_and_saturated_ones_are_left_out_and_named(tmp_path):
-    recording = read(tmp_path, HEADER + GOOD + "3,0.3,,-1.2,-47\n4,0.4,12,-1.2,-46\n")
-    assert recording.line.tolist() == [2, 3, 4]
+    recording = read(tmp_path, HEADER + MANY + "30,3,,-1.2,-47\n31,3.1,12,-1.2,-46\n")
+    assert recording.line.tolist() == list(range(2, 32))
     missing, full = recording.notes
-    assert "line 5" in missing and "line 6" in full
-    # The moment alone does not mind.
-    spared = read(tmp_path, HEADER + GOOD + "3,0.3,,-1.2,-47\n", Method.MOMENT)
-    assert spared.line.tolist() == [2, 3, 4, 5]
+    assert "line 32" in missing and "line 33" in full
 
 
 CELLS = st.sampled_from(["0", "0.1", "-1.2", "", "nan", "1e400", "x", "-50", "12", "1e-300"])
@@ -299,7 +276,7 @@ def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factor
     file.write_text(HEADER.partition(",")[2] + "".join(",".join(row) + "\n" for row in rows))
     try:
         recording = read_recording(file, Units(ROD), method, SENSOR)
-        periods = find_periods(known_setup(FUZZED), recording, NOISE, method=method, law="free")
+        periods = find_periods(Setup(branch=FUZZED), recording, NOISE)
     except ValueError as error:
         assert str(error)
     else:
@@ -314,7 +291,7 @@ def test_slips_hidden_in_noise_give_no_bound():
     whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
     signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["20 mm"], law="kinetic")
     found = identify(
-        whisker, signals.to_pandas(), noise="50 mN, 50 mN, 0.3 N*mm", assume=False
+        whisker, signals.to_pandas(), noise="500 mN, 500 mN, 30 N*mm", assume=False
     ).periods
     # Nothing that was seen says that friction is above 0.3.
     assert found.status.tolist() == [PeriodStatus.BEYOND]
@@ -339,9 +316,7 @@ def test_friction_comes_back_in_any_mounting(mounting):
     signals = scan(whisker, surfaces.constant(0.3), step="20 um", to=["6 mm"])
     truth = signals.truth
     recording = recording_of(truth.clamp, truth.reactions)
-    found = identify(
-        whisker, recording, method="moment", noise="10 uN, 10 uN, 1 uN*m", assume=False
-    )
+    found = identify(whisker, recording, noise="10 uN, 10 uN, 1 uN*m", assume=False)
     known = found.periods.status == PeriodStatus.SLIP
     assert known.sum() == truth.period[-1] - 1 >= 1
     error = np.abs(found.periods.mu0[known] - 0.3)

@@ -16,7 +16,6 @@ from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, MixedColumnsError, RecordingError
 from vibrissa.sensor import PeriodStatus, Recording, identify, surfaces
 from vibrissa.sensor.identification.adjusting.properties import Bench
-from vibrissa.sensor.identification.calibration import known_setup
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.reading.carried import Carried
 from vibrissa.sensor.identification.reading.jumps import Spans, spans_of
@@ -27,6 +26,7 @@ from vibrissa.sensor.identification.reading.ratio import (
     read_onsets,
 )
 from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH
+from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.identification.without_rod import (
     _check_axes,
     _check_signs,
@@ -96,7 +96,7 @@ def test_slips_are_seen_by_the_noise_of_force_x(noise_of_y):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RODS)
-def test_it_reads_any_rod_without_bias_and_with_half_the_scatter_of_one_sample(name):
+def test_it_reads_any_rod_without_bias(name):
     runs = [recorded(seed, name) for seed in range(20)]
     each = [errors(read_ratio(run, NOISE), friction) for run, friction, _ in runs]
     error, deviation, inside = (np.concatenate(parts) for parts in zip(*each, strict=True))
@@ -105,9 +105,10 @@ def test_it_reads_any_rod_without_bias_and_with_half_the_scatter_of_one_sample(n
     assert error.std() == pytest.approx(np.sqrt((deviation**2).mean()), rel=0.1)
     assert 0.93 <= inside.mean() <= 0.98
     if name == "as given":
-        setup = known_setup(respond(2.0, 0.85))
-        today = [errors(find_periods(setup, run, NOISE), friction)[0] for run, friction, _ in runs]
-        assert error.std() < 0.5 * np.concatenate(today).std()
+        # The rod, where it is known, tells more.
+        setup = Setup(branch=respond(2.0, 0.85))
+        model = [errors(find_periods(setup, run, NOISE), friction)[0] for run, friction, _ in runs]
+        assert np.concatenate(model).std() < 0.7 * error.std()
 
 
 @pytest.mark.slow
@@ -306,7 +307,6 @@ def test_a_rod_that_is_given_changes_nothing():
     ("asked", "said"),
     [
         ({"method": "forces"}, "ratio"),
-        ({"method": "ratio", "estimate": ["eta"]}, "estimate"),
         ({"method": "ratio", "tolerances": {"theta": "2 %"}}, "crosstalk, got 'theta'"),
         ({"method": "ratio", "tolerances": {"zero_force_x": "-1 mN"}}, "not be negative"),
     ],
@@ -317,10 +317,11 @@ def test_what_needs_a_rod_is_said(asked, said):
         identify(None, table(run), **asked)
 
 
-def test_the_command_says_that_the_ratio_needs_no_rod(tmp_path):
+def test_without_a_rod_the_command_reads_the_ratio(tmp_path):
     table(recorded(1)[0]).to_csv(tmp_path / "scan.csv", index=False)
     asked = ["identify", str(tmp_path / "scan.csv"), "-o", str(tmp_path / "friction.csv")]
-    shown = CliRunner().invoke(app, asked)
+    assert CliRunner().invoke(app, asked).exit_code == 0
+    shown = CliRunner().invoke(app, [*asked, "--method", "model"])
     assert shown.exit_code == 2 and "give theta and eta, or use the method ratio" in shown.output
 
 
@@ -554,7 +555,7 @@ def test_a_ratio_that_grows_evenly_is_uniform_within_the_step_after_the_last_sam
         assert np.isnan(column[3])
     assert found.common[3] == 0.0 and not found.shifts[3].any()
     assert found.effects.shape == (4, 0) and found.shifts.shape == (4, 1)
-    assert np.isnan(found.contact).all() and set(found.side) == {""}
+    assert np.isnan(found.contact).all()
     assert set(found.doubt) == set(found.grade) == {""} and found.notes == ()
 
 

@@ -8,11 +8,8 @@ from scipy.signal import butter, sosfilt, sosfreqz
 
 from steel import NOISE, ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
-from vibrissa.sensor.identification import recording as recording_module
 from vibrissa.sensor.identification.adjusting import fit
-from vibrissa.sensor.identification.preparing import hum as hum_module
 from vibrissa.sensor.identification.preparing.ends import moving, touching
-from vibrissa.sensor.identification.preparing.hum import hum_of
 
 MU0 = 0.3
 NAMES = ("force_x [N]", "force_y [N]", "moment_z [N*m]")
@@ -44,7 +41,7 @@ def clamp_of(signals):
     return signals.truth.clamp * ROD.length
 
 
-def found_in(whisker, frame, method="moment", **options):
+def found_in(whisker, frame, method="model", **options):
     periods = identify(whisker, frame, method=method, noise=NOISE, assume=False, **options).periods
     return periods, periods.take(periods.status == "slip")
 
@@ -86,18 +83,6 @@ def test_rest_and_lift_off_are_recognised_and_named(whisker, signals):
     assert "nothing touches the surface" in said and "the clamp rests" in said
 
 
-@pytest.mark.slow
-def test_without_it_the_recording_is_refused_or_in_doubt(whisker, signals, monkeypatch):
-    clamp, loads, _ = with_ends(signals)
-    monkeypatch.setattr(recording_module, "_scanned", lambda recording, used: recording)
-    try:
-        _, slips = found_in(whisker, frame_of(clamp, loads))
-    except ValueError as error:
-        assert "no state of this rod" in str(error)
-    else:
-        assert not right(slips)
-
-
 def test_ends_of_a_scan_are_not_cut():
     steps = np.arange(300) * 0.5
     assert moving(steps) == slice(0, 300)
@@ -124,71 +109,6 @@ def hum(size, frequency, phases=(0.3, 1.1, 2.0)):
     amplitude = 8.0 * np.array(SENSOR.deviation)
     angle = 2 * np.pi * frequency * time[:, None] + np.array(phases)
     return amplitude * np.cos(angle)
-
-
-@pytest.mark.parametrize(
-    ("method", "frequency"),
-    [
-        ("moment", 49.93),
-        pytest.param("moment", 60.05, marks=pytest.mark.slow),
-        pytest.param("forces", 50.0, marks=pytest.mark.slow),
-    ],
-)
-def test_hum_is_found_and_taken_off(whisker, signals, frequency, method):
-    loads = signals.readings + hum(len(signals.readings), frequency)
-    periods, slips = found_in(whisker, frame_of(clamp_of(signals), loads), method)
-    assert right(slips)
-    (note,) = [note for note in periods.notes if note.startswith("hum of")]
-    told = float(note.split()[2])
-    assert told == pytest.approx(frequency, abs=0.02)
-    assert "in force_x" in note and "in moment_z" in note
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("method", ["forces", "moment"])
-def test_hum_that_is_not_taken_off_spoils_friction(whisker, signals, method, monkeypatch):
-    monkeypatch.setattr(hum_module, "hum_of", lambda *_: None)
-    loads = signals.readings + hum(len(signals.readings), 50.0)
-    try:
-        _, slips = found_in(whisker, frame_of(clamp_of(signals), loads), method)
-    except ValueError as error:
-        assert "no state of this rod" in str(error)
-    else:
-        assert not right(slips)
-
-
-def test_its_amplitude_and_phase_are_those_that_were_put_in(signals):
-    size, rng = len(signals.readings), np.random.default_rng(4)
-    noise = rng.standard_normal((size, 3)) * SENSOR.deviation
-    wave = hum(size, 50.07)
-    found = hum_of(signals.readings + noise + wave, np.arange(size) / 1e3, clamp_of(signals))
-    error = (found.signal - wave) / SENSOR.deviation
-    # Two parameters and the frequency out of 8,000 readings.
-    assert np.sqrt(np.mean(error**2, axis=0)).max() < 0.1
-    assert found.frequency == pytest.approx(50.07, abs=0.01)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("rate", [50.0, 100.0, 137.0, 1000.0, 20000.0])
-def test_no_hum_is_seen_where_there_is_none(signals, rate):
-    rng = np.random.default_rng(int(rate))
-    readings = signals.readings + rng.standard_normal(signals.readings.shape) * SENSOR.deviation
-    assert hum_of(readings, np.arange(len(readings)) / rate, clamp_of(signals)) is None
-
-
-def test_steps_of_a_stage_are_no_hum():
-    time = np.arange(8000) / 1000.0
-    clamp = np.floor(time * 50.0 + 1e-9)
-    loads = np.stack([clamp, -clamp, clamp], axis=1) * 1e-2
-    loads += np.random.default_rng(1).standard_normal(loads.shape) * 1e-3
-    assert hum_of(loads, time, clamp) is None
-    assert hum_of(loads, time, time) is not None
-
-
-@pytest.mark.slow
-def test_time_without_a_unit_does_not_tell_a_frequency(whisker, signals):
-    frame = frame_of(clamp_of(signals), signals.readings).rename(columns={"time [s]": "time"})
-    assert right(found_in(whisker, frame)[1])
 
 
 # --- Slips that take a while, and filters ---
@@ -250,29 +170,26 @@ def errors_of(slips, fine):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", SMEARED)
-@pytest.mark.parametrize("method", ["forces", "moment", "spacing"])
-def test_friction_is_right_though_slips_are_smeared(whisker, fine, case, method):
+def test_friction_is_right_though_slips_are_smeared(whisker, fine, case):
     sections, told = SMEARED[case]
-    law = {"law": "kinetic", "kinetic_ratio": 0.6} if method == "spacing" else {}
     inside, pulls = [], []
     for seed in (1, 5):
         frame = smeared(whisker, fine, sections, seed)
-        periods, slips = found_in(whisker, frame, method, **told, **law)
-        assert len(slips) == fine.truth.period[-1] - 1 - (method == "spacing")
+        periods, slips = found_in(whisker, frame, **told)
+        assert len(slips) == fine.truth.period[-1] - 1
         assert any("have not settled after a slip" in note for note in periods.notes)
         errors = errors_of(slips, fine)
         pulls += list(errors / slips.deviation)
         inside += list(np.abs(errors) < 2.5 * slips.deviation)
-        assert slips.deviation.max() < (0.03 if method == "spacing" else 5e-3)
+        assert slips.deviation.max() < 5e-3
     assert np.mean(inside) > 0.8 and np.abs(pulls).max() < 5.0
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["flight", "first order", "Butterworth"])
-@pytest.mark.parametrize("method", ["forces", "moment"])
-def test_smeared_slips_spoil_friction_otherwise(whisker, fine, case, method, monkeypatch):
+def test_smeared_slips_spoil_friction_otherwise(whisker, fine, case, monkeypatch):
     monkeypatch.setattr(fit, "settled", lambda _, recording, *rest: recording)
-    _, slips = found_in(whisker, smeared(whisker, fine, SMEARED[case][0], 1), method)
+    _, slips = found_in(whisker, smeared(whisker, fine, SMEARED[case][0], 1))
     errors = errors_of(slips, fine)
     assert np.sqrt(np.mean(errors**2)) > 0.02 and np.abs(errors / slips.deviation).max() > 20
 

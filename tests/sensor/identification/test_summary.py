@@ -117,8 +117,7 @@ def test_without_a_friction_there_is_no_mean():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["forces", "moment"])
-def test_the_mean_of_a_surface_is_as_far_off_as_it_says(method):
+def test_the_mean_of_a_surface_is_as_far_off_as_it_says():
     errors = {}
     for kind in ("constant", "random"):
         errors[kind] = []
@@ -130,7 +129,7 @@ def test_the_mean_of_a_surface_is_as_far_off_as_it_says(method):
                 WHISKER, surface, step="50 um", to=["40 mm"], transducer=SENSOR, seed=seed
             )
             found = identify(
-                WHISKER, signals.to_pandas(), transducer=SENSOR, method=method, assume=False
+                WHISKER, signals.to_pandas(), transducer=SENSOR, method="model", assume=False
             )
             places = found.periods.contact[found.periods.status == PeriodStatus.SLIP]
             summary = found.summary()
@@ -148,7 +147,7 @@ def test_a_recording_that_does_not_fit_says_so_and_why():
     signals = scan(
         WHISKER, surfaces.constant(0.3), step="50 um", to=["30 mm"], transducer=SENSOR, seed=2
     )
-    found = identify(given, signals.to_pandas(), transducer=SENSOR, method="moment", assume=False)
+    found = identify(given, signals.to_pandas(), transducer=SENSOR, method="model", assume=False)
     text = str(found.summary())
     assert repr(found) == text
     assert "The recording does not fit what was given" in text and "theta smaller by 0.05" in text
@@ -173,7 +172,7 @@ def test_a_recording_fits_only_with_a_height_that_is_far_from_the_given_one():
     assert found.goodness.fits and "The recording fits what was given." not in lines
     (line,) = (line for line in lines if "fits only" in line)
     assert line.startswith("The recording fits only with eta smaller by ")
-    assert line.endswith("standard deviations): measure it again, or --estimate eta")
+    assert line.endswith("standard deviations): measure it again, or give it a wider tolerance")
     assert "The recording fits what was given." in str(said_of()).splitlines()
 
 
@@ -195,8 +194,7 @@ TOLERANCES = {"theta": 0.02, "eta": 0.001, "clamp_angle": 0.005, "transducer_ang
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["forces", "moment"])
-def test_what_remains_if_one_tolerance_were_exact_is_what_remains_if_it_is(method):
+def test_what_remains_if_one_tolerance_were_exact_is_what_remains_if_it_is():
     signals = scan(
         WHISKER, surfaces.constant(0.3), step="50 um", to=["20 mm"], transducer=SENSOR, seed=2
     )
@@ -204,7 +202,7 @@ def test_what_remains_if_one_tolerance_were_exact_is_what_remains_if_it_is(metho
 
     def summary(sizes):
         given = WHISKER.tolerating(sizes)
-        found = identify(given, table, method=method, transducer=SENSOR, assume=False)
+        found = identify(given, table, method="model", transducer=SENSOR, assume=False)
         return found.summary()
 
     whole = summary(TOLERANCES)

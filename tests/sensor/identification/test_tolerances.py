@@ -45,9 +45,9 @@ def bias(found, truth):
 @pytest.mark.slow
 def test_a_modulus_within_its_tolerance_is_found_and_spoils_nothing():
     truth, recording = recorded(GIVEN, scale=1.04)
-    spoiled = identify(GIVEN, recording, method="moment", noise=NOISE)
+    spoiled = identify(GIVEN, recording, method="model", noise=NOISE)
     assert abs(bias(spoiled, truth)[0]) > 10 * bias(spoiled, truth)[1]
-    found = identify(GIVEN, recording, method="moment", noise=NOISE, tolerances={"modulus": "3 %"})
+    found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances={"modulus": "3 %"})
     assert found.periods.goodness.fits and (found.periods.doubt == "").all()
     (modulus,) = found.tolerances
     assert modulus.adjusted == pytest.approx(0.04, abs=4 * modulus.deviation)
@@ -102,7 +102,7 @@ def test_what_a_recording_does_not_tell_is_carried_into_the_intervals():
         error = 0.02 * np.random.default_rng(seed).normal()
         truth, recording = recorded(GIVEN, seed, 1.0 + error, alone=True)
         given = {"modulus": "2 %"}
-        found = identify(GIVEN, recording, method="moment", noise=NOISE, tolerances=given)
+        found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances=given)
         mean, deviation = bias(found, truth)
         scores.append(mean / deviation)
         shares.append(found.periods.common[0] / found.periods.deviation[0])
@@ -122,7 +122,7 @@ def test_what_a_recording_does_not_tell_is_carried_into_the_intervals():
 )
 def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):
     truth, recording = recorded(replace(GIVEN, mounting=Mounting(**{name: size})))
-    found = identify(GIVEN, recording, method="moment", noise=NOISE, tolerances={name: tolerance})
+    found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances={name: tolerance})
     assert found.periods.goodness.fits
     (one,) = found.tolerances
     assert one.adjusted == pytest.approx(size, abs=4 * one.deviation + 1e-9)
@@ -133,7 +133,7 @@ def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):
 def test_a_clamp_does_not_yield_less_than_a_rigid_one():
     truth, recording = recorded(GIVEN)
     given = {"clamp_compliance": 0.05, "theta": 0.02}
-    found = identify(GIVEN, recording, method="moment", noise=NOISE, tolerances=given)
+    found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances=given)
     assert found.tolerances[0].adjusted >= 0.0
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
 

@@ -16,7 +16,6 @@ from typing import Any, Self
 from vibrissa.errors import ArgumentError, UnknownNameError
 from vibrissa.files import write_atomically
 from vibrissa.sensor.given.tolerances import TOLERABLE, read_tolerances
-from vibrissa.sensor.given.values import Given
 from vibrissa.sensor.quantities import Kind, Quantity
 from vibrissa.sensor.whisker import Whisker
 
@@ -35,7 +34,7 @@ OF_WHISKER = (
     "curvature",
     "stage_angle",
 )
-OF_READING = ("transducer", "noise", "kinetic_ratio")
+OF_READING = ("transducer", "noise")
 # What the material bears, and what it weighs: for `solve` and `design`.
 OF_MATERIAL = ("material", "yield_strain", "density")
 TOLERANCES = "tolerances"
@@ -56,7 +55,7 @@ class RodFile:
     whisker : Whisker
         With the tolerances that were stated.
     reading : dict
-        ``transducer``, ``noise`` and ``kinetic_ratio``, as far as they are given: arguments of
+        ``transducer`` and ``noise``, as far as they are given: arguments of
         `vibrissa.sensor.identify`.
     material : dict
         ``material``, ``yield_strain`` and ``density``, as far as they are given.
@@ -96,14 +95,7 @@ class RodFile:
             strain = whisker.units.read(material["yield_strain"], Kind.NUMBER, "yield_strain")
             material["yield_strain"] = float(strain)
         stated: dict[str, Quantity] = dict(keys.get(TOLERANCES, {}))
-        ratio = None
-        if "kinetic_ratio" in reading:
-            given = Given.read(reading["kinetic_ratio"], "kinetic_ratio")
-            ratio = float(whisker.units.read(given.value, Kind.NUMBER, "kinetic_ratio"))
-            reading["kinetic_ratio"] = ratio
-            if given.tolerance is not None:
-                stated = {"kinetic_ratio": given.tolerance} | stated
-        whisker = whisker.tolerating(read_tolerances(whisker.units, stated, whisker, ratio))
+        whisker = whisker.tolerating(read_tolerances(whisker.units, stated, whisker))
         return cls(
             whisker=whisker.wishing(reading.get("noise"), *stated.values()),
             reading=reading,

@@ -6,7 +6,7 @@ A tolerance is a standard deviation, in units of the rod, in rad, or as a part o
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -210,11 +210,6 @@ TOLERABLE = {
         ),
         relative=True,
     ),
-    "kinetic_ratio": Tolerable(
-        kind=Kind.NUMBER,
-        what="kinetic over static friction",
-        assumed=Assumed(size=0.05, reason="no sheet; rarely measured on the same surface"),
-    ),
 }
 # What a rod has that sets its tolerance in SI units.
 OF_SIZE = {"modulus": "youngs_modulus", "diameter": "base_diameter", "length": "length"}
@@ -243,7 +238,6 @@ def read_tolerances(
     units: Units,
     given: Mapping[str, Quantity],
     whisker: "Whisker | None" = None,
-    kinetic_ratio: float | None = None,
 ) -> dict[str, float]:
     """Read tolerances such as ``{"clamp_angle": "0.5 deg", "modulus": "2 %"}``.
 
@@ -254,8 +248,6 @@ def read_tolerances(
         Standard deviations of some of `TOLERABLE`, or `EXACT`.
     whisker : Whisker, optional
         That was given, in these units; a percentage is one of its value.
-    kinetic_ratio : float, optional
-        That was given, for the same purpose.
 
     Returns
     -------
@@ -270,7 +262,7 @@ def read_tolerances(
     found = {}
     for name, value in given.items():
         check_name(name)
-        found[name] = 0.0 if value == EXACT else _read(units, name, value, whisker, kinetic_ratio)
+        found[name] = 0.0 if value == EXACT else _read(units, name, value, whisker)
         if not 0.0 <= found[name] < np.inf:
             raise ArgumentError(f"the tolerance of {name} must not be negative, got {value!r}")
     return found
@@ -281,16 +273,15 @@ def _read(
     name: str,
     value: Quantity,
     whisker: "Whisker | None",
-    kinetic_ratio: float | None,
 ) -> float:
     what, one = f"the tolerance of {name}", TOLERABLE[name]
     if isinstance(value, str) and value.strip().endswith("%"):
         part = float(units.read(value.strip()[:-1], Kind.NUMBER, what)) / 100.0
         if one.relative or name == "crosstalk":
             return part
-        of = {"kinetic_ratio": kinetic_ratio}
+        of: dict[str, Any] = {}
         if whisker is not None:
-            of |= {"theta": whisker.theta, "eta": whisker.eta} | vars(whisker.mounting)
+            of = {"theta": whisker.theta, "eta": whisker.eta} | vars(whisker.mounting)
         size = of.get(name)
         if size is None or not np.atleast_1d(size)[0]:
             raise ArgumentError(f"{what} has no value of which it could be {value}: give a size")

@@ -18,8 +18,8 @@ from vibrissa.sensor.whisker import Whisker
 STEP = 1e-3
 # The forces are singular at η = 1: there it is this part of 1 − η, downwards.
 STEP_IN_GAP = 1e-2
-# The same scale of all loads as the modulus has; and what no reading tells.
-NOT_TOLD = ("diameter", "kinetic_ratio")
+# The same scale of all loads as the modulus has.
+NOT_TOLD = ("diameter",)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,10 +38,6 @@ class Alternative:
         Of the rod that has the property; None where it is the same rod.
     base : Branch, ObliqueStage or None
         Of the rod that has not, from which the effect counts; None for the one that is used.
-    kinetic_ratio : float
-        By how much the ratio of the frictions is larger.
-    odd : bool
-        Whether it has the other sign in the mirror image of the rod.
     """
 
     name: str
@@ -49,8 +45,6 @@ class Alternative:
     corrected: Callable[[Samples, float], Samples] = lambda samples, size: samples
     branch: Placed | None = None
     base: Placed | None = None
-    kinetic_ratio: float = 0.0
-    odd: bool = False
 
     def undone(self, samples: Samples) -> Samples:
         """Take the error of the step off samples."""
@@ -60,20 +54,6 @@ class Alternative:
     def before(self) -> "Alternative":
         """What the effect counts from."""
         return Alternative(name=self.name, step=self.step, branch=self.base)
-
-    def mirrored(self) -> "Alternative":
-        """Give the same for the mirrored recording, see `Recording.mirrored`."""
-
-        def corrected(samples: Samples, size: float) -> Samples:
-            return self.corrected(samples.mirrored(), size).mirrored()
-
-        branch, base = (None if one is None else one.mirrored() for one in (self.branch, self.base))
-        if self.odd and branch is None:
-            return replace(self, corrected=lambda samples, size: self.corrected(samples, -size))
-        if self.odd and isinstance(branch, Branch):
-            # Of a rod that is its own mirror image, with what is not: the other sign.
-            return replace(self, step=-self.step)
-        return replace(self, corrected=corrected, branch=branch, base=base)
 
 
 def _undoing(one: Property) -> Callable[[Samples, float], Samples]:
@@ -99,8 +79,6 @@ def alternative(
         corrected=_undoing(one.property),
         branch=branch,
         base=base,
-        kinetic_ratio=size if one.property.kinetic_ratio else 0.0,
-        odd=one.property.odd,
     )
 
 
@@ -172,4 +150,4 @@ def inclined(given: Branch, other: Branch, step: float) -> Alternative:
         )
         return moved.without(height[:, None] * (other(x0) - given(x0)))
 
-    return Alternative(name="stage_angle", step=STEP, corrected=corrected, odd=True)
+    return Alternative(name="stage_angle", step=STEP, corrected=corrected)

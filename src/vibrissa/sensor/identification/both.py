@@ -8,28 +8,23 @@ from vibrissa.errors import (
     MixedColumnsError,
     NoResponseError,
     RecordingError,
-    UndeterminedError,
     WrongRodError,
 )
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.adjusting.adjustment import FAR, Tolerance
 from vibrissa.sensor.identification.adjusting.fit import fit_rod
-from vibrissa.sensor.identification.adjusting.priors import Asked
 from vibrissa.sensor.identification.alternatives import alternatives_to
 from vibrissa.sensor.identification.friction import Periods, find_periods
 from vibrissa.sensor.identification.misfit.beside import Beside, Read, beside
 from vibrissa.sensor.identification.misfit.doubts import Doubt, Doubted, notes_of, with_reason
 from vibrissa.sensor.identification.preparing.settling import Told
 from vibrissa.sensor.identification.reading.carried import BEARING, Carried
-from vibrissa.sensor.identification.recording import USED, Method, Recording
+from vibrissa.sensor.identification.recording import FORCES, Recording
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.without_rod import read_ratio
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.transducer import Transducer
 from vibrissa.sensor.whisker import Progress, Whisker
-
-# Number of the channel from which a model is read that shares no noise with the forces.
-MOMENT = USED[Method.MOMENT][0]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -56,7 +51,7 @@ class WithoutRod:
     @property
     def possible(self) -> bool:
         """Whether both forces were recorded."""
-        return not np.isnan(self.recording.readings[:, USED[Method.RATIO]]).any()
+        return not np.isnan(self.recording.readings[:, FORCES]).any()
 
     def read(self) -> Identification:
         """Read the friction, with those tolerances that change the ratio."""
@@ -93,10 +88,8 @@ class WithRod:
     noise : ndarray, shape (3,), or None
         Standard deviation of one reading; None if it is to be estimated.
     transducer : Transducer or None
-    asked : Asked
-    kinetic_ratio : float or None
-    step : float or None
-        Of the stage (L).
+    assume : bool
+        Whether what nothing is stated about has the tolerance that is assumed for it.
     told : Told
     units : Units
     progress : callable
@@ -106,16 +99,14 @@ class WithRod:
     recording: Recording
     noise: FloatArray | None
     transducer: Transducer | None
-    asked: Asked
-    kinetic_ratio: float | None
-    step: float | None
+    assume: bool
     told: Told
     units: Units
     progress: Progress
 
     def read(self) -> Identification:
         """Adjust the rod, and read the friction with it."""
-        given = self.noise, self.transducer, self.asked, self.progress
+        given = self.noise, self.transducer, self.assume, self.progress
         fit = fit_rod(self.whisker, self.recording, *given)
         kept = fit.settled(self.recording, self.told)
         if kept is not self.recording:
@@ -125,16 +116,12 @@ class WithRod:
             fit.setup,
             fit.recording,
             fit.noise,
-            method=self.asked.method,
-            step=self.step,
-            law=self.asked.law,
-            kinetic_ratio=self.kinetic_ratio,
             alternatives=lambda: alternatives_to(fit.whisker, lambda one: solver.quick(one)[0]),
             doubtful=fit.doubtful,
             units=self.units,
             progress=lambda done: self.progress("identifying", done, size),
         )
-        return _with_kinetic(Identification(periods=periods, units=self.units, **fit.result))
+        return Identification(periods=periods, units=self.units, **fit.result)
 
 
 def model_beside_ratio(model: WithRod, ratio: WithoutRod) -> Identification:
@@ -142,17 +129,16 @@ def model_beside_ratio(model: WithRod, ratio: WithoutRod) -> Identification:
 
     Raises
     ------
-    WrongRodError, NoResponseError, UndeterminedError
+    WrongRodError, NoResponseError
         If the model cannot be read; the message offers the ratio.
     """
     try:
         found = model.read()
-    except (NoResponseError, UndeterminedError, WrongRodError) as error:
+    except (NoResponseError, WrongRodError) as error:
         if not ratio.possible:
             raise
         raise type(error)(f"{error}; --method ratio reads the forces without a rod") from error
-    # What is estimated of the readings is not known to within a tolerance.
-    if not ratio.possible or model.asked.estimated & set(BEARING):
+    if not ratio.possible:
         return found
     try:
         other = ratio.read()
@@ -171,10 +157,8 @@ def ratio_beside_model(ratio: WithoutRod, model: WithRod) -> Identification:
         If the model tells that the columns are mixed up.
     """
     found = ratio.read()
-    moment = not np.isnan(ratio.recording.readings[:, MOMENT]).any()
-    method = Method.MOMENT if moment else Method.FORCES
     try:
-        other = replace(model, asked=replace(model.asked, method=method)).read()
+        other = model.read()
     except MixedColumnsError:
         raise
     except (NoResponseError, RecordingError) as error:
@@ -211,21 +195,3 @@ def _with(found: Identification, reason: Doubted) -> Identification:
 
 def _noted(found: Identification, note: str) -> Identification:
     return replace(found, periods=replace(found.periods, notes=(*found.periods.notes, note)))
-
-
-def _with_kinetic(found: Identification) -> Identification:
-    """Name the ratio of the frictions among the tolerances, if the readings have told it."""
-    kinetic, number = found.periods.kinetic, len(found.tolerances)
-    if kinetic is None:
-        return found
-    covariance = np.zeros((number + 1, number + 1))
-    covariance[:number, :number] = found.covariance
-    covariance[number, number] = kinetic.deviation**2
-    told = Tolerance(
-        name="kinetic_ratio",
-        of="kinetic_ratio",
-        tolerance=kinetic.deviation,
-        adjusted=0.0,
-        deviation=kinetic.deviation,
-    )
-    return replace(found, tolerances=(*found.tolerances, told), covariance=covariance)

@@ -1,6 +1,6 @@
 """Identification of friction with a whisker, in the units of its rod."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
-from vibrissa.sensor.given.values import Given
-from vibrissa.sensor.identification.adjusting.priors import Asked
 from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.both import (
     WithoutRod,
@@ -19,7 +17,6 @@ from vibrissa.sensor.identification.both import (
     model_beside_ratio,
     ratio_beside_model,
 )
-from vibrissa.sensor.identification.calibration import Unknown
 from vibrissa.sensor.identification.preparing.settling import Told
 from vibrissa.sensor.identification.reading.carried import Carried, bearing_tolerances
 from vibrissa.sensor.identification.recording import (
@@ -32,7 +29,6 @@ from vibrissa.sensor.identification.recording import (
 )
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, in_si
-from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 
@@ -110,13 +106,9 @@ def identify(
     whisker: Whisker | None,
     recording: "Recording | Path | str | DataFrame",
     *,
-    method: Method | str = Method.FORCES,
+    method: Method | str | None = None,
     transducer: Transducer | str | None = None,
     noise: str | ArrayLike | None = None,
-    step: Quantity | None = None,
-    law: SlipLaw | str | None = None,
-    kinetic_ratio: Quantity | None = None,
-    estimate: Sequence[Unknown | str] = (),
     tolerances: Mapping[str, Quantity] | None = None,
     assume: bool = True,
     slip_time: str | None = None,
@@ -135,23 +127,13 @@ def identify(
         ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``;
         without a unit a column is in SI units, or in those of the rod if that has none. The notes
         of the periods say what was taken.
-    method : Method
-        What friction is read from.
+    method : Method, optional
+        What friction is read from: ``model`` where a rod is given, else ``ratio``.
     transducer : Transducer or str, optional
         That was used: says the noise, and which readings are saturated.
     noise : str or array_like, shape (3,), optional
         Standard deviation of one reading of force_x, force_y and moment_z, as in
         ``"3 mN, 3 mN, 10 uN*m"``. Without it and the transducer it is estimated.
-    step : str or number, optional
-        Step of the stage, which the spacing needs if samples were lost.
-    law : SlipLaw, optional
-        Where slips end, for the spacing; without it bounds are found that hold for all laws.
-    kinetic_ratio : str or number, optional
-        μk/μ0, for the spacing with the law ``kinetic`` or ``energy``; ``"0.8 ± 0.03"``. Without
-        it the states after kinetic slips tell it.
-    estimate : sequence of str
-        What is not known, and estimated from the recording: ``eta`` near the given height,
-        ``offset`` of all channels, or names of tolerances.
     tolerances : mapping of str to str or number, optional
         Standard deviations of what was given, as in ``{"clamp_angle": "0.5 deg", "modulus":
         "2 %"}``, or ``"exact"``: it is adjusted within them, and within those of the whisker; see
@@ -175,11 +157,11 @@ def identify(
         If an argument is out of range or no such quantity.
     RecordingError
         If the recording cannot be used; the message names the line.
-    UndeterminedError
-        If the recording does not determine what is to be estimated.
     NoResponseError
         If the response of the whisker is not found.
     """
+    if method is None:
+        method = Method.RATIO if whisker is None else Method.MODEL
     method = chosen(Method, method, "method")
     if isinstance(recording, str):
         recording = Path(recording)
@@ -188,8 +170,6 @@ def identify(
     units = _units(whisker, recording, method)
     sensor = transducer_of(transducer, units)
     given = _noise(noise, sensor, units)
-    if method is Method.RATIO and estimate:
-        raise ArgumentError("the method ratio cannot estimate anything: give the zeros a tolerance")
     if method is not Method.RATIO and whisker is None:
         raise ArgumentError(
             f"the method {method} needs the rod: give theta and eta, or use the method ratio"
@@ -198,33 +178,23 @@ def identify(
         recording = read_recording(recording, units, method, sensor)
     check_size(len(recording), recording.notes)
     known = noise_of(recording.readings) if given is None else given
-    ratio = None
     if whisker is None:
         sizes = bearing_tolerances(tolerances or {}, units, known, assume)
         stated = frozenset(tolerances or {})
     else:
-        ratio, whisker = _tolerant(whisker, kinetic_ratio, tolerances or {})
+        whisker = whisker.tolerating(read_tolerances(units, tolerances or {}, whisker))
         assumed = assumed_tolerances(units, known) if assume else {}
         sizes, stated = {**assumed, **whisker.tolerances}, frozenset(whisker.tolerances)
     errors = Carried.of(sizes, Bench.of(recording, sensor, units.channels))
     alone = WithoutRod(recording=recording, noise=given, errors=errors, stated=stated, units=units)
     if whisker is None or whisker.units != units:
         return alone.read()
-    asked = Asked(
-        method=method,
-        law=None if law is None else chosen(SlipLaw, law, "law"),
-        estimate=tuple(estimate),
-        assume=assume,
-        ratio_given=ratio is not None,
-    )
     with_rod = WithRod(
         whisker=whisker,
         recording=recording,
         noise=given,
         transducer=sensor,
-        asked=asked,
-        kinetic_ratio=ratio,
-        step=None if step is None else float(units.read_positive(step, Kind.LENGTH, "step")),
+        assume=assume,
         told=_told(recording, slip_time, delay),
         units=units,
         progress=progress,
@@ -232,16 +202,3 @@ def identify(
     if method is Method.RATIO:
         return ratio_beside_model(alone, with_rod)
     return model_beside_ratio(with_rod, alone)
-
-
-def _tolerant(
-    whisker: Whisker, kinetic_ratio: Quantity | None, tolerances: Mapping[str, Quantity]
-) -> tuple[float | None, Whisker]:
-    """Read the ratio of the frictions, and give the whisker the tolerances that are stated."""
-    ratio, stated = None, dict(tolerances)
-    if kinetic_ratio is not None:
-        given = Given.read(kinetic_ratio, "kinetic_ratio")
-        ratio = float(whisker.units.read(given.value, Kind.NUMBER, "kinetic_ratio"))
-        if given.tolerance is not None:
-            stated = {"kinetic_ratio": given.tolerance} | stated
-    return ratio, whisker.tolerating(read_tolerances(whisker.units, stated, whisker, ratio))

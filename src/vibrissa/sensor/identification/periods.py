@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.recording import USED, Method, Recording
+from vibrissa.sensor.identification.recording import MOMENT, Recording
 from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.simulation.oblique import ObliqueStage
 
@@ -140,10 +140,6 @@ class Partition:
         """Keep some of the beginnings: the other periods go to the one before."""
         return Partition(begins=self.begins[index], size=self.size)
 
-    def reversed(self) -> "Partition":
-        """Give the same periods of the samples in the opposite order."""
-        return Partition(begins=self.size - 1 - self.ends[::-1], size=self.size)
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Contacts(Batch):
@@ -163,7 +159,6 @@ def located(
     branch: Placed,
     recording: Recording,
     channels: Channels,
-    offset: FloatArray,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Samples:
     """Find the state of the rod that is nearest to each sample.
@@ -173,8 +168,6 @@ def located(
     branch : Branch or ObliqueStage
     recording : Recording
     channels : Channels
-    offset : ndarray, shape (3,)
-        Readings of the channels without load.
     progress : callable
         Told how many samples are done.
 
@@ -183,7 +176,7 @@ def located(
     Samples
     """
     size = len(recording)
-    weighted = channels.weighted(recording.readings - offset)
+    weighted = channels.weighted(recording.readings)
     found = Samples(
         clamp=recording.clamp,
         readings=recording.readings,
@@ -202,7 +195,7 @@ def located(
     for guide, near in branch.guides(recording.clamp):
         table = np.linspace(guide.x0_pull, guide.x0_end, TABLE)
         values = channels.weighted(guide(table))
-        if channels.used == USED[Method.MOMENT]:
+        if channels.used == [MOMENT]:
             # The moment alone distinguishes the states only as long as it grows.
             back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
             stop = int(back[0]) + 1 if len(back) else TABLE

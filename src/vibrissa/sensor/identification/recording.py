@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 # No measurement is larger than this, in the rod's own units; squares of smaller values are finite.
 LARGEST = 1e100
+IMPORT = "vibrissa import reads other titles, encodings, separators and decimal signs"
 # Fewer samples do not make a period and a slip.
 FEWEST_SAMPLES = 3
 # Second differences beyond this multiple of their standard deviation are slips, not noise.
@@ -40,35 +41,25 @@ class Method(StrEnum):
 
     Attributes
     ----------
-    FORCES
-        From the ratio of the forces in the last sticking state. The model of the rod only says how
-        much the ratio grows within a step.
-    MOMENT
-        From the moment alone: all samples of a period, through the model of the rod.
-    SPACING
-        From the clamp's travel from slip to slip, which depends on where slips end (the slip law).
+    MODEL
+        One contact for each period, fitted to all samples of all channels through the model of the
+        rod. Needs the moment or both forces.
     RATIO
         From the ratio of the forces at the onset, by a smooth fit to the last samples, without any
         rod.
     """
 
-    FORCES = "forces"
-    MOMENT = "moment"
-    SPACING = "spacing"
+    MODEL = "model"
     RATIO = "ratio"
 
 
 # Signs of the channels in the mirror image of a rod.
 MIRROR = np.array([-1.0, 1.0, -1.0])
-# Methods that need the rod.
-WITH_ROD = (Method.FORCES, Method.MOMENT, Method.SPACING)
-# Numbers of the channels that each method uses.
-USED = {
-    Method.FORCES: [0, 1],
-    Method.MOMENT: [2],
-    Method.SPACING: [0, 1, 2],
-    Method.RATIO: [0, 1],
-}
+# Numbers of the two forces, and of the moment.
+FORCES, MOMENT = [0, 1], 2
+# A channel that misses a value, or is saturated, in more than this part of the rows is not used
+# where the others suffice.
+MOST_MISSING = 0.1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -87,10 +78,6 @@ class Slipping(Batch):
     way: FloatArray
     lag_low: FloatArray
     lag_high: FloatArray
-
-    def mirrored(self) -> Self:
-        """Give the same of the mirrored recording."""
-        return self.each(np.negative)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -137,13 +124,6 @@ class Recording(Batch):
         readings = np.nan_to_num(self.readings) @ matrix.T
         return replace(self, readings=np.where(lost, np.nan, readings))
 
-    def mirrored(self) -> Self:
-        """Turn the recording of a tip behind the clamp into one of a tip ahead, or back."""
-        slipping = None if self.slipping is None else self.slipping.mirrored()
-        excess = None if self.excess is None else -self.excess
-        readings = self.readings * MIRROR
-        return replace(self, clamp=-self.clamp, readings=readings, slipping=slipping, excess=excess)
-
 
 def read_recording(
     source: "Path | DataFrame", units: Units, method: Method, transducer: Transducer | None = None
@@ -153,9 +133,10 @@ def read_recording(
     Parameters
     ----------
     source : Path or DataFrame
-        CSV, Parquet or DataFrame. Needs the columns ``footpoint`` and those that the method uses,
-        each with its unit; in a DataFrame without units they are in those of `units`, SI or the
-        rod's own, and its notes say so. A column ``time`` is optional; it must increase.
+        CSV, Parquet or DataFrame. Needs the column ``footpoint`` and those that the method uses
+        (``ratio``: both forces; ``model``: the moment, or both forces, or all), each with its unit;
+        in a DataFrame without units they are in those of `units`, SI or the rod's own, and its
+        notes say so. A column ``time`` is optional; it must increase.
     units : Units
     method : Method
     transducer : Transducer, optional
@@ -171,7 +152,8 @@ def read_recording(
     RecordingError
         If the table cannot be used; the message names the line.
     """
-    needed = ["footpoint", *(CHANNELS[i] for i in USED[method])]
+    asked = [CHANNELS[i] for i in FORCES] if method is Method.RATIO else []
+    needed = ["footpoint", *asked]
     others = [name for name in CHANNELS if name not in needed]
     table = _table(source, needed, ["time", *others])
     _check_time(table)
@@ -183,30 +165,63 @@ def read_recording(
     for channel, kind, column in zip(CHANNELS, CHANNEL_KINDS, readings.T, strict=True):
         if channel in table.columns:
             column[:] = _nondimensional(table, channel, kind, units)
-    used = readings[:, USED[method]]
-    missing = np.isnan(clamp) | np.isnan(used).any(axis=1)
-    saturated = np.zeros(len(clamp), dtype=bool)
+    saturated = np.zeros(readings.shape, dtype=bool)
     if transducer is not None:
-        at_limit = transducer.saturated(readings * units.channels)
-        saturated = at_limit[:, USED[method]].any(axis=1) & ~missing
-        beside = [i for i in range(len(CHANNELS)) if i not in USED[method] and at_limit[:, i].any()]
-        # The method does not need it, and where it is at its limit it says nothing of the rod.
-        readings[:, beside] = np.nan
-        notes += tuple(
-            f"{CHANNELS[i]} is at the transducer's limit in {at_limit[:, i].sum()} rows: not used"
-            for i in beside
-        )
+        saturated = transducer.saturated(readings * units.channels) & ~np.isnan(readings)
+    used, dropped = _used(np.isnan(readings) | saturated, table, method)
+    readings[:, [i for i in range(len(CHANNELS)) if i not in used]] = np.nan
+    missing = np.isnan(clamp) | np.isnan(readings[:, used]).any(axis=1)
+    at_limit = saturated[:, used].any(axis=1) & ~missing
+    notes += dropped
     notes += left_out(table.line[missing], "a value is missing")
-    notes += left_out(table.line[saturated], "the transducer is saturated")
+    notes += left_out(table.line[at_limit], "the transducer is saturated")
     recording = Recording(clamp=clamp, readings=readings, line=table.line, notes=notes)
-    complete = ~(missing | saturated)
+    complete = ~(missing | at_limit)
     recording = recording.take(complete)
     if "time" in table.columns:
         time = table.columns["time"][complete] * _time_unit(table)
-        recording = _without_hum(recording, time, units)
         if len(time) > 1:
             recording = replace(recording, interval=float(np.median(np.diff(time))))
-    return _scanned(recording, USED[method])
+    return _scanned(recording, used)
+
+
+def _used(
+    lost: BoolArray, table: series.Table, method: Method
+) -> tuple[list[int], tuple[str, ...]]:
+    """Choose the channels that are read, and name those that are there and are not.
+
+    Parameters
+    ----------
+    lost : ndarray of bool, shape (n, 3)
+        Whether a reading is missing or saturated.
+
+    Raises
+    ------
+    OtherTableError
+        If neither the moment nor both forces were recorded.
+    """
+    there = [i for i, name in enumerate(CHANNELS) if name in table.columns]
+    if not suffices(there):
+        raise OtherTableError(
+            f"{table.source}: column moment_z, or force_x and force_y, is missing; there are: "
+            f"{', '.join(table.columns)}. {IMPORT}"
+        )
+    part = lost.mean(axis=0)
+    used, notes = list(there), []
+    for i in sorted(there, key=lambda i: -part[i]):
+        rest = [j for j in used if j != i]
+        # No row is left out for a moment that the ratio does not need.
+        allowed = MOST_MISSING if method is Method.MODEL else (0.0 if i == MOMENT else 1.0)
+        if part[i] > allowed and suffices(rest):
+            used = rest
+            rows = int(lost[:, i].sum())
+            notes.append(f"{CHANNELS[i]} is missing or saturated in {rows} rows: it is not used")
+    return used, tuple(notes)
+
+
+def suffices(channels: Sequence[int]) -> bool:
+    """Whether a contact can be told from these channels: by the moment, or by both forces."""
+    return MOMENT in channels or set(FORCES) <= set(channels)
 
 
 def _scanned(recording: Recording, used: list[int]) -> Recording:
@@ -228,24 +243,6 @@ def _time_unit(table: series.Table) -> float:
     return np.nan if unit is None else float(in_si(f"1 {unit}", Kind.TIME, f"{table.source}: time"))
 
 
-def _without_hum(recording: Recording, time: FloatArray, units: Units) -> Recording:
-    """Take hum of the mains off the readings, and note how much it was."""
-    from vibrissa.sensor.identification.preparing.hum import (
-        hum_of,  # needs SciPy, half a second to load
-    )
-
-    hum = hum_of(recording.readings, time, recording.clamp)
-    if hum is None:
-        return recording
-    sizes = ", ".join(
-        f"{units.spelled(amplitude, kind, 3)} in {channel}"
-        for channel, kind, amplitude in zip(CHANNELS, CHANNEL_KINDS, hum.amplitude, strict=True)
-        if amplitude > 0.0
-    )
-    notes = (*recording.notes, f"hum of {hum.frequency:.4g} Hz is taken off: {sizes}")
-    return replace(recording, readings=recording.readings - hum.signal, notes=notes)
-
-
 def units_of(source: "Path | DataFrame") -> Units:
     """Tell the units of a recording of which no rod is known: its own, or SI units."""
     units = _table(source, ["footpoint"]).units
@@ -262,9 +259,7 @@ def _table(
     except OtherTableError as error:
         if not isinstance(source, Path):
             raise
-        raise OtherTableError(
-            f"{error}. vibrissa import reads other titles, encodings, separators and decimal signs"
-        ) from None
+        raise OtherTableError(f"{error}. {IMPORT}") from None
 
 
 def _check_time(table: series.Table) -> None:

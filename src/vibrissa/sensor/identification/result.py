@@ -8,15 +8,13 @@ import numpy as np
 from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
-from vibrissa.sensor.identification.adjusting.priors import ZEROS
-from vibrissa.sensor.identification.calibration import Setup
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus
 from vibrissa.sensor.identification.misfit.beside import Beside
 from vibrissa.sensor.identification.misfit.doubts import Grade
+from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.identification.summary import EXPLAINS, NAMED, FrictionSummary, summary_of
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.simulation.scanning import TipSide
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +29,7 @@ class Identification(Tabular):
     periods : Periods
         Nondimensional.
     setup : Setup or None
-        Height and offsets, with their covariance if they were estimated; None without a rod.
+        None without a rod.
     units : Units
     beside : Beside or None
         The friction by the ratio of the forces; None where both forces and a rod are not given.
@@ -93,8 +91,7 @@ class Identification(Tabular):
         if not self.far:
             return ()
         first, *others = self.far
-        name = "offset" if first.of in ZEROS else first.of
-        asked = f"{first.moved(self.units)}: measure it again, or --estimate {name}"
+        asked = f"{first.moved(self.units)}: measure it again, or give it a wider tolerance"
         stand_for = ", ".join(one.name for one in others)
         return (asked, f"Others that may stand for it: {stand_for}.") if others else (asked,)
 
@@ -126,7 +123,6 @@ class Identification(Tabular):
         footpoint = periods.footpoint * self.units.unit(Kind.LENGTH)
         return {
             "status": Column(periods.status, "", ", ".join(PeriodStatus)),
-            "side": Column(periods.side, "", "where the tip is: " + " or ".join(TipSide)),
             "contact": Column(contact, length, "position of the tip"),
             "footpoint": Column(footpoint, length, "position of the clamp in the last sample"),
             "mu0": Column(periods.mu0, "1", "static friction there"),

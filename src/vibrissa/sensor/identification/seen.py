@@ -82,13 +82,8 @@ class Seen:
             travel=x0,
             deviation=self.contacts.deviation,
             gap=gap,
-            gap_before=none,
-            early_low=none,
-            early_high=none,
-            early_mean=none,
             sign=np.where(gap == 0.0, np.sign(x0), np.sign(gap)),
             base=none if self.samples.excess is None else self.samples.excess[ends],
-            ratio_deviation=none,
             lag_low=lag_low,
             lag_high=lag_high,
         )

@@ -26,15 +26,13 @@ from vibrissa.sensor.identification.reading.jumps import (
 from vibrissa.sensor.identification.reading.ratio import Onsets, read_onsets
 from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH, Summary
 from vibrissa.sensor.identification.recording import (
-    USED,
-    Method,
+    FORCES,
     Recording,
     check_size,
     left_out,
     noise_of,
 )
 
-FORCES = USED[Method.RATIO]
 # Places in a window, from its beginning to the last sample, where the ratio is looked at, and by
 # how many standard deviations it has been larger there if the tip has locked.
 PLACES = np.linspace(-1.0, 0.0, 9)
@@ -66,7 +64,7 @@ def read_ratio(
     Returns
     -------
     Periods
-        Of an unknown contact and side: without a rod they are not known. Their `effects` are those
+        Of an unknown contact: without a rod it is not known. Their `effects` are those
         of the errors of the readings.
 
     Raises
@@ -113,7 +111,6 @@ def read_ratio(
         last=rows[spans.ends],
         first_line=first_line,
         last_line=last_line,
-        side=np.full(len(spans), ""),
         contact=np.full(len(spans), np.nan),
         footpoint=clamp[spans.ends],
         mu0=np.where(known, found.mean, np.nan),

@@ -114,10 +114,6 @@ class Branch(States):
         """Branch with the clamp at 0."""
         return self
 
-    def mirrored(self) -> "Branch":
-        """States of the mirrored rod, for one that is its own mirror image."""
-        return self
-
     def guides(self, clamp: FloatArray) -> Iterator[tuple["Branch", IntArray]]:
         """Branches that are near to the states at clamp positions, each with their numbers."""
         yield self, np.arange(len(clamp))

@@ -14,29 +14,20 @@ from numpy.polynomial.chebyshev import chebvander
 from scipy.interpolate import CubicSpline
 
 from vibrissa.errors import ArgumentError, NoResponseError
-from vibrissa.mechanics.mounting import IDEAL, Mounting
+from vibrissa.mechanics.mounting import Mounting
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.numerics.splines import joined
-from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.response.branch import KNOTS, Branch, Response, responses
 
 # Heights at which the rod is solved, and knots on each stretch, as parts of it.
 NODES = 9
 PARTS = np.linspace(0.0, 1.0, KNOTS)
-# The height is sought within this distance of the given one (L). The forces are singular at η = 1,
-# where the rod stands upright: so the distance is at most this part of 1 − η.
-REACH = 0.05
-REACH_PART = 1.0 / 3.0
-# Error allowed between the nodes, of the largest reaction.
-TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Heights:
     """Branches of one rod over a range of heights.
-
-    Build one with `respond_between`.
 
     Attributes
     ----------
@@ -138,53 +129,6 @@ def _displacements(bounds: FloatArray) -> FloatArray:
     x = bounds[:-1, None] + np.diff(bounds)[:, None] * parts
     x[:, -1] = bounds[1:]
     return np.asarray(x)
-
-
-def reach_of(eta: float) -> float:
-    """Give the distance from a height within which it is sought (L)."""
-    return min(REACH, REACH_PART * (1.0 - eta), 0.5 * eta)
-
-
-def respond_between(
-    theta: float,
-    eta: float,
-    contact: str = Contact.POINT,
-    pull: bool = True,
-    mounting: Mounting = IDEAL,
-    section: str = RodSection.ROUND,
-) -> Heights:
-    """Solve a rod at heights near a given one.
-
-    Parameters
-    ----------
-    theta, eta : float
-        Taper factor, and the height near which to solve (L).
-    contact, pull
-        As in `respond`.
-    mounting : Mounting
-    section : str
-        As in `respond`.
-
-    Returns
-    -------
-    Heights
-        From η − `REACH` to η + `REACH`, or less near 1.
-
-    Raises
-    ------
-    NoResponseError
-        If one of the branches is not solved, or they do not have the same landmarks.
-    ArgumentError
-        If an argument is out of range.
-    """
-    if not 0.0 < eta < 1.0:
-        raise ArgumentError(f"eta must lie between 0 and 1, got {eta!r}")
-    reach = reach_of(eta)
-    solve = solver(theta, contact, pull, mounting, section)
-    try:
-        return interpolated(solve, eta - reach, eta + reach, TOLERANCE)
-    except NoResponseError as error:
-        raise NoResponseError(f"the height cannot be estimated: {error}; give the height") from None
 
 
 # Solves a rod at some heights together.

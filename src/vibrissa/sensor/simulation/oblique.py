@@ -84,10 +84,6 @@ class ObliqueStage:
         """Branch with the clamp at 0."""
         return self.heights.at(self.eta)
 
-    def mirrored(self) -> "ObliqueStage":
-        """States of the mirrored rod: its clamp moves at the opposite angle."""
-        return replace(self, angle=-self.angle)
-
     def guides(self, clamp: FloatArray) -> Iterator[tuple[Branch, IntArray]]:
         """Branches that are near to the states at clamp positions, each with their numbers."""
         low, high = self.heights.low, self.heights.high
@@ -114,29 +110,6 @@ class ObliqueStage:
         """
         states = self.heights.states(self.height(clamp))
         return states, np.asarray(states.x1_init + side * (self.along(clamp) - contact))
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ObliqueHeights:
-    """Oblique stages of one rod, by the height with the clamp at 0.
-
-    Attributes
-    ----------
-    heights : HeightRange
-    angle : float
-        δ (rad).
-    low, high : float
-        Ends of the range of that height (L).
-    """
-
-    heights: HeightRange
-    angle: float
-    low: float
-    high: float
-
-    def at(self, eta: float) -> ObliqueStage:
-        """Give the stage with a height."""
-        return ObliqueStage(heights=self.heights, eta=float(eta), angle=self.angle)
 
 
 @dataclass(frozen=True, kw_only=True)

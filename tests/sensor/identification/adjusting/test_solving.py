@@ -7,7 +7,7 @@ import pytest
 
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.sensor import Whisker
-from vibrissa.sensor.identification.adjusting.adjustment import _covariance, _range, _step_to
+from vibrissa.sensor.identification.adjusting.adjustment import _range, _step_to
 from vibrissa.sensor.identification.adjusting.properties import PROPERTIES, Bench, components_of
 from vibrissa.sensor.identification.adjusting.solving import Solver
 from vibrissa.sensor.identification.recording import Recording
@@ -19,13 +19,6 @@ SOLVER = Solver(clamp=np.array([0.0, 0.3]), backward=False, pulled=False)
 
 def inclined(angle):
     return replace(GIVEN, mounting=Mounting(stage_angle=angle))
-
-
-def test_what_points_to_a_side_is_odd_and_one_property_is_of_slips():
-    odd = [name for name, one in PROPERTIES.items() if one.odd]
-    assert odd == ["clamp_angle", "curvature", "stage_angle"]
-    of_slips = [name for name, one in PROPERTIES.items() if one.kinetic_ratio]
-    assert of_slips == ["kinetic_ratio"]
 
 
 def test_a_branch_goes_on_smoothly_to_where_the_tip_is_pulled_a_little():
@@ -93,24 +86,6 @@ def test_a_step_is_the_best_within_its_bounds():
     # Where it stands beyond a bound it may stay.
     bound = _step_to(information, gradient, (-free, np.array([np.inf, -1.0])))
     assert bound == pytest.approx([2.0, 0.0], abs=1e-9)
-
-
-def test_what_is_carried_makes_what_is_adjusted_less_certain():
-    jacobian = np.random.default_rng(1).standard_normal((30, 3))
-    free = np.array([True, False, True])
-    own = jacobian[:, free]
-    remaining = np.linalg.inv(own.T @ own + np.eye(2))
-    # The error of an estimate by readings with noise 1 and carried errors c of deviation 1 is
-    # remaining·(own'·(noise − J_c·c) − before), with before of deviation 1.
-    moved = remaining @ own.T @ jacobian[:, [1]]
-    expected = np.eye(3)
-    expected[np.ix_(free, free)] = remaining + moved @ moved.T
-    expected[[0, 2], 1] = expected[1, [0, 2]] = -moved[:, 0]
-    found = _covariance(remaining, jacobian, free)
-    assert found == pytest.approx(expected) and np.linalg.eigvalsh(found).min() > 0.0
-    every = np.full(3, True)
-    inverse = np.linalg.inv(jacobian.T @ jacobian + np.eye(3))
-    assert _covariance(inverse, jacobian, every) == pytest.approx(inverse)
 
 
 def test_no_property_leaves_its_range():

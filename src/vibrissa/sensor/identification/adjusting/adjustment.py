@@ -7,7 +7,7 @@ errors, by Gauss-Newton steps. The derivatives are told anew only where the step
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -33,11 +33,11 @@ from vibrissa.sensor.identification.alternatives import (
     inclined,
     step_in_height,
 )
-from vibrissa.sensor.identification.calibration import Setup, known_setup
+from vibrissa.sensor.identification.part import Part
 from vibrissa.sensor.identification.periods import Channels, Placed, located
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.identification.seen import Seen
-from vibrissa.sensor.identification.sides import parts_of
+from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST
@@ -51,16 +51,11 @@ ROUNDS, RENEWED, SETTLED = 12, 3, 0.1
 PART = 0.1
 # A stage that is level but for a change of the height by this much along the recording (L) is
 # corrected to first order; otherwise the rod is solved at all heights.
-# The spacing is read with a level stage alone, and corrected up to a larger change.
 NEARLY_LEVEL, LEVEL_AT_MOST = 4e-3, 1e-2
 STAGE = "stage_angle"
-# What `--estimate eta` and `--estimate offset` ask for, in the order of a setup's covariance.
-HEIGHT_AND_ZEROS = ("eta", "zero_force_x", "zero_force_y", "zero_moment_z")
 # So many standard deviations are far from what was given, and an adjustment as a whole of a lower
 # probability; and less of a variance than this is not told by a recording.
 FAR, UNLIKELY, LITTLE = 3.0, 1e-3, 0.01
-# From more than this part on that is no state of the rod, it is another rod.
-MOST_OFF = 0.2
 # What the recording tells at least this part of, by the variance, is tested as a whole.
 TOLD = 0.5
 
@@ -82,8 +77,6 @@ class Tolerance:
         Number of the wave of a drift; 0 for all else.
     stated : bool
         Whether the tolerance was stated; otherwise it was assumed.
-    estimated : bool
-        Whether it was asked for as an unknown: then what was given is only where to begin.
     """
 
     name: str
@@ -93,7 +86,6 @@ class Tolerance:
     deviation: float
     wave: int = 0
     stated: bool = True
-    estimated: bool = False
 
     @property
     def score(self) -> float:
@@ -141,22 +133,12 @@ class Prior:
     ----------
     tolerances : mapping of str to float
         Standard deviations, in units of the rod, rad, or relative; all above 0.
-    stated, estimated : frozenset of str
-        Names of those that were stated, and of those that are unknown.
-    carried : frozenset of str
-        Names of those that are not adjusted, but make what is read less certain.
-    level : bool
-        Whether the stage is to stay level, however its angle is adjusted.
-    begin : mapping of str to float
-        Where to begin; 0 by default.
+    stated : frozenset of str
+        Names of those that were stated.
     """
 
     tolerances: Mapping[str, float]
     stated: frozenset[str] = frozenset()
-    estimated: frozenset[str] = frozenset()
-    carried: frozenset[str] = frozenset()
-    level: bool = False
-    begin: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -178,6 +160,8 @@ class Adjusted:
         Of what remains, in the order of the tolerances.
     chance : float
         Probability of such adjustments, or larger ones, of what is given to these tolerances.
+    settled : bool
+        Whether the steps have settled; otherwise nothing is adjusted, and all tolerances remain.
     """
 
     setup: Setup
@@ -187,32 +171,16 @@ class Adjusted:
     tolerances: tuple[Tolerance, ...]
     covariance: FloatArray
     chance: float
+    settled: bool = True
 
     def noise_of(self, noise: FloatArray) -> FloatArray:
         """Give the noise of the adjusted readings, from that of the readings."""
         return np.asarray(np.sqrt(self.mixing**2 @ noise**2))
 
     @property
-    def told(self) -> Setup:
-        """Height and zeros, and the covariance of those that were estimated."""
-        places = [
-            next(
-                (i for i, one in enumerate(self.tolerances) if one.name == name and one.estimated),
-                -1,
-            )
-            for name in HEIGHT_AND_ZEROS
-        ]
-        there = np.array(places) >= 0
-        covariance = np.zeros((len(places), len(places)))
-        chosen = np.array(places)[there]
-        covariance[np.ix_(there, there)] = self.covariance[np.ix_(chosen, chosen)]
-        sizes = np.array([self.tolerances[i].adjusted if i >= 0 else 0.0 for i in places])
-        return replace(self.setup, offset=sizes[1:], covariance=covariance)
-
-    @property
     def far(self) -> tuple[Tolerance, ...]:
         """What is far from what was given for its tolerance, the farthest first."""
-        known = [one for one in self.tolerances if not (one.estimated or one.wave)]
+        known = [one for one in self.tolerances if not one.wave]
         known.sort(key=lambda one: -one.surprise)
         far = tuple(one for one in known if one.surprise > FAR)
         return far or tuple(known[:1] if self.chance < UNLIKELY else ())
@@ -225,7 +193,7 @@ def adjusted(
     prior: Prior,
     solver: Solver,
     bench: Bench,
-) -> Adjusted | None:
+) -> Adjusted:
     """Adjust what was given to a recording, within its tolerances.
 
     Parameters
@@ -241,8 +209,9 @@ def adjusted(
 
     Returns
     -------
-    Adjusted or None
-        None if the steps do not settle: the recording is too far from what was given.
+    Adjusted
+        With nothing adjusted where the steps do not settle: the recording is too far from what was
+        given.
     """
     fit = _Fit(
         whisker=whisker,
@@ -253,9 +222,10 @@ def adjusted(
         solver=solver,
     )
     try:
-        return fit.settled()
+        found = fit.settled()
     except NoResponseError:
-        return None
+        found = None
+    return fit.as_given() if found is None else found
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -276,20 +246,13 @@ class _Fit:
         return np.array([one.weight * tolerances[one.of] for one in self.components])
 
     @cached_property
-    def free(self) -> BoolArray:
-        """Which components are adjusted, shape (k,)."""
-        return np.array([one.of not in self.prior.carried for one in self.components])
-
-    @cached_property
     def reach(self) -> float:
         """How far the clamp goes (L)."""
         return float(np.abs(self.recording.clamp).max())
 
     def settled(self) -> Adjusted | None:
         """Find the best sizes; None if the steps do not settle."""
-        free = self.free
-        begin = np.array([self.prior.begin.get(one.name, 0.0) for one in self.components])
-        scores = begin / self.sigma
+        scores = np.zeros(len(self.components))
         ranges = np.array([_range(self.whisker, one.name) for one in self.components])
         low, high = ranges.T / self.sigma
         changes: list[Alternative] = []
@@ -302,18 +265,26 @@ class _Fit:
                 changes = self._changes(rod, branch)
             seen = _seen(branch, self._undone(scores, branch, changes), self.channels)
             jacobian = np.stack([seen.effect_of(one).ravel() for one in changes], 1) * self.sigma
-            information = jacobian[:, free].T @ jacobian[:, free] + np.eye(int(free.sum()))
+            information = jacobian.T @ jacobian + np.eye(len(scores))
             step = _step_to(
                 information,
-                jacobian[:, free].T @ seen.residuals.ravel() - scores[free],
-                ((low - scores)[free], (high - scores)[free]),
+                jacobian.T @ seen.residuals.ravel() - scores,
+                (low - scores, high - scores),
             )
             # Steps that go to and fro come nearer when they are halved.
-            scores[free] += step if number < ROUNDS // 2 else step / 2.0
+            scores = scores + (step if number < ROUNDS // 2 else step / 2.0)
             remaining = np.asarray(np.linalg.inv(information), dtype=float)
             if (np.abs(step) <= SETTLED * np.sqrt(np.diag(remaining))).all():
-                return self._result(scores, _covariance(remaining, jacobian, free), changes)
+                return self._result(scores, remaining, changes)
         return None
+
+    def as_given(self) -> Adjusted:
+        """Adjust nothing: what was given is uncertain by all of its tolerances."""
+        none = np.zeros(len(self.components))
+        (branch,) = self.solver.quick(self.whisker)
+        found = self._result(none, np.eye(len(none)), self._changes(self.whisker, branch))
+        assert found is not None  # a stage that is not adjusted is not turned too far
+        return replace(found, settled=False)
 
     def _result(
         self, scores: FloatArray, covariance: FloatArray, changes: list[Alternative]
@@ -322,14 +293,11 @@ class _Fit:
         rod = self._rod(scores)
         branch = self.solver.exact(rod)
         undone = self._undone(scores, branch, changes)
-        part = parts_of(known_setup(branch), undone, self.channels)[0]
-        if len(part.off) > MOST_OFF * len(part.with_all().samples):
-            return None
         sizes, scale = scores * self.sigma, np.outer(self.sigma, self.sigma)
         if (np.abs(sizes[self._leans(scores)]) * self.reach > LEVEL_AT_MOST).any():
             return None
-        setup = replace(
-            known_setup(branch, rod.eta),
+        setup = Setup(
+            branch=branch,
             displaced=tuple(changes),
             shared=covariance * scale,
             penalty=float((scores**2).sum()),
@@ -350,7 +318,6 @@ class _Fit:
                     deviation=float(deviation),
                     wave=one.wave,
                     stated=one.of in prior.stated,
-                    estimated=one.of in prior.estimated,
                 )
                 for one, given, size, deviation in zip(
                     self.components, self.sigma, sizes, left, strict=True
@@ -362,12 +329,8 @@ class _Fit:
 
     def _chance(self, scores: FloatArray, covariance: FloatArray) -> float:
         """Probability of such adjustments: before, their covariance is what the recording tells."""
-        known = np.array([one.of not in self.prior.estimated for one in self.components])
-        known &= self.free
-        if not known.any():
-            return 1.0
-        part, axes = np.linalg.eigh(np.eye(int(known.sum())) - covariance[np.ix_(known, known)])
-        along = axes.T @ scores[known]
+        part, axes = np.linalg.eigh(np.eye(len(scores)) - covariance)
+        along = axes.T @ scores
         told_of = part > TOLD
         squares = float((along[told_of] ** 2 / part[told_of]).sum())
         return float(chdtrc(max(int(told_of.sum()), 1), squares))
@@ -383,7 +346,7 @@ class _Fit:
             return np.zeros(len(scores), dtype=bool)
         angle = np.array([one.name == STAGE for one in self.components])
         rise = np.abs(scores * self.sigma) * self.reach
-        return angle & (self.prior.level | (rise < NEARLY_LEVEL))
+        return angle & (rise < NEARLY_LEVEL)
 
     def _undone(
         self, scores: FloatArray, branch: Placed, changes: Sequence[Alternative]
@@ -394,12 +357,12 @@ class _Fit:
         filled = raw
         if lost.any():
             # What was not recorded is what the rod would show.
-            samples = located(branch, raw, self.channels, np.zeros(3))
+            samples = located(branch, raw, self.channels)
             states, _ = branch.above(samples.clamp)
             filled = replace(raw, readings=np.where(lost, states(samples.x0), raw.readings))
         undone = without_errors(filled, self.components, sizes)
         for number in np.flatnonzero(self._leans(scores) & (sizes != 0.0)).tolist():
-            samples = located(branch, undone, self.channels, np.zeros(3))
+            samples = located(branch, undone, self.channels)
             corrected = changes[number].corrected(samples, float(sizes[number]))
             undone = replace(
                 undone,
@@ -455,19 +418,6 @@ def _step_to(
     return np.asarray(lsq_linear(root, root @ best, (low, high)).x)
 
 
-def _covariance(remaining: FloatArray, jacobian: FloatArray, free: BoolArray) -> FloatArray:
-    """Covariance of all components, in tolerances, of which some are not adjusted.
-
-    An error c of these adds (JᵀJ + 1)⁻¹·Jᵀ·J_c·c to the adjustments of the others.
-    """
-    covariance = np.eye(len(free))
-    moved = remaining @ (jacobian[:, free].T @ jacobian[:, ~free])
-    covariance[np.ix_(free, free)] = remaining + moved @ moved.T
-    covariance[np.ix_(free, ~free)] = -moved
-    covariance[np.ix_(~free, free)] = -moved.T
-    return covariance
-
-
 def _range(whisker: Whisker, name: str) -> tuple[float, float]:
     """Least and largest size that a property can take."""
     return {
@@ -488,7 +438,6 @@ def _mixing(components: Sequence[Component], sizes: FloatArray) -> FloatArray:
 
 def _seen(branch: Placed, recording: Recording, channels: Channels) -> Seen:
     """Periods of the samples that fit as well as most, ahead of the clamp."""
-    part = parts_of(known_setup(branch), recording, channels)[0].with_all()
-    seen = part.only(part.samples.usual).seen(channels)
+    seen = Part.of(branch, recording, channels).seen(channels)
     # At the largest moment, by the moment alone, no contact is told.
     return seen.only(np.isfinite(seen.contacts.place) & np.isfinite(seen.contacts.deviation))

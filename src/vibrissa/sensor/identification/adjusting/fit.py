@@ -5,25 +5,21 @@ from typing import Any
 
 import numpy as np
 
-from vibrissa.errors import UndeterminedError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.adjusting.adjustment import Adjusted, Prior, adjusted
-from vibrissa.sensor.identification.adjusting.priors import Asked, needs_calibration, prior_of
+from vibrissa.sensor.identification.adjusting.priors import prior_of
 from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.adjusting.solving import Solver
-from vibrissa.sensor.identification.calibration import Setup, known_setup
 from vibrissa.sensor.identification.misfit.doubts import Doubt
 from vibrissa.sensor.identification.misfit.mixups import check_columns
-from vibrissa.sensor.identification.periods import JUMP, Channels
+from vibrissa.sensor.identification.part import before_swing
+from vibrissa.sensor.identification.periods import JUMP, Channels, located
 from vibrissa.sensor.identification.preparing.settling import LONG, Told, settled
 from vibrissa.sensor.identification.recording import Recording, check_size, left_out, noise_of
-from vibrissa.sensor.identification.sides import Part, parts_of
+from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.simulation.oblique import ObliqueStage
 from vibrissa.sensor.transducer import Transducer
 from vibrissa.sensor.whisker import Progress, Whisker
-
-# An unknown that is known to no better than this part of its tolerance afterwards is not told.
-MOST_LEFT = 0.7
 
 
 def _known(stage: ObliqueStage, recording: Recording) -> Recording:
@@ -69,7 +65,9 @@ class RodFit:
     def doubtful(self) -> tuple[tuple[Doubt, str], ...]:
         """Why all periods are in doubt, and what it concerns."""
         if self.found is None:
-            return ((Doubt.NOT_ADJUSTED, ""),) if self.prior.tolerances else ()
+            return ()
+        if not self.found.settled:
+            return ((Doubt.NOT_ADJUSTED, ""),)
         return tuple(
             (Doubt.FAR, f"{one.name} ({one.surprise:.1f} standard deviations)")
             for one in self.found.far
@@ -84,10 +82,9 @@ class RodFit:
         if len(whole) <= LONG:
             return given
         noise = noise_of(whole.readings) if self.noise is None else self.noise
-        readings = whole.without(self.setup.offset)
         channels = Channels.recorded(whole, noise)
-        found = settled(self.setup.branch, readings, channels, told, self.whisker.units)
-        if found is readings:
+        found = settled(self.setup.branch, whole, channels, told, self.whisker.units)
+        if found is whole:
             return given
         kept = given.take(np.isin(given.line, found.line))
         return replace(kept, slipping=found.slipping, notes=found.notes)
@@ -99,7 +96,7 @@ class RodFit:
             return {"setup": self.setup}
         found = self.found
         return {
-            "setup": found.told,
+            "setup": found.setup,
             "tolerances": found.tolerances,
             "covariance": found.covariance,
             "far": found.far,
@@ -111,7 +108,7 @@ def fit_rod(
     recording: Recording,
     given: FloatArray | None,
     transducer: Transducer | None,
-    asked: Asked,
+    assume: bool,
     progress: Progress,
 ) -> RodFit:
     """Adjust the rod to the recording, as far as it is not exact.
@@ -125,7 +122,8 @@ def fit_rod(
         Noise of the readings, nondimensional; None if it is to be estimated.
     transducer : Transducer or None
         Which tells the tolerances that are assumed of its zeros.
-    asked : Asked
+    assume : bool
+        Whether what nothing is stated about has the tolerance that is assumed for it.
     progress : callable
 
     Returns
@@ -134,8 +132,6 @@ def fit_rod(
 
     Raises
     ------
-    UndeterminedError
-        If the recording does not tell what is to be estimated.
     MixedColumnsError
         If its columns are mixed up.
     NoResponseError
@@ -145,42 +141,30 @@ def fit_rod(
     clamp = recording.clamp
     solver = Solver(clamp=clamp, backward=bool((np.diff(clamp) < 0.0).any()), pulled=False)
     noise = noise_of(recording.readings) if given is None else given
-    calibrated = None
-    if unknown := needs_calibration(asked.estimate):
-        calibrated = solver.calibrated(whisker, recording, noise, unknown, progress)
-        setup = calibrated
-    else:
-        branch = solver.exact(whisker, progress)
-        if isinstance(branch, ObliqueStage):
-            recording = _known(branch, recording)
-            check_size(len(recording), recording.notes)
-        setup = known_setup(branch, whisker.eta)
+    branch = solver.exact(whisker, progress)
+    if isinstance(branch, ObliqueStage):
+        recording = _known(branch, recording)
+        check_size(len(recording), recording.notes)
     channels = Channels.recorded(recording, noise)
     if channels.used:
-        check_columns(setup, recording, channels)
-    parts = parts_of(setup, recording, channels) if channels.used else []
-    solver = replace(solver, pulled=solver.backward or any(map(_is_pulled, parts)))
-    prior = prior_of(whisker, recording, noise, asked, calibrated, swings=len(parts) > 1)
+        check_columns(branch, recording, channels)
+        recording = before_swing(branch, recording, channels)
+        samples = located(branch, recording, channels)
+        pulled = bool((samples.x0 < -JUMP * samples.deviation).any())
+        solver = replace(solver, pulled=solver.backward or pulled)
+    prior = prior_of(whisker, recording, noise, assume)
     same = RodFit(
         whisker=whisker,
         solver=solver,
         recording=recording,
         noise=given,
-        setup=setup,
+        setup=Setup(branch=branch),
         prior=prior,
     )
     if not (prior.tolerances and channels.used):
         return same
     bench = Bench.of(recording, transducer, whisker.units.channels)
     found = adjusted(whisker, recording, channels, prior, solver, bench)
-    if found is None:
-        if asked.estimate:
-            raise UndeterminedError(
-                f"this recording does not tell {' and '.join(sorted(asked.estimate))}: it is too "
-                "far from what was given"
-            )
-        return same
-    _check_estimates(found)
     return replace(
         same,
         whisker=found.whisker,
@@ -189,18 +173,3 @@ def fit_rod(
         setup=found.setup,
         found=found,
     )
-
-
-def _is_pulled(part: Part) -> bool:
-    """Whether the clamp pulls the tip in some states."""
-    samples = part.samples
-    return bool((samples.x0 < -JUMP * samples.deviation).any())
-
-
-def _check_estimates(found: Adjusted) -> None:
-    """Refuse unknowns of which the recording tells little."""
-    for one in found.tolerances:
-        if one.estimated and one.deviation > MOST_LEFT * one.tolerance:
-            raise UndeterminedError(
-                f"this recording does not tell {one.name}: give it, or its tolerance"
-            )

@@ -1,4 +1,4 @@
-"""What a tolerance is of, as a change: of the whisker, of what is read, or of the slip law.
+"""What a tolerance is of, as a change: of the whisker, of or of what is read.
 
 A tolerance may have several components, each of which is adjusted: those of crosstalk are its six
 entries. The zero of a channel drifts as a Wiener process: a straight line over the recording, and
@@ -34,16 +34,10 @@ class Property:
         Maps a whisker and a size to the whisker of which it is larger by so much.
     recording : callable
         Maps a recording and a size to what it would be without an error of that size.
-    kinetic_ratio : bool
-        Whether it is the ratio of the frictions, which changes how a travel is read.
-    odd : bool
-        Whether it has the other sign in the mirror image of the rod.
     """
 
     whisker: Callable[[Whisker, float], Whisker] = lambda whisker, size: whisker
     recording: Callable[[Any, float], Any] = lambda recording, size: recording
-    kinetic_ratio: bool = False
-    odd: bool = False
 
 
 def _zero(channel: int) -> Property:
@@ -88,10 +82,10 @@ _NONE = (0.0, 0.0, 0.0)
 PROPERTIES = {
     "theta": Property(whisker=lambda one, size: replace(one, theta=one.theta + size)),
     "eta": Property(whisker=lambda one, size: replace(one, eta=one.eta + size)),
-    "clamp_angle": Property(whisker=_mounted("clamp_angle"), odd=True),
+    "clamp_angle": Property(whisker=_mounted("clamp_angle")),
     "clamp_compliance": Property(whisker=_mounted("clamp_compliance")),
-    "curvature": Property(whisker=_mounted("curvature"), odd=True),
-    "stage_angle": Property(whisker=_mounted("stage_angle"), odd=True),
+    "curvature": Property(whisker=_mounted("curvature")),
+    "stage_angle": Property(whisker=_mounted("stage_angle")),
     # Of E, and of d0⁴.
     "modulus": _mixing((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     "diameter": _mixing((4, 0, 0), (0, 4, 0), (0, 0, 4)),
@@ -108,14 +102,11 @@ PROPERTIES = {
     "moment_origin_x": _mixing(_NONE, _NONE, (0, -1, 0)),
     "moment_origin_y": _mixing(_NONE, _NONE, (1, 0, 0)),
     "stage_scale": Property(recording=_moved),
-    "kinetic_ratio": Property(kinetic_ratio=True),
 }
 # Those that need another rod solved.
 OF_ROD = ("theta", "eta", "clamp_angle", "clamp_compliance", "curvature", "stage_angle", "length")
 # Those that change nothing of the rod but its height.
 OF_HEIGHT = ("eta", "length", "stage_angle")
-# Those of a clamp or rod that has no mirror image, so that it does not swing aside by symmetry.
-OF_MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -15,13 +15,11 @@ from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.numerics.splines import joined
-from vibrissa.sensor.identification.calibration import Setup, Unknown, calibrate
 from vibrissa.sensor.identification.periods import Placed
-from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.response.branch import Response, responses
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange
 from vibrissa.sensor.response.heights import Heights
-from vibrissa.sensor.simulation.oblique import ObliqueHeights, ObliqueStage
+from vibrissa.sensor.simulation.oblique import ObliqueStage
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 
 # Heights per part of the range of an oblique stage, and the widest part, of the gap 1 − η (L).
@@ -56,22 +54,6 @@ class Solver:
         if whisker.mounting.stage_angle:
             return whisker.stage(self.clamp, self.backward, progress)
         return whisker.response(self.backward)
-
-    def calibrated(
-        self,
-        whisker: Whisker,
-        recording: Recording,
-        noise: FloatArray,
-        unknown: Sequence[Unknown],
-        progress: Progress,
-    ) -> Setup:
-        """Estimate height, zeros or both, with all else as it was given; see `calibrate`."""
-        heights: Heights | ObliqueHeights
-        if whisker.mounting.stage_angle:
-            heights = whisker.stages(self.clamp, self.backward, progress)
-        else:
-            heights = whisker.heights(self.backward)
-        return calibrate(heights, whisker.eta, recording, noise, unknown, whisker.units)
 
     def quick(self, *whiskers: Whisker) -> list[Placed]:
         """Solve whiskers for telling how readings change, all at once."""

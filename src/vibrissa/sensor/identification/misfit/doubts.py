@@ -7,9 +7,8 @@ spike.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum, StrEnum
-from typing import Self
 
 import numpy as np
 from scipy.special import chdtrc
@@ -58,7 +57,6 @@ class Doubt(Enum):
     """
 
     READ_MISFIT = Grade.WRONG, "does not fit a tip that stays where it is"
-    OTHER_MISFIT = Grade.DOUBTFUL, "does not fit a tip that stays where it is, but is not read"
     WRONG_WAY = Grade.WRONG, "no slip goes that way"
     GAP_BEFORE = Grade.INFORMATION, "samples are missing before it, or the clamp jumped"
     GAP_AFTER = Grade.DOUBTFUL, "samples are missing after it, or the clamp jumped (measure again)"
@@ -76,7 +74,6 @@ class Doubt(Enum):
     ROUGH = Grade.WRONG, "the forces do not follow a smooth curve: a slip may be hidden"
     SWUNG = Grade.DOUBTFUL, "the rod may have swung aside, and not slipped"
     WHOLE = Grade.DOUBTFUL, "the recording as a whole does not fit the rod"
-    LAW = Grade.DOUBTFUL, "slips do not end as the law and kinetic_ratio say"
     BESIDE = Grade.DOUBTFUL, "model and ratio of the forces disagree"
     FAR = Grade.DOUBTFUL, "is by the recording far from what was given, for its tolerance"
     NOT_ADJUSTED = Grade.DOUBTFUL, "the recording is too far from what was given to be adjusted"
@@ -107,13 +104,8 @@ class Doubted:
         """The reason in words."""
         return f"{self.channel} {self.doubt.why}".lstrip()
 
-    def followed_by(self, others: Sequence[Self]) -> Self:
-        """Join the same reason in further periods."""
-        parts = [one.periods for one in (self, *others)]
-        return replace(self, periods=np.concatenate(parts))
 
-
-def doubts(seen: Seen, noise: FloatArray, read: Sequence[int]) -> list[Doubted]:
+def doubts(seen: Seen, noise: FloatArray) -> list[Doubted]:
     """Tell for each reason to doubt a friction which periods it concerns.
 
     Parameters
@@ -122,8 +114,6 @@ def doubts(seen: Seen, noise: FloatArray, read: Sequence[int]) -> list[Doubted]:
         p periods.
     noise : ndarray, shape (3,)
         Standard deviation of a reading; a channel without noise is not tested.
-    read : sequence of int
-        Numbers of the channels from which friction is read.
 
     Returns
     -------
@@ -150,12 +140,9 @@ def doubts(seen: Seen, noise: FloatArray, read: Sequence[int]) -> list[Doubted]:
         Doubt.FEW: few,
         Doubt.FEW_AFTER: np.append(few[1:], none),
     }
-    return [
-        Doubted(
-            doubt=Doubt.READ_MISFIT if i in read else Doubt.OTHER_MISFIT, channel=name, periods=off
-        )
-        for i, (name, off) in enumerate(misfit)
-    ] + [Doubted(doubt=doubt, periods=which) for doubt, which in found.items()]
+    return [Doubted(doubt=Doubt.READ_MISFIT, channel=name, periods=off) for name, off in misfit] + [
+        Doubted(doubt=doubt, periods=which) for doubt, which in found.items()
+    ]
 
 
 def misfits(seen: Seen, noise: FloatArray) -> list[BoolArray]:

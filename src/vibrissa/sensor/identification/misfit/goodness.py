@@ -5,7 +5,7 @@ sum alone. A cause is judged by what it would explain if it were the only one: t
 the best contact of each period.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -55,25 +55,21 @@ class Goodness:
     noisier: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
-    def of(
-        cls, parts: Sequence[Seen], unknowns: int, noise_is_given: bool, penalty: float = 0.0
-    ) -> Self:
+    def of(cls, seen: Seen, noise_is_given: bool, penalty: float = 0.0) -> Self:
         """Add up the residuals of a recording.
 
         Parameters
         ----------
-        parts : sequence of Seen
-        unknowns : int
-            Number of values that were fitted, besides the contacts.
+        seen : Seen
         noise_is_given : bool
             Otherwise it was estimated from the same readings.
         penalty : float
             Squares of what was adjusted, in tolerances.
         """
-        readings = sum(part.residuals.size for part in parts)
+        readings = seen.residuals.size
         return cls(
-            chi2=float(sum((part.residuals**2).sum() for part in parts)) + penalty,
-            degrees=readings - sum(len(part.periods) for part in parts) - unknowns,
+            chi2=float((seen.residuals**2).sum()) + penalty,
+            degrees=readings - len(seen.periods),
             noise_degrees=np.inf if noise_is_given else PER_DIFFERENCE * readings,
         )
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from vibrissa.errors import MixedColumnsError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.calibration import Setup
-from vibrissa.sensor.identification.periods import MISFIT, Channels, located
+from vibrissa.sensor.identification.periods import MISFIT, Channels, Placed, located
 from vibrissa.sensor.identification.recording import MIRROR, Recording
 from vibrissa.sensor.transducer import CHANNELS
 
@@ -29,14 +28,14 @@ OTHER_UNIT, MEDIAN = 5.0, 1.86
 THOUSAND = 1e3
 
 
-def check_columns(setup: Setup, recording: Recording, channels: Channels) -> None:
+def check_columns(branch: Placed, recording: Recording, channels: Channels) -> None:
     """Refuse a recording that comes much nearer to the rod if its columns were mixed up.
 
     Nothing that is known to a tolerance makes up for that: it would be adjusted to nonsense.
 
     Parameters
     ----------
-    setup : Setup
+    branch : Branch or ObliqueStage
     recording : Recording
     channels : Channels
         All that were recorded.
@@ -46,17 +45,17 @@ def check_columns(setup: Setup, recording: Recording, channels: Channels) -> Non
     MixedColumnsError
         If so; the message names the likeliest mix-up.
     """
-    _check_motion(setup, recording, channels)
+    _check_motion(branch, recording, channels)
     some = recording.take(np.unique(np.linspace(0, len(recording) - 1, SAMPLED).astype(int)))
 
     def misfits(mixed: FloatArray) -> FloatArray:
-        return located(setup.branch, some.mixed(mixed), channels, setup.offset).misfit
+        return located(branch, some.mixed(mixed), channels).misfit
 
     def misfit(mixed: FloatArray) -> float:
         return float(np.median(misfits(mixed)))
 
     def size(mixed: FloatArray) -> float:
-        weighted = channels.weighted(some.mixed(mixed).readings - setup.offset)
+        weighted = channels.weighted(some.mixed(mixed).readings)
         return float(np.median((weighted**2).sum(axis=1)))
 
     ahead, behind = misfits(np.eye(3)), misfits(np.diag(MIRROR))
@@ -78,14 +77,14 @@ def check_columns(setup: Setup, recording: Recording, channels: Channels) -> Non
         )
 
 
-def _check_motion(setup: Setup, recording: Recording, channels: Channels) -> None:
+def _check_motion(branch: Placed, recording: Recording, channels: Channels) -> None:
     """Refuse a recording in which the rod bends against the clamp, or much more or less than it.
 
     While the tip sticks, the step of x0 is that of the clamp.
     """
     moves = np.append(True, np.diff(recording.clamp) != 0.0)
     some = recording.take(np.flatnonzero(moves)[:SAMPLED])
-    samples = located(setup.branch, some, channels, setup.offset)
+    samples = located(branch, some, channels)
     there = samples.misfit <= MISFIT
     along = (np.diff(samples.x0) / np.diff(some.clamp))[there[1:] & there[:-1]]
     if len(along) < BEGINNING:

@@ -146,7 +146,7 @@ class _Slips:
     @classmethod
     def of(cls, branch: Placed, recording: Recording, channels: Channels) -> Self | None:
         """Find the slips; None if they are too few."""
-        samples = located(branch, recording, channels, np.zeros(3))
+        samples = located(branch, recording, channels)
         states = samples.take(samples.misfit <= MISFIT)
         if not len(states):
             return None

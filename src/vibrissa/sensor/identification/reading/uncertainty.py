@@ -6,7 +6,6 @@ within the step, the noise of the readings is normal. The distribution of μ0 th
 represented by equally likely values; its mean, deviation and central 95 % are returned.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self
 
@@ -25,10 +24,10 @@ COVERAGE = 0.95
 HALF_WIDTH = float(ndtri(0.5 * (1.0 + COVERAGE)))
 # Periods that are computed together, to save memory.
 BLOCK = 512
-# Equally likely values of onset, noise, beginning and common error, spread evenly over four
-# dimensions: multiples of the powers of the inverse of the root of x⁵ = x + 1 (Roberts).
+# Equally likely values of onset, noise and common error, spread evenly over three dimensions:
+# multiples of the powers of the inverse of the root of x⁴ = x + 1 (Roberts).
 VALUES = 1024
-EVENLY = 1.1673039782614187 ** -np.arange(1.0, 5.0)
+EVENLY = 1.2207440846057596 ** -np.arange(1.0, 4.0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -37,7 +36,7 @@ class Values:
 
     Attributes
     ----------
-    onset, beginning : ndarray
+    onset : ndarray
         Part of a step, uniform from 0 to 1.
     noise, common : ndarray
         Standard normal.
@@ -47,18 +46,16 @@ class Values:
 
     onset: FloatArray
     noise: FloatArray
-    beginning: FloatArray
     common: FloatArray
     ahead: FloatArray
 
     @classmethod
     def many(cls) -> Self:
         """Spread them evenly."""
-        onset, noise, beginning, common = (np.arange(1, VALUES + 1)[:, None] * EVENLY % 1.0).T
+        onset, noise, common = (np.arange(1, VALUES + 1)[:, None] * EVENLY % 1.0).T
         return cls(
             onset=onset,
             noise=ndtri(noise),
-            beginning=beginning,
             common=ndtri(common),
             ahead=np.array([0.0, 1.0] * (VALUES // 2)),
         )
@@ -67,7 +64,7 @@ class Values:
     def centre(cls) -> Self:
         """Take the middle alone, for what changes little."""
         none = np.zeros(1)
-        return cls(onset=none + 0.5, noise=none, beginning=none, common=none, ahead=none + 0.5)
+        return cls(onset=none + 0.5, noise=none, common=none, ahead=none + 0.5)
 
 
 MANY, CENTRE = Values.many(), Values.centre()
@@ -82,22 +79,14 @@ class LastStates(Batch):
     clamp, clamp_gap : ndarray
         Position of the clamp, and its way to the first sample after the slip (L).
     travel, deviation : ndarray
-        Displacement x0 in that state and the standard deviation of its error (L). For the spacing,
-        the clamp's travel since the slip before.
+        Displacement x0 in that state and the standard deviation of its error (L).
     gap : ndarray
         By how much x0 grows on that way, with the tip where it is (L): on a stage along the surface
         as much as the clamp moves.
-    gap_before : ndarray
-        The same at the slip before (L): for the spacing, otherwise 0.
-    early_low, early_high : ndarray
-        1 where the tip slipped before while the stage moved, which it then did for the rest of a
-        step; 0 where it slipped at rest. One or the other, equally likely.
-    early_mean : ndarray
-        Part of a step that is known of it: 1/2 where the ratio of the frictions has the mean.
     sign : ndarray
         1 where the clamp moved forward, −1 where backward.
-    base, ratio_deviation : ndarray
-        What is added to the ratio of forces at the onset, and the standard deviation of its error.
+    base : ndarray
+        What is added to the friction that the tip needs at the onset.
     lag_low, lag_high : ndarray
         By how much the readings lag behind the clamp (L): by one or the other, equally likely.
     """
@@ -107,13 +96,8 @@ class LastStates(Batch):
     travel: FloatArray
     deviation: FloatArray
     gap: FloatArray
-    gap_before: FloatArray
-    early_low: FloatArray
-    early_high: FloatArray
-    early_mean: FloatArray
     sign: FloatArray
     base: FloatArray
-    ratio_deviation: FloatArray
     lag_low: FloatArray
     lag_high: FloatArray
 
@@ -157,8 +141,6 @@ def friction_of(
     branch: Placed,
     last: LastStates,
     common: FloatArray,
-    step: float = 1.0,
-    onset_of: Callable[[FloatArray, slice], FloatArray] = lambda travel, periods: travel,
     values: Values = MANY,
 ) -> Summary:
     """Propagate every source of uncertainty to μ0.
@@ -170,10 +152,6 @@ def friction_of(
         Of n periods.
     common : ndarray, shape (n,)
         Standard deviation of the error of μ0 that all periods share.
-    step : float
-        Step of the stage (L), where a beginning was missed.
-    onset_of : callable
-        Maps travels of a slice of the periods to displacements at the onset, for the spacing.
     values : Values
 
     Returns
@@ -184,25 +162,18 @@ def friction_of(
     for start in range(0, len(last), BLOCK):
         here = slice(start, start + BLOCK)
         part = last.take(here)
-        onset = onset_of(_travels(part, step, values), here)
+        onset = _onsets(part, values)
         states, _ = branch.above(part.clamp[:, None] + part.clamp_gap[:, None] * values.onset)
         parts.append(summary_of(_frictions(states, onset, part, common[here], values)))
     return Summary.concatenate(parts)
 
 
-def _travels(last: LastStates, step: float, values: Values) -> FloatArray:
-    """Equally likely travels, or displacements, at the onset of slip (L), shape (n, k)."""
-    travel = last.travel[:, None] + last.deviation[:, None] * values.noise
-    travel += last.gap[:, None] * values.onset
+def _onsets(last: LastStates, values: Values) -> FloatArray:
+    """Equally likely displacements at the onset of slip (L), shape (n, k)."""
+    onset = last.travel[:, None] + last.deviation[:, None] * values.noise
+    onset += last.gap[:, None] * values.onset
     lag = last.lag_high - last.lag_low
-    travel += last.lag_low[:, None] + lag[:, None] * values.ahead
-    # The slip before may have been at any step of its gap, of which a recording shows the last.
-    steps = np.maximum(1.0, np.round(np.abs(last.gap_before) / step))[:, None]
-    way, part = np.sign(last.gap_before)[:, None] * step, values.beginning * steps
-    travel += way * np.floor(part)
-    early = last.early_low[:, None] + (last.early_high - last.early_low)[:, None] * values.ahead
-    travel += way * early * (1.0 - part % 1.0 - last.early_mean[:, None])
-    return travel
+    return np.asarray(onset + last.lag_low[:, None] + lag[:, None] * values.ahead)
 
 
 def _frictions(
@@ -216,7 +187,7 @@ def _frictions(
     # As the tip did slip, the onset is neither past the lock nor beyond the end of pulling.
     possible = (onset > states.x0_pull) & (onset <= states.x0_lock)
     needed = states.demand(np.clip(onset, states.x0_pull, states.x0_lock))
-    ratio = needed + last.base[:, None] + last.ratio_deviation[:, None] * values.noise
+    ratio = needed + last.base[:, None]
     mu0 = last.sign[:, None] * ratio + common[:, None] * values.common
     return np.where(possible & (mu0 > 0.0), mu0, np.inf)
 
@@ -235,13 +206,6 @@ def summary_of(values: FloatArray) -> Summary:
             mean, deviation = np.nanmean(finite, axis=1), np.nanstd(finite, axis=1)
             found.put(rows, Summary(mean=mean, deviation=deviation, low=low, high=high))
     return found
-
-
-def normal_summary(branch: Branch, mean: FloatArray, deviation: FloatArray) -> Summary:
-    """Summarise normal distributions of μ0; the intervals end where this rod can slip."""
-    margin = HALF_WIDTH * deviation
-    low, high = np.maximum(mean - margin, 0.0), np.minimum(mean + margin, branch.mu_lock)
-    return Summary(mean=mean, deviation=deviation, low=low, high=high)
 
 
 def common_deviation(effects: FloatArray, shared: FloatArray) -> FloatArray:
