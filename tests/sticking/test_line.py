@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import root
 
 import reference
 from vibrissa import Status, solve_curve, solve_state, stick_slip
@@ -274,3 +275,20 @@ def test_onset_and_force_of_strong_taper_agree_with_an_independent_shooting(pair
     h = 1e-6
     slope = (curve.friction_demand(x0 + h) - curve.friction_demand(x0 - h)) / (2 * h)
     assert (-q / p - mu0) / slope == pytest.approx(0.0, abs=1e-10)
+
+
+@pytest.mark.parametrize("eta", [0.5449, 0.5452, 0.5456])
+def test_line_contact_ends_where_the_contact_point_reaches_the_tip(eta):
+    """Beyond, the equations of line contact have solutions with s_c > 1, which no rod has."""
+    curve = solve_curve(3.003, eta, contact="line", section="planar")
+    last = curve.state(curve.x0_end)
+
+    def misfit(unknowns):
+        _, y, phi, _ = reference.shoot_from_line(3.003, 1.0, *unknowns)
+        return [y - eta, phi - np.pi / 2]
+
+    near = [-last.reaction_fy * (1 + 1e-5), last.reaction_fx * (1 + 1e-5)]
+    p, q = root(misfit, near, tol=1e-13).x
+    x0 = curve.x1_init - reference.shoot_from_line(3.003, 1.0, p, q)[0]
+    # In tip contact the clamp would have to move back from there.
+    assert curve.end == "snaps" and curve.x0_end == pytest.approx(x0, abs=1e-11)

@@ -79,15 +79,22 @@ def test_states_between_the_known_ones(several, name):
         assert getattr(found, column) == pytest.approx(values, abs=1e-11, nan_ok=True), column
 
 
-def test_a_length_beyond_the_tip_is_none():
-    columns = COLUMNS | {"s_c": Polynomial([0.9, 0.2])}
+def test_a_length_beyond_the_tip_is_none_if_it_is_rounding_and_is_shown_if_not():
+    columns = COLUMNS | {"s_c": Polynomial([1.0 - 1e-10, 2e-10])}
     lies, touches = (
         made(start=0.0, stop=1.0, columns=columns, contact=contact)
         for contact in (Contact.LINE, Contact.POINT)
     )
     t = np.array([0.25, 0.75])
-    assert lies.at(t).s_c == pytest.approx([0.95, 1.0], abs=1e-14)
+    assert lies.at(t).s_c == pytest.approx([1.0 - 5e-11, 1.0], abs=1e-14)
     assert touches.at(t).s_c.tolist() == [1.0, 1.0]
+    beyond = made(
+        start=0.0,
+        stop=1.0,
+        columns=COLUMNS | {"s_c": Polynomial([0.9, 0.2])},
+        contact=Contact.LINE,
+    )
+    assert beyond.at(t).s_c == pytest.approx([0.95, 1.05], abs=1e-14)
 
 
 def test_samples_stand_at_equal_distances(several):

@@ -13,11 +13,12 @@ from vibrissa.mechanics.admissibility import (
     TOLERANCE,
     Clearance,
 )
-from vibrissa.numerics.spectral import chebyshev_nodes
+from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
 from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking.piece import MARGINS, Piece, StickingState
 from vibrissa.sticking.solving import finishing, refinement
 from vibrissa.sticking.solving.finishing import STATES_LOOKED_AT
+from vibrissa.sticking.solving.paths import combined
 from vibrissa.sticking.solving.refinement import (
     DECAY_TOLERANCE,
     NODES_ALONG_ROD,
@@ -173,16 +174,15 @@ DEPTH = np.sqrt(1e-8 - TOLERANCE)
 def limit(monkeypatch, **clearances):
     """Look for the end of the admissible shapes, where clearances are known functions of fx."""
 
-    def known(path, contact):
-        t = path.fx.ravel()
+    def known(path, contact, at):
+        t = combined(interpolation(len(path), at), path).fx
         return Clearance(
             **{name: clearances.get(name, lambda t: t + np.inf)(t) for name in Clearance.names()}
         )
 
-    monkeypatch.setattr(finishing, "_clearances", known)
+    monkeypatch.setattr(finishing, "_looked_at", known)
     path = made_states(chebyshev_nodes(17)[:, None])
-    looked = known(made_states(chebyshev_nodes(STATES_LOOKED_AT)), Contact.POINT)
-    return finishing._limit(path, looked, made_pieces([0.0], [1.0]))
+    return finishing._limit(path, Contact.POINT, chebyshev_nodes(STATES_LOOKED_AT))
 
 
 @pytest.mark.parametrize(

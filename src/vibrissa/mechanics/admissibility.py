@@ -33,6 +33,9 @@ from vibrissa.outcomes import Contact
 
 # A shape touches itself or the surface where its clearance is below this (L).
 TOLERANCE = 1e-12
+# Slope (rad) of a tip that lies level, up to rounding: what passes through the surface because of
+# it is far below that tolerance.
+LEVEL = 1e-9
 # Slope (rad) by which a shape may miss a limit at its nodes; distances (L) at which the nodes and
 # the parts of a shape are far from each other.
 NEAR, FAR, APART = 0.05, 0.15, 0.03
@@ -98,8 +101,10 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     Clearance
     """
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
-    if contact is Contact.LINE and states.mounting is not None:
-        found.surface[:] = _tail_clearance(states, states.mounting)
+    if states.mounting is not None:
+        # A level tip is the limit of line contact with a tail of no length.
+        lies = np.full(len(states), contact is Contact.LINE) | (np.abs(ends(states).phi1) <= LEVEL)
+        found.surface[:] = np.where(lies, _tail_clearance(states, states.mounting), np.inf)
     # Without a slope of 0 or π inside the rod rises all the way, and can neither turn nor cross.
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
     near = np.flatnonzero((high > np.pi - NEAR) | (low < 0.0))
@@ -108,7 +113,7 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     # A tip that passes through the surface is no arch.
     touches = np.full(len(near), True)
     if contact is Contact.POINT:
-        touches = ends(states.take(near)).phi1 >= 0.0
+        touches = ends(states.take(near)).phi1 >= -LEVEL
     close = _comes_near(states.take(near), eta[near], touches)
     near, touches = near[close], touches[close]
     if len(near):

@@ -14,6 +14,8 @@ from vibrissa.numerics.batch import slices
 
 # Places at which series are evaluated together: what belongs to them stays in the cache.
 PLACES_AT_ONCE = 256
+# Distance from the real line, or from its end, within which a root counts as one on it.
+ROOT_TOLERANCE = 1e-8
 
 
 class GaussRule(NamedTuple):
@@ -267,6 +269,30 @@ def halfway_interpolation(count: int) -> FloatArray:
     ndarray, shape (count - 1, count)
     """
     return _frozen(interpolation(count, chebyshev_nodes(2 * count - 1)[1::2]))
+
+
+def chebyshev_roots(values: FloatArray) -> FloatArray:
+    """Roots on [0, 1] of the polynomial through values at Chebyshev points.
+
+    Parameters
+    ----------
+    values : ndarray, shape (k,)
+        At `chebyshev_nodes(k)`.
+
+    Returns
+    -------
+    ndarray
+        Increasing.
+    """
+    if values.min() > 0.0 or values.max() < 0.0:
+        return np.empty(0)
+    series = np.trim_zeros(chebyshev_transform(len(values)) @ values, "b")
+    if len(series) < 2:
+        return np.empty(0)
+    roots = chebyshev.chebroots(series)
+    real = np.sort(roots.real[np.abs(roots.imag) < ROOT_TOLERANCE])
+    real = real[np.abs(real) < 1.0 + ROOT_TOLERANCE]
+    return np.asarray(np.clip(0.5 * (real + 1.0), 0.0, 1.0))
 
 
 def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatArray) -> FloatArray:

@@ -31,6 +31,9 @@ SAMPLES = 257
 MARGINS = ("stability", "stability_aside")
 # Order of the spline through states on a step grid.
 SPLINE_DEGREE = 5
+# By how much a contact point may be beyond the tip (L), or the slope of a tip below that of the
+# surface (rad), where the contact changes its kind.
+CONTACT_SLACK = 1e-9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -96,6 +99,11 @@ class Piece:
     def at(self, t: FloatArray) -> StickingState:
         """States at values of the parameter, shape (n,)."""
         return self.alone.at(np.zeros(len(t), dtype=np.int64), t)
+
+
+def rounded_contact(s_c: FloatArray) -> FloatArray:
+    """Contact points of line contact, 1 where they are beyond the tip by rounding alone."""
+    return np.where(s_c > 1.0 + CONTACT_SLACK, s_c, np.minimum(s_c, 1.0))
 
 
 class _Group(Protocol):
@@ -290,7 +298,7 @@ class PieceArray:
         return replace(
             states,
             **exact,
-            s_c=np.where(line, np.minimum(states.s_c, 1.0), 1.0),
+            s_c=np.where(line, rounded_contact(states.s_c), 1.0),
             phi1=np.where(line, 0.0, states.phi1),
             x0=np.where(self.by_x0[of], t, states.x0),
         )

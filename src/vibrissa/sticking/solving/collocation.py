@@ -21,7 +21,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
 from vibrissa.sticking.assembly import Solved, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
-from vibrissa.sticking.piece import PieceArray
+from vibrissa.sticking.piece import CONTACT_SLACK, PieceArray
 from vibrissa.sticking.solving.beginning import Rods, begin_mounted
 from vibrissa.sticking.solving.continuation import (
     ahead_of_clamp,
@@ -331,7 +331,7 @@ def _to_be_assembled(
 
 def _is_possible(curve: StickingCurve) -> bool:
     """Whether no piece has the other kind of contact than it was cut out for."""
-    pieces, slack = PieceArray(pieces=(*curve.pulled, *curve.pieces)), 1e-9
+    pieces, slack = PieceArray(pieces=(*curve.pulled, *curve.pieces)), CONTACT_SLACK
     phi1, s_c = pieces.samples.phi1, pieces.samples.s_c
     lies = pieces.line[:, None]
     return bool(np.where(lies, (0.0 < s_c) & (s_c <= 1.0 + slack), phi1 >= -slack).all())

@@ -12,7 +12,7 @@ from vibrissa.mechanics.equations import contact_position
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
+from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_roots, interpolation
 from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.assembly import Limit
 from vibrissa.sticking.piece import Piece, StickingState
@@ -23,9 +23,9 @@ LIMIT_TOLERANCE = 1e-11
 # A piece with less clearance than this (L) is looked at closely, at so many states in each interval
 # in which a place is sought.
 CLOSE, ZOOM = 0.1, 17
-# The margin of stability is smooth and costs more than a state, and a shape that is inadmissible
-# stays so for long: fewer states tell both.
-STATES_LOOKED_AT = 17
+# The margin of stability is smooth and costs more than a state: fewer states give it. A straight
+# rod that is inadmissible stays so for long, too; a curved one may be so for a short while only.
+STATES_LOOKED_AT, STATES_OF_CURVED = 17, 65
 # Part of the nodes that tells the margins as well as these states do, and the fewest for each.
 STABILITY_NODES = 0.45
 FEWEST_STABILITY_NODES, FEWEST_NODES_ASIDE = 16, 12
@@ -90,18 +90,20 @@ def finished(
     )
     if pieces.parameter is Parameter.X0:
         states = replace(states, x0=pieces.value(chebyshev_nodes(count)))
-    looked = _clearances(few, pieces.contact).each(
-        lambda values: values.reshape(STATES_LOOKED_AT, -1)
-    )
+    places = position if path.mounting is None else chebyshev_nodes(STATES_OF_CURVED)
+    looked = _looked_at(path, pieces.contact, places)
     nearest = looked.smallest
     for row in range(len(pieces)):
         start, length = float(pieces.start[row]), float(pieces.length[row])
         limit = Limit()
-        if nearest[:, row].min() < CLOSE:
-            only = np.array([row])
-            share, how = _limit(
-                of_pieces(path, only), looked.take((slice(None), row)), pieces.take(only)
-            )
+        # Just before its tip comes to lie level, a rod curved towards the surface arches over it;
+        # from there on its tip passes through the surface, and no arch counts.
+        level = np.empty(0)
+        if path.mounting is not None and pieces.contact is Contact.POINT:
+            level = chebyshev_roots(states.phi1[:, row])
+        if len(level) or nearest[:, row].min() < CLOSE:
+            only = of_pieces(path, np.array([row]))
+            share, how = _limit(only, pieces.contact, np.union1d(places, level))
             limit = Limit(start + share * length, how)
         piece = Piece(
             contact=pieces.contact,
@@ -151,27 +153,34 @@ def _margin_aside(level: FloatArray) -> Mapping[str, float]:
     return {"stability_aside": 1.0}
 
 
-def _clearances(path: RodStates, contact: Contact) -> Clearance:
-    """Clearances of the states of a path, as one batch."""
-    states = flat(path)
-    return clearances(states, contact_position(states)[1], contact)
+def _looked_at(path: RodStates, contact: Contact, at: FloatArray) -> Clearance:
+    """Clearances at fractions of the pieces of a path, of shape (places, pieces)."""
+    states = flat(combined(interpolation(len(path), at), path))
+    found = clearances(states, contact_position(states)[1], contact)
+    return found.each(lambda values: values.reshape(len(at), -1))
 
 
-def _limit(path: RodStates, looked: Clearance, piece: Pieces) -> tuple[float, str]:
+def _limit(path: RodStates, contact: Contact, at: FloatArray) -> tuple[float, str]:
     """First fraction of a piece at which its shape is inadmissible, and how; NaN if nowhere.
 
-    The clearances are known at `STATES_LOOKED_AT` Chebyshev points; the place is sought between.
+    Parameters
+    ----------
+    path : RodStates
+        Of one piece.
+    contact : Contact
+    at : ndarray
+        Increasing fractions at which clearances are looked at. The place is sought between.
     """
 
     def look(at: FloatArray) -> Clearance:
-        return _clearances(combined(interpolation(len(path), at), path), piece.contact)
+        return _looked_at(path, contact, at).each(np.ravel)
 
     def clearance(name: str) -> Callable[[FloatArray], FloatArray]:
         return lambda at: look(at).columns[name]
 
-    at = chebyshev_nodes(STATES_LOOKED_AT)
-    for k in range(STATES_LOOKED_AT):
-        before, after = max(k - 1, 0), min(k + 1, STATES_LOOKED_AT - 1)
+    looked = look(at)
+    for k in range(len(at)):
+        before, after = max(k - 1, 0), min(k + 1, len(at) - 1)
         beyond = float(at[k]) if looked.smallest[k] < -TOLERANCE else np.nan
         # Each is smooth by itself; the smallest of them is not.
         for name, values in looked.columns.items():

@@ -26,7 +26,7 @@ from vibrissa.numerics.spectral import (
     halfway_interpolation,
     step_weights,
 )
-from vibrissa.sticking.piece import MARGINS, StickingState
+from vibrissa.sticking.piece import MARGINS, StickingState, rounded_contact
 from vibrissa.sticking.solving.finishing import Resolved, finished
 from vibrissa.sticking.solving.paths import (
     Pieces,
@@ -248,8 +248,7 @@ def _sticking_states(path: RodStates, pieces: Pieces) -> StickingState:
         reaction_fy=path.fy,
         reaction_m=moment,
         phi1=phi1,
-        # Where the contact changes its kind, 1 up to rounding.
-        s_c=np.where(path.s_c > 1.0 + ROUNDED_TOLERANCE, path.s_c, np.minimum(path.s_c, 1.0)),
+        s_c=rounded_contact(path.s_c),
         stability=np.full(path.fx.shape, np.nan),
         stability_aside=np.full(path.fx.shape, np.nan),
     )
