@@ -57,6 +57,8 @@ class Bench:
         Distance of the clamp from the surface, along its normal, at the start (L).
     incline : float
         Inclination of the surface (rad).
+    slope, slope_length, slope_phase : float
+        Amplitude (rad), length (L) and phase (rad) of a wave of the slope about that.
     friction : Friction
     slip : Slip
     kinetic_ratio : float
@@ -75,6 +77,9 @@ class Bench:
     rod: Rod = field(default_factory=Rod)
     eta: float = 0.85
     incline: float = 0.0
+    slope: float = 0.0
+    slope_length: float = 0.3
+    slope_phase: float = 0.0
     friction: Friction = field(default_factory=Friction)
     slip: Slip = Slip.KINETIC
     kinetic_ratio: float = 0.8
@@ -141,7 +146,16 @@ class _Surface:
     def height(self, x):
         """Of the surface over the way of the stage."""
         incline = self.bench.incline
-        return (self.bench.eta - x * np.sin(incline)) / np.cos(incline)
+        wave = self.bench.slope * self.bench.slope_length / (2.0 * np.pi)
+        line = (self.bench.eta - x * np.sin(incline)) / np.cos(incline)
+        return line + wave * np.cos(self._phase(x))
+
+    def _phase(self, x):
+        return 2.0 * np.pi * x / self.bench.slope_length + self.bench.slope_phase
+
+    def inclination(self, x):
+        """Inclination of the surface at places over the way of the stage (rad)."""
+        return self.bench.incline + self.bench.slope * np.sin(self._phase(x))
 
     def place(self, x):
         """Place along the surface of the point at x."""
@@ -155,7 +169,7 @@ class _Surface:
     def needed(self, stage, x):
         """Friction that a tip at x needs to stick: ft/fn, positive where it is pushed."""
         fx, fy, _ = np.moveaxis(self.loads(stage, x), -1, 0)
-        cosine, sine = np.cos(self.bench.incline), np.sin(self.bench.incline)
+        cosine, sine = np.cos(self.inclination(x)), np.sin(self.inclination(x))
         return (fx * cosine - fy * sine) / (fx * sine + fy * cosine)
 
     def mu0(self, x):
@@ -214,7 +228,8 @@ def scan(bench, step, turns, noise, seed):
     heights = bench.eta / np.cos(bench.incline) - np.tan(bench.incline) * np.array(
         [stage.min() + 0.2, stage.max() + 0.6]
     )
-    states = States.tabulated(bench.rod, heights.min(), heights.max())
+    wave = abs(bench.slope) * bench.slope_length / (2.0 * np.pi)
+    states = States.tabulated(bench.rod, heights.min() - wave, heights.max() + wave)
     surface = _Surface(bench=bench, states=states)
     tip, period = _stuck(surface, stage)
     loads = surface.loads(stage, tip)

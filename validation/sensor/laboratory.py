@@ -144,6 +144,7 @@ ROWS = (
         sizes={"drift_force_x": _DRIFT, "drift_force_y": _DRIFT},
         forces_alone=True,
     ),
+    _one("slope of the surface ±1° over 30 mm", "surface_slope", 0.0123),
     Row(title="tip slips while the stage moves", sizes={}, on_the_way=True),
 )
 

@@ -93,6 +93,12 @@ def _oblique(bench, sizes):
     )
 
 
+def _wavy(bench, sizes):
+    """Make the slope of the surface a wave of this root mean square, alike over some 5 mm."""
+    (size,) = sizes.tolist()
+    return replace(bench, slope=np.sqrt(2.0) * size, slope_phase=bench.friction.phase + 1.0)
+
+
 def _longer(bench, sizes):
     """Make the rod longer: the bench is in its units, what is read in those of the believed one."""
     ratio = 1.0 + float(sizes[0])
@@ -101,6 +107,7 @@ def _longer(bench, sizes):
         eta=bench.eta / ratio,
         scale=(1.0 + bench.scale) / ratio - 1.0,
         friction=replace(bench.friction, length=bench.friction.length / ratio),
+        slope_length=bench.slope_length / ratio,
         transducer=bench.transducer @ np.diag([ratio**-2, ratio**-2, ratio**-1]),
     )
 
@@ -120,6 +127,7 @@ MISTAKES = {
     "clamp_compliance": Mistake(made=_of_rod("compliance"), positive=True),
     "curvature": Mistake(made=_of_rod("curvature")),
     "stage_angle": Mistake(made=_oblique),
+    "surface_slope": Mistake(made=_wavy),
     "modulus": Mistake(made=_of_loads(stiffer)),
     "diameter": Mistake(made=_of_loads(lambda part: stiffer((1.0 + part) ** 4 - 1.0))),
     "length": Mistake(made=_longer),

@@ -307,7 +307,7 @@ def test_a_rod_that_is_given_changes_nothing():
     ("asked", "said"),
     [
         ({"method": "forces"}, "ratio"),
-        ({"method": "ratio", "tolerances": {"theta": "2 %"}}, "crosstalk, got 'theta'"),
+        ({"method": "ratio", "tolerances": {"theta": "2 %"}}, "surface_slope, got 'theta'"),
         ({"method": "ratio", "tolerances": {"zero_force_x": "-1 mN"}}, "not be negative"),
     ],
 )

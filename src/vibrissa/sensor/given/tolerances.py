@@ -130,6 +130,14 @@ TOLERABLE = {
             size=np.deg2rad(0.5), reason="no sheet; a surface laid on the stage: 0.9 mm on 100"
         ),
     ),
+    "surface_slope": Tolerable(
+        kind=Kind.ANGLE,
+        what="slope of the surface from place to place, alike over 5 mm",
+        assumed=Assumed(
+            size=np.deg2rad(0.5),
+            reason="no sheet; ±1° over some mm of a ground or milled surface are two deviations",
+        ),
+    ),
     "modulus": Tolerable(
         kind=Kind.STRESS,
         what="Young's modulus",

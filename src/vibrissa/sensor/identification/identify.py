@@ -1,6 +1,7 @@
 """Identification of friction with a whisker, in the units of its rod."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,8 @@ from vibrissa.sensor.identification.both import (
 )
 from vibrissa.sensor.identification.preparing.settling import Told
 from vibrissa.sensor.identification.reading.carried import Carried, bearing_tolerances
+from vibrissa.sensor.identification.reading.slope import LENGTH, OWN_LENGTH, on_a_slope
+from vibrissa.sensor.identification.reading.slope import NAME as SLOPE
 from vibrissa.sensor.identification.recording import (
     Method,
     Recording,
@@ -188,7 +191,7 @@ def identify(
     errors = Carried.of(sizes, Bench.of(recording, sensor, units.channels))
     alone = WithoutRod(recording=recording, noise=given, errors=errors, stated=stated, units=units)
     if whisker is None or whisker.units != units:
-        return alone.read()
+        return _on_a_slope(alone.read(), sizes)
     with_rod = WithRod(
         whisker=whisker,
         recording=recording,
@@ -200,5 +203,13 @@ def identify(
         progress=progress,
     )
     if method is Method.RATIO:
-        return ratio_beside_model(alone, with_rod)
-    return model_beside_ratio(with_rod, alone)
+        return _on_a_slope(ratio_beside_model(alone, with_rod), sizes)
+    return _on_a_slope(model_beside_ratio(with_rod, alone), sizes)
+
+
+def _on_a_slope(found: Identification, sizes: Mapping[str, float]) -> Identification:
+    """Widen what was read by the slope of the surface, which both readings share."""
+    slope, units = sizes.get(SLOPE, 0.0), found.units
+    length = LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_LENGTH
+    periods = on_a_slope(found.periods, slope)
+    return replace(found, periods=periods, slope=slope, slope_length=length)

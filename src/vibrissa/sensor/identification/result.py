@@ -11,6 +11,7 @@ from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
 from vibrissa.sensor.identification.friction import Periods, PeriodStatus
 from vibrissa.sensor.identification.misfit.beside import Beside
 from vibrissa.sensor.identification.misfit.doubts import Grade
+from vibrissa.sensor.identification.reading.slope import alike, slope_errors
 from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.identification.summary import EXPLAINS, NAMED, FrictionSummary, summary_of
 from vibrissa.sensor.quantities import Kind, Units
@@ -37,6 +38,9 @@ class Identification(Tabular):
         What was adjusted, and how well it is known now.
     covariance : ndarray, shape (k, k)
         Of what remains of their errors, in their order.
+    slope, slope_length : float
+        Standard deviation of the slope of the surface (rad), and over which distance it is alike
+        (L).
     far : tuple of Tolerance
         What is by the recording far from what was given, the farthest first.
     """
@@ -47,6 +51,8 @@ class Identification(Tabular):
     beside: Beside | None = None
     tolerances: tuple[Tolerance, ...] = ()
     covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    slope: float = 0.0
+    slope_length: float = np.inf
     far: tuple[Tolerance, ...] = ()
 
     @property
@@ -62,12 +68,15 @@ class Identification(Tabular):
         Tolerances make those of different periods depend on each other.
         """
         periods = self.periods
-        own = periods.deviation**2 - periods.common**2
+        error = slope_errors(np.nan_to_num(periods.mu0), self.slope)
+        place = periods.footpoint
+        slopes = np.outer(error, error) * alike(place, place, self.slope_length)
+        own = np.diag(periods.deviation**2 - periods.common**2 - error**2) + slopes
         if self.setup is None:
-            return np.asarray(periods.shifts @ periods.shifts.T + np.diag(own))
+            return np.asarray(periods.shifts @ periods.shifts.T + own)
         if not self.tolerances:
-            return np.diag(own + periods.common**2)
-        return np.asarray(periods.effects @ self.covariance @ periods.effects.T + np.diag(own))
+            return np.asarray(own + np.diag(periods.common**2))
+        return np.asarray(periods.effects @ self.covariance @ periods.effects.T + own)
 
     def summary(self) -> FrictionSummary:
         """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""
@@ -81,6 +90,8 @@ class Identification(Tabular):
             unknowns=("how the forces curve",) if self.setup is None else (),
             tolerances=tuple(one.of for one in self.tolerances),
             covariance=self.covariance,
+            slope=self.slope,
+            slope_length=self.slope_length,
             causes=tuple(causes)[:NAMED],
             beside=self.beside,
             far=self._far(),

@@ -17,6 +17,8 @@ the weights w_i = 1/(n_i² + t² + s'_i²), normalised,
     mean = Σ w_i·μ_i,   random² = Σ w_i²·(n_i² + s_i² − s'_i²),
     common² = (Σ w_i·s'_i)² + Σ_k (Σ_i w_i·c_ik)².
 
+The slope of the surface is in n_i; what neighbours share of it is added to random².
+
 This is the mean over the places where the tip slipped. How far it is from that of other places is
 another question: places that are near to each other may be alike.
 
@@ -39,6 +41,8 @@ from vibrissa.sensor.identification.friction import Periods, PeriodStatus
 from vibrissa.sensor.identification.misfit.beside import Beside
 from vibrissa.sensor.identification.misfit.doubts import Grade
 from vibrissa.sensor.identification.misfit.goodness import LEVEL, Goodness
+from vibrissa.sensor.identification.reading.slope import NAME as SLOPE
+from vibrissa.sensor.identification.reading.slope import slope_errors, variance_of_mean
 from vibrissa.sensor.identification.reading.uncertainty import COVERAGE
 from vibrissa.wording import counted
 
@@ -59,7 +63,7 @@ class Source(StrEnum):
     """Where the uncertainty of one period comes from."""
 
     STEP = "the step of the stage"
-    READINGS = "the noise of the readings"
+    READINGS = "the noise of the readings and the slope of the surface"
     COMMON = "what is not known of the setup"
 
 
@@ -228,6 +232,8 @@ def summary_of(
     unknowns: Sequence[str] = (),
     tolerances: Sequence[str] = (),
     covariance: FloatArray | None = None,
+    slope: float = 0.0,
+    slope_length: float = np.inf,
     causes: tuple[str, ...] = (),
     beside: Beside | None = None,
     far: tuple[str, ...] = (),
@@ -243,6 +249,9 @@ def summary_of(
         Of which tolerance each effect of the periods is.
     covariance : ndarray, shape (k, k), optional
         Of what remains of their errors.
+    slope, slope_length : float
+        Standard deviation of the slope of the surface (rad), and over which distance it is alike
+        (L).
     causes : tuple of str
         What may be other than it was given, if the recording does not fit.
     beside : Beside, optional
@@ -275,11 +284,19 @@ def summary_of(
     if not used.any():
         return known
     some = periods.take(used)
-    if covariance is None or not tolerances:
-        return _with_mean(known, some, unknowns)
-    found = _with_mean(known, some, ("tolerances", *unknowns))
-    effect = _weights_of(some) @ some.effects
-    return replace(found, if_exact=if_exact(effect, covariance, tolerances, found.deviation))
+    error, weights = slope_errors(some.mu0, slope), _weights_of(some)
+    by_slope = variance_of_mean(weights, error, some.footpoint, slope_length)
+    # Neighbours have much of it in common.
+    more = by_slope - float(weights**2 @ error**2)
+    adjusted = covariance is not None and bool(tolerances)
+    found = _with_mean(known, some, ("tolerances", *unknowns) if adjusted else unknowns)
+    found = replace(found, random=float(np.sqrt(found.random**2 + more)))
+    exact = {}
+    if covariance is not None and tolerances:
+        exact = if_exact(weights @ some.effects, covariance, tolerances, found.deviation)
+    if slope > 0.0:
+        exact[SLOPE] = float(np.sqrt(max(0.0, found.deviation**2 - by_slope)))
+    return replace(found, if_exact=dict(sorted(exact.items(), key=lambda item: item[1])))
 
 
 def if_exact(

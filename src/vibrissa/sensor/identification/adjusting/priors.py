@@ -5,6 +5,7 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances
 from vibrissa.sensor.identification.adjusting.adjustment import Prior
+from vibrissa.sensor.identification.reading.slope import NAME as SLOPE
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.whisker import Whisker
 
@@ -27,6 +28,8 @@ def prior_of(whisker: Whisker, recording: Recording, noise: FloatArray, assume: 
     """
     assumed = assumed_tolerances(whisker.units, noise) if assume else {}
     sizes = {**assumed, **whisker.tolerances}
+    # No reading tells it: it widens what was read.
+    sizes.pop(SLOPE, None)
     there = [bool(np.isfinite(column).all()) for column in recording.readings.T]
 
     def matters(name: str) -> bool:

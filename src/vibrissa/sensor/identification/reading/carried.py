@@ -10,6 +10,7 @@ from vibrissa.errors import UnknownNameError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.identification.adjusting.properties import Bench, Component, components_of
+from vibrissa.sensor.identification.reading.slope import NAME as SLOPE
 from vibrissa.sensor.identification.recording import Recording
 from vibrissa.sensor.quantities import Quantity, Units
 
@@ -106,9 +107,10 @@ def bearing_tolerances(
         If one that is given does not change the ratio, is no such quantity, or negative.
     """
     for name in given:
-        if name not in BEARING:
+        if name not in (*BEARING, SLOPE):
             raise UnknownNameError(
-                f"the method ratio uses no rod: a tolerance is of one of {', '.join(BEARING)}, "
+                f"the method ratio uses no rod: a tolerance is of one of "
+                f"{', '.join((*BEARING, SLOPE))}, "
                 f"got {name!r}"
             )
     assumed = assumed_tolerances(units, noise) if assume else {}
