@@ -242,7 +242,7 @@ def test_which_limit_leaves_nothing(coarse):
 
 
 def test_no_curve_is_said_so():
-    result = design(asked(**PAPER | {"theta": "1000", "eta": "0.05"}))
+    result = design(asked(**PAPER | {"theta": "50", "eta": "0.05"}))
     assert result.status is DesignStatus.FAILED and "could be solved" in result.message
 
 

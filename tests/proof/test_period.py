@@ -19,6 +19,10 @@ from vibrissa.proof.krawczyk import examined
 QUICK = Effort(bits=96, order=24, steps=12)
 
 
+def test_a_ball_around_zero_has_no_sign():
+    assert spelled(arb("-1e-30", 1e-3)).startswith("0.000")
+
+
 @pytest.fixture(scope="module")
 def proved():
     return onset(2, 0.4, 0.85)

@@ -121,16 +121,15 @@ def test_onset_that_locks_names_the_limit():
 
 
 def test_onset_that_cannot_be_solved_is_failed():
-    onset = solve_onset(theta=1000, mu0=0.3, eta=0.05)
+    onset = solve_onset(theta=50, mu0=0.3, eta=0.05)
     assert onset.status is Status.FAILED
     assert "try a larger eta" in onset.message
 
 
 @pytest.mark.filterwarnings("error")
-def test_the_largest_taper_is_not_solved_and_says_so():
+def test_the_largest_taper_is_solved():
     onset = solve_onset(theta=MOST_TAPER, mu0=0.3, eta=0.85)
-    assert onset.status is Status.FAILED
-    assert "a theta closer to 1" in onset.message
+    assert onset.status is Status.SLIP and onset.residual < 1e-11
 
 
 @pytest.mark.slow
@@ -145,12 +144,15 @@ def test_onset_out_of_reach_says_why():
     [
         ({"theta": 0.99}, "theta"),
         ({"theta": float("nan")}, "theta"),
-        ({"theta": 100001.0}, "theta .* between 1 and 100000, got 100001"),
-        ({"theta": 1e300}, "theta .* between 1 and 100000, got 1e.300"),
+        ({"theta": 50.1}, "theta .* between 1 and 50, got 50.1"),
+        ({"theta": 1e300}, "theta .* between 1 and 50, got 1e.300"),
         ({"eta": 0.0}, "eta"),
         ({"eta": 1.0}, "eta"),
         ({"mu0": 0.0}, "mu0"),
         ({"mu0": -0.1}, "mu0"),
+        ({"mu0": float("inf")}, "mu0 must be positive and finite, got inf"),
+        ({"mu0": float("nan")}, "mu0 must be positive and finite, got nan"),
+        ({"dx0": float("inf")}, "dx0 must be positive and finite, got inf"),
         ({"dx0": 0.0}, "dx0"),
         ({"method": "magic"}, "method"),
         ({"section": "square"}, "section"),

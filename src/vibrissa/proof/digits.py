@@ -26,7 +26,8 @@ def decimals(ball: arb) -> tuple[Decimal, Decimal]:
         exact, error = Decimal(middle).scaleb(exponent), Decimal(radius).scaleb(exponent)
         last = error.adjusted() - 1 if error else min(exponent, 0)
         place = Decimal(1).scaleb(max(last, exact.adjusted() - DIGITS))
-        midpoint = exact.quantize(place)
+        # Zero has no sign.
+        midpoint = exact.quantize(place) + 0
         context.rounding = ROUND_CEILING
         return midpoint, (error + abs(exact - midpoint)).quantize(place)
 

@@ -1,5 +1,6 @@
 """One state, one curve, one onset: what a person uses in a notebook."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -23,8 +24,8 @@ from vibrissa.sticking.solving import collocation
 from vibrissa.sticking.solving.offsets import solve_offsets
 from vibrissa.sticking.stiction import Stiction, read_curve
 
-# A rod of 1 mm at the clamp would have a tip of 10 nm.
-MOST_TAPER = 1e5
+# Beyond, few rods are solved: the tip of one of 1 mm at the clamp would have less than 20 µm.
+MOST_TAPER = 50.0
 # Curves that are kept, some kilobytes each: whoever varies mu0 asks for the same one again.
 KEPT_CURVES = 256
 
@@ -464,10 +465,9 @@ def solve_onset(
 
 def _check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
     _check_numbers(mu0=mu0, **({} if dx0 is None else {"dx0": dx0}))
-    if not exact(mu0) > 0:
-        raise ArgumentError(f"mu0 must be positive, got {mu0!r}")
-    if dx0 is not None and not exact(dx0) > 0:
-        raise ArgumentError(f"dx0 must be positive, got {dx0!r}")
+    for name, value in {"mu0": mu0, "dx0": dx0}.items():
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise ArgumentError(f"{name} must be positive and finite, got {value!r}")
 
 
 def onset_on(
