@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
+from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances, told
 from vibrissa.sensor.identification.adjusting.properties import Bench
 from vibrissa.sensor.identification.both import (
     WithoutRod,
@@ -191,7 +191,7 @@ def identify(
     errors = Carried.of(sizes, Bench.of(recording, sensor, units.channels))
     alone = WithoutRod(recording=recording, noise=given, errors=errors, stated=stated, units=units)
     if whisker is None or whisker.units != units:
-        return _on_a_slope(alone.read(), sizes)
+        return _on_a_slope(_with_tare_note(alone.read()), sizes)
     with_rod = WithRod(
         whisker=whisker,
         recording=recording,
@@ -205,6 +205,21 @@ def identify(
     if method is Method.RATIO:
         return _on_a_slope(ratio_beside_model(alone, with_rod), sizes)
     return _on_a_slope(model_beside_ratio(with_rod, alone), sizes)
+
+
+def _with_tare_note(found: Identification) -> Identification:
+    """Say that nothing checks the tare, where nobody has stated how well the zeros are known."""
+    zeros = [one for one in found.tolerances if one.of.startswith("zero_") and not one.stated]
+    if not zeros:
+        return found
+    size, unit = told(zeros[0].of, zeros[0].tolerance, found.units)
+    note = (
+        f"no reading checks the tare: the zeros of both forces are taken to be right to ± "
+        f"{size:.2g} {unit}. If they were not tared in air, this friction is wrong; state "
+        "zero_force_x and zero_force_y"
+    )
+    notes = (*found.periods.notes, note)
+    return replace(found, periods=replace(found.periods, notes=notes))
 
 
 def _on_a_slope(found: Identification, sizes: Mapping[str, float]) -> Identification:
