@@ -70,6 +70,9 @@ def identify(
         typer.Option(help="By which the readings lag, as a low-pass filter makes them: '4 ms'."),
     ] = None,
     picture: Picture = None,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Say what was assumed, and what was adjusted.")
+    ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
 
@@ -104,22 +107,24 @@ def identify(
         say(text, output)
     for note in found.periods.notes:
         typer.echo(note, err=True)
-    for text in _tolerated(found):
+    for text in _tolerated(found, verbose):
         say(text, output)
 
 
-def _tolerated(found: Identification) -> Iterator[str]:
+def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:
     """Say which tolerances were assumed, and what of them the recording tells or leaves."""
     unstated = (one for one in found.tolerances if not one.stated)
     assumed = list(dict.fromkeys(one.of for one in unstated))
     if assumed:
         yield (
-            f"Nothing is stated about {', '.join(assumed)}: tolerances are assumed "
-            "(docs/tolerances.md); state yours, or --tolerance exact"
+            f"{counted(len(assumed), 'tolerance')} assumed, see --verbose and the page Tolerances; "
+            "state yours with --tolerance name=size"
         )
+        if verbose:
+            yield f"assumed: {', '.join(assumed)}"
     left = found.summary().if_exact
     for one in found.tolerances:
         moved = not one.wave and one.surprise > FAR
-        if (one.stated and not one.wave) or moved:
+        if (verbose and one.stated and not one.wave) or moved:
             exact = f"; if it were exact, mu0 ± {left[one.of]:.2g}" if one.of in left else ""
             yield f"{one.spelled(found.units)}{exact}"

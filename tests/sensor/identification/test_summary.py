@@ -169,11 +169,11 @@ def said_of(**change):
 def test_a_recording_fits_only_with_a_height_that_is_far_from_the_given_one():
     found = said_of(eta=WHISKER.eta + 0.01)
     lines = str(found).splitlines()
-    assert found.goodness.fits and "The recording fits what was given." not in lines
+    assert found.goodness.fits
     (line,) = (line for line in lines if "fits only" in line)
     assert line.startswith("The recording fits only with eta smaller by ")
     assert line.endswith("standard deviations): measure it again, or give it a wider tolerance")
-    assert "The recording fits what was given." in str(said_of()).splitlines()
+    assert "fit" not in str(said_of())
 
 
 @pytest.mark.slow
@@ -356,5 +356,5 @@ def test_a_mean_is_told_to_two_digits_of_its_error(error, said):
 def test_a_recording_without_degrees_of_freedom_says_nothing_of_its_fit():
     known = {"mean": 0.3, "random": 0.01, "common": 0.0, "periods": 1, "used": 1}
     for degrees, said in ((0, False), (1, True)):
-        fit = Goodness(chi2=1.0, degrees=degrees, noise_degrees=np.inf)
+        fit = Goodness(chi2=99.0, degrees=degrees, noise_degrees=np.inf)
         assert ("degree of freedom" in str(FrictionSummary(**known, goodness=fit))) == said

@@ -191,7 +191,7 @@ def test_tolerances_on_the_command_line(tmp_path):
     }
     series.write(tmp_path / "scan.csv", columns)
     given = ["--theta", "2", "--eta", "0.85", "-o", str(tmp_path / "found.csv")]
-    given += ["--noise", ", ".join(f"{value:.9g}" for value in NOISE)]
+    given += ["--verbose", "--noise", ", ".join(f"{value:.9g}" for value in NOISE)]
 
     def said(*more):
         return CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *given, *more])

@@ -370,7 +370,7 @@ def test_standard_input_and_output(tmp_path):
     assert "read as cp1252" in piped.stderr and "751 rows" in piped.stderr
     found = run("identify", "-", *WHISKER, *SI, "-o", "-", text=piped.stdout)
     assert found.exit_code == 0 and found.stdout.startswith("status,contact [m]")
-    assert "chi2" in found.stderr and found.stdout.count("\n") == 17
+    assert "is random" in found.stderr and found.stdout.count("\n") == 17
     simulated = run("scan", *WHISKER, "--mu0", 0.3, "--step", 0.01, "--to", 0.2, "-o", "-")
     assert simulated.exit_code == 0 and simulated.stdout.count("\n") == 22
 

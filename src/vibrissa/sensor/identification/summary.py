@@ -51,8 +51,6 @@ from vibrissa.wording import counted
 MOST_WRONG = 0.5
 # What leaves more of the standard deviation if it were exact is not to be measured first.
 HELPS = 0.95
-# A smaller part of the variance is not named.
-SHOWN = 0.005
 # So many causes of a misfit are named, of those that explain this part of it.
 NAMED, EXPLAINS = 3, 0.1
 # Part of a variance that rounding leaves of a difference, and a variance that is none.
@@ -160,11 +158,8 @@ class FrictionSummary:
             yield f"{self.doubtful} of them {are} in doubt: see the columns grade and doubt"
         if self.beside is not None and self.beside.compared:
             yield self._compared(self.beside)
-        if self.degrees:
-            yield self._surface()
-        shown = {source: part for source, part in self.sources.items() if part >= SHOWN}
-        parts = ", ".join(f"{source} {part:.0%}" for source, part in shown.items())
-        yield f"one period: ± {self.single:.2g}; its variance is by {parts}"
+        if self.degrees and self.varies:
+            yield f"mu0 differs from place to place by ± {self.variation:.2g}"
 
     def _mean(self) -> Iterator[str]:
         left = ", ".join(f"{number} {why}" for why, number in self.left.items())
@@ -192,18 +187,16 @@ class FrictionSummary:
         fit = self.goodness
         if fit is None or not fit.degrees > 0:
             return
-        of = f"{fit.ratio:.4g} per degree of freedom, of which there are {fit.degrees}"
-        yield f"chi2 = {of}; its chance is {fit.chance:.2g}"
         if fit.fits and self.far:
             yield f"The recording fits only with {self.far[0]}"
             yield from self.far[1:]
             return
         if fit.fits:
-            yield "The recording fits what was given."
             return
         may = "What may be other, each if it alone is:"
         found = may if self.causes else "No single thing that is other explains it."
-        yield f"The recording does not fit what was given. {found}"
+        size = f"chi2 is {fit.ratio:.3g} per degree of freedom"
+        yield f"The recording does not fit what was given ({size}). {found}"
         for text in self.causes:
             yield f"  {text}"
         for name, part in fit.noisier.items():
@@ -219,12 +212,6 @@ class FrictionSummary:
         said = "they agree" if beside.agrees else "they disagree: one of them is wrong"
         of = f"the model of the rod and the ratio of the forces differ {beside.size}"
         return f"{of} in {counted(beside.number, 'period')}: {said}"
-
-    def _surface(self) -> str:
-        test = f"chi2 of the means: {self.chi2:.4g}, {self.degrees} degrees of freedom"
-        if self.varies:
-            return f"mu0 varies from place to place by ± {self.variation:.2g} ({test})"
-        return f"mu0 does not vary from place to place by more than its errors ({test})"
 
 
 def summary_of(
