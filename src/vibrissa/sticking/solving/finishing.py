@@ -23,9 +23,9 @@ LIMIT_TOLERANCE = 1e-11
 # A piece with less clearance than this (L) is looked at closely, at so many states in each interval
 # in which a place is sought.
 CLOSE, ZOOM = 0.1, 17
-# The margin of stability is smooth and costs more than a state: fewer states give it. A straight
-# rod that is inadmissible stays so for long, too; a curved one may be so for a short while only.
-STATES_LOOKED_AT, STATES_OF_CURVED = 17, 65
+# The margin of stability is smooth and costs more than a state, and a shape that is inadmissible
+# stays so for long, or until its tip is level: fewer states tell both.
+STATES_LOOKED_AT = 17
 # Part of the nodes that tells the margins as well as these states do, and the fewest for each.
 STABILITY_NODES = 0.45
 FEWEST_STABILITY_NODES, FEWEST_NODES_ASIDE = 16, 12
@@ -90,8 +90,7 @@ def finished(
     )
     if pieces.parameter is Parameter.X0:
         states = replace(states, x0=pieces.value(chebyshev_nodes(count)))
-    places = position if path.mounting is None else chebyshev_nodes(STATES_OF_CURVED)
-    looked = _looked_at(path, pieces.contact, places)
+    looked = _looked_at(path, pieces.contact, position)
     nearest = looked.smallest
     for row in range(len(pieces)):
         start, length = float(pieces.start[row]), float(pieces.length[row])
@@ -103,7 +102,7 @@ def finished(
             level = chebyshev_roots(states.phi1[:, row])
         if len(level) or nearest[:, row].min() < CLOSE:
             only = of_pieces(path, np.array([row]))
-            share, how = _limit(only, pieces.contact, np.union1d(places, level))
+            share, how = _limit(only, pieces.contact, np.union1d(position, level))
             limit = Limit(start + share * length, how)
         piece = Piece(
             contact=pieces.contact,
