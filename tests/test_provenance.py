@@ -37,7 +37,7 @@ def clone(tmp_path, monkeypatch):
     for name in names:
         path = tmp_path / name
         if (ROOT / name).is_dir():
-            path /= "vibrissa/provenance.py"
+            path /= "study.lock" if name == "locks" else "vibrissa/provenance.py"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("as committed")
     git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@example.org"]
