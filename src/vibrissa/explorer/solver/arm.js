@@ -377,8 +377,8 @@ function ending(branch, side, from, to) {
 }
 
 /**
- * The knot between two in which the tip becomes parallel to the surface, where it may be curved
- * towards it by nature: then the rod passes through the surface just before its tip.
+ * The knot between two in which the tip is parallel to the surface, where it is curved towards it by
+ * nature: then the rod passes through the surface just before its tip.
  *
  * @param {Branch} branch
  * @param {Knot} from
@@ -386,8 +386,8 @@ function ending(branch, side, from, to) {
  * @returns {Knot | null} null where there is none.
  */
 function arched(branch, from, to) {
-  const falls = from.state.phi1 > 0 && to.state.phi1 < 0;
-  if (!falls || naturalCurvature(branch.rod.mounting, 1) <= 0) return null;
+  const turns = from.state.phi1 > 0 !== to.state.phi1 > 0;
+  if (!turns || from.state.contact === "line" || naturalCurvature(branch.rod.mounting, 1) <= 0) return null;
   return knotWhere(branch, from, to, (knot) => knot.state.phi1);
 }
 
