@@ -1,5 +1,6 @@
 """Snakemake's own command line, for `vibrissa.pipeline.run`: Ctrl-C while it loads is no error."""
 
+import signal
 import sys
 
 try:
@@ -9,3 +10,6 @@ try:
     main()
 except KeyboardInterrupt:
     sys.exit(130)
+finally:
+    # All is done; Python's own end is not to be interrupted.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from vibrissa.errors import DamagedTableError, VibrissaError
@@ -15,15 +15,20 @@ def logged(log: str | Path) -> Iterator[None]:
     A damaged table is named and removed, so that the same command makes it anew.
     """
     # Until the process ends, so that Python shows a mistake in the program there, too.
-    sys.stdout = sys.stderr = open(log, "w", buffering=1, encoding="utf-8")
+    sys.stdout = sys.stderr = output = open(log, "w", buffering=1, encoding="utf-8")
     try:
         yield
     except (VibrissaError, OSError) as error:
-        print(f"error: {error}")
+        lines = [f"error: {error}"]
         if isinstance(error, DamagedTableError) and error.path.is_file():
             error.path.unlink()
-            print(f"{error.path} is removed; the same command makes it anew")
-        sys.exit(1)
+            lines.append(f"{error.path} is removed; the same command makes it anew")
     except KeyboardInterrupt:
-        print("interrupted")
-        sys.exit(1)
+        lines = ["interrupted"]
+    else:
+        return
+    with suppress(OSError):  # a full disk has no room for the log either
+        print("\n".join(lines))
+    with suppress(OSError):
+        output.close()
+    sys.exit(1)

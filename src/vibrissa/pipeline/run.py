@@ -194,8 +194,8 @@ def main(arguments: list[str]) -> int:
         say("The last run did not come to its end; its finished results are kept, and it goes on.")
         command = [*SNAKEMAKE, *arguments, "--unlock", "--quiet", "all"]
         subprocess.run(command, check=False, stdin=subprocess.DEVNULL)
-        for path in folder.rglob(TEMPORARY):
-            path.unlink()
+    for path in folder.rglob(TEMPORARY):  # of jobs that were ended by a signal
+        path.unlink(missing_ok=True)
     points = sum(number_of_points(grid.axes) for grid in study.grids.values())
     say(f"Study '{study.name}', {points:,} points in {counted(len(study.chunks), 'chunk')}:")
     say(f"  {shlex.join(['snakemake', *arguments])}")
