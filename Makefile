@@ -1,4 +1,4 @@
-# `make` alone lists the targets. Everything runs in .venv, which is made from requirements.lock.
+# `make` alone lists the targets. Everything runs in .venv, which is made from locks/.
 
 SHELL := /bin/sh
 VENV := .venv
@@ -9,6 +9,7 @@ STUDY_STAMP := $(VENV)/.study
 TEST_STAMP := $(VENV)/.test
 DOCS_STAMP := $(VENV)/.docs
 LINT_STAMP := $(VENV)/.lint
+CLUSTER_STAMP := $(VENV)/.cluster
 PIP_INSTALL := $(PY) -m pip install -qq --no-input --disable-pip-version-check
 # Tried in this order; name one yourself with `make PYTHON=/path/to/python3 ...`.
 PYTHON := python3 python3.13 python3.12 python3.11
@@ -16,6 +17,8 @@ PYTHON := python3 python3.13 python3.12 python3.11
 CORES ?=
 # Where the jobs run: this machine, or with PROFILE=workflow/profiles/slurm a cluster.
 PROFILE ?= workflow/profiles/default
+# What a run needs: a cluster's profile has its plugins, too.
+RUN_STAMPS = $(STUDY_STAMP) $(if $(filter-out default,$(notdir $(PROFILE:/=))),$(CLUSTER_STAMP))
 RUN = $(PY) workflow/run.py --workflow-profile "$(PROFILE)" $(if $(CORES),--cores $(CORES))
 
 # Only what is in .venv counts, not what the user has elsewhere.
@@ -96,13 +99,13 @@ help:
 	@echo "                            (UPGRADE=1: and move to the newest versions)"
 	@echo "  make clean                remove .venv and caches; results stay"
 
-reproduce: $(STUDY_STAMP)
+reproduce: $(RUN_STAMPS)
 	@$(RUN)
 
-beyond: $(STUDY_STAMP)
+beyond: $(RUN_STAMPS)
 	@$(RUN) --configfile studies/beyond.yaml
 
-mounted: $(STUDY_STAMP)
+mounted: $(RUN_STAMPS)
 	@$(RUN) --configfile studies/mounted.yaml
 
 # Asked before the installation starts, not after it.
@@ -114,7 +117,7 @@ ifneq ($(shell test -f "$(STUDY)" && test -r "$(STUDY)" && echo readable),readab
 $(error No such study file, or it cannot be read: $(STUDY))
 endif
 endif
-study: $(STUDY_STAMP)
+study: $(RUN_STAMPS)
 	@$(RUN) --configfile "$(STUDY)"
 
 CHECK := workflow/check.py $(if $(STUDY),--configfile "$(STUDY)") \
@@ -141,7 +144,7 @@ archive: $(STUDY_STAMP)
 verify: $(STUDY_STAMP)
 	@$(PY) workflow/verify.py
 
-setup: $(STUDY_STAMP)
+setup: $(RUN_STAMPS)
 	@echo "$(VENV) is ready. For the commands vibrissa and python, type: . $(VENV)/bin/activate"
 
 # The stamp holds the folder's path: in a moved or copied folder .venv still points to the old one.
@@ -181,7 +184,7 @@ $(STUDY_STAMP): locks/study.lock pyproject.toml
 	@printf '%s\n' $(HERE) > $(STUDY_STAMP)
 
 $(VENV)/.%: locks/%.lock $(STUDY_STAMP)
-	@echo "Installing what $* needs, silently for a minute ..."
+	@echo "Installing the packages of locks/$*.lock, silently for a minute ..."
 	@$(PIP_INSTALL) --require-hashes --no-build-isolation --use-pep517 -r locks/$*.lock
 	@touch $@
 
@@ -194,7 +197,7 @@ known: export KNOWN := write
 known: test
 
 # Apart from `test`, as it installs SLURM; it says so and succeeds where that is not possible.
-test-slurm: $(TEST_STAMP)
+test-slurm: $(TEST_STAMP) $(CLUSTER_STAMP)
 	@$(ONE_THREAD) $(PY) -m pytest tests/slurm $(ARGS)
 
 # A link that leads nowhere is a warning, and a warning stops the build.
@@ -311,6 +314,7 @@ COMPILE = $(PY) -m uv pip compile pyproject.toml --extra workflow --group build 
 lock: $(LINT_STAMP)
 	@$(COMPILE) --output-file locks/study.lock
 	@$(COMPILE) --extra proof --group test --constraints locks/study.lock --output-file locks/test.lock
+	@$(COMPILE) --extra cluster --constraints locks/study.lock --output-file locks/cluster.lock
 	@$(COMPILE) --extra proof --group docs --constraints locks/test.lock --output-file locks/docs.lock
 	@$(COMPILE) --extra proof --group lint --constraints locks/test.lock --output-file locks/lint.lock
 	@echo "locks/ is written; put changed versions of what a study needs into environment.yml and" \
