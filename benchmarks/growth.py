@@ -77,7 +77,7 @@ def run(points: int, cores: int) -> dict[str, float]:
             stdout=log,
             stderr=subprocess.STDOUT,
         )
-        # Of the process and all that it waited for
+        # The usage is of the process and of all that it waited for: its jobs, too.
         _, status, usage = os.wait4(process.pid, 0)
         seconds = time.perf_counter() - start
         results = root / "results/growth"
@@ -85,7 +85,6 @@ def run(points: int, cores: int) -> dict[str, float]:
             sys.exit(f"the study of {points} points failed; see {root / 'log'}")
         table = results / "tables/stiction.parquet"
         jobs = {rule: benchmarks(results, rule) for rule in RULES}
-        # Snakemake does not wait for the processes that its jobs run in.
         every = benchmarks(results, "*")
         return {
             "points": points,
@@ -93,9 +92,7 @@ def run(points: int, cores: int) -> dict[str, float]:
             "jobs": sum(map(len, jobs.values())),
             "to stiction.parquet / s": round(table.stat().st_mtime - started, 1),
             "with the report / s": round(seconds, 1),
-            "all / core-s": round(
-                usage.ru_utime + usage.ru_stime + float(every["cpu_time"].sum()), 1
-            ),
+            "all / core-s": round(usage.ru_utime + usage.ru_stime, 1),
             **{
                 column: round(float(jobs[rule]["cpu_time"].sum()), 1)
                 for rule, column in RULES.items()

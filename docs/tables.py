@@ -15,7 +15,6 @@ ROWS = {
     "states": "One row for each single equilibrium.",
     "comparisons": "One row for each point that is solved in both kinds of contact.",
     "claims": "One row for each statement of the paper.",
-    "curves": "One row for each equilibrium path: the files in `results/<study>/blocks/`.",
 }
 
 

@@ -158,5 +158,5 @@ def test_pages_that_code_names_exist():
 
 def test_results_folder_says_what_appears_there():
     text = PAGES["results/README.md"]
-    for name in ("stiction", "scans", "states", "figures/", "blocks/", "logs/"):
+    for name in ("stiction", "scans", "states", "figures/", "chunks/", "logs/"):
         assert name in text
