@@ -14,7 +14,8 @@ found on the continuous shape, not on points of it: a lowest or highest point li
 two parts of the rod are nearest to each other where their connection is normal to both.
 
 The free part needs no bound of its own: it reaches up to η, so that s_c > η, and a beam of 0.3 rod
-lengths or more is slender wherever the whole rod is.
+lengths or more is slender wherever the whole rod is. In line contact of a curved rod the *tail*, the
+part beyond the contact point, hangs free in its natural shape; it may cross the free part.
 """
 
 from dataclasses import dataclass
@@ -47,6 +48,8 @@ HALF_TURN = np.pi - 0.3
 STRIDE = 2
 # Parts of the tail at which its height is looked at.
 TAIL = np.linspace(0.0, 1.0, 17)[1:]
+# Parts of the tail at which it is looked at for where a rod comes near itself.
+TAIL_LOOKS = np.linspace(0.0, 1.0, 65)[1:]
 # Steps that the search for the nearest parts takes, their bound and the one that ends it (τ).
 NEWTON_STEPS, LONGEST_STEP, CONVERGED = 12, 0.05, 1e-8
 
@@ -101,23 +104,31 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     Clearance
     """
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
-    if states.mounting is not None:
-        # A level tip is the limit of line contact with a tail of no length.
-        lies = np.full(len(states), contact is Contact.LINE) | (np.abs(ends(states).phi1) <= LEVEL)
-        found.surface[:] = np.where(lies, _tail_clearance(states, states.mounting), np.inf)
-    # Without a slope of 0 or π inside the rod rises all the way, and can neither turn nor cross.
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
-    near = np.flatnonzero((high > np.pi - NEAR) | (low < 0.0))
+    curls = np.zeros(len(states), dtype=bool)
+    if states.mounting is not None:
+        lies = np.full(len(states), contact is Contact.LINE)
+        _, up, turn = _tail(states, states.mounting)
+        curls = lies & (np.maximum(high, turn.max(axis=1)) - turn.min(axis=1) > HALF_TURN)
+        # It rises at once where it is curved towards the surface. A level tip is the limit of line
+        # contact with a tail of no length.
+        begin = states.mounting.natural_curvature(states.s_c[:, None])[:, 0]
+        rises = np.maximum(up.max(axis=1), begin)
+        lies |= np.abs(ends(states).phi1) <= LEVEL
+        found.surface[:] = np.where(lies & (rises > 0.0), -rises, np.inf)
+    # Without a slope of 0 or π inside the rod rises all the way, and can neither turn nor cross.
+    near = np.flatnonzero((high > np.pi - NEAR) | (low < 0.0) | curls)
     if not len(near):
         return found
     # A tip that passes through the surface is no arch.
     touches = np.full(len(near), True)
     if contact is Contact.POINT:
         touches = ends(states.take(near)).phi1 >= -LEVEL
-    close = _comes_near(states.take(near), eta[near], touches)
+    close = curls[near] | _comes_near(states.take(near), eta[near], touches)
     near, touches = near[close], touches[close]
     if len(near):
-        shapes = _Shapes.of(states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes)))
+        closely = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
+        shapes = _Shapes.of(closely, with_tail=curls.any())
         found.clamp[near] = shapes.extreme(lowest=True)
         arch = eta[near] - shapes.extreme(lowest=False)
         found.surface[near] = np.fmin(found.surface[near], np.where(touches, arch, np.inf))
@@ -125,16 +136,11 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     return found
 
 
-def _tail_clearance(states: RodStates, mounting: Mountings) -> FloatArray:
-    """Negative where what lies beyond the contact point rises above the surface; else infinite.
-
-    Unloaded it has its natural shape. It rises at once where it is curved towards the surface.
-    """
+def _tail(states: RodStates, mounting: Mountings) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Way along the surface, height above it and slope of some places on what lies beyond s_c."""
     start = states.s_c[:, None]
     stop = start + TAIL * (1.0 - start)
-    _, up, _ = mounting.tail(np.broadcast_to(start, stop.shape), stop)
-    rises = np.maximum(up.max(axis=1), mounting.natural_curvature(start)[:, 0])
-    return np.where(rises > 0.0, -rises, np.inf)
+    return mounting.tail(np.broadcast_to(start, stop.shape), stop)
 
 
 def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolArray:
@@ -169,6 +175,10 @@ class _Shapes(Batch):
         Coefficients of φ, dx/dτ and dy/dτ.
     bend : ndarray, shape (n, nodes - 1)
         Coefficients of dφ/dτ.
+    s_c : ndarray, shape (n,)
+        Contact points.
+    mounting : Mountings or None
+        Of those that have a tail, at 1 < τ ≤ 2.
     """
 
     phi: FloatArray
@@ -177,9 +187,11 @@ class _Shapes(Batch):
     along: FloatArray
     up: FloatArray
     bend: FloatArray
+    s_c: FloatArray
+    mounting: Mountings | None = None
 
     @classmethod
-    def of(cls, states: RodStates) -> "_Shapes":
+    def of(cls, states: RodStates, *, with_tail: bool) -> "_Shapes":
         rule = gauss_rule(states.nodes)
         density = states.arc_density(rule.nodes)
         along, up = density * np.cos(states.phi), density * np.sin(states.phi)
@@ -191,21 +203,41 @@ class _Shapes(Batch):
             along=along @ rule.to_coefficients.T,
             up=up @ rule.to_coefficients.T,
             bend=np.asarray(2.0 * legendre.legder(slope, axis=1), dtype=float),
+            s_c=states.s_c,
+            mounting=states.mounting if with_tail else None,
         )
+
+    @property
+    def end(self) -> float:
+        """Value of τ at the tip."""
+        return 1.0 if self.mounting is None else 2.0
 
     def at(self, tau: FloatArray) -> "_Places":
         """Evaluate at places, of each shape its own or of all the same, shape (n or 1, places)."""
-        values, integrals = legendre_series(self.slope.shape[1], tau)
+        values, integrals = legendre_series(self.slope.shape[1], np.minimum(tau, 1.0))
 
         def summed(basis: FloatArray, coefficients: FloatArray) -> FloatArray:
             return np.asarray(basis[..., : coefficients.shape[1]] @ coefficients[..., None])[..., 0]
 
-        return _Places(
+        places = _Places(
             phi=summed(values, self.slope),
             bend=summed(values, self.bend),
             x=summed(integrals, self.along),
             y=summed(integrals, self.up),
             speed=np.hypot(summed(values, self.along), summed(values, self.up)),
+        )
+        if self.mounting is None:
+            return places
+        beyond, start, length = tau > 1.0, self.s_c[:, None], 1.0 - self.s_c[:, None]
+        s = start + np.maximum(tau - 1.0, 0.0) * length
+        along, up, turn = self.mounting.tail(np.broadcast_to(start, s.shape), s)
+        curvature = self.mounting.natural_curvature(s)
+        return _Places(
+            phi=places.phi + turn,
+            bend=np.where(beyond, curvature * length, places.bend),
+            x=places.x + along,
+            y=places.y + up,
+            speed=np.where(beyond, length, places.speed),
         )
 
     def steepness(self, tau: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -241,6 +273,8 @@ class _Shapes(Batch):
         which the other part then is.
         """
         tau = np.append(gauss_rule(self.phi.shape[1]).nodes[::STRIDE], 1.0)
+        if self.mounting is not None:
+            tau = np.append(tau, 1.0 + TAIL_LOOKS)
         seen = self.at(tau[None])
         one, other = np.triu_indices(len(tau), 2)
         found, start = np.full(len(self), np.inf), np.zeros((len(self), 2))
@@ -265,7 +299,7 @@ class _Shapes(Batch):
         """
         tau = start.copy()
         if tip:
-            tau[:, 1] = 1.0
+            tau[:, 1] = self.end
         for _ in range(NEWTON_STEPS):
             place = self.at(tau)
             cos, sin = np.cos(place.phi), np.sin(place.phi)
@@ -286,11 +320,11 @@ class _Shapes(Batch):
             )
             with np.errstate(divide="ignore", invalid="ignore"):
                 step = adjugate / determinant[:, None]
-            tau = np.clip(tau - np.clip(step, -LONGEST_STEP, LONGEST_STEP), 0.0, 1.0)
+            tau = np.clip(tau - np.clip(step, -LONGEST_STEP, LONGEST_STEP), 0.0, self.end)
         turn = place.phi[:, 1] - place.phi[:, 0]
         found = (np.abs(step).max(axis=1) < CONVERGED) & (np.abs(turn) > HALF_TURN)
         # Parts that cross are nearest where they do: how far they overlap grows with the angle.
-        crosses = (np.hypot(*way.T) < TOLERANCE) & (tau.max(axis=1) < 1.0)
+        crosses = (np.hypot(*way.T) < TOLERANCE) & (tau.max(axis=1) < self.end)
         gap = np.where(crosses, -np.abs(np.sin(turn)), np.sign(turn) * lever[:, 0])
         return np.where(found, gap, np.nan)
 

@@ -1,6 +1,6 @@
 // Whether a solved shape is one that a rod beside a surface can have: docs/model.md.
 
-import { isStraight, naturalCurvature, tailOf } from "./rod/mounting.js";
+import { isStraight, naturalCurvature, naturalSlope, tailOf } from "./rod/mounting.js";
 
 /** @import { Rod } from "./rod/rod.js" */
 /** @import { State } from "./rod/state.js" */
@@ -29,16 +29,30 @@ export function inadmissible(rod, state) {
   if (state.contact === "line" && tailRises(rod, state)) return CROSSES_SURFACE;
   const slopes = state.unknowns.subarray(0, rod.nodes);
   const [low, high] = [Math.min(...slopes), Math.max(...slopes)];
+  const lowest = Math.min(low, ...tailSlopes(rod, state));
   // A tip that passes through the surface is the paper's own.
   const mayNotCross = state.contact === "line" || state.phi1 >= -LEVEL;
   const arches = mayNotCross && low < -LEVEL;
-  if (high < Math.PI - NEAR && !arches && high - low < HALF_TURN) return "";
+  if (high < Math.PI - NEAR && !arches && high - lowest < HALF_TURN) return "";
   const { s, x, y } = rod.shape(state, LOOKS);
   const free = s.findIndex((value) => value >= state.sc);
   const heights = y.subarray(0, free < 0 ? LOOKS : free);
   if (Math.min(...heights) < -PASSED) return "the rod dips below the level of its clamp";
   if (mayNotCross && Math.max(...heights) > state.height + PASSED) return CROSSES_SURFACE;
-  return high - low >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
+  return high - lowest >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
+}
+
+/**
+ * @param {Rod} rod
+ * @param {State} state
+ * @returns {number[]} Slopes of the unloaded tail of a curved rod that lies on the surface.
+ */
+function tailSlopes({ mounting }, { contact, sc }) {
+  if (contact !== "line" || isStraight(mounting)) return [];
+  const begin = naturalSlope(mounting, sc);
+  return Array.from({ length: TAIL_LOOKS }, (_, k) => {
+    return naturalSlope(mounting, sc + ((1 - sc) * (k + 1)) / TAIL_LOOKS) - begin;
+  });
 }
 
 /**
