@@ -16,13 +16,14 @@ from scipy.integrate import solve_bvp
 from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
 from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
-from vibrissa.outcomes import Contact, Parameter
+from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sticking.solving import shooting
+from vibrissa.sticking.solving.beginning import CLOSENESS, Rods, begin
 from vibrissa.sticking.solving.collocation import solve_curves
-from vibrissa.sticking.solving.continuation import begin, first_segment
-from vibrissa.sticking.solving.paths import Pieces, combined, flat, interpolated, solve_at
-from vibrissa.sticking.solving.refinement import STATES_ALONG_PIECE, guess_from
-from vibrissa.sticking.solving.segments import STEP_SIZES
+from vibrissa.sticking.solving.cutting import X0, Part, cuts, places
+from vibrissa.sticking.solving.following import follow
+from vibrissa.sticking.solving.paths import combined, flat, interpolated, solve_at
+from vibrissa.sticking.solving.refinement import STATES_ALONG_PIECE
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
 # Steps of one period of sticking; the slow methods take every so manyth.
@@ -34,6 +35,12 @@ STATES = 200
 # Nodes along these rods, and Chebyshev points along their curves: so many as tell what inverses are
 # needed, and as many as the states at the steps can be interpolated from.
 NODES, FEW, ENOUGH = 40, STATES_ALONG_PIECE[0], 41
+
+
+def has_locked(branches, knots):
+    """Whether −tan α falls."""
+    force, change = knots.states, knots.change
+    return change.fx * force.fy < force.fx * change.fy
 
 
 @pytest.fixture(scope="module")
@@ -76,17 +83,16 @@ def test_states_on_random_curves(benchmark):
     position = np.linspace(0.0, 1.0, STATES)
 
     def run():
-        begun, _ = begin(theta, eta, STEP_SIZES[0], Contact.POINT)
-        segment = first_segment(begun, STEP_SIZES[0], Contact.POINT)
-        pieces = Pieces(
-            **segment.branches.columns,
-            contact=Contact.POINT,
-            parameter=Parameter.X0,
-            curve=np.arange(RANDOM_CURVES),
-            start=np.zeros(RANDOM_CURVES),
-            length=segment.last * segment.step,
-        )
-        path = guess_from(segment, pieces).on_nodes(NODES)
+        begun = begin(Rods(theta=theta, eta=eta), CLOSENESS[0].nodes, Contact.POINT)
+        branches, side = begun.branches, np.ones(RANDOM_CURVES)
+        first = branches, begun.states, begun.line, side
+        followed = follow(*first, Contact.POINT, has_locked, CLOSENESS[0].longest)
+        stops = np.flatnonzero(followed.ends)
+        pairs = zip(np.flatnonzero(followed.origins), stops, strict=True)
+        parts = [Part(i, start, stop, X0) for i, (start, stop) in enumerate(pairs)]
+        ends = places(branches, followed, parts)
+        ((pieces, path),) = cuts(branches, followed, parts, ends, RodSection.PLANAR, FEW)
+        path = path.on_nodes(NODES)
         path, inverse = solve_at(path, pieces, chebyshev_nodes(FEW))
         path, inverse = interpolated(FEW, chebyshev_nodes(ENOUGH), path, inverse)
         path, _ = solve_at(path, pieces, chebyshev_nodes(ENOUGH), inverse)

@@ -64,7 +64,7 @@ def rising(stop, start=0.0, **columns):
     return made(start, stop, NEEDS | columns)
 
 
-def made_pieces(start, length, curve=None, **more):
+def made_pieces(start, length, **more):
     """Pieces of branches whose first contact points are at 0.5."""
     start = np.array(start, dtype=float)
     one = np.ones(len(start))
@@ -73,7 +73,8 @@ def made_pieces(start, length, curve=None, **more):
         **given | more,
         contact=Contact.POINT,
         parameter=Parameter.X0,
-        curve=np.arange(len(start)) if curve is None else np.array(curve),
+        part=np.arange(len(start)),
+        direction=np.zeros((len(start), 4)),
         start=start,
         length=np.array(length, dtype=float),
     )

@@ -47,9 +47,10 @@ class End(StrEnum):
     OUT_OF_REACH
         The shape is not admissible (see `vibrissa.mechanics.admissibility`).
     LIFTS_OFF
-        The surface would have to pull. This comes before any lock: the tip slips for every μ0.
+        The surface would have to pull. Where μ_lock is infinite the tip has slipped ahead before,
+        for every μ0; else it has slipped back.
     NOT_FOLLOWED
-        The curve was not followed, or not resolved, past the lock.
+        The curve was not followed, or not resolved, to its end.
     """
 
     SLIPS_BACK = "slips_back"
@@ -116,10 +117,10 @@ class Parameter(StrEnum):
     Attributes
     ----------
     X0
-        The footpoint displacement: increases all the way until the rod snaps through.
+        The footpoint displacement.
     ADVANCE
-        x0/x1_init + (3·fx − fy)/(10·f0), with the force f0 at α = 0: increases past the lock, and
-        on where x0 turns back.
+        The way along a direction in which displacement and force change (equation E3c of
+        `vibrissa.mechanics.equations`): where the force changes fast or x0 turns back.
     """
 
     X0 = "x0"

@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize
 
@@ -15,7 +16,6 @@ from vibrissa.mechanics.admissibility import (
     CROSSES_SURFACE,
     clearances,
 )
-from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.equations import shape
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import gauss_rule
@@ -155,12 +155,22 @@ def count_crossings(x, y):
 
 
 def integrated(curve, x0):
-    """The shape at a displacement, by a solver of initial value problems."""
+    """The shape at a displacement, integrated from the contact point, where it bears no moment."""
     state = curve.state(x0)
-    tip = curve.x1_init - float(state.x0)
-    force = float(state.f), float(state.alpha)
+    fx, fy, s_c = float(state.reaction_fx), float(state.reaction_fy), float(state.s_c)
+
+    def equations(s, u):
+        stiffness = (1.0 + (1.0 / curve.theta - 1.0) * s) ** 4
+        return [np.cos(u[2]), np.sin(u[2]), u[3] / stiffness, fx * np.sin(u[2]) - fy * np.cos(u[2])]
+
     s = np.linspace(0.0, 1.0, 20001)
-    return s, deformed_shape(curve.theta, *force, tip, curve.eta, s, float(state.s_c))
+    touches = curve.x1_init - float(state.x0) - (1.0 - s_c)
+    start = [touches, curve.eta, float(state.phi1), 0.0]
+    found = solve_ivp(
+        equations, [s_c, 0.0], start, "DOP853", rtol=1e-12, atol=1e-13, dense_output=True
+    )
+    x, y, phi, _ = found.sol(np.minimum(s, s_c))
+    return s, (x + np.maximum(s - s_c, 0.0), y, phi)
 
 
 @pytest.mark.parametrize(
@@ -179,7 +189,7 @@ def test_a_rod_ends_exactly_where_it_comes_down_to_its_clamps_level(theta, eta, 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("theta", "eta"), [(2.489112441604889, 0.3041897094801299), (3.0, 0.3395), (15.0, 0.5)]
+    ("theta", "eta"), [(2.489112441604889, 0.3041897094801299), (3.0, 0.3395), (12.0, 0.5)]
 )
 def test_a_rod_ends_exactly_where_two_parts_of_it_touch(theta, eta):
     curve = solve_curve(theta, eta)
@@ -201,11 +211,11 @@ def test_a_rod_ends_exactly_where_two_parts_of_it_touch(theta, eta):
             bounds=[(0.0, 1.0), (0.0, 1.0)],
             options={"xatol": 1e-13, "fatol": 1e-15, "maxiter": 2000},
         )
-        return found.fun, np.hypot(x[-1] - curve.x1_init + x0, y[-1] - eta)
+        return found.fun, np.hypot(x[0], y[0])
 
     distance, miss = nearest(curve.x0_end)
-    # What integration from the clamp makes of a strong taper is seen at its end.
-    assert distance < 1e-9 + miss and miss < 1e-7
+    # What integration makes of a strong taper is seen at the clamp.
+    assert distance < 1e-9 + miss and miss < 1e-8
     assert nearest(curve.x0_end - 1e-4)[0] > 1e-6
 
 

@@ -40,6 +40,7 @@ def sticking(theta, eta, travel, nodes=40):
     return states, eta, closure
 
 
+DIRECTION = np.array([[0.4, -0.7, 0.5, 0.3]])
 pairs = st.tuples(st.floats(1.0, 4.0), st.floats(0.7, 0.95), st.floats(0.01, 0.4))
 
 
@@ -48,11 +49,13 @@ pairs = st.tuples(st.floats(1.0, 4.0), st.floats(0.7, 0.95), st.floats(0.01, 0.4
     [
         Closure.at_offset(np.array([0.3])),
         Closure.at_inclination(np.array([-0.4])),
-        Closure.at_advance(np.array([0.7]), np.array([0.6]), np.array([2.7])),
+        Closure.at_advance(np.array([0.7]), DIRECTION, np.array([0.6]), np.array([2.7])),
         Closure.at_switch(1),
         Closure.at_offset(np.array([0.3]), Contact.LINE),
         Closure.at_inclination(np.array([-0.4]), Contact.LINE),
-        Closure.at_advance(np.array([0.7]), np.array([0.6]), np.array([2.7]), Contact.LINE),
+        Closure.at_advance(
+            np.array([0.7]), DIRECTION, np.array([0.6]), np.array([2.7]), Contact.LINE
+        ),
     ],
 )
 def test_jacobian_is_the_derivative_of_the_residuals(closure):

@@ -52,8 +52,7 @@ def test_what_is_seen_of_states(mounted):
         "ends": equations.ends(states)._asdict(),
         "place": equations.contact_position(states),
         "shape": equations.shape(states, S),
-        "advance": equations.advance(states, x1, x1 + 1.0),
-        "advance of other units": equations.advance(states, x1, x1 + 1.0, 2.0 * x1),
+        "coordinates": equations.path_coordinates(x1, states, 2.0 * x1, x1 + 1.0),
         "moment": equations.bending_moment(states)[:, ::6],
         "decay": equations.coefficient_decay(made_up(mounted, 5)),
         "aside": stability_aside(states),
@@ -69,7 +68,9 @@ CLOSURES = {
     "offset": Closure.at_offset(np.array([0.5, 0.6, 0.7])),
     "offset lying": Closure.at_offset(np.array([0.5, 0.6, 0.7]), Contact.LINE),
     "inclination": Closure.at_inclination(np.array([0.0, -0.3, 0.4]), Contact.LINE),
-    "advance": Closure.at_advance(np.full(3, 0.7), np.full(3, 0.5), np.arange(1.0, 4.0)),
+    "advance": Closure.at_advance(
+        np.full(3, 0.7), np.full((3, 4), 0.5), np.full(3, 0.5), np.arange(1.0, 4.0)
+    ),
     "switch": Closure.at_switch(3),
 }
 

@@ -60,7 +60,9 @@ def test_jacobian_is_the_derivative_of_the_residuals(contact, prescribed):
     closure = {
         "offset": Closure.at_offset(0.3 * one, contact),
         "inclination": Closure.at_inclination(-0.4 * one, contact),
-        "advance": Closure.at_advance(0.7 * one, 0.6 * one, 2.7 * one, contact, 0.5 * one),
+        "advance": Closure.at_advance(
+            0.7 * one, np.array([[0.4, -0.7, 0.5, 0.3]]), 0.6 * one, 2.7 * one, contact
+        ),
         "switch": Closure.at_switch(1),
     }[prescribed]
     object.__setattr__(closure, "tilt", np.array([0.3]))

@@ -11,12 +11,12 @@ from scipy.optimize import root
 
 import reference
 from vibrissa import Status, solve_curve, solve_state, stick_slip
-from vibrissa.mechanics.equations import Closure, contact_position, largest_residual
+from vibrissa.mechanics.equations import Closure, ends, largest_residual
 from vibrissa.mechanics.newton import solve
 from vibrissa.outcomes import Contact
+from vibrissa.sticking.solving.beginning import Rods, begin
 from vibrissa.sticking.solving.collocation import solve_curves
-from vibrissa.sticking.solving.continuation import begin, follow, switch_states
-from vibrissa.sticking.solving.segments import StepSizes
+from vibrissa.sticking.solving.following import follow
 
 LYING = [(3.0, 0.7), (5.0, 0.7), (2.0, 0.5), (1.0, 0.3), (8.0, 0.85), (15.0, 0.9)]
 TOUCHING = [(3.0, 0.85), (1.0, 0.55), (4.0, 0.85)]
@@ -173,9 +173,9 @@ def test_stability_is_lost_where_the_branch_turns_back():
 
 
 def test_changing_contact_is_a_state_of_both_kinds():
-    branch, _ = begin(np.array([3.0]), np.array([0.85]), StepSizes(40, 0.05, 0.15), Contact.LINE)
     eta = np.array([0.85])
-    states, found, _ = solve(branch.steps[0], eta, Closure.at_switch(1))
+    first = begin(Rods(theta=np.array([3.0]), eta=eta), 40, Contact.LINE).states
+    states, found, _ = solve(first, eta, Closure.at_switch(1))
     assert found[0]
     assert largest_residual(states, eta, Closure.at_switch(1))[0] < 1e-12
     assert states.s_c[0] == 1.0
@@ -230,16 +230,18 @@ def test_a_rod_that_lies_down_is_held_more_firmly():
 
 def test_a_rod_rolls_on_and_off():
     # The contact changes back far beyond the lock.
-    eta = np.array([0.85])
-    branch, _ = begin(np.array([3.0]), eta, StepSizes(48, 0.05, 0.15), Contact.LINE)
-    branch = follow(branch, 34, Contact.LINE)
-    kinds = "".join("L" if kind else "P" for kind in branch.line[:, 0])
+    begun = begin(Rods(theta=np.array([3.0]), eta=np.array([0.85])), 48, Contact.LINE)
+    first = begun.branches, begun.states, begun.line
+    knots = follow(*first, np.ones(1), Contact.LINE, lambda _, k: k.states.fy >= 0.0, 0.5).knots
+    kinds = "".join("L" if kind else "P" for kind in knots.line)
     assert kinds.strip("P").strip("L") == "" and kinds[0] == kinds[-1] == "P" and "L" in kinds
-    on, off = kinds.index("L"), kinds.rindex("L") + 1
-    for touching, lo, hi in ((branch.steps[on - 1], on - 1, on), (branch.steps[off], off - 1, off)):
-        switch = switch_states(touching, branch.branches)
-        x0 = branch.branches.x1_init - contact_position(switch)[0]
-        assert lo * branch.step <= x0 <= hi * branch.step
+    for behind in np.flatnonzero(knots.line[1:] != knots.line[:-1]) + 1:
+        kink = knots.take([behind - 1, behind]).states
+        # One state, of both kinds of contact.
+        assert kink.phi[0] == pytest.approx(kink.phi[1], abs=1e-14)
+        assert kink.s_c.tolist() == [1.0, 1.0]
+        assert ends(kink).phi1 == pytest.approx([0.0, 0.0], abs=1e-9)
+        assert knots.step[behind] == 0.0
 
 
 @pytest.mark.parametrize(("theta", "eta"), [(2.3877, 0.8215), (1.0784, 0.6471), (2.38771, 0.82151)])

@@ -24,7 +24,6 @@ from vibrissa.sticking.solving.refinement import (
     NODES_ALONG_ROD,
     STATES_ALONG_PIECE,
 )
-from vibrissa.sticking.solving.segments import Segment
 
 
 def test_on_many_nodes_a_state_has_ten_times_the_rounding():
@@ -66,31 +65,6 @@ def test_both_halves_of_pieces():
     assert (first, second) == (0.0, 0.5)
     assert (left.start.tolist(), right.start.tolist()) == ([1.0, 2.0], [1.25, 2.5])
     assert left.length.tolist() == right.length.tolist() == [0.25, 0.5]
-
-
-def test_guesses_are_polynomials_through_the_steps_around():
-    """Through six steps of the fifth degree, through four, all that is known, of the third."""
-    values = {0: lambda t: 1.0 + t - 3.0 * t**3 + 7.0 * t**5, 1: lambda t: 2.0 - t + 5.0 * t**3}
-    origin, step = np.array([0.0, -0.1]), np.array([0.05, -0.04])
-    steps = []
-    for number in range(11):
-        t = origin + number * step
-        second = values[1](t[1]) if number < 4 else np.nan
-        steps.append(made_states([values[0](t[0]), second]))
-    pieces = made_pieces([0.0, 0.21, -0.22], [0.21, 0.29, 0.12], curve=[0, 0, 1])
-    segment = Segment(
-        parameter=Parameter.X0,
-        branches=made_pieces([0.0, 0.0], [1.0, 1.0]),
-        origin=origin,
-        step=step,
-        steps=steps,
-        line=np.zeros((11, 2), dtype=bool),
-    )
-    guess = refinement.guess_from(segment, pieces)
-    t = pieces.value(chebyshev_nodes(STATES_ALONG_PIECE[0]))
-    expected = np.stack([values[curve](t[:, i]) for i, curve in enumerate(pieces.curve)], axis=1)
-    assert guess.fx == pytest.approx(expected, abs=1e-12)
-    assert guess.phi == pytest.approx(made_states(expected).phi, abs=1e-11)
 
 
 def series(**coefficients):

@@ -41,7 +41,8 @@ def gap(free, tail):
 
 
 @pytest.mark.parametrize(
-    "curvature, section", [((1.0, -12.0), "round"), ((1.0, -12.0), "planar"), ((0.0, -4.0), "planar")]
+    ("curvature", "section"),
+    [((1.0, -12.0), "round"), ((1.0, -12.0), "planar"), ((0.0, -4.0), "planar")],
 )
 def test_the_path_ends_where_the_tail_touches_the_rod(curvature, section):
     mounting = Mounting(curvature=curvature)

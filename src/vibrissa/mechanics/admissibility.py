@@ -14,8 +14,8 @@ found on the continuous shape, not on points of it: a lowest or highest point li
 two parts of the rod are nearest to each other where their connection is normal to both.
 
 The free part needs no bound of its own: it reaches up to η, so that s_c > η, and a beam of 0.3 rod
-lengths or more is slender wherever the whole rod is. In line contact of a curved rod the *tail*, the
-part beyond the contact point, hangs free in its natural shape; it may cross the free part.
+lengths or more is slender wherever the whole rod is. In line contact of a curved rod the *tail*,
+the part beyond the contact point, hangs free in its natural shape; it may cross the free part.
 """
 
 from dataclasses import dataclass
@@ -128,7 +128,7 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     near, touches = near[close], touches[close]
     if len(near):
         closely = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
-        shapes = _Shapes.of(closely, with_tail=curls.any())
+        shapes = _Shapes.of(closely, with_tail=bool(curls.any()))
         found.clamp[near] = shapes.extreme(lowest=True)
         arch = eta[near] - shapes.extreme(lowest=False)
         found.surface[near] = np.fmin(found.surface[near], np.where(touches, arch, np.inf))

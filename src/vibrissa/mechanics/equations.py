@@ -15,7 +15,7 @@ of contact,
 
     ∫ sin φ ds − tan δ·offset = η − tan δ·x1_init ,                                      (E2)
     offset = ∫ cos φ ds + 1 − s_c ,  fx·cos α + fy·sin α = 0 ,
-    (x1_init − offset)/scale + (3·fx − fy)/(10·force) = advance  or
+    direction·(−offset/scale, 0.3·fx/force, 0.1·fy/force, s_c) = advance  or
     φ(s_c) = 0 ,                                                              (E3a, E3b, E3c, E3d)
     s_c = 1     or     φ(s_c) = 0 .                                               (E4a, E4b)
 
@@ -24,8 +24,9 @@ E2 says that the clamp moves at the angle δ to the surface; with δ = 0 the hei
 E3a prescribes where the tip sits relative to the clamp. While the tip sticks, the part that lies on
 the surface does not move: the rod rolls on or off it. E3b prescribes the inclination α of the
 force; α = 0 is the state in which sticking begins. E3c prescribes the *advance*, the continuation
-parameter past the lock: it adds the displacement of the clamp and the growth of the force, each
-relative to the α = 0 state of the ideal mounting, and increases also where offset and α turn back.
+parameter: how far a state lies along a direction in which the path goes. It adds the displacement
+of the clamp and the growth of the force, each relative to the α = 0 state of the ideal mounting,
+and the contact point, and increases also where offset and α turn back.
 E3d with s_c = 1 holds where the contact changes from one kind to the other.
 
 φ is a polynomial in the bending coordinate τ (`vibrissa.mechanics.taper`) of the free part through
@@ -45,9 +46,8 @@ from vibrissa.numerics.batch import Batch, slices
 from vibrissa.numerics.spectral import gauss_rule, legendre_series, refinement_matrix
 from vibrissa.outcomes import Contact
 
-# What a force grown by its first value adds to the advance: so weighted it increases along every
-# curve, in both kinds of contact.
-WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, -0.1
+# Weights of the forces where they are put beside lengths.
+WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, 0.1
 # The contact point, as a place along the free part.
 END = np.ones(1)
 # Slopes that are computed with together: they stay in the processor's cache.
@@ -59,13 +59,13 @@ class Closure(Batch):
     """Conditions E2 to E4 that close the equations of a batch of states.
 
     All forms of E3 are linear in what they prescribe:
-    of_offset·offset + of_fx·fx + of_fy·fy + of_phi1·φ1 = value.
+    of_offset·offset + of_fx·fx + of_fy·fy + of_s_c·s_c + of_phi1·φ1 = value.
 
     Attributes
     ----------
     contact : Contact
         Kind of contact of all states: E4a or E4b.
-    of_offset, of_fx, of_fy, of_phi1, value : ndarray, shape (n,)
+    of_offset, of_fx, of_fy, of_s_c, of_phi1, value : ndarray, shape (n,)
         Coefficients of E3 and its right side.
     tilt : ndarray, shape (n,), or None
         tan δ in E2; None where the clamp moves along the surface.
@@ -75,6 +75,7 @@ class Closure(Batch):
     of_offset: FloatArray
     of_fx: FloatArray
     of_fy: FloatArray
+    of_s_c: FloatArray
     of_phi1: FloatArray
     value: FloatArray
     tilt: FloatArray | None = None
@@ -82,7 +83,7 @@ class Closure(Batch):
     @classmethod
     def _prescribing(cls, value: FloatArray, contact: Contact, **of: FloatArray | float) -> Self:
         """Prescribe a sum in which only some coefficients are not zero."""
-        names = ("of_offset", "of_fx", "of_fy", "of_phi1")
+        names = ("of_offset", "of_fx", "of_fy", "of_s_c", "of_phi1")
         coefficients = {name: np.zeros_like(value) + of.get(name, 0.0) for name in names}
         return cls(contact=contact, value=value, **coefficients)
 
@@ -101,22 +102,22 @@ class Closure(Batch):
     def at_advance(
         cls,
         advance: FloatArray,
-        x1_init: FloatArray,
+        direction: FloatArray,
+        scale: FloatArray,
         force: FloatArray,
         contact: Contact = Contact.POINT,
-        scale: FloatArray | None = None,
     ) -> Self:
-        """Prescribe the advance from α = 0 states of known offset (L) and force (E·I0/L²): E3c.
+        """Prescribe the advance along a direction, shape (n, 4): E3c.
 
-        The displacement counts in units of `scale` (L), by default of the offset.
+        The offset counts in units of `scale` (L), the force in units of `force` (E·I0/L²).
         """
-        scale = x1_init if scale is None else scale
         return cls._prescribing(
-            advance - x1_init / scale,
+            advance,
             contact,
-            of_offset=-1.0 / scale,
-            of_fx=WEIGHT_OF_FX / force,
-            of_fy=WEIGHT_OF_FY / force,
+            of_offset=-direction[:, 0] / scale,
+            of_fx=WEIGHT_OF_FX * direction[:, 1] / force,
+            of_fy=WEIGHT_OF_FY * direction[:, 2] / force,
+            of_s_c=direction[:, 3],
         )
 
     @classmethod
@@ -131,34 +132,31 @@ class Closure(Batch):
     def residual(self, offset: FloatArray, states: RodStates, phi1: FloatArray) -> FloatArray:
         """Left minus right side of E3."""
         force = self.of_fx * states.fx + self.of_fy * states.fy
-        return self.of_offset * offset + force + self.of_phi1 * phi1 - self.value
+        place = self.of_offset * offset + self.of_s_c * states.s_c
+        return place + force + self.of_phi1 * phi1 - self.value
 
 
-def advance(
-    states: RodStates,
-    x1_init: FloatArray,
-    force: FloatArray,
-    scale: FloatArray | None = None,
+def path_coordinates(
+    offset: FloatArray, states: RodStates, scale: FloatArray, force: FloatArray
 ) -> FloatArray:
-    """Advance along a curve, the left side of E3c.
+    """Coordinates in which directions of a path are measured, see E3c.
 
     Parameters
     ----------
+    offset : ndarray, shape (n,)
+        Position of the tip along the surface (L).
     states : RodStates
-    x1_init, force : ndarray, shape (n,)
-        Offset (L) and contact force (E·I0/L²) of the α = 0 states.
-    scale : ndarray, shape (n,), optional
-        In units of which the displacement counts, by default the offset (L).
+    scale, force : ndarray, shape (n,)
+        Units of the offset (L) and of the force (E·I0/L²).
 
     Returns
     -------
-    ndarray, shape (n,)
-        0.1 in the α = 0 state itself, if it has that force.
+    ndarray, shape (n, 4)
+        −offset/scale, 0.3·fx/force, 0.1·fy/force and s_c; linear, so that changes of offset and
+        states give the change of these.
     """
-    scale = x1_init if scale is None else scale
-    offset, _ = contact_position(states)
-    growth = WEIGHT_OF_FX * states.fx + WEIGHT_OF_FY * states.fy
-    return x1_init / scale - offset / scale + growth / force
+    fx, fy = WEIGHT_OF_FX * states.fx / force, WEIGHT_OF_FY * states.fy / force
+    return np.stack([-offset / scale, fx, fy, states.s_c], axis=1)
 
 
 class _Integrands(NamedTuple):
@@ -360,7 +358,7 @@ def _residuals_between(
     )
     offset, phi1 = reach @ rule.weights + 1.0 - states.s_c, phi[:, -1]
     condition = closure.residual(offset, states, phi1)
-    if not (closure.of_offset.any() or closure.of_phi1.any()):
+    if not (closure.of_offset.any() or closure.of_s_c.any() or closure.of_phi1.any()):
         condition /= np.hypot(states.fx, states.fy)
     return (
         np.abs(phi - expected).max(axis=1),
@@ -460,7 +458,7 @@ def jacobian(states: RodStates, closure: Closure) -> SingleArray:
         e2[:, :nodes] += closure.tilt[:, None] * rule.weights * sin
 
     e3[:, :nodes] = -closure.of_offset[:, None] * rule.weights * sin
-    e3[:, by_fx], e3[:, by_fy] = closure.of_fx, closure.of_fy
+    e3[:, by_fx], e3[:, by_fy], e3[:, by_s_c] = closure.of_fx, closure.of_fy, closure.of_s_c
 
     lies, switches = closure.contact is Contact.LINE, closure.of_phi1.any()
     phi1 = np.zeros((len(states), nodes + 3), dtype=np.float32)
@@ -479,7 +477,7 @@ def jacobian(states: RodStates, closure: Closure) -> SingleArray:
         e1[:, :, by_s_c] = bend_growth @ rule.from_start.T
         offset_growth = (arc_growth * cos) @ rule.weights - 1.0
         e2[:, by_s_c] = closure.height((arc_growth * sin) @ rule.weights, offset_growth)
-        e3[:, by_s_c] = closure.of_offset * offset_growth
+        e3[:, by_s_c] += closure.of_offset * offset_growth
         phi1[:, by_s_c] = -(bend_growth @ rule.weights)
     if states.mounting is not None:
         # The turn of the clamp, c·m(0), adds the same to φ everywhere.

@@ -16,8 +16,8 @@ from vibrissa.numerics.spectral import refinement_matrix, step_weights
 from vibrissa.outcomes import Contact
 
 MAX_ITERATIONS = 25
-# Part of the nodes on which corrections are found, and the fewest that make sense.
-COARSE_NODES = 0.3
+# Part of the nodes on which corrections are found, and tangents; and the fewest that make sense.
+COARSE_NODES, TANGENT_NODES = 0.3, 0.6
 FEWEST_COARSE_NODES = 10
 # What follows E1 at the nodes: E2, E3 and E4.
 EQUATIONS_OF_ENDS = 3
@@ -59,8 +59,31 @@ def _extrapolation(known: int, count: int) -> FloatArray:
     return step_weights(ahead[None], np.array([known]), known)[0]
 
 
-def coarse_inverse(states: RodStates, closure: Closure) -> SingleArray:
+def coarse_inverse(states: RodStates, closure: Closure, few: int | None = None) -> SingleArray:
     """Inverse of the Jacobian on few nodes, which corrects states on all of them.
+
+    Parameters
+    ----------
+    states : RodStates
+    closure : Closure
+    few : int, optional
+        How many nodes; by default as many as corrections need.
+
+    Returns
+    -------
+    ndarray of float32, shape (n, k + 3, k + 3)
+        In single precision: a correction need not be more accurate. NaN where there is none.
+    """
+    few = coarse_nodes(states.nodes) if few is None else few
+    matrices = jacobian(states.on_nodes(few), closure)
+    try:
+        return inverses(matrices, EQUATIONS_OF_ENDS)
+    except np.linalg.LinAlgError:  # one exactly singular matrix spoils the whole stack
+        return np.stack([_inverse_or_nan(matrix) for matrix in matrices])
+
+
+def tangent(states: RodStates, closure: Closure) -> tuple[RodStates, SingleArray]:
+    """Differentiate states by the value that E3 prescribes.
 
     Parameters
     ----------
@@ -69,14 +92,22 @@ def coarse_inverse(states: RodStates, closure: Closure) -> SingleArray:
 
     Returns
     -------
-    ndarray of float32, shape (n, k + 3, k + 3)
-        In single precision: a correction need not be more accurate. NaN where there is none.
+    change : RodStates
+        Derivatives of the unknowns, as far as few nodes tell them.
+    inverse : ndarray of float32, shape (n, k + 3, k + 3)
+        `coarse_inverse` of the states.
     """
-    matrices = jacobian(states.on_nodes(coarse_nodes(states.nodes)), closure)
-    try:
-        return inverses(matrices, EQUATIONS_OF_ENDS)
-    except np.linalg.LinAlgError:  # one exactly singular matrix spoils the whole stack
-        return np.stack([_inverse_or_nan(matrix) for matrix in matrices])
+    inverse = coarse_inverse(states, closure, coarse_nodes(states.nodes, TANGENT_NODES))
+    few = inverse.shape[1] - EQUATIONS_OF_ENDS
+    column = inverse[:, :, few + 1].astype(np.float64)
+    change = RodStates(
+        theta=states.theta,
+        phi=column[:, :few] @ _transfer(few, states.nodes),
+        fx=column[:, few],
+        fy=column[:, few + 1],
+        s_c=column[:, few + 2],
+    )
+    return change, inverse
 
 
 def _inverse_or_nan(matrix: SingleArray) -> SingleArray:
@@ -86,9 +117,9 @@ def _inverse_or_nan(matrix: SingleArray) -> SingleArray:
         return np.full_like(matrix, np.nan)
 
 
-def coarse_nodes(nodes: int) -> int:
+def coarse_nodes(nodes: int, share: float = COARSE_NODES) -> int:
     """Few nodes: those on which corrections of states on `nodes` nodes are found."""
-    return min(nodes, max(FEWEST_COARSE_NODES, round(COARSE_NODES * nodes)))
+    return min(nodes, max(FEWEST_COARSE_NODES, round(share * nodes)))
 
 
 def corrected(
@@ -237,7 +268,8 @@ def _iterated(
         if not len(active):
             break
         if len(slow):
-            inverse[slow] = coarse_inverse(states.take(slow), closure.take(slow))
+            few = inverse.shape[1] - EQUATIONS_OF_ENDS
+            inverse[slow] = coarse_inverse(states.take(slow), closure.take(slow), few)
     if not converged.all():
         states.forget(~converged)
     return Solution(states, converged, inverse)

@@ -271,23 +271,21 @@ def halfway_interpolation(count: int) -> FloatArray:
     return _frozen(interpolation(count, chebyshev_nodes(2 * count - 1)[1::2]))
 
 
-def chebyshev_roots(values: FloatArray) -> FloatArray:
-    """Roots on [0, 1] of the polynomial through values at Chebyshev points.
+def chebyshev_roots(coefficients: FloatArray) -> FloatArray:
+    """Roots of a Chebyshev series, as positions in [0, 1].
 
     Parameters
     ----------
-    values : ndarray, shape (k,)
-        At `chebyshev_nodes(k)`.
+    coefficients : ndarray, shape (k,)
 
     Returns
     -------
     ndarray
         Increasing.
     """
-    if values.min() > 0.0 or values.max() < 0.0:
-        return np.empty(0)
-    series = np.trim_zeros(chebyshev_transform(len(values)) @ values, "b")
-    if len(series) < 2:
+    series = np.trim_zeros(coefficients, "b")
+    # No polynomial of Chebyshev exceeds 1.
+    if len(series) < 2 or np.abs(series[0]) > np.abs(series[1:]).sum():
         return np.empty(0)
     roots = chebyshev.chebroots(series)
     real = np.sort(roots.real[np.abs(roots.imag) < ROOT_TOLERANCE])

@@ -82,6 +82,8 @@ class Solved:
     swings : sequence of float, optional
         For each piece, where on it a round rod leaves its plane, NaN where it does not; without
         them it does so where the clamp passes under the contact point, as in the ideal mounting.
+    turned : bool
+        Whether x0 turns back where the last piece ends, in a kink.
     no_end : str
         What to say if the pieces do not lead to an end.
     """
@@ -96,6 +98,7 @@ class Solved:
     pulled: Sequence[Piece] = ()
     section: RodSection = RodSection.ROUND
     swings: Sequence[float] | None = None
+    turned: bool = False
     no_end: str = ""
 
 
@@ -107,20 +110,25 @@ class _Kept(NamedTuple):
     message: str
 
 
+class _Event(NamedTuple):
+    """What ends a curve: where on a piece, as a value of its parameter, how, and in what way."""
+
+    at: float
+    end: End
+    reason: str = ""
+
+
 class _Extremes(NamedTuple):
     """What is sought on each piece, as displacements (L); NaN where it is not there.
 
     Attributes
     ----------
-    lift : ndarray, shape (pieces,)
-        Where the tip lifts off.
     top, demand : ndarray, shape (pieces,)
         Where −tan α is largest, and its value there.
     touch : ndarray, shape (pieces,)
         Where the rod first touches the surface tangentially.
     """
 
-    lift: FloatArray
     top: FloatArray
     demand: FloatArray
     touch: FloatArray
@@ -161,10 +169,9 @@ def _rows(parts: Iterable[Sequence[Piece]]) -> Iterator[slice]:
 def _assembled_curve(solved: Solved, kept: _Kept, extremes: _Extremes) -> StickingCurve:
     """Build a curve of which all is known; see `assembled_curves`."""
     pieces, end, message = kept
-    x0_lock, mu_lock, pieces = _lock(pieces, extremes)
-    if mu_lock == np.inf:
-        end, message = End.LIFTS_OFF, ""
-    elif not pieces or not (0.0 < x0_lock < pieces[-1].last_x0 or end is End.SWINGS_ASIDE):
+    x0_lock, mu_lock = _lock(kept, extremes)
+    within = bool(pieces) and 0.0 < x0_lock < pieces[-1].last_x0
+    if not pieces or not (within or mu_lock == np.inf or end is End.SWINGS_ASIDE):
         if end is not End.OUT_OF_REACH or not pieces:
             status = Status.OUT_OF_REACH if message else Status.FAILED
             return failed_curve(
@@ -197,38 +204,49 @@ def _assembled_curve(solved: Solved, kept: _Kept, extremes: _Extremes) -> Sticki
 
 
 def _until_end(solved: Sequence[Solved]) -> list[_Kept]:
-    """Cut pieces off where rods swing aside, turn back in x0 or become inadmissible."""
+    """Cut pieces off at the first event that ends their curve."""
     pieces = PieceArray(pieces=tuple(piece for one in solved for piece in one.pieces))
-    swings, turns = _swings(solved, pieces), np.full(len(pieces.pieces), np.nan)
-    advances = np.flatnonzero(~pieces.by_x0)
-    turns[advances] = pieces.turning_points(advances)
+    turns, lifts = pieces.turning_points(), _lifts(pieces)
+    swings = _swings(solved, pieces)
     ends, cuts = [], {}
     for one, rows in zip(solved, _rows([one.pieces for one in solved]), strict=True):
-        end, message = End.NOT_FOLLOWED, ""
         kept: list[int] = []
         limits = one.limits or [Limit()] * len(one.pieces)
+        first = _Event(np.inf, End.SNAPS if one.turned else End.NOT_FOLLOWED)
         for row, limit in zip(range(rows.start, rows.stop), limits, strict=True):
-            piece, over = pieces.pieces[row], float(swings[row])
-            stop = float(np.nanmin([limit.at, turns[row], over, np.inf]))
-            if stop > piece.start + SAME:
+            events = [
+                _Event(limit.at, End.OUT_OF_REACH, limit.reason),
+                _Event(swings[row], End.SWINGS_ASIDE),
+                _Event(turns[row], End.SNAPS),
+                _Event(lifts[row], End.LIFTS_OFF),
+            ]
+            known = [event for event in events if np.isfinite(event.at)]
+            stop = min((event.at for event in known), default=np.inf)
+            if stop > pieces.start[row] + SAME:
                 kept.append(row)
-                if stop < piece.stop:
+                if stop < pieces.stop[row]:
                     cuts[row] = stop
-            if stop == limit.at:
-                end, message = End.OUT_OF_REACH, limit.reason
-            elif stop == over:
-                end, message = End.SWINGS_ASIDE, "" if kept else NOT_IN_PLANE
-            elif not np.isinf(stop):
-                end = End.SNAPS
-            if end is not End.NOT_FOLLOWED:
+            if known:
+                first = min(known, key=lambda event: event.at)
                 break
-        ends.append((kept, end, message))
+        if first.end is End.SWINGS_ASIDE and not kept:
+            first = first._replace(reason=NOT_IN_PLANE)
+        ends.append((kept, first))
     shorter = pieces.restricted(np.array([*cuts], dtype=np.int64), np.array([*cuts.values()]))
     cut = dict(zip(cuts, shorter, strict=True))
     return [
-        _Kept([cut.get(row, pieces.pieces[row]) for row in kept], end, message)
-        for kept, end, message in ends
+        _Kept([cut.get(row, pieces.pieces[row]) for row in kept], first.end, first.reason)
+        for kept, first in ends
     ]
+
+
+def _lifts(pieces: PieceArray) -> FloatArray:
+    """Where on each piece the surface would have to pull from there on; NaN where nowhere."""
+    lifts = np.full(len(pieces.pieces), np.nan)
+    rows = np.flatnonzero(pieces.samples.reaction_fy.max(axis=1, initial=-np.inf) >= 0.0)
+    fy = pieces.samples.reaction_fy
+    lifts[rows] = pieces.first(rows, fy, np.zeros(len(rows)), _normal_force)
+    return lifts
 
 
 def _swings(solved: Sequence[Solved], pieces: PieceArray) -> FloatArray:
@@ -259,45 +277,41 @@ def _passes_under(pieces: PieceArray, of: IntArray, x1_init: FloatArray) -> Floa
 
 
 def _extremes(pieces: PieceArray) -> _Extremes:
-    """Find where tips lift off, where −tan α is largest, and where rods touch the surface."""
-    lift, top, demand, touch = np.full((4, len(pieces.pieces)), np.nan)
-    # In the α = 0 state, where fx = 0, the surface pushes.
-    pulled = np.where(pieces.samples.reaction_fx < 0.0, pieces.samples.reaction_fy, -np.inf)
-    lifts = pieces.by_x0 & (pulled.max(axis=1, initial=-np.inf) >= 0.0)
-    rows = np.flatnonzero(lifts)
-    lift[rows] = pieces.first(rows, pulled, np.zeros(len(rows)), _normal_force)
-    rows = np.flatnonzero(pieces.by_x0 & ~lifts)
+    """Find where −tan α is largest, and where rods touch the surface."""
+    top, demand, touch = np.full((3, len(pieces.pieces)), np.nan)
+    rows = np.arange(len(pieces.pieces))
     if len(rows):
-        sampled = pieces.samples.friction_demand[rows]
-        top[rows] = pieces.largest(rows, sampled, _FORCE, _demand_slope)
-        demand[rows] = pieces.at(rows, top[rows]).friction_demand
+        # Where fy vanishes with fx > 0 the tip slips back before it lifts off.
+        ahead = pieces.samples.reaction_fx <= 0.0
+        sampled = np.where(ahead, pieces.samples.friction_demand, -np.inf)
+        states = pieces.at(rows, pieces.largest(rows, sampled, _FORCE, _demand_slope))
+        top, demand = states.x0, np.where(states.reaction_fx <= 0.0, states.friction_demand, 0.0)
     rows = np.flatnonzero(~pieces.line)
     at = pieces.first(rows, -pieces.samples.phi1, np.zeros(len(rows)), _contact_slope)
     rows, at = rows[np.isfinite(at)], at[np.isfinite(at)]
     if len(rows):
         touch[rows] = pieces.at(rows, at).x0
     touch[pieces.line] = pieces.first_x0[pieces.line]
-    return _Extremes(lift=lift, top=top, demand=demand, touch=touch)
+    return _Extremes(top=top, demand=demand, touch=touch)
 
 
-def _lock(pieces: Sequence[Piece], extremes: _Extremes) -> tuple[float, float, Sequence[Piece]]:
+def _lock(kept: _Kept, extremes: _Extremes) -> tuple[float, float]:
     """Locate where −tan α is largest on a curve, and its value there.
 
-    Where the tip lifts off −tan α is infinite, and nothing counts after that. The pieces up to
-    there are returned.
+    Where the tip lifts off while it is pulled back, −tan α is infinite.
     """
-    x0_lock, mu_lock = np.nan, -np.inf
-    for row, (lift, top, demand, _) in enumerate(zip(*extremes, strict=True)):
-        if np.isfinite(lift):
-            (last,) = pieces[row].alone.restricted(np.zeros(1, dtype=np.int64), np.array([lift]))
-            return float(lift), np.inf, [*pieces[:row], last]
-        if demand > mu_lock:
-            x0_lock, mu_lock = float(top), float(demand)
+    pieces, end, _ = kept
+    if not pieces:
+        return np.nan, -np.inf
+    if end is End.LIFTS_OFF and pieces[-1].states.reaction_fx[-1] < 0.0:
+        return pieces[-1].last_x0, np.inf
+    row = int(np.argmax(extremes.demand))
+    x0_lock = float(extremes.top[row])
     # A maximum in a kink belongs to both pieces: put it where the second one begins.
     for piece in pieces[1:]:
         if abs(piece.first_x0 - x0_lock) <= SAME:
             x0_lock = piece.first_x0
-    return x0_lock, mu_lock, pieces
+    return x0_lock, float(extremes.demand[row])
 
 
 def _first_touch(pieces: Sequence[Piece], extremes: _Extremes) -> float:

@@ -305,14 +305,25 @@ class PieceArray:
 
     def at_x0(self, of: IntArray, x0: FloatArray) -> StickingState:
         """States at displacements."""
-        t, sought = x0, np.flatnonzero(~self.by_x0[of])
+        return self.at(of, self.places_of(of, x0))
+
+    def displacements(self, of: IntArray, t: FloatArray) -> FloatArray:
+        """Displacements at values of the parameters, NaN where these are."""
+        x0, sought = t.copy(), np.flatnonzero(~self.by_x0[of] & np.isfinite(t))
         if len(sought):
-            # Pieces meet up to rounding.
-            levels = np.minimum(x0[sought], self.samples.x0[of[sought], -1])
-            places = self.first(of[sought], self.samples.x0, levels, displacement, value=levels)
-            t = x0.copy()
-            t[sought] = places
-        return self.at(of, t)
+            x0[sought] = self.at(of[sought], t[sought]).x0
+        return x0
+
+    def places_of(self, of: IntArray, x0: FloatArray) -> FloatArray:
+        """Values of the parameters at displacements."""
+        sought = np.flatnonzero(~self.by_x0[of])
+        if not len(sought):
+            return x0
+        # Pieces meet up to rounding.
+        levels = np.minimum(x0[sought], self.samples.x0[of[sought], -1])
+        t = x0.copy()
+        t[sought] = self.first(of[sought], self.samples.x0, levels, displacement, value=levels)
+        return t
 
     @cached_property
     def sample_places(self) -> FloatArray:
@@ -445,15 +456,15 @@ class PieceArray:
             found[inside] = bracketed_root(sloped, low[inside], high[inside], of[inside])
         return found
 
-    def turning_points(self, of: IntArray) -> FloatArray:
+    def turning_points(self) -> FloatArray:
         """Values of the parameters from which on x0 no longer increases; NaN if it always does."""
-        if not len(of):
-            return np.empty(0)
+        turns, of = np.full(len(self.pieces), np.nan), np.flatnonzero(~self.by_x0)
         slopes = np.empty((len(self.pieces), SAMPLES))
-        for row in np.unique(of):
+        for row in of:
             states = self.pieces[row].states
             slopes[row] = even_derivative(len(states), SAMPLES) @ states.x0
-        return self.first(of, -slopes, np.zeros(len(of)), displacement, derivative=1)
+        turns[of] = self.first(of, -slopes, np.zeros(len(of)), displacement, derivative=1)
+        return turns
 
 
 def displacement(level: FloatArray) -> Mapping[str, float]:

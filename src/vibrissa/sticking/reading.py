@@ -100,9 +100,8 @@ class CurveArray:
             rows = rows[~(self.pieces.first_x0[place[rows]] > self.x0_lock[of[rows]])]
             if not len(rows):
                 return onset
-            onset[rows] = self.pieces.first(
-                place[rows], sampled, mu0[rows], _slips_ahead, places=places
-            )
+            at = self.pieces.first(place[rows], sampled, mu0[rows], _slips_ahead, places=places)
+            onset[rows] = self.pieces.displacements(place[rows], at)
             place = place + 1
 
     def outcomes(self, of: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
@@ -127,8 +126,7 @@ class CurveArray:
         before = first_reached(pieces.samples.x0, np.arange(len(x0_lock)), x0_lock)
         rows = np.flatnonzero(before < demand.shape[1])
         demand[rows, before[rows]] = mu_lock[rows]
-        lock = pieces.start + x0_lock - pieces.first_x0
-        places[rows, before[rows]] = lock[rows]
+        places[rows, before[rows]] = pieces.places_of(rows, x0_lock[rows])
         return demand, places
 
     def motion_end(self, of: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:

@@ -295,7 +295,7 @@ def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
     """
     parts: list[PPoly] = list(pulled)
     for piece in curve.pieces:
-        # Equal steps of the continuation parameter: near a limit point they are short in x0.
+        # Equal steps of the piece's parameter: near a limit point they are short in x0.
         states = piece.at(np.linspace(piece.start, piece.stop, KNOTS))
         parts.append(CubicSpline(states.x0, _reactions(states)))
     reactions = joined(parts)

@@ -14,16 +14,21 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from vibrissa.mechanics.equations import Closure, contact_position
+from vibrissa.mechanics.buckling import initial_states
+from vibrissa.mechanics.equations import Closure, contact_position, ends
 from vibrissa.mechanics.mounting import Mounting, Mountings
+from vibrissa.mechanics.newton import MAX_ITERATIONS, extrapolated
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.solving.continuation import begin, with_active_contact
-from vibrissa.sticking.solving.segments import Segment, StepSizes
+from vibrissa.sticking.solving.branches import Branches
+from vibrissa.sticking.solving.following import solve_kinds
 
+# Height at which lowering the surface begins, and numbers of steps to try.
+HIGHEST = 0.999
+LOWERING_STEPS = (12, 40)
 # A step that succeeds is doubled, one that fails divided; the shortest step (parts of a mounting).
 DIVISION, SHORTEST_STEP = 4.0, 1e-4
 # Part of the rod's bend by which a state may differ from its guess: further away is another branch.
@@ -47,6 +52,17 @@ LOST = (
     "the state with alpha = 0 was lost at {share:.1%} of the way from the ideal mounting to this "
     "one; try a slightly different eta, theta or mounting"
 )
+
+
+class Closeness(NamedTuple):
+    """How closely paths are followed: number of nodes, and the longest step."""
+
+    nodes: int
+    longest: float
+
+
+# More closely where that leads nowhere. The pieces have nodes and states of their own.
+CLOSENESS = (Closeness(24, 0.6), Closeness(48, 0.15), Closeness(108, 0.04))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -90,26 +106,32 @@ class Beginning(NamedTuple):
 
     Attributes
     ----------
-    segment : Segment
-        The first segment with its first state, for those branches of which it was found.
+    branches : Branches
+    states : RodStates
+        The α = 0 states of those that have one.
+    line : ndarray of bool, shape (n,)
+        Whether these are in line contact.
     rows : ndarray of int
         Which of the rods they are.
     missing : dict
         Status and message of the other rods.
     """
 
-    segment: Segment
+    branches: Branches
+    states: RodStates
+    line: BoolArray
     rows: IntArray
     missing: dict[int, tuple[Status, str]]
 
 
-def begin_mounted(rods: Rods, sizes: StepSizes, model: Contact) -> Beginning:
+def begin(rods: Rods, nodes: int, model: Contact) -> Beginning:
     """Solve the states in which branches begin.
 
     Parameters
     ----------
     rods : Rods
-    sizes : StepSizes
+    nodes : int
+        Number of collocation nodes.
     model : Contact
         POINT for contact with the tip alone, LINE for the kind that is possible.
 
@@ -117,30 +139,125 @@ def begin_mounted(rods: Rods, sizes: StepSizes, model: Contact) -> Beginning:
     -------
     Beginning
     """
-    segment, index = begin(rods.theta, rods.eta, sizes, model)
-    missing = {
-        int(row): (Status.FAILED, NO_INITIAL_STATE)
-        for row in np.setdiff1d(np.arange(len(rods)), index)
-    }
-    if rods.mounting is not None and len(index):
-        segment, why = _mounted(segment, rods.mounting.take(index), model)
-        missing |= {int(index[row]): reason for row, reason in why.items()}
-        found = np.setdiff1d(np.arange(len(index)), list(why))
-        segment, index = segment.take(found), index[found]
-    if rods.stage_angle is not None:
-        branches = replace(segment.branches, stage_angle=rods.stage_angle[index])
-        segment = replace(segment, branches=branches)
-    return Beginning(segment, index, missing)
+    states, line, found = _upright(rods.theta, rods.eta, nodes, model)
+    rows = np.flatnonzero(found)
+    missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
+    states, line, eta = states.take(rows), line[rows], rods.eta[rows]
+    scale, force = contact_position(states)[0], -states.fy
+    if rods.mounting is not None and len(rows):
+        states, line, why = _mounted(states, line, eta, rods.mounting.take(rows), model)
+        missing |= {int(rows[row]): reason for row, reason in why.items()}
+        here = np.setdiff1d(np.arange(len(rows)), list(why))
+        rows, states, line, eta = rows[here], states.take(here), line[here], eta[here]
+        scale, force = scale[here], force[here]
+    branches = Branches(
+        theta=states.theta,
+        eta=eta,
+        x1_init=contact_position(states)[0],
+        scale=scale,
+        force=force,
+        stage_angle=None if rods.stage_angle is None else rods.stage_angle[rows],
+    )
+    return Beginning(branches, states, line, rows, missing)
+
+
+def _upright(
+    theta: FloatArray, eta: FloatArray, nodes: int, model: Contact
+) -> tuple[RodStates, BoolArray, BoolArray]:
+    """Solve α = 0 states in the ideal mounting: states, which are in line contact, which found."""
+    states, found = initial_states(theta, eta, nodes)
+    line = np.zeros(len(theta), dtype=bool)
+    if model is Contact.LINE:
+        line = found & (ends(states).phi1 < 0.0)
+        for count in LOWERING_STEPS:
+            lying = np.flatnonzero(line & ~(found & (states.s_c < 1.0)))
+            if len(lying):
+                solution, found[lying] = _lowered(theta[lying], eta[lying], nodes, count)
+                states.put(lying, solution)
+    return states, line, found
+
+
+def _lowered(
+    theta: FloatArray, eta: FloatArray, nodes: int, count: int
+) -> tuple[RodStates, BoolArray]:
+    """Solve α = 0 states in line contact by lowering the surface from where the tip alone touches.
+
+    Straight from the point-contact state, Newton's iteration finds only those that differ little.
+    """
+    # The deflection grows like the square root of 1 − η: equal steps of it.
+    root = np.linspace(np.sqrt(1.0 - HIGHEST), np.sqrt(1.0 - eta), count)
+    steps = [initial_states(theta, 1.0 - root[0] ** 2, nodes)[0]]
+    line = np.zeros(len(theta), dtype=bool)
+    vertical = Closure.at_inclination(np.zeros(len(theta)))
+    for width in root[1:]:
+        guess = extrapolated(steps[-3:])
+        # Where the kind just changed, the extrapolated s_c may have passed 1.
+        guess = replace(guess, s_c=np.where(line, np.minimum(guess.s_c, 1.0), 1.0))
+        states, line, found = with_active_contact(
+            guess, 1.0 - width**2, vertical, line, Contact.LINE
+        )
+        steps.append(states)
+    return states, found & line & (states.s_c < 1.0)
+
+
+def with_active_contact(
+    guess: RodStates,
+    eta: FloatArray,
+    closure: Closure,
+    line: BoolArray,
+    model: Contact,
+) -> tuple[RodStates, BoolArray, BoolArray]:
+    """Solve states with the kind of contact that is possible.
+
+    Parameters
+    ----------
+    guess : RodStates
+    eta : ndarray, shape (n,)
+        Heights of the surface (L).
+    closure : Closure
+        What is prescribed; its kind of contact does not matter.
+    line : ndarray of bool, shape (n,)
+        Kind of contact to try first.
+    model : Contact
+        POINT for contact with the tip alone, LINE for the kind that is possible.
+
+    Returns
+    -------
+    states : RodStates
+        NaN where none was found.
+    line : ndarray of bool, shape (n,)
+        Kind of contact of each.
+    found : ndarray of bool, shape (n,)
+    """
+    states, found = solve_kinds(guess, eta, closure, line, iterations=MAX_ITERATIONS)
+    if model is Contact.LINE:
+        impossible = found & np.where(line, states.s_c > 1.0, ends(states).phi1 < 0.0)
+        # Where a pulled rod has peeled off up to its tip, no state lies along the surface.
+        other = np.flatnonzero(impossible | (line & ~found))
+        if len(other):
+            line = line.copy()
+            line[other] = ~line[other]
+            start = guess.take(other)
+            start.put(found[other], states.take(other[found[other]]))
+            start = replace(start, s_c=np.ones(len(other)))
+            some = eta[other], closure.take(other), line[other]
+            solution, again = solve_kinds(start, *some, iterations=MAX_ITERATIONS)
+            states.put(other, solution)
+            slope = ends(solution).phi1
+            found[other] = again & np.where(line[other], solution.s_c <= 1.0, slope >= 0.0)
+    # s_c runs away where the rod would lie down altogether
+    found &= states.s_c > 0.0
+    states.forget(~found)
+    return states, line, found
 
 
 def _mounted(
-    ideal: Segment, mounting: Mountings, model: Contact
-) -> tuple[Segment, dict[int, tuple[Status, str]]]:
+    ideal: RodStates, line: BoolArray, eta: FloatArray, mounting: Mountings, model: Contact
+) -> tuple[RodStates, BoolArray, dict[int, tuple[Status, str]]]:
     """Follow first states from the ideal mounting to the wanted ones."""
-    eta = ideal.branches.eta
     share, step = np.zeros(len(eta)), np.ones(len(eta))
-    states = replace(ideal.steps[0], mounting=mounting.scaled(share))
-    before, line, last = states.copy(), ideal.line[0].copy(), share.copy()
+    states = replace(ideal, mounting=mounting.scaled(share))
+    before, line, last = states.copy(), line.copy(), share.copy()
     missing: dict[int, tuple[Status, str]] = {}
     active = np.arange(len(eta))
     while len(active):
@@ -167,9 +284,7 @@ def _mounted(
             status, why = (Status.OUT_OF_REACH, SPRINGS) if springs else (Status.FAILED, LOST)
             missing[int(row)] = status, why.format(share=share[row])
         active = np.setdiff1d(active[share[active] < 1.0], list(missing))
-    x1_init, _ = contact_position(states)
-    branches = replace(ideal.branches, x1_init=x1_init)
-    return replace(ideal, branches=branches, steps=[states], line=line[None]), missing
+    return states, line, missing
 
 
 def _towards(

@@ -1,53 +1,52 @@
 """Sticking curves by spectral collocation: batches of (θ, η).
 
-A curve is solved in stages, each for the whole batch at once. It is followed in coarse steps on few
-nodes (`continuation`): a round rod along x0 until the clamp has passed under the contact point, and
-to x0 < 0, where the tip is pulled; a planar one along x0 until −tan α has passed its maximum, then
-along the advance until x0 turns back. It is cut where the contact changes its kind (`sections`), as
-it is smooth only between; and each piece is resolved (`refinement`).
+A curve is solved in stages, each for the whole batch at once. Its path is followed in steps on few
+nodes (`following`): that of a round rod until the clamp has passed under the contact point, and to
+x0 < 0, where the tip is pulled; that of a planar one until x0 turns back. It is cut into smooth
+pieces (`cutting`), and each of these is resolved (`refinement`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.equations import (
-    contact_position,
-)
+from vibrissa.mechanics.aside import stability_aside
+from vibrissa.mechanics.equations import Closure, contact_position
 from vibrissa.mechanics.mounting import IDEAL, Mounting
+from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
+from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
 from vibrissa.sticking.assembly import Solved, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import CONTACT_SLACK, PieceArray
-from vibrissa.sticking.solving.beginning import Rods, begin_mounted
-from vibrissa.sticking.solving.continuation import (
-    ahead_of_clamp,
-    both_ways,
-    first_segment,
-    has_swung,
-    second_segment,
-)
-from vibrissa.sticking.solving.cuts import exact_advance, exact_x1_init
+from vibrissa.sticking.solving.beginning import CLOSENESS, Closeness, Rods, begin
+from vibrissa.sticking.solving.branches import Branches
+from vibrissa.sticking.solving.cutting import cuts, exact_x1_init, parts_of, places
 from vibrissa.sticking.solving.finishing import Resolved
-from vibrissa.sticking.solving.refinement import NOT_RESOLVED, guess_from, resolve
-from vibrissa.sticking.solving.sections import Sections, in_order, pieces_of, sections_of
-from vibrissa.sticking.solving.segments import STEP_SIZES, Segment, StepSizes
+from vibrissa.sticking.solving.following import Ended, Followed, Knots, between, follow, solve_kinds
+from vibrissa.sticking.solving.refinement import NOT_RESOLVED, STATES_ALONG_PIECE, resolve
 
 METHOD = Solver.COLLOCATION
 # Curves that are solved together: more share the overhead of each call, fewer stay in the
 # processor's cache and bound the memory. Round rods have a pulled part, too.
 BATCH = {RodSection.ROUND: 128, RodSection.PLANAR: 256}
+# A round rod is followed until its contact point is this far behind the clamp (L).
+BEHIND_CLAMP = 1e-6
+# Friction up to which a pulled rod is followed: where the normal force vanishes, s_c runs so
+# steeply that few paths would be resolved.
+MOST_PULLED = 3.001
+# Margin out of the plane below which a round rod has left it for certain, though it is found on few
+# nodes.
+PAST_SWING, NODES_ASIDE = -0.02, 24
 
-NO_LOCK = "no maximum of -tan(alpha) was found along x0; try a larger eta or a theta closer to 1"
 NO_SWITCH = (
     "a change of the kind of contact could not be located, or two of them lie within one step; "
     "try a slightly different eta or theta"
 )
-NO_ROUND_END = "the curve could not be followed to where the clamp passes under the contact"
-NO_END = "the curve could not be followed from the lock to where it turns back"
+NO_END = "the curve could not be followed to its end; try a slightly different eta or theta"
 
 
 def solve_curves(
@@ -95,9 +94,9 @@ def solve_curves(
 
 
 def _solve_batch(rods: Rods, model: Contact, section: RodSection) -> list[StickingCurve]:
-    """Solve one batch, and follow those more closely that need it."""
-    results = _in_steps(rods, STEP_SIZES[0], model, section)
-    for sizes in STEP_SIZES[1:]:
+    """Solve one batch, and follow those on more nodes that need it."""
+    results = _solve_so(CLOSENESS[0], rods, model, section)
+    for closeness in CLOSENESS[1:]:
         pending = [
             i
             for i, curve in enumerate(results)
@@ -105,170 +104,147 @@ def _solve_batch(rods: Rods, model: Contact, section: RodSection) -> list[Sticki
         ]
         if not pending:
             break
-        solved = _in_steps(rods.take(np.array(pending)), sizes, model, section)
+        solved = _solve_so(closeness, rods.take(np.array(pending)), model, section)
         for index, curve in zip(pending, solved, strict=True):
             if curve.status is not Status.FAILED or results[index].status is Status.FAILED:
                 results[index] = curve
     return results
 
 
-class _Followed(NamedTuple):
-    """Curves as they were followed and resolved, an item for each.
-
-    Attributes
-    ----------
-    first : Segment
-        From the first states on, where the clamp pushes.
-    passed : ndarray of bool, shape (n,)
-        Whether each was followed far enough.
-    sections : mapping of Parameter to list
-        Sections of the segments where the clamp pushes.
-    solved, pulled : list of list of Resolved
-        Pieces of these, and of the segments where it pulls.
-    """
-
-    first: Segment
-    passed: BoolArray
-    sections: Mapping[Parameter, Sequence[Sections]]
-    solved: Sequence[Sequence[Resolved]]
-    pulled: Sequence[Sequence[Resolved]]
-
-
-def _in_steps(
-    rods: Rods, sizes: StepSizes, model: Contact, section: RodSection
+def _solve_so(
+    closeness: Closeness, rods: Rods, model: Contact, section: RodSection
 ) -> list[StickingCurve]:
-    """Solve curves in steps of given sizes."""
-    begun, index, missing = begin_mounted(rods, sizes, model)
-    results: dict[int, StickingCurve] = {}
-    for row, (status, message) in missing.items():
-        theta, eta = float(rods.theta[row]), float(rods.eta[row])
-        results[row] = _failed(theta, eta, message, status)
-    if len(index):
-        if section is RodSection.ROUND and rods.are_ideal:
-            followed = _follow_round(begun, rods, sizes, model)
-        else:
-            followed = _follow_planar(begun, rods, sizes, model, section)
-        found: dict[int, Solved | StickingCurve] = {
-            int(i): _to_be_assembled(
-                theta=float(rods.theta[i]),
-                eta=float(rods.eta[i]),
-                x1_init=float(followed.first.branches.x1_init[row]),
-                passed=bool(followed.passed[row]),
-                sections={name: bounds[row] for name, bounds in followed.sections.items()},
-                solved=followed.solved[row],
-                pulled=followed.pulled[row],
-                section=section,
-                ideal=rods.are_ideal,
-            )
-            for row, i in enumerate(index)
-        }
-        results |= _assembled(found, model)
-    return [results[row] for row in range(len(rods))]
-
-
-def _follow_round(begun: Segment, rods: Rods, sizes: StepSizes, model: Contact) -> _Followed:
-    """Follow round rods to where they swing aside, and to where they are pulled off."""
-    count = len(begun.origin)
-    ahead = np.arange(count)
-    both = both_ways(begun, sizes, model)
-    first = _exactly_begun(both.take(ahead), rods)
-    both = replace(both, branches=first.branches.take(np.tile(ahead, 2)))
-    end = both.last * both.step
-    # In point contact the clamp passes under the contact point at x1_init: nothing counts behind.
-    lies = both.line[both.last, np.arange(2 * count)]
-    stop = np.where(lies, end, np.minimum(end, both.branches.x1_init))
-    sections = sections_of(both, np.minimum(end, 0.0), np.maximum(stop, 0.0))
-    solved = _solve_sections(both, sections, RodSection.ROUND)
-    return _Followed(
-        first=first,
-        passed=_passed(first) | (ahead_of_clamp(first.at(first.last)[0]) < 0.0),
-        sections={Parameter.X0: sections[:count]},
-        solved=solved[:count],
-        pulled=[
-            in_order(Parameter.X0, bounds, parts)
-            for bounds, parts in zip(sections[count:], solved[count:], strict=True)
-        ],
-    )
-
-
-def _follow_planar(
-    begun: Segment, rods: Rods, sizes: StepSizes, model: Contact, section: RodSection
-) -> _Followed:
-    """Follow rods in their plane to where they turn back."""
-    first = _exactly_begun(first_segment(begun, sizes, model), rods)
-    count = len(first.origin)
-    zero, joint = np.zeros(count), first.last * first.step
-    ahead = sections_of(first, zero, joint)
-    solved = _solve_sections(first, ahead, section)
-    # The second segments are followed once the first ones are solved: not of what is inadmissible,
-    # nor where the tip lifts off or the rod leaves its plane, nor where the initial state is not
-    # resolved.
-    admissible = [
-        not any(np.isfinite([part.limit.at, part.swing]).any() for part in parts)
-        for parts in solved
-    ]
-    resolved = np.isfinite(first.branches.x1_init)
-    rows = np.flatnonzero(admissible & resolved & (first.at(first.last)[0].fy < 0.0))
-    past: list[Sections] = [None] * count
-    if len(rows):
-        second = second_segment(first.take(rows), sizes, model, section)
-        stop = second.origin + second.last * second.step
-        sections = sections_of(second, exact_advance(first.take(rows), joint[rows]), stop)
-        ended = _turned(second)
-        if section is RodSection.ROUND:
-            ended |= has_swung(second.at(second.last)[0])
-        good = np.flatnonzero(ended & [part is not None for part in sections])
-        known = [sections[i] for i in good]
-        found = _solve_sections(second.take(good), known, section)
-        for row, some, parts in zip(rows[good], known, found, strict=True):
-            past[row] = some
-            solved[row] += parts
-    return _Followed(
-        first=first,
-        passed=_passed(first),
-        sections={Parameter.X0: ahead, Parameter.ADVANCE: past},
-        solved=solved,
-        pulled=[[]] * count,
-    )
-
-
-def _exactly_begun(first: Segment, rods: Rods) -> Segment:
-    """Segment with the exact contact points of its first states.
-
-    What the pieces are cut at has to be exact, unlike the steps: it is solved on more nodes.
-    """
-    branches = replace(first.branches, x1_init=exact_x1_init(first))
+    """Solve curves that are followed so closely."""
+    begun = begin(rods, closeness.nodes, model)
+    missing = dict(begun.missing)
+    x1_init = exact_x1_init(begun.branches, begun.states, begun.line)
+    missing |= {int(row): (Status.FAILED, NOT_RESOLVED) for row in begun.rows[np.isnan(x1_init)]}
+    known = np.flatnonzero(np.isfinite(x1_init))
+    branches = replace(begun.branches, x1_init=x1_init)
     if rods.mounting is None:
-        branches = replace(branches, scale=branches.x1_init)
-    return replace(first, branches=branches)
+        branches = replace(branches, scale=x1_init)
+    curves = {
+        row: _failed(float(rods.theta[row]), float(rods.eta[row]), message, status)
+        for row, (status, message) in missing.items()
+    }
+    if len(known):
+        first = branches.take(known), begun.states.take(known), begun.line[known]
+        solved = _solved(*first, model, section, closeness.longest, ideal=rods.are_ideal)
+        curves |= zip(begun.rows[known].tolist(), _assembled(solved, model), strict=True)
+    return [curves[row] for row in range(len(rods))]
 
 
-def _solve_sections(
-    segment: Segment, sections: Sequence[Sections], section: RodSection
-) -> list[list[Resolved]]:
-    """Resolve the sections of each branch."""
-    solved: list[list[Resolved]] = [[] for _ in sections]
-    for contact in Contact:
-        pieces = pieces_of(contact, segment, sections, section)
-        for part in resolve(pieces, guess_from(segment, pieces)) if len(pieces) else ():
-            solved[part.curve].append(part)
-    return solved
+def _solved(
+    branches: Branches,
+    states: RodStates,
+    line: BoolArray,
+    model: Contact,
+    section: RodSection,
+    longest: float,
+    *,
+    ideal: bool,
+) -> list[Solved | StickingCurve]:
+    """Follow branches from their first states and resolve them."""
+    count = len(line)
+    both = ideal and section is RodSection.ROUND
+    # A round rod that is pulled is followed, too.
+    twice = np.tile(np.arange(count), 2 if both else 1)
+    branches, states, line = branches.take(twice), states.take(twice), line[twice]
+    side = np.where(np.arange(len(twice)) < count, 1.0, -1.0)
+    ended = _ended(side, section, ideal=ideal)
+    followed = follow(branches, states, line, side, model, ended, longest)
+    followed = followed._replace(knots=_up_to_steep(branches, followed))
+    parts, whole = _resolved_parts(branches, followed, section, ideal=ideal)
+    return [
+        _to_be_assembled(
+            branches.take(np.array([row])),
+            parts[row],
+            parts[count + row] if both and whole[count + row] else [],
+            turned=bool(followed.turned[row] and whole[row]),
+            section=section,
+            ideal=ideal,
+        )
+        for row in range(count)
+    ]
 
 
-def _passed(first: Segment) -> BoolArray:
-    """Whether the first segments have found a maximum of −tan α or the tip lifting off."""
-    fx, fy = first.forces
-    last, rows = first.last, np.arange(len(first.origin))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        demand = np.nan_to_num(fx / fy, nan=-np.inf)
-    pulls = (fy[last, rows] >= 0.0) & (fx[last, rows] < 0.0)
-    return pulls | (demand[last, rows] < np.maximum(demand.max(axis=0), 1e-300))
+def _ended(side: FloatArray, section: RodSection, *, ideal: bool) -> Ended:
+    """Where paths end, besides where the displacement turns back."""
+
+    def ended(branches: Branches, knots: Knots) -> BoolArray:
+        states = knots.states
+        lifts = states.fy >= 0.0
+        if section is RodSection.PLANAR:
+            return lifts
+        if not ideal:
+            return lifts | has_swung(states)
+        offset, _ = contact_position(states)
+        behind = offset - (1.0 - states.s_c) < -BEHIND_CLAMP
+        steep = states.fx >= -MOST_PULLED * states.fy
+        return lifts | np.where(side[knots.branch] < 0.0, steep, behind)
+
+    return ended
 
 
-def _turned(segment: Segment) -> BoolArray:
-    """Whether x0 decreases in the last step of each branch."""
-    now, before = (contact_position(segment.at(segment.last - back)[0])[0] for back in (0, 1))
-    return now > before
+def _up_to_steep(branches: Branches, followed: Followed) -> Knots:
+    """Put the ends of pulled paths where they need the most friction up to which they are known."""
+    knots = followed.knots
+    excess = knots.states.fx + MOST_PULLED * knots.states.fy
+    low = np.flatnonzero(followed.ends[:-1] & ~followed.ends[1:] & (excess[:-1] > 0.0))
+    low = low[(knots.branch[low] == knots.branch[low + 1]) & (knots.step[low + 1] > 0.0)]
+    if not len(low):
+        return knots
+    step, here = knots.step[low + 1], knots.states
+    share = excess[low] / (excess[low] - excess[low + 1])
+    ends, pairs = step[:, None] * np.array([0.0, 1.0]), low[:, None] + np.array([0, 1])
+    guess = between(knots, pairs, share * step, ends, np.ones_like(ends))
+    steep = Closure.at_inclination(np.full(len(low), np.arctan(MOST_PULLED)))
+    some = branches.take(knots.branch[low])
+    states, found = solve_kinds(guess, some.height, some.tilted(steep), knots.line[low])
+    here = here.copy()
+    here.put(low[found], states.take(found))
+    return replace(knots, states=here)
+
+
+def has_swung(states: RodStates) -> BoolArray:
+    """Whether states in the plane lie beyond where a round rod leaves it."""
+    nodes = min(states.nodes, NODES_ASIDE)
+    return np.asarray(stability_aside(states.on_nodes(nodes)) < PAST_SWING)
+
+
+class _Whole(NamedTuple):
+    """Resolved pieces of each path, in order, up to the first part that could not be resolved."""
+
+    pieces: list[list[Resolved]]
+    whole: list[bool]
+
+
+def _resolved_parts(
+    branches: Branches, followed: Followed, section: RodSection, *, ideal: bool
+) -> _Whole:
+    """Cut paths into parts and resolve these."""
+    knots, parts = followed.knots, parts_of(followed.knots)
+    first, last = places(branches, followed, parts)
+    if ideal and section is RodSection.ROUND:
+        # In tip contact the clamp passes under the contact point where the offset is zero: nothing
+        # counts behind.
+        tip = ~knots.line[[part.last for part in parts]]
+        last[tip, 0] = np.minimum(last[tip, 0], 0.0)
+    solved: dict[int, list[Resolved]] = defaultdict(list)
+    lengths = np.full(len(parts), np.nan)
+    for cut in cuts(branches, followed, parts, (first, last), section, STATES_ALONG_PIECE[0]):
+        lengths[cut.pieces.part] = cut.pieces.length
+        for one in resolve(cut.pieces, cut.guess):
+            solved[one.part].append(one)
+    pieces: list[list[Resolved]] = [[] for _ in range(len(branches))]
+    whole = [True] * len(branches)
+    for number, part in enumerate(parts):
+        found = sorted(solved[number], key=lambda one: one.piece.start)
+        covered = sum(one.piece.stop - one.piece.start for one in found)
+        whole[part.branch] &= bool(covered > lengths[number] * (1.0 - 1e-9))
+        if whole[part.branch]:
+            pieces[part.branch] += found
+    return _Whole(pieces, whole)
 
 
 def _failed(
@@ -277,55 +253,48 @@ def _failed(
     return failed_curve(theta=theta, eta=eta, method=METHOD, message=message, status=status)
 
 
-def _assembled(
-    found: Mapping[int, Solved | StickingCurve], model: Contact
-) -> dict[int, StickingCurve]:
+def _assembled(found: Sequence[Solved | StickingCurve], model: Contact) -> list[StickingCurve]:
     """Put curves together, all at once; what is a curve already remains as it is."""
-    solved = {row: one for row, one in found.items() if isinstance(one, Solved)}
-    curves = dict(zip(solved, assembled_curves(list(solved.values())), strict=True))
-    if model is Contact.LINE:
-        curves = {
-            row: curve if _is_possible(curve) else _failed(curve.theta, curve.eta, NO_SWITCH)
-            for row, curve in curves.items()
-        }
-    return {row: one for row, one in found.items() if isinstance(one, StickingCurve)} | curves
+    curves = iter(assembled_curves([one for one in found if isinstance(one, Solved)]))
+    whole = [next(curves) if isinstance(one, Solved) else one for one in found]
+    if model is not Contact.LINE:
+        return whole
+    return [
+        curve if _is_possible(curve) else _failed(curve.theta, curve.eta, NO_SWITCH)
+        for curve in whole
+    ]
 
 
 def _to_be_assembled(
-    *,
-    theta: float,
-    eta: float,
-    x1_init: float,
-    passed: bool,
-    sections: Mapping[Parameter, Sections],
-    solved: Sequence[Resolved],
+    branch: Branches,
+    parts: Sequence[Resolved],
     pulled: Sequence[Resolved],
+    *,
+    turned: bool,
     section: RodSection,
     ideal: bool,
 ) -> Solved | StickingCurve:
-    """Order the resolved pieces of one curve, or say why there is none."""
-    if not passed:
-        return _failed(theta, eta, NO_LOCK)
-    if sections[Parameter.X0] is None:
-        return _failed(theta, eta, NO_SWITCH if np.isfinite(x1_init) else NOT_RESOLVED)
-    whole = {name: in_order(name, bounds, solved) for name, bounds in sections.items()}
-    if not whole[Parameter.X0]:
+    """Put the resolved pieces of one curve together, or say why there are none."""
+    theta, eta = float(branch.theta[0]), float(branch.eta[0])
+    if not parts:
         return _failed(theta, eta, NOT_RESOLVED)
-    parts = [part for name in whole for part in whole[name]]
+    # By definition, not up to rounding.
+    parts[0].piece.states.x0[0] = 0.0
     if any(np.isfinite(part.limit.at) for part in pulled):
         pulled = []
     return Solved(
         theta=theta,
         eta=eta,
         method=METHOD,
-        x1_init=x1_init,
+        x1_init=float(branch.x1_init[0]),
         pieces=[part.piece for part in parts],
         residual=max(part.residual for part in (*parts, *pulled)),
         limits=[part.limit for part in parts],
         pulled=[part.piece for part in pulled],
         section=section,
         swings=None if ideal else [part.swing for part in parts],
-        no_end=NO_ROUND_END if ideal and section is RodSection.ROUND else NO_END,
+        turned=turned,
+        no_end=NO_END,
     )
 
 

@@ -12,7 +12,13 @@ from vibrissa.mechanics.equations import contact_position
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_roots, interpolation
+from vibrissa.numerics.spectral import (
+    chebyshev_derivative,
+    chebyshev_nodes,
+    chebyshev_roots,
+    chebyshev_transform,
+    interpolation,
+)
 from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.assembly import Limit
 from vibrissa.sticking.piece import Piece, StickingState
@@ -26,6 +32,8 @@ CLOSE, ZOOM = 0.1, 17
 # The margin of stability is smooth and costs more than a state, and a shape that is inadmissible
 # stays so for long, or until its tip is level: fewer states tell both.
 STATES_LOOKED_AT = 17
+# Slope of a tip (rad) above which no rod arches over the surface.
+NEARLY_LEVEL = 0.01
 # Part of the nodes that tells the margins as well as these states do, and the fewest for each.
 STABILITY_NODES = 0.45
 FEWEST_STABILITY_NODES, FEWEST_NODES_ASIDE = 16, 12
@@ -38,8 +46,8 @@ class Resolved(NamedTuple):
 
     Attributes
     ----------
-    curve : int
-        Which curve of the batch it belongs to.
+    part : int
+        Which part of the paths it belongs to.
     piece : Piece
     residual : float
         Largest residual half-way between the states.
@@ -50,7 +58,7 @@ class Resolved(NamedTuple):
         follows from where the contact point is, and is not sought.
     """
 
-    curve: int
+    part: int
     piece: Piece
     residual: float
     limit: Limit
@@ -95,11 +103,9 @@ def finished(
     for row in range(len(pieces)):
         start, length = float(pieces.start[row]), float(pieces.length[row])
         limit = Limit()
-        # Just before its tip comes to lie level, a rod curved towards the surface arches over it;
-        # from there on its tip passes through the surface, and no arch counts.
         level = np.empty(0)
         if path.mounting is not None and pieces.contact is Contact.POINT:
-            level = chebyshev_roots(states.phi1[:, row])
+            level = _level(states.phi1[:, row])
         if len(level) or nearest[:, row].min() < CLOSE:
             only = of_pieces(path, np.array([row]))
             share, how = _limit(only, pieces.contact, np.union1d(position, level))
@@ -116,7 +122,21 @@ def finished(
             path.mounting is not None or pieces.stage_angle is not None
         ):
             swing = _swing(of_pieces(path, np.array([row])), piece)
-        yield Resolved(int(pieces.curve[row]), piece, float(residual[rows[row]]), limit, swing)
+        yield Resolved(int(pieces.part[row]), piece, float(residual[rows[row]]), limit, swing)
+
+
+def _level(phi1: FloatArray) -> FloatArray:
+    """Fractions of a piece where its tip lies level, or comes nearest to that.
+
+    Just before, a rod that is curved towards the surface arches over it; beyond, its tip passes
+    through the surface, and no arch counts.
+    """
+    series = chebyshev_transform(len(phi1)) @ phi1
+    # No polynomial of Chebyshev exceeds 1.
+    if np.abs(series[0]) - np.abs(series[1:]).sum() > NEARLY_LEVEL:
+        return np.empty(0)
+    extremes = chebyshev_roots(chebyshev_derivative(len(phi1)) @ series)
+    return np.union1d(chebyshev_roots(series), extremes)
 
 
 def _margins(path: RodStates, pieces: Pieces) -> dict[str, FloatArray]:
@@ -204,6 +224,8 @@ def _dip(clearance: Callable[[FloatArray], FloatArray], low: float, high: float)
         least = int(np.argmin(nearest))
         if nearest[least] < -TOLERANCE:
             return float(at[least])
+        if np.isinf(nearest[least]):
+            return np.nan
         around = [max(least - 1, 0), min(least + 1, ZOOM - 1)]
         # Between two looks a dip, be it a kink, falls by no more than it rises to the next one.
         if nearest[least] > nearest[around].max() - nearest[least]:

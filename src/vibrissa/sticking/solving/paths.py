@@ -14,7 +14,7 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray, IntArray, SingleArray
 from vibrissa.numerics.spectral import interpolation
 from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking.solving.segments import Branches
+from vibrissa.sticking.solving.branches import Branches
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -25,19 +25,22 @@ class Pieces(Branches):
     ----------
     contact : Contact
     parameter : Parameter
-    curve : ndarray of int, shape (n,)
-        Which curve of the batch a piece belongs to.
+    part : ndarray of int, shape (n,)
+        Which part of the paths a piece belongs to.
     start, length : ndarray, shape (n,)
         First value of the parameter and how far the piece goes (x0 in L).
+    direction : ndarray, shape (n, 4)
+        Along which it is counted, if not by the displacement.
     section : RodSection
         A round rod has a margin out of the plane, too.
     """
 
     contact: Contact
     parameter: Parameter
-    curve: IntArray
+    part: IntArray
     start: FloatArray
     length: FloatArray
+    direction: FloatArray
     section: RodSection = RodSection.PLANAR
 
     def value(self, position: FloatArray) -> FloatArray:
@@ -50,8 +53,10 @@ class Pieces(Branches):
 
     def closure_at(self, position: FloatArray) -> Closure:
         """Conditions at fractions of the pieces' length, as one batch."""
-        branches = self.repeated(len(position))
-        return branches.closure(self.parameter, self.contact, self.value(position).ravel())
+        pieces, value = self.repeated(len(position)), self.value(position).ravel()
+        if self.parameter is Parameter.X0:
+            return pieces.at_x0(value, self.contact)
+        return pieces.at_advance(value, pieces.direction, self.contact)
 
 
 def of_pieces(path: RodStates, rows: IntArray) -> RodStates:

@@ -24,7 +24,6 @@ from vibrissa.numerics.spectral import (
     chebyshev_nodes,
     chebyshev_transform,
     halfway_interpolation,
-    step_weights,
 )
 from vibrissa.sticking.piece import MARGINS, StickingState, rounded_contact
 from vibrissa.sticking.solving.finishing import Resolved, finished
@@ -36,7 +35,6 @@ from vibrissa.sticking.solving.paths import (
     of_pieces,
     solve_at,
 )
-from vibrissa.sticking.solving.segments import Segment
 
 RESIDUAL_TOLERANCE = 1e-12
 # On more nodes than these rounding alone comes near that.
@@ -48,8 +46,6 @@ NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
 STATES_ALONG_PIECE = (17, 25, 33, 41, 49)
 # Every so manyth of them is solved first, to tell how many nodes are needed.
 PROBE_STRIDE = 8
-# Steps of a branch through which a polynomial is laid to guess a state.
-NEAREST_STEPS = 6
 NOT_RESOLVED = (
     f"residual or series decay above {RESIDUAL_TOLERANCE:g} with {NODES_ALONG_ROD[-1]} nodes along "
     f"the rod; try an eta between 0.3 and 0.9999 and a theta up to 20"
@@ -82,24 +78,6 @@ def is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolArr
     """
     accurate = largest_residual(states, eta, closure) < residual_tolerance(states.nodes)
     return accurate & (coefficient_decay(states) < DECAY_TOLERANCE)
-
-
-def guess_from(segment: Segment, pieces: Pieces) -> RodStates:
-    """Guess states at Chebyshev points by polynomials through the nearest steps."""
-    position = chebyshev_nodes(STATES_ALONG_PIECE[0])
-    march = of_pieces(RodStates.stack(segment.steps), pieces.curve)
-    origin, step = segment.origin[pieces.curve], segment.step[pieces.curve]
-    place = ((pieces.value(position) - origin) / step).T
-    known = np.minimum(segment.last[pieces.curve] + 1, NEAREST_STEPS)
-    room = segment.last[pieces.curve] + 1 - known
-    first = np.round(place - 0.5 * (known - 1)[:, None]).astype(int)
-    first = np.clip(first, 0, room[:, None])
-    weights = step_weights(place - first, known, NEAREST_STEPS)
-    matrix = np.zeros((*place.shape, len(march) + NEAREST_STEPS))
-    nearest = first[..., None] + np.arange(NEAREST_STEPS)
-    np.put_along_axis(matrix, nearest, weights, axis=-1)
-    # NaN times a weight of zero would spoil the sums
-    return combined(matrix[..., : len(march)], march.each(np.nan_to_num))
 
 
 def resolve(pieces: Pieces, guess: RodStates) -> Iterator[Resolved]:
