@@ -28,9 +28,8 @@ BEGIN, END = "<!-- made by make explorer-agreement -->\n", "<!-- end of what it 
 TOLERATED = 1e-8
 CHUNK = 50
 THETA, ETA, MU0 = (1.0, 8.0), (0.4, 0.97), (0.02, 1.0)
-# β, c, κ0 at the clamp and at the tip, δ. A tip that is curved towards the surface arches over it
-# just before it lies along it, for so short a way that Python may not see it.
-DEVIATIONS = ((-0.2, 0.2), (0.0, 0.3), (-0.4, 0.3), (-0.4, 0.0), (-0.1, 0.1))
+# β, c, κ0 at the clamp and at the tip, δ.
+DEVIATIONS = ((-0.2, 0.2), (0.0, 0.3), (-0.4, 0.3), (-0.4, 0.4), (-0.1, 0.1))
 QUANTITIES = {
     "x0_slip": "x0,slip",
     "f": "f at the onset",

@@ -18,7 +18,8 @@ lengths or more is slender wherever the whole rod is. In line contact of a curve
 the part beyond the contact point, hangs free in its natural shape; it may cross the free part.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -40,8 +41,12 @@ LEVEL = 1e-9
 # Slope (rad) by which a shape may miss a limit at its nodes; distances (L) at which the nodes and
 # the parts of a shape are far from each other.
 NEAR, FAR, APART = 0.05, 0.15, 0.03
+# Slope (rad) at the nodes of a curved rod that may be negative between them.
+NEARLY_LEVEL = 0.002
 # Fewest nodes on which a shape is looked at closely.
 CLOSE_LOOK = 64
+# Distances (τ) from the tip at which a curved rod is looked at: it may arch for a short way there.
+NEXT_TO_TIP = np.geomspace(1e-6, 0.03, 48)
 # A loop closes by turning through half a circle at least (rad); what turns less is far from it.
 HALF_TURN = np.pi - 0.3
 # Every so manyth node is looked at for where a rod comes near itself.
@@ -117,7 +122,8 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
         lies |= np.abs(ends(states).phi1) <= LEVEL
         found.surface[:] = np.where(lies & (rises > 0.0), -rises, np.inf)
     # Without a slope of 0 or π inside the rod rises all the way, and can neither turn nor cross.
-    near = np.flatnonzero((high > np.pi - NEAR) | (low < 0.0) | curls)
+    level = 0.0 if states.mounting is None else NEARLY_LEVEL
+    near = np.flatnonzero((high > np.pi - NEAR) | (low < level) | curls)
     if not len(near):
         return found
     # A tip that passes through the surface is no arch.
@@ -154,7 +160,7 @@ def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolA
     comes_down = y[:, states.nodes // 8 :].min(axis=1) < FAR
     turned_up = np.where(states.phi > CLAMP_SLOPE, y, -np.inf).max(axis=1) > eta - FAR
     near = (high > np.pi - NEAR) & (comes_down | (touches & turned_up))
-    near |= touches & (low < 0.0)
+    near |= touches & (low < (0.0 if states.mounting is None else NEARLY_LEVEL))
     one, other = np.triu_indices(states.nodes, 2)
     for row in np.flatnonzero(~near & (high - low > HALF_TURN)):
         turned = np.abs(states.phi[row, other] - states.phi[row, one]) > HALF_TURN
@@ -169,8 +175,8 @@ class _Shapes(Batch):
 
     Attributes
     ----------
-    phi, y : ndarray, shape (n, nodes)
-        Slope and height at Gauss nodes.
+    phi, y : ndarray, shape (n, places)
+        Slope and height at `places`.
     slope, along, up : ndarray, shape (n, nodes)
         Coefficients of φ, dx/dτ and dy/dτ.
     bend : ndarray, shape (n, nodes - 1)
@@ -196,7 +202,7 @@ class _Shapes(Batch):
         density = states.arc_density(rule.nodes)
         along, up = density * np.cos(states.phi), density * np.sin(states.phi)
         slope = states.phi @ rule.to_coefficients.T
-        return cls(
+        shapes = cls(
             phi=states.phi,
             y=up @ rule.from_start.T,
             slope=slope,
@@ -206,6 +212,16 @@ class _Shapes(Batch):
             s_c=states.s_c,
             mounting=states.mounting if with_tail else None,
         )
+        if states.mounting is None:
+            return shapes
+        closely = shapes.at(_places(states.nodes, True)[None])
+        return replace(shapes, phi=closely.phi, y=closely.y)
+
+    @property
+    def places(self) -> FloatArray:
+        """Values of τ at which the shapes are known: Gauss nodes, and more next to a curved tip."""
+        nodes = self.slope.shape[1]
+        return _places(nodes, self.phi.shape[1] > nodes)
 
     @property
     def end(self) -> float:
@@ -260,7 +276,7 @@ class _Shapes(Batch):
         found = np.full(len(self), sign * np.inf)
         if len(rows):
             turning, index = self.take(rows), np.arange(len(rows))
-            tau = gauss_rule(self.phi.shape[1]).nodes
+            tau = self.places
             low, high = tau[before[rows]], tau[before[rows] + 1]
             at = bracketed_root(turning.steepness, low, high, index.astype(float))
             found[rows] = turning.at(at[:, None]).y[:, 0]
@@ -272,7 +288,7 @@ class _Shapes(Batch):
         The rod turns from the one part to the other, by half a circle and more, to the side on
         which the other part then is.
         """
-        tau = np.append(gauss_rule(self.phi.shape[1]).nodes[::STRIDE], 1.0)
+        tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::STRIDE], 1.0)
         if self.mounting is not None:
             tau = np.append(tau, 1.0 + TAIL_LOOKS)
         seen = self.at(tau[None])
@@ -327,6 +343,12 @@ class _Shapes(Batch):
         crosses = (np.hypot(*way.T) < TOLERANCE) & (tau.max(axis=1) < self.end)
         gap = np.where(crosses, -np.abs(np.sin(turn)), np.sign(turn) * lever[:, 0])
         return np.where(found, gap, np.nan)
+
+
+@lru_cache
+def _places(nodes: int, closely: bool) -> FloatArray:
+    tau = gauss_rule(nodes).nodes
+    return np.sort(np.append(tau, 1.0 - NEXT_TO_TIP)) if closely else tau
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

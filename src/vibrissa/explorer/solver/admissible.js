@@ -13,6 +13,12 @@ const HALF_TURN = Math.PI - 0.3;
 const LEVEL = 1e-6;
 /** Height by which a shape must pass its limit to count, as it is looked at in points alone. */
 const PASSED = 1e-6;
+/** The same of an arch, whose highest point is found, in a state that is solved exactly. */
+const ARCHED = 1e-12;
+/** Parts of the free part of a rod, close together near its end: there it may arch for a short way. */
+const PLACES = Float64Array.from({ length: LOOKS }, (_, i) => 1 - (1 - i / (LOOKS - 1)) ** 2);
+/** A highest point so near to the contact point is that point (L). */
+const AT_CONTACT = 1e-6;
 /** Places on a tail at which its height is looked at. */
 const TAIL_LOOKS = 16;
 const TAIL_TOLERANCE = 1e-12;
@@ -27,19 +33,42 @@ const CROSSES_SURFACE = "the rod crosses the surface away from its contact point
  */
 export function inadmissible(rod, state) {
   if (state.contact === "line" && tailRises(rod, state)) return CROSSES_SURFACE;
+  const curved = !isStraight(rod.mounting);
   const slopes = state.unknowns.subarray(0, rod.nodes);
   const [low, high] = [Math.min(...slopes), Math.max(...slopes)];
   const lowest = Math.min(low, ...tailSlopes(rod, state));
   // A tip that passes through the surface is the paper's own.
   const mayNotCross = state.contact === "line" || state.phi1 >= -LEVEL;
-  const arches = mayNotCross && low < -LEVEL;
+  const arches = mayNotCross && (curved || low < -LEVEL);
   if (high < Math.PI - NEAR && !arches && high - lowest < HALF_TURN) return "";
   const { s, x, y } = rod.shape(state, LOOKS);
   const free = s.findIndex((value) => value >= state.sc);
   const heights = y.subarray(0, free < 0 ? LOOKS : free);
   if (Math.min(...heights) < -PASSED) return "the rod dips below the level of its clamp";
   if (mayNotCross && Math.max(...heights) > state.height + PASSED) return CROSSES_SURFACE;
+  if (curved && mayNotCross && archHeight(rod, state) > state.height + ARCHED) return CROSSES_SURFACE;
   return high - lowest >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
+}
+
+/**
+ * @param {Rod} rod
+ * @param {State} state
+ * @returns {number} Height of the highest point before the contact point, where the rod begins to fall.
+ */
+function archHeight(rod, state) {
+  let highest = -Infinity;
+  const { s, y, phi } = rod.shapeAt(state, PLACES.map((part) => part * state.sc));
+  for (const first of phi.keys()) {
+    if (!(phi[first] > 0 && phi[first + 1] <= 0)) continue;
+    let [low, high, height] = [s[first], s[first + 1], y[first]];
+    while (high - low > ARCHED ** 0.5) {
+      const near = rod.shapeAt(state, PLACES.map((_, i) => low + ((high - low) * i) / (LOOKS - 1)));
+      const turn = Math.max(1, near.phi.findIndex((slope) => slope <= 0));
+      [low, high, height] = [near.s[turn - 1], near.s[turn], near.y[turn - 1]];
+    }
+    if (high < state.sc - AT_CONTACT) highest = Math.max(highest, height);
+  }
+  return highest;
 }
 
 /**

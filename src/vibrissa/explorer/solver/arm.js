@@ -23,6 +23,10 @@ const TOO_FAR = 0.15;
 const OF_STEPS = 1e-7;
 /** A path that needs more steps is given up. */
 const MOST_STEPS = 400;
+/** Slope of a tip (rad) below which a rod may arch; knots looked at, and how often again more closely. */
+const NEARLY_LEVEL = 0.02;
+const LOOKS_AHEAD = 5;
+const ZOOMS = 3;
 /** Friction up to which a pulled tip is followed. */
 const MOST_PULLED = 3;
 const TINY = 1e-13;
@@ -295,7 +299,9 @@ function stepped(branch, last, before, step) {
     const value = advance(branch, last.direction, last.state) + h;
     const condition = along(branch, last.direction, value);
     const closure = { surface, contact, condition };
-    const state = solvedState(rod, guess, closure, last.factors, OF_STEPS);
+    // A rod that is curved may arch by little: that is seen in exact states alone.
+    const accuracy = isStraight(rod.mounting) ? OF_STEPS : undefined;
+    const state = solvedState(rod, guess, closure, last.factors, accuracy);
     if (!state) continue;
     let miss = 0;
     for (let i = 0; i < rod.nodes; i += 1) {
@@ -348,6 +354,24 @@ function kink(branch, last, beyond) {
  * @returns {{ end: End, knot: Knot | null, why?: string } | null}
  */
 function ending(branch, side, from, to) {
+  const found = turning(branch, side, from, to);
+  const last = found?.knot && found.knot.step > 0 ? found.knot : to;
+  const beyond = firstInadmissible(branch, from, last);
+  if (!beyond) return found;
+  const why = inadmissible(branch.rod, beyond.state);
+  return { end: "inadmissible", knot: lastAdmissible(branch, from, beyond), why };
+}
+
+/**
+ * The same, but for shapes that are inadmissible.
+ *
+ * @param {Branch} branch
+ * @param {number} side
+ * @param {Knot} from
+ * @param {Knot} to
+ * @returns {{ end: End, knot: Knot | null } | null}
+ */
+function turning(branch, side, from, to) {
   const { rod, surface, round } = branch;
   const { contact } = from.state;
   /** @param {Condition} condition */
@@ -371,24 +395,41 @@ function ending(branch, side, from, to) {
   if (side * to.offsetChange >= 0) {
     return { end: "snaps", knot: knotWhere(branch, from, to, (knot) => knot.offsetChange) };
   }
-  const beyond = arched(branch, from, to) ?? to;
-  const why = inadmissible(rod, beyond.state);
-  return why ? { end: "inadmissible", knot: lastAdmissible(branch, from, beyond), why } : null;
+  return null;
 }
 
 /**
- * The knot between two in which the tip is parallel to the surface, where it is curved towards it by
- * nature: then the rod passes through the surface just before its tip.
+ * A knot on the way to another that is inadmissible, or that other.
+ *
+ * A rod that is curved towards the surface may arch over it for a short way only, next to where its tip
+ * is nearest to being parallel to the surface.
  *
  * @param {Branch} branch
  * @param {Knot} from
  * @param {Knot} to
- * @returns {Knot | null} null where there is none.
+ * @returns {Knot | null}
  */
-function arched(branch, from, to) {
-  const turns = from.state.phi1 > 0 !== to.state.phi1 > 0;
-  if (!turns || from.state.contact === "line" || naturalCurvature(branch.rod.mounting, 1) <= 0) return null;
-  return knotWhere(branch, from, to, (knot) => knot.state.phi1);
+function firstInadmissible(branch, from, to) {
+  const { rod } = branch;
+  const looks = [to];
+  const mayArch = naturalCurvature(rod.mounting, 1) > 0 && from.state.contact === "point";
+  if (mayArch && Math.min(from.state.phi1, to.state.phi1) < NEARLY_LEVEL) {
+    const parts = Array.from({ length: LOOKS_AHEAD - 1 }, (_, k) => (k + 1) / LOOKS_AHEAD);
+    for (let zoom = 0; zoom < ZOOMS; zoom += 1) {
+      const seen = parts.map((part) => knotBetween(branch, from, to, part)).filter((knot) => knot !== null);
+      looks.unshift(...seen);
+      const level = seen.map((knot) => Math.abs(knot.state.phi1));
+      const near = parts[level.indexOf(Math.min(...level))];
+      const width = 2 * LOOKS_AHEAD ** -(zoom + 1);
+      parts.forEach((_, k) => { parts[k] = Math.min(near + width * ((k + 1) / LOOKS_AHEAD - 0.5), 1); });
+    }
+  }
+  if (mayArch && from.state.phi1 > 0 !== to.state.phi1 > 0) {
+    const level = knotWhere(branch, from, to, (knot) => knot.state.phi1);
+    if (level && level.step > 0) looks.push(level);
+  }
+  looks.sort((one, other) => one.step - other.step);
+  return looks.find((knot) => inadmissible(rod, knot.state)) ?? null;
 }
 
 /**
@@ -425,7 +466,7 @@ function onAxis({ rod, surface, scale }) {
  */
 function lastAdmissible(branch, from, to) {
   let [low, high] = [0, 1];
-  while (high - low > 1e-6) {
+  while (high - low > 1e-9) {
     const part = 0.5 * (low + high);
     const knot = knotBetween(branch, from, to, part);
     if (!knot) return null;

@@ -196,14 +196,24 @@ export class Rod {
    * @returns {{ s: Float64Array, x: Float64Array, y: Float64Array, phi: Float64Array }}
    */
   shape(state, points) {
+    return this.shapeAt(state, Float64Array.from({ length: points }, (_, i) => i / (points - 1)));
+  }
+
+  /**
+   * The same at given arc lengths.
+   *
+   * @param {State} state
+   * @param {Float64Array} s
+   * @returns {{ s: Float64Array, x: Float64Array, y: Float64Array, phi: Float64Array }}
+   */
+  shapeAt(state, s) {
     const { nodes: count, theta, rule } = this;
     const { arc, sin, cos } = this.parts(state.unknowns);
     const phi = product(rule.toCoefficients, state.unknowns.subarray(0, count));
     const along = product(rule.toCoefficients, arc.map((a, k) => a * cos[k]));
     const up = product(rule.toCoefficients, arc.map((a, k) => a * sin[k]));
-    const [s, x, y, slope] = [0, 1, 2, 3].map(() => new Float64Array(points));
-    for (let i = 0; i < points; i += 1) {
-      s[i] = i / (points - 1);
+    const [x, y, slope] = [0, 1, 2].map(() => new Float64Array(s.length));
+    for (let i = 0; i < s.length; i += 1) {
       const free = Math.min(s[i], state.sc);
       const at = bendingCoordinate(theta, state.sc, free);
       const values = legendre(count, at);
