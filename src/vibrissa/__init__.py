@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from vibrissa.outcomes import Status
     from vibrissa.sticking.api import (
         EquilibriumState,
+        FrictionRange,
         Onset,
+        friction_from_travel,
         solve_curve,
         solve_onset,
         solve_state,
@@ -27,7 +29,9 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "EquilibriumState": "sticking.api",
+    "FrictionRange": "sticking.api",
     "Onset": "sticking.api",
+    "friction_from_travel": "sticking.api",
     "solve_curve": "sticking.api",
     "solve_onset": "sticking.api",
     "solve_state": "sticking.api",
@@ -43,6 +47,7 @@ _HOMES = {
 
 __all__ = [
     "EquilibriumState",
+    "FrictionRange",
     "Mounting",
     "Onset",
     "Rod",
@@ -50,6 +55,7 @@ __all__ = [
     "Status",
     "StickingCurve",
     "StickingState",
+    "friction_from_travel",
     "read_table",
     "solve_curve",
     "solve_onset",

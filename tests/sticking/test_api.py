@@ -5,12 +5,23 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import vibrissa
-from vibrissa import Mounting, Status, solve_curve, solve_onset, solve_state
+from vibrissa import (
+    Mounting,
+    Status,
+    friction_from_travel,
+    solve_curve,
+    solve_onset,
+    solve_state,
+)
 from vibrissa.errors import ArgumentError
 from vibrissa.sticking.api import MOST_TAPER, solve_states
 from vibrissa.sticking.solving import collocation, offsets
+
+STEPS = st.sampled_from(["0.0005", "0.001", "0.004"]).map(float)
 
 
 def test_figure_8_state():
@@ -214,3 +225,25 @@ def test_parsing_the_workflow_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
+
+
+@given(theta=st.floats(1.0, 4.0), eta=st.floats(0.7, 0.95), share=st.floats(0.01, 0.98), dx0=STEPS)
+@settings(max_examples=25)
+def test_friction_comes_back_from_the_travel_that_it_allows(theta, eta, share, dx0):
+    mu0 = share * solve_curve(theta, eta).mu_lock
+    onset = solve_onset(theta, mu0, eta, dx0)
+    found = friction_from_travel(theta, eta, onset.x0_max, dx0)
+    assert found.low - 1e-9 <= mu0 <= found.high
+    # The range is that of one step: at its ends the period is as long, or one step longer.
+    inside = 0.5 * (found.low + found.high)
+    assert solve_onset(theta, inside, eta, dx0).x0_max == onset.x0_max
+
+
+def test_a_travel_that_no_period_of_this_rod_has_is_refused():
+    curve = solve_curve(2.0, 0.85)
+    with pytest.raises(ArgumentError, match=r"x0_max must lie below 0\.14533"):
+        friction_from_travel(2.0, 0.85, 0.2, 0.001)
+    with pytest.raises(ArgumentError, match="x0_max must not be negative and dx0 must be positive"):
+        friction_from_travel(2.0, 0.85, 0.1, 0.0)
+    # Within the last step the tip may lock.
+    assert friction_from_travel(2.0, 0.85, 0.145, 0.001).high == curve.mu_lock

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import lru_cache
 from numbers import Real
+from typing import NamedTuple
 
 import numpy as np
 
@@ -461,6 +462,80 @@ def solve_onset(
     _check_surface(mu0, dx0)
     step = None if dx0 is None else float(dx0)
     return onset_on(solve_curve(theta, eta, method, step, contact, mounting, section), mu0, dx0)
+
+
+class FrictionRange(NamedTuple):
+    """Coefficients of static friction that a travel leaves possible.
+
+    Attributes
+    ----------
+    low, high : float
+        The tip slips within the step after the travel for each μ0 with low ≤ μ0 < high.
+    """
+
+    low: float
+    high: float
+
+
+def friction_from_travel(
+    theta: float,
+    eta: float,
+    x0_max: float | Decimal,
+    dx0: float | Decimal,
+    contact: str = Contact.POINT,
+    mounting: Mounting = IDEAL,
+    section: str = RodSection.ROUND,
+) -> FrictionRange:
+    """Read friction off a travel: the inverse of x0,max, which a sensor without forces can measure.
+
+    The tip still sticks at x0,max and slips one step later, so that −tan α = μ0 between the two.
+
+    Parameters
+    ----------
+    theta, eta : float
+        Taper factor, and height of the contact point in the α = 0 state (L).
+    x0_max : float or Decimal
+        Displacement of the clamp at the last sticking state (L).
+    dx0 : float or Decimal
+        Footpoint displacement step (L).
+    contact : str
+        ``point`` or ``line``, as in `solve_state`.
+    mounting : Mounting
+        As in `solve_curve`.
+    section : str
+        ``round`` or ``planar``, as in `solve_curve`.
+
+    Returns
+    -------
+    FrictionRange
+        The narrower the smaller the step is. `high` is μ_lock where the tip may lock within the
+        step.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range, or no period of sticking of this rod is so long.
+
+    Examples
+    --------
+    >>> found = friction_from_travel(theta=2, eta=0.85, x0_max=0.052, dx0=0.001)
+    >>> print(f"{found.low:.4f} to {found.high:.4f}")
+    0.3979 to 0.4004
+    """
+    _check_numbers(x0_max=x0_max, dx0=dx0)
+    if not (float(x0_max) >= 0.0 and 0.0 < float(dx0) < np.inf):
+        raise ArgumentError(
+            f"x0_max must not be negative and dx0 must be positive, got {x0_max} and {dx0}"
+        )
+    curve = solve_curve(theta, eta, contact=contact, mounting=mounting, section=section)
+    if not float(x0_max) < curve.x0_lock:
+        raise ArgumentError(
+            f"x0_max must lie below {curve.x0_lock:.6g}, where the tip of this rod locks at the "
+            f"latest, got {x0_max}"
+        )
+    after = min(float(x0_max) + float(dx0), curve.x0_lock)
+    low, high = curve.state(np.array([float(x0_max), after])).friction_demand
+    return FrictionRange(float(low), curve.mu_lock if after == curve.x0_lock else float(high))
 
 
 def _check_surface(mu0: float | Decimal, dx0: float | Decimal | None) -> None:
