@@ -499,6 +499,10 @@ export function followed(branch, first, side) {
     let found = [taken.knot];
     if (branch.model === "line" && !isPossible(taken.knot.state)) {
       const both = kink(branch, last, taken.knot);
+      if (!both && taken.knot.step > FIRST_STEP * SHORTEST_STEP ** 0.5) {
+        step = 0.4 * taken.knot.step;
+        continue;
+      }
       if (!both) return { branch, knots, end: "lost", why: "the change of contact was not found" };
       found = both;
       step = Math.min(step, FIRST_STEP);
