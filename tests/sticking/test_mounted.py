@@ -14,7 +14,7 @@ from vibrissa import Mounting, solve_curve, solve_onset, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sticking.solving.beginning import _is_near, _towards
+from vibrissa.sticking.solving.beginning import _extrapolated, _is_near
 from vibrissa.sticking.solving.collocation import solve_curves
 
 ALONE = {
@@ -420,7 +420,7 @@ def test_a_first_state_is_guessed_on_the_way_from_the_last_two():
     """Straight on through both; from one alone, the same again."""
     before, now = made_states([1.0, 1.0]), made_states([1.5, 2.0])
     last, share, target = np.array([0.2, 0.5]), np.array([0.4, 0.5]), np.array([0.8, 1.0])
-    guess = _towards(before, now, last, share, target)
+    guess = _extrapolated(before, now, last, share, target)
     assert guess.fx == pytest.approx([2.5, 2.0])
     assert guess.phi == pytest.approx(made_states(guess.fx).phi)
 

@@ -8,7 +8,7 @@ long as it is a minimum of the energy for a tip that slides without friction, an
 surface.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
@@ -17,7 +17,7 @@ import numpy as np
 from vibrissa.mechanics.buckling import initial_states
 from vibrissa.mechanics.equations import Closure, contact_position, ends
 from vibrissa.mechanics.mounting import Mounting, Mountings
-from vibrissa.mechanics.newton import MAX_ITERATIONS, extrapolated
+from vibrissa.mechanics.newton import MAX_ITERATIONS
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
@@ -26,9 +26,8 @@ from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.following import solve_kinds
 
-# Height at which lowering the surface begins, and numbers of steps to try.
-HIGHEST = 0.999
-LOWERING_STEPS = (12, 40)
+# Height at which lowering the surface begins, and the first step (part of the way).
+HIGHEST, FIRST_SHARE = 0.999, 0.1
 # A step that succeeds is doubled, one that fails divided; the shortest step (parts of a mounting).
 DIVISION, SHORTEST_STEP = 4.0, 1e-4
 # Part of the rod's bend by which a state may differ from its guess: further away is another branch.
@@ -167,37 +166,61 @@ def _upright(
     """Solve α = 0 states in the ideal mounting: states, which are in line contact, which found."""
     states, found = initial_states(theta, eta, nodes)
     line = np.zeros(len(theta), dtype=bool)
-    if model is Contact.LINE:
-        line = found & (ends(states).phi1 < 0.0)
-        for count in LOWERING_STEPS:
-            lying = np.flatnonzero(line & ~(found & (states.s_c < 1.0)))
-            if len(lying):
-                solution, found[lying] = _lowered(theta[lying], eta[lying], nodes, count)
-                states.put(lying, solution)
+    lies = found & (ends(states).phi1 < 0.0) & (model is Contact.LINE)
+    rows = np.flatnonzero(~found | lies)
+    if len(rows):
+        # The surface is lowered. The deflection grows like the square root of 1 − η.
+        high, low = np.sqrt(1.0 - HIGHEST), np.sqrt(1.0 - eta[rows])
+        first, _ = initial_states(theta[rows], np.full(len(rows), HIGHEST), nodes)
+
+        def lowered(row: IntArray, share: FloatArray) -> tuple[FloatArray, None]:
+            return 1.0 - (high + share * (low[row] - high)) ** 2, None
+
+        lowest, kind, share = _towards_the_end(first, line[rows], lowered, model, FIRST_SHARE)
+        states.put(rows, lowest)
+        line[rows], found[rows] = kind, share >= 1.0
     return states, line, found
 
 
-def _lowered(
-    theta: FloatArray, eta: FloatArray, nodes: int, count: int
-) -> tuple[RodStates, BoolArray]:
-    """Solve α = 0 states in line contact by lowering the surface from where the tip alone touches.
+# Maps some of the rods, and shares of the way for them, to the heights of the surface and the
+# mountings there.
+Way = Callable[[IntArray, FloatArray], tuple[FloatArray, Mountings | None]]
 
-    Straight from the point-contact state, Newton's iteration finds only those that differ little.
+
+def _towards_the_end(
+    first: RodStates, line: BoolArray, way: Way, model: Contact, step: float
+) -> tuple[RodStates, BoolArray, FloatArray]:
+    """Follow α = 0 states along a way, in steps that adapt, as far as they exist.
+
+    Returns the last states, their kinds of contact and the shares of the way.
     """
-    # The deflection grows like the square root of 1 − η: equal steps of it.
-    root = np.linspace(np.sqrt(1.0 - HIGHEST), np.sqrt(1.0 - eta), count)
-    steps = [initial_states(theta, 1.0 - root[0] ** 2, nodes)[0]]
-    line = np.zeros(len(theta), dtype=bool)
-    vertical = Closure.at_inclination(np.zeros(len(theta)))
-    for width in root[1:]:
-        guess = extrapolated(steps[-3:])
+    count = len(line)
+    states, line = first.copy(), line.copy()
+    before, last, share, steps = (
+        states.copy(),
+        np.zeros(count),
+        np.zeros(count),
+        np.full(count, step),
+    )
+    active = np.flatnonzero(np.isfinite(states.fx))
+    while len(active):
+        target = np.minimum(share[active] + steps[active], 1.0)
+        eta, mounting = way(active, target)
+        known = before.take(active), states.take(active), last[active], share[active]
+        guess = replace(_extrapolated(*known, target), mounting=mounting)
         # Where the kind just changed, the extrapolated s_c may have passed 1.
-        guess = replace(guess, s_c=np.where(line, np.minimum(guess.s_c, 1.0), 1.0))
-        states, line, found = with_active_contact(
-            guess, 1.0 - width**2, vertical, line, Contact.LINE
-        )
-        steps.append(states)
-    return states, found & line & (states.s_c < 1.0)
+        guess = replace(guess, s_c=np.where(line[active], np.minimum(guess.s_c, 1.0), 1.0))
+        upright = Closure.at_inclination(np.zeros(len(active)))
+        solution, kind, found = with_active_contact(guess, eta, upright, line[active], model)
+        good = found & _is_near(solution, guess) & (_margin(solution, kind) > 0.0)
+        steps[active] = np.where(good, 2.0 * steps[active], steps[active] / DIVISION)
+        rows = active[good]
+        before.put(rows, states.take(rows))
+        states.put(rows, solution.take(good))
+        line[rows], last[rows], share[rows] = kind[good], share[rows], target[good]
+        goes_on = (share < 1.0) & (states.fy < 0.0) & (steps >= SHORTEST_STEP)
+        active = active[goes_on[active]]
+    return states, line, share
 
 
 def with_active_contact(
@@ -255,39 +278,24 @@ def _mounted(
     ideal: RodStates, line: BoolArray, eta: FloatArray, mounting: Mountings, model: Contact
 ) -> tuple[RodStates, BoolArray, dict[int, tuple[Status, str]]]:
     """Follow first states from the ideal mounting to the wanted ones."""
-    share, step = np.zeros(len(eta)), np.ones(len(eta))
-    states = replace(ideal, mounting=mounting.scaled(share))
-    before, line, last = states.copy(), line.copy(), share.copy()
+
+    def deviating(rows: IntArray, share: FloatArray) -> tuple[FloatArray, Mountings]:
+        return eta[rows], mounting.take(rows).scaled(share)
+
+    first = replace(ideal, mounting=mounting.scaled(np.zeros(len(eta))))
+    states, line, share = _towards_the_end(first, line, deviating, model, 1.0)
     missing: dict[int, tuple[Status, str]] = {}
-    active = np.arange(len(eta))
-    while len(active):
-        target = np.minimum(share[active] + step[active], 1.0)
-        guess = _towards(
-            before.take(active), states.take(active), last[active], share[active], target
-        )
-        guess = replace(guess, mounting=mounting.take(active).scaled(target))
-        vertical = Closure.at_inclination(np.zeros(len(active)))
-        solution, kind, found = with_active_contact(
-            guess, eta[active], vertical, line[active], model
-        )
-        good = found & _is_near(solution, guess) & (_margin(solution, kind) > 0.0)
-        step[active] = np.where(good, 2.0 * step[active], step[active] / DIVISION)
-        rows = active[good]
-        before.put(rows, states.take(rows))
-        states.put(rows, solution.take(good))
-        line[rows], last[rows], share[rows] = kind[good], share[rows], target[good]
-        for row in rows[states.fy[rows] >= 0.0]:
-            missing[int(row)] = Status.OUT_OF_REACH, LEAVES.format(share=share[row])
-        lost = active[~good & (step[active] < SHORTEST_STEP)]
-        ends = _margin(states.take(lost), line[lost]) < END_MARGIN
-        for row, springs in zip(lost, ends, strict=True):
-            status, why = (Status.OUT_OF_REACH, SPRINGS) if springs else (Status.FAILED, LOST)
-            missing[int(row)] = status, why.format(share=share[row])
-        active = np.setdiff1d(active[share[active] < 1.0], list(missing))
+    rows = np.flatnonzero((share < 1.0) | (states.fy >= 0.0))
+    springs = _margin(states.take(rows), line[rows]) < END_MARGIN
+    for row, over in zip(rows, springs, strict=True):
+        status, why = (Status.OUT_OF_REACH, SPRINGS) if over else (Status.FAILED, LOST)
+        if states.fy[row] >= 0.0:
+            status, why = Status.OUT_OF_REACH, LEAVES
+        missing[int(row)] = status, why.format(share=share[row])
     return states, line, missing
 
 
-def _towards(
+def _extrapolated(
     before: RodStates, states: RodStates, last: FloatArray, share: FloatArray, target: FloatArray
 ) -> RodStates:
     """States on the way through two known ones; the second itself where there is only one."""

@@ -31,6 +31,9 @@ FIRST_STEP, SHORTEST_STEP = 0.05, 1e-6
 AIM, TOO_FAR = 0.04, 0.2
 # Least cosine of the angle between the directions of two knots.
 LEAST_COSINE = 0.5
+# Share of the displacement in a direction that tells for certain that it turns back: a thin tip
+# peels off the surface, or rolls onto it, at nearly the same displacement.
+BACK = 1e-4
 # A path that needs more steps is given up.
 MOST_STEPS = 400
 # Accuracy of the states: they are guesses for what is solved exactly.
@@ -150,7 +153,7 @@ def follow(
             lost[new.branch[~solved]] = True
             known.append(here.take(solved))
             known.append(ahead.take(kinks & solved))
-            back = ahead.direction[:, 0] * side[new.branch] <= 0.0
+            back = ahead.direction[:, 0] * side[new.branch] < -BACK
             turned[new.branch[kinks & solved & back]] = True
             stop = back | ~solved | ended(some, here)
             before_new = last.take(rows)

@@ -48,7 +48,7 @@ STATES_ALONG_PIECE = (17, 25, 33, 41, 49)
 PROBE_STRIDE = 8
 NOT_RESOLVED = (
     f"residual or series decay above {RESIDUAL_TOLERANCE:g} with {NODES_ALONG_ROD[-1]} nodes along "
-    f"the rod; try an eta between 0.3 and 0.9999 and a theta up to 20"
+    f"the rod; try an eta between 0.1 and 0.9999"
 )
 # Columns that are judged by the size of the contact force.
 FORCES = ("reaction_fx", "reaction_fy", "reaction_m")
