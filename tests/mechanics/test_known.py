@@ -126,15 +126,6 @@ def test_a_hopeless_guess_is_given_up_at_once(monkeypatch):
     assert counts[0] == 2 and set(counts[1:]) == {1} and len(counts) < 15
 
 
-def test_a_state_is_guessed_from_the_last_three():
-    """The next of equally spaced values of a line, or a parabola, and of one alone itself."""
-    batches = [made_up(False), made_up(False), made_up(False)]
-    for number, batch in enumerate(batches):
-        batch.fx[:] = [1.0 + number, 1.0 + number**2, 5.0]
-    for count, expected in {1: [3, 5, 5], 2: [4, 8, 5], 3: [4, 10, 5]}.items():
-        assert newton.extrapolated(batches[-count:]).fx == pytest.approx(expected, abs=1e-12)
-
-
 @pytest.mark.parametrize("eta", [0.99, 0.8, 0.5, 0.2])
 def test_where_sticking_begins(eta):
     theta = np.array([1.0, 1.7, 3.0, 6.0, 15.0])

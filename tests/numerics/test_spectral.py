@@ -10,7 +10,6 @@ from vibrissa.numerics.spectral import (
     chebyshev_transform,
     gauss_rule,
     refinement_matrix,
-    step_weights,
 )
 
 
@@ -65,15 +64,3 @@ def test_chebyshev_series_are_those_of_numpy_and_stand_alone():
     for row in (0, 255, 256, 599):
         only = slice(row, row + 1)
         assert np.array_equal(chebyshev_series(coefficients, which[only], x[only]), values[only])
-
-
-@pytest.mark.parametrize("known", [1, 2, 3, 6])
-def test_polynomials_through_steps_are_exact(known):
-    """Between the steps, on them and beyond, whatever the values are that are not known."""
-    poly = Polynomial(np.cos(np.arange(known)))
-    place = np.array([[0.0, 0.3, 1.0, known - 0.5, known + 3.0], [-2.0, 2.0, 1.7, 5.0, 0.5]])
-    weights = step_weights(place, np.array([known, 1]), 6)
-    values = poly(np.arange(6.0))
-    assert weights[0, :, :known] @ values[:known] == pytest.approx(poly(place[0]), rel=1e-12)
-    assert not weights[0, :, known:].any()
-    assert np.array_equal(weights[1], np.eye(6)[[0] * 5])

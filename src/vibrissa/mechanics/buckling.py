@@ -4,12 +4,15 @@ The critical load and the first mode of the clamped cone are known in closed for
 scaled to the height η, starts Newton's iteration for the large deflection.
 """
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 from vibrissa.mechanics.equations import Closure, bending_moment
 from vibrissa.mechanics.mounting import CLAMP_SLOPE
-from vibrissa.mechanics.newton import extrapolated, solve
-from vibrissa.mechanics.states import RodStates
+from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.roots import bracketed_root
@@ -105,14 +108,20 @@ def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[RodS
         heights = CONTINUATION_START + np.linspace(0.0, 1.0, CONTINUATION_STEPS)[:, None] * (
             eta[missing] - CONTINUATION_START
         )
-        guess, steps = buckled_states(theta[missing], heights[0], nodes), []
-        for height in heights:
-            solution, found = _vertical_states(guess, height)
-            steps.append(solution)
-            guess = extrapolated(steps[-2:])
+        guess = solution = buckled_states(theta[missing], heights[0], nodes)
+        for number, height in enumerate(heights):
+            before, (solution, found) = solution, _vertical_states(guess, height)
+            guess = _further(before, solution) if number else solution
         states.put(missing, solution)
         converged[missing] = found
     return states, converged
+
+
+def _further(before: RodStates, states: RodStates) -> RodStates:
+    """Guess states as far from some as these are from those before them."""
+    old, new = before.columns, states.columns
+    guess: dict[str, Any] = {name: 2.0 * new[name] - old[name] for name in UNKNOWNS}
+    return replace(states, **guess)
 
 
 def _vertical_states(guess: RodStates, eta: FloatArray) -> tuple[RodStates, BoolArray]:

@@ -1,18 +1,16 @@
 """Newton's iteration for batches of states, corrected on few nodes and measured on all."""
 
-from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vibrissa.mechanics.equations import VALUES_TOGETHER, Closure, jacobian, residuals
-from vibrissa.mechanics.states import UNKNOWNS, RodStates
+from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, SingleArray
 from vibrissa.numerics.batch import slices
 from vibrissa.numerics.inverses import inverses
-from vibrissa.numerics.spectral import refinement_matrix, step_weights
+from vibrissa.numerics.spectral import refinement_matrix
 from vibrissa.outcomes import Contact
 
 MAX_ITERATIONS = 25
@@ -25,38 +23,6 @@ EQUATIONS_OF_ENDS = 3
 GOOD_CONTRACTION = 0.1
 # Corrections below this may be rounding, on many nodes.
 ROUNDING = 1e-9
-
-
-def extrapolated(last: Sequence[RodStates], count: int = 1) -> RodStates:
-    """Polynomial extrapolation from equally spaced batches of states.
-
-    Parameters
-    ----------
-    last : sequence of RodStates
-        One or more batches, the latest one last.
-    count : int
-        Number of steps.
-
-    Returns
-    -------
-    RodStates
-        Guesses of the next batches, one below the other.
-    """
-    weights = _extrapolation(len(last), count)
-
-    def combined(name: str) -> Any:
-        known = np.stack([vars(states)[name] for states in last])
-        return np.tensordot(weights, known, 1).reshape(-1, *known.shape[2:])
-
-    given = last[0] if count == 1 else last[0].take(np.tile(np.arange(len(last[0])), count))
-    return replace(given, **{name: combined(name) for name in UNKNOWNS})
-
-
-@lru_cache
-def _extrapolation(known: int, count: int) -> FloatArray:
-    """Weights of the last equally spaced values of a polynomial in its next ones."""
-    ahead = np.arange(known, known + count, dtype=float)
-    return step_weights(ahead[None], np.array([known]), known)[0]
 
 
 def coarse_inverse(states: RodStates, closure: Closure, few: int | None = None) -> SingleArray:

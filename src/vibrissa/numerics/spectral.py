@@ -194,33 +194,6 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
     return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 
-def step_weights(place: FloatArray, known: IntArray, most: int) -> FloatArray:
-    """Weights of the values at 0, 1, 2 … in the polynomials through as many of them as are known.
-
-    Parameters
-    ----------
-    place : ndarray, shape (n, m)
-        Where the polynomials are asked for; beyond the values they extrapolate.
-    known : ndarray of int, shape (n,)
-        Number of values in each row, at least 1.
-    most : int
-        Largest number of values.
-
-    Returns
-    -------
-    ndarray, shape (n, m, most)
-        Zero for what is not known.
-    """
-    index = np.arange(most)
-    itself = np.eye(most, dtype=bool)
-    missing = (index >= known[:, None])[:, None]
-    # One factor for each other value.
-    left_out = missing[:, :, None] | itself
-    apart = np.where(itself, 1, index[:, None] - index)
-    factors = np.where(left_out, 1.0, (place[..., None] - index)[:, :, None] / apart)
-    return np.where(missing, 0.0, factors.prod(axis=-1))
-
-
 @lru_cache
 def even_interpolation(count: int, points: int) -> FloatArray:
     """Matrix from values at `count` Chebyshev points to values at equally spaced points.
