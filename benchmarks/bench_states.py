@@ -16,7 +16,7 @@ from scipy.integrate import solve_bvp
 from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
 from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
-from vibrissa.outcomes import Contact, RodSection
+from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.solving import shooting
 from vibrissa.sticking.solving.beginning import CLOSENESS, Rods, begin
 from vibrissa.sticking.solving.collocation import solve_curves
@@ -89,7 +89,7 @@ def test_states_on_random_curves(benchmark):
         followed = follow(*first, Contact.POINT, has_locked, CLOSENESS[0].longest)
         stops = np.flatnonzero(followed.ends)
         pairs = zip(np.flatnonzero(followed.origins), stops, strict=True)
-        parts = [Part(i, start, stop, X0) for i, (start, stop) in enumerate(pairs)]
+        parts = [Part(i, start, stop, Parameter.X0, X0) for i, (start, stop) in enumerate(pairs)]
         ends = places(branches, followed, parts)
         ((pieces, path),) = cuts(branches, followed, parts, ends, RodSection.PLANAR, FEW)
         path = path.on_nodes(NODES)

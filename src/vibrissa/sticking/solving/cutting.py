@@ -43,13 +43,16 @@ class Part(NamedTuple):
     branch : int
     first, last : int
         Knots at its ends.
+    parameter : Parameter
+        By which it is counted.
     direction : ndarray, shape (4,)
-        Along which it is counted; `X0` itself where it is counted by the displacement.
+        Along which it is counted: that of the displacement, or one of its own.
     """
 
     branch: int
     first: int
     last: int
+    parameter: Parameter
     direction: FloatArray
 
 
@@ -66,9 +69,11 @@ def parts_of(knots: Knots) -> list[Part]:
         for low, high in pairwise([0, *cuts.tolist(), len(by_x0)]):
             if low == high:
                 continue
-            bent = [(low, high, X0)] if by_x0[low] else _straight(along, low, high)
+            parameter, bent = Parameter.X0, [(low, high, X0)]
+            if not by_x0[low]:
+                parameter, bent = Parameter.ADVANCE, _straight(along, low, high)
             parts += [
-                Part(int(knots.branch[start]), start + i, start + j, direction)
+                Part(int(knots.branch[start]), start + i, start + j, parameter, direction)
                 for i, j, direction in bent
             ]
     return parts
@@ -219,7 +224,7 @@ def cuts(
     knots = followed.knots
     branch, first, last = (np.array([part[i] for part in parts]) for i in range(3))
     direction = np.array([part.direction for part in parts])
-    by_x0 = np.array([part.direction is X0 for part in parts])
+    by_x0 = np.array([part.parameter is Parameter.X0 for part in parts])
     some, line = branches.take(branch), knots.line[first]
     start, stop = (_value(some, at, direction, by_x0) for at in ends)
     start[by_x0 & followed.origins[first] & np.isfinite(start)] = 0.0

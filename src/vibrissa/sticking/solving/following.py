@@ -165,15 +165,19 @@ def follow(
         if not goes_on.all():
             last, before, step = last.take(goes_on), before.take(goes_on), step[goes_on]
     lost[last.branch] = True
-    knots = Knots.concatenate(known)
+    return Followed(*_in_order(Knots.concatenate(known), side), lost, turned)
+
+
+def _in_order(knots: Knots, side: FloatArray) -> tuple[Knots, BoolArray, BoolArray]:
+    """Put the knots of each path together, in the order of x0; which are origins, and ends."""
     order = np.argsort(knots.branch, kind="stable")
-    knots, origins = knots.take(order), order < count
+    knots, origins = knots.take(order), order < len(side)
     ends = np.append(origins[1:], True)
     backwards = np.flatnonzero(side[knots.branch] < 0.0)
     if len(backwards):
         knots, turning = _reversed(knots, backwards)
         origins, ends = origins[turning], ends[turning]
-    return Followed(knots, origins, ends, lost, turned)
+    return knots, origins, ends
 
 
 def _reversed(knots: Knots, backwards: IntArray) -> tuple[Knots, IntArray]:
