@@ -58,9 +58,9 @@ help:
 	@echo "                            (takes ARGS as make test)"
 	@echo "  make test-slurm           a study on a SLURM that is set up for it (Debian, as root)"
 	@echo "  make test-faults          kill runs, fill disks, damage files at random times"
-	@echo "  make mutations            does make check notice broken physics? writes docs/regression.md"
+	@echo "  make mutations            does make check notice broken physics? writes validation/records/physics.md"
 	@echo "  make mutate               do the tests notice small faults in the code? 600 of them at random,"
-	@echo "                            an hour on two cores; writes docs/tests.md (takes SEED=n, SAMPLE=n,"
+	@echo "                            an hour on two cores; writes validation/records/tests.md (takes SEED=n, SAMPLE=n,"
 	@echo "                            JOBS=n; SINCE=main: only in changed lines, minutes)"
 	@echo "  make lint                 ruff, snakefmt, snakemake --lint, import layers, mypy"
 	@echo "Validation:"
@@ -69,21 +69,21 @@ help:
 	@echo "  make trailing             last sticking states of 2,000 swung rods, by multiple shooting"
 	@echo "  make proof-sample         prove 300 random onsets, far beyond the paper's grid"
 	@echo "  make roundtrip            friction of 1,000 random surfaces from simulated signals, into"
-	@echo "                            docs/friction.md (20 minutes; ARGS='--seeds 50' only prints)"
+	@echo "                            validation/records/roundtrip.md (20 minutes; ARGS='--seeds 50' only prints)"
 	@echo "  make laboratory           recordings of an independent bench with a laboratory's mistakes;"
-	@echo "                            writes docs/laboratory_table.md (ARGS='--seeds 2' only prints)"
-	@echo "  make costs                what each tolerance costs in friction, into docs/laboratory.md"
-	@echo "  make fuzz                 read 11,100 damaged recordings; writes docs/fuzz.md"
+	@echo "                            writes validation/records/laboratory.md (ARGS='--seeds 2' only prints)"
+	@echo "  make costs                what each tolerance costs in friction, into validation/records/costs.md"
+	@echo "  make fuzz                 read 11,100 damaged recordings; writes validation/records/fuzz.md"
 	@echo "  make published            274 numbers that others published, beside ours; writes"
-	@echo "                            docs/published.md"
+	@echo "                            validation/records/published.md"
 	@echo "  make explorer-agreement   2,000 random points in the page's solver and in Python; writes"
-	@echo "                            docs/explorer.md (ARGS='--points 200' only prints)"
+	@echo "                            validation/records/explorer_agreement.md (ARGS='--points 200' only prints)"
 	@echo "  make explorer-speed       drag the clamp in the explorer's page: frames, work, time to solve"
 	@echo "  make designs              the paper's rod against its limits, the best rod of each material"
 	@echo "  make taper                does a tapered rod measure friction better? draws docs/taper.png"
 	@echo "  make bench                states per second of this and of other methods"
 	@echo "  make growth               time and memory of studies of 10^4 to 10^6 points, into"
-	@echo "                            docs/speed.md (ARGS='--points 1e7' for ten million)"
+	@echo "                            validation/records/growth.md (ARGS='--points 1e7' for ten million)"
 	@echo "Upkeep:"
 	@echo "  make setup                install the locked packages into .venv; the others do it too"
 	@echo "  make notebooks            run the notebooks of examples/ and keep their outputs"
@@ -230,15 +230,15 @@ designs: $(TEST_STAMP)
 
 roundtrip: $(TEST_STAMP)
 	@$(ONE_THREAD) $(PY) validation/roundtrip.py \
-	    $(or $(ARGS),--seeds 1000 --docs docs/friction.md --figure docs/roundtrip.png)
+	    $(or $(ARGS),--seeds 1000 --docs validation/records/roundtrip.md --figure docs/roundtrip.png)
 
 laboratory: $(TEST_STAMP)
 	@$(ONE_THREAD) $(PY) validation/sensor/laboratory.py \
-	    $(or $(ARGS),--docs docs/laboratory_table.md)
+	    $(or $(ARGS),--docs validation/records/laboratory.md)
 
 costs: $(TEST_STAMP)
 	@$(ONE_THREAD) $(PY) validation/sensor/costs.py \
-	    --docs docs/laboratory.md --figure docs/laboratory.png
+	    --docs validation/records/costs.md --figure docs/laboratory.png
 
 # A quarter of an hour on two cores; fails if any recording gives a traceback or silently a wrong number.
 fuzz: $(TEST_STAMP)

@@ -3,7 +3,7 @@
 Usage: python benchmarks/growth.py [--points 1e4 ... 1e8] [--cores 2] [--only-show]
 
 A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
-0.45), run from an empty results folder. What came out goes into docs/speed.md, beside what other
+0.45), run from an empty results folder. What came out goes into records/growth.md, beside what other
 sizes took before, and into docs/growth.png. 10⁷ points need 4 GB of disk in TMPDIR,
 10⁸ need 30 GB.
 """
@@ -28,7 +28,7 @@ from vibrissa.files import write_atomically
 from vibrissa.tables import query, schemas
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE, PICTURE = ROOT / "docs/speed.md", ROOT / "docs/growth.png"
+PAGE, PICTURE = ROOT / "validation/records/growth.md", ROOT / "docs/growth.png"
 BEGIN, END = "<!-- made by make growth -->\n", "<!-- end of growth -->"
 # Tapers and heights by the number of points.
 SIZES = {
@@ -162,7 +162,8 @@ def put_into(page: str, rows: dict[int, dict[str, str]]) -> str:
     before, after = page.partition(BEGIN)[0], page.partition(END)[2]
     text = "\n".join(lines)
     return (
-        f"{before}{BEGIN}\n{text}\n\n![time and memory over points]({PICTURE.name})\n\n{END}{after}"
+        f"{before}{BEGIN}\n{text}\n\n"
+        f"![time and memory over points](../../docs/{PICTURE.name})\n\n{END}{after}"
     )
 
 

@@ -23,7 +23,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.outcomes import Contact, End
 from vibrissa.sticking.solving.collocation import solve_curves
 
-DOCS = Path(__file__).parents[1] / "docs/explorer.md"
+RECORD = Path(__file__).parents[1] / "validation/records/explorer_agreement.md"
 BEGIN, END = "<!-- made by make explorer-agreement -->\n", "<!-- end of what it made -->"
 TOLERATED = 1e-8
 CHUNK = 50
@@ -198,9 +198,9 @@ def main(count: int, mounted: int, seed: int, docs: bool) -> None:
                 found[f"{name}, {kind} contact"] = rows
     print(table(found), end="")
     if docs:
-        before, _, rest = DOCS.read_text(encoding="utf-8").partition(BEGIN)
+        before, _, rest = RECORD.read_text(encoding="utf-8").partition(BEGIN)
         text = before + BEGIN + table(found) + END + rest.partition(END)[2]
-        with write_atomically(DOCS) as temporary:
+        with write_atomically(RECORD) as temporary:
             temporary.write_text(text, encoding="utf-8")
     worst = max(value for rows in found.values() for row in rows for value in row.values())
     if not worst < TOLERATED:
@@ -212,5 +212,5 @@ if __name__ == "__main__":
     parser.add_argument("--points", dest="count", type=int, default=2000)
     parser.add_argument("--mounted", type=int, default=600)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--docs", action="store_true", help="put the table into docs/explorer.md")
+    parser.add_argument("--docs", action="store_true", help="put the table into records/")
     main(**vars(parser.parse_args()))

@@ -3,7 +3,7 @@
 A recording of a known surface is damaged, read and identified. What must never happen: an exception
 other than VibrissaError, a warning of Python's own, or a *silent* wrong number, that is a friction
 further than 5 of its stated standard deviations from the truth without a message that names a line
-or a column. Exit status 1 if any of it happened. What came out stands in docs/fuzz.md, which a run
+or a column. Exit status 1 if any of it happened. What came out stands in records/fuzz.md, which a run
 without arguments writes.
 """
 
@@ -43,7 +43,7 @@ from vibrissa.sensor.identification.recording import read_recording
 from vibrissa.sensor.response import branch
 from vibrissa.sensor.transducer import CHANNELS
 
-PAGE = Path(__file__).parents[1] / "docs/fuzz.md"
+PAGE = Path(__file__).parents[1] / "validation/records/fuzz.md"
 BEGIN, END = "<!-- made by make fuzz -->\n", "<!-- end -->"
 CASES = 300
 # One case of so many also goes through the command line.

@@ -3,7 +3,7 @@
 Usage: python validation/mutations.py
 
 Runs the paper's study in each copy, compares it with the reference tables and writes what came of
-it into docs/regression.md. Exit status 1 if a mutation went unnoticed. Takes some minutes.
+it into records/physics.md. Exit status 1 if a mutation went unnoticed. Takes some minutes.
 """
 
 import os
@@ -17,7 +17,7 @@ from typing import NamedTuple
 from vibrissa.files import write_atomically
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs/regression.md"
+PAGE = ROOT / "validation/records/physics.md"
 BEGIN, END = "<!-- made by make mutations -->\n", "<!-- end -->"
 TABLES = [f"results/paper/tables/{name}.parquet" for name in ("stiction", "scans", "states")]
 

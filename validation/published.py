@@ -1,4 +1,4 @@
-"""Compare our numbers with numbers that others published, and write docs/published.md.
+"""Compare our numbers with numbers that others published, and write records/published.md.
 
 Usage: python validation/published.py
 
@@ -28,7 +28,7 @@ from vibrissa.mechanics.states import RodStates
 
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "validation/published"
-PAGE = ROOT / "docs/published.md"
+PAGE = ROOT / "validation/records/published.md"
 BEGIN, END = "<!-- made by make published -->\n", "<!-- end -->"
 
 # A heavily loaded rod is approached from the same rod under a load smaller by this (E·I0/L²).

@@ -31,7 +31,7 @@ from mutation.recording import PACKAGE, ROOT, Recording
 from vibrissa.files import write_atomically
 from vibrissa.wording import markdown_table
 
-PAGE = ROOT / "docs/tests.md"
+PAGE = ROOT / "validation/records/tests.md"
 BEGIN, END = "<!-- made by make mutate -->\n", "<!-- end of what make mutate made -->"
 RESULTS = ROOT / ".mutation/results.jsonl"
 WANTED, WANTED_OF_PACKAGE = 0.92, 0.85
