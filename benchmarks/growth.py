@@ -3,8 +3,8 @@
 Usage: python benchmarks/growth.py [--points 1e4 ... 1e8] [--cores 2] [--only-show]
 
 A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
-0.45), run from an empty results folder. What came out goes into records/growth.md, beside what other
-sizes took before, and into docs/growth.png. 10⁷ points need 4 GB of disk in TMPDIR,
+0.45), run from an empty results folder. The record is records/growth.md, with what other sizes
+took before; the figure is docs/growth.png. 10⁷ points need 4 GB of disk in TMPDIR,
 10⁸ need 30 GB.
 """
 

@@ -3,8 +3,8 @@
 A recording of a known surface is damaged, read and identified. What must never happen: an exception
 other than VibrissaError, a warning of Python's own, or a *silent* wrong number, that is a friction
 further than 5 of its stated standard deviations from the truth without a message that names a line
-or a column. Exit status 1 if any of it happened. What came out stands in records/fuzz.md, which a run
-without arguments writes.
+or a column. Exit status 1 if any of it happened. The record is records/fuzz.md, which a run without
+arguments writes.
 """
 
 import argparse
