@@ -57,7 +57,7 @@ def test_an_archive_holds_what_makes_it_and_makes_its_tables_again(unpacked):
     path.write_text("9 grid points: 9 slip\n")
     (unpacked / "Snakefile").unlink()
     status, screen = verified(unpacked)
-    assert status == 2 and "Snakefile is gone" in screen and "summary.txt was changed" in screen
+    assert status == 2 and "Snakefile is missing" in screen and "summary.txt has changed" in screen
 
 
 @pytest.mark.slow

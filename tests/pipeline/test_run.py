@@ -145,7 +145,7 @@ def test_another_run_in_the_same_folder_is_told_of_directory_and_a_killed_one_go
         os.killpg(child, signal.SIGKILL)
     process.communicate()
     status, screen = called(folder)
-    assert screen.startswith("The last run did not come to its end; its finished results are")
+    assert screen.startswith("The last run was interrupted. Its finished results are")
     assert status == 0 and "7 grid points: 7 slip" in screen
 
 

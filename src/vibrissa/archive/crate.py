@@ -206,8 +206,10 @@ def checked_files(folder: Path) -> list[str]:
     gone = [name for _, _, name in lines if not (folder / name).is_file()]
     changed = [n for total, _, n in lines if n not in gone and checksum(folder / n) != total]
     if gone or changed:
-        told = [f"{name} is gone" for name in gone] + [f"{name} was changed" for name in changed]
-        raise ArchiveError(f"the archive is damaged: {'; '.join(told)}; unpack it again")
+        faults = [f"{name} is missing" for name in gone] + [
+            f"{name} has changed" for name in changed
+        ]
+        raise ArchiveError(f"the archive is damaged: {'; '.join(faults)}; unpack it again")
     return [name for _, _, name in lines]
 
 

@@ -151,17 +151,17 @@ def histogram(numbers: Sequence[Enclosed]) -> dict[str, int]:
 
 
 def verdict(numbers: Sequence[Enclosed]) -> str:
-    """One line that says whether the numbers agree with their proofs; empty without any."""
+    """Whether the numbers agree with their proofs, in one line; empty without proofs."""
     if not numbers:
         return ""
     worst = max(numbers, key=lambda number: number.ulps)
     wrong = sum(number.refuted for number in numbers)
-    told = f"All {len(numbers)} proved numbers agree"
+    result = f"All {len(numbers)} proved numbers agree"
     if wrong:
-        told = f"{wrong} of {len(numbers)} proved numbers DISAGREE"
+        result = f"{wrong} of {len(numbers)} proved numbers DISAGREE"
     classes = ", ".join(f"{count} {name}" for name, count in histogram(numbers).items() if count)
     return (
-        f"{told}. Differences in units in the last place: {classes}; largest {worst.ulps:.4g}, "
+        f"{result}. Differences in units in the last place: {classes}; largest {worst.ulps:.4g}, "
         f"{worst}."
     )
 

@@ -34,7 +34,7 @@ LEAST_SPACE = 1024**2
 PATIENCE = 20
 
 
-def say(text: str) -> None:
+def show(text: str) -> None:
     """Print to stderr, where Snakemake writes too, so that the order on the screen is kept."""
     print(text, file=sys.stderr, flush=True)
 
@@ -77,7 +77,7 @@ def checked_study(files: list[Path], changes: list[str]) -> Study:
     import yaml
 
     if len(files) > 1:
-        sys.exit(f"{len(files)} study files are given; one is allowed: run them one after another")
+        sys.exit(f"{len(files)} study files are named; allowed: one. Run them one after another")
     pairs = (change.partition("=") for change in changes)
     try:
         values = {key: yaml.safe_load(value) for key, _, value in pairs}
@@ -162,20 +162,20 @@ def left_over(folder: Path, results: list[str]) -> list[str]:
 
 
 def report(study: Study, folder: Path) -> None:
-    """Say what came out, and where it is."""
+    """Print the counts by status, and where the results are."""
     for name in ("summary.txt", "claims.md"):
         path = folder / name
         if name in study.results and path.is_file():
             lines = path.read_text(encoding="utf-8").splitlines()
             # The counts of verdicts are the first sentence under the title.
             shown = [lines[2].partition(". ")[0]] if name == "claims.md" else lines
-            say("\n".join(shown))
+            show("\n".join(shown))
     if others := left_over(folder, study.results):
         more = ", ..." if len(others) > 3 else ""
-        say(f"Left over from an earlier study file, in {folder}: {', '.join(others[:3])}{more}")
+        show(f"Left over from an earlier study file, in {folder}: {', '.join(others[:3])}{more}")
     if study.figures:
-        say(f"Figures: {folder / 'figures'}")
-    say(f"Report: {folder / 'report.html'}")
+        show(f"Figures: {folder / 'figures'}")
+    show(f"Report: {folder / 'report.html'}")
 
 
 def main(arguments: list[str]) -> int:
@@ -191,31 +191,31 @@ def main(arguments: list[str]) -> int:
     except OSError as error:
         sys.exit(f"The run cannot start: {error}")
     if was_killed:
-        say("The last run did not come to its end; its finished results are kept, and it goes on.")
+        show("The last run was interrupted. Its finished results are kept; this run continues it.")
         command = [*SNAKEMAKE, *arguments, "--unlock", "--quiet", "all"]
         subprocess.run(command, check=False, stdin=subprocess.DEVNULL)
     for path in folder.rglob(TEMPORARY):  # of jobs that were ended by a signal
         path.unlink(missing_ok=True)
     points = sum(number_of_points(grid.axes) for grid in study.grids.values())
-    say(f"Study '{study.name}', {points:,} points in {counted(len(study.chunks), 'chunk')}:")
-    say(f"  {shlex.join(['snakemake', *arguments])}")
+    show(f"Study '{study.name}', {points:,} points in {counted(len(study.chunks), 'chunk')}:")
+    show(f"  {shlex.join(['snakemake', *arguments])}")
     if has_terminal():
         arguments = [*arguments, "--logger", "rich"]
     status, stopped = run_snakemake(arguments, lock)
     if status >= 0:  # a Snakemake that was killed leaves its lock
         lock.truncate(0)
     if stopped is not None:
-        say(f"\nStopped by {stopped.name}. Finished results are kept: the same command continues.")
+        show(f"\nStopped by {stopped.name}. Finished results are kept: the same command continues.")
         return 128 + stopped
     if not status:
         report(study, folder)
         return 0
     if status < 0:
-        say(f"Snakemake was ended by {signal.Signals(-status).name}; the same command continues.")
+        show(f"Snakemake was ended by {signal.Signals(-status).name}; the same command continues.")
     if shutil.disk_usage(Path.cwd()).free < LEAST_SPACE:
-        say("The disk is full; make space and run the same command again.")
+        show("The disk is full; make space and run the same command again.")
     elif status > 0:
-        say(f"The study is not complete; {folder / 'logs'} says why. The same command continues.")
+        show(f"The study is not complete; {folder / 'logs'} says why. The same command continues.")
     return abs(status)
 
 

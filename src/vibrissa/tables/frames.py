@@ -89,8 +89,8 @@ def read_table(path: str | Path) -> pd.DataFrame:
     TableError
         If the file is damaged, is no table of this program or version, or cannot be opened.
     """
-    told = store.metadata(path)
-    kind = told.get(store.TABLE, "")
+    metadata = store.metadata(path)
+    kind = metadata.get(store.TABLE, "")
     if kind not in schemas.TABLES:
         raise TableError(
             f"{path} is not a table of vibrissa; those are in results/<study>/tables, named "
@@ -102,8 +102,8 @@ def read_table(path: str | Path) -> pd.DataFrame:
         "table": kind,
         "units": _of_columns(table, schemas.UNIT),
         "descriptions": _of_columns(table, schemas.DESCRIPTION),
-        "version": told[store.PROGRAM],
-        "commit": told[store.COMMIT],
+        "version": metadata[store.PROGRAM],
+        "commit": metadata[store.COMMIT],
     }
     return frame
 

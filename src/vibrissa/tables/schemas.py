@@ -44,21 +44,21 @@ _DICTIONARY = tomllib.loads(
 
 def _column(table: str, name: str) -> pa.Field:
     """Column of a table: its own meaning, or the one that it shares with others."""
-    told = _DICTIONARY[table].get(name) or _DICTIONARY["shared"][name]
-    return _field(name, told)
+    entry = _DICTIONARY[table].get(name) or _DICTIONARY["shared"][name]
+    return _field(name, entry)
 
 
-def _field(name: str, told: dict[str, str]) -> pa.Field:
+def _field(name: str, entry: dict[str, str]) -> pa.Field:
     """Column that holds null only if the dictionary says what null means."""
     metadata = {
-        UNIT: told.get("unit", NONE),
-        RANGE: told.get("range", ""),
-        NULL: told.get("null", ""),
-        EQUATION: told.get("equation", ""),
-        DESCRIPTION: told["description"],
+        UNIT: entry.get("unit", NONE),
+        RANGE: entry.get("range", ""),
+        NULL: entry.get("null", ""),
+        EQUATION: entry.get("equation", ""),
+        DESCRIPTION: entry["description"],
     }
-    kind = _TYPES[told.get("type", "number")]
-    return pa.field(name, kind, bool(told.get("null")), metadata)
+    kind = _TYPES[entry.get("type", "number")]
+    return pa.field(name, kind, bool(entry.get("null")), metadata)
 
 
 def _state(suffix: str = "", when: str = "", null: str = NO_RESULT) -> list[pa.Field]:
@@ -66,13 +66,13 @@ def _state(suffix: str = "", when: str = "", null: str = NO_RESULT) -> list[pa.F
     return [
         _field(
             f"{name}{suffix}",
-            told
+            entry
             | {
-                "description": told["description"] + when,
+                "description": entry["description"] + when,
                 "null": f"{null}; or {UNKNOWN_MARGINS[name]}" if name in UNKNOWN_MARGINS else null,
             },
         )
-        for name, told in _DICTIONARY["state"].items()
+        for name, entry in _DICTIONARY["state"].items()
     ]
 
 
@@ -91,7 +91,7 @@ def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
 _POINT = " ".join(name for name in AXES if name not in MOUNTING_AXES)
 _MOUNTING = " ".join(MOUNTING_AXES)
 _SHAPE = "shape_s shape_x shape_y shape_phi"
-STATE = tuple(_field(name, told) for name, told in _DICTIONARY["state"].items())
+STATE = tuple(_field(name, entry) for name, entry in _DICTIONARY["state"].items())
 
 STICTION = _schema(
     "stiction",

@@ -152,20 +152,20 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
     TableError
         If it cannot be opened.
     """
-    told = metadata(path)
+    held = metadata(path)
     with reading(path):
         file = pq.ParquetFile(path, page_checksum_verification=True)
         found = file.schema_arrow
-    kind, wanted = (s.get(TABLE, "none") for s in (told, _texts(schema)))
+    kind, wanted = (s.get(TABLE, "none") for s in (held, _texts(schema)))
     if kind != wanted:
         raise DamagedTableError(path, f"holds the table {kind} where {wanted} is needed")
-    version, current = (s.get(VERSION, "none") for s in (told, _texts(schema)))
+    version, current = (s.get(VERSION, "none") for s in (held, _texts(schema)))
     if version != current:
         raise DamagedTableError(
             path,
             f"has version {version} of the columns, and this program reads version {current}",
             "run its study again, or read it with the program that wrote it "
-            f"(version {told.get(PROGRAM)}, commit {told.get(COMMIT)})",
+            f"(version {held.get(PROGRAM)}, commit {held.get(COMMIT)})",
         )
     if not found.equals(schema):
         raise DamagedTableError(path, "has other columns than its schema says")
