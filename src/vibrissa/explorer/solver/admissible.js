@@ -25,11 +25,8 @@ const TAIL_TOLERANCE = 1e-12;
 const CROSSES_SURFACE = "the rod crosses the surface away from its contact point";
 
 /**
- * Say how a shape is inadmissible.
- *
- * @param {Rod} rod
- * @param {State} state
- * @returns {string} Empty where it is admissible.
+ * How a shape is inadmissible; empty where it is admissible.
+ * @type {(rod: Rod, state: State) => string}
  */
 export function inadmissible(rod, state) {
   if (state.contact === "line" && tailRises(rod, state)) return CROSSES_SURFACE;
@@ -51,9 +48,8 @@ export function inadmissible(rod, state) {
 }
 
 /**
- * @param {Rod} rod
- * @param {State} state
- * @returns {number} Height of the highest point before the contact point, where the rod begins to fall.
+ * Height of the highest point before the contact point, where the rod begins to fall.
+ * @type {(rod: Rod, state: State) => number}
  */
 function archHeight(rod, state) {
   let highest = -Infinity;
@@ -72,9 +68,8 @@ function archHeight(rod, state) {
 }
 
 /**
- * @param {Rod} rod
- * @param {State} state
- * @returns {number[]} Slopes of the unloaded tail of a curved rod that lies on the surface.
+ * Slopes of the unloaded tail of a curved rod that lies on the surface.
+ * @type {(rod: Rod, state: State) => number[]}
  */
 function tailSlopes({ mounting }, { contact, sc }) {
   if (contact !== "line" || isStraight(mounting)) return [];
@@ -85,9 +80,8 @@ function tailSlopes({ mounting }, { contact, sc }) {
 }
 
 /**
- * @param {Rod} rod
- * @param {State} state
- * @returns {boolean} Whether the unloaded tail of a rod that lies on the surface passes through it.
+ * Whether the unloaded tail of a rod that lies on the surface passes through it.
+ * @type {(rod: Rod, state: State) => boolean}
  */
 function tailRises({ mounting }, { sc }) {
   if (isStraight(mounting)) return false;
@@ -98,17 +92,9 @@ function tailRises({ mounting }, { sc }) {
   return false;
 }
 
-/**
- * @param {Float64Array} x
- * @param {Float64Array} y
- * @returns {boolean} Whether two parts of a line of points cross.
- */
+/** Whether two parts of a line of points cross. @type {(x: Float64Array, y: Float64Array) => boolean} */
 function crossesItself(x, y) {
-  /**
-   * @param {number} i
-   * @param {number} j
-   * @returns {number} On which side of the part from i on a point j lies.
-   */
+  /** On which side of the part from i on a point j lies. @type {(i: number, j: number) => number} */
   const side = (i, j) => (x[i + 1] - x[i]) * (y[j] - y[i]) - (y[i + 1] - y[i]) * (x[j] - x[i]);
   for (let i = 0; i < x.length - 1; i += 1) {
     for (let j = i + 2; j < x.length - 1; j += 1) {

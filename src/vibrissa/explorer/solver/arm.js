@@ -33,15 +33,11 @@ const TINY = 1e-13;
 /** Size of the last coefficients of a slope that shows enough nodes: the ends are far more accurate. */
 const RESOLVED = 1e-7;
 
-/**
- * How an arm ends.
- *
- * @typedef {"swings" | "snaps" | "lifts" | "inadmissible" | "steep" | "lost"} End
- */
+/** @typedef {"swings" | "snaps" | "lifts" | "inadmissible" | "steep" | "lost"} End How an arm ends. */
+/** @typedef {{ end: End, knot: Knot | null, why?: string }} Ending How, where and why. */
 
 /**
  * What a path belongs to.
- *
  * @typedef {object} Branch
  * @property {Rod} rod
  * @property {number} eta
@@ -55,7 +51,6 @@ const RESOLVED = 1e-7;
 
 /**
  * A state on a path, with the direction in which the path goes on.
- *
  * @typedef {object} Knot
  * @property {State} state
  * @property {Float64Array} change Derivative of the unknowns along the path.
@@ -74,70 +69,37 @@ const RESOLVED = 1e-7;
  * @property {string} why What to say of an end that is inadmissible or lost.
  */
 
-/**
- * Displacement of the clamp since α = 0.
- *
- * @param {Branch} branch
- * @param {State} state
- * @returns {number}
- */
+/** Displacement of the clamp since α = 0. @type {(branch: Branch, state: State) => number} */
 export function displacement(branch, state) {
   return (branch.x1 - state.offset) / Math.cos(branch.rod.mounting.stage);
 }
 
-/**
- * Offset of the state at a displacement.
- *
- * @param {Branch} branch
- * @param {number} x0
- * @returns {number}
- */
+/** Offset of the state at a displacement. @type {(branch: Branch, x0: number) => number} */
 export function offsetAt(branch, x0) {
   return branch.x1 - x0 * Math.cos(branch.rod.mounting.stage);
 }
 
-/**
- * Derivative of the demand −tan α along the path.
- *
- * @param {Knot} knot
- * @param {Branch} branch
- * @returns {number}
- */
-export function demandChange(knot, branch) {
+/** Derivative of the demand −tan α along the path. @type {(knot: Knot, branch: Branch) => number} */
+function demandChange(knot, branch) {
   const count = branch.rod.nodes;
   const [dfx, dfy] = [knot.change[count], knot.change[count + 1]];
   const { fx, fy } = knot.state;
   return (dfx * fy - fx * dfy) / fy ** 2;
 }
 
-/**
- * @param {Branch} branch
- * @param {number[]} direction
- * @param {number} value
- * @returns {Condition}
- */
+/** @type {(branch: Branch, direction: number[], value: number) => Condition} */
 function along({ scale, force }, [a, b, c, d], value) {
   return { offset: a / scale, fx: b / force, fy: c / force, sc: d, value };
 }
 
-/**
- * @param {Branch} branch
- * @param {number[]} direction
- * @param {State} state
- * @returns {number}
- */
+/** @type {(branch: Branch, direction: number[], state: State) => number} */
 function advance({ scale, force }, [a, b, c, d], state) {
   return (a * state.offset) / scale + (b * state.fx + c * state.fy) / force + d * state.sc;
 }
 
 /**
- * Direction of the path in a state.
- *
- * @param {Branch} branch
- * @param {State} state
- * @param {Condition} condition Grows along the path.
- * @param {number} [sign] -1 where it falls.
- * @returns {Knot}
+ * Direction of the path in a state; `condition` grows along it, or falls where `sign` is -1.
+ * @type {(branch: Branch, state: State, condition: Condition, sign?: number) => Knot}
  */
 function knotAt(branch, state, condition, sign = 1) {
   const { rod, surface, scale: unit, force } = branch;
@@ -159,12 +121,8 @@ function knotAt(branch, state, condition, sign = 1) {
 }
 
 /**
- * Cubic through two knots and their directions.
- *
- * @param {Knot} from
- * @param {Knot} to
- * @param {number} part From 0 to 1.
- * @returns {Float64Array} Unknowns.
+ * Unknowns on the cubic through two knots and their directions, at a part of the way (0 to 1).
+ * @type {(from: Knot, to: Knot, part: number) => Float64Array}
  */
 export function between(from, to, part) {
   const [a, b, c, d] = cubic(from, to, part);
@@ -175,12 +133,8 @@ export function between(from, to, part) {
 }
 
 /**
- * Weights of both values and both changes in a cubic between two knots.
- *
- * @param {Knot} from
- * @param {Knot} to
- * @param {number} t From 0 to 1.
- * @returns {[number, number, number, number]}
+ * Weights of both values and both changes in a cubic between two knots, at t from 0 to 1.
+ * @type {(from: Knot, to: Knot, t: number) => [number, number, number, number]}
  */
 export function cubic(from, to, t) {
   // Along the direction of the first knot.
@@ -192,85 +146,37 @@ export function cubic(from, to, t) {
 
 /**
  * Solve the state at a part of the way between two knots.
- *
- * @param {Branch} branch
- * @param {Knot} from
- * @param {Knot} to
- * @param {number} part
- * @returns {State | null}
+ * @type {(branch: Branch, from: Knot, to: Knot, part: number) => Knot | null}
  */
-export function stateBetween(branch, from, to, part) {
+function knotBetween(branch, from, to, part) {
   const { rod, surface } = branch;
   const { contact } = from.state;
   const value = advance(branch, from.direction, from.state) + part * to.step;
-  const condition = along(branch, from.direction, value);
-  return solvedState(rod, between(from, to, part), { surface, contact, condition }, from.factors);
-}
-
-/**
- * The same as a knot.
- *
- * @param {Branch} branch
- * @param {Knot} from
- * @param {Knot} to
- * @param {number} part
- * @returns {Knot | null}
- */
-function knotBetween(branch, from, to, part) {
-  const state = stateBetween(branch, from, to, part);
+  const closure = { surface, contact, condition: along(branch, from.direction, value) };
+  const state = solvedState(rod, between(from, to, part), closure, from.factors);
   return state && knotAfter(branch, from, state);
 }
 
 /**
- * Find where between two knots a function of a knot vanishes.
- *
- * @param {Branch} branch
- * @param {Knot} from
- * @param {Knot} to
- * @param {(knot: Knot) => number} value Of different signs in both knots.
- * @returns {Knot | null}
+ * The knot between two others in which a function of a knot, of different signs in both, vanishes.
+ * @type {(branch: Branch, from: Knot, to: Knot, value: (knot: Knot) => number) => Knot | null}
  */
-function knotWhere(branch, from, to, value) {
-  /** @type {Knot | null} */
-  let found = null;
-  /** @param {number} part */
-  const at = (part) => {
-    found = knotBetween(branch, from, to, part);
-    return found ? value(found) : NaN;
-  };
+export function knotWhere(branch, from, to, value) {
   const [low, high] = [value(from), value(to)];
   // A change that begins at the knot itself has its sign from there on.
   if (low === 0 || high === 0) return low === 0 ? { ...from, step: 0 } : to;
+  /** @param {number} part */
+  const at = (part) => {
+    const found = knotBetween(branch, from, to, part);
+    return found ? value(found) : NaN;
+  };
   const part = bracketedRoot(at, 0, 1, low, high, TINY);
   return Number.isNaN(part) ? null : knotBetween(branch, from, to, part);
 }
 
 /**
- * Find where between two knots a function of the state vanishes.
- *
- * @param {Branch} branch
- * @param {Knot} from
- * @param {Knot} to
- * @param {(state: State) => number} value Of different signs in both knots.
- * @returns {State | null}
- */
-export function stateWhere(branch, from, to, value) {
-  /** @param {number} part */
-  const at = (part) => {
-    const found = stateBetween(branch, from, to, part);
-    return found ? value(found) : NaN;
-  };
-  const part = bracketedRoot(at, 0, 1, value(from.state), value(to.state), TINY);
-  return Number.isNaN(part) ? null : stateBetween(branch, from, to, part);
-}
-
-/**
  * Knot in a state that lies ahead of another knot.
- *
- * @param {Branch} branch
- * @param {Knot} from
- * @param {State} state
- * @returns {Knot}
+ * @type {(branch: Branch, from: Knot, state: State) => Knot}
  */
 function knotAfter(branch, from, state) {
   const start = advance(branch, from.direction, from.state);
@@ -279,13 +185,10 @@ function knotAfter(branch, from, state) {
 }
 
 /**
- * The next state along the path, by a step that is shortened until it succeeds.
- *
- * @param {Branch} branch
- * @param {Knot} last
- * @param {Knot | undefined} before On the same smooth piece.
- * @param {number} step
- * @returns {{ knot: Knot, next: number } | null} With the length of the step after it.
+ * The next state along the path, by a step that is shortened until it succeeds, and the length of the
+ * step after it; `before` is the knot before the last on the same smooth piece.
+ * @type {(branch: Branch, last: Knot, before: Knot | undefined, step: number)
+ *   => { knot: Knot, next: number } | null}
  */
 function stepped(branch, last, before, step) {
   const { rod, surface } = branch;
@@ -316,12 +219,8 @@ function stepped(branch, last, before, step) {
 }
 
 /**
- * Both sides of the state in which the contact changes its kind.
- *
- * @param {Branch} branch
- * @param {Knot} last
- * @param {Knot} beyond The state after the change, of the kind before it.
- * @returns {Knot[] | null}
+ * Both sides of the state in which the contact changes its kind; `beyond` is past it, of the old kind.
+ * @type {(branch: Branch, last: Knot, beyond: Knot) => Knot[] | null}
  */
 function kink(branch, last, beyond) {
   const { rod, surface } = branch;
@@ -345,13 +244,8 @@ function kink(branch, last, beyond) {
 }
 
 /**
- * How and where an arm ends between two knots, if it does.
- *
- * @param {Branch} branch
- * @param {number} side 1 where the clamp pushes, -1 where it pulls.
- * @param {Knot} from
- * @param {Knot} to
- * @returns {{ end: End, knot: Knot | null, why?: string } | null}
+ * How and where an arm ends between two knots, if it does. The clamp pushes on side 1, pulls on side -1.
+ * @type {(branch: Branch, side: number, from: Knot, to: Knot) => Ending | null}
  */
 function ending(branch, side, from, to) {
   const found = turning(branch, side, from, to);
@@ -364,12 +258,7 @@ function ending(branch, side, from, to) {
 
 /**
  * The same, but for shapes that are inadmissible.
- *
- * @param {Branch} branch
- * @param {number} side
- * @param {Knot} from
- * @param {Knot} to
- * @returns {{ end: End, knot: Knot | null } | null}
+ * @type {(branch: Branch, side: number, from: Knot, to: Knot) => Ending | null}
  */
 function turning(branch, side, from, to) {
   const { rod, surface, round } = branch;
@@ -403,11 +292,7 @@ function turning(branch, side, from, to) {
  *
  * A rod that is curved towards the surface may arch over it for a short way only, next to where its tip
  * is nearest to being parallel to the surface.
- *
- * @param {Branch} branch
- * @param {Knot} from
- * @param {Knot} to
- * @returns {Knot | null}
+ * @type {(branch: Branch, from: Knot, to: Knot) => Knot | null}
  */
 function firstInadmissible(branch, from, to) {
   const { rod } = branch;
@@ -435,10 +320,7 @@ function firstInadmissible(branch, from, to) {
 /**
  * Positive where a round rod stays in its plane. A straight one does so as long as its contact point
  * is ahead of the axis of its unloaded clamp.
- *
- * @param {Branch} branch
- * @param {State} state
- * @returns {number}
+ * @type {(branch: Branch, state: State) => number}
  */
 export function swung({ rod }, state) {
   if (!isStraight(rod.mounting)) return marginAside(rod, state);
@@ -446,24 +328,14 @@ export function swung({ rod }, state) {
   return (state.offset + state.sc - 1) * Math.cos(angle) + state.height * Math.sin(angle);
 }
 
-/**
- * The condition that the contact point is on that axis.
- *
- * @param {Branch} branch
- * @returns {Condition}
- */
+/** The condition that the contact point is on that axis. @type {(branch: Branch) => Condition} */
 function onAxis({ rod, surface, scale }) {
   const [cos, sin] = [Math.cos(rod.mounting.angle), Math.sin(rod.mounting.angle)];
   const offset = (cos + surface.tilt * sin) / scale;
   return { offset, sc: cos / scale, value: (cos - surface.level * sin) / scale };
 }
 
-/**
- * @param {Branch} branch
- * @param {Knot} from
- * @param {Knot} to
- * @returns {Knot | null}
- */
+/** @type {(branch: Branch, from: Knot, to: Knot) => Knot | null} */
 function lastAdmissible(branch, from, to) {
   let [low, high] = [0, 1];
   while (high - low > 1e-9) {
@@ -477,12 +349,8 @@ function lastAdmissible(branch, from, to) {
 }
 
 /**
- * Follow a path from its first state to one side.
- *
- * @param {Branch} branch
- * @param {State} first
- * @param {number} side 1 where the clamp pushes, -1 where it pulls.
- * @returns {Arm}
+ * Follow a path from its first state: pushed on side 1, pulled on side -1.
+ * @type {(branch: Branch, first: State, side: number) => Arm}
  */
 export function followed(branch, first, side) {
   const knots = [knotAt(branch, first, { offset: 1 / branch.scale, value: 0 }, -side)];
@@ -523,11 +391,7 @@ export function followed(branch, first, side) {
 
 /**
  * A knot, and before it the one in which the demand has an extreme, if there is one on the way.
- *
- * @param {Branch} branch
- * @param {Knot} from
- * @param {Knot} to
- * @returns {Knot[]}
+ * @type {(branch: Branch, from: Knot, to: Knot) => Knot[]}
  */
 function withExtremes(branch, from, to) {
   if (demandChange(from, branch) > 0 === demandChange(to, branch) > 0) return [to];

@@ -22,19 +22,14 @@ const SHORTEST_PART = 1e-4;
 
 /**
  * The state in which a period begins, and that of the ideal mounting, in whose units steps count.
- *
- * @typedef {object} Beginning
- * @property {State} state
- * @property {State} ideal
+ * @typedef {{ state: State, ideal: State }} Beginning
  */
+/** @typedef {{ state: State, share: number }} Partly A state with a share of all deviations. */
 
 /**
- * Find where a period of sticking begins.
- *
- * @param {Rod} rod
- * @param {number} eta
- * @param {Contact} model "point": with the tip alone; "line": with the contact that is possible.
- * @returns {Beginning | string} What to say where there is none; empty where none was found.
+ * The first state of a period of sticking, or why there is none; an empty text where none was found.
+ * With the model "point" the tip alone touches, with "line" the contact is the one that is possible.
+ * @type {(rod: Rod, eta: number, model: Contact) => Beginning | string}
  */
 export function beginningOf(rod, eta, model) {
   const ideal = firstState(new Rod(rod.theta, rod.nodes), eta, model);
@@ -46,15 +41,10 @@ export function beginningOf(rod, eta, model) {
 
 /**
  * Follow a first state from the ideal mounting to that of a rod, all deviations in proportion.
- *
- * @param {Rod} rod
- * @param {State} ideal
- * @param {number} eta
- * @param {Contact} model
- * @returns {State | string}
+ * @type {(rod: Rod, ideal: State, eta: number, model: Contact) => State | string}
  */
 function mountedState({ theta, nodes, mounting }, ideal, eta, model) {
-  /** @type {{ state: State, share: number }[]} */
+  /** @type {Partly[]} */
   let known = [{ state: ideal, share: 0 }];
   for (let step = 1; known[known.length - 1].share < 1; ) {
     const { state, share } = known[known.length - 1];
@@ -76,12 +66,7 @@ function mountedState({ theta, nodes, mounting }, ideal, eta, model) {
   return known[known.length - 1].state;
 }
 
-/**
- * @param {{ state: State, share: number }} before
- * @param {{ state: State, share: number }} last
- * @param {number} target
- * @returns {Float64Array} Unknowns on the line through two states.
- */
+/** Unknowns on the line through two states. @type {(before: Partly, last: Partly, target: number) => Float64Array} */
 function towards(before, last, target) {
   const weight = (target - last.share) / (last.share - before.share);
   const old = before.state.unknowns;
@@ -89,10 +74,8 @@ function towards(before, last, target) {
 }
 
 /**
- * @param {State} state
- * @param {Float64Array} guess
- * @param {number} nodes
- * @returns {boolean} Whether the state is on the branch of its guess.
+ * Whether the state is on the branch of its guess.
+ * @type {(state: State, guess: Float64Array, nodes: number) => boolean}
  */
 function isNear(state, guess, nodes) {
   const slopes = state.unknowns.subarray(0, nodes);
@@ -102,11 +85,7 @@ function isNear(state, guess, nodes) {
 
 /**
  * Solve the first-mode state that is bent towards +x.
- *
- * @param {Rod} rod
- * @param {number} eta
- * @param {Contact} model
- * @returns {State | null}
+ * @type {(rod: Rod, eta: number, model: Contact) => State | null}
  */
 function firstState(rod, eta, model) {
   const low = Math.sqrt(1 - Math.max(eta, HIGHEST));
@@ -126,23 +105,15 @@ function firstState(rod, eta, model) {
   return state;
 }
 
-/**
- * @param {State | null} before
- * @param {State} state
- * @returns {Float64Array}
- */
+/** @type {(before: State | null, state: State) => Float64Array} */
 function ahead(before, state) {
   if (!before) return state.unknowns;
   return state.unknowns.map((value, i) => 2 * value - before.unknowns[i]);
 }
 
 /**
- * @param {Rod} rod
- * @param {Float64Array} guess
- * @param {number} eta
- * @param {Contact} contact The kind of contact to try first.
- * @param {Contact} model
- * @returns {State | null}
+ * Solve a first state; `contact` is the kind of contact to try first.
+ * @type {(rod: Rod, guess: Float64Array, eta: number, contact: Contact, model: Contact) => State | null}
  */
 function solvedActive(rod, guess, eta, contact, model) {
   const closure = { surface: { level: eta, tilt: 0 }, condition: VERTICAL };
@@ -155,10 +126,7 @@ function solvedActive(rod, guess, eta, contact, model) {
   return other && isPossible(other) ? other : null;
 }
 
-/**
- * @param {Float64Array} unknowns
- * @returns {Float64Array} The same, touching with the tip.
- */
+/** The same, touching with the tip. @type {(unknowns: Float64Array) => Float64Array} */
 function touching(unknowns) {
   const changed = unknowns.slice();
   changed[changed.length - 1] = 1;
@@ -167,30 +135,21 @@ function touching(unknowns) {
 
 /**
  * Whether the kind of contact can be as it is: a tip from below, a line up to the tip.
- *
- * @param {State} state
- * @returns {boolean}
+ * @type {(state: State) => boolean}
  */
 export function isPossible(state) {
   return state.contact === "line" ? state.sc <= 1 : state.phi1 >= 0;
 }
 
 /**
- * @param {Rod} rod
- * @param {State} state
- * @returns {boolean} Whether the rod is bent to one side throughout, and pressed.
+ * Whether the rod is bent to one side throughout, and pressed.
+ * @type {(rod: Rod, state: State) => boolean}
  */
 function isFirstMode(rod, state) {
   return state.fy < 0 && rod.moments(state.unknowns).every((m) => m < 0);
 }
 
-/**
- * The buckling mode (6), scaled to the height.
- *
- * @param {Rod} rod
- * @param {number} eta
- * @returns {Float64Array}
- */
+/** The buckling mode (6), scaled to the height. @type {(rod: Rod, eta: number) => Float64Array} */
 function buckled(rod, eta) {
   const { theta, nodes: count } = rod;
   const { nodes, weights } = gaussRule(count);

@@ -16,26 +16,18 @@ const TOLERANCE = 1e-12;
 
 /**
  * Where a slip ends: at α = 0, where kinetic friction holds, or where it has consumed the energy.
- *
  * @typedef {"free" | "kinetic" | "energy"} SlipLaw
  */
 
-/**
- * @typedef {object} Friction
- * @property {number} mu0
- * @property {number} ratio Kinetic over static friction.
- * @property {SlipLaw} law
- */
+/** @typedef {{ mu0: number, ratio: number, law: SlipLaw }} Friction The ratio is kinetic over static. */
 
 /**
  * Why sticking ends at a displacement.
- *
  * @typedef {"slips" | "swings" | "slips back" | "snaps" | "lifts" | "inadmissible" | "unknown"} Limit
  */
 
 /**
  * What the path and the friction say of sticking, all in displacements x0.
- *
  * @typedef {object} Sticking
  * @property {Path} path
  * @property {Friction} friction
@@ -49,7 +41,6 @@ const TOLERANCE = 1e-12;
 
 /**
  * Where clamp and tip are.
- *
  * @typedef {object} Place
  * @property {number} clamp
  * @property {number} contact Position of the tip along the surface.
@@ -58,7 +49,6 @@ const TOLERANCE = 1e-12;
 
 /**
  * What happened on the way.
- *
  * @typedef {object} Event
  * @property {Limit | "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks"} what
  * @property {number} clamp
@@ -67,13 +57,9 @@ const TOLERANCE = 1e-12;
  * @property {number} side On which side of the clamp the tip is then.
  */
 
-/**
- * Say where sticking ends.
- *
- * @param {Path} path
- * @param {Friction} friction
- * @returns {Sticking}
- */
+/** @typedef {{ place: Place, events: Event[] }} Move Where a move leads, and what happens on the way. */
+
+/** Say where sticking ends. @type {(path: Path, friction: Friction) => Sticking} */
 export function stickingOf(path, friction) {
   const { branch, pushed } = path;
   /** @param {State | null} state */
@@ -98,76 +84,43 @@ export function stickingOf(path, friction) {
   };
 }
 
-/**
- * @param {[number, Limit][]} limits
- * @returns {[number, Limit]}
- */
+/** @type {(limits: [number, Limit][]) => [number, Limit]} */
 function firstOf(limits) {
   return limits.filter(([x0]) => !Number.isNaN(x0)).reduce((a, b) => (b[0] < a[0] ? b : a));
 }
 
-/**
- * @param {import("./arm.js").End} end
- * @returns {Limit}
- */
+/** @type {(end: import("./arm.js").End) => Limit} */
 function endOf(end) {
   return end === "lost" || end === "steep" ? "unknown" : end;
 }
 
-/**
- * The place in which a period begins, with the clamp at 0.
- *
- * @param {Sticking} sticking
- * @returns {Place}
- */
+/** The place in which a period begins, with the clamp at 0. @type {(sticking: Sticking) => Place} */
 export function begun(sticking) {
   return placed(sticking, 0, 0, 1);
 }
 
-/**
- * @param {Sticking} sticking
- * @returns {number} Way along the surface for each way of the clamp.
- */
+/** Way along the surface for each way of the clamp. @type {(sticking: Sticking) => number} */
 function wayAlong({ path }) {
   return Math.cos(path.branch.rod.mounting.stage);
 }
 
-/**
- * Displacement of the clamp since α = 0.
- *
- * @param {Sticking} sticking
- * @param {Place} place
- * @returns {number}
- */
+/** Displacement of the clamp since α = 0. @type {(sticking: Sticking, place: Place) => number} */
 export function x0Of(sticking, { clamp, contact, side }) {
   const way = wayAlong(sticking);
   return (side * (way * clamp - contact) + sticking.path.branch.x1) / way;
 }
 
-/**
- * Place of the tip at a displacement.
- *
- * @param {Sticking} sticking
- * @param {number} clamp
- * @param {number} x0
- * @param {number} side
- * @returns {Place}
- */
+/** The place at a displacement. @type {(sticking: Sticking, clamp: number, x0: number, side: number) => Place} */
 export function placed(sticking, clamp, x0, side) {
   const way = wayAlong(sticking);
   return { clamp, contact: way * clamp + side * (sticking.path.branch.x1 - way * x0), side };
 }
 
 /**
- * Move the clamp.
- *
- * @param {Sticking} sticking
- * @param {Place} from
- * @param {number} clamp
- * @param {boolean} stepped Whether a tip slips after the step that is too far, as in the paper, and
- *   not at the exact onset on the way.
- * @returns {{ place: Place, events: Event[] }} On an oblique stage a path is that of one period: the
- *   place is that in which the period ends, wherever the clamp was to go.
+ * Move the clamp. Where it is `stepped`, a tip slips after the step that is too far, as in the paper,
+ * and else at the exact onset on the way. On an oblique stage a path is that of one period: the move
+ * stops where the period ends.
+ * @type {(sticking: Sticking, from: Place, clamp: number, stepped: boolean) => Move}
  */
 export function moved(sticking, from, clamp, stepped = false) {
   /** @type {Event[]} */
@@ -195,40 +148,26 @@ export function moved(sticking, from, clamp, stepped = false) {
   return { place: { ...place, clamp }, events };
 }
 
-/**
- * @param {Path} path
- * @returns {boolean} Whether the height changes as the clamp moves.
- */
+/** Whether the height changes as the clamp moves. @type {(path: Path) => boolean} */
 export function isOblique({ branch }) {
   return branch.surface.tilt !== 0;
 }
 
-/**
- * @param {Path} path
- * @returns {boolean} Whether a rod that has swung aside is in the mirrored state.
- */
+/** Whether a rod that has swung aside is in the mirrored state. @type {(path: Path) => boolean} */
 export function isMirrored(path) {
   return isIdealRod(path.branch.rod.mounting) && !isOblique(path);
 }
 
 /**
- * @param {Sticking} sticking
- * @param {number} aim
- * @returns {{ x0: number, by: Limit } | null} What ends sticking on the way to a displacement.
+ * What ends sticking on the way to a displacement.
+ * @type {(sticking: Sticking, aim: number) => { x0: number, by: Limit } | null}
  */
 function limitOf({ low, lowBy, high, highBy }, aim) {
   if (aim > high + TOLERANCE) return { x0: high, by: highBy };
   return aim < low - TOLERANCE ? { x0: low, by: lowBy } : null;
 }
 
-/**
- * What is passed while the tip sticks.
- *
- * @param {Sticking} sticking
- * @param {Place} place
- * @param {number} to
- * @returns {Event[]}
- */
+/** What is passed while the tip sticks. @type {(sticking: Sticking, place: Place, to: number) => Event[]} */
 function passed(sticking, place, to) {
   const from = x0Of(sticking, place);
   const lies = sticking.path.branch.model === "line";
@@ -247,10 +186,7 @@ function passed(sticking, place, to) {
 
 /**
  * Displacement at which a slipping tip comes to rest.
- *
- * @param {Sticking} sticking
- * @param {number} from
- * @returns {number}
+ * @type {(sticking: Sticking, from: number) => number}
  */
 export function restOf({ path, friction }, from) {
   const { mu0, ratio, law } = friction;
@@ -269,12 +205,8 @@ export function restOf({ path, friction }, from) {
 }
 
 /**
- * Where the energy that a slide releases is consumed by kinetic friction.
- *
- * @param {Path} path
- * @param {number} kinetic
- * @param {number} from
- * @returns {number} NaN where the tip leaves the known states.
+ * Where kinetic friction has consumed the energy that a slide releases; NaN beyond the known states.
+ * @type {(path: Path, kinetic: number, from: number) => number}
  */
 function slideEnd(path, kinetic, from) {
   const ahead = from > 0 ? -1 : 1;
@@ -284,10 +216,7 @@ function slideEnd(path, kinetic, from) {
     const state = stateAt(path, x0);
     return state ? ahead * state.fx + kinetic * state.fy : NaN;
   };
-  /**
-   * @param {number} a
-   * @param {number} b
-   */
+  /** @type {(a: number, b: number) => number} */
   const gained = (a, b) =>
     (Math.abs(b - a) / 6) * (excess(a) + 4 * excess(0.5 * (a + b)) + excess(b));
   const step = (ahead * Math.abs(from)) / STRETCHES;

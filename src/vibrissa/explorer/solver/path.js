@@ -1,7 +1,7 @@
 // A sticking curve: both arms of the path of one rod at one height, and what is read off it.
 
 import { inadmissible } from "./admissible.js";
-import { between, cubic, displacement, followed, offsetAt, stateWhere, swung } from "./arm.js";
+import { between, cubic, displacement, followed, knotWhere, offsetAt, swung } from "./arm.js";
 import { beginningOf } from "./beginning.js";
 import { bracketedRoot } from "./numerics/roots.js";
 import { IDEAL } from "./rod/mounting.js";
@@ -33,16 +33,13 @@ const ROUGHLY = 1e-3;
 
 /**
  * A rod below a surface; by default its mounting is ideal.
- *
  * @typedef {{ theta: number, eta: number, contact: Contact, round: boolean, mounting?: Mounting }} Given
  */
 
 /**
- * Solve the path of a rod.
- *
- * @param {Given} given
- * @param {number} [fewest] Nodes to begin with, as they were enough for a similar rod.
- * @returns {{ path: Path | null, message: string }} The message says what to try without a path.
+ * Solve the path of a rod, beginning with the `fewest` nodes, which were enough for a similar rod.
+ * Without a path the message says what to try.
+ * @type {(given: Given, fewest?: number) => { path: Path | null, message: string }}
  */
 export function solvedPath(given, fewest = 0) {
   const { theta, eta, contact, mounting = IDEAL } = given;
@@ -63,12 +60,7 @@ export function solvedPath(given, fewest = 0) {
   return { path: null, message };
 }
 
-/**
- * @param {Rod} rod
- * @param {Given} given
- * @param {Beginning} begun
- * @returns {Branch}
- */
+/** @type {(rod: Rod, given: Given, begun: Beginning) => Branch} */
 function branchOf(rod, { eta, contact, round }, { state, ideal }) {
   const tilt = Math.tan(rod.mounting.stage);
   const surface = { level: eta - tilt * state.offset, tilt };
@@ -76,11 +68,7 @@ function branchOf(rod, { eta, contact, round }, { state, ideal }) {
   return { rod, eta, model: contact, round, x1: state.offset, surface, ...unit };
 }
 
-/**
- * @param {Branch} branch
- * @param {State} state
- * @returns {string} Why no period begins in a state; empty where one does.
- */
+/** Why no period begins in a state; empty where one does. @type {(branch: Branch, state: State) => string} */
 function unsuitable(branch, state) {
   const why = inadmissible(branch.rod, state);
   if (why) return `with α = 0 ${why}`;
@@ -88,11 +76,7 @@ function unsuitable(branch, state) {
   return leaves ? "the round rod leaves its plane with α = 0 already: try a planar one" : "";
 }
 
-/**
- * @param {Arm} pushed
- * @param {Arm} pulled
- * @returns {Path}
- */
+/** @type {(pushed: Arm, pulled: Arm) => Path} */
 function assembled(pushed, pulled) {
   const { branch, knots } = pushed;
   // The demand is largest in a landmark. Next to it, the error of another state may hide that.
@@ -117,32 +101,23 @@ function assembled(pushed, pulled) {
 }
 
 /**
- * The first state of an arm in which a function of it rises through zero.
- *
- * @param {Arm} arm
- * @param {(state: State) => number} value
- * @param {Condition} condition That the function is zero.
- * @returns {State | null}
+ * The first state of an arm in which a function of it rises through zero; `condition` says the same.
+ * @type {(arm: Arm, value: (state: State) => number, condition: Condition) => State | null}
  */
 function firstRise({ branch, knots }, value, condition) {
   for (let i = 1; i < knots.length; i += 1) {
     const [from, to] = [knots[i - 1], knots[i]];
     if (!(value(from.state) < 0 && value(to.state) >= 0 && to.step > 0)) continue;
     const found = solvedBetween(branch, from, to, value, condition);
-    return found ?? stateWhere(branch, from, to, value);
+    return found ?? knotWhere(branch, from, to, (knot) => value(knot.state))?.state ?? null;
   }
   return null;
 }
 
 /**
- * The state between two knots in which a condition holds, from the cubic between them.
- *
- * @param {Branch} branch
- * @param {Knot} from
- * @param {Knot} to
- * @param {(state: State) => number} value
- * @param {Condition} condition
- * @returns {State | null} null where there is none, or another one was found.
+ * The state between two knots in which a condition holds, sought from the cubic between them.
+ * @type {(branch: Branch, from: Knot, to: Knot, value: (state: State) => number, condition: Condition)
+ *   => State | null}
  */
 function solvedBetween(branch, from, to, value, condition) {
   const { rod, surface } = branch;
@@ -157,11 +132,8 @@ function solvedBetween(branch, from, to, value, condition) {
 }
 
 /**
- * The exact onset of slip ahead: the first state with −tan α = μ0.
- *
- * @param {Path} path
- * @param {number} mu0
- * @returns {State | null} null where the tip locks.
+ * The exact onset of slip ahead, the first state with −tan α = μ0; null where the tip locks.
+ * @type {(path: Path, mu0: number) => State | null}
  */
 export function onset(path, mu0) {
   return mu0 > path.muLock ? null : firstRise(path.pushed, (state) => demand(state) - mu0, {
@@ -172,11 +144,8 @@ export function onset(path, mu0) {
 }
 
 /**
- * The state in which a pulled tip slips: tan α = μ0.
- *
- * @param {Path} path
- * @param {number} mu0
- * @returns {State | null} null where that is beyond the friction to which the path was followed.
+ * The state in which a pulled tip slips, tan α = μ0; null beyond the end of the path.
+ * @type {(path: Path, mu0: number) => State | null}
  */
 export function pulledOnset(path, mu0) {
   return firstRise(path.pulled, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
@@ -184,10 +153,7 @@ export function pulledOnset(path, mu0) {
 
 /**
  * The state in which a locked tip slips back: tan α = μ0, past the lock.
- *
- * @param {Path} path
- * @param {number} mu0
- * @returns {State | null}
+ * @type {(path: Path, mu0: number) => State | null}
  */
 export function backOnset(path, mu0) {
   return firstRise(path.pushed, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
@@ -195,9 +161,7 @@ export function backOnset(path, mu0) {
 
 /**
  * The first state in which the rod lies down on the surface, or its tip would pass through it.
- *
- * @param {Path} path
- * @returns {State | null}
+ * @type {(path: Path) => State | null}
  */
 export function touch(path) {
   const { knots } = path.pushed;
@@ -208,11 +172,8 @@ export function touch(path) {
 }
 
 /**
- * The state at a displacement.
- *
- * @param {Path} path
- * @param {number} x0 Between both ends of the path.
- * @returns {State | null} null where the displacement is not on the path, or no state is found.
+ * The state at a displacement; null where that is not on the path, or no state is found.
+ * @type {(path: Path, x0: number) => State | null}
  */
 export function stateAt(path, x0) {
   const { branch } = path;
@@ -233,16 +194,12 @@ export function stateAt(path, x0) {
   const state = solvedState(branch.rod, guess, closure, from.factors);
   // Next to a limit point two states have the same displacement.
   if (state && Math.abs(state.unknowns[0] - guess[0]) < 0.02) return state;
-  return stateWhere(branch, from, to, (between) => offset - between.offset);
+  return knotWhere(branch, from, to, (knot) => offset - knot.state.offset)?.state ?? null;
 }
 
 /**
  * Part of the way between two knots at which the offset has a value, by the cubic between them.
- *
- * @param {Knot} from
- * @param {Knot} to
- * @param {number} offset
- * @returns {number}
+ * @type {(from: Knot, to: Knot, offset: number) => number}
  */
 function partOf(from, to, offset) {
   let [low, high] = [0, 1];
@@ -260,21 +217,12 @@ function partOf(from, to, offset) {
 
 /**
  * A path as a table, dense enough to be drawn.
- *
- * @typedef {object} Curve
- * @property {number[]} x0
- * @property {number[]} fx
- * @property {number[]} fy
- * @property {number[]} m
- * @property {number[]} energy
+ * @typedef {{ x0: number[], fx: number[], fy: number[], m: number[], energy: number[] }} Curve
  */
 
 /**
- * Sample a path from the last pulled state to its end.
- *
- * @param {Path} path
- * @param {number} parts Into which each step is divided.
- * @returns {Curve}
+ * Sample a path from the last pulled state to its end, each step in so many parts.
+ * @type {(path: Path, parts: number) => Curve}
  */
 export function sampled({ branch, pulled, pushed }, parts) {
   /** @type {Curve} */
@@ -290,12 +238,7 @@ export function sampled({ branch, pulled, pushed }, parts) {
   return curve;
 }
 
-/**
- * @param {Branch} branch
- * @param {Knot[]} knots
- * @param {number} parts
- * @returns {number[][]} x0, fx, fy, m and energy.
- */
+/** x0, fx, fy, m and energy. @type {(branch: Branch, knots: Knot[], parts: number) => number[][]} */
 function samples(branch, knots, parts) {
   const known = knots.map((knot) => course(branch, knot));
   const rows = [];
@@ -315,11 +258,8 @@ function samples(branch, knots, parts) {
 }
 
 /**
- * What is drawn of a path follows from six numbers, whose course is known as well.
- *
- * @param {Branch} branch
- * @param {Knot} knot
- * @returns {{ values: number[], changes: number[] }} Offset, height, fx, fy, s_c, energy.
+ * Offset, height, fx, fy, s_c and energy, from which all follows that is drawn, and their changes.
+ * @type {(branch: Branch, knot: Knot) => { values: number[], changes: number[] }}
  */
 function course({ rod, surface }, { state, change, offsetChange }) {
   const { offset, height, fx, fy, sc, unknowns } = state;
@@ -332,11 +272,7 @@ function course({ rod, surface }, { state, change, offsetChange }) {
   };
 }
 
-/**
- * @param {Branch} branch
- * @param {number[]} values
- * @returns {number[]}
- */
+/** @type {(branch: Branch, values: number[]) => number[]} */
 function sample(branch, [offset, height, fx, fy, sc, energy]) {
   const x0 = (branch.x1 - offset) / Math.cos(branch.rod.mounting.stage);
   // The moment of the contact force about the clamp.

@@ -7,7 +7,6 @@ import { demand } from "./rod/state.js";
 
 /**
  * What divides the map at one taper.
- *
  * @typedef {object} Division
  * @property {number} theta
  * @property {number} lock μ_lock; NaN where it is not known.
@@ -16,10 +15,7 @@ import { demand } from "./rod/state.js";
 
 /**
  * Solve the map, one taper at a time, so that a page can do so between its frames.
- *
- * @param {Omit<Given, "theta">} rod
- * @param {number[]} tapers
- * @returns {Generator<Division, void, void>}
+ * @type {(rod: Omit<Given, "theta">, tapers: number[]) => Generator<Division, void, void>}
  */
 export function* divisions(rod, tapers) {
   let nodes = 0;

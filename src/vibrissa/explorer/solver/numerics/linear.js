@@ -1,21 +1,11 @@
 // Systems of linear equations: LU factors with partial pivoting.
 
 /**
- * A factorised square matrix.
- *
- * @typedef {object} Factors
- * @property {number} size
- * @property {Float64Array} rows The factors L and U, row by row.
- * @property {Int32Array} order Rows of the matrix in the order of their pivots.
+ * The factors L and U of a square matrix, row by row, and its rows in the order of their pivots.
+ * @typedef {{ size: number, rows: Float64Array, order: Int32Array }} Factors
  */
 
-/**
- * Factorise a matrix, which is overwritten.
- *
- * @param {Float64Array} matrix Row by row.
- * @param {number} size Number of rows.
- * @returns {Factors}
- */
+/** Factorise a matrix, given row by row and overwritten. @type {(matrix: Float64Array, size: number) => Factors} */
 export function factorised(matrix, size) {
   const order = new Int32Array(size).map((_, i) => i);
   for (let k = 0; k < size; k += 1) {
@@ -34,10 +24,8 @@ export function factorised(matrix, size) {
 }
 
 /**
- * @param {Float64Array} matrix
- * @param {number} size
- * @param {number} k
- * @returns {number} Row at or below k with the largest entry in column k.
+ * Row at or below k with the largest entry in column k.
+ * @type {(matrix: Float64Array, size: number, k: number) => number}
  */
 function pivotRow(matrix, size, k) {
   let best = k;
@@ -47,13 +35,7 @@ function pivotRow(matrix, size, k) {
   return best;
 }
 
-/**
- * @param {Float64Array} matrix
- * @param {Int32Array} order
- * @param {number} a
- * @param {number} b
- * @param {number} size
- */
+/** @type {(matrix: Float64Array, order: Int32Array, a: number, b: number, size: number) => void} */
 function swapRows(matrix, order, a, b, size) {
   if (a === b) return;
   for (let j = 0; j < size; j += 1) {
@@ -65,11 +47,8 @@ function swapRows(matrix, order, a, b, size) {
 }
 
 /**
- * Solve a system with a factorised matrix.
- *
- * @param {Factors} factors
- * @param {Float64Array} right Right side.
- * @returns {Float64Array} Solution; not finite where the matrix is singular.
+ * Solve a system with a factorised matrix; the solution is not finite where that is singular.
+ * @type {(factors: Factors, right: Float64Array) => Float64Array}
  */
 export function solved({ size, rows, order }, right) {
   const x = new Float64Array(size);
@@ -86,12 +65,7 @@ export function solved({ size, rows, order }, right) {
   return x;
 }
 
-/**
- * Sign and size of a determinant.
- *
- * @param {Factors} factors
- * @returns {number}
- */
+/** Sign and size of a determinant. @type {(factors: Factors) => number} */
 export function determinant({ size, rows, order }) {
   let value = 1;
   const place = order.slice();
@@ -108,11 +82,8 @@ export function determinant({ size, rows, order }) {
 }
 
 /**
- * Whether a symmetric matrix is positive definite.
- *
- * @param {Float64Array} matrix Row by row; it is overwritten.
- * @param {number} size
- * @returns {boolean}
+ * Whether a symmetric matrix, given row by row and overwritten, is positive definite.
+ * @type {(matrix: Float64Array, size: number) => boolean}
  */
 export function isPositive(matrix, size) {
   for (let k = 0; k < size; k += 1) {
@@ -128,10 +99,7 @@ export function isPositive(matrix, size) {
 
 /**
  * Product of a matrix, row by row, and a vector.
- *
- * @param {Float64Array} matrix
- * @param {Float64Array} vector
- * @returns {Float64Array}
+ * @type {(matrix: Float64Array, vector: Float64Array) => Float64Array}
  */
 export function product(matrix, vector) {
   const count = vector.length;

@@ -3,15 +3,10 @@
 const MOST_SECANTS = 60;
 
 /**
- * Brent's idea, kept simple: the secant where it falls well inside, else the middle.
- *
- * @param {(at: number) => number} value NaN ends the search.
- * @param {number} low
- * @param {number} high
- * @param {number} valueLow Value at `low`, where it is known.
- * @param {number} valueHigh
- * @param {number} tolerance Of the place.
- * @returns {number} NaN where a value on the way was not known.
+ * Brent's idea, kept simple: the secant where it falls well inside, else the middle. A value on the way
+ * that is NaN ends the search, with NaN; the tolerance is that of the place.
+ * @type {(value: (at: number) => number, low: number, high: number, valueLow: number, valueHigh: number,
+ *   tolerance: number) => number}
  */
 export function bracketedRoot(value, low, high, valueLow, valueHigh, tolerance) {
   let [a, fa, b, fb] = [low, valueLow, high, valueHigh];

@@ -2,10 +2,7 @@
 
 /**
  * Legendre polynomials P_0 to P_count at one place of [0, 1].
- *
- * @param {number} count
- * @param {number} at
- * @returns {Float64Array}
+ * @type {(count: number, at: number) => Float64Array}
  */
 export function legendre(count, at) {
   const x = 2 * at - 1;
@@ -19,11 +16,8 @@ export function legendre(count, at) {
 }
 
 /**
- * Their integrals from 0 to the place.
- *
- * @param {Float64Array} values What `legendre` returns.
- * @param {number} at
- * @returns {Float64Array} One fewer than the values.
+ * Their integrals from 0 to the place, one fewer than the values.
+ * @type {(values: Float64Array, at: number) => Float64Array}
  */
 export function legendreIntegrals(values, at) {
   const integrals = new Float64Array(values.length - 1);
@@ -36,7 +30,6 @@ export function legendreIntegrals(values, at) {
 
 /**
  * Nodes and weights with what integrates a polynomial through the nodes.
- *
  * @typedef {object} Rule
  * @property {number} count
  * @property {Float64Array} nodes
@@ -52,12 +45,7 @@ export function legendreIntegrals(values, at) {
 /** @type {Map<number, Rule>} */
 const rules = new Map();
 
-/**
- * The rule with a number of nodes; each is made once.
- *
- * @param {number} count
- * @returns {Rule}
- */
+/** The rule with a number of nodes; each is made once. @type {(count: number) => Rule} */
 export function gaussRule(count) {
   const known = rules.get(count);
   if (known) return known;
@@ -66,10 +54,7 @@ export function gaussRule(count) {
   return made;
 }
 
-/**
- * @param {number} count
- * @returns {Rule}
- */
+/** @type {(count: number) => Rule} */
 function madeRule(count) {
   const nodes = new Float64Array(count);
   const weights = new Float64Array(count);
@@ -98,11 +83,8 @@ function madeRule(count) {
 }
 
 /**
- * Newton's iteration for a root of P_count.
- *
- * @param {number} count
- * @param {number} i
- * @returns {[number, number]} Node and weight on [0, 1].
+ * Node and weight on [0, 1], by Newton's iteration for a root of P_count.
+ * @type {(count: number, i: number) => [number, number]}
  */
 function gaussNode(count, i) {
   let at = 0.5 - 0.5 * Math.cos((Math.PI * (i + 0.75)) / (count + 0.5));
@@ -117,13 +99,7 @@ function gaussNode(count, i) {
   return [at, 1 / (at * (1 - at) * slope * slope)];
 }
 
-/**
- * @param {Float64Array} nodes
- * @param {Float64Array} weights
- * @param {Float64Array} fromStart
- * @param {number} power
- * @returns {Float64Array}
- */
+/** @type {(nodes: Float64Array, weights: Float64Array, fromStart: Float64Array, power: number) => Float64Array} */
 function kernel(nodes, weights, fromStart, power) {
   const count = nodes.length;
   const product = new Float64Array((count + 1) * count);

@@ -2,64 +2,41 @@
 
 /**
  * Inverse diameter g + b·τ of the free part, in units of that of the tip: (5) of docs/model.md.
- *
- * @param {number} theta
- * @param {number} sc
- * @returns {{ g: number, b: number }}
+ * @type {(theta: number, sc: number) => { g: number, b: number }}
  */
 function inverseDiameter(theta, sc) {
   const b = (theta - 1) * sc;
   return { g: theta - b, b };
 }
 
-/**
- * @param {number} theta
- * @param {number} sc
- * @param {number} tau
- * @returns {number} ds/dτ.
- */
+/** ds/dτ. @type {(theta: number, sc: number, tau: number) => number} */
 export function arcDensity(theta, sc, tau) {
   const { g, b } = inverseDiameter(theta, sc);
   return (theta * sc * g) / (g + b * tau) ** 2;
 }
 
 /**
- * @param {number} theta
- * @param {number} sc
- * @param {number} tau
- * @returns {number} Logarithmic derivative of ds/dτ with respect to s_c.
+ * Logarithmic derivative of ds/dτ with respect to s_c.
+ * @type {(theta: number, sc: number, tau: number) => number}
  */
 export function arcGrowth(theta, sc, tau) {
   const { g, b } = inverseDiameter(theta, sc);
   return 1 / sc - (theta - 1) / g + (2 * (theta - 1) * (1 - tau)) / (g + b * tau);
 }
 
-/**
- * @param {number} theta
- * @param {number} sc
- * @param {number} tau
- * @returns {number} B⁻¹·ds/dτ.
- */
+/** B⁻¹·ds/dτ. @type {(theta: number, sc: number, tau: number) => number} */
 export function compliance(theta, sc, tau) {
   const [c0, c1, c2] = compliances(theta, sc);
   return c0 + tau * (c1 + tau * c2);
 }
 
-/**
- * @param {number} theta
- * @param {number} sc
- * @returns {number[]} Factors of 1, τ and τ² in B⁻¹·ds/dτ.
- */
+/** Factors of 1, τ and τ² in B⁻¹·ds/dτ. @type {(theta: number, sc: number) => number[]} */
 export function compliances(theta, sc) {
   const { g, b } = inverseDiameter(theta, sc);
   return [(theta * sc) / g, (2 * theta * sc * b) / g ** 2, (theta * sc * b ** 2) / g ** 3];
 }
 
-/**
- * @param {number} theta
- * @param {number} sc
- * @returns {number[]} Derivatives of `compliances` with respect to s_c.
- */
+/** Derivatives of `compliances` with respect to s_c. @type {(theta: number, sc: number) => number[]} */
 export function complianceGrowths(theta, sc) {
   const { g, b } = inverseDiameter(theta, sc);
   const t = theta - 1;
@@ -70,34 +47,22 @@ export function complianceGrowths(theta, sc) {
   ];
 }
 
-/**
- * @param {number} theta
- * @param {number} sc
- * @param {number} s Arc length on the free part.
- * @returns {number} τ.
- */
+/** τ at an arc length of the free part. @type {(theta: number, sc: number, s: number) => number} */
 export function bendingCoordinate(theta, sc, s) {
   // Inverse of s = θ·s_c·τ/h: s·(g + b·τ) = θ·s_c·τ.
   const { g, b } = inverseDiameter(theta, sc);
   return (s * g) / (theta * sc - b * s);
 }
 
-/**
- * @param {number} theta
- * @param {number} sc
- * @param {number} tau
- * @returns {number} Arc length s(τ).
- */
+/** Arc length s(τ). @type {(theta: number, sc: number, tau: number) => number} */
 export function arcLength(theta, sc, tau) {
   const { g, b } = inverseDiameter(theta, sc);
   return (theta * sc * tau) / (g + b * tau);
 }
 
 /**
- * @param {number} theta
- * @param {number} sc
- * @param {number} tau
- * @returns {number} Derivative of `arcLength` with respect to s_c at a fixed τ.
+ * Derivative of `arcLength` with respect to s_c at a fixed τ.
+ * @type {(theta: number, sc: number, tau: number) => number}
  */
 export function arcLengthGrowth(theta, sc, tau) {
   const { g, b } = inverseDiameter(theta, sc);

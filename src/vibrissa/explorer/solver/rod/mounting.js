@@ -15,36 +15,22 @@ export const CLAMP_SLOPE = Math.PI / 2;
 /** Parts of a tail over which its natural shape is integrated. */
 const TAIL_PARTS = 16;
 
-/**
- * @param {Mounting} mounting
- * @returns {boolean}
- */
+/** @type {(mounting: Mounting) => boolean} */
 export function isStraight({ curvature }) {
   return curvature.every((value) => value === 0);
 }
 
-/**
- * @param {Mounting} mounting
- * @returns {boolean} Whether clamp and rod are the paper's.
- */
+/** Whether clamp and rod are the paper's. @type {(mounting: Mounting) => boolean} */
 export function isIdealRod(mounting) {
   return mounting.angle === 0 && mounting.compliance === 0 && isStraight(mounting);
 }
 
-/**
- * @param {Mounting} mounting
- * @param {number} s
- * @returns {number} κ0 at an arc length.
- */
+/** κ0 at an arc length. @type {(mounting: Mounting, s: number) => number} */
 export function naturalCurvature({ curvature }, s) {
   return curvature.reduceRight((sum, value) => sum * s + value, 0);
 }
 
-/**
- * @param {Mounting} mounting
- * @param {number} s
- * @returns {number} Slope of the unloaded rod, π/2 + β + ∫κ0.
- */
+/** Slope of the unloaded rod, π/2 + β + ∫κ0. @type {(mounting: Mounting, s: number) => number} */
 export function naturalSlope({ angle, curvature }, s) {
   const turn = curvature.reduceRight((sum, value, k) => sum * s + value / (k + 1), 0);
   return CLAMP_SLOPE + angle + s * turn;
@@ -52,10 +38,7 @@ export function naturalSlope({ angle, curvature }, s) {
 
 /**
  * A mounting that differs from the ideal one by a part of this one; the stage has no part in it.
- *
- * @param {Mounting} mounting
- * @param {number} share
- * @returns {Mounting}
+ * @type {(mounting: Mounting, share: number) => Mounting}
  */
 export function scaledMounting({ angle, compliance, curvature, stage }, share) {
   return {
@@ -67,12 +50,8 @@ export function scaledMounting({ angle, compliance, curvature, stage }, share) {
 }
 
 /**
- * The unloaded tail of a rod that touches the surface tangentially, seen from there.
- *
- * @param {Mounting} mounting
- * @param {number} from Arc length of the contact point.
- * @param {number} to
- * @returns {{ along: number, up: number, turn: number }}
+ * The unloaded tail of a rod that touches the surface tangentially at the arc length `from`, seen from there.
+ * @type {(mounting: Mounting, from: number, to: number) => { along: number, up: number, turn: number }}
  */
 export function tailOf(mounting, from, to) {
   const [begin, length] = [naturalSlope(mounting, from), to - from];

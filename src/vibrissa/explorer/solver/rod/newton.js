@@ -17,41 +17,20 @@ const LARGEST_CORRECTION = 4;
 const GOOD_CONTRACTION = 0.1;
 
 /**
- * The condition E3, linear in what it prescribes; what is not named has no part in it.
- *
- * @typedef {object} Condition
- * @property {number} [offset]
- * @property {number} [fx]
- * @property {number} [fy]
- * @property {number} [sc]
- * @property {number} [phi1]
- * @property {number} value
+ * Factors of the condition (E3), which is linear, and its value; what is not named has no part in it.
+ * @typedef {{ offset?: number, fx?: number, fy?: number, sc?: number, phi1?: number, value: number }} Condition
  */
 
 /**
  * Where the contact point may be: height − tilt·offset = level, (M6) of docs/mounting.md.
- *
- * @typedef {object} Surface
- * @property {number} level
- * @property {number} tilt
+ * @typedef {{ level: number, tilt: number }} Surface
  */
 
-/**
- * What closes the equations of a state.
- *
- * @typedef {object} Closure
- * @property {Surface} surface
- * @property {Contact} contact
- * @property {Condition} condition
- */
+/** @typedef {{ surface: Surface, contact: Contact, condition: Condition }} Closure Closes the equations. */
 
 /**
  * Residuals of (E1) to (E4).
- *
- * @param {Parts} parts
- * @param {Float64Array} unknowns
- * @param {Closure} closure
- * @returns {Float64Array}
+ * @type {(parts: Parts, unknowns: Float64Array, closure: Closure) => Float64Array}
  */
 function residualOf({ natural, turned, height, reach }, unknowns, { surface, contact, condition }) {
   const count = turned.length - 1;
@@ -74,12 +53,7 @@ function residualOf({ natural, turned, height, reach }, unknowns, { surface, con
 
 /**
  * Factors of the residuals' Jacobian.
- *
- * @param {Rod} rod
- * @param {Parts} parts
- * @param {Float64Array} unknowns
- * @param {Closure} closure
- * @returns {Factors}
+ * @type {(rod: Rod, parts: Parts, unknowns: Float64Array, closure: Closure) => Factors}
  */
 function jacobian(rod, parts, unknowns, { surface, contact, condition }) {
   const { kernel, arc, sin, cos } = parts;
@@ -144,11 +118,7 @@ function jacobian(rod, parts, unknowns, { surface, contact, condition }) {
 
 /**
  * Derivative of `turned`, less that of the natural slopes, with respect to s_c.
- *
- * @param {Rod} rod
- * @param {number} sc
- * @param {Parts} parts
- * @returns {Float64Array}
+ * @type {(rod: Rod, sc: number, parts: Parts) => Float64Array}
  */
 function turnedGrowth({ theta, rule, mounting }, sc, { arc, gradient, kernel }) {
   const grown = gradient.map((value, k) => value * arcGrowth(theta, sc, rule.nodes[k]));
@@ -167,14 +137,10 @@ function turnedGrowth({ theta, rule, mounting }, sc, { arc, gradient, kernel }) 
 }
 
 /**
- * Newton's iteration, with one Jacobian for several corrections where they shrink fast.
- *
- * @param {Rod} rod
- * @param {Float64Array} guess
- * @param {Closure} closure
- * @param {Factors | null} [near] Factors of the Jacobian in a state nearby.
- * @param {number} [tolerance] The next correction that is not needed.
- * @returns {State | null} null where it does not converge.
+ * Newton's iteration, with one Jacobian for several corrections where they shrink fast; `near` are the
+ * factors of that of a state nearby. null where it does not converge to the tolerance.
+ * @type {(rod: Rod, guess: Float64Array, closure: Closure, near?: Factors | null, tolerance?: number)
+ *   => State | null}
  */
 export function solvedState(rod, guess, closure, near = null, tolerance = LAST_CORRECTION) {
   const { contact } = closure;
@@ -200,13 +166,9 @@ export function solvedState(rod, guess, closure, near = null, tolerance = LAST_C
 }
 
 /**
- * Derivative of a state with respect to what a condition prescribes.
- *
- * @param {Rod} rod
- * @param {State} state
- * @param {Surface} surface
- * @param {Condition} condition
- * @returns {{ change: Float64Array, factors: Factors }} Of the unknowns, and the Jacobian's factors.
+ * Derivative of the unknowns with respect to what a condition prescribes, and factors of the Jacobian.
+ * @type {(rod: Rod, state: State, surface: Surface, condition: Condition)
+ *   => { change: Float64Array, factors: Factors }}
  */
 export function tangent(rod, { unknowns, contact }, surface, condition) {
   const right = new Float64Array(rod.nodes + 3);
@@ -217,11 +179,8 @@ export function tangent(rod, { unknowns, contact }, surface, condition) {
 }
 
 /**
- * Subtract a correction.
- *
- * @param {Float64Array} unknowns
- * @param {Float64Array} change
- * @returns {number} The largest change, of a slope (rad), of a force relative to it, or of s_c.
+ * Subtract a correction: its largest change, of a slope (rad), of a force relative to it, or of s_c.
+ * @type {(unknowns: Float64Array, change: Float64Array) => number}
  */
 function corrected(unknowns, change) {
   const size = unknowns.length;

@@ -17,7 +17,6 @@ import { gaussRule, legendre, legendreIntegrals } from "../numerics/spectral.js"
 
 /**
  * What a state is made of at the nodes.
- *
  * @typedef {object} Parts
  * @property {Float64Array} kernel
  * @property {Float64Array} natural Slope of the unloaded rod; last at the contact point.
@@ -29,6 +28,8 @@ import { gaussRule, legendre, legendreIntegrals } from "../numerics/spectral.js"
  * @property {number} height
  * @property {number} reach
  */
+
+/** @typedef {{ s: Float64Array, x: Float64Array, y: Float64Array, phi: Float64Array }} Shape Point by point. */
 
 /** A tapered rod: its equations on a number of nodes. */
 export class Rod {
@@ -50,9 +51,7 @@ export class Rod {
   /**
    * Matrix of the double integral in (E1) with factors of the powers of τ in the compliance; a
    * yielding clamp adds c·m(0), an integral of the same gradient, to each row.
-   *
-   * @param {number[]} factors
-   * @returns {Float64Array}
+   * @type {(factors: number[]) => Float64Array}
    */
   kernel(factors) {
     const [k0, k1, k2] = this.rule.kernels;
@@ -66,19 +65,14 @@ export class Rod {
     return sum;
   }
 
-  /**
-   * @param {number} sc
-   * @returns {Float64Array} ds/dτ at the nodes.
-   */
+  /** ds/dτ at the nodes. @type {(sc: number) => Float64Array} */
   arcs(sc) {
     return this.rule.nodes.map((tau) => arcDensity(this.theta, sc, tau));
   }
 
   /**
    * Slopes of the unloaded rod at the nodes and, last, at the contact point.
-   *
-   * @param {number} sc
-   * @returns {Float64Array}
+   * @type {(sc: number) => Float64Array}
    */
   naturalSlopes(sc) {
     const { nodes: count, rule, theta, mounting } = this;
@@ -90,10 +84,7 @@ export class Rod {
     return slopes;
   }
 
-  /**
-   * @param {Float64Array} unknowns
-   * @returns {Parts}
-   */
+  /** @type {(unknowns: Float64Array) => Parts} */
   parts(unknowns) {
     const { nodes: count, rule, theta } = this;
     const fx = unknowns[count];
@@ -118,11 +109,7 @@ export class Rod {
     return { kernel, natural, arc, sin, cos, gradient, turned, height, reach };
   }
 
-  /**
-   * @param {Float64Array} unknowns
-   * @param {Contact} contact
-   * @returns {State}
-   */
+  /** @type {(unknowns: Float64Array, contact: Contact) => State} */
   state(unknowns, contact) {
     const { natural, gradient, turned, height, reach } = this.parts(unknowns);
     const [fx, fy, sc] = unknowns.subarray(this.nodes);
@@ -134,10 +121,7 @@ export class Rod {
 
   /**
    * Derivative of the offset along a change of the unknowns.
-   *
-   * @param {State} state
-   * @param {Float64Array} change
-   * @returns {number}
+   * @type {(state: State, change: Float64Array) => number}
    */
   offsetChange(state, change) {
     const { rule, theta, nodes: count } = this;
@@ -152,12 +136,7 @@ export class Rod {
     return sum;
   }
 
-  /**
-   * Bending moments at the nodes.
-   *
-   * @param {Float64Array} unknowns
-   * @returns {Float64Array}
-   */
+  /** Bending moments at the nodes. @type {(unknowns: Float64Array) => Float64Array} */
   moments(unknowns) {
     const { gradient } = this.parts(unknowns);
     const { fromStart, weights } = this.rule;
@@ -171,12 +150,7 @@ export class Rod {
     });
   }
 
-  /**
-   * Elastic energy of rod and clamp (M1), in units of E·I0/L.
-   *
-   * @param {Float64Array} unknowns
-   * @returns {number}
-   */
+  /** Elastic energy of rod and clamp (M1), in units of E·I0/L. @type {(unknowns: Float64Array) => number} */
   energyOf(unknowns) {
     const { nodes, weights } = this.rule;
     const sc = unknowns[this.nodes + 2];
@@ -190,22 +164,13 @@ export class Rod {
 
   /**
    * The deformed rod at equally spaced arc lengths, with its clamp at the origin.
-   *
-   * @param {State} state
-   * @param {number} points
-   * @returns {{ s: Float64Array, x: Float64Array, y: Float64Array, phi: Float64Array }}
+   * @type {(state: State, points: number) => Shape}
    */
   shape(state, points) {
     return this.shapeAt(state, Float64Array.from({ length: points }, (_, i) => i / (points - 1)));
   }
 
-  /**
-   * The same at given arc lengths.
-   *
-   * @param {State} state
-   * @param {Float64Array} s
-   * @returns {{ s: Float64Array, x: Float64Array, y: Float64Array, phi: Float64Array }}
-   */
+  /** The same at given arc lengths. @type {(state: State, s: Float64Array) => Shape} */
   shapeAt(state, s) {
     const { nodes: count, theta, rule } = this;
     const { arc, sin, cos } = this.parts(state.unknowns);
@@ -232,9 +197,7 @@ export class Rod {
 
   /**
    * Size of the last coefficients of the slope, relative to the largest: whether the nodes suffice.
-   *
-   * @param {State} state
-   * @returns {number}
+   * @type {(state: State) => number}
    */
   decay(state) {
     const coefficients = product(

@@ -15,10 +15,7 @@ const POISSON = 0.3;
 /**
  * Whether a tip that slides without friction would stay: (M8) of docs/mounting.md is positive with
  * the height alone held.
- *
- * @param {Rod} rod
- * @param {State} state
- * @returns {boolean}
+ * @type {(rod: Rod, state: State) => boolean}
  */
 export function slidesStably(rod, state) {
   const { nodes: count, rule, mounting } = rod;
@@ -55,10 +52,7 @@ export function slidesStably(rod, state) {
 
 /**
  * Stiffness against a turn at the contact point of a rod that lies on the surface.
- *
- * @param {Rod} rod
- * @param {State} state
- * @returns {number}
+ * @type {(rod: Rod, state: State) => number}
  */
 function touchStiffness({ mounting }, { fy, sc }) {
   const curvature = naturalCurvature(mounting, sc);
@@ -67,10 +61,7 @@ function touchStiffness({ mounting }, { fy, sc }) {
 
 /**
  * A symmetric matrix among vectors that are normal to another, and 1 along that one.
- *
- * @param {Float64Array} matrix
- * @param {Float64Array} normal
- * @returns {Float64Array}
+ * @type {(matrix: Float64Array, normal: Float64Array) => Float64Array}
  */
 function within(matrix, normal) {
   const size = normal.length;
@@ -90,10 +81,7 @@ function within(matrix, normal) {
  *
  * Variables are the roots of the energies of twist and bend at the nodes, and of the clamp's turn. So
  * the elastic energy is a unit matrix.
- *
- * @param {Rod} rod
- * @param {State} state
- * @returns {number}
+ * @type {(rod: Rod, state: State) => number}
  */
 export function marginAside(rod, state) {
   const { nodes: count, rule } = rod;
@@ -135,14 +123,10 @@ export function marginAside(rod, state) {
 }
 
 /**
- * Rotations at the nodes, along the rod and across it in its plane, for each variable.
- *
- * @param {Rod} rod
- * @param {State} state
- * @param {Float64Array} sin
- * @param {Float64Array} cos
- * @returns {{ along: Float64Array, across: Float64Array, twist: Float64Array, bend: Float64Array }}
- *   Two matrices, row by row, and ω' for each twist and bend, times the weights of the nodes.
+ * Rotations at the nodes for each variable, along the rod and across it in its plane, as matrices row by
+ * row, and ω' for each twist and bend, times the weights of the nodes.
+ * @type {(rod: Rod, state: State, sin: Float64Array, cos: Float64Array)
+ *   => Record<"along" | "across" | "twist" | "bend", Float64Array>}
  */
 function rotations(rod, state, sin, cos) {
   const { nodes: count, rule } = rod;
@@ -171,11 +155,8 @@ function rotations(rod, state, sin, cos) {
 }
 
 /**
- * Rotation of a yielding clamp whose energy grows by 1/2, as (D9) has it.
- *
- * @param {Rod} rod
- * @param {number} m Moment at the clamp.
- * @returns {[number, number]}
+ * Rotation of a yielding clamp with a moment m whose energy grows by 1/2, as (D9) has it.
+ * @type {(rod: Rod, m: number) => [number, number]}
  */
 function clampTurn({ mounting }, m) {
   const axis = CLAMP_SLOPE + mounting.angle;

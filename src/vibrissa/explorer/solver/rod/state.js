@@ -1,14 +1,9 @@
 // A solved state of the rod, and what is read off it.
 
-/**
- * How the rod touches the surface: with its tip, or along a line.
- *
- * @typedef {"point" | "line"} Contact
- */
+/** @typedef {"point" | "line"} Contact Whether the rod touches the surface with its tip or along a line. */
 
 /**
  * A solved state: lengths in units of L, forces of E·I0/L², moments of E·I0/L, angles in rad.
- *
  * @typedef {object} State
  * @property {Float64Array} unknowns Slopes at the nodes, then fx, fy and s_c.
  * @property {Contact} contact
@@ -21,31 +16,19 @@
  * @property {number} sc Arc length of the contact point.
  */
 
-/**
- * Magnitude of the contact force.
- *
- * @param {State} state
- * @returns {number}
- */
+/** Magnitude of the contact force. @type {(state: State) => number} */
 export function force(state) {
   return Math.hypot(state.fx, state.fy);
 }
 
-/**
- * Inclination α of the contact force.
- *
- * @param {State} state
- * @returns {number}
- */
+/** Inclination α of the contact force. @type {(state: State) => number} */
 export function inclination(state) {
   return Math.atan2(state.fx, -state.fy);
 }
 
 /**
  * Friction coefficient −tan α that the tip needs to stick; negative where the clamp pulls.
- *
- * @param {State} state
- * @returns {number}
+ * @type {(state: State) => number}
  */
 export function demand(state) {
   return state.fx / state.fy;
