@@ -70,6 +70,15 @@ def test_a_curve_is_solved_once_and_cannot_be_changed(monkeypatch):
     assert len({(c.mu_lock, c.x0_end, c.section, c.mounting) for c in [curve, *found]}) == 7
 
 
+def test_an_onset_is_printed_as_a_table_of_what_is_known():
+    slips, locks = (solve_onset(2, mu0, eta=0.85, dx0=0.001) for mu0 in (0.4, 0.6))
+    lines = str(slips).splitlines()
+    assert lines[0] == "status       slip: the tip slips at x0 = 0.052838"
+    assert lines[1] == "x0_slip      0.052838    L        exact onset of slip"
+    assert "x0_end" in str(locks) and "x0_slip" not in str(locks)
+    assert "nan" not in str(slips) + str(locks)
+
+
 def test_shape_ends_at_the_contact_point():
     x, y, phi = (state := solve_state(2.0, 0.85, 0.4)).shape(np.array([0.0, 1.0]))
     assert (x[-1], y[-1], phi[-1]) == pytest.approx((0.4, 0.85, state.phi1), abs=1e-10)

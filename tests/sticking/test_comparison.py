@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vibrissa import Status, solve_onset
+from vibrissa import Status, solve_curve, solve_onset
 from vibrissa.sticking.comparison import compare
 
 THETA, MU0, ETA = [1.0, 4.0, 8.0], [0.2, 0.3, 0.45], [0.85]
@@ -34,6 +34,14 @@ def test_the_models_differ_where_the_point_model_penetrates_and_only_there(both)
     differ = np.abs(both.point.x0_slip / both.line.x0_slip - 1) > 1e-9
     assert (differ[slip] == both.penetrates[slip]).all()
     assert both.penetrates.any() and not both.penetrates.all()
+
+
+def test_a_locking_tip_penetrates_where_its_slope_vanishes_before_the_lock():
+    found = compare([1.0, 4.0], [0.9], [0.85])
+    assert found.point.status == [Status.LOCK, Status.LOCK]
+    curves = [solve_curve(theta, 0.85) for theta in found.theta]
+    assert list(found.penetrates) == [curve.x0_touch < curve.x0_lock for curve in curves]
+    assert list(found.penetrates) == [False, True]
 
 
 def test_what_cannot_be_solved_is_named():

@@ -89,9 +89,9 @@ class EquilibriumState(ContactState):
         return x, y, phi
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Onset:
-    """End of a period of sticking.
+    """End of a period of sticking; printed as a short table.
 
     Attributes
     ----------
@@ -133,6 +133,29 @@ class Onset:
     ended: StickingState
     trail: StickingState
     residual: float
+
+    def __repr__(self) -> str:
+        """Return what is known, a line for each quantity: name, value, unit and meaning."""
+        slip = self.slip
+        rows = [
+            ("x0_slip", self.x0_slip, "L", "exact onset of slip"),
+            ("x0_max", self.x0_max, "L", f"last sticking step, number {self.n_steps}"),
+            ("mu_lock", self.mu_lock, "1", "largest friction at which the tip slips"),
+            ("f", slip.f, "E·I0/L²", "contact force at the onset"),
+            ("alpha", slip.alpha, "rad", "its inclination"),
+            ("phi1", slip.phi1, "rad", "slope at the contact point"),
+            ("reaction_fx", slip.reaction_fx, "E·I0/L²", "load on the clamp"),
+            ("reaction_fy", slip.reaction_fy, "E·I0/L²", "load on the clamp"),
+            ("reaction_m", slip.reaction_m, "E·I0/L", "load on the clamp"),
+            ("x0_end", self.ended.x0, "L", f"end past the lock: {self.end}"),
+            ("x0_trail", self.trail.x0, "L", "last sticking state of the trailing rod"),
+            ("residual", self.residual, "", "of the equilibrium equations"),
+        ]
+        lines = [f"{'status':<12} {self.status.value}: {self.message}"]
+        for name, value, unit, meaning in rows:
+            if not np.isnan(value):
+                lines.append(f"{name:<12} {value:<11.6g} {unit:<8} {meaning}")
+        return "\n".join(lines)
 
 
 def _check_numbers(**values: object) -> None:

@@ -2,24 +2,24 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 
 import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.curve import CURVES_AT_ONCE, StickingCurve, beside
-from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.solving.collocation import solve_curves
+from vibrissa.sticking.stiction import read_curves
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModelResult:
-    """What one contact model answers for a list of points.
+    """Results of one contact model at some points.
 
     Attributes
     ----------
     status : list of Status
-        ``slip``, ``lock``, or what the curve has instead of states.
+        ``slip``, ``lock``, or the status of a curve without states.
     x0_slip, f_slip, reaction_m_slip : ndarray, shape (n,)
         Exact onset (L), force (E·I0/L²) and clamp moment (E·I0/L) there; NaN where there is none.
     mu_lock, residual : ndarray, shape (n,)
@@ -44,7 +44,7 @@ class Comparison:
         The points.
     penetrates : ndarray of bool, shape (n,)
         Whether the point-contact shape passes through the surface up to the onset (up to the lock
-        where it locks).
+        where the tip locks).
     point, line : ModelResult
     """
 
@@ -71,36 +71,28 @@ def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) 
     """
     pairs = np.array([(t, e) for e in eta for t in theta], dtype=float)
     friction = np.array(mu0, dtype=float)
-    point, line = (solve_curves(pairs[:, 0], pairs[:, 1], model) for model in Contact)
-    results = [_read(curves, friction) for curves in (point, line)]
-    onset = results[0].x0_slip.reshape(len(pairs), -1)
-    lock, touch = (np.array([getattr(c, n) for c in point]) for n in ("x0_lock", "x0_touch"))
-    until = np.where(np.isfinite(onset), onset, lock[:, None])
+    results, penetrates = [], []
+    for model in Contact:
+        curves = solve_curves(pairs[:, 0], pairs[:, 1], model)
+        periods = read_curves(
+            curves, [friction] * len(curves), [[Decimal(1)] * len(mu0)] * len(curves)
+        )
+        penetrates.append(periods.penetrates)
+        results.append(
+            ModelResult(
+                status=periods.status,
+                x0_slip=periods.x0_slip,
+                f_slip=periods.slip.f,
+                reaction_m_slip=periods.slip.reaction_m,
+                mu_lock=np.repeat([curve.mu_lock for curve in curves], len(friction)),
+                residual=np.repeat([curve.residual for curve in curves], len(friction)),
+            )
+        )
     return Comparison(
         theta=np.repeat(pairs[:, 0], len(friction)),
         mu0=np.tile(friction, len(pairs)),
         eta=np.repeat(pairs[:, 1], len(friction)),
-        penetrates=(touch[:, None] < until).ravel(),
+        penetrates=penetrates[0],
         point=results[0],
         line=results[1],
-    )
-
-
-def _read(curves: Sequence[StickingCurve], friction: FloatArray) -> ModelResult:
-    """Read all friction coefficients off all curves."""
-    status, slips = [], []
-    for start in range(0, len(curves), CURVES_AT_ONCE):
-        some = curves[start : start + CURVES_AT_ONCE]
-        together, of = beside(some), np.repeat(np.arange(len(some)), len(friction))
-        x0_slip, outcomes = together.outcomes(of, np.tile(friction, len(some)))
-        status += outcomes
-        slips.append(together.states(of, x0_slip))
-    slip = StickingState.concatenate(slips)
-    return ModelResult(
-        status=status,
-        x0_slip=slip.x0,
-        f_slip=slip.f,
-        reaction_m_slip=slip.reaction_m,
-        mu_lock=np.repeat([curve.mu_lock for curve in curves], len(friction)),
-        residual=np.repeat([curve.residual for curve in curves], len(friction)),
     )
