@@ -1,6 +1,6 @@
 """How fast equilibrium states are found, by several methods on the same curve, and how well.
 
-Run by `make bench`, which prints the table; see benchmarks/table.py. Each benchmark notes how many
+Run by `python -m validation bench`, which prints the table. Each benchmark notes how many
 states it finds in a round and how far their forces are from converged ones.
 """
 

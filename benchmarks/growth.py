@@ -1,11 +1,9 @@
 """Run studies of growing size through the whole workflow: time, memory and size of the tables.
 
-Usage: python benchmarks/growth.py [--points 1e4 ... 1e8] [--cores 2] [--only-show]
-
 A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
-0.45), run from an empty results folder. The record is records/growth.md, with what other sizes
-took before; the figure is docs/growth.png. 10⁷ points need 4 GB of disk in TMPDIR,
-10⁸ need 30 GB.
+0.45), run from an empty results folder. --record adds it to
+validation/records/growth.csv, with what other sizes took before, and draws docs/growth.png. 10⁷
+points need 4 GB of disk in TMPDIR, 10⁸ need 30 GB.
 """
 
 import argparse
@@ -28,8 +26,7 @@ from vibrissa.files import write_atomically
 from vibrissa.tables import query, schemas
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE, PICTURE = ROOT / "validation/records/growth.md", ROOT / "docs/growth.png"
-BEGIN, END = "<!-- made by make growth -->\n", "<!-- end of growth -->"
+RECORD, PICTURE = ROOT / "validation/records/growth.csv", ROOT / "docs/growth.png"
 # Tapers and heights by the number of points.
 SIZES = {
     10**4: (10, 10),
@@ -139,39 +136,20 @@ def bytes_read(path: Path, theta: float, eta: float) -> float:
     return round((metadata.serialized_size + sum(sizes)) / 1e6, 2)
 
 
-def parsed(page: str) -> dict[int, dict[str, str]]:
-    """Rows of the page's table by the number of points."""
-    lines = page.partition(BEGIN)[2].partition(END)[0].splitlines()
-    cells = [
-        [cell.strip() for cell in line.strip("|").split("|")]
-        for line in lines
-        if line.startswith("|")
-    ]
-    if not cells:
-        return {}
-    return {
-        int(row[0].replace(",", "")): dict(zip(cells[0], row, strict=True)) for row in cells[2:]
-    }
+def record(found: dict[str, float]) -> pd.DataFrame:
+    """Add a size to the record; return all sizes, by the number of points."""
+    rows = pd.DataFrame([found]).set_index("points")
+    if RECORD.exists():
+        rows = rows.combine_first(pd.read_csv(RECORD, index_col="points"))
+    rows = rows[[name for name in found if name != "points"]].sort_index()
+    with write_atomically(RECORD) as temporary:
+        rows.to_csv(temporary)
+    return rows
 
 
-def put_into(page: str, rows: dict[int, dict[str, str]]) -> str:
-    """Put rows into the page's table."""
-    names = list(next(iter(rows.values())))
-    lines = [f"| {' | '.join(names)} |", "| ---: " * len(names) + "|"]
-    lines += [f"| {' | '.join(rows[points].values())} |" for points in sorted(rows)]
-    before, after = page.partition(BEGIN)[0], page.partition(END)[2]
-    text = "\n".join(lines)
-    return (
-        f"{before}{BEGIN}\n{text}\n\n"
-        f"![time and memory over points](../../docs/{PICTURE.name})\n\n{END}{after}"
-    )
-
-
-def draw(rows: dict[int, dict[str, str]], path: Path) -> None:
+def draw(rows: pd.DataFrame, path: Path) -> None:
     """Draw time and memory over the number of points."""
-    shown = pd.DataFrame([rows[points] for points in sorted(rows)])
-    shown = shown.map(lambda text: float(text.replace(",", ""))).set_index("points")
-    shown = shown.where(shown > 0.0)  # what was too short to be measured
+    shown = rows.where(rows > 0.0)  # what was too short to be measured
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
     times, memory = figure.subplots(1, 2)
     for name, style in (
@@ -199,23 +177,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=float, nargs="+", default=[1e4, 1e5, 1e6])
     parser.add_argument("--cores", type=int, default=2)
-    parser.add_argument("--only-show", action="store_true", help="leave docs as they are")
+    parser.add_argument("--record", action="store_true", help="add to the record and draw it")
     given = parser.parse_args()
     if unknown := [points for points in given.points if points not in SIZES]:
         parser.error(
             f"--points: {unknown[0]:g} is not there; allowed: {', '.join(map(str, SIZES))}"
         )
     for points in map(int, given.points):
-        found = {name: f"{value:,}" for name, value in run(points, given.cores).items()}
-        print("; ".join(f"{name}: {value}" for name, value in found.items()), flush=True)
-        if not given.only_show:
-            page = PAGE.read_text(encoding="utf-8")
-            rows = {n: row for n, row in parsed(page).items() if row.keys() == found.keys()}
-            rows |= {points: found}
-            with write_atomically(PAGE) as temporary:
-                temporary.write_text(put_into(page, rows), encoding="utf-8")
-            draw(rows, PICTURE)
-
-
-if __name__ == "__main__":
-    main()
+        found = run(points, given.cores)
+        print("; ".join(f"{name}: {value:,}" for name, value in found.items()), flush=True)
+        if given.record:
+            draw(record(found), PICTURE)

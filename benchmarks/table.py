@@ -1,10 +1,9 @@
-"""Print the benchmarks of a pytest-benchmark file as one table.
-
-Usage: python benchmarks/table.py FILE.json
-"""
+"""Run the benchmarks, and print what pytest-benchmark found as one table."""
 
 import json
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from rich.console import Console
@@ -21,9 +20,19 @@ NAMES = {
 }
 
 
-def main(path: str) -> None:
+def measured() -> dict[str, dict]:
+    """Run the benchmarks; return what was found by their names."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "found.json")
+        command = [sys.executable, "-m", "pytest", "benchmarks/bench_states.py", "-q"]
+        options = [f"--benchmark-json={path}", "--benchmark-disable-gc"]
+        subprocess.run([*command, *options], check=True, stdout=subprocess.DEVNULL)
+        return {one["name"]: one for one in json.loads(path.read_text())["benchmarks"]}
+
+
+def main() -> None:
     """Print states per second, their spread, the ratio to the first row and the accuracy."""
-    found = {b["name"]: b for b in json.loads(Path(path).read_text())["benchmarks"]}
+    found = measured()
     table = Table(
         "method", "states/s and core", "quartiles", "rounds", "first row is", "error of f"
     )
@@ -44,7 +53,3 @@ def main(path: str) -> None:
             f"{info['error']:.1e}",
         )
     Console(width=130).print(table)
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

@@ -1,4 +1,4 @@
-"""Bring docs/architecture.md in line with the code's imports: `make architecture`."""
+"""Bring docs/architecture.md in line with the imports: `python -m validation pages`."""
 
 from importlib import import_module
 from pathlib import Path
@@ -7,7 +7,8 @@ import grimp
 
 PACKAGE = "vibrissa"
 PAGE = Path(__file__).with_name("architecture.md")
-BEGIN, END = "<!-- made by make architecture -->\n", "<!-- end of what make architecture made -->"
+BEGIN = "<!-- made by python -m validation pages -->\n"
+END = "<!-- end of what python -m validation pages made -->"
 
 
 def package_imports() -> dict[str, set[str]]:

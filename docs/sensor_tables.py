@@ -1,4 +1,4 @@
-"""Bring the tables of the sensor in docs in line with the code: `make schema`."""
+"""Bring the sensor's tables in docs in line with the code: `python -m validation pages`."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from vibrissa.sensor.transducer import PRESETS, Transducer
 from vibrissa.wording import markdown_table
 
 DOCS = Path(__file__).parent
-END = "<!-- end of what make schema made -->"
+END = "<!-- end of what python -m validation pages made -->"
 
 
 def assumed(name: str, one: Tolerable) -> str:
@@ -64,7 +64,7 @@ TABLES = {
 
 def replaced(page: str, what: str) -> str:
     """Put a table between its marks in a page."""
-    begin = f"<!-- {what}, made by make schema -->\n"
+    begin = f"<!-- {what}, made by python -m validation pages -->\n"
     before, _, rest = page.partition(begin)
     return before + begin + TABLES[what][1]() + "\n" + END + rest.partition(END)[2]
 

@@ -1,4 +1,4 @@
-"""Draw the sketch of docs/model.md with the program's own solver: `make sketch`."""
+"""Draw the sketch of docs/model.md with the program's own solver."""
 
 from pathlib import Path
 

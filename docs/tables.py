@@ -1,4 +1,4 @@
-"""Bring the data dictionary of docs/tables.md in line with the tables' schemas: `make schema`."""
+"""Bring docs/tables.md in line with the tables' schemas: `python -m validation pages`."""
 
 from pathlib import Path
 
@@ -7,7 +7,8 @@ from vibrissa.tables.schemas import TABLES
 from vibrissa.wording import markdown_table
 
 PAGE = Path(__file__).with_name("tables.md")
-BEGIN, END = "<!-- made by make schema -->\n", "<!-- end of what make schema made -->"
+BEGIN = "<!-- made by python -m validation pages -->\n"
+END = "<!-- end of what python -m validation pages made -->"
 HEAD = ("column", "type", "unit", "range", "null means", "equation", "what it is")
 ROWS = {
     "stiction": "One row for each grid point.",

@@ -1,4 +1,4 @@
-"""Run the notebooks of this folder anew and write their outputs into them (`make notebooks`)."""
+"""Run the notebooks anew, and keep their outputs: `python -m validation notebooks`."""
 
 import os
 import sys

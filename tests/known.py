@@ -186,7 +186,10 @@ class Known:
         elif wrong:
             more = [f"and {len(wrong) - SHOWN} more places"] if len(wrong) > SHOWN else []
             file, module = (os.path.relpath(path, ROOT) for path in (self.file, self.module))
-            advice = f"If this was meant to change: make known ARGS={module}; then git diff {file}"
+            advice = (
+                f"If this was meant to change: KNOWN=write make test ARGS={module}; "
+                f"then git diff {file}"
+            )
             pytest.fail("\n".join([*wrong[:SHOWN], *more, advice]), pytrace=False)
 
     def write(self, name: str, found: Any) -> None:

@@ -100,7 +100,7 @@ def test_a_result_that_was_meant_to_change_is_written(tmp_path, monkeypatch):
         Known(module).check("one", [1.0] * 2)
     first, last = str(caught.value).splitlines()
     assert first == "one, number 1: found 1, known 2"
-    assert "make known ARGS=" in last and last.endswith("things.yaml")
+    assert "KNOWN=write make test ARGS=" in last and last.endswith("things.yaml")
 
 
 def test_of_many_differences_the_first_are_said(tmp_path, monkeypatch):

@@ -1,7 +1,5 @@
 """Compare a chain of links in space, which shares no code with the rod, with the planar states.
 
-Usage: python validation/chains.py [--pushes 5] [--seed 1]
-
 Each chain has its contact point at some distance ahead of the clamp, or as far behind it. It is
 pushed at random and relaxes to a state of least energy. Ahead of the clamp that is to be the planar
 state of the rod, behind it the mirror image of that state, both with the energy of the continuous
@@ -13,9 +11,9 @@ import sys
 from dataclasses import dataclass
 
 import numpy as np
-from rod_chain import Chain
 from scipy.integrate import simpson
 
+from validation.rod_chain import Chain
 from vibrissa import solve_curve, solve_state
 
 COUNTS = (20, 40, 80)
@@ -122,7 +120,7 @@ def energy_of(state) -> float:
     return float(simpson(moment**2 / 2 / (1 - (1 - 1 / state.theta) * s) ** 4, x=s))
 
 
-def main(pushes: int, seed: int) -> None:
+def compare_all(pushes: int, seed: int) -> None:
     """Compare all rods at all distances."""
     random = np.random.default_rng(seed)
     worst = 0.0
@@ -143,8 +141,9 @@ def main(pushes: int, seed: int) -> None:
         sys.exit(f"allowed: {TOLERANCE:g}")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Read the options and run."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pushes", type=int, default=5, help="for each chain, on each side")
     parser.add_argument("--seed", type=int, default=1)
-    main(**vars(parser.parse_args()))
+    compare_all(**vars(parser.parse_args()))

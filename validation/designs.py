@@ -72,7 +72,3 @@ def main():
     with multiprocessing.Pool(arguments.workers) as pool:
         for line in pool.imap(row, cases):
             print(line, flush=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,7 +1,4 @@
-"""Prove the numbers of a study; used by `make proof`.
-
-Usage: python validation/enclosures.py [--configfile FILE] [--output FILE] [--jobs N]
-                                       [--effort BITS ORDER STEPS] [--against FILE]
+"""Prove the numbers of a study.
 
 Without options: config.yaml, into tests/regression/<study>/enclosures.csv. What stands there
 already, proved by the same code, is not proved again, so that an interrupted run goes on where it
@@ -320,7 +317,7 @@ def where(line: Mapping[str, str]) -> str:
     return ", ".join(f"{name} {line[name]}" for name in ROW[1:] if line.get(name))
 
 
-def main(argv: Sequence[str]) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Prove the numbers of a study.")
     parser.add_argument("--configfile", type=Path, default=Path("config.yaml"))
     parser.add_argument("--output", type=Path, help="instead of tests/regression/<study>/...")
@@ -357,7 +354,3 @@ def main(argv: Sequence[str]) -> int:
 def open_question(line: Mapping[str, str]) -> bool:
     """Whether a row is without a proof, or not proved to be on its path."""
     return line["on_path"] == "no" and (line["table"] != "states" or not line["midpoint"])
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

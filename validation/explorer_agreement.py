@@ -1,4 +1,4 @@
-"""Solve random points in the explorer's page and in Python: `make explorer-agreement`.
+"""Random points, solved by the explorer and by Python.
 
 Both solve the same equations and share no code. For each point are compared: the displacement at
 which the tip slips, force, slope and contact point there, the critical friction coefficient, and
@@ -11,20 +11,17 @@ import argparse
 import json
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from node import Scripts, node
 
+from validation.node import Scripts, node
+from validation.records import write_record
 from vibrissa.explorer.modules import bundle
-from vibrissa.files import write_atomically
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.outcomes import Contact, End
 from vibrissa.sticking.solving.collocation import solve_curves
 
-RECORD = Path(__file__).parents[1] / "validation/records/explorer_agreement.md"
-BEGIN, END = "<!-- made by make explorer-agreement -->\n", "<!-- end of what it made -->"
 TOLERATED = 1e-8
 CHUNK = 50
 THETA, ETA, MU0 = (1.0, 8.0), (0.4, 0.97), (0.02, 1.0)
@@ -184,7 +181,7 @@ def table(found: dict[str, list[dict[str, float]]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(count: int, mounted: int, seed: int, docs: bool) -> None:
+def compare_all(count: int, mounted: int, seed: int, record: bool) -> None:
     """Compare random points."""
     found = {}
     with node() as page:
@@ -197,20 +194,18 @@ def main(count: int, mounted: int, seed: int, docs: bool) -> None:
                 kind = "tip" if contact is Contact.POINT else "line"
                 found[f"{name}, {kind} contact"] = rows
     print(table(found), end="")
-    if docs:
-        before, _, rest = RECORD.read_text(encoding="utf-8").partition(BEGIN)
-        text = before + BEGIN + table(found) + END + rest.partition(END)[2]
-        with write_atomically(RECORD) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+    if record:
+        write_record("explorer-agreement", __doc__, table(found))
     worst = max(value for rows in found.values() for row in rows for value in row.values())
     if not worst < TOLERATED:
         sys.exit(f"a number differs by {worst:.1e}")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Read the options and run."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", dest="count", type=int, default=2000)
     parser.add_argument("--mounted", type=int, default=600)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--docs", action="store_true", help="put the table into records/")
-    main(**vars(parser.parse_args()))
+    parser.add_argument("--record", action="store_true", help="write the record")
+    compare_all(**vars(parser.parse_args()))

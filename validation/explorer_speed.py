@@ -1,4 +1,4 @@
-"""Drag the clamp and a slider in the explorer's page for a minute: `make explorer-speed`.
+"""Drag the clamp and a slider in the explorer's page for a minute.
 
 Prints, for a headless Chromium that draws on the processor, how many frames were shown in a second,
 how long the page's thread worked for each, and how long the rod took. The time of the thread is its
@@ -15,8 +15,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from browser import CHROMIUM, Page, chromium
 
+from validation.browser import CHROMIUM, Page, chromium
 from vibrissa.explorer.page import page
 
 # Milliseconds of each frame and those in which the rod was solved, as the page itself says them.
@@ -96,7 +96,7 @@ def worked(browser: Page) -> float:
     return next(metric["value"] for metric in metrics if metric["name"] == "TaskDuration")
 
 
-def main(seconds: float) -> None:
+def measure(seconds: float) -> None:
     """Measure each way of moving, and print a table."""
     if CHROMIUM is None:
         sys.exit("no Chromium to open the page with (Debian: apt install chromium)")
@@ -121,7 +121,8 @@ def main(seconds: float) -> None:
             print(f"| {name} | {rate:.0f} | {work:.1f} ms | {median:.1f} ms | {most:.1f} ms |")
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Read the options and run."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=60.0)
-    main(**vars(parser.parse_args()))
+    measure(**vars(parser.parse_args()))

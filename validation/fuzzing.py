@@ -11,7 +11,6 @@ import argparse
 import csv
 import io
 import re
-import sys
 import tempfile
 import warnings
 from collections import Counter
@@ -24,9 +23,9 @@ from typing import NamedTuple
 import numpy as np
 from typer.testing import CliRunner
 
+from validation.records import write_record
 from vibrissa.cli.app import app
 from vibrissa.errors import VibrissaError
-from vibrissa.files import write_atomically
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import (
     Method,
@@ -43,8 +42,6 @@ from vibrissa.sensor.identification.recording import read_recording
 from vibrissa.sensor.response import branch
 from vibrissa.sensor.transducer import CHANNELS
 
-PAGE = Path(__file__).parents[1] / "validation/records/fuzz.md"
-BEGIN, END = "<!-- made by make fuzz -->\n", "<!-- end -->"
 CASES = 300
 # One case of so many also goes through the command line.
 SHARE = 12
@@ -785,8 +782,6 @@ def main() -> int:
     for text in bad:
         print(text)
     if (asked.cases, asked.begin) == (CASES, 0):
-        page = PAGE.read_text(encoding="utf-8")
-        start, end = page.index(BEGIN) + len(BEGIN), page.index(END)
         total, lines = asked.cases * len(found), sum(one.lines for one in found)
         table = [
             f"{total} recordings, {lines} of them on the command line, too.\n",
@@ -794,10 +789,5 @@ def main() -> int:
             "| --- |" + " ---: |" * len(OUTCOMES),
             *(one.row for one in found),
         ]
-        with write_atomically(PAGE) as temporary:
-            temporary.write_text(page[:start] + "\n".join(table) + "\n" + page[end:], "utf-8")
+        write_record("fuzz", __doc__, "\n".join(table))
     return 1 if bad else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

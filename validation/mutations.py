@@ -1,9 +1,7 @@
 """Whether `make check` notices: break the physics in a copy of the project, once for each mutation.
 
-Usage: python validation/mutations.py
-
-Runs the paper's study in each copy, compares it with the reference tables and writes what came of
-it into records/physics.md. Exit status 1 if a mutation went unnoticed. Takes some minutes.
+The paper's study runs in each copy and is compared with the reference tables. Exit status 1 if a
+mutation went unnoticed. Takes some minutes.
 """
 
 import os
@@ -14,11 +12,9 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from vibrissa.files import write_atomically
+from validation.records import write_record
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "validation/records/physics.md"
-BEGIN, END = "<!-- made by make mutations -->\n", "<!-- end -->"
 TABLES = [f"results/paper/tables/{name}.parquet" for name in ("stiction", "scans", "states")]
 
 
@@ -221,16 +217,7 @@ def main() -> int:
     if status:
         print("Without a mutation the check is red in the end:", *lines, sep="\n")
         return 1
-    page = PAGE.read_text(encoding="utf-8")
-    before, _, rest = page.partition(BEGIN)
-    table = "\n".join(
-        ["| | module | what was broken | `make check` |", "| --- | --- | --- | --- |", *rows]
-    )
-    with write_atomically(PAGE) as temporary:
-        temporary.write_text(f"{before}{BEGIN}\n{table}\n\n{END}{rest.partition(END)[2]}", "utf-8")
-    print(f"{len(MUTATIONS) - unnoticed} of {len(MUTATIONS)} mutations noticed; {PAGE} is written")
+    head = ["| | module | what was broken | `make check` |", "| --- | --- | --- | --- |"]
+    write_record("physics", __doc__, "\n".join([*head, *rows]))
+    print(f"{len(MUTATIONS) - unnoticed} of {len(MUTATIONS)} mutations noticed")
     return 1 if unnoticed else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

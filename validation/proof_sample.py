@@ -1,6 +1,4 @@
-"""Prove onsets of slip at random points, far beyond the paper's grid; used by `make proof-sample`.
-
-Usage: python validation/proof_sample.py [--points N] [--seed N] [--jobs N] [--configfile FILE]
+"""Prove onsets of slip at random points, far beyond the paper's grid.
 
 θ from 1 to 8, η from 0.4 to 0.97, μ0 up to 0.98 of the critical friction coefficient; every point
 in tip contact or in line contact, by chance. With a study file: random points of its grids, in the
@@ -25,8 +23,8 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from enclosures import points_of_rods
 
+from validation.enclosures import points_of_rods
 from vibrissa import proof, solve_curve
 from vibrissa.decimals import exact
 from vibrissa.errors import NotProvedError, VibrissaError
@@ -152,7 +150,7 @@ def summary(every: Sequence[Tried]) -> Iterator[str]:
         yield f"the solver is off by at most {worst.off:.1e} L, at {worst.point}"
 
 
-def main(argv: Sequence[str]) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Prove onsets of slip at random points.")
     parser.add_argument("--points", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
@@ -176,7 +174,3 @@ def main(argv: Sequence[str]) -> int:
     for line in (*table(every), *summary(every)):
         print(line)
     return 1 if any(one.off > AGREES for one in every) else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -1,8 +1,6 @@
-"""Compare our numbers with numbers that others published, and write records/published.md.
+"""Numbers that others published, beside ours.
 
-Usage: python validation/published.py
-
-Each file of validation/published holds the numbers of one source, as they are printed there. Exit
+Each file of validation/sources holds the numbers of one source, as they are printed there. Exit
 status 1 if one of them differs from ours by more than its rounding and no reason is known, or if
 one agrees that is said to differ.
 """
@@ -20,16 +18,13 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq, root
 
+from validation.records import write_record
 from vibrissa import EquilibriumState, Rod, StickingState, solve_curve, solve_state
-from vibrissa.files import write_atomically
 from vibrissa.mechanics.buckling import buckling_load, initial_states
 from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.states import RodStates
 
-ROOT = Path(__file__).parents[1]
-SOURCES = ROOT / "validation/published"
-PAGE = ROOT / "validation/records/published.md"
-BEGIN, END = "<!-- made by make published -->\n", "<!-- end -->"
+SOURCES = Path(__file__).parent / "sources"
 
 # A heavily loaded rod is approached from the same rod under a load smaller by this (E·I0/L²).
 LOAD_STEP = Decimal("0.5")
@@ -636,17 +631,10 @@ def main() -> int:
     made = summary(compared)
     for source, comparisons in compared:
         made += section(source, comparisons)
-    page = PAGE.read_text(encoding="utf-8")
-    start, end = page.index(BEGIN) + len(BEGIN), page.index(END)
-    with write_atomically(PAGE) as temporary:
-        temporary.write_text(page[:start] + "\n".join(made) + "\n" + page[end:], encoding="utf-8")
+    write_record("published", __doc__, "\n".join(made))
     print("\n".join(summary(compared)))
     unexpected = [c for _, comparisons in compared for c in comparisons if not c.expected]
     for comparison in unexpected:
         verdict = "agrees, which was not expected" if comparison.agrees else "differs"
         print(f"{verdict}: {comparison.number.quantity} {row(comparison)}", file=sys.stderr)
     return 1 if unexpected else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

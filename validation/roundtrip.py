@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from validation.records import write_record
 from vibrissa.errors import VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.mechanics.rod import Rod
@@ -50,7 +51,7 @@ ADJUSTED = {
 MODEL, WITHIN, RATIO_ALONE = "model", "model, height and zeros adjusted", "ratio"
 CASES = (MODEL, WITHIN, RATIO_ALONE)
 SHOWN = [(SlipLaw.FREE, name) for name in CASES] + [(SlipLaw.ENERGY, MODEL)]
-BEGIN, END = "<!-- table of make roundtrip -->", "<!-- end of the table -->"
+FIGURE = Path(__file__).parents[1] / "docs/roundtrip.png"
 
 
 @cache
@@ -138,8 +139,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--workers", type=int, default=None)
-    parser.add_argument("--docs", type=Path, help="page into which the table is written")
-    parser.add_argument("--figure", type=Path, help="where to draw the errors (.png, .svg, .pdf)")
+    parser.add_argument("--record", action="store_true", help="write the record and its figure")
     parser.add_argument(
         "--drift", type=float, default=0.0, help="of the zero, in steps of resolution per √sample"
     )
@@ -154,17 +154,12 @@ def main():
                 gathered[key].append(value)
     rows = "\n".join([f"{arguments.seeds} surfaces:\n", *table(gathered)])
     print(rows)
-    if arguments.docs is not None:
-        before, _, rest = arguments.docs.read_text(encoding="utf-8").partition(BEGIN)
-        after = rest.partition(END)[2]
-        text = f"{before}{BEGIN}\n{rows}\n{END}{after}"
-        with write_atomically(arguments.docs) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-    if arguments.figure is not None:
+    if arguments.record:
+        write_record("roundtrip", __doc__, rows)
         errors = {
             key: np.concatenate([part[0] for part in parts]) for key, parts in gathered.items()
         }
-        draw(errors, arguments.figure)
+        draw(errors, FIGURE)
 
 
 def draw(errors, path):
@@ -177,7 +172,3 @@ def draw(errors, path):
         axes.set(yticks=[], xticks=[-0.005, 0.0, 0.005], xlabel="error of μ0")
     with write_atomically(path) as temporary:
         figure.savefig(temporary, dpi=130)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,8 +1,5 @@
 """Solve random points of the whole range in both contact models and count how they come out.
 
-Usage: python validation/survey.py [--curves 2500] [--points 20] [--seed 1] [--mounted]
-                                   [--section round]
-
 The taper is drawn log-uniformly from 1 to 20, the height uniformly from 0.3 to 0.999 and, for each
 such curve, several friction coefficients uniformly from 0 to 2. Prints the number of points by
 status and by how sticking ends past the lock, the largest residual, the least stability on the
@@ -98,7 +95,8 @@ def survey(curves: int, points: int, seed: int, mounted: bool, section: RodSecti
             )
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Read the options and run."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--curves", type=int, default=2500)
     parser.add_argument("--points", type=int, default=20, help="for each curve")

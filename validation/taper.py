@@ -248,7 +248,3 @@ def draw_lock(axes, responses):
         axes.axvline(response.curve.mu_lock, 0.0, 0.1, color=COLORS[i], linewidth=2.5)
     axes.set_title(r"$\Delta x_0 = 0.001$, up to the lock", fontsize=9)
     axes.set(xlabel=r"$\mu_0$", ylim=(1e-4, 3e-2))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,7 +1,5 @@
 """Check the last sticking states of random rods that have swung aside, by multiple shooting.
 
-Usage: python validation/trailing.py [--points 1000] [--seed 1]
-
 Each point has a taper of 1 to 20 (log-uniform), a height of 0.3 to 0.98 and a friction coefficient
 between the critical one and 3. The pulled state in which its tip slips is solved again, in a
 formulation of its own: integrated by DOP853 from the contact point to the clamp, in so many parts
@@ -120,7 +118,7 @@ def checked(
     return abs(pulled.offset(solved) - offset), gap
 
 
-def main(points: int, seed: int) -> None:
+def check_all(points: int, seed: int) -> None:
     """Check as many points in each kind of contact."""
     random = np.random.default_rng(seed)
     failed = []
@@ -149,8 +147,9 @@ def main(points: int, seed: int) -> None:
         sys.exit("\n".join(failed))
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Read the options and run."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=int, default=1000, help="in each kind of contact")
     parser.add_argument("--seed", type=int, default=1)
-    main(**vars(parser.parse_args()))
+    check_all(**vars(parser.parse_args()))

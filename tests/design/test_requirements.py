@@ -131,7 +131,7 @@ def test_without_a_material_everything_is_in_units_of_the_rod():
 
 @pytest.mark.parametrize("what", ["tolerances", "materials", "transducers"])
 def test_the_tables_of_the_sensor_in_the_docs_are_those_of_the_code(what):
-    # Not? Then run `make schema`.
+    # Not? Then run `python -m validation pages`.
     docs = Path(__file__).parents[2] / "docs"
     spec = importlib.util.spec_from_file_location("sensor_tables", docs / "sensor_tables.py")
     script = importlib.util.module_from_spec(spec)

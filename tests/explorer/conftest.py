@@ -1,5 +1,6 @@
 import pytest
-from browser import chromium
+
+from validation.browser import chromium
 
 
 @pytest.fixture(scope="session")

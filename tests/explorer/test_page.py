@@ -7,12 +7,12 @@ import subprocess
 import sys
 from dataclasses import asdict
 
-import explorer_agreement as agreement
 import pytest
 import yaml
-from browser import CHROMIUM
 
 from known import Known
+from validation import explorer_agreement as agreement
+from validation.browser import CHROMIUM
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.explorer.__main__ import main
 from vibrissa.explorer.modules import bundle

@@ -3,12 +3,12 @@
 import json
 import math
 
-import explorer_agreement as agreement
 import pytest
-from node import node
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
+from validation import explorer_agreement as agreement
+from validation.node import node
 from vibrissa import solve_curve, solve_state
 
 pytestmark = pytest.mark.slow

@@ -1,6 +1,6 @@
 """Faults at random times, and the same command again: the values are those of an undisturbed run.
 
-Run by `make test-faults` alone, as it takes minutes.
+Run by `python -m validation faults` alone, as it takes minutes.
 """
 
 import os

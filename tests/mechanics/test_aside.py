@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from rod_chain import Chain
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+from validation.rod_chain import Chain
 from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.mechanics import aside
 from vibrissa.mechanics.aside import stability_aside

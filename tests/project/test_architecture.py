@@ -19,7 +19,7 @@ spec.loader.exec_module(architecture)
 
 def test_page_fits_the_imports():
     page = architecture.PAGE.read_text(encoding="utf-8")
-    assert page == architecture.replaced(page), "it is old: run make architecture"
+    assert page == architecture.replaced(page), "it is old: run python -m validation pages"
 
 
 def test_every_package_is_shown():

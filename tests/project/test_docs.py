@@ -12,6 +12,7 @@ from matplotlib import pyplot
 from typer.testing import CliRunner
 
 import small_study
+from validation.__main__ import TASKS
 from vibrissa.cli.app import app
 from vibrissa.study.reading import parse_study
 from vibrissa.tables import store
@@ -111,6 +112,7 @@ def test_make_targets_exist(page):
     makefile = (ROOT / "Makefile").read_text()
     for target in set(re.findall(r"(?:^|`)make ([a-z-]+)", PAGES[page], re.MULTILINE)):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+    assert set(re.findall(r"python -m validation ([a-z-]+)", PAGES[page])) <= set(TASKS)
 
 
 def test_help_names_every_target():

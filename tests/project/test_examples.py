@@ -40,7 +40,7 @@ def test_notebook_shows_what_it_does(path, tmp_path):
     rerun = runpy.run_path(str(EXAMPLES / "rerun.py"))["rerun"]
     ran = rerun(folder / path.name)
     committed = nbformat.read(path, as_version=4)
-    assert shown(ran) == shown(committed), "its outputs are old: run make notebooks"
+    assert shown(ran) == shown(committed), "its outputs are old: run python -m validation notebooks"
     outputs = [output for cell in ran.cells for output in cell.get("outputs", [])]
     assert not any(output.get("name") == "stderr" for output in outputs)
     assert any("image/png" in output.get("data", {}) for output in outputs)

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from browser import CHROMIUM, chromium
 from typer.testing import CliRunner
 
+from validation.browser import CHROMIUM, chromium
 from vibrissa.cli.app import app
 
 pytest.importorskip("sphinx")

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import CHROMIUM, chromium
 
 import made_tables
+from validation.browser import CHROMIUM, chromium
 from vibrissa import __version__, solve_curve, stick_slip
 from vibrissa.paper import ledger
 from vibrissa.paper.evidence import gather

@@ -1,4 +1,4 @@
-"""The profiles for clusters, run on a real SLURM; by `make test-slurm` alone, as it installs one.
+"""The profiles for clusters, run on a real SLURM: `python -m validation slurm` installs one.
 
 Jobs and daemons are found by what they inherit from `up.sh`, so that `down.sh` ends all of them.
 """

@@ -104,7 +104,7 @@ def test_the_contact_changes_its_kind_without_a_jump(pair):
     assert curve.contact([0.0, curve.x0_touch + 1e-9]) == ["point", "line"]
 
 
-# `make survey` solves many more.
+# `python -m validation survey` solves many more.
 @pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(st.floats(1.0, 20.0), st.floats(0.3, 0.999))

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bench import Bench, Friction, Slip, crosstalk, moved, scan, turned
-from bench_rod import Rod, States, solve
 
 import reference
+from validation.sensor.bench import Bench, Friction, Slip, crosstalk, moved, scan, turned
+from validation.sensor.bench_rod import Rod, States, solve
 from vibrissa import Mounting
 from vibrissa.sensor import Whisker, surfaces
 from vibrissa.sensor import scan as simulated

@@ -1,9 +1,10 @@
 """A chain of links in space has the energies of the planar states, and swings where they say."""
 
-import chains
 import numpy as np
 import pytest
-from rod_chain import Chain
+
+from validation import chains
+from validation.rod_chain import Chain
 
 
 @pytest.mark.slow

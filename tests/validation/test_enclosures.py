@@ -1,12 +1,11 @@
-"""`make proof`: a small study is proved, once, and `make check` believes no other number."""
+"""A small study is proved, once, and `make check` believes no other number."""
 
 from decimal import Decimal
 from pathlib import Path
 
-import enclosures
-import proof_sample
 import pytest
 
+from validation import enclosures, proof_sample
 from vibrissa.outcomes import Contact
 from vibrissa.proof import Effort
 from vibrissa.proof.starting import path_of

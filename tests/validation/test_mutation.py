@@ -1,4 +1,4 @@
-"""The faults that make mutate puts into the code, and which tests it asks about them."""
+"""Faults that are put into the code, and which tests are asked about them."""
 
 import ast
 import json
@@ -10,9 +10,10 @@ from dataclasses import replace
 import coverage
 import pytest
 from cosmic_ray.mutating import mutate_code
-from mutation import mutants, recording, run
-from mutation.operators import CatchNothing, DropCall, DropCondition, SwapNeighbours
-from mutation.recording import Recording
+
+from validation.mutation import mutants, recording, run
+from validation.mutation.operators import CatchNothing, DropCall, DropCondition, SwapNeighbours
+from validation.mutation.recording import Recording
 
 SOURCES = recording.sources()
 TEXT = """\

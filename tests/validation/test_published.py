@@ -5,12 +5,13 @@ from decimal import Decimal
 from functools import cache
 
 import numpy as np
-import published
 import pytest
-from published import Rounding, compare, dead_load, printed
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import OptimizeResult, brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
+
+from validation import published, records
+from validation.published import Rounding, compare, dead_load, printed
 
 SOURCES = {source.title: source for source in published.read_sources()}
 NUMBERS = [number for source in SOURCES.values() for number in source.numbers]
@@ -59,27 +60,26 @@ def test_a_doctored_number_turns_red(title):
 
 @pytest.fixture
 def one_source(tmp_path, monkeypatch):
-    """A copy of the smallest source and of the page."""
-    folder, page = tmp_path / "published", tmp_path / "published.md"
+    """A copy of the smallest source; the record goes into the same folder."""
+    folder = tmp_path / "sources"
     folder.mkdir()
     copy = folder / "clamped_hinged_column.csv"
     copy.write_text((published.SOURCES / copy.name).read_text())
-    page.write_text(published.PAGE.read_text())
     monkeypatch.setattr(published, "SOURCES", folder)
-    monkeypatch.setattr(published, "PAGE", page)
+    monkeypatch.setattr(records, "FOLDER", folder)
     return copy
 
 
 def test_the_command_writes_the_page(one_source):
     assert published.main() == 0
-    assert "| 1 | 20.19 | 20.1907 |" in published.PAGE.read_text()
+    assert "| 1 | 20.19 | 20.1907 |" in (records.FOLDER / "published.md").read_text()
 
 
 def test_the_command_fails_and_names_a_number_that_differs(one_source, capsys):
     one_source.write_text(one_source.read_text().replace("20.19,,", "20.18,,"))
     assert published.main() == 1
     assert "differs: clamped_hinged_column | 1 | 20.18 |" in capsys.readouterr().err
-    assert "**differs**" in published.PAGE.read_text()
+    assert "**differs**" in (records.FOLDER / "published.md").read_text()
 
 
 def test_the_command_fails_if_a_known_difference_is_none(one_source, capsys):
@@ -90,7 +90,7 @@ def test_the_command_fails_if_a_known_difference_is_none(one_source, capsys):
 
 def test_the_page_holds_the_verdicts_of_today():
     verdicts = [(source, compared(title)) for title, source in SOURCES.items()]
-    assert "\n".join(published.summary(verdicts)) in published.PAGE.read_text()
+    assert "\n".join(published.summary(verdicts)) in (records.FOLDER / "published.md").read_text()
 
 
 @pytest.mark.parametrize(

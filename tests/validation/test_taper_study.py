@@ -1,30 +1,26 @@
-"""The closed form behind `make taper` says what the identification says of itself."""
-
-import runpy
-from pathlib import Path
+"""The closed form of the taper study agrees with what the identification states."""
 
 import numpy as np
 import pytest
 
+from validation import taper
 from vibrissa.sensor import Recording, Units, path, respond, simulate, surfaces
 from vibrissa.sensor.identification.friction import find_periods
 from vibrissa.sensor.identification.setup import Setup
-
-TAPER = runpy.run_path(str(Path(__file__).parents[2] / "validation/taper.py"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("theta", "step"), [(1.0, 0.0005), (3.0, 0.0005), (3.0, 0.002)])
 def test_prediction_agrees_with_what_the_identification_states(theta, step):
-    response = respond(theta, TAPER["ETA"], TAPER["CONTACT"], pull=False)
-    rod = TAPER["rods"](theta)[2]
-    noise, scale = TAPER["noise_in"](rod), Units(rod).channels
+    response = respond(theta, taper.ETA, taper.CONTACT, pull=False)
+    rod = taper.rods(theta)[2]
+    noise, scale = taper.noise_in(rod), Units(rod).channels
     truth = simulate(response, surfaces.random(1, 0.3, 0.02, 0.02), path(step, [0.6]))
-    sensor = TAPER["SENSOR"]
+    sensor = taper.SENSOR
     readings = sensor.measured(truth.reactions * scale, np.random.default_rng(1)) / scale
     recording = Recording(clamp=truth.clamp, readings=readings, line=np.arange(len(readings)))
     found = find_periods(Setup(branch=response), recording, noise)
-    expected = TAPER["predicted"](response, truth.mu0[found.last], step, noise)
+    expected = taper.predicted(response, truth.mu0[found.last], step, noise)
     ratio = (found.deviation / expected)[np.isfinite(found.deviation)]
     assert len(ratio) > 8
     # The reading's own noise and where it stands in its step move single periods.
@@ -33,9 +29,9 @@ def test_prediction_agrees_with_what_the_identification_states(theta, step):
 
 @pytest.mark.parametrize("theta", [2.0, 3.0])
 def test_rods_are_alike_in_what_their_design_says(theta):
-    (force, strain), (force1, strain1) = TAPER["onset"](theta), TAPER["onset"](1.0)
-    same, strained, pressed = TAPER["rods"](theta)
-    (cylinder, *_) = TAPER["rods"](1.0)
+    (force, strain), (force1, strain1) = taper.onset(theta), taper.onset(1.0)
+    same, strained, pressed = taper.rods(theta)
+    (cylinder, *_) = taper.rods(1.0)
     assert same.base_diameter == cylinder.base_diameter
     assert strain * strained.base_diameter == pytest.approx(strain1 * cylinder.base_diameter)
     assert force * pressed.force_unit == pytest.approx(force1 * cylinder.force_unit)

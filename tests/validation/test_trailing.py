@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trailing
 
+from validation import trailing
 from vibrissa import solve_curve
 
 

@@ -1,1 +1,1 @@
-"""Small faults put into the code: which of them do the tests notice? (`make mutate`)."""
+"""Small faults put into the code: which of them do the tests notice?."""

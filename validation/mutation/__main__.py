@@ -2,6 +2,6 @@
 
 import sys
 
-from mutation.run import main
+from validation.mutation.run import main
 
 sys.exit(main())

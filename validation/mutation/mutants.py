@@ -11,7 +11,7 @@ import yaml
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 
-from mutation.operators import OPERATORS, is_fault
+from validation.mutation.operators import OPERATORS, is_fault
 
 EQUIVALENT = Path(__file__).with_name("equivalent.yaml")
 BESIDE = "(beside the packages)"

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from coverage import CoverageData
 
-from mutation import recorder
+from validation.mutation import recorder
 from vibrissa.files import write_atomically
 
 ROOT = Path(__file__).parents[2]

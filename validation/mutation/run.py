@@ -25,9 +25,9 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from mutation import asking, recording
-from mutation.mutants import Mutant, equivalents, mutants_of, sample
-from mutation.recording import PACKAGE, ROOT, Recording
+from validation.mutation import asking, recording
+from validation.mutation.mutants import Mutant, equivalents, mutants_of, sample
+from validation.mutation.recording import PACKAGE, ROOT, Recording
 from vibrissa.files import write_atomically
 from vibrissa.wording import markdown_table
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from bench_rod import Rod, States
 from scipy.optimize import brentq
+
+from validation.sensor.bench_rod import Rod, States
 
 # Steps of the stage in which the end of a period is sought at once.
 AHEAD = 100

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from validation.records import write_record
 from vibrissa.files import write_atomically
 from vibrissa.sensor import Recording, Whisker, identify, scan, surfaces
 from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances, told
@@ -23,7 +24,7 @@ STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
 WHISKER = Whisker.read(2, "85 mm", **STEEL).wishing(NOISE)
 # Costs below this do not count, and are not drawn.
 LEAST = 1e-5
-BEGIN, END = "<!-- table of make costs -->", "<!-- end of the table -->"
+FIGURE = Path(__file__).parents[2] / "docs/laboratory.png"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,22 +142,13 @@ def _spelled(cost):
 def main():
     """Compute the costs, and print or write them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--docs", type=Path, help="page into which the table is written")
-    parser.add_argument("--figure", type=Path, help="where to draw the costs (.png, .svg, .pdf)")
+    parser.add_argument("--record", action="store_true", help="write the record and its figure")
     arguments = parser.parse_args()
 
     readings = recording()
     found = {"model": costs(readings)}
     rows = "\n".join(table(found))
     print(rows)
-    if arguments.docs is not None:
-        before, _, rest = arguments.docs.read_text(encoding="utf-8").partition(BEGIN)
-        after = rest.partition(END)[2]
-        with write_atomically(arguments.docs) as temporary:
-            temporary.write_text(f"{before}{BEGIN}\n{rows}\n{END}{after}", encoding="utf-8")
-    if arguments.figure is not None:
-        draw(found, arguments.figure)
-
-
-if __name__ == "__main__":
-    main()
+    if arguments.record:
+        write_record("costs", __doc__, rows)
+        draw(found, FIGURE)

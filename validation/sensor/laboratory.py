@@ -19,8 +19,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from bench import scan
-from mistakes import (
+
+from validation.records import write_record
+from validation.sensor.bench import scan
+from validation.sensor.mistakes import (
     DIAMETER,
     LENGTH,
     MISTAKES,
@@ -31,7 +33,6 @@ from mistakes import (
     bench_of,
     everything,
 )
-
 from vibrissa.errors import VibrissaError
 from vibrissa.sensor import Method, PeriodStatus, Whisker, identify
 from vibrissa.sensor.given.tolerances import assumed_tolerances
@@ -309,7 +310,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=20, help="recordings for each entry")
     parser.add_argument("--first", type=int, default=FIRST, help="the first of their seeds")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--docs", type=Path, help="page into which the table is written")
+    parser.add_argument("--record", action="store_true", help="write the record")
     parser.add_argument("--row", type=int, action="append", help="only these rows, from 0")
     parser.add_argument("--method", action="append", choices=list(Method), help="only these")
     parser.add_argument(
@@ -319,7 +320,7 @@ def main():
         "where the code has changed",
     )
     arguments = parser.parse_args()
-    from laboratory_table import passes, table, written
+    from validation.sensor.laboratory_table import passes, table
 
     methods = [Method(name) for name in arguments.method or METHODS]
     # All rows once, then once more, so that an interrupted run has seen all of them.
@@ -341,8 +342,8 @@ def main():
             if arguments.scores is not None:
                 keep(arguments.scores, entry, found)
     print("\n".join(table(scores)))
-    if arguments.docs is not None:
-        written(arguments.docs, scores)
+    if arguments.record:
+        write_record("laboratory", __doc__, "\n".join(table(scores)))
     raise SystemExit(0 if passes(scores) else 1)
 
 
@@ -352,10 +353,3 @@ def _prepared():
     # All believe in the same rod, and most mistakes are none of the rod.
     branch = import_module("vibrissa.sensor.response.branch")
     branch.respond = lru_cache(maxsize=8)(branch.respond)
-
-
-if __name__ == "__main__":
-    # What is judged has to be of the classes by which `laboratory_table` judges.
-    import laboratory
-
-    laboratory.main()

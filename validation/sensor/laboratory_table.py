@@ -1,4 +1,4 @@
-"""Judge what was read from the recordings of `laboratory`, and write the table of the page.
+"""Judge what was read from the recordings of `laboratory`, and make a table of them.
 
 Where what is said allows for what is off, coverage is judged: of all stated intervals 93 to 99 %
 are to hold the truth. Its standard error is that over the n recordings. With the part r of the
@@ -11,12 +11,10 @@ stated interval.
 from dataclasses import dataclass
 
 import numpy as np
-from laboratory import ROWS, Said, sign_of
 from scipy.stats import binom
 
-from vibrissa.files import write_atomically
+from validation.sensor.laboratory import ROWS, Said, sign_of
 
-BEGIN, END = "<!-- table of make laboratory -->", "<!-- end of the table -->"
 # Coverage that is stated, and between what it is to be.
 STATED, LOW, HIGH = 0.95, 0.93, 0.99
 # So many standard errors are allowed.
@@ -188,12 +186,3 @@ def _pooled(lines, method):
         f"- `{method}`: {100.0 * covered:.1f} ± {100.0 * error:.1f} % of the intervals hold the "
         f"truth where enough is said; silently wrong: {silent}."
     )
-
-
-def written(page, scores):
-    """Write the table into a page."""
-    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    after = rest.partition(END)[2]
-    text = "\n".join(table(scores))
-    with write_atomically(page) as temporary:
-        temporary.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")

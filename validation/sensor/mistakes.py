@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from itertools import permutations
 
 import numpy as np
-from bench import Bench, Friction, crosstalk, moved, stiffer, turned
+
+from validation.sensor.bench import Bench, Friction, crosstalk, moved, stiffer, turned
 
 # The rod: E (Pa), diameter and length (m), taper; and what its loads are in units of.
 MODULUS, DIAMETER, LENGTH, THETA = 2.1e11, 1e-3, 0.1, 2.0

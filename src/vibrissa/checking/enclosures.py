@@ -1,6 +1,7 @@
 """Results beside proofs: how far each number is from the true value.
 
-The enclosures of a study stand in ``enclosures.csv`` beside its reference tables (`make proof`).
+The enclosures of a study stand in ``enclosures.csv`` beside its reference tables;
+`python -m validation proof` writes them.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Proofs beside tables: enclosures of their numbers, as `make proof` writes them.
+"""Proofs beside tables: enclosures of their numbers, as `python -m validation proof` writes them.
 
 They are decimals, so that nothing is needed to read them.
 """
@@ -74,7 +74,7 @@ def read(path: Path, keys: Mapping[str, Sequence[str]]) -> list[Proof]:
     except (ValueError, KeyError, TypeError, InvalidOperation) as error:
         raise TableError(
             f"{path} has no enclosures ({error!r}); restore it from version control, or delete it "
-            "and make it anew with: make proof"
+            "and make it anew with: python -m validation proof"
         ) from None
 
 

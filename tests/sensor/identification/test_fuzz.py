@@ -1,15 +1,15 @@
-"""A share of what `make fuzz` tries: damaged recordings, never a traceback nor a wrong number."""
+"""Damaged recordings, never a traceback nor a wrong number; more by `python -m validation fuzz`."""
 
 import csv
 import io
 from functools import cache
 
-import fuzzing
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from validation import fuzzing
 from vibrissa.sensor.response import branch
 
 RESPOND = cache(branch.respond)

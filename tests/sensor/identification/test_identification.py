@@ -64,7 +64,7 @@ def test_intervals_cover_what_they_say(response, law):
         periods = find_periods(Setup(branch=response), recording, NOISE)
         friction0, ok = truth.mu0[periods.last], known(periods)
         covered += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
-    # 93 to 97 % is what is promised. `make roundtrip` has 1,000 surfaces.
+    # 93 to 97 % is what is promised. `python -m validation roundtrip` has more.
     assert len(covered) > 400
     assert 0.93 <= np.mean(covered) <= 0.97
 

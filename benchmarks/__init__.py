@@ -1,0 +1,1 @@
+"""How fast states are found, and how studies grow."""

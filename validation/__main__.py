@@ -1,0 +1,123 @@
+"""Run a long check, or what brings pages in line with the code: python -m validation NAME."""
+
+import os
+import runpy
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+USAGE = "python -m validation NAME [options]; NAME --help lists the options of most"
+
+
+class Task(NamedTuple):
+    """What a name stands for: how it is run, what it does, and how long it takes on two cores."""
+
+    run: Callable[[Sequence[str]], object]
+    what: str
+    time: str
+
+
+def module(name: str) -> Callable[[Sequence[str]], object]:
+    """Return what runs the function main of a module, which reads the options itself."""
+    return lambda options: import_module(name).main()
+
+
+def scripts(*paths: str) -> Callable[[Sequence[str]], object]:
+    """Return what runs scripts of the repository one after the other."""
+
+    def run(options: Sequence[str]) -> None:
+        for path in paths:
+            runpy.run_path(str(ROOT / path), run_name="__main__")
+
+    return run
+
+
+def tests(folder: str) -> Callable[[Sequence[str]], object]:
+    """Return what runs the tests of a folder that `make test` leaves out."""
+    command = [sys.executable, "-m", "pytest", folder]
+    return lambda options: subprocess.run([*command, *options], cwd=ROOT).returncode
+
+
+TASKS = {
+    # The rod
+    "published": Task(module("validation.published"), "274 numbers of others, beside ours", "30 s"),
+    "survey": Task(module("validation.survey"), "solve 100,000 random points", "10 min"),
+    "chains": Task(
+        module("validation.chains"), "chains of links in space, beside the rod", "2 min"
+    ),
+    "trailing": Task(
+        module("validation.trailing"), "retracted rods, by multiple shooting", "5 min"
+    ),
+    "proof": Task(module("validation.enclosures"), "prove the numbers of a study", "1 h"),
+    "proof-sample": Task(module("validation.proof_sample"), "prove 300 random onsets", "1 h"),
+    # The sensor
+    "roundtrip": Task(module("validation.roundtrip"), "friction from simulated signals", "4 min"),
+    "laboratory": Task(
+        module("validation.sensor.laboratory"), "a bench with a laboratory's mistakes", "2 h"
+    ),
+    "costs": Task(
+        module("validation.sensor.costs"), "what each tolerance costs in friction", "1 min"
+    ),
+    "fuzz": Task(module("validation.fuzzing"), "read damaged recordings", "15 min"),
+    "designs": Task(module("validation.designs"), "the best rod of each material", "5 min"),
+    "taper": Task(module("validation.taper"), "does taper measure friction better?", "5 min"),
+    # The explorer
+    "explorer-agreement": Task(
+        module("validation.explorer_agreement"), "random points, in the page and in Python", "1 min"
+    ),
+    "explorer-speed": Task(
+        module("validation.explorer_speed"), "frames per second while the clamp is dragged", "90 s"
+    ),
+    # Speed
+    "bench": Task(module("benchmarks.table"), "states per second, beside other methods", "2 min"),
+    "growth": Task(module("benchmarks.growth"), "studies of 10^4 to 10^6 points", "20 min"),
+    # Do checks and tests notice faults?
+    "physics": Task(
+        module("validation.mutations"), "does make check notice broken physics?", "15 min"
+    ),
+    "mutants": Task(module("validation.mutation.run"), "do tests notice small faults?", "1 h"),
+    # Tests that `make test` leaves out
+    "slurm": Task(tests("tests/slurm"), "a study on a SLURM, set up as root on Debian", "4 min"),
+    "faults": Task(tests("tests/faults"), "kill runs, fill disks, damage files", "10 min"),
+    # What pages show
+    "notebooks": Task(
+        scripts("examples/rerun.py"), "run the notebooks of examples/, keep their outputs", "2 min"
+    ),
+    "pages": Task(
+        scripts(
+            "docs/architecture.py", "docs/study_file.py", "docs/tables.py", "docs/sensor_tables.py"
+        ),
+        "tables and diagrams of the pages that the code makes",
+        "5 s",
+    ),
+    "sketch": Task(scripts("docs/sketch.py"), "draw docs/sketch.svg with the solver", "5 s"),
+}
+
+
+def listed() -> str:
+    """Return a line for each name: what it does, and how long it takes."""
+    return "\n".join(f"  {name:20}{task.what:54}{task.time}" for name, task in TASKS.items())
+
+
+def main() -> int:
+    """Run what is named first on the command line with the options that follow."""
+    name, *options = sys.argv[1:] or ["--list"]
+    if name in ("--list", "--help", "-h"):
+        print(f"{USAGE}\n\n{listed()}")
+        return 0
+    if name not in TASKS:
+        print(f"no such check: {name}; python -m validation --list names them", file=sys.stderr)
+        return 2
+    # Several processes at a time: one thread in each.
+    for library in ("OMP", "OPENBLAS", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    sys.argv = [f"python -m validation {name}", *options]
+    return TASKS[name].run(options) or 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,28 @@
+"""Records: what a long check found, written whole by its own command into validation/records."""
+
+from pathlib import Path
+
+from vibrissa.files import write_atomically
+
+FOLDER = Path(__file__).parent / "records"
+
+
+def write_record(name: str, about: str, found: str) -> None:
+    """Write a record in Markdown.
+
+    Parameters
+    ----------
+    name : str
+        Name of the command, and of the file.
+    about : str
+        What is checked, in the words of the module's docstring; its first line is the title.
+    found : str
+        What came out.
+    """
+    title, _, rest = about.strip().partition("\n")
+    parts = (f"# {title.rstrip('.')}", rest, f"Written by `python -m validation {name}`.", found)
+    path = FOLDER / f"{name}.md"
+    with write_atomically(path) as temporary:
+        text = "\n\n".join(part.strip() for part in parts if part.strip())
+        temporary.write_text(f"{text}\n", encoding="utf-8")
+    print(f"{path} is written")

@@ -1,0 +1,1 @@
+"""Recordings of a bench with mistakes, and what is read from them."""
