@@ -10,13 +10,11 @@ import pytest
 import reference
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.errors import NoResponseError
-from vibrissa.sensor import Recording, Whisker, scan, surfaces
-from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.setup import Setup
+from vibrissa.sensor import SlipLaw, Whisker, identify, scan, surfaces
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.height_range import EXACT, respond_over
-from vibrissa.sensor.simulation.oblique import ObliqueStage, simulate_oblique
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, path, simulate
+from vibrissa.sensor.stage import ObliqueStage
 
 THETA, ETA, MU0 = 2.0, 0.85, 0.3
 # φ1 and force of the first state, with which shooting begins.
@@ -31,7 +29,7 @@ def heights(section="round"):
 def simulated(angle, mu0, step, turns, law="free", ratio=0.8, section="round"):
     stage = ObliqueStage(heights=heights(section), eta=ETA, angle=angle)
     surface = mu0 if isinstance(mu0, surfaces.Surface) else surfaces.constant(mu0)
-    return stage, simulate_oblique(stage, surface, path(step, turns), law, ratio)
+    return stage, simulate(stage, surface, path(step, turns), law, ratio)
 
 
 def shot(angle, positions, ratio):
@@ -103,32 +101,28 @@ def test_a_slip_on_an_oblique_stage_consumes_its_energy_at_the_present_height():
     assert fx / fy < 0.8 * MU0
 
 
-def test_a_stage_that_is_hardly_oblique_is_a_level_one():
+@pytest.mark.parametrize(
+    ("law", "turns"),
+    [
+        *((law, ["0.1", "0.05"]) for law in SlipLaw),
+        pytest.param("energy", ["1.1", "0.8", "400"], marks=pytest.mark.slow),
+    ],
+)
+def test_an_oblique_stage_of_no_angle_is_a_level_one(law, turns):
+    """On stripes, and where the rod swings aside; however far the next step goes."""
     response = respond(THETA, ETA)
-    surface = surfaces.random(3, 0.3, 0.05, 0.02)
-    turns = ["0.1", "0.05"]
-    level = simulate(response, surface, path("0.001", turns), "kinetic", 0.7)
-    _, found = simulated(1e-7, surface, "0.001", turns, "kinetic", 0.7)
-    assert (found.phase == level.phase).all()
-    assert found.contact == pytest.approx(level.contact, abs=1e-6)
-    assert found.reactions == pytest.approx(level.reactions, abs=1e-5)
-    # The tip is pulled in the end.
-    assert found.x0[-1] < 0.0 and found.period[-1] > 5
-
-
-@pytest.mark.slow
-def test_friction_is_never_exceeded_and_would_be_without_the_slip():
-    surface = surfaces.random(3, 0.3, 0.05, 0.02)
-    stage, found = simulated(0.05, surface, "0.001", ["0.4", "0.2"], "energy")
-    fx, fy, _ = found.reactions.T
-    assert (np.abs(fx / fy) <= found.mu0 * (1 + 1e-9)).all()
-    at = np.flatnonzero(found.phase == TipPhase.SLIP)
-    assert len(at) > 20
-    states, stuck = stage.states(found.clamp[at], found.contact[at - 1], 1)
-    inside = (stuck > states.x0_pull) & (stuck < states.x0_end)
-    demand = np.abs(states.demand(states.clip(stuck)))
-    assert (demand > found.mu0[at - 1])[inside].all()
-    assert inside.sum() > 10
+    stage = ObliqueStage(heights=heights(), eta=ETA, angle=0.0)
+    edges = [0.0, 0.42, 0.45, 0.46, 0.462, 0.5]
+    surface = surfaces.patches(edges, [0.3, 0.25, 0.4, 0.2, 0.35, 0.9])
+    positions = path("0.005" if turns[2:] else "0.001", turns[:2])
+    positions = np.append(positions, [float(far) for far in turns[2:]])
+    level = simulate(response, surface, positions, law, 0.7)
+    found = simulate(stage, surface, positions, law, 0.7)
+    assert found.outcome is level.outcome is Outcome.COMPLETE
+    assert (found.phase == level.phase).all() and (found.side == level.side).all()
+    assert (found.period == level.period).all() and found.period[-1] > 5
+    assert found.contact == pytest.approx(level.contact, abs=1e-7)
+    assert found.reactions == pytest.approx(level.reactions, abs=1e-6)
 
 
 @pytest.mark.slow
@@ -179,7 +173,7 @@ def test_a_scan_is_told_up_to_the_last_height_of_the_rod(angle, steps, outcome, 
     known = replace(heights(), below="too near", above="too far")
     stage = ObliqueStage(heights=known, eta=ETA, angle=angle)
     positions = path("0.01", ["0.6"])
-    found = simulate_oblique(stage, surfaces.constant(MU0), positions)
+    found = simulate(stage, surfaces.constant(MU0), positions)
     assert found.outcome is outcome and len(found) == steps
     assert found.message == f"the stage takes the clamp at {said}"
     height = ETA - positions * np.sin(angle)
@@ -217,78 +211,6 @@ def test_a_height_without_a_response_is_refused():
         scan(leaning, surfaces.constant(0.3), step="0.01", to=["0.1"])
 
 
-def read(stage, truth, noise, seed=0):
-    """Periods of a recording, and for each whose friction is known what it should be."""
-    random = np.random.default_rng(seed)
-    readings = truth.reactions + noise * random.standard_normal(truth.reactions.shape)
-    line = np.arange(len(truth)) + 2
-    recording = Recording(clamp=truth.clamp, readings=readings, line=line)
-    return find_periods(Setup(branch=stage), recording, np.array(noise))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("angle", [0.05, -0.05])
-def test_friction_is_read_at_the_height_of_each_period(angle):
-    surface = surfaces.random(1, 0.3, 0.04, 0.02)
-    stage, truth = simulated(angle, surface, "0.0005", ["0.3", "0.1"])
-    found = read(stage, truth, [1e-7, 1e-7, 1e-8])
-    assert found.notes == () and len(found) == truth.period[-1] > 20
-    assert found.contact == pytest.approx(truth.contact[found.last], abs=1e-8)
-    known, mu0 = found.status == "slip", truth.mu0[found.last]
-    # The last period is open.
-    assert known[:-1].all()
-    # Without noise the interval is the step before the slip, and holds the friction with it.
-    ends = found.last[known]
-    states, beyond = stage.states(truth.clamp[ends + 1], truth.contact[ends], 1)
-    after, last = np.abs(states.demand(states.clip(beyond))), truth.reactions[ends]
-    before = np.abs(last[:, 0] / last[:, 1])
-    width = after - before
-    assert (found.low[known] - before) / width == pytest.approx(0.025, abs=0.01)
-    assert (after - found.high[known]) / width == pytest.approx(0.025, abs=0.01)
-    assert found.deviation[known] == pytest.approx(width / np.sqrt(12.0), rel=0.05)
-    assert ((before <= mu0[known]) & (mu0[known] <= after)).all()
-    # With a level stage it would not fit.
-    level = ObliqueStage(heights=heights(), eta=ETA, angle=1e-9)
-    assert not read(level, truth, [1e-5, 1e-5, 1e-6]).goodness.fits
-
-
-@pytest.mark.slow
-def test_intervals_hold_the_friction_on_an_oblique_stage():
-    inside, error = [], []
-    for seed in range(2):
-        surface = surfaces.random(seed, 0.3, 0.04, 0.02)
-        stage, truth = simulated(0.05, surface, "0.0005", ["0.7"], "kinetic")
-        found = read(stage, truth, [3e-3, 3e-3, 3e-4], seed)
-        known, mu0 = found.status == "slip", truth.mu0[found.last]
-        inside += list(((found.low <= mu0) & (mu0 <= found.high))[known])
-        error += list(((found.mu0 - mu0) / found.deviation)[known])
-    assert len(inside) > 150
-    # 95 % within three standard deviations of their count.
-    assert abs(np.mean(inside) - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / len(inside))
-    assert abs(np.mean(error)) < 4.0 / np.sqrt(len(error))
-    assert np.abs(error).max() < 4.5
-
-
-@pytest.mark.parametrize("angle", [0.05, -0.05])
-def test_a_tip_that_locks_tells_a_bound_at_its_height(angle):
-    stage, truth = simulated(angle, 0.6, "0.002", ["0.3"])
-    found = read(stage, truth, [1e-5, 1e-5, 1e-6])
-    assert found.status.tolist() == ["lock"]
-    states, _ = stage.above(truth.clamp)
-    assert states.mu_lock.min() <= found.low[0] <= states.mu_lock.max() < 0.6
-
-
-@pytest.mark.slow
-def test_a_tip_that_slips_just_past_the_lock_tells_a_true_bound():
-    # Along the stage the largest demand is less than μ_lock at the height where it is.
-    largest = solve_curve(THETA, ETA, mounting=Mounting(stage_angle=0.2)).mu_lock
-    stage, truth = simulated(0.2, largest - 1e-5, "0.001", ["0.2"])
-    assert {TipPhase.LOCK, TipPhase.SLIP} <= set(truth.phase)
-    found = read(stage, truth, [1e-6, 1e-6, 1e-7])
-    assert found.status[0] == "lock"
-    assert largest - 1e-3 < found.low[0] <= largest
-
-
 @pytest.mark.parametrize("angle", [0.1, -0.1])
 def test_a_tip_sticks_past_the_lock_from_the_largest_demand_along_the_stage_on(angle):
     """However little less friction there is, and however short the way on which it is less."""
@@ -298,40 +220,31 @@ def test_a_tip_sticks_past_the_lock_from_the_largest_demand_along_the_stage_on(a
         assert (TipPhase.SLIP in found.phase) == slips
 
 
-@pytest.mark.parametrize("turns", [["0.3"], ["1.1", "0.8"]])
-@pytest.mark.parametrize("last", [-400.0, 400.0])
-def test_how_far_the_next_step_goes_does_not_matter(turns, last):
-    """The tip sticks, slips or swings aside as on a level stage, on a way of many rods, too."""
-    response = respond(THETA, ETA)
-    stage = ObliqueStage(heights=heights(), eta=ETA, angle=1e-9)
-    surface = surfaces.patches([0.0, 0.42], [0.9, response.mu_lock * (1.0 - 1e-8)])
-    positions = np.append(path("0.02", turns), last)
-    level = simulate(response, surface, positions)
-    found = simulate_oblique(stage, surface, positions)
-    assert found.outcome is level.outcome is Outcome.COMPLETE
-    assert (found.phase == level.phase).all() and (found.side == level.side).all()
-    assert (found.period == level.period).all()
-    assert found.contact == pytest.approx(level.contact, abs=1e-6)
-    assert found.reactions == pytest.approx(level.reactions, abs=1e-5)
-
-
 @pytest.mark.slow
 def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_point():
     near = respond_over(3.0, 0.85, 0.849, 0.85, contact="line")
     stage = ObliqueStage(heights=near, eta=0.85, angle=1e-6)
     positions = path("0.01", ["0.85"])
-    found = simulate_oblique(stage, surfaces.constant(0.9), positions)
+    found = simulate(stage, surfaces.constant(0.9), positions)
     level = simulate(respond(3.0, 0.85, "line"), surfaces.constant(0.9), positions)
     assert (found.phase == level.phase).all() and found.period[-1] > 1
     (swing,) = np.flatnonzero(found.phase == TipPhase.SWING)
     assert found.contact[swing] < found.contact[swing - 1] - 0.01
     assert found.contact == pytest.approx(level.contact, abs=1e-4)
     assert found.reactions == pytest.approx(level.reactions, abs=1e-3)
-    steep = replace(stage, angle=0.001)
-    truth = simulate_oblique(steep, surfaces.constant(0.9), path("0.001", ["0.85"]))
-    periods = read(steep, truth, [1e-5, 1e-5, 1e-6])
-    # What follows the swing is not read, and said so.
-    (swing,) = np.flatnonzero(truth.phase == TipPhase.SWING)
-    assert periods.last[-1] < swing and periods.status[-1] == "lock"
-    assert any("swings aside" in note for note in periods.notes)
-    assert periods.contact == pytest.approx(truth.contact[periods.last], abs=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("angle", ["3 deg", "-3 deg"])
+def test_friction_is_read_at_the_height_of_each_period(angle):
+    whisker = Whisker.read(THETA, ETA, stage_angle=angle)
+    surface = surfaces.random(1, 0.3, 0.04, 0.02)
+    signals = scan(whisker, surface, step="0.0005", to=["0.3", "0.1"])
+    found = identify(whisker, signals.to_pandas(), noise="1e-6, 1e-6, 1e-7", assume=False)
+    slip = found.periods.status == "slip"
+    assert slip.sum() > 20 and len(slip) == signals.truth.period[-1]
+    ends = found.periods.last[slip]
+    assert found.periods.contact[slip] == pytest.approx(signals.truth.contact[ends], abs=1e-6)
+    error = found.periods.mu0[slip] - signals.truth.mu0[ends]
+    assert (np.abs(error) < 2.0 * found.periods.deviation[slip]).all()
+    assert error.std() < 0.006

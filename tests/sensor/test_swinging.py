@@ -93,34 +93,6 @@ def test_on_any_surface_it_is_the_mirror_image_of_a_tip_that_is_pulled_back(resp
     assert result.mu0 == pytest.approx(patched(result.contact))
 
 
-def test_the_friction_at_the_trailing_tip_decides_how_far_it_is_dragged(response):
-    surface = surfaces.patches([0.0, 0.6], [0.9, 0.3])
-    result = simulate(response, surface, path("1e-4", ["1.2"]))
-    at = np.flatnonzero(result.phase == TipPhase.SLIP)
-    lengths, mu0 = np.diff(result.clamp[at]), result.mu0[at[:-1]]
-    assert set(mu0) == {0.9, 0.3}
-    for friction in (0.9, 0.3):
-        # A period ends with the first step beyond its last sticking state.
-        excess = lengths[mu0 == friction] + response.pull_limit(friction)
-        assert excess.min() > 0.0 and excess.max() <= 1e-4 + 1e-12
-
-
-def test_a_scan_is_the_same_anywhere(response):
-    forth = path("0.0009", ["0.9"])
-
-    def scanned(at):
-        return simulate(
-            response, surfaces.patches([at, at + 0.5], [0.9, 0.4]), forth + at, "energy"
-        )
-
-    here = scanned(0.0)
-    for at in (128.0, -128.0):
-        there = scanned(at)
-        assert (here.phase == there.phase).all() and (here.side == there.side).all()
-        assert there.contact - at == pytest.approx(here.contact, abs=1e-9)
-        assert there.reactions == pytest.approx(here.reactions, abs=1e-7)
-
-
 def test_a_stage_that_turns_back_swings_the_rod_back(response):
     result = simulate(response, surfaces.constant(0.9), path("0.001", ["0.7", "0.1"]))
     assert (result.phase == TipPhase.SWING).sum() == 2 and result.period[-1] == 1
@@ -135,12 +107,6 @@ def test_a_long_step_swings_and_slips_at_once(response):
     assert result.side.tolist() == ["ahead", "ahead", "behind", "behind"]
     assert result.x0 == pytest.approx([0.0, 0.4, 0.0, 0.001]) and result.period[-1] == 2
     assert (np.signbit(result.x0) == [False] * 4).all()
-
-
-def test_a_strip_and_a_rod_whose_pulled_states_are_not_known_lock():
-    for response in (respond(2.0, 0.85, section="planar"), respond(2.0, 0.85, pull=False)):
-        result = simulate(response, surfaces.constant(0.9), path("0.01", ["3"]))
-        assert result.outcome is Outcome.LOCK and set(result.side) == {TipSide.AHEAD}
 
 
 def test_signals_and_the_command_go_on_past_the_swing(tmp_path):

@@ -28,7 +28,7 @@ from vibrissa.sticking.curve import StickingCurve
 
 if TYPE_CHECKING:
     from vibrissa.sensor.response.branch import Response
-    from vibrissa.sensor.simulation.oblique import ObliqueStage
+    from vibrissa.sensor.stage import ObliqueStage
 
 # Told what is being done, how much of it is done, and how much there is to do.
 Progress = Callable[[str, int, int], None]
@@ -248,7 +248,7 @@ class Whisker:
             If the rod has no response at its height.
         """
         from vibrissa.sensor.response.height_range import respond_over
-        from vibrissa.sensor.simulation.oblique import ObliqueStage
+        from vibrissa.sensor.stage import ObliqueStage
 
         angle = self.mounting.stage_angle
         reached = self.eta - np.append(positions, 0.0) * np.sin(angle)

@@ -17,7 +17,6 @@ from vibrissa.sensor.identification.misfit.goodness import Goodness
 from vibrissa.sensor.identification.recording import MIRROR, noise_of
 from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.simulation.oblique import simulate_oblique
 from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
@@ -142,7 +141,7 @@ def test_another_rod_is_found_and_by_how_much(name):
 def test_an_inclined_surface_is_found_and_by_how_much():
     whisker = replace(GIVEN, mounting=Mounting(stage_angle=np.deg2rad(0.5)))
     stage = whisker.stage(POSITIONS, backward=False)
-    truth = simulate_oblique(stage, surfaces.random(1, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
+    truth = simulate(stage, surfaces.random(1, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
     recording = recording_of(truth.clamp, measured(truth.reactions, [1, 2]))
     cause = identify(GIVEN, recording, noise=NOISE, assume=False).periods.causes[0]
     assert cause.name == "stage_angle"

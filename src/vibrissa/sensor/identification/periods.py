@@ -17,7 +17,7 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, Index, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.recording import MOMENT, Recording
 from vibrissa.sensor.response.branch import Branch
-from vibrissa.sensor.simulation.oblique import ObliqueStage
+from vibrissa.sensor.stage import ObliqueStage
 
 # States of a rod by the position of its clamp, on a stage along the surface or an oblique one.
 Placed = Branch | ObliqueStage

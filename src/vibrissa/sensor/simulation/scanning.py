@@ -1,32 +1,30 @@
 """A scan: the clamp moves in steps over a surface, and the tip sticks and slips behind it.
 
-While the tip sticks, the state is the point of the rod's response at x0 = X − x_c + x1_init, with
-the clamp at X and the contact point at x_c; μ0 is the friction at x_c. At the first step at which
-|tan α| > μ0 the tip slips while the clamp rests. The slip law determines where the slip ends.
-
-A self-locking tip sticks until a round rod swings aside. Then the tip is behind the clamp, and the
-states are mirror images: that at x0 has the reactions of the response at −x0, fx and m with the
-opposite sign.
+While the tip sticks, its state follows from the positions of clamp and tip (`sensor.stage`). At the
+first step at which |tan α| > μ0 the tip slips while the clamp rests; the slip law determines where
+the slip ends. A self-locking tip sticks until a round rod swings aside. Then the tip is behind the
+clamp, and the states are mirror images: fx and m have the opposite sign.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from enum import StrEnum
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from vibrissa.decimals import exact
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.steps import passes, step_position
-from vibrissa.outcomes import End
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.simulation.slips import SlipLaw, Slips
+from vibrissa.sensor.simulation.tip import Exit, Tip
+from vibrissa.sensor.stage import LevelStage, ObliqueStage
 from vibrissa.sensor.surfaces import Surface
 
 # More steps than these fill the memory.
@@ -57,15 +55,7 @@ class TipPhase(StrEnum):
 
 
 class TipSide(StrEnum):
-    """Where the tip is, seen from the clamp along the surface.
-
-    Attributes
-    ----------
-    AHEAD
-        On the side on which it began: a clamp that moves forward pushes it.
-    BEHIND
-        On the other: a clamp that moves forward drags it.
-    """
+    """Where the tip is: ahead of the clamp, as at the beginning, or dragged behind it."""
 
     AHEAD = "ahead"
     BEHIND = "behind"
@@ -79,8 +69,8 @@ class Outcome(StrEnum):
     COMPLETE
         At the end of the path.
     LOCK
-        The tip locked and was pushed on until it could not stick any more: the rod snaps through,
-        slips back, or its shape is not admissible. A rod that swings aside goes on.
+        The tip locked, and was pushed on until it could not stick any more. A rod that swings aside
+        goes on.
     LOST
         A slip left the states that are known here: it passed α = 0, and a pushed tip lifted off
         the surface, or a pulled tip reached the end of pushing.
@@ -118,10 +108,8 @@ class SurfaceScan(Batch):
         Static friction at the contact point.
     period : ndarray of int, shape (n,)
         Number of the period of sticking, from 1. A period begins at the step of the slip before it.
-    phase : ndarray of str, shape (n,)
-        One `TipPhase` for each step.
-    side : ndarray of str, shape (n,)
-        One `TipSide` for each step.
+    phase, side : ndarray of str, shape (n,)
+        One `TipPhase` and one `TipSide` for each step.
     """
 
     outcome: Outcome
@@ -180,39 +168,40 @@ def path(
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Start:
-    """How a part of a scan begins: at the step `begin`, on one side of the clamp, at `rest`.
-
-    On the side −1, behind the clamp, displacements are those of the mirror image. Without a slip
-    the tip goes on sticking, with the friction `mu0`.
-    """
-
-    begin: int = 0
-    side: int = 1
-    rest: float = 0.0
-    slipped: bool = True
-    mu0: float = np.nan
-
-
-@dataclass(frozen=True, kw_only=True)
 class _Part:
-    """Sticking on one side of the clamp, from the step `start.begin` to before the step `end`.
+    """Sticking of one tip on one side of the clamp, from the step `begin` to before the step `end`.
 
-    The step `end` would bring x0 to `beyond`, out of its limits, if `below` then below the lower
-    one: the tip was pulled. At the end of the path `beyond` is NaN.
+    Without a slip before it, the tip had stuck already and the rod has swung aside. Sticking ends
+    with the clamp at `until` (L), as `exit` gives way; at the end of the path there is none.
     """
 
-    start: _Start
+    tip: Tip
+    begin: int
+    slipped: bool
     end: int
-    contact: float
-    mu0: float
-    beyond: float
-    below: bool
-    locks: bool
+    until: float
+    exit: Exit | None
+
+    @property
+    def locked(self) -> bool:
+        """Whether the tip was pushed on beyond the lock until it could not stick any more."""
+        states, x0 = self.tip.stage.states(self.until, self.tip.contact, self.tip.side)
+        past = bool(x0 > states.x0_lock)
+        return self.exit is Exit.END or (self.exit is Exit.BACKWARD and past)
+
+    @property
+    def swung_contact(self) -> float:
+        """Where the tip is when the rod has swung aside (L).
+
+        Where it was, unless the rod lies on the surface: its tail turns about the contact point.
+        """
+        tip = self.tip
+        states, x0 = tip.stage.states(self.until, tip.contact, tip.side)
+        return float(tip.stage.along(self.until) + tip.side * (x0 - states.x1_init))
 
 
 def simulate(
-    response: Response,
+    rod: Response | ObliqueStage,
     surface: Surface,
     positions: FloatArray,
     law: SlipLaw | str = SlipLaw.FREE,
@@ -223,10 +212,11 @@ def simulate(
 
     Parameters
     ----------
-    response : Response
+    rod : Response or ObliqueStage
+        The rod on a level stage, or on an oblique one.
     surface : Surface
     positions : ndarray
-        Clamp positions (L), as from `path`; the scan begins in the α = 0 state.
+        Clamp positions along the stage (L), as from `path`; the scan begins in the α = 0 state.
     law : SlipLaw or str
     kinetic_ratio : float
         Both as in `vibrissa.sensor.scan`.
@@ -236,6 +226,7 @@ def simulate(
     Returns
     -------
     SurfaceScan
+        Up to where the tip sticks no more, or the height is not known any more.
 
     Raises
     ------
@@ -244,109 +235,153 @@ def simulate(
         the tip comes to where the surface is not known.
     """
     positions = np.asarray(positions, dtype=float)
-    if response.x0_pull == 0.0 and (np.diff(positions) < 0.0).any():
+    _check_backward(rod, positions)
+    stage = LevelStage(response=rod) if isinstance(rod, Response) else rod
+    slips = partial(Slips, surface=surface, law=chosen(SlipLaw, law, "law"), ratio=kinetic_ratio)
+    slips(response=stage.branch(0.0))  # refuses an impossible ratio
+    known, outcome, end = _known(stage, positions, surface.told)
+    parts: list[_Part] = []
+    begin, at, slipped = 0, float(positions[0]), True
+    tip = _tip(stage, surface, stage.x1_init + float(stage.along(at)), 1)
+    while True:
+        part = _part(tip, positions[:known], begin, at, slipped)
+        parts.append(part)
+        progress(part.end)
+        if part.exit is None:
+            break
+        begin, slipped = part.end, not part.locked
+        if slipped:
+            at = float(positions[begin])
+            contact = _slid(tip, at, slips(response=stage.branch(at)))
+            if np.isnan(contact):
+                outcome, end = Outcome.LOST, _lost(part, at, surface.told)
+                break
+            tip = _tip(stage, surface, contact, tip.side)
+        elif part.exit is Exit.END and stage.swings:
+            at = part.until
+            tip = Tip(stage=stage, contact=part.swung_contact, mu0=tip.mu0, side=-tip.side)
+        else:
+            outcome = Outcome.LOCK
+            end = _locked(part, float(positions[begin - 1]), surface.told)
+            break
+    message = "; ".join(filter(None, (_swings(parts, positions, surface.told), end)))
+    return _assembled(stage, positions, parts, outcome, message)
+
+
+def _check_backward(rod: Response | ObliqueStage, positions: FloatArray) -> None:
+    forward_only = isinstance(rod, Response) and rod.x0_pull == 0.0
+    if forward_only and (np.diff(positions) < 0.0).any():
         raise ArgumentError(
             "this path goes backward, but the response was solved for forward motion only"
         )
-    slips = Slips(
-        response=response, surface=surface, law=chosen(SlipLaw, law, "law"), ratio=kinetic_ratio
-    )
-    parts: list[_Part] = []
-    start, outcome, end = _Start(), Outcome.COMPLETE, ""
-    while True:
-        part = _part(response, surface, positions, start)
-        parts.append(part)
-        progress(part.end)
-        if part.end == len(positions):
+
+
+def _known(
+    stage: LevelStage | ObliqueStage, positions: FloatArray, told: Callable[[float], str]
+) -> tuple[int, Outcome, str]:
+    """Count the steps at which the height is known, and say why the next one is not."""
+    if isinstance(stage, LevelStage):
+        return len(positions), Outcome.COMPLETE, ""
+    height, heights = stage.height(positions), stage.heights
+    for out, outcome, reason in (
+        (passes(-height, -heights.low), Outcome.NEAR, heights.below),
+        (passes(height, heights.high), Outcome.AWAY, heights.above),
+    ):
+        if out.any():
+            first = int(np.argmax(out))
+            message = (
+                f"the stage takes the clamp at {told(float(positions[first]))} to the height "
+                f"{told(float(height[first]))}: {reason}"
+            )
+            return first, outcome, message
+    return len(positions), Outcome.COMPLETE, ""
+
+
+def _tip(stage: LevelStage | ObliqueStage, surface: Surface, contact: float, side: int) -> Tip:
+    """Rest a tip on the surface."""
+    return Tip(stage=stage, contact=contact, mu0=float(surface(contact)), side=side)
+
+
+def _slid(tip: Tip, clamp: float, slips: Slips) -> float:
+    """Find where the tip is after its slip (L); NaN if it leaves the states that are known."""
+    _, x0 = tip.stage.states(clamp, tip.contact, tip.side)
+    along = float(tip.stage.along(clamp))
+    return slips.response.contact(along, slips.rest(along, float(x0), tip.side), tip.side)
+
+
+def _part(tip: Tip, positions: FloatArray, begin: int, clamp: float, slipped: bool) -> _Part:
+    """Follow the tip, which sticks with the clamp at `clamp`, to where it cannot."""
+    rest = positions[begin:]
+    low, high = tip.interval(clamp, float(rest.min()), float(rest.max()))
+    end, until = len(positions), np.nan
+    # A tip that has just slipped rests; one whose rod has swung aside may have to slip at once.
+    for first in range(begin + int(slipped), len(positions), BLOCK):
+        some = positions[first : first + BLOCK]
+        out = np.flatnonzero(passes(some, high) | passes(-some, -low))
+        if len(out):
+            end = first + int(out[0])
+            until = high if positions[end] > high else low
             break
-        clamp = float(positions[part.end])
-        if part.locks and not part.below:
-            if not response.swings:
-                outcome = Outcome.LOCK
-                end = _locked(response, part, float(positions[part.end - 1]), surface.told)
-                break
-            start = _swung(response, part)
-            continue
-        rest = slips.rest(clamp, part.beyond, part.start.side)
-        if np.isnan(rest):
-            outcome, end = Outcome.LOST, _lost(part, clamp, surface.told)
-            break
-        start = _Start(begin=part.end, side=part.start.side, rest=rest)
-    said = (_swings(response, parts, positions, surface.told), end)
-    return _assembled(response, positions, parts, outcome, "; ".join(filter(None, said)))
-
-
-def _swung(response: Response, part: _Part) -> _Start:
-    """Go on with the same contact on the other side of the clamp."""
-    return _Start(
-        begin=part.end,
-        side=-part.start.side,
-        rest=2.0 * response.x0_end - part.beyond,
-        slipped=False,
-        mu0=part.mu0,
+    return _Part(
+        tip=tip,
+        begin=begin,
+        slipped=slipped,
+        end=end,
+        until=until,
+        exit=None if np.isnan(until) else tip.exit(until),
     )
 
 
-def _swings(
-    response: Response,
-    parts: Sequence[_Part],
-    positions: FloatArray,
-    told: Callable[[float], str],
-) -> str:
+def _swings(parts: Sequence[_Part], positions: FloatArray, told: Callable[[float], str]) -> str:
     """Say where the rod swings aside first; empty if it does not."""
     for part, after in pairwise(parts):
-        if not after.start.slipped:
+        if not after.slipped:
             return (
-                f"the tip locks at x = {told(part.contact)}, where mu0 = {part.mu0:.6g} is above "
-                f"mu_lock = {response.curve.mu_lock:.6g}; with the clamp at "
-                f"{told(float(positions[part.end]))} the rod swings aside, and its tip is dragged "
-                "behind"
+                f"{_locks(part, told)}; with the clamp at {told(float(positions[part.end]))} the "
+                "rod swings aside, and its tip is dragged behind"
             )
     return ""
 
 
-def _locked(response: Response, part: _Part, clamp: float, told: Callable[[float], str]) -> str:
-    if response.curve.end is not End.SWINGS_ASIDE:
-        then = "pushed on, it cannot stick further"
-    elif response.curve.mounting == IDEAL:
-        then = "the rod swings aside there; what follows is not known, nor where its tip is pulled"
-    else:
-        then = "the rod swings aside there; what follows is computed in the ideal mounting alone"
+def _locks(part: _Part, told: Callable[[float], str]) -> str:
+    tip = part.tip
     return (
-        f"the tip locks at x = {told(part.contact)}, where mu0 = {part.mu0:.6g} is above "
-        f"mu_lock = {response.curve.mu_lock:.6g}; it sticks up to the clamp at {told(clamp)}: "
-        f"{then}"
+        f"the tip locks at x = {told(tip.contact)}, where mu0 = {tip.mu0:.6g} and "
+        f"mu_lock = {tip.stage.branch(part.until).mu_lock:.6g}"
+    )
+
+
+def _locked(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
+    return (
+        f"{_locks(part, told)}; pushed on, it sticks up to the clamp at {told(clamp)}, and what "
+        "follows is not computed"
     )
 
 
 def _lost(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
-    where = "the rod is pushed through" if part.below else "the tip lifts off the surface"
+    pulled = part.exit in (Exit.BACKWARD, Exit.PULL)
+    where = "the rod is pushed through" if pulled else "the tip lifts off the surface"
     return (
-        f"the slip from x = {told(part.contact)}, with the clamp at {told(clamp)}, "
-        f"has so much energy that {where}"
+        f"the slip from x = {told(part.tip.contact)}, with the clamp at {told(clamp)}, has so much "
+        f"energy that {where}"
     )
 
 
 def _assembled(
-    response: Response,
+    stage: LevelStage | ObliqueStage,
     positions: FloatArray,
     parts: Sequence[_Part],
     outcome: Outcome,
     message: str,
 ) -> SurfaceScan:
     """Put the parts together, one row for each step."""
-    starts = [part.start for part in parts]
-    begins = np.array([start.begin for start in starts])
-    slipped = np.array([start.slipped for start in starts])
+    begins = np.array([part.begin for part in parts])
+    slipped = np.array([part.slipped for part in parts])
     counts = np.array([part.end for part in parts]) - begins
     clamp = positions[: counts.sum()]
-
-    def spread(values: Sequence[float]) -> FloatArray:
-        return np.repeat(np.array(values, dtype=float), counts)
-
-    side = spread([start.side for start in starts])
-    moved = clamp - np.repeat(positions[begins], counts)
-    x0 = side * moved + spread([start.rest for start in starts])
+    contact = np.repeat([part.tip.contact for part in parts], counts)
+    side = np.repeat([part.tip.side for part in parts], counts)
+    states, x0 = stage.states(clamp, contact, side)
     # A rod that swings aside and slips within one step leaves a part without rows.
     later = (begins > 0) & (counts > 0)
     slip, swing = np.zeros((2, len(clamp)), dtype=bool)
@@ -356,41 +391,15 @@ def _assembled(
         outcome=outcome,
         message=message,
         clamp=clamp,
-        contact=spread([part.contact for part in parts]),
+        contact=contact,
         x0=side * x0 + 0.0,  # no −0
-        reactions=response(x0) * np.stack([side, np.ones(len(side)), side], axis=1),
-        mu0=spread([part.mu0 for part in parts]),
+        reactions=states(states.clip(x0)) * np.stack([side, np.ones(len(side)), side], axis=1),
+        mu0=np.repeat([part.tip.mu0 for part in parts], counts),
         period=np.repeat(np.cumsum(slipped), counts),
         phase=np.select(
-            [slip, swing, x0 > response.x0_lock],
+            [slip, swing, x0 > states.x0_lock],
             [TipPhase.SLIP, TipPhase.SWING, TipPhase.LOCK],
             TipPhase.STICK,
         ),
-        side=np.where(side == 1.0, TipSide.AHEAD, TipSide.BEHIND),
-    )
-
-
-def _part(response: Response, surface: Surface, positions: FloatArray, start: _Start) -> _Part:
-    """Follow the tip until it leaves what it can stick to on this side."""
-    begin, side = start.begin, start.side
-    contact = float(response.contact(positions[begin], start.rest, side))
-    mu0 = float(surface(contact)) if start.slipped else start.mu0
-    low = response.pull_limit(mu0)
-    high, locks = response.push_limit(mu0)
-    end, beyond = len(positions), np.nan
-    # A tip that has just slipped rests; one whose rod has swung aside may have to slip at once.
-    for first in range(begin + int(start.slipped), len(positions), BLOCK):
-        x0 = side * (positions[first : first + BLOCK] - positions[begin]) + start.rest
-        out = np.flatnonzero(passes(x0, high) | passes(-x0, -low))
-        if len(out):
-            end, beyond = first + int(out[0]), float(x0[out[0]])
-            break
-    return _Part(
-        start=start,
-        end=end,
-        contact=contact,
-        mu0=mu0,
-        beyond=beyond,
-        below=beyond < low,
-        locks=locks,
+        side=np.where(side == 1, TipSide.AHEAD, TipSide.BEHIND),
     )

@@ -11,7 +11,6 @@ from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.simulation.oblique import simulate_oblique
 from vibrissa.sensor.simulation.scanning import SurfaceScan, TipPhase, TipSide, path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
 from vibrissa.sensor.surfaces import Surface
@@ -126,12 +125,15 @@ def scan(
     # pulled, too: that is not known before.
     backward = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
     told = partial(progress, "scanning")
-    told_surface = replace(surface, units=units)
-    how = (told_surface, positions, law, kinetic_ratio, lambda done: told(done, len(positions)))
-    if whisker.mounting.stage_angle:
-        truth = simulate_oblique(whisker.stage(positions, backward, progress), *how)
-    else:
-        truth = simulate(whisker.response(backward), *how)
+    oblique = whisker.mounting.stage_angle != 0.0
+    truth = simulate(
+        whisker.stage(positions, backward, progress) if oblique else whisker.response(backward),
+        replace(surface, units=units),
+        positions,
+        law,
+        kinetic_ratio,
+        lambda done: told(done, len(positions)),
+    )
     readings = truth.reactions * units.channels
     if sensor is not None:
         readings = sensor.measured(readings, np.random.default_rng([seed, 1]))

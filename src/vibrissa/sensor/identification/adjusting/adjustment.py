@@ -41,7 +41,7 @@ from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.response.branch import Branch
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST
-from vibrissa.sensor.simulation.oblique import ObliqueStage
+from vibrissa.sensor.stage import ObliqueStage
 from vibrissa.sensor.whisker import Whisker
 
 # Most steps, after how many the derivatives are told anew, and when they end: a step of this part

@@ -17,7 +17,7 @@ from vibrissa.sensor.identification.periods import JUMP, Channels, located
 from vibrissa.sensor.identification.preparing.settling import LONG, Told, settled
 from vibrissa.sensor.identification.recording import Recording, check_size, left_out, noise_of
 from vibrissa.sensor.identification.setup import Setup
-from vibrissa.sensor.simulation.oblique import ObliqueStage
+from vibrissa.sensor.stage import ObliqueStage
 from vibrissa.sensor.transducer import Transducer
 from vibrissa.sensor.whisker import Progress, Whisker
 

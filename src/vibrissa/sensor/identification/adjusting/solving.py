@@ -19,7 +19,7 @@ from vibrissa.sensor.identification.periods import Placed
 from vibrissa.sensor.response.branch import Response, responses
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange
 from vibrissa.sensor.response.heights import Heights
-from vibrissa.sensor.simulation.oblique import ObliqueStage
+from vibrissa.sensor.stage import ObliqueStage
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 
 # Heights per part of the range of an oblique stage, and the widest part, of the gap 1 − η (L).
