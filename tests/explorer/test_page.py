@@ -6,12 +6,12 @@ import re
 import subprocess
 import sys
 from dataclasses import asdict
+from pathlib import Path
 
 import pytest
 import yaml
 
 from known import Known
-from validation import explorer_agreement as agreement
 from validation.browser import CHROMIUM
 from vibrissa import Mounting, solve_curve, stick_slip
 from vibrissa.explorer.__main__ import main
@@ -42,7 +42,7 @@ needs_chromium = [
 
 
 def test_presets_are_the_figures_of_the_paper():
-    study = yaml.safe_load((agreement.DOCS.parents[1] / "config.yaml").read_text())
+    study = yaml.safe_load((Path(__file__).parents[2] / "config.yaml").read_text())
     for preset in PAPER:
         name = "fig" + preset.name.partition(":")[0].removeprefix("Figure ")
         figure = study["figures"][name]
