@@ -27,9 +27,10 @@ version = release = vibrissa.__version__
 extensions = [
     "myst_nb",  # Markdown, and notebooks as pages
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "numpydoc",
     "sphinx_copybutton",
-    # In docs/site: equations as MathML, and links from names of code and numbers of equations.
+    # In docs/site: equations as MathML, and links out of docs/ and to equations.
     "mathml",
     "links",
 ]
@@ -39,6 +40,7 @@ myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
 myst_heading_anchors = 4
 # The examples keep their outputs, which a test compares. Pages of the gallery draw anew.
 nb_execution_mode = "off"
+autosummary_generate = False
 
 autodoc_typehints = "none"  # numpydoc's sections say the types
 autodoc_member_order = "bysource"
@@ -48,10 +50,10 @@ numpydoc_xref_param_type = False
 html_theme = "furo"
 html_title = "Vibrissa"
 html_static_path = ["site/static"]
-# As it is: the explorer is a page of its own.
+# Copied as it is: the explorer is a page of its own.
 html_extra_path = ["made/explorer"]
 templates_path = ["site/templates"]
-# As furo has them, and the explorer above the pages.
+# Those of furo, with a link to the explorer above the pages.
 html_sidebars = {
     "**": [
         *("sidebar/brand.html", "sidebar/search.html", "sidebar/scroll-start.html"),

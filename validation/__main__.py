@@ -87,13 +87,7 @@ TASKS = {
     "notebooks": Task(
         scripts("examples/rerun.py"), "run the notebooks of examples/, keep their outputs", "2 min"
     ),
-    "pages": Task(
-        scripts(
-            "docs/architecture.py", "docs/study_file.py", "docs/tables.py", "docs/sensor_tables.py"
-        ),
-        "tables and diagrams of the pages that the code makes",
-        "5 s",
-    ),
+    "pages": Task(scripts("docs/generated.py"), "tables of the pages that the code makes", "5 s"),
     "sketch": Task(scripts("docs/sketch.py"), "draw docs/sketch.svg with the solver", "5 s"),
 }
 

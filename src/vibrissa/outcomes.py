@@ -39,7 +39,7 @@ class End(StrEnum):
         tan α = +μ0: the tip slips against the direction in which the clamp moves.
     SWINGS_ASIDE
         The contact point lies on the clamp's axis: a round rod leaves its plane, and swings round
-        to the other side (docs/aside.md). It then trails behind the clamp until its tip slips. A
+        to the other side (docs/lateral.md). It then trails behind the clamp until its tip slips. A
         naturally curved one leaves its plane elsewhere; where it goes then is not computed.
     SNAPS
         The equilibrium of a rod that cannot leave its plane loses its stability: the branch turns

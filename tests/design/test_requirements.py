@@ -1,8 +1,6 @@
 """Requirements, materials, and how they are read from text."""
 
-import importlib.util
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -127,17 +125,6 @@ def test_without_a_material_everything_is_in_units_of_the_rod():
     assert read.rigidity == read.length[0] == 1.0
     with pytest.raises(ArgumentError, match="modulus must be given"):
         replace(read, length=(0.1, 0.1))
-
-
-@pytest.mark.parametrize("what", ["tolerances", "materials", "transducers"])
-def test_the_tables_of_the_sensor_in_the_docs_are_those_of_the_code(what):
-    # Not? Then run `python -m validation pages`.
-    docs = Path(__file__).parents[2] / "docs"
-    spec = importlib.util.spec_from_file_location("sensor_tables", docs / "sensor_tables.py")
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
-    page = (docs / script.TABLES[what][0]).read_text(encoding="utf-8")
-    assert script.replaced(page, what) == page and page.count(script.TABLES[what][1]()) == 1
 
 
 def test_a_modulus_that_was_measured_leaves_the_yield_stress():

@@ -1,6 +1,5 @@
-"""docs/architecture.md shows the packages as they import one another."""
+"""The changes that docs/architecture.md shows as examples work."""
 
-import importlib.util
 import os
 import re
 import shutil
@@ -12,36 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-spec = importlib.util.spec_from_file_location("architecture", ROOT / "docs/architecture.py")
-architecture = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(architecture)
-
-
-def test_page_fits_the_imports():
-    page = architecture.PAGE.read_text(encoding="utf-8")
-    assert page == architecture.replaced(page), "it is old: run python -m validation pages"
-
-
-def test_every_package_is_shown():
-    packages = {path.parent.name for path in (ROOT / "src/vibrissa").glob("*/__init__.py")}
-    assert packages == set(architecture.package_imports())
-
-
-def test_imports_that_others_imply_are_left_out():
-    imports = {"a": {"b", "c", "d"}, "b": {"c"}, "c": set(), "d": {"c"}}
-    assert architecture.without_detours(imports) == {
-        "a": {"b", "d"},
-        "b": {"c"},
-        "c": set(),
-        "d": {"c"},
-    }
-
-
-def test_an_old_page_is_noticed():
-    page = architecture.PAGE.read_text(encoding="utf-8")
-    old = page.replace("    mechanics --> numerics\n", "")
-    assert old != page and architecture.replaced(old) == page
-
+PAGE = ROOT / "docs/architecture.md"
 
 # What is done with the changed program, by the heading of the example.
 USES = {
@@ -83,7 +53,7 @@ def hunks(example):
 @pytest.mark.slow
 @pytest.mark.parametrize("heading", USES)
 def test_a_change_has_the_places_that_the_page_names(heading, tmp_path):
-    page = architecture.PAGE.read_text(encoding="utf-8")
+    page = PAGE.read_text(encoding="utf-8")
     example = page.partition(f"### {heading}\n")[2].partition("```diff\n")[2].partition("```")[0]
     shutil.copytree(ROOT / "src", tmp_path / "src")
     changed = set()

@@ -117,7 +117,7 @@ def test_a_part_that_does_not_exist_is_refused():
     assert result.stderr.startswith("no such part: reports; there are: bare, rest, slurm, study")
 
 
-@pytest.mark.parametrize("page", ["docs/regression.md"])
+@pytest.mark.parametrize("page", ["docs/ci.md"])
 def test_the_workflow_in_the_docs_gives_the_action_what_it_takes(page):
     texts = re.findall(r"```yaml\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
     (text,) = [text for text in texts if "OWNER/vibrissa" in text]

@@ -1,6 +1,7 @@
 """What README and docs say can be typed, and what they point to is there."""
 
 import re
+import runpy
 import shlex
 from pathlib import Path
 from pkgutil import resolve_name
@@ -15,9 +16,10 @@ import small_study
 from validation.__main__ import TASKS
 from vibrissa.cli.app import app
 from vibrissa.study.reading import parse_study
-from vibrissa.tables import store
+from vibrissa.tables import schemas, store
 
 ROOT = Path(__file__).parents[2]
+GENERATED = runpy.run_path(str(ROOT / "docs/generated.py"))
 PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
     for pattern in ("*.md", "results/*.md", "config/*.md", "docs/*.md")
@@ -112,7 +114,7 @@ def test_make_targets_exist(page):
     makefile = (ROOT / "Makefile").read_text()
     for target in set(re.findall(r"(?:^|`)make ([a-z-]+)", PAGES[page], re.MULTILINE)):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
-    assert set(re.findall(r"python -m validation ([a-z-]+)", PAGES[page])) <= set(TASKS)
+    assert set(re.findall(r"python -m validation ([a-z][a-z-]*)", PAGES[page])) <= set(TASKS)
 
 
 def test_help_names_every_target():
@@ -156,6 +158,19 @@ def test_pages_that_code_names_exist():
         if path.suffix in {".py", ".ipynb", ".yaml", ".smk", ""}:
             for name in re.findall(r"docs/\w+\.\w+", path.read_text(encoding="utf-8")):
                 assert (ROOT / name).exists(), f"{path}: {name}"
+
+
+def test_generated_parts_are_those_of_the_code():
+    for path, text in GENERATED["pages"]().items():
+        remedy = f"{path} is old: run python -m validation pages"
+        assert path.read_text(encoding="utf-8") == text, remedy
+
+
+def test_every_column_has_a_row():
+    parts = GENERATED["parts"]()
+    for table, schema in schemas.TABLES.items():
+        rows = "".join(parts[f"columns of {name}"][1] for name in ("shared", "state", table))
+        assert [name for name in schema.names if f"`{name}`" not in rows] == []
 
 
 def test_results_folder_says_what_appears_there():

@@ -1,6 +1,5 @@
-"""The schema and the reference page are made from the model, and say what it says."""
+"""The JSON Schema of a study file says what the model says."""
 
-import importlib.util
 from pathlib import Path
 
 import jsonschema
@@ -13,21 +12,6 @@ from vibrissa.study.schema import study_schema
 from vibrissa.tables import schemas
 
 ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="module")
-def made():
-    spec = importlib.util.spec_from_file_location("study_file", ROOT / "docs/study_file.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_the_page_and_the_schema_are_those_of_the_model(made):
-    remedy = "run: python docs/study_file.py"
-    assert made.PAGE.read_text(encoding="utf-8") == made.page(), remedy
-    assert made.CATALOGUE.read_text(encoding="utf-8") == made.catalogue_page(), remedy
-    assert made.SCHEMA.read_text(encoding="utf-8") == made.schema_text(), remedy
 
 
 def test_the_schema_is_one_and_describes_every_key():

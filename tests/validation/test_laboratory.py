@@ -1,7 +1,6 @@
 """Recordings of the bench with mistakes: a few of those of `python -m validation laboratory`."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,29 +19,6 @@ def entry(title, said, seed, method):
     """Score of one recording."""
     _, found = of_entry((TITLES.index(title), said, seed), [Method(method)])
     return found[Method(method)]
-
-
-def cells(line):
-    return [cell.strip() for cell in line.strip("|").split("|")]
-
-
-def test_the_plan_of_an_experiment_has_the_costs_of_the_table():
-    """What the record has stands a second time, beside how each value is measured."""
-    root = Path(__file__).parents[2]
-    plan = (root / "docs/laboratory.md").read_text(encoding="utf-8")
-    below = (root / "validation/records/costs.md").read_text(encoding="utf-8")
-    after = {}
-    for line in below.partition("| all together")[0].splitlines():
-        if line.startswith("| `"):
-            name, _, both = cells(line)
-            after[name] = both.split(", ")[1]
-    planned = {}
-    for line in plan.splitlines():
-        if line.startswith("| ") and line[2].isdigit():
-            *_, names, found = cells(line)
-            planned |= dict(zip(names.split(", "), found.replace("*", "").split(", "), strict=True))
-    assert len(planned) == 17
-    assert planned == {name: after[name] for name in planned}
 
 
 @pytest.mark.slow

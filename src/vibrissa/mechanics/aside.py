@@ -29,7 +29,7 @@ def stability_aside(states: RodStates) -> FloatArray:
     """How far each equilibrium is from leaving its plane, with clamp and contact point held fixed.
 
     A planar equilibrium is a minimum of the energy among shapes in space if the second variation
-    (D1) of docs/aside.md is positive for every small rotation ω(s) about axes in the plane that
+    (D1) of docs/lateral.md is positive for every small rotation ω(s) about axes in the plane that
     keeps the contact point in the plane. At a rigid clamp ω(0) = 0. A yielding one turns out of the
     plane by q, which adds (sin γ/γ)·q²/c, where γ is its turn in the plane (D9).
 

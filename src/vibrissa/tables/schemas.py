@@ -1,4 +1,4 @@
-"""The Arrow schema of each table; what each column is stands in the dictionary columns.toml."""
+"""The Arrow schema of each table, made from the data dictionary columns.toml."""
 
 import tomllib
 from importlib.resources import files
@@ -37,14 +37,14 @@ UNKNOWN_MARGINS = {
     "stability_aside": "method shooting, or section planar",
 }
 
-_DICTIONARY = tomllib.loads(
+DICTIONARY = tomllib.loads(
     files("vibrissa.tables").joinpath("columns.toml").read_text(encoding="utf-8")
 )
 
 
 def _column(table: str, name: str) -> pa.Field:
     """Column of a table: its own meaning, or the one that it shares with others."""
-    entry = _DICTIONARY[table].get(name) or _DICTIONARY["shared"][name]
+    entry = DICTIONARY[table].get(name) or DICTIONARY["shared"][name]
     return _field(name, entry)
 
 
@@ -72,7 +72,25 @@ def _state(suffix: str = "", when: str = "", null: str = NO_RESULT) -> list[pa.F
                 "null": f"{null}; or {UNKNOWN_MARGINS[name]}" if name in UNKNOWN_MARGINS else null,
             },
         )
-        for name, entry in _DICTIONARY["state"].items()
+        for name, entry in DICTIONARY["state"].items()
+    ]
+
+
+def _compared(contact: str, when: str) -> list[pa.Field]:
+    """Columns of a point that is solved in one kind of contact."""
+    points, state = DICTIONARY["stiction"], DICTIONARY["state"]
+    onset = {"null": NO_SLIP}
+    columns = {
+        "status": points["status"],
+        "x0_slip": points["x0_slip"],
+        "f_slip": state["f"] | onset,
+        "reaction_m_slip": state["reaction_m"] | onset,
+        "mu_lock": points["mu_lock"],
+        "residual": points["residual"],
+    }
+    return [
+        _field(f"{name}_{contact}", entry | {"description": entry["description"] + when})
+        for name, entry in columns.items()
     ]
 
 
@@ -91,7 +109,7 @@ def _schema(table: str, *columns: str | list[pa.Field]) -> pa.Schema:
 _POINT = " ".join(name for name in AXES if name not in MOUNTING_AXES)
 _MOUNTING = " ".join(MOUNTING_AXES)
 _SHAPE = "shape_s shape_x shape_y shape_phi"
-STATE = tuple(_field(name, entry) for name, entry in _DICTIONARY["state"].items())
+STATE = tuple(_field(name, entry) for name, entry in DICTIONARY["state"].items())
 
 STICTION = _schema(
     "stiction",
@@ -122,13 +140,8 @@ STATES = _schema(
 COMPARISONS = _schema(
     "comparisons",
     "study method comparison theta mu0 eta penetrates",
-    *(
-        " ".join(
-            f"{name}_{contact}"
-            for name in ("status", "x0_slip", "f_slip", "reaction_m_slip", "mu_lock", "residual")
-        )
-        for contact in ("point", "line")
-    ),
+    _compared("point", ", in tip contact"),
+    _compared("line", ", in line contact"),
 )
 CLAIMS = _schema(
     "claims",

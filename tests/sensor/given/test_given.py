@@ -13,7 +13,7 @@ from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.given.rod_file import RodFile, keys_of
-from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances, told
+from vibrissa.sensor.given.tolerances import assumed_tolerances
 from vibrissa.sensor.given.values import Given
 from vibrissa.sensor.quantities import Units
 
@@ -169,22 +169,6 @@ def test_an_option_takes_the_place_of_its_alternative(tmp_path):
     assert with_stiffness.exit_code == 0
     direct = ["solve", "--theta", "2", "--eta", "0.85", "--clamp-compliance", "0.05"]
     assert with_stiffness.stdout == CliRunner().invoke(app, [*direct, "--mu0", "0.3"]).stdout
-
-
-def test_the_page_says_what_is_assumed():
-    page = (ROOT / "docs" / "tolerances.md").read_text(encoding="utf-8")
-    rows = {
-        name: row
-        for row in page.splitlines()
-        if row.count("|") == 5
-        for name in re.findall(r"`(\w+)`", row.split("|")[1])
-    }
-    assert list(rows) == list(TOLERABLE)
-    for name, one in TOLERABLE.items():
-        assert one.assumed.reason in rows[name], name
-        said = rows[name].split("|")[3]
-        size, _ = told(name, one.assumed.size, Units())
-        assert f"{size:.6g} " in said or f"{size:.6g}L" in said, name
 
 
 def test_assumed_tolerances_follow_the_noise_and_the_size_of_the_rod():

@@ -77,7 +77,7 @@ function within(matrix, normal) {
 
 /**
  * Positive where a round rod stays in its plane, zero where it swings aside: the determinant of the
- * second variation (D1) of docs/aside.md among shapes that keep the contact point in the plane.
+ * second variation (D1) of docs/lateral.md among shapes that keep the contact point in the plane.
  *
  * Variables are the roots of the energies of twist and bend at the nodes, and of the clamp's turn. So
  * the elastic energy is a unit matrix.

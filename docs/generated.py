@@ -1,0 +1,219 @@
+"""Bring the generated parts of the pages, and the study file's JSON Schema, in line with the code.
+
+A page holds each part between two marks; `python -m validation pages` replaces the part.
+"""
+
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import grimp
+
+from vibrissa.design.materials import MATERIALS
+from vibrissa.sensor.given.tolerances import TOLERABLE, Tolerable, told
+from vibrissa.sensor.quantities import Units
+from vibrissa.sensor.transducer import PRESETS
+from vibrissa.study.axes import spell_values
+from vibrissa.study.claims import Claims
+from vibrissa.study.figures import KINDS, TABLES
+from vibrissa.study.schema import study_schema
+from vibrissa.tables import schemas
+from vibrissa.tables.frames import Entry, entries
+from vibrissa.wording import markdown_table
+
+DOCS = Path(__file__).parent
+SCHEMA = DOCS.parent / "workflow/schemas/study.schema.json"
+PACKAGE = "vibrissa"
+STATE_SUFFIXES = ("", "_init", "_last", "_slip", "_end", "_trail")
+
+
+def packages() -> str:
+    """Table of the packages and what each imports of the others."""
+    graph = grimp.build_graph(PACKAGE, exclude_type_checking_imports=True, cache_dir=None)
+    names = {name for name in graph.find_children(PACKAGE) if graph.find_children(name)}
+    rows = []
+    for name in sorted(names):
+        imported = {
+            ".".join(other.split(".")[:2])
+            for module in graph.find_descendants(name) | {name}
+            for other in graph.find_modules_directly_imported_by(module)
+        }
+        others = sorted(other.split(".")[1] for other in imported & names - {name})
+        purpose = (import_module(name).__doc__ or "").partition("\n")[0]
+        rows.append((f"`{name.split('.')[1]}`", purpose, ", ".join(others)))
+    return markdown_table(("package", "what it is for", "imports"), rows)
+
+
+def section_keys(name: str, known: dict[str, Any] | None = None) -> str:
+    """Table of the keys of a section of the study file, without those that are known already."""
+    schema = study_schema()
+    part = schema["$defs"][name] if name else schema
+    rows = []
+    for key, value in part["properties"].items():
+        if known and known.get(key) == value:
+            continue
+        default = value.get("default")
+        shown = "" if default in (None, "", {}) else f"`{json.dumps(default)}`"
+        needed = "required" if key in part.get("required", ()) else shown
+        rows.append((f"`{key}`", value["description"], needed))
+    return markdown_table(("key", "what it is", "default"), rows)
+
+
+def grid_keys() -> dict[str, Any]:
+    """Keys of a grid, which scans and comparisons share."""
+    return study_schema()["$defs"]["GridSection"]["properties"]
+
+
+def figure_kinds() -> str:
+    """Table of the kinds of figures."""
+    rows = [
+        (
+            f"`{name}`",
+            kind.shows,
+            f"`{kind.source}` (table `{TABLES[kind.source]}`)",
+            ", ".join(f"`{key}`" for key in (*kind.required, *kind.single)),
+        )
+        for name, kind in KINDS.items()
+    ]
+    return markdown_table(("kind", "what it shows", "drawn from", "further keys"), rows)
+
+
+def claims() -> str:
+    """Table of the data by which the paper's statements are judged."""
+    rows = []
+    for key, value in study_schema()["$defs"]["Claims"]["properties"].items():
+        needs = [
+            f"{axis} = {spell_values(values)}{' only' * (axis in Claims.setup)}"
+            for axis, values in Claims.needed[key].items()
+        ]
+        rows.append((f"`{key}`", value["description"], "; ".join(needs)))
+    return markdown_table(("key", "what it is", "values that the data need"), rows)
+
+
+def column(entry: Entry, names: str = "") -> tuple[str, ...]:
+    """Row of a column: what it is stands second, its unit third."""
+    # The columns of both kinds of contact are one row.
+    description = entry.description.removesuffix(", in tip contact")
+    meaning = f"{description}; {entry.equation}" if entry.equation else description
+    values = entry.range if entry.type == "number" else f"{entry.type}: {entry.range}"
+    return names or f"`{entry.name}`", meaning, entry.unit, values.removesuffix(": "), entry.null
+
+
+def columns(table: str) -> str:
+    """Table of the columns that a table of a study has for itself, or that all tables share."""
+    head = ("column", "what it is", "unit", "values", "null means")
+    if table == "state":
+        rows = [
+            column(entry, ", ".join(f"`{entry.name}{suffix}`" for suffix in STATE_SUFFIXES))
+            for entry in entries(schemas.STATE)
+        ]
+        return markdown_table(head, rows)
+    shared, state = schemas.DICTIONARY["shared"], schemas.DICTIONARY["state"]
+    known = {f"{name}{suffix}" for name in state for suffix in STATE_SUFFIXES}
+    if table == "shared":
+        found = {
+            entry.name: entry
+            for schema in schemas.TABLES.values()
+            for entry in entries(schema)
+            if entry.name in shared
+        }
+        return markdown_table(head, [column(found[name]) for name in shared])
+    own = schemas.DICTIONARY[table]
+    rows = []
+    for entry in entries(schemas.TABLES[table]):
+        if entry.name.endswith("_point"):
+            both = f"`{entry.name}`, `{entry.name.removesuffix('_point')}_line`"
+            rows.append(column(entry, both))
+        elif entry.name in own or entry.name not in shared.keys() | known:
+            if not entry.name.endswith("_line"):
+                rows.append(column(entry))
+    return markdown_table(head, rows)
+
+
+def tolerances() -> str:
+    """Table of the tolerances and what is assumed of each."""
+
+    def assumed(name: str, one: Tolerable) -> str:
+        if one.assumed.of_noise:
+            return f"{one.assumed.size:g} deviations of the noise"
+        size, unit = told(name, one.assumed.size, Units())
+        own = f"{size:.6g} {unit}".strip()
+        return f"{1e3 * one.assumed.si:g} mm, or {own}" if one.assumed.si else own
+
+    rows = [
+        (f"`{name}`", one.what, assumed(name, one), one.assumed.reason)
+        for name, one in TOLERABLE.items()
+    ]
+    return markdown_table(("name", "of", "assumed", "source or reason"), rows)
+
+
+def materials() -> str:
+    """Table of the materials."""
+    rows = [
+        (
+            f"`{name}`",
+            f"{one.modulus / 1e9:.4g}",
+            f"{one.yield_strain:.2%}",
+            f"{one.density:g}",
+            f"{one.name}. {one.source}",
+        )
+        for name, one in MATERIALS.items()
+    ]
+    head = ("preset", "E / GPa", "yield strain", "density / kg/m³", "what it is, and source")
+    return markdown_table(head, rows)
+
+
+def transducers() -> str:
+    """Table of the transducers."""
+    rows = []
+    for name, one in PRESETS.items():
+        x, y, z = one.noise
+        limit = "{:g} N, {:g} N, {:g} N·m".format(*one.limit)
+        noise = f"{1e3 * x:.3g} mN, {1e3 * y:.3g} mN, {1e3 * z:.3g} N·mm"
+        rows.append((f"`{name}`", limit, noise, one.source))
+    head = ("preset", "largest force_x, force_y, moment_z", "noise", "source")
+    return markdown_table(head, rows)
+
+
+def parts() -> dict[str, tuple[str, str]]:
+    """Page and text of each generated part, by its name."""
+    shared = grid_keys()
+    return {
+        "packages": ("architecture", packages()),
+        "study": ("study_file", section_keys("")),
+        "grids": ("study_file", section_keys("GridSection")),
+        "scans": ("study_file", section_keys("ScanSection", shared)),
+        "states": ("study_file", section_keys("StateSection")),
+        "figures": ("study_file", figure_kinds()),
+        "claims": ("study_file", claims()),
+        **{
+            f"columns of {name}": ("tables", columns(name))
+            for name in ("shared", "state", *schemas.TABLES)
+        },
+        "tolerances": ("friction", tolerances()),
+        "materials": ("design", materials()),
+        "transducers": ("simulate", transducers()),
+    }
+
+
+def pages() -> dict[Path, str]:
+    """Text that each page should have, and the schema."""
+    texts = {SCHEMA: json.dumps(study_schema(), indent=2) + "\n"}
+    for name, (page, text) in parts().items():
+        path = DOCS / f"{page}.md"
+        begin, end = (
+            f"<!-- {name}: made by python -m validation pages -->\n",
+            f"<!-- end of {name} -->",
+        )
+        old = texts.get(path) or path.read_text(encoding="utf-8")
+        before, mark, rest = old.partition(begin)
+        if not mark or end not in rest:
+            raise ValueError(f"{path} has no place for {name}: {begin}{end}")
+        texts[path] = f"{before}{begin}{text}\n{end}{rest.partition(end)[2]}"
+    return texts
+
+
+if __name__ == "__main__":
+    for path, text in pages().items():
+        path.write_text(text, encoding="utf-8")
