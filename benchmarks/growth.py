@@ -1,9 +1,8 @@
 """Run studies of growing size through the whole workflow: time, memory and size of the tables.
 
 A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
-0.45), run from an empty results folder. --record adds it to
-validation/records/growth.csv, with what other sizes took before, and draws docs/growth.png. 10⁷
-points need 4 GB of disk in TMPDIR, 10⁸ need 30 GB.
+0.45), run from an empty results folder. --record adds it to validation/records/growth.csv, with what
+other sizes took before, and draws growth.png beside it. 10⁷ points need 4 GB of disk in TMPDIR, 10⁸ need 30 GB.
 """
 
 import argparse
@@ -26,7 +25,8 @@ from vibrissa.files import write_atomically
 from vibrissa.tables import query, schemas
 
 ROOT = Path(__file__).resolve().parent.parent
-RECORD, PICTURE = ROOT / "validation/records/growth.csv", ROOT / "docs/growth.png"
+RECORD = ROOT / "validation/records/growth.csv"
+PICTURE = RECORD.with_suffix(".png")
 # Tapers and heights by the number of points.
 SIZES = {
     10**4: (10, 10),

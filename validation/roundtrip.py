@@ -51,7 +51,7 @@ ADJUSTED = {
 MODEL, WITHIN, RATIO_ALONE = "model", "model, height and zeros adjusted", "ratio"
 CASES = (MODEL, WITHIN, RATIO_ALONE)
 SHOWN = [(SlipLaw.FREE, name) for name in CASES] + [(SlipLaw.ENERGY, MODEL)]
-FIGURE = Path(__file__).parents[1] / "docs/roundtrip.png"
+FIGURE = Path(__file__).parent / "records/roundtrip.png"
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Sphinx extension: links that lead out of docs/, pictures of the gallery, numbers of equations.
+"""Sphinx extension: links out of docs/, pictures of the gallery, numbers of equations, search.
 
 A page is read in the repository as well. There it links to files beside `docs/`, and names an
 equation as (E1). On the site such a file is its name alone, and the number leads to its equation.
@@ -21,6 +21,29 @@ PAGES = {
     "D": "lateral",
 }
 
+# What a search finds first: terms, by the page and the heading that explain them.
+TERMS = {
+    ("index", "How to cite"): "cite, citation, authors, DOI",
+    ("study", "Resume and extend"): "resume, continue, interrupted run, chunk",
+    ("study", "Point or line contact"): "point contact, line contact",
+    ("cluster", "On a cluster"): "cluster, SLURM, PBS",
+    ("ci", "Results in CI"): "CI, continuous integration, GitHub Actions",
+    ("python", "Gallery"): "gallery, examples",
+    ("friction", "Friction from your recording"): "recording, measurement, friction coefficient",
+    ("model", "Self-locking"): "lock, self-locking, mu_lock",
+    ("model", "Line contact"): "flat segment, s_c",
+    ("lateral", "Lateral buckling"): "swings_aside, x0_trail",
+    ("glossary", "Symbols"): "theta, θ, mu0, μ0, eta, η, dx0, Δx0, taper factor, step",
+    ("glossary", "Status"): "status, out_of_reach, failed, ends_by",
+    ("study_file", "Grids"): "grid, axis, range",
+    ("study_file", "Figures"): "figure, kind of figure",
+    ("tables", "Reading a table"): "R, pandas, Polars, DuckDB, Parquet",
+    ("tables", "State of the rod"): "reaction_fx, reaction_fy, reaction_m, load on the clamp",
+    ("tables", "stiction"): "x0_max, x0_slip, column",
+    ("trust", "Accuracy"): "accuracy, error, residual, precision",
+    ("architecture", "A new kind of figure"): "new kind of figure",
+}
+
 
 def keep_inside(app: Sphinx, page: str, source: list[str]) -> None:
     """Change the links of a page that lead out of docs/, but not those of docs/made."""
@@ -32,6 +55,16 @@ def with_pictures(app: Sphinx, page: str, source: list[str]) -> None:
     """Show below each block of the gallery the picture that it saves."""
     if page == "python":
         source[0] = SAVED.sub(r"\g<0>\n![\g<1>](made/gallery/\g<1>)\n", source[0])
+
+
+def with_terms(app: Sphinx, page: str, source: list[str]) -> None:
+    """Put the terms that a search finds first before their heading."""
+    for (place, heading), terms in TERMS.items():
+        if place == page:
+            # A main entry, with its !, comes before all that is found otherwise.
+            entry = f"```{{index}} !{terms.replace(', ', ', !')}\n```\n\n"
+            title = re.compile(rf"^(#+ {heading})$", re.MULTILINE)
+            source[0] = title.sub(rf"{entry}\1", source[0], count=1)
 
 
 class NumbersOfEquations(SphinxPostTransform):
@@ -62,5 +95,6 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Register what changes links."""
     app.connect("source-read", keep_inside)
     app.connect("source-read", with_pictures)
+    app.connect("source-read", with_terms)
     app.add_post_transform(NumbersOfEquations)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from enum import Enum
 from importlib import import_module
+from inspect import isclass, ismodule
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,16 @@ def commands() -> str:
     return "\n".join(lines)
 
 
+def described(package: str, name: str) -> list[str]:
+    """Write what describes a public name: a class, a function, a module or a table of values."""
+    thing = getattr(import_module(package), name)
+    if isclass(thing):
+        return [f".. autoclass:: {name}", "   :members:", ""]
+    if ismodule(thing):
+        return [f".. automodule:: {package}.{name}", "   :members:", ""]
+    return [f".. auto{'function' if callable(thing) else 'data'}:: {name}", ""]
+
+
 def public_names() -> str:
     """Write the page of the public names: a list for each package, then each name."""
     lines = [
@@ -73,10 +84,13 @@ def public_names() -> str:
         "The public names. [Python](../python.md) has examples; everything else may change.",
     ]
     for package in PUBLIC:
+        names = import_module(package).__all__
         lines += ["", f"## `{package}`", "", "```{eval-rst}", f".. currentmodule:: {package}", ""]
-        lines += [".. autosummary::", ""]
-        lines += [f"   {name}" for name in import_module(package).__all__]
-        lines += ["", f".. automodule:: {package}", "   :members:", "   :imported-members:", "```"]
+        lines += [".. autosummary::", "   :nosignatures:", ""]
+        lines += [f"   {name}" for name in names] + [""]
+        for name in names:
+            lines += described(package, name)
+        lines += ["```"]
     return "\n".join([*lines, ""])
 
 

@@ -24,7 +24,7 @@ STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
 WHISKER = Whisker.read(2, "85 mm", **STEEL).wishing(NOISE)
 # Costs below this do not count, and are not drawn.
 LEAST = 1e-5
-FIGURE = Path(__file__).parents[2] / "docs/laboratory.png"
+FIGURE = Path(__file__).parents[1] / "records/costs.png"
 
 
 @dataclass(frozen=True, kw_only=True)
