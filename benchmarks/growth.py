@@ -1,8 +1,9 @@
 """Run studies of growing size through the whole workflow: time, memory and size of the tables.
 
 A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
-0.45), run from an empty results folder. --record adds it to validation/records/growth.csv, with what
-other sizes took before, and draws growth.png beside it. 10⁷ points need 4 GB of disk in TMPDIR, 10⁸ need 30 GB.
+0.45), run from an empty results folder. --record adds it to validation/records/growth.csv, with
+what other sizes took before, and draws growth.png beside it. 10⁷ points need 4 GB of disk in
+TMPDIR, 10⁸ need 30 GB.
 """
 
 import argparse
