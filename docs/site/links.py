@@ -1,7 +1,8 @@
 """Sphinx extension: links out of docs/, pictures of the gallery, numbers of equations, search.
 
 A page is read in the repository as well. There it links to files beside `docs/`, and names an
-equation as (E1). On the site such a file is its name alone, and the number leads to its equation.
+equation as (E1). On the site a notebook is a page, another file is its name alone, and
+the number leads to its equation.
 """
 
 import re
@@ -11,6 +12,7 @@ from sphinx.application import Sphinx
 from sphinx.transforms.post_transforms import SphinxPostTransform
 
 OUTSIDE = re.compile(r"\[([^\]]+)\]\(\.\./([^)#\s]*)(#[^)\s]*)?\)")
+NOTEBOOK = re.compile(r"\(\.\./examples/(\w+\.ipynb)\)")
 SAVED = re.compile(r"plt\.savefig\(\"(.*)\"\)\n```\n")
 EQUATION = re.compile(r"(?<=\()([EMD]\d+[a-d]?)(?=\))|(?<=(?<!paper )[Ee]quation \()(\d)(?=\))")
 # The page of an equation, by the first sign of its number.
@@ -48,6 +50,7 @@ TERMS = {
 def keep_inside(app: Sphinx, page: str, source: list[str]) -> None:
     """Change the links of a page that lead out of docs/, but not those of docs/made."""
     if not page.startswith("made/"):
+        source[0] = NOTEBOOK.sub(r"(made/notebooks/\1)", source[0])
         source[0] = OUTSIDE.sub(r"\1", source[0])
 
 

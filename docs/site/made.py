@@ -77,21 +77,25 @@ def described(package: str, name: str) -> list[str]:
 
 
 def public_names() -> str:
-    """Write the page of the public names: a list for each package, then each name."""
+    """Write the page that lists the public names of each package."""
     lines = [
         "# Python names",
         "",
         "The public names. [Python](../python.md) has examples; everything else may change.",
     ]
     for package in PUBLIC:
-        names = import_module(package).__all__
         lines += ["", f"## `{package}`", "", "```{eval-rst}", f".. currentmodule:: {package}", ""]
         lines += [".. autosummary::", "   :nosignatures:", ""]
-        lines += [f"   {name}" for name in names] + [""]
-        for name in names:
-            lines += described(package, name)
-        lines += ["```"]
-    return "\n".join([*lines, ""])
+        lines += [f"   {name}" for name in import_module(package).__all__] + ["```"]
+    return "\n".join([*lines, "", "```{toctree}", ":hidden:", "", *PUBLIC, "```", ""])
+
+
+def package_page(package: str) -> str:
+    """Write the page that describes the public names of a package."""
+    lines = [f"# {package}", "", "```{eval-rst}", f".. currentmodule:: {package}", ""]
+    for name in import_module(package).__all__:
+        lines += described(package, name)
+    return "\n".join([*lines, "```", ""])
 
 
 def page_of_the_root(name: str) -> str:
@@ -119,6 +123,7 @@ def make(folder: Path) -> None:
     pages = {
         "commands.md": commands(),
         "python.md": public_names(),
+        **{f"{package}.md": package_page(package) for package in PUBLIC},
         "contributing.md": page_of_the_root("CONTRIBUTING.md"),
         "changelog.md": page_of_the_root("CHANGELOG.md"),
         "explorer/play.html": page(home="index.html"),
