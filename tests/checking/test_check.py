@@ -125,13 +125,13 @@ def test_rows_and_tables_that_come_and_go_are_told(tmp_path, blessed, stiction):
     _, folder = blessed
     fewer = with_results(tmp_path, "fewer", stiction.slice(1))
     (line,) = told((fewer, folder))
-    assert line == "stiction: 1 rows are missing: grid g, theta 2, mu0 0.2, eta 0.85, dx0 0.001"
+    assert line == "stiction: 1 row missing: grid g, theta 2, mu0 0.2, eta 0.85, dx0 0.001"
     states = small_study.states()
     more = with_results(tmp_path, "more", stiction, states=states)
     assert told((more, folder)) == [f"states: a new table of {len(states)} rows"]
     twice = store.joined([stiction, stiction.slice(0, 1)], schemas.STICTION)
     assert (
-        "1 rows stand twice in the results: grid g"
+        "1 row twice in the results: grid g"
         in told((with_results(tmp_path, "twice", twice), folder))[0]
     )
     (folder / "scans.csv").write_text("scan\nx\n")

@@ -9,6 +9,7 @@ import pandas as pd
 
 from vibrissa.checking.layouts import Layout, Tolerance
 from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.wording import counted
 
 # Rows that a message names.
 SHOWN = 3
@@ -89,13 +90,13 @@ def compare(
             return
     for frame, where in ((reference, "the reference"), (found, "the results")):
         twice = frame[frame.duplicated(keys)]
-        yield from _rows(name, Problem.DOUBLED, f"stand twice in {where}", twice[keys])
+        yield from _rows(name, Problem.DOUBLED, f"twice in {where}", twice[keys])
     pairs = reference.drop_duplicates(keys).merge(
         found.drop_duplicates(keys), on=keys, how="outer", suffixes=("", " now"), indicator="side"
     )
     only = {side: pairs.loc[pairs["side"] == side, keys] for side in ("left_only", "right_only")}
-    yield from _rows(name, Problem.MISSING, "are missing", only["left_only"])
-    yield from _rows(name, Problem.EXTRA, "are extra", only["right_only"])
+    yield from _rows(name, Problem.MISSING, "missing", only["left_only"])
+    yield from _rows(name, Problem.EXTRA, "not in the reference", only["right_only"])
     both = pairs[pairs["side"] == "both"].reset_index(drop=True)
     for column, tolerance in layout.columns.items():
         if column in reference:
@@ -125,7 +126,8 @@ def _rows(table: str, problem: Problem, words: str, rows: pd.DataFrame) -> Itera
     """Difference of rows that one of two tables has alone, or twice; nothing for no rows."""
     if len(rows):
         shown = "; ".join(spell_row(row) for row in rows.head(SHOWN).to_dict("records"))
-        text = f"{table}: {len(rows)} rows {words}: {shown}{'; ...' * (len(rows) > SHOWN)}"
+        more = "; ..." if len(rows) > SHOWN else ""
+        text = f"{table}: {counted(len(rows), 'row')} {words}: {shown}{more}"
         yield Difference(table=table, problem=problem, rows=len(rows), text=text)
 
 
