@@ -141,11 +141,21 @@ def tolerances() -> str:
         own = f"{size:.6g} {unit}".strip()
         return f"{1e3 * one.assumed.si:g} mm, or {own}" if one.assumed.si else own
 
-    rows = [
-        (f"`{name}`", one.what, assumed(name, one), one.assumed.reason)
-        for name, one in TOLERABLE.items()
-    ]
-    return markdown_table(("name", "of", "assumed", "source or reason"), rows)
+    # Tolerances that are assumed alike for the same reason are one row.
+    rows: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
+    for name, one in TOLERABLE.items():
+        key = assumed(name, one), one.assumed.reason
+        names, meanings = rows.setdefault(key, ([], []))
+        names.append(f"`{name}`")
+        if one.what not in meanings:
+            meanings.append(one.what)
+    return markdown_table(
+        ("name", "of", "assumed", "source or reason"),
+        [
+            (", ".join(names), "; ".join(meanings), size, reason)
+            for (size, reason), (names, meanings) in rows.items()
+        ],
+    )
 
 
 def materials() -> str:
