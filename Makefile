@@ -174,10 +174,10 @@ COMPILE = $(PY) -m uv pip compile pyproject.toml --extra workflow --group build 
     --custom-compile-command "make lock" $(if $(UPGRADE),--upgrade)
 lock: $(LINT_STAMP)
 	@$(COMPILE) --output-file locks/study.lock
-	@$(COMPILE) --extra proof --group test --constraints locks/study.lock --output-file locks/test.lock
+	@$(COMPILE) --group test --constraints locks/study.lock --output-file locks/test.lock
 	@$(COMPILE) --extra cluster --constraints locks/study.lock --output-file locks/cluster.lock
-	@$(COMPILE) --extra proof --group docs --constraints locks/test.lock --output-file locks/docs.lock
-	@$(COMPILE) --extra proof --group lint --constraints locks/test.lock --output-file locks/lint.lock
+	@$(COMPILE) --group docs --constraints locks/test.lock --output-file locks/docs.lock
+	@$(COMPILE) --group lint --constraints locks/test.lock --output-file locks/lint.lock
 	@echo "locks/ is written; put changed versions of what a study needs into environment.yml and" \
 	    "workflow/envs/vibrissa.yaml too (make test tells which)."
 

@@ -65,13 +65,6 @@ def test_commands_need_no_extra_but_say_where_they_do(bare, tmp_path, arguments,
     assert (result.returncode, result.stderr) == (status, line)
 
 
-def test_a_proof_says_what_it_needs(bare, tmp_path):
-    arguments = ("prove", "--theta", "2", "--mu0", "0.4", "--eta", "0.85")
-    result = call(bare, "from vibrissa.cli.app import app; app()", *arguments, cwd=tmp_path)
-    line = "vibrissa: this needs flint: pip install 'vibrissa[proof]'\n"
-    assert (result.returncode, result.stderr) == (2, line)
-
-
 @pytest.mark.parametrize(
     "program",
     [["-m", "vibrissa.pipeline"], ["-m", "vibrissa.pipeline.run"], [ROOT / "workflow/run.py"]],

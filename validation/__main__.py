@@ -52,8 +52,8 @@ TASKS = {
     "trailing": Task(
         module("validation.trailing"), "retracted rods, by multiple shooting", "5 min"
     ),
-    "proof": Task(module("validation.enclosures"), "prove the numbers of a study", "1 h"),
-    "proof-sample": Task(module("validation.proof_sample"), "prove 300 random onsets", "1 h"),
+    "proof": Task(module("validation.proof.study"), "prove the numbers of a study", "1 h"),
+    "proof-sample": Task(module("validation.proof.sample"), "prove 300 random onsets", "1 h"),
     # The sensor
     "roundtrip": Task(module("validation.roundtrip"), "friction from simulated signals", "4 min"),
     "laboratory": Task(
@@ -81,6 +81,7 @@ TASKS = {
     ),
     "mutants": Task(module("validation.mutation.run"), "do tests notice small faults?", "1 h"),
     # Tests that `make test` leaves out
+    "tests": Task(tests("tests/nightly"), "proofs, and whatever takes long", "1 min"),
     "slurm": Task(tests("tests/slurm"), "a study on a SLURM, set up as root on Debian", "4 min"),
     "faults": Task(tests("tests/faults"), "kill runs, fill disks, damage files", "10 min"),
     # What pages show

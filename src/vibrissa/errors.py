@@ -90,7 +90,3 @@ class MixedColumnsError(RecordingError):
 
 class NoResponseError(ArgumentError):
     """A rod whose response was not found, or not found where the clamp pulls."""
-
-
-class NotProvedError(VibrissaError):
-    """A statement for which no proof was found; the message says at which step."""

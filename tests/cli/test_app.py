@@ -180,8 +180,6 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
             ["scan", *WHISKER, "--patches", "0:0", "--step", "1", "--to", "1", "-o", "x.csv"],
             "mu0 of a patch must be positive, got '0'\n",
         ),
-        (["prove", *WHISKER, "--mu0", "nan"], "mu0 must be a number, got 'nan'\n"),
-        (["prove", "--theta", "2", "--eta", "85"], "divide the height by the length L\n"),
         (
             ["design", "--step", "1", "--mu0", "0", "--noise", "1, 1, 1"],
             "mu0 must lie above 0, from low to high, got 0\n",

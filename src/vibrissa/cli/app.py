@@ -18,7 +18,6 @@ COMMANDS = {
     "scan": "Move the clamp over a surface and write the signals, step by step.",
     "import": "Make a recording for identify from a laboratory's file, and say what was read.",
     "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
-    "prove": "Prove where one rod slips, or its mu_lock, with an enclosure for each number.",
     "design": "Find the rod that measures friction best, and say what limits it.",
 }
 

@@ -12,7 +12,7 @@ is a·(fx, fy, 0) + b·(0, 0, 1), with numbers a and b that are not both zero, a
 So the critical state solves three equations for its load: g = 0 and D = det(E, M) = 0. The
 derivatives of D hold the second derivatives of g, which the integration encloses as well.
 
-Where each fx has one equilibrium, as in a tube of `vibrissa.proof.path`, dμ/dfx is D divided by
+Where each fx has one equilibrium, as in a tube of `validation.proof.path`, dμ/dfx is D divided by
 fy²·det(∂g/∂fy, M), which does not vanish. So D changes its sign where −tan α has an extremum.
 """
 
@@ -20,10 +20,10 @@ from collections.abc import Sequence
 
 from flint import arb, arb_mat
 
+from validation.proof.equilibrium import Equilibrium, Rod, described
+from validation.proof.flow import PAIRS, Load, Shot, shoot
+from validation.proof.krawczyk import System, solution
 from vibrissa.outcomes import Contact
-from vibrissa.proof.equilibrium import Equilibrium, Rod, described
-from vibrissa.proof.flow import PAIRS, Load, Shot, shoot
-from vibrissa.proof.krawczyk import System, solution
 
 # m(1) and y(1), differentiated.
 Pair = tuple[arb, arb]

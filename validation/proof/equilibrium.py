@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 from flint import arb, arb_mat
 
+from validation.proof.flow import Load, Section, shoot
+from validation.proof.krawczyk import System, solution
 from vibrissa.outcomes import Contact
-from vibrissa.proof.flow import Load, Section, shoot
-from vibrissa.proof.krawczyk import System, solution
 
 
 @dataclass(frozen=True, kw_only=True)

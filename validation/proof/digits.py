@@ -30,9 +30,3 @@ def decimals(ball: arb) -> tuple[Decimal, Decimal]:
         midpoint = exact.quantize(place) + 0
         context.rounding = ROUND_CEILING
         return midpoint, (error + abs(exact - midpoint)).quantize(place)
-
-
-def spelled(ball: arb) -> str:
-    """Write a ball for people, as in ``0.25 ± 3.1E-20``: every number of the ball lies there."""
-    midpoint, radius = decimals(ball)
-    return f"{midpoint:f} ± {radius:.1E}" if radius else f"{midpoint.normalize():f}"

@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 
 from flint import arb, arb_mat
 
-from vibrissa.errors import NotProvedError
-from vibrissa.proof.critical import turning
-from vibrissa.proof.equilibrium import Equilibrium, Rod
-from vibrissa.proof.flow import Load, Shot, Vicinity, shoot
-from vibrissa.proof.krawczyk import inside, middle_inverse, operator
+from validation.proof import NotProvedError
+from validation.proof.critical import turning
+from validation.proof.equilibrium import Equilibrium, Rod
+from validation.proof.flow import Load, Shot, Vicinity, shoot
+from validation.proof.krawczyk import inside, middle_inverse, operator
 
 # A tube is made so many times as wide as what was found in it.
 SLACK = 2

@@ -1,23 +1,17 @@
 """The critical state: its digits, its derivatives, and claims that are refused."""
 
-import re
-
 import pytest
 from flint import arb, arb_mat
-from typer.testing import CliRunner
 
+from validation.proof import NotProvedError
+from validation.proof.critical import prove_critical, stationary, turning
+from validation.proof.equilibrium import Rod, inclined, prove
+from validation.proof.flow import Load, shoot
+from validation.proof.krawczyk import examined
+from validation.proof.path import Path, proved_tube
+from validation.proof.starting import load_at
 from vibrissa import solve_curve
-from vibrissa.cli.app import app
-from vibrissa.errors import NotProvedError
-from vibrissa.proof import Effort, lock
-from vibrissa.proof.critical import prove_critical, stationary, turning
-from vibrissa.proof.equilibrium import Rod, inclined, prove
-from vibrissa.proof.flow import Load, shoot
-from vibrissa.proof.krawczyk import examined
-from vibrissa.proof.path import Path, proved_tube
-from vibrissa.proof.starting import load_at
 
-QUICK = Effort(bits=96, order=24, steps=12)
 ETA = "0.85"
 
 
@@ -28,23 +22,14 @@ def curve():
 
 @pytest.fixture(scope="module")
 def rod():
-    with QUICK.spent():
-        return Rod(theta=arb(1), eta=arb(ETA), steps=12)
+    return Rod(theta=arb(1), eta=arb(ETA), steps=12)
 
 
 @pytest.fixture(scope="module")
 def critical(rod, curve):
-    with QUICK.spent():
-        return prove_critical(rod, load_at(curve, curve.x0_lock))
+    return prove_critical(rod, load_at(curve, curve.x0_lock))
 
 
-@pytest.fixture(autouse=True)
-def _precision():
-    with QUICK.spent():
-        yield
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("pair", [(0, 0), (0, 1), (1, 2), (2, 2)])
 def test_second_derivatives_are_derivatives_of_the_first(pair):
     """By the mean value theorem a difference quotient is a derivative between its two places."""
@@ -61,32 +46,11 @@ def test_second_derivatives_are_derivatives_of_the_first(pair):
         assert curvature.rad() < 1e-3 * (1 + abs(curvature))
 
 
-@pytest.mark.slow
 def test_the_digits_are_those_of_the_solver(critical, curve):
     assert abs(float(critical.mu) - curve.mu_lock) < 1e-14
     assert critical.mu.rad() < 1e-15
 
 
-@pytest.mark.slow
-def test_states_beside_it_demand_less_friction(critical, rod):
-    """Independent of second derivatives: of equilibria on both sides −tan α is smaller."""
-    for shift in (-0.05, 0.05):
-        mu = critical.mu - arb("1e-5")
-        near = [value.mid() for value in critical.load]
-        beside = prove(rod, inclined(mu), [near[0] + shift, near[1] + shift / 2, near[2]])
-        assert beside.mu < critical.mu
-        assert not beside.load.fx.overlaps(critical.load.fx)
-
-
-@pytest.mark.slow
-def test_another_order_and_other_steps_agree(critical):
-    other = lock(1, ETA, effort=Effort(bits=128, order=24, steps=16))
-    assert other.mu_lock.overlaps(critical.mu) and other.mu_lock.rad() < 1e-18 * other.mu_lock
-    # The maximum is flat: a mu_lock that is moved by 1e-14 is another number nevertheless.
-    assert not other.mu_lock.overlaps(critical.mu + arb("1e-14"))
-
-
-@pytest.mark.slow
 def test_a_lock_moved_by_1e_14_is_refused(critical, rod):
     system, mu = stationary(rod), critical.load.fx / critical.load.fy
 
@@ -113,7 +77,6 @@ def tube(rod, curve, x0, reach):
     return proved_tube(rod, Load(*map(arb, load_at(curve, x0))), arb(reach), arb(reach) / 8)
 
 
-@pytest.mark.slow
 def test_the_first_maximum_needs_tubes_that_rise_hold_it_and_fall(rod, curve, critical):
     x0 = curve.x0_lock
     before, over, behind = (tube(rod, curve, x0 + step, 0.01) for step in (-0.02, 0.0, 0.02))
@@ -124,17 +87,3 @@ def test_the_first_maximum_needs_tubes_that_rise_hold_it_and_fall(rod, curve, cr
     assert not Path(tubes=[before, over]).peaks_first(critical)
     slip = prove(rod, inclined(arb("0.3")), load_at(curve, float(curve.onset([0.3])[0])))
     assert not Path(tubes=[before, over, behind]).peaks_first(slip)
-
-
-def test_without_a_lock_there_is_nothing_to_prove():
-    with pytest.raises(NotProvedError, match="no critical state is known"):
-        lock(1, 0.15)
-
-
-@pytest.mark.slow
-def test_the_command_shows_mu_lock(monkeypatch):
-    monkeypatch.setattr("vibrissa.proof.period.suitable", lambda theta: QUICK)
-    result = CliRunner().invoke(app, "prove --theta 1 --eta 0.85".split())
-    assert result.exit_code == 0, result.output
-    shown = re.search(r"^mu_lock +(\S+) ± ", result.output, re.MULTILINE)
-    assert shown[1].startswith("0.514501403494709624")

@@ -5,17 +5,11 @@ import random
 import pytest
 from flint import arb
 
-from vibrissa.errors import ArgumentError, NotProvedError
-from vibrissa.proof.flow import Effort, Load, Vicinity, at_clamp, box_on_step, holds, shoot, step
+from validation.proof import NotProvedError
+from validation.proof.flow import Effort, Load, Vicinity, at_clamp, box_on_step, holds, shoot, step
+from vibrissa.errors import ArgumentError
 
-QUICK = Effort(bits=96, order=16, steps=16)
 LOAD = Load(arb(-0.9), arb(-2.3), arb(-0.05))
-
-
-@pytest.fixture(autouse=True)
-def _precision():
-    with QUICK.spent():
-        yield
 
 
 @pytest.mark.parametrize("theta", [1, 2, 5])

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from flint import arb, arb_mat
 
-from vibrissa.errors import NotProvedError
+from validation.proof import NotProvedError
 
 # Values and derivatives of F at a point, or balls that hold them everywhere in a box: of shapes
 # (n, 1), (n, 1) and (n, n).

@@ -1,26 +1,17 @@
 """Paths from α = 0: tubes meet, signs are proved, an onset behind the maximum is not the first."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from flint import arb
 
+from validation.proof import NotProvedError
+from validation.proof.equilibrium import Rod, inclined, prove
+from validation.proof.flow import Load
+from validation.proof.path import Path, follow, proved_tube
+from validation.proof.starting import load_at
 from vibrissa import solve_curve
-from vibrissa.errors import NotProvedError
-from vibrissa.proof.equilibrium import Rod, inclined, prove
-from vibrissa.proof.flow import Effort, Load
-from vibrissa.proof.path import Path, follow, proved_tube
-from vibrissa.proof.starting import load_at
 
-QUICK = Effort(bits=64, order=12, steps=12)
 LOCK = 0.09236785  # x0 of the critical state at θ = 1, η = 0.85
-
-
-@pytest.fixture(autouse=True)
-def _precision():
-    with QUICK.spent():
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -30,15 +21,13 @@ def curve():
 
 @pytest.fixture(scope="module")
 def rod():
-    with QUICK.spent():
-        return Rod(theta=arb(1), eta=arb("0.85"), steps=12)
+    return Rod(theta=arb(1), eta=arb("0.85"), steps=12)
 
 
 @pytest.fixture(scope="module")
 def path(rod, curve):
-    with QUICK.spent():
-        init = prove(rod, inclined(arb(0)), load_at(curve, 0.0))
-        return follow(rod, init, beyond=arb("0.1"))
+    init = prove(rod, inclined(arb(0)), load_at(curve, 0.0))
+    return follow(rod, init, beyond=arb("0.1"))
 
 
 def state(rod, curve, mu, x0):
@@ -49,22 +38,6 @@ def tube(rod, curve, x0, reach):
     return proved_tube(rod, Load(*map(arb, load_at(curve, x0))), arb(reach), arb(reach) / 8)
 
 
-def test_a_path_is_tried_with_ever_shorter_tubes_before_it_is_given_up(monkeypatch):
-    """From 2⁻⁶ of the force at α = 0 down to 2⁻²⁰."""
-    tried = []
-
-    def refused(rod, init, tubes, reach):
-        tried.append(float(reach) / 3.0)
-        raise NotProvedError("too wide")
-
-    monkeypatch.setattr("vibrissa.proof.path.next_tube", refused)
-    init = SimpleNamespace(load=Load(arb(0), arb(-3), arb(1)))
-    with pytest.raises(NotProvedError, match="could not be followed beyond fx = 0"):
-        follow(None, init)
-    assert tried == [2.0**-power for power in range(6, 21)]
-
-
-@pytest.mark.slow
 def test_an_onset_on_the_path_is_the_first(path, rod, curve):
     slip = state(rod, curve, "0.08", float(curve.onset([0.08])[0]))
     assert path.slips_first(slip)
@@ -74,7 +47,6 @@ def test_an_onset_on_the_path_is_the_first(path, rod, curve):
     assert there.mu.contains(slip.mu)
 
 
-@pytest.mark.slow
 def test_a_state_beside_the_path_is_not_on_it(path, rod, curve):
     slip = state(rod, curve, "0.08", float(curve.onset([0.08])[0]))
     load = slip.load._replace(fy=slip.load.fy + 1)
@@ -83,7 +55,6 @@ def test_a_state_beside_the_path_is_not_on_it(path, rod, curve):
     assert not Path(tubes=path.tubes[-1:]).slips_first(slip)
 
 
-@pytest.mark.slow
 def test_neighbours_meet_and_others_do_not(path):
     first, second, third, *_ = path.tubes
     assert first.meets(second) and second.meets(third)
@@ -212,73 +183,3 @@ def test_a_tip_locks_if_all_up_to_the_fall_needs_less(tubes, proved):
 )
 def test_a_maximum_is_the_first_if_the_rise_changes_its_sign_once(tubes, proved):
     assert Path(tubes=tubes).peaks_first(State()) is proved
-
-
-@pytest.fixture
-def followed(monkeypatch):
-    """Follow a path of made-up tubes, each by its number and how far it is to reach."""
-
-    def follow_made_up(made, beyond=None, over=False):
-        asked = []
-
-        def next_tube(rod, init, tubes, reach):
-            asked.append((len(tubes), float(reach) / 2.0**-6))
-            return made(len(tubes), float(reach))
-
-        monkeypatch.setattr("vibrissa.proof.path.next_tube", next_tube)
-        init = SimpleNamespace(load=Load(arb(0), arb(-1), arb(-1)))
-        found = follow(None, init, beyond=None if beyond is None else arb(beyond), over=over)
-        return found.tubes, asked
-
-    return follow_made_up
-
-
-def ends(fx):
-    return SimpleNamespace(fx=fx)
-
-
-def test_a_path_ends_beyond_a_friction_or_where_its_demand_falls(followed):
-    made = [Piece(arb(1), mu=arb(0.1 * n)) for n in range(1, 6)] + [Piece(arb(-1), mu=arb(0.4))]
-    tubes, asked = followed(lambda n, reach: made[n], beyond=0.25)
-    assert tubes == made[:3]
-    # Each tube may be a quarter longer than the one before.
-    assert asked == [(0, 1.0), (1, 1.25), (2, 1.25**2)]
-    assert followed(lambda n, reach: made[n], beyond=0.25, over=True)[0] == made
-    assert followed(lambda n, reach: made[n], over=True)[0] == made
-
-
-def test_a_tube_that_is_not_proved_or_does_not_advance_is_made_shorter(followed):
-    def made(n, reach):
-        if reach > 2.0**-9:
-            raise NotProvedError("too long")
-        return Piece(arb(1), mu=arb(9), advance=arb(1 if reach <= 2.0**-10 else -1))
-
-    tubes, asked = followed(made, beyond=1.0)
-    assert len(tubes) == 1
-    assert [reach for _, reach in asked] == [1.0, 0.5, 0.25, 0.125, 0.0625]
-
-    def never(n, reach):
-        last = Piece(arb(1), mu=arb(0.1), advance=arb(1 if n == 0 else 0))
-        last.last = ends(-0.5)
-        return last
-
-    with pytest.raises(NotProvedError, match=r"could not be followed beyond fx = -0\.5"):
-        followed(never, beyond=1.0)
-    with pytest.raises(NotProvedError, match=r"could not be followed beyond fx = 0"):
-        followed(lambda n, reach: Piece(arb(1), advance=arb(0)), beyond=1.0)
-
-
-@pytest.mark.parametrize(
-    ("mu", "bend", "calls"),
-    [
-        # Before the friction that is asked for, the rise is to be proved, in tubes of any length.
-        (0.1, 1, 8),
-        (9.0, 1, 1),
-        (9.0, -1, 1),
-        (9.0, 0, 8),
-    ],
-)
-def test_where_the_rise_is_open_tubes_are_short_or_prove_that_it_turns(followed, mu, bend, calls):
-    made = [Piece(arb(0), mu=arb(mu), bend=arb(bend)), Piece(arb(-1), mu=arb(9))]
-    _, asked = followed(lambda n, reach: made[n], beyond=1.0, over=True)
-    assert [n for n, _ in asked].count(0) == calls

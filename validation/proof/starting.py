@@ -8,10 +8,10 @@ from decimal import Decimal
 
 from flint import arb, fmpq
 
+from validation.proof.equilibrium import Closing, Equilibrium, Rod, prove
+from validation.proof.flow import Effort
+from validation.proof.path import Path, follow
 from vibrissa.outcomes import Contact
-from vibrissa.proof.equilibrium import Closing, Equilibrium, Rod, prove
-from vibrissa.proof.flow import Effort
-from vibrissa.proof.path import Path, follow
 from vibrissa.sticking.curve import StickingCurve
 
 
@@ -53,7 +53,7 @@ def path_of(
     beyond: Decimal | None = None,
     over: bool = False,
 ) -> Path:
-    """Cover the path from a proved state α = 0 on; see `vibrissa.proof.path.follow`.
+    """Cover the path from a proved state α = 0 on; see `validation.proof.path.follow`.
 
     Tubes are so wide that few digits are enough.
     """

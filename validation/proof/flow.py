@@ -33,7 +33,8 @@ from typing import Any, NamedTuple
 
 from flint import arb, arb_series, ctx
 
-from vibrissa.errors import ArgumentError, NotProvedError
+from validation.proof import NotProvedError
+from vibrissa.errors import ArgumentError
 
 # A box of a step is made larger by this, as often as this.
 GROWTH, ATTEMPTS = 1.25, 40

@@ -11,14 +11,14 @@ from decimal import Decimal
 import numpy as np
 from flint import arb
 
+from validation.proof import NotProvedError
+from validation.proof.critical import prove_critical
+from validation.proof.digits import decimals
+from validation.proof.equilibrium import Equilibrium, Rod, inclined, prove, reaching
+from validation.proof.flow import Effort
+from validation.proof.path import Path
+from validation.proof.starting import ball, load_at, path_of, prove_at, rod_of
 from vibrissa.decimals import exact
-from vibrissa.errors import NotProvedError
-from vibrissa.proof.critical import prove_critical
-from vibrissa.proof.digits import decimals
-from vibrissa.proof.equilibrium import Equilibrium, Rod, inclined, prove, reaching
-from vibrissa.proof.flow import Effort
-from vibrissa.proof.path import Path
-from vibrissa.proof.starting import ball, load_at, path_of, prove_at, rod_of
 from vibrissa.sticking.api import solve_curve, solve_state
 from vibrissa.sticking.curve import StickingCurve
 

@@ -3,8 +3,8 @@
 import pytest
 from flint import arb, arb_mat
 
-from vibrissa.errors import NotProvedError
-from vibrissa.proof.krawczyk import krawczyk
+from validation.proof import NotProvedError
+from validation.proof.krawczyk import krawczyk
 
 
 def tried(centre, radius):
