@@ -14,7 +14,7 @@ from vibrissa.design.materials import MATERIALS
 from vibrissa.sensor.given.tolerances import TOLERABLE, Tolerable, told
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.transducer import PRESETS
-from vibrissa.study.axes import spell_values
+from vibrissa.study.axes import AXES, spell_values
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import KINDS, TABLES
 from vibrissa.study.schema import study_schema
@@ -71,12 +71,19 @@ def figure_kinds() -> str:
         (
             f"`{name}`",
             kind.shows,
-            f"`{kind.source}` (table `{TABLES[kind.source]}`)",
+            f"`{kind.source}` (table `{TABLES[kind.source]}`)" if kind.source else "any of them",
             ", ".join(f"`{key}`" for key in (*kind.required, *kind.single)),
         )
         for name, kind in KINDS.items()
     ]
-    return markdown_table(("kind", "what it shows", "drawn from", "further keys"), rows)
+    head = ("kind", "what it shows", "drawn from", "keys of which it shows one value, or needs")
+    return markdown_table(head, rows)
+
+
+def figure_keys() -> str:
+    """Table of the keys of a figure but for the axes."""
+    properties = study_schema()["$defs"]["Figure"]["properties"]
+    return section_keys("Figure", {axis: properties[axis] for axis in AXES})
 
 
 def claims() -> str:
@@ -196,6 +203,7 @@ def parts() -> dict[str, tuple[str, str]]:
         "scans": ("study_file", section_keys("ScanSection", shared)),
         "states": ("study_file", section_keys("StateSection")),
         "figures": ("study_file", figure_kinds()),
+        "figure keys": ("study_file", figure_keys()),
         "claims": ("study_file", claims()),
         **{
             f"columns of {name}": ("tables", columns(name))

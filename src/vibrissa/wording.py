@@ -1,5 +1,6 @@
-"""Text for people: how many there are of something, and tables in Markdown."""
+"""Text for people: how many there are of something, names of figures, tables in Markdown."""
 
+import re
 from collections.abc import Iterable, Sequence
 
 NOTHING = "–"
@@ -14,6 +15,20 @@ def counted(number: int, noun: str) -> str:
     1 row 2,000 rows
     """
     return f"{number:,} {noun}{'s' * (number != 1)}"
+
+
+def figure_name(key: str) -> str:
+    """Name a figure by its key in a study file.
+
+    Examples
+    --------
+    >>> print(figure_name("fig4a"), figure_name("lock_law"), sep=", ")
+    Figure 4a, Lock law
+    """
+    if number := re.fullmatch(r"fig(?:ure)?[_-]?(\d+\w?)", key):
+        return f"Figure {number[1]}"
+    words = re.sub("[_-]+", " ", key)
+    return words[:1].upper() + words[1:]
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

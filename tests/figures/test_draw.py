@@ -1,28 +1,26 @@
+"""Each kind of figure shows what its table has."""
+
 from functools import cache
 
 import numpy as np
-import pandas as pd
-import pyarrow as pa
 import pytest
 from matplotlib.colors import to_hex
 
 import made_tables
+from figure_rows import ROWS, THETA, combined, slipping, states
 from vibrissa import solve_curve, solve_state, stick_slip
-from vibrissa.figures import style
-from vibrissa.figures.draw import KINDS, _failure, draw
-from vibrissa.mechanics.states import ContactState
-from vibrissa.outcomes import Status
-from vibrissa.sticking.api import EquilibriumState
+from vibrissa.errors import ArgumentError
+from vibrissa.figures import regimes, style
+from vibrissa.figures.draw import KINDS, draw
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.tables import records, schemas, store
 
-THETA = (1.0, 1.5, 2.0, 3.0)
 MU0 = (0.2, 0.3, 0.4, 0.9)
 FAILED = failed_curve(theta=2.0, eta=0.05, method="collocation", message="no luck")
 
 
-def grid(theta=THETA, mu0=MU0, dx0=(0.001, 0.005), eta=(0.85,)):
+def grid(theta=(1.0, 2.0, 3.0), mu0=MU0, dx0=(0.001, 0.005), eta=(0.85,)):
     return made_tables.grid(theta, mu0, eta, dx0)
 
 
@@ -42,87 +40,40 @@ def scan_table(curve, theta, mu0):
     return records.scan_table("runs", point, scan, study="a", method=curve.method)
 
 
-def failed_state():
-    return EquilibriumState(
-        **dict.fromkeys(ContactState.names(), float("nan")),
-        status=Status.FAILED,
-        message="no luck",
-        contact="point",
-        theta=1.0,
-        x1=0.1,
-        eta=0.5,
-        residual=float("nan"),
-    )
-
-
 @cache
 def curve_of(theta):
     return solve_curve(float(theta), 0.85)
 
 
 @cache
-def tables():
-    return {
-        "stiction": points_table(
-            {"main": grid(mu0=MU0[:3]), "locks": grid(theta=(2.0,))},
-            {theta: curve_of(theta) for theta in THETA},
-        ),
-        "failed points": points_table({"main": grid(theta=(9.0,))}, {9.0: FAILED}),
-        "scans": store.joined(
-            [
-                scan_table(curve_of(2.0), 2.0, 0.3),
-                scan_table(curve_of(3.0), 3.0, 0.3),
-                scan_table(curve_of(2.0), 2.0, 0.9),
-                scan_table(FAILED, 1.0, 0.3),
-            ],
-            schemas.SCANS,
-        ),
-        "states": records.states_table(
-            {
-                "inside": solve_state(1, 0.55, 0.15),
-                "outside": solve_state(2, 0.85, 0.3),
-                "lost": failed_state(),
-            },
-            "a",
-        ),
-    }
+def points():
+    curves = {theta: curve_of(theta) for theta in (1.0, 2.0, 3.0)}
+    return points_table({"main": grid(mu0=MU0[:3]), "locks": grid(theta=(2.0,))}, curves)
 
 
-FIGURES = {
-    "taper": ("taper", "stiction", {"grid": "main", "dx0": 0.001}),
-    "friction": ("friction", "stiction", {"grid": "locks", "theta": 2, "dx0": 0.005}),
-    "scan": ("scan", "scans", {"scan": "runs", "theta": 2, "mu0": 0.3}),
-    "locked scan": ("scan", "scans", {"scan": "runs", "theta": 2, "mu0": 0.9}),
-    "period": ("period", "scans", {"scan": "runs", "theta": 2, "mu0": 0.3}),
-    "locked period": ("period", "scans", {"scan": "runs", "theta": 2, "mu0": 0.9}),
-    "penetrating state": ("state", "states", {"state": "inside"}),
-    "state": ("state", "states", {"state": "outside"}),
-}
+@cache
+def scans():
+    made = [scan_table(curve_of(theta), theta, mu0) for theta in (2.0, 3.0) for mu0 in (0.3, 0.9)]
+    return store.joined([*made, scan_table(FAILED, 1.0, 0.3)], schemas.SCANS)
 
 
-def example(name):
-    kind, table, selection = FIGURES[name]
-    figure = draw(kind, tables()[table], selection)
-    return figure, figure.axes[0]
+@cache
+def both_states():
+    found = {"inside": solve_state(1, 0.55, 0.15), "outside": solve_state(2, 0.85, 0.3)}
+    return records.states_table(found, "a")
 
 
 def rows(table, **values):
-    """Rows of a table with the given values, in the order of the first axis that is not given."""
-    found = [
-        row
-        for row in tables()[table].to_pylist()
-        if all(row[key] == value for key, value in values.items())
-    ]
-    assert found
-    return found
-
-
-def column(found, name):
-    return [row[name] for row in found]
+    """Rows of a table with the given values, as pandas has them."""
+    frame = table.to_pandas()
+    for name, value in values.items():
+        frame = frame[frame[name] == value]
+    assert len(frame)
+    return frame
 
 
 def drawn(axes):
-    """Data of the lines that show some."""
+    """Lines that show data."""
     return [line for line in axes.lines if len(line.get_xdata())]
 
 
@@ -130,203 +81,160 @@ def is_line(line, x, y):
     return np.array_equal(line.get_xdata(), x) and np.array_equal(line.get_ydata(), y)
 
 
-@pytest.mark.slow
+def legend_of(figure):
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
 def test_taper_figure_shows_marks_and_onset_of_each_friction():
-    _, axes = example("taper")
-    lines = drawn(axes)
-    assert len(lines) == 6
-    assert [line.get_marker() for line in lines[1::2]] == ["s", "D", "^"]
-    assert len({line.get_color() for line in lines}) == 3
-    for mu0, onset, marks in zip((0.2, 0.3, 0.4), lines[::2], lines[1::2], strict=True):
-        found = sorted(rows("stiction", grid="main", dx0=0.001, mu0=mu0), key=lambda r: r["theta"])
-        assert column(found, "theta") == [1, 1.5, 2, 3]
-        assert is_line(onset, column(found, "theta"), column(found, "x0_slip"))
-        assert is_line(marks, column(found, "theta"), column(found, "x0_max"))
-        assert (onset.get_marker(), marks.get_linestyle()) == ("None", "None")
-        assert f"{mu0:g}" in marks.get_label()
+    figure = draw("taper", points(), {"grid": "main", "dx0": [0.001]})
+    lines = drawn(figure.axes[0])
+    assert [line.get_marker() for line in lines[1::3]] == ["s", "D", "^"]
+    for mu0, onset, marks in zip(MU0, lines[::3], lines[1::3], strict=False):
+        found = rows(points(), grid="main", dx0=0.001, mu0=mu0).sort_values("theta")
+        assert is_line(onset, found["theta"], found["x0_slip"])
+        assert is_line(marks, found["theta"], found["x0_max"])
+        assert rf"$\mu_0 = {mu0:g}$" in legend_of(figure)
 
 
-def test_friction_figure_shows_marks_onset_and_lock():
-    _, axes = example("friction")
-    onset, marks, lock = drawn(axes)
-    found = sorted(rows("stiction", grid="locks", dx0=0.005), key=lambda row: row["mu0"])
-    assert [row["status"] for row in found] == ["slip", "slip", "slip", "lock"]
-    slips = found[:3]
-    assert is_line(onset, column(slips, "mu0"), column(slips, "x0_slip"))
-    assert is_line(marks, column(slips, "mu0"), column(slips, "x0_max"))
-    assert lock.get_xdata() == [curve_of(2.0).mu_lock] * 2
-    assert "0.005" in marks.get_label()
-    assert any(f"{curve_of(2.0).mu_lock:.4f}" in text.get_text() for text in axes.texts)
+def test_a_choice_of_values_leaves_the_others_out():
+    chosen = {"grid": "main", "dx0": [0.001], "mu0": [0.2, 0.4], "theta": [1.0, 2.0]}
+    lines = drawn(draw("taper", points(), chosen).axes[0])
+    assert len(lines) == 6 and list(lines[0].get_xdata()) == [1.0, 2.0]
 
 
-def test_friction_figure_enlarges_the_first_of_many_levels():
-    mu0 = [round(0.1 + i / 500, 3) for i in range(150)]
+def test_failed_locked_and_out_of_reach_look_different():
+    made = slipping(combined(theta=THETA, mu0=[0.2, 0.4], eta=[0.85], dx0=[0.001]))
+    status = np.array(["slip"] * len(made), dtype=object)
+    status[:3] = ["lock", "failed", "out_of_reach"]
+    figure = KINDS["taper"].plot(made.assign(status=status))
+    strip, _ = figure.axes
+    markers = {tuple(np.ravel(one.get_paths()[0].vertices)) for one in strip.collections}
+    assert len(markers) == 3 and [len(one.get_offsets()) for one in strip.collections] == [1] * 3
+    assert {"locks", "failed", "out of reach"} < set(legend_of(figure))
+    assert len(KINDS["taper"].plot(made.assign(status="slip")).axes) == 1
+
+
+@pytest.mark.parametrize("largest", [0.5, 0.9])
+def test_friction_figure_shows_levels_onset_and_lock(largest):
+    mu0 = tuple(round(0.1 + i / 500, 3) for i in range(int((largest - 0.1) * 500) + 1))
     table = points_table({"fine": grid((2.0,), mu0, (0.001,))}, {2.0: curve_of(2.0)})
     figure = draw("friction", table, {"grid": "fine"})
-    (axes,) = figure.axes
-    (inset,) = axes.child_axes
-    for line, enlarged in zip(axes.lines[:2], inset.lines, strict=True):
-        assert len(line.get_xdata()) == 150
-        assert is_line(enlarged, *line.get_data())
-    levels = np.unique(table.column("n_steps").to_numpy())[:7]
-    assert inset.get_yticks() == pytest.approx(levels * 0.001)
-    low, high = inset.get_ylim()
-    assert low < levels[0] * 0.001 < levels[6] * 0.001 < high
-    shown = table.column("mu0").to_numpy()[np.isin(table.column("n_steps").to_numpy(), levels)]
-    assert inset.get_xlim() == pytest.approx((shown.min() - 0.002, shown.max() + 0.002))
-    # A box around it, of one colour; the figure itself has none.
-    frame = {(one.get_visible(), to_hex(one.get_edgecolor())) for one in inset.spines.values()}
-    assert frame == {(True, "#999999")}
-    assert not axes.spines["top"].get_visible()
+    panel, enlarged = figure.axes
+    marks, onset, lock = drawn(panel)
+    slips = rows(table, status="slip").sort_values("mu0")
+    assert is_line(marks, slips["mu0"], slips["x0_max"])
+    assert is_line(onset, slips["mu0"], slips["x0_slip"])
+    assert lock.get_xdata() == [curve_of(2.0).mu_lock] * 2
+    assert rf"locks above $\mu_\mathrm{{lock}} = {curve_of(2.0).mu_lock:.4f}$" in legend_of(figure)
+    # The enlarged levels are whole, and no mark lies on the edge.
+    near = drawn(enlarged)[0]
+    assert len(np.unique(near.get_ydata())) == 7
+    (left, right), (low, high) = enlarged.get_xlim(), enlarged.get_ylim()
+    assert left < min(near.get_xdata()) and max(near.get_xdata()) < right
+    assert low < min(near.get_ydata()) and max(near.get_ydata()) < high
 
 
-@pytest.mark.parametrize(("name", "mu0"), [("scan", 0.3), ("locked scan", 0.9)])
-def test_scan_figure_shows_every_shape_and_where_periods_begin(name, mu0):
-    figure, axes = example(name)
-    found = rows("scans", theta=2, mu0=mu0)
-    starts = [row for row in found if row["x0"] == 0]
-    surface, *shapes, footpoints = drawn(axes)
-    assert surface.get_ydata() == [0.85, 0.85]
-    assert len(shapes) == len(found) + len(starts)
-    for line, row in zip(shapes, found + starts, strict=True):
-        assert is_line(line, row["shape_x"], row["shape_y"])
-    bold = {line.get_color() for line in shapes[len(found) :]}
-    assert bold == {style.START}
-    assert {line.get_color() for line in shapes[: len(found)]} == {style.SHAPE}
-    assert is_line(footpoints, column(found, "footpoint"), [0] * len(found))
-    # A slip into each later period, but none before the first.
-    assert len(starts) == 4
-    assert figure.legends
+def test_a_friction_figure_of_few_levels_has_one_panel_and_marks_what_failed():
+    made = ROWS["friction"](9).assign(dx0=0.01)
+    made = made.assign(n_steps=made.x0_slip // 0.01)
+    made.loc[made.index[2], "status"] = "failed"
+    figure = KINDS["friction"].plot(made)
+    assert len(figure.axes) == 1 and "failed" in legend_of(figure)
 
 
-@pytest.mark.parametrize(("count", "said"), [(1, "1 stick-slip cycle"), (2, "2 stick-slip cycles")])
-def test_a_scan_figure_says_how_many_cycles_there_are(count, said):
-    found = pd.DataFrame(rows("scans", theta=2, mu0=0.3)).query(f"cycle <= {count}")
-    (axes, *_) = KINDS["scan"].plot(found).axes
-    assert axes.get_title().endswith(f": {said}")
+def shapes_in(axes):
+    """Shapes of every step, and those that begin and end a period."""
+    every, begin, end = axes.collections
+    colors = [to_hex(one.get_edgecolor()[0]) for one in (every, begin, end)]
+    assert colors == [style.SHAPE, style.START, style.END]
+    return [one.get_segments() for one in (every, begin, end)]
 
 
-@pytest.mark.parametrize(("name", "mu0"), [("period", 0.3), ("locked period", 0.9)])
-def test_period_figure_shows_the_first_period_of_sticking(name, mu0):
-    _, axes = example(name)
-    found = rows("scans", theta=2, mu0=mu0, cycle=1, phase="stick")
-    _surface, *shapes, footpoints = drawn(axes)
-    for line, row in zip(shapes, [*found, found[0], found[-1]], strict=True):
-        assert is_line(line, row["shape_x"], row["shape_y"])
-    assert [to_hex(line.get_color()) for line in shapes[-2:]] == [style.START, style.END]
-    assert is_line(footpoints, column(found, "footpoint"), [0] * len(found))
+@pytest.mark.parametrize("mu0", [0.3, 0.9])
+def test_scan_figures_have_a_panel_of_one_scale_for_each_taper(mu0):
+    chosen = {"scan": "runs", "theta": [2.0, 3.0], "mu0": [mu0]}
+    figure = draw("scan", scans(), chosen)
+    style.save(figure, [])
+    spans = []
+    for theta, axes in zip((2.0, 3.0), figure.axes, strict=True):
+        found = rows(scans(), theta=theta, mu0=mu0).sort_values("footpoint")
+        every, begin, end = shapes_in(axes)
+        assert len(every) == len(found)
+        assert np.array_equal(every[3][:, 0], found["shape_x"].iloc[3])
+        sticking = found[found["phase"] == "stick"]
+        last = sticking.groupby("cycle").tail(1)
+        assert len(begin) == (found["x0"] == 0).sum() and len(end) == len(last)
+        assert np.array_equal(end[0][:, 0], last["shape_x"].iloc[0])
+        assert rf"$\theta = {theta:g}$" in axes.texts[0].get_text()
+        width = axes.get_position().width * figure.get_figwidth()
+        spans.append(width / np.ptp(axes.get_xlim()))
+    assert spans[0] == pytest.approx(spans[1], rel=0.02)
+
+
+@pytest.mark.parametrize("mu0", [0.3, 0.9])
+def test_period_figure_shows_the_first_period_of_sticking(mu0):
+    figure = draw("period", scans(), {"scan": "runs", "theta": [2.0], "mu0": [mu0]})
+    found = rows(scans(), theta=2.0, mu0=mu0, cycle=1, phase="stick").sort_values("footpoint")
+    every, (begin,), (end,) = shapes_in(figure.axes[0])
+    assert len(every) == len(found)
+    assert np.array_equal(begin[:, 0], found["shape_x"].iloc[0])
+    assert np.array_equal(end[:, 0], found["shape_x"].iloc[-1])
     # A rod that locks has no x0,max.
-    title = f"{found[-1]['footpoint']:g}" if name == "period" else "the tip locks"
-    assert title in axes.get_title()
+    last = "last step of sticking" if mu0 == 0.9 else "last sticking state"
+    assert last in legend_of(figure)
 
 
-@pytest.mark.parametrize(("name", "state"), [("penetrating state", "inside"), ("state", "outside")])
-def test_state_figure_shows_shape_contact_and_clamp(name, state):
-    _, axes = example(name)
-    (row,) = rows("states", state=state)
-    surface, shape, contact, clamp = drawn(axes)
-    assert surface.get_ydata() == [row["eta"]] * 2
-    assert is_line(shape, row["shape_x"], row["shape_y"])
-    assert is_line(contact, [row["x1"]], [row["eta"]])
-    assert is_line(clamp, [0], [0])
-    told = [text for text in axes.texts if "passes through" in text.get_text()]
-    assert len(told) == row["penetrates"] == (state == "inside")
-
-
-@pytest.mark.parametrize("name", [name for name in FIGURES if name not in ("taper", "friction")])
-def test_shapes_are_drawn_in_true_proportions_and_whole(name):
-    _, axes = example(name)
+@pytest.mark.parametrize("names", [["inside"], ["outside"], ["inside", "outside"]])
+def test_state_figure_shows_shape_contact_and_clamp(names):
+    table = records.states_table(
+        {n: solve_state(1, 0.55, 0.15 + 0.3 * (n == "outside")) for n in names}, "a"
+    )
+    figure = draw("state", table, {"state": names})
+    (axes,) = figure.axes
     assert axes.get_aspect() == 1
+    lines = drawn(axes)
+    for i, row in enumerate(table.to_pylist()):
+        shape, contact = lines[1 + 2 * i : 3 + 2 * i]
+        assert is_line(shape, row["shape_x"], row["shape_y"])
+        assert is_line(contact, [row["x1"]], [row["eta"]])
+        assert (contact.get_markerfacecolor() == "white") == row["penetrates"]
+        assert any(f"{row['f']:.3f}" in text for text in legend_of(figure))
+    assert is_line(lines[-1], [0], [0])
     (x_low, x_high), (y_low, y_high) = axes.get_xlim(), axes.get_ylim()
-    for line in drawn(axes)[1:]:
+    for line in lines[1:]:
         assert x_low <= min(line.get_xdata()) and max(line.get_xdata()) <= x_high
         assert y_low <= min(line.get_ydata()) and max(line.get_ydata()) <= y_high
 
 
-@pytest.mark.parametrize("name", FIGURES)
-def test_axes_say_what_they_show(name):
-    _, axes = example(name)
-    assert axes.get_xlabel() and axes.get_ylabel()
+def test_states_without_a_result_are_named_and_many_have_a_colourbar():
+    six = states(6)
+    figure = KINDS["state"].plot(six.assign(status=np.where(six.index < 2, "failed", "solved")))
+    lost = [text for text in legend_of(figure) if text.startswith("no result: ")]
+    assert len(lost) == 2
+    tapers = KINDS["state"].plot(states(8).assign(theta=np.linspace(1.0, 2.0, 8)))
+    assert tapers.axes[1].get_ylabel() == r"$\theta$"
+
+
+@pytest.mark.parametrize("selection", [{"grid": "none"}, {"grid": "main", "dx0": [0.002]}])
+def test_nothing_to_draw_is_refused(selection):
+    with pytest.raises(ArgumentError, match="no rows to draw for taper figure with"):
+        draw("taper", points(), selection)
+    with pytest.raises(ArgumentError, match="unknown kind of figure 'pie'; allowed: change, "):
+        draw("pie", points(), selection)
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["state", *(pytest.param(name, marks=pytest.mark.slow) for name in ("friction", "scan"))],
+    ("kind", "selection"),
+    [("scan", {"scan": "runs", "theta": [1.0]}), ("friction", {"grid": "main", "dx0": [0.001]})],
 )
-def test_files_are_whole_and_the_same_table_gives_the_same_bytes(name, tmp_path):
-    starts = {"pdf": b"%PDF-", "svg": b"<?xml", "png": b"\x89PNG\r\n\x1a\n"}
-    ends = {"pdf": b"%%EOF\n", "svg": b"</svg>\n", "png": b"IEND\xaeB`\x82"}
-    contents = []
-    for run in "ab":
-        paths = [tmp_path / f"{run}.{ending}" for ending in starts]
-        figure, _ = example(name)
-        style.save(figure, paths)
-        contents.append([path.read_bytes() for path in paths])
-    assert contents[0] == contents[1]
-    assert b"CreationDate" not in contents[0][0] and b"dc:date" not in contents[0][1]
-    for ending, content in zip(starts, contents[0], strict=True):
-        assert content.startswith(starts[ending]) and content.endswith(ends[ending])
-    assert len(list(tmp_path.iterdir())) == 6
+def test_a_figure_of_what_failed_gives_the_reason(kind, selection):
+    table = points_table({"main": grid(theta=(9.0,))}, {9.0: FAILED})
+    (text,) = draw(kind, scans() if kind == "scan" else table, selection).axes[0].texts
+    reason = "the tables and logs have the reason" if kind == "scan" else "no luck"
+    assert text.get_text() == f"failed: {reason}"
 
 
-def test_an_unknown_kind_is_refused():
-    message = f"unknown kind of figure 'pie'; allowed: {', '.join(KINDS)}"
-    with pytest.raises(ValueError, match=message):
-        draw("pie", tables()["stiction"], {})
-
-
-@pytest.mark.parametrize(
-    ("name", "other"),
-    [
-        ("taper", {"grid": "none"}),
-        ("taper", {"dx0": 0.002}),
-        ("friction", {"theta": 7}),
-        ("scan", {"scan": "none"}),
-        ("scan", {"mu0": 0.31}),
-        ("period", {"theta": 1.5}),
-        ("state", {"state": "none"}),
-    ],
-)
-def test_nothing_to_draw_is_refused(name, other):
-    kind, table, selection = FIGURES[name]
-    with pytest.raises(ValueError, match=f"no rows to draw for {kind} figure with") as error:
-        draw(kind, tables()[table], selection | other)
-    assert str(selection | other) in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("kind", "table", "selection"),
-    [
-        ("scan", "scans", {"scan": "runs", "theta": 1, "mu0": 0.3}),
-        ("period", "scans", {"scan": "runs", "theta": 1, "mu0": 0.3}),
-        ("state", "states", {"state": "lost"}),
-        ("friction", "failed points", {"grid": "main", "dx0": 0.001}),
-    ],
-)
-def test_a_figure_of_what_failed_says_so(kind, table, selection, tmp_path):
-    figure = draw(kind, tables()[table], selection)
-    (text,) = figure.axes[0].texts
-    assert text.get_text().startswith("failed: ")
-    assert ("no luck" in text.get_text()) == (kind in ("state", "friction"))
-    style.save(figure, [tmp_path / "figure.svg"])
-    assert b"failed: " in (tmp_path / "figure.svg").read_bytes()
-
-
-def test_points_without_an_onset_leave_gaps(tmp_path):
-    table = tables()["stiction"]
-    for name in ("x0_slip", "x0_max", "n_steps"):
-        field = table.schema.field(name)
-        table = table.set_column(
-            table.schema.get_field_index(name), field, pa.nulls(len(table), field.type)
-        )
-    status = table.schema.get_field_index("status")
-    table = table.set_column(status, "status", pa.array(["lock"] * len(table)))
-    figure = draw("friction", table, {"grid": "locks", "dx0": 0.001})
-    style.save(figure, [tmp_path / "figure.png"])
-    assert not np.isfinite(figure.axes[0].lines[1].get_ydata().astype(float)).any()
-
-
-@pytest.fixture(scope="module")
+@cache
 def plane():
     """Points in every regime: point and line contact, slipping and locked."""
     parts = []
@@ -338,160 +246,204 @@ def plane():
     return store.joined(parts, schemas.STICTION)
 
 
-def test_locking_figure_shows_a_curve_for_each_height(plane):
-    (axes,) = draw("locking", plane, {"grid": "plane"}).axes
+def test_locking_figure_shows_a_curve_for_each_height():
+    (axes,) = draw("locking", plane(), {"grid": "plane"}).axes
     shown = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
     for eta in (0.7, 0.85):
-        known = {r["theta"]: r["mu_lock"] for r in plane.to_pylist() if r["eta"] == eta}
-        assert list(shown[rf"$\eta = {eta}$"]) == [known[theta] for theta in sorted(known)]
+        known = rows(plane(), eta=eta).drop_duplicates("theta").sort_values("theta")
+        assert list(shown[rf"$\eta = {eta}$"]) == list(known["mu_lock"])
 
 
-def test_regime_map_colours_each_point_by_what_happens_there(plane):
-    panels = draw("regimes", plane, {"grid": "plane"}).axes
+def test_regime_map_colours_each_point_and_nothing_beyond_the_grid():
+    figure = draw("regimes", plane(), {"grid": "plane"})
     seen = set()
-    for axes, eta in zip(panels, (0.7, 0.85), strict=True):
-        assert axes.get_title() == rf"$\eta = {eta}$"
+    for axes, eta in zip(figure.axes, (0.7, 0.85), strict=True):
         (mesh,) = axes.collections
+        assert mesh.get_rasterized()
+        assert (axes.get_xlim(), axes.get_ylim()) == ((1.0, 5.0), (0.1, 0.6))
         field = mesh.get_array().reshape(3, 3)
-        for row in plane.to_pylist():
-            if row["eta"] == eta:
-                place = [0.1, 0.4, 0.6].index(row["mu0"]), [1, 3, 5].index(row["theta"])
-                slips = {"point": 0, "line": 1}[row["contact"]]
-                locks = {"slips_back": 2, "snaps": 3, "swings_aside": 6}.get(row["ends_by"])
-                expected = locks if row["status"] == "lock" else slips
-                assert field[place] == expected
-                seen.add(expected)
+        for row in rows(plane(), eta=eta).to_dict("records"):
+            place = [0.1, 0.4, 0.6].index(row["mu0"]), [1, 3, 5].index(row["theta"])
+            slips = {"point": 0, "line": 1}[row["contact"]]
+            expected = 6 if row["status"] == "lock" else slips
+            assert field[place] == expected
+            seen.add(expected)
     assert seen == {0, 1, 6}
-
-
-def locking_points():
-    """Onsets near two locks: a smooth maximum and a kink."""
-    mu0 = tuple(round(0.4 + 0.0005 * i, 4) for i in range(160))
-    curves = {t: solve_curve(float(t), 0.85, contact="line") for t in (2.0, 2.8)}
-    return points_table({"lock": grid(tuple(curves), mu0, (0.001,))}, curves)
+    shown = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert shown == [regimes.REGIMES[i] for i in (0, 1, 6)]
 
 
 def test_the_law_near_the_lock_is_a_square_root_except_in_a_kink():
-    figure = draw("law", locking_points(), {"grid": "lock"})
-    texts = [text.get_text() for text in figure.legends[0].get_texts()]
-    labels = [text for text in texts if "exponent" in text]
-    exponents = [float(label.rsplit(" ", 1)[1]) for label in labels]
+    mu0 = tuple(round(0.4 + 0.0005 * i, 4) for i in range(160))
+    curves = {t: solve_curve(float(t), 0.85, contact="line") for t in (2.0, 2.8)}
+    figure = draw(
+        "law", points_table({"lock": grid(tuple(curves), mu0, (0.001,))}, curves), {"grid": "lock"}
+    )
+    labels = [text for text in legend_of(figure) if "exponent" in text]
+    exponents = [float(label.split("exponent $")[1].split()[0]) for label in labels]
     assert exponents == pytest.approx([0.5, 1.0], abs=0.06)
-    # The law meets the lock: black lines end in the large marks.
-    lines = [line for line in figure.axes[0].lines if line.get_color() == "black"]
-    assert len(lines) == 2 and all(len(line.get_xdata()) > 10 for line in lines)
+    assert all(r"\pm" in label for label in labels)
+
+
+@pytest.mark.parametrize(("count", "fitted"), [(1, False), (4, False), (5, True), (40, True)])
+def test_an_exponent_needs_five_points_near_the_lock(count, fitted):
+    gap = np.append(np.geomspace(1e-5, 4e-2, count), [0.0, -1e-5, 0.1])
+    distance = 3.0 * np.sqrt(np.maximum(gap, 0.0)) * (1.0 + np.sqrt(np.maximum(gap, 0.0))) ** 0.7
+    law = regimes.fitted_law(gap, distance, 0.5)
+    assert (law is not None) == fitted
+    if law:
+        found = law.scale, law.exponent, law.correction
+        assert found == pytest.approx((3.0, 0.5, 0.7), rel=1e-4) and law.uncertainty < 1e-4
+
+
+def test_an_exponent_that_the_points_leave_open_is_not_given():
+    noise = np.exp(np.random.default_rng(3).normal(0.0, 0.3, 8))
+    gap = np.linspace(1e-2, 4e-2, 8)
+    assert regimes.fitted_law(gap, np.sqrt(gap) * noise, 0.5) is None
 
 
 def test_past_the_lock_sticking_ends_where_a_trailing_or_a_planar_rod_slips():
-    mu0 = (0.3, 0.6, 0.9)
-    curves = {section: solve_curve(2.0, 0.85, section=section) for section in ("round", "planar")}
-    for section, curve in curves.items():
-        table = points_table({"g": grid((2.0,), mu0, (0.001,))}, {2.0: curve})
+    for section in ("round", "planar"):
+        curve = solve_curve(2.0, 0.85, section=section)
+        table = points_table({"g": grid((2.0,), (0.3, 0.6, 0.9), (0.001,))}, {2.0: curve})
         first, later = draw("past_lock", table, {"grid": "g"}).axes
-        slips, locked, swing, *_ = (line.get_ydata() for line in drawn(first))
+        slips, locked, asymptote, swing, *_ = (line.get_ydata() for line in drawn(first))
         assert slips == pytest.approx(curve.onset([0.3]))
+        assert asymptote[0] == pytest.approx(curve.x0_lock)
         if section == "round":
             trail = curve.trailing_end([0.6, 0.9]).x0
             assert locked == pytest.approx(trail) and swing == pytest.approx([curve.x0_end] * 2)
-            dragged = drawn(later)[1].get_ydata()
-            assert dragged == pytest.approx(trail - 2.0 * curve.x0_end)
+            assert drawn(later)[1].get_ydata() == pytest.approx(trail - 2.0 * curve.x0_end)
         else:
-            assert locked == pytest.approx([curve.x0_end] * 2)
-            assert np.isnan(swing).all()
-        (asymptote,) = (
-            line for line in first.lines if len(set(line.get_xdata())) == 1 < len(line.get_xdata())
-        )
-        assert asymptote.get_xdata()[0] == pytest.approx(curve.mu_lock)
+            assert locked == pytest.approx([curve.x0_end] * 2) and np.isnan(swing).all()
 
 
-def test_the_margin_out_of_the_plane_is_marked_as_zero_at_x1_init():
-    axes = draw("margins", tables()["scans"], {"scan": "runs", "mu0": 0.9}).axes[1]
+def test_the_margin_out_of_the_plane_is_marked_as_zero_under_the_contact_point():
+    axes = draw("margins", scans(), {"scan": "runs", "mu0": [0.9], "theta": [2.0]}).axes[1]
     curve, _, mark = drawn(axes)[:3]
-    found = rows("scans", theta=2, mu0=0.9, cycle=1, phase="stick")
-    assert is_line(curve, column(found, "footpoint"), column(found, "stability_aside"))
+    found = rows(scans(), theta=2, mu0=0.9, cycle=1, phase="stick").sort_values("footpoint")
+    assert is_line(curve, found["footpoint"], found["stability_aside"])
     assert mark.get_xdata() == pytest.approx([curve_of(2.0).x1_init], abs=1e-12)
-    assert list(mark.get_ydata()) == [0.0]
     # In line contact it is where the clamp is under the contact point, not under the tip.
-    lying = scan_table(solve_curve(5.0, 0.33, contact="line"), 5.0, 0.9)
-    _, _, mark = drawn(draw("margins", lying, {"scan": "runs"}).axes[1])[:3]
-    assert mark.get_xdata() == pytest.approx(
-        [solve_curve(5.0, 0.33, contact="line").x0_end], abs=1e-4
-    )
+    lying = solve_curve(5.0, 0.33, contact="line")
+    mark = drawn(draw("margins", scan_table(lying, 5.0, 0.9), {"scan": "runs"}).axes[1])[2]
+    assert mark.get_xdata() == pytest.approx([lying.x0_end], abs=1e-4)
 
 
 def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
-    oblique, above, _ = draw(
-        "swing", tables()["scans"], {"scan": "runs", "theta": 2, "mu0": 0.9}
-    ).axes
-    turned = {to_hex(line.get_color()): line for line in above.lines if line.get_linewidth() == 1.8}
-    found = rows("scans", theta=2, mu0=0.9, cycle=1, phase="stick")
-    before = max(
-        (row for row in found if row["x1"] > row["footpoint"]), key=lambda r: r["footpoint"]
-    )
+    chosen = {"scan": "runs", "theta": [2.0], "mu0": [0.9]}
+    oblique, above, _ = draw("swing", scans(), chosen).axes
+    turned = [line for line in above.lines if line.get_linewidth() == 1.4]
+    found = rows(scans(), theta=2, mu0=0.9, cycle=1, phase="stick")
+    before = found[found["x1"] > found["footpoint"]].sort_values("footpoint").iloc[-1]
     out = np.array(before["shape_x"]) - before["footpoint"]
     directions = []
-    for line in turned.values():
+    for line in turned:
         x, z = line.get_xdata() - before["footpoint"], np.asarray(line.get_ydata())
         assert np.hypot(x, z) == pytest.approx(np.abs(out))
         far = np.argmax(np.abs(out))
         directions.append(np.degrees(np.arctan2(z[far], x[far]) - np.arctan2(0.0, out[far])))
     assert np.mod(directions, 360.0) == pytest.approx(np.arange(0.0, 181.0, 30.0), abs=1e-9)
-    # Each is drawn in the other panel, too, with its height.
-    (upright,) = (line for line in oblique.lines if to_hex(line.get_color()) == list(turned)[3])
-    assert upright.get_ydata() - 0.3 * out == pytest.approx(before["shape_y"])
-
-
-@pytest.mark.parametrize("mu0", [0.3, 0.9])
-def test_a_swing_is_not_drawn_of_a_tip_that_slips_or_a_rod_that_is_guided(mu0):
-    table = tables()["scans"]
-    if mu0 == 0.9:
-        planar = solve_curve(2.0, 0.85, section="planar")
-        table = scan_table(planar, 2.0, 0.9)
-        assert min(column(table.to_pylist(), "x1")) < max(column(table.to_pylist(), "footpoint"))
-    figure = draw("swing", table, {"scan": "runs", "theta": 2, "mu0": mu0})
-    (text,) = figure.axes[0].texts
+    upright = [line for line in oblique.lines if line.get_color() == turned[3].get_color()]
+    assert upright[0].get_ydata() - 0.3 * out == pytest.approx(before["shape_y"])
+    (text,) = draw("swing", scans(), chosen | {"mu0": [0.3]}).axes[0].texts
     assert text.get_text() == "the rod does not swing aside in this scan"
-    assert np.isnan(drawn(draw("margins", table, {"theta": 2, "mu0": mu0}).axes[1])[2].get_xdata())
 
 
 def test_models_figure_marks_what_penetrates():
     table = records.comparison_table("models", compare([1, 4, 8], [0.2], [0.85]), "a")
     figure = draw("models", table, {"comparison": "models"})
-    line, marks = figure.axes[0].lines
+    line, marks = drawn(figure.axes[0])
     assert np.isfinite(line.get_ydata()).all()
     assert np.isfinite(marks.get_ydata()).tolist() == [False, False, True]
     assert marks.get_ydata()[2] > 30
+    locks = [table.to_pandas()[name] for name in ("mu_lock_point", "mu_lock_line")]
+    assert all(
+        is_line(line, [1, 4, 8], known)
+        for line, known in zip(drawn(figure.axes[1]), locks, strict=True)
+    )
 
 
 def test_signals_of_a_locking_tip_show_its_stability_fall():
-    figure = draw("signals", tables()["scans"], {"scan": "runs", "theta": 2, "mu0": 0.9})
-    inclination, *_ = figure.axes[0].lines
-    assert abs(inclination.get_ydata()).max() < 0.9
+    figure = draw("signals", scans(), {"scan": "runs", "theta": [2.0], "mu0": [0.9]})
+    assert abs(figure.axes[0].lines[0].get_ydata()).max() < 0.9
     inside, aside = (line.get_ydata() for line in figure.axes[2].lines)
     # Where the rod swings aside only the margin out of the plane is near zero.
     assert inside.min() > 0.3 > 0.05 > aside.min() > 0
 
 
-def test_several_states_stand_in_one_figure():
-    lying = solve_state(1, 0.55, 0.15, "line")
-    table = records.states_table({"paper": solve_state(1, 0.55, 0.15), "lying": lying}, "a")
-    figure = draw("state", table, {"state": ["paper", "lying"]})
-    text = " ".join(text.get_text() for text in figure.axes[0].texts)
-    assert "point contact" in text and "line contact" in text and "passes through" in text
+@pytest.mark.parametrize(("axis", "unit"), [("clamp_angle", 180.0 / np.pi), ("curvature", 1.0)])
+def test_a_mounting_is_shown_in_its_unit_and_what_no_rod_has_takes_no_room(axis, unit):
+    made = ROWS["mounting"](3)
+    values = made["clamp_angle"]
+    made = made.assign(clamp_angle=0.0, mu_lock=np.inf).assign(**{axis: values})
+    figure = KINDS["mounting"].plot(made)
+    panels = [panel for panel in figure.axes if panel.axison]
+    assert len(panels) == 4
+    assert np.unique(drawn(panels[0])[0].get_xdata()) == pytest.approx(np.unique(values) * unit)
 
 
-def test_regimes_tell_how_a_lock_goes_on():
-    curve = {1.5: solve_curve(1.5, 0.5, contact="line", section="planar")}
-    mu0 = tuple(i / 10 for i in range(1, 13))
-    table = points_table({"plane": grid((1.5,), mu0, (0.001,), (0.5,))}, curve)
-    figure = draw("regimes", table, {"grid": "plane"})
-    shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "locks, then slips back" in shown and "locks, then snaps through" in shown
-    assert "no result" not in shown
+@pytest.mark.parametrize(
+    ("ahead", "lines"), [([-0.1, 0.1, 0.2], 1), ([0.1, 0.2, 0.3], 0), ([0.0, 0.1, 0.2], 0)]
+)
+def test_a_line_shows_where_neither_cone_nor_cylinder_is_ahead(ahead, lines):
+    made = ROWS["versus"](2)
+    made = made[made.theta <= 2.0]
+    made = made[made.clamp_angle.isin(sorted(set(made.clamp_angle))[:3])]
+    order = {
+        angle: value for angle, value in zip(sorted(set(made.clamp_angle)), ahead, strict=True)
+    }
+    lock = np.where(made.theta == 2.0, 0.5 + made.clamp_angle.map(order), 0.5)
+    panel = KINDS["versus"].plot(made.assign(mu_lock=lock)).axes[0]
+    assert len(panel.collections) == 1 + lines
+    assert panel.collections[0].get_array().filled().reshape(2, 3)[0] == pytest.approx(ahead)
 
 
-def test_what_failed_first_is_said_where_there_is_nothing_to_draw():
-    rows = pd.DataFrame({"status": ["out_of_reach", "failed"], "message": ["too high", "no luck"]})
-    for found, said in ((rows, "too high"), (rows[["status"]], "the tables and logs say why")):
-        (text,) = _failure(found).axes[0].texts
-        assert text.get_text() == f"out of reach: {said}"
+def test_a_change_is_in_per_cent_of_the_ideal_mounting():
+    made = ROWS["change"](3)
+    made = made.assign(mu_lock=np.where(made.clamp_angle == 0.0, 0.5, 0.55))
+    mesh = KINDS["change"].plot(made).axes[0].collections[0]
+    assert mesh.get_array().filled() == pytest.approx(10.0)
+
+
+SCRIPT = "import matplotlib.pyplot as plt\n\n\ndef draw(table):\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("    return table.nothing\n", r"mine.py:5: AttributeError: .*'nothing'"),
+        ("    return 3\n", "mine.py: draw returns int; needed: a matplotlib Figure"),
+    ],
+)
+def test_a_script_that_fails_is_named_with_its_line(tmp_path, body, message):
+    (tmp_path / "mine.py").write_text(SCRIPT + body)
+    with pytest.raises(ArgumentError, match=message):
+        draw("script", points(), {"grid": "main"}, script=tmp_path / "mine.py")
+
+
+def test_a_script_gets_the_rows_and_the_style(tmp_path):
+    body = "    figure, axes = plt.subplots()\n    axes.plot(table.theta, table.mu0, 'o')\n"
+    (tmp_path / "mine.py").write_text(SCRIPT + body + "    return figure\n")
+    look = {"size": [4.0, 2.0], "axes": {"x": [0.5, 9.0], "log": ["y"]}}
+    chosen = {"grid": "main", "mu0": [0.2]}
+    figure = draw("script", points(), chosen, script=tmp_path / "mine.py", look=look)
+    (axes,) = figure.axes
+    assert len(axes.lines[0].get_xdata()) == 6 and not axes.spines["top"].get_visible()
+    assert tuple(figure.get_size_inches()) == (4.0, 2.0)
+    assert axes.get_xlim() == (0.5, 9.0) and axes.get_yscale() == "log"
+
+
+def test_single_points_are_seen():
+    for kind in ("locking", "models", "past_lock", "margins"):
+        made = ROWS[kind](1)
+        line = drawn(
+            KINDS[kind]
+            .plot(
+                made[made.status == "lock"].head(1)
+                if "status" in made and kind == "margins"
+                else made.head(1)
+            )
+            .axes[0]
+        )[0]
+        assert line.get_marker() == "o"

@@ -27,11 +27,10 @@ from vibrissa.tables.proofs import KEYS, Proof, read
 EVIL = "</script><script>throw 1</script><b>&\"'"
 ROOT = Path(__file__).parents[2]
 RUN = report.Run(study_files={"my.yaml": "study: mine"}, environment={"Python": "3"}, benchmarks={})
-SVG = b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>'
 
 
-def picture(name="one", caption="A caption.", svg=SVG, png=b"png"):
-    return report.Picture(name=name, caption=caption, svg=svg, png=png)
+def picture(name="one", caption="A caption.", png=b"png"):
+    return report.Picture(name=name, caption=caption, png=png)
 
 
 class Elements(HTMLParser):
@@ -242,12 +241,6 @@ def test_a_planar_rod_is_offered_as_one(swinging):
     for section, scans in swinging.items():
         (preset,) = of_scans(scans).presets
         assert preset.settings["section"] == section and "self-locking" in preset.name
-
-
-def test_a_figure_of_very_many_lines_is_shown_as_pixels():
-    assert picture().source.startswith("data:image/svg+xml;base64,")
-    large = picture(svg=SVG + b" " * report.LARGEST_SVG)
-    assert large.source == "data:image/png;base64,cG5n"
 
 
 def test_key_rows_are_the_corners_and_the_middle(study_tables):

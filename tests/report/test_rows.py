@@ -5,7 +5,7 @@ from decimal import Decimal
 import pytest
 
 from small_study import scans, states
-from vibrissa.report import facts, page, proofs, tables
+from vibrissa.report import facts, proofs, tables
 from vibrissa.report.motion import motion
 from vibrissa.sticking.comparison import compare
 from vibrissa.tables import schemas
@@ -111,12 +111,6 @@ def test_a_job_that_was_over_before_anybody_looked_has_no_memory():
     rows = facts.job_times({"a": ["s\tmax_rss\n1.5\tNA\n", "s\tmax_rss\nNA\tNA\n9\t9\n"]})
     of_a, of_all = rows.drop(columns="rule").to_dict("records")
     assert of_a == of_all == {"jobs": 2, "seconds": 1.5, "longest": 1.5, "memory": 0.0}
-
-
-def test_a_drawing_is_shown_as_pixels_if_it_is_larger_than_allowed():
-    for size, kind in ((300_000, "svg+xml"), (300_001, "png")):
-        drawing = page.Picture(name="", caption="", svg=b" " * size, png=b"png")
-        assert drawing.source.startswith(f"data:image/{kind};base64,")
 
 
 def test_a_proof_agrees_with_a_number_up_to_its_bound():

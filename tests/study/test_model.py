@@ -98,9 +98,9 @@ def test_the_study_is_what_is_written(read):
     assert study.figures["state"].selection() == {"state": ["single"]}
     assert study.figures["scan"].selection() == {
         "scan": "runs",
-        "theta": 3.0,
-        "mu0": 0.32,
-        "dx0": 0.002,
+        "theta": [3.0],
+        "mu0": [0.32],
+        "dx0": [0.002],
     }
 
 
@@ -144,9 +144,41 @@ def test_a_section_may_be_empty_and_anchors_may_have_a_place(read):
     assert (study.scans, study.states, study.figures) == ({}, {}, {})
 
 
+def test_captions_have_the_values_that_are_shown(read):
+    told = read(edited(("Some words.", "'{theta}, {mu0}: {{x}}'"))).captions
+    assert told["taper"] == "1 and 2.5, 0.1, 0.2, 0.3 and 0.4: {x}"
+    chosen = edited(("grid: main, caption: Some words.", "grid: main, mu0: [0.1, 0.3]"))
+    assert read(chosen).captions["taper"] == (
+        "Clamp displacement x0,max over theta, a series for each mu0; theta = 1 and 2.5, "
+        "mu0 = 0.1 and 0.3, eta = 0.85, dx0 = 0.001."
+    )
+    assert told["state"] == (
+        "Shapes of one or more states of the same eta; theta = 1.5, eta = 0.55, x1 = 0.15."
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("def plot(table):\n    pass\n", "has no function draw(table)"), ("def draw(", "mine.py:1")],
+)
+def test_a_script_is_checked_before_any_work(read, tmp_path, text, words):
+    asked = edited(("kind: taper, grid: main", "kind: script, script: mine.py, grid: main"))
+    (tmp_path / "mine.py").write_text(text)
+    assert words in " ".join(mistakes(read, asked))
+    (tmp_path / "mine.py").write_text("def draw(table):\n    return None\n")
+    study = read(asked)
+    assert study.scripts == {"taper": (tmp_path / "mine.py").as_posix()}
+    assert study.figures["taper"].params()["selection"] == {"grid": "main"}
+
+
+def test_a_figure_makes_its_formats_and_the_png_of_the_report(read):
+    made = read(edited(("caption:", "formats: [pdf], caption:"))).figure_files
+    assert made[:2] == ["figures/taper.pdf", "figures/taper.png"]
+
+
 def test_keys_may_be_merged(read):
     text = STUDY + "  more:\n    <<: {kind: friction, grid: main}\n    theta: 1\n"
-    assert read(text).figures["more"].theta == 1.0
+    assert read(text).figures["more"].theta == (1.0,)
 
 
 # What is put in place of what, where the message says it is, and words of it.
@@ -194,9 +226,34 @@ WRONG = {
     "unknown state": ("state: single", "state: x", "28: figures.state.state", "allowed: single"),
     "unknown grid": ("grid: main, cap", "grid: x, cap", "24: figures.taper.grid", "'x' is not"),
     "foreign theta": (", theta: 2.5", ", theta: 2", "25: figures.friction.theta", "has 1, 2.5"),
-    "taper theta": ("caption:", "theta: 2.5, caption:", "24: figures.taper.theta", "not a key of"),
-    "several": (", theta: 2.5", "", "25: figures.friction", "'main' has several: 1, 2.5"),
-    "several etas": ("[0.85]", "[0.85, 0.9]", "24: figures.taper", "missing 'eta'; 'main' has"),
+    "taper theta": ("caption:", "theta: [1, 9], caption:", "24: figures.taper.theta", "9 is not"),
+    "placeholder": (
+        "Some words.",
+        "'{tau}'",
+        "24: figures.taper.caption",
+        "allowed: {theta}, {mu0}",
+    ),
+    "open brace": ("Some words.", "'x{'", "24: figures.taper.caption", "a brace itself is {{"),
+    "limits": ("caption:", "axes: {x: [2, 1]}, caption:", "24: figures.taper.axes.x", "low < high"),
+    "log of 0": ("caption:", "axes: {x: [0, 1], log: [x]}, caption:", "24:", "above 0"),
+    "log shapes": ("kind: scan,", "kind: scan, axes: {log: [x]},", "26:", "to scale"),
+    "format": ("caption:", "formats: [jpg], caption:", "24: figures.taper.formats", "'jpg'"),
+    "size": ("caption:", "size: [0, 3], caption:", "24: figures.taper.size", "0 is not"),
+    "no script": ("kind: taper,", "kind: script,", "24: figures.taper", "missing 'script'"),
+    "lost script": (
+        "taper, grid: main,",
+        "script, script: x.py, grid: main,",
+        "24:",
+        "No such file",
+    ),
+    "two sources": (
+        "taper, grid: main,",
+        "script, script: x.py, grid: main, scan: runs,",
+        "24:",
+        "one",
+    ),
+    "several": (", theta: 2.5", "", "25: figures.friction", "friction shows one value of theta"),
+    "several etas": ("[0.85]", "[0.85, 0.9]", "24: figures.taper", "one value of eta; 'main' has"),
     "name": ("study: demo", "study: a b", "2: study", "letters, digits, _ and -"),
     "key as a name": ("  main:", "  a b:", "7: grids.a b", "letters, digits, _ and -"),
     "shooting": (
@@ -265,7 +322,7 @@ def test_mountings_are_refused_where_nothing_solves_or_shows_them(read):
     told = mistakes(read, MOUNTED + "method: shooting\n")
     assert any("collocation is" in one for one in told)
     told = mistakes(read, MOUNTED + "figures: {f: {kind: taper, grid: g}}\n")
-    assert any("several values of clamp_angle" in one for one in told)
+    assert any("taper shows one value of clamp_angle" in one for one in told)
     change = "figures: {f: {kind: change, grid: g, over: curvature, clamp_angle: 0}}\n"
     assert any("has polynomials" in one for one in mistakes(read, MOUNTED + change))
 

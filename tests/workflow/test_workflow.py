@@ -33,6 +33,16 @@ figures:
   taper: {kind: taper, grid: main}
   scan: {kind: scan, scan: runs, caption: Two cycles.}
   state: {kind: state, state: inside}
+  own: {kind: script, script: own.py, grid: main, formats: [], caption: "At eta = {eta}."}
+"""
+OWN = """
+import matplotlib.pyplot as plt
+
+
+def draw(table):
+    figure, axes = plt.subplots()
+    axes.plot(table["theta"], table["x0_slip"], "o")
+    return figure
 """
 STICTION = "results/tiny/tables/stiction.parquet"
 CAPTIONS = "results/tiny/figures/captions.md"
@@ -95,6 +105,7 @@ def pristine(tmp_path_factory):
     copy = Copy(root)
     copy.edit("src/vibrissa/__init__.py", '__version__ = "', '__version__ = "copy of ')
     copy.write("tiny.yaml", TINY)
+    copy.write("own.py", OWN)
     return copy
 
 
@@ -157,9 +168,11 @@ def test_what_people_read_is_made(finished):
     results = finished.root / "results/tiny"
     for name, suffix in product(("taper", "scan", "state"), ("svg", "pdf", "png")):
         assert (results / f"figures/{name}.{suffix}").stat().st_size > 1000
-    assert "**scan.** Two cycles.\n" in (finished.root / CAPTIONS).read_text()
+    assert not (results / "figures/own.svg").exists()
+    captions = (finished.root / CAPTIONS).read_text()
+    assert "**Scan.** Two cycles.\n" in captions and "**Own.** At eta = 0.85.\n" in captions
     text = (results / "report.html").read_text()
-    assert text.count("<img ") == 3 and "Two cycles." in text and "chunk: {theta: 1}" in text
+    assert text.count("<img ") == 4 and "Two cycles." in text and "chunk: {theta: 1}" in text
     assert str(finished.root) not in text
     assert (results / "summary.txt").read_text().splitlines()[0] == "4 grid points: 2 lock, 2 slip"
     log = next((results / "logs/chunks/main").glob("*theta2*")).read_text()
@@ -197,6 +210,16 @@ def test_only_what_a_change_touches_is_made_anew(done, name):
     change, jobs, more = CHANGES[name]
     done.edit("tiny.yaml", *change)
     assert done.jobs() == jobs | dict.fromkeys(more, 1)
+
+
+def test_a_changed_script_draws_anew_and_one_that_fails_ends_the_run_with_its_line(done):
+    done.write("own.py", OWN.replace("x0_slip", "nothing"))
+    assert done.jobs() == {"figures": 1, "report": 1}
+    result = done.call()
+    assert result.returncode != 0
+    assert (
+        "own.py:7: KeyError: 'nothing'" in (done.root / "results/tiny/logs/figures.log").read_text()
+    )
 
 
 def test_values_appended_to_an_axis_leave_the_other_chunks(done):
@@ -356,6 +379,7 @@ def test_another_workflow_may_contain_this_one(fresh, tmp_path):
     here = tmp_path / "here"
     here.mkdir()
     (here / "mine.yaml").write_text("sensor:" + TINY.replace("\n", "\n  "))
+    (here / "own.py").write_text(OWN)
     (here / "Snakefile").write_text(
         f"""
 configfile: "mine.yaml"

@@ -7,14 +7,13 @@ STUDY_PARTS = {name: STUDY.part(name) for name in STUDY.tables}
 rule figures:
     input:
         **COMPUTED,
+        scripts=list(STUDY.scripts.values()),
     output:
         report(
-            expand(f"{RESULTS}/figures/{{figure}}.svg", figure=STUDY.figures),
+            expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
             category="Figures",
         ),
-        expand(
-            f"{RESULTS}/figures/{{figure}}.{{suffix}}", figure=STUDY.figures, suffix=["pdf", "png"]
-        ),
+        [f"{RESULTS}/{file}" for file in STUDY.figure_files if not file.endswith(".png")],
         captions=f"{RESULTS}/figures/captions.md",
     log:
         f"{RESULTS}/logs/figures.log",
@@ -25,15 +24,9 @@ rule figures:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
-        figures={
-            name: {
-                "kind": figure.kind,
-                "table": figure.table,
-                "selection": figure.selection(),
-                "caption": figure.caption,
-            }
-            for name, figure in STUDY.figures.items()
-        },
+        figures={name: figure.params() for name, figure in STUDY.figures.items()},
+        scripts=STUDY.scripts,
+        captions=STUDY.captions,
         study_parts=STUDY_PARTS,
         code=ALL_CODE,
     message:
@@ -94,8 +87,7 @@ rule summary:
 rule report:
     input:
         **TABLES,
-        svg=expand(f"{RESULTS}/figures/{{figure}}.svg", figure=STUDY.figures),
-        png=expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
+        pictures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
         proofs=places.proofs(STUDY.name),
     output:
         f"{RESULTS}/report.html",
@@ -109,7 +101,7 @@ rule report:
     threads: 1
     params:
         study=STUDY.name,
-        captions={name: figure.caption for name, figure in STUDY.figures.items()},
+        captions=STUDY.captions,
         study_file=(STUDY_FILE.name, STUDY.text),
         study_parts=STUDY_PARTS,
         benchmarks={

@@ -6,17 +6,24 @@ from vibrissa.figures import style
 from vibrissa.figures.draw import draw
 from vibrissa.files import write_atomically
 from vibrissa.pipeline import jobs
-from vibrissa.study.model import FIGURE_FORMATS
 from vibrissa.tables import query
+from vibrissa.wording import figure_name
 
 with jobs.logged(snakemake.log[0]):
-    tables = query.opened_tables(snakemake.input, snakemake.params.study_parts)
+    params = snakemake.params
+    tables = query.opened_tables(snakemake.input, params.study_parts)
     captions = Path(snakemake.output.captions)
     text = "# Figures\n"
-    for name, figure in snakemake.params.figures.items():
+    for name, figure in params.figures.items():
         print(f"drawing {name}")
-        drawn = draw(figure["kind"], tables[figure["table"]], figure["selection"])
-        style.save(drawn, [captions.with_name(f"{name}.{suffix}") for suffix in FIGURE_FORMATS])
-        text += f"\n**{name}.** {figure['caption']}".rstrip() + "\n"
+        drawn = draw(
+            figure["kind"],
+            tables[figure["table"]],
+            figure["selection"],
+            script=params.scripts.get(name),
+            look=figure,
+        )
+        style.save(drawn, [captions.with_name(f"{name}.{ending}") for ending in figure["formats"]])
+        text += f"\n**{figure_name(name)}.** {params.captions[name]}\n"
     with write_atomically(captions) as temporary:
         temporary.write_text(text, encoding="utf-8")

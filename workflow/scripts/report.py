@@ -8,18 +8,14 @@ from vibrissa.report.facts import environment
 from vibrissa.report.page import Picture, Run, page
 from vibrissa.tables import query
 from vibrissa.tables.proofs import KEYS, read
+from vibrissa.wording import figure_name
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
     pictures = [
-        Picture(
-            name=name,
-            caption=caption,
-            svg=Path(svg).read_bytes(),
-            png=Path(png).read_bytes(),
-        )
-        for (name, caption), svg, png in zip(
-            params.captions.items(), snakemake.input.svg, snakemake.input.png, strict=True
+        Picture(name=figure_name(name), caption=caption, png=Path(path).read_bytes())
+        for (name, caption), path in zip(
+            params.captions.items(), snakemake.input.pictures, strict=True
         )
     ]
     run = Run(

@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 from vibrissa.figures import style
 from vibrissa.figures.kinds import POINT, SCAN, kind
 from vibrissa.figures.series import Series
-from vibrissa.figures.style import SURFACE
+from vibrissa.figures.style import SURFACE, Look
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.tables.frames import swung_aside
 
@@ -31,70 +31,59 @@ DEPTH = np.array([0.45, 0.3])
 )
 def past_lock(rows: pd.DataFrame) -> Figure:
     """How far the clamp moves until the tip slips, over μ0 to beyond μ_lock, for each θ."""
-    figure = style.page(6.6)
+    figure = style.page(4.4)
     first, later = figure.subplots(2, 1, sharex=True)
     series = Series(rows["theta"], r"\theta")
     for theta, points in rows.sort_values("mu0").groupby("theta"):
         slips, locks = (points[points["status"] == name] for name in ("slip", "lock"))
         swings = locks["ends_by"] == "swings_aside"
         until = locks["x0_trail"].where(swings, locks["x0_end"])
-        look: dict[str, Any] = {"color": series.color(theta), "linewidth": 1.3}
-        thin: dict[str, Any] = {"color": series.color(theta), "linewidth": 0.8}
-        one: dict[str, Any] = {"marker": style.alone(slips)}
-        first.plot(slips["mu0"], slips["x0_slip"], label=series.label(theta), **look, **one)
-        first.plot(locks["mu0"], until, marker=style.alone(locks), **look)
-        first.plot(locks["mu0"], locks["x0_end"].where(swings), linestyle=":", **thin)
-        later.plot(slips["mu0"], slips["x0_slip"], **look, **one)
         after = (until - 2.0 * locks["x0_end"]).where(swings)
-        later.plot(locks["mu0"], after, marker=style.alone(locks), **look)
-        _mark_lock(first, points, until, **thin)
-        _mark_lock(later, points, after, **thin)
-    first.plot([], [], color="black", linewidth=0.8, linestyle="--", label=r"$\mu_\mathrm{lock}$")
-    first.plot([], [], color="black", linewidth=0.8, linestyle=":", label="the rod swings aside")
-    first.set_ylabel("end of the first period $x_0$ / $L$")
+        for panel, end in ((first, until), (later, after)):
+            series.line(panel, theta, slips["mu0"], slips["x0_slip"])
+            series.line(panel, theta, locks["mu0"], end, label=None)
+            _mark_lock(panel, points, end, series.color(theta))
+        thin: Look = {"linestyle": ":", "linewidth": 0.8, "label": None, "marker": ""}
+        series.line(first, theta, locks["mu0"], locks["x0_end"].where(swings), **thin)
+    style.mean(first, r"$\mu_\mathrm{lock}$", color="black", linewidth=0.8, linestyle="--")
+    style.mean(first, "the rod swings aside", color="black", linewidth=0.8, linestyle=":")
+    first.set_ylabel("end of first period / $L$")
     style.from_zero(first)
-    first.set_title(rf"$\eta = {rows['eta'].iloc[0]:g}$")
     later.set_ylabel("length of a later period / $L$")
     later.set_yscale("log")
     later.set_xlabel(style.FRICTION)
-    series.explain(first, below=True)
+    series.explain([first, later])
     return figure
 
 
-def _mark_lock(axes: Axes, points: pd.DataFrame, until: pd.Series, **look: Any) -> None:
+def _mark_lock(panel: Axes, points: pd.DataFrame, until: pd.Series, color: str) -> None:
     """Draw the asymptote from the onset at the lock to the end of sticking just beyond it."""
     known = until.dropna()
     if len(known):
         mu_lock, x0_lock = points["mu_lock"].iloc[0], points["x0_lock"].iloc[0]
-        axes.plot([mu_lock, mu_lock], [x0_lock, known.iloc[0]], linestyle="--", **look)
+        ends = [x0_lock, known.iloc[0]]
+        panel.plot([mu_lock, mu_lock], ends, color=color, linewidth=0.8, linestyle="--")
 
 
 @kind("margins", columns=(*SCAN, *FIRST_STEPS, "stability"))
 def margins(rows: pd.DataFrame) -> Figure:
     """Stability in the plane and out of it over the first period of scans, for each θ."""
-    figure = style.page(3.8)
+    figure = style.page(2.9, style.PAGE)
     panels = figure.subplots(1, 2, sharey=True)
     series = Series(rows["theta"], r"\theta")
     for theta, steps in _first_period(rows).groupby("theta"):
         color, swing = series.color(theta), _swing(steps)
-        for axes, margin in zip(panels, MARGINS, strict=True):
-            axes.plot(
-                steps["footpoint"],
-                steps[margin],
-                color=color,
-                linewidth=1.2,
-                marker=style.alone(steps),
-                label=series.label(theta),
-            )
-            axes.axvline(swing, color=color, linewidth=0.6, linestyle=":")
-        panels[1].plot(swing, 0.0, "o", color=color, markersize=series.marker_size(6))
-    for axes, name in zip(panels, MARGINS.values(), strict=True):
-        axes.axhline(0.0, color=SURFACE, linewidth=0.8)
-        axes.set_title(name)
-        axes.set_xlabel("clamp displacement $x_0$ / $L$")
-    panels[0].set_ylabel("smallest eigenvalue")
-    panels[1].plot([], [], "o", color="black", label="the clamp is under the contact point")
-    series.explain(panels[1], below=True)
+        for panel, margin in zip(panels, MARGINS, strict=True):
+            series.line(panel, theta, steps["footpoint"], steps[margin])
+            panel.axvline(swing, color=color, linewidth=0.6, linestyle=":")
+        panels[1].plot(swing, 0.0, "o", color=color, markersize=series.marker_size(4))
+    for panel, name in zip(panels, MARGINS.values(), strict=True):
+        panel.axhline(0.0, color=SURFACE, linewidth=0.6)
+        panel.set_ylabel(f"smallest eigenvalue {name}")
+        panel.set_xlabel("clamp displacement $x_0$ / $L$")
+    under: Look = {"marker": "o", "linestyle": ":", "linewidth": 0.6, "color": "black"}
+    style.mean(panels[1], "the clamp is under the contact point", **under)
+    series.explain(list(panels))
     return figure
 
 
@@ -106,24 +95,25 @@ def swing(rows: pd.DataFrame) -> Figure:
     if not swung.any() or swung.all():
         return style.message("the rod does not swing aside in this scan")
     last = int(np.flatnonzero(swung)[0]) - 1
-    figure = style.page(7.2)
+    figure = style.page(4.6)
     oblique, above = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
     series = Series(TURNS, r"b\ /\ ^\circ")
     near = steps[(steps["footpoint"] - steps["footpoint"][last]).abs() < NEAR_SWING]
-    for side, color in ((~swung, style.START), (swung, style.END)):
+    for side, color, label in (
+        (~swung, style.START, "before the swing"),
+        (swung, style.END, "after it"),
+    ):
         for _, row in _spread(near[side[near.index]]).iterrows():
-            _rod(oblique, above, row, 0.0, color=color, linewidth=0.7)
+            _rod(oblique, above, row, 0.0, color=color, linewidth=0.6, label=label)
     for turn in TURNS:
-        _rod(oblique, above, steps.loc[last], turn, color=series.color(turn), linewidth=1.8)
+        _rod(oblique, above, steps.loc[last], turn, color=series.color(turn), linewidth=1.4)
     _surroundings(oblique, above, steps.loc[last], near["footpoint"])
-    for axes, name in ((oblique, "$y$"), (above, "$z$")):
-        axes.set_aspect("equal")
-        axes.set_xlabel("$x$ / $L$")
-        axes.set_ylabel(f"{name} / $L$")
-    oblique.set_title(f"{style.rod_of(steps)}: the plane of bending turns by $b$")
-    above.set_title("from above")
-    figure.legend(loc="outside lower center", ncols=3, fontsize=9)
-    series.colorbar(oblique)
+    for panel, name in ((oblique, "$y$"), (above, "$z$ (from above)")):
+        panel.set_aspect("equal")
+        panel.set_xlabel("$x$ / $L$")
+        panel.set_ylabel(f"{name} / $L$")
+    style.legend(figure, ncols=3)
+    series.colorbar([oblique, above])
     return figure
 
 
@@ -165,16 +155,13 @@ def _seen(x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, Floa
 
 
 def _surroundings(oblique: Axes, above: Axes, row: pd.Series, clamps: pd.Series) -> None:
-    """Draw the surface, the way of the clamp, and the legend's entries."""
+    """Draw the surface and the way of the clamp."""
     out = float(np.abs(np.asarray(row["shape_x"]) - row["footpoint"]).max())
     left, right = clamps.min() - out, clamps.max() + out
     x = np.array([left, right, right, left])
     z = out * np.array([-1.0, -1.0, 1.0, 1.0])
     corners = np.stack(_seen(x, np.full(4, row["eta"]), z), axis=-1)
     oblique.add_patch(Polygon(corners, facecolor="#eeeeee", edgecolor=SURFACE, zorder=0))
-    for axes in (oblique, above):
-        axes.plot(clamps, 0.0 * clamps, ".", color="black", markersize=2)
-        axes.plot(row["footpoint"], 0.0, "s", color="black", markersize=5)
-    oblique.plot([], [], "s", color="black", label="clamp")
-    oblique.plot([], [], color=style.START, linewidth=0.7, label="before the swing")
-    oblique.plot([], [], color=style.END, linewidth=0.7, label="after it")
+    for panel in (oblique, above):
+        panel.plot(clamps, 0.0 * clamps, color="black", linewidth=0.6)
+        panel.plot(row["footpoint"], 0.0, "s", color="black", markersize=4, label="clamp")

@@ -1,8 +1,11 @@
 """Draw a figure of any kind from its table."""
 
+import runpy
+import traceback
 from collections.abc import Mapping, Sequence
 from functools import reduce
-from operator import and_
+from operator import and_, or_
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -11,68 +14,78 @@ from matplotlib.figure import Figure
 
 from vibrissa.errors import ArgumentError
 from vibrissa.figures import aside, comparisons, mountings, points, regimes, scans, states, style
-from vibrissa.figures.kinds import Kind
+from vibrissa.figures.kinds import KINDS
 from vibrissa.study.axes import sortable
 from vibrissa.study.chunks import spell_powers
+from vibrissa.study.figures import DRAW
 from vibrissa.tables import query
 
-KINDS: dict[str, Kind] = {
-    kind.name: kind
-    for family in (points, regimes, aside, mountings, scans, states, comparisons)
-    for kind in vars(family).values()
-    if isinstance(kind, Kind)
-}
+# Importing them registers their kinds.
+FAMILIES = (points, regimes, aside, mountings, scans, states, comparisons)
 NO_RESULT = ("failed", "out_of_reach")
 
 
-def draw(kind: str, table: query.Readable, selection: Mapping[str, Any]) -> Figure:
+def draw(
+    kind: str,
+    table: query.Readable,
+    selection: Mapping[str, Any],
+    script: Path | None = None,
+    look: Mapping[str, Any] | None = None,
+) -> Figure:
     """Draw a figure.
 
     Parameters
     ----------
     kind : str
-        One of `KINDS`.
+        One of `KINDS`, or ``script``.
     table : pyarrow.Table or Dataset
         Table that the kind is drawn from (`vibrissa.tables.query`); of one in a file no more is
         read than is shown.
     selection : mapping
-        Which rows, by the keys of a figure in the study file: ``grid``, the name of one; ``scan``,
-        ``state`` (or a list of them), ``comparison`` and the axes, each a value; of a curvature
-        that is a polynomial its coefficients.
+        Which rows, by the keys of a figure in the study file: ``grid``, ``scan``, ``state`` or
+        ``comparison``, a name or a list of them, and the axes, each a list of values.
+    script : Path, optional
+        User's file of the kind ``script``.
+    look : mapping, optional
+        ``size`` and ``axes`` as in the study file.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Says why there is nothing to show where all of the rows are without a result.
+        Gives the reason where none of the rows has a result.
 
     Raises
     ------
     ArgumentError
-        If there are no such rows, or the kind is unknown.
+        If there are no such rows, the kind is unknown, or the script fails.
     """
-    if kind not in KINDS:
-        raise ArgumentError(f"unknown kind of figure {kind!r}; allowed: {', '.join(KINDS)}")
-    rows = query.frame(table, KINDS[kind].columns, _condition(selection))
+    if kind not in KINDS and script is None:
+        raise ArgumentError(f"unknown kind of figure {kind!r}; allowed: {', '.join(sorted(KINDS))}")
+    columns = table.schema.names if script else KINDS[kind].columns
+    rows = query.frame(table, columns, _condition(selection))
     if rows.empty:
         raise ArgumentError(f"no rows to draw for {kind} figure with {dict(selection)}")
     with style.applied():
-        if "status" in rows and rows["status"].isin(NO_RESULT).all():
+        if script:
+            figure = _scripted(script, rows)
+        elif "status" in rows and rows["status"].isin(NO_RESULT).all():
             return _failure(rows)
-        return KINDS[kind].plot(rows)
+        else:
+            figure = KINDS[kind].plot(rows)
+        _adjust(figure, look or {})
+    return figure
 
 
-def _condition(selection: Mapping[str, Any]) -> pc.Expression | None:
+def _condition(selection: Mapping[str, Any]) -> pc.Expression:
     """Condition on the rows of what a figure's entry in the study file selects."""
     conditions = []
     for name, value in selection.items():
-        if name == "grid":
-            conditions.append(query.in_grid(value))
-            continue
+        values = value if isinstance(value, list) else [value]
         if name == "curvature":
-            conditions.append(_has_curvature(value))
+            conditions.append(reduce(or_, map(_has_curvature, values)))
         else:
-            conditions.append(query.one_of(name, value if isinstance(value, list) else [value]))
-    return reduce(and_, conditions) if conditions else None
+            conditions.append(query.one_of(name, values))
+    return reduce(and_, conditions)
 
 
 def _has_curvature(value: float | Sequence[float]) -> pc.Expression:
@@ -83,8 +96,38 @@ def _has_curvature(value: float | Sequence[float]) -> pc.Expression:
     return (pc.field("curvature") == constant) & same
 
 
+def _scripted(script: Path, rows: pd.DataFrame) -> Figure:
+    """Call the function of a user's file."""
+    try:
+        figure = runpy.run_path(str(script))[DRAW](rows)
+    except Exception as error:
+        calls = traceback.extract_tb(error.__traceback__)
+        lines = [f":{call.lineno}" for call in calls if call.filename == str(script)]
+        line = lines[-1] if lines else ""
+        raise ArgumentError(f"{script}{line}: {type(error).__name__}: {error}") from error
+    if not isinstance(figure, Figure):
+        raise ArgumentError(
+            f"{script}: {DRAW} returns {type(figure).__name__}; needed: a matplotlib Figure"
+        )
+    return figure
+
+
+def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
+    """Give a figure the size, and its first panel the axes, that the study file asks for."""
+    if size := look.get("size"):
+        figure.set_size_inches(size)
+    axes = look.get("axes", {})
+    if not axes:
+        return
+    panel = figure.axes[0]
+    for axis in axes.get("log", ()):
+        panel.set(**{f"{axis}scale": "log"})
+    # Whatever a kind does with its data, the limits are those of the study file.
+    panel.set(**{f"{axis}lim": axes[axis] for axis in "xy" if axis in axes})
+
+
 def _failure(rows: pd.DataFrame) -> Figure:
-    """Say that there is nothing to show: the study goes on without it."""
-    reason = rows["message"].iloc[0] if "message" in rows else "the tables and logs say why"
+    """Show that there is nothing to show: the study goes on without it."""
+    reason = rows["message"].iloc[0] if "message" in rows else "the tables and logs have the reason"
     status = rows["status"].iloc[0].replace("_", " ")
     return style.message(f"{status}: {reason}")

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 # Columns that say which point or which scan is shown and what came out.
 POINT = ("theta", "mu0", "eta", "dx0", "status", "message")
 SCAN = ("theta", "mu0", "eta", "dx0", "status")
+Plot = Callable[[pd.DataFrame], Figure]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,21 +18,25 @@ class Kind:
 
     Attributes
     ----------
-    name : str
-        As a study file spells it.
     columns : tuple of str
         Columns of the table that are shown; no other is read.
     plot : callable
         Takes the rows that are to be shown, at least one, and returns the figure.
     """
 
-    name: str
     columns: tuple[str, ...]
-    plot: Callable[[pd.DataFrame], Figure]
+    plot: Plot
 
 
-def kind(
-    name: str, *, columns: tuple[str, ...]
-) -> Callable[[Callable[[pd.DataFrame], Figure]], Kind]:
-    """Make a kind of figure of the function that plots it; see `Kind`."""
-    return lambda plot: Kind(name=name, columns=columns, plot=plot)
+# By the name that a study file has for it.
+KINDS: dict[str, Kind] = {}
+
+
+def kind(name: str, *, columns: tuple[str, ...]) -> Callable[[Plot], Plot]:
+    """Make a function a kind of figure; see `Kind`."""
+
+    def register(plot: Plot) -> Plot:
+        KINDS[name] = Kind(columns=columns, plot=plot)
+        return plot
+
+    return register

@@ -5,16 +5,16 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
 
+from vibrissa.figures import style
 from vibrissa.figures.style import COLORS, MARKERS
 
 # The dark part of the colour map: its yellow end cannot be seen on white.
 GRADED, DARK = "viridis", 0.93
-# Series that a legend beside the data names; that of more would cover them.
-BESIDE = 3
 # Values at a colourbar: all of so many, or so many of more.
 ALL_TICKS, SOME_TICKS = 20, 11
 
@@ -35,8 +35,7 @@ class Series:
     """Looks of the series of a quantity's values.
 
     Few series have the colours and markers of the paper's figures, and a legend. More have colours
-    that go from dark to light with the value, and a colourbar. Neighbours differ as much however
-    far apart their values are.
+    that go from dark to light with the rank of the value, and a colourbar.
 
     Parameters
     ----------
@@ -63,13 +62,17 @@ class Series:
             shades = matplotlib.colormaps[GRADED](np.linspace(0.0, DARK, len(self.values)))
             self._colors = tuple(map(to_hex, shades))
 
+    def place(self, value: float) -> int:
+        """Return the rank of the series of a value, from 0."""
+        return self.values.index(value)
+
     def color(self, value: float) -> str:
         """Colour of the series of a value."""
-        return self._colors[self.values.index(value)]
+        return self._colors[self.place(value)]
 
     def marker(self, value: float) -> str:
         """Marker of the series of a value; of many series all have the same."""
-        return MARKERS[self.values.index(value)] if self.few else "o"
+        return MARKERS[self.place(value)] if self.few else "o"
 
     def marker_size(self, few: float) -> float:
         """Size of markers, from the one that they have where there are few series (points)."""
@@ -79,39 +82,31 @@ class Series:
         """Label of a series in a legend; none where a colourbar tells the values."""
         if not self.few:
             return None
-        return rf"${self.symbol} = {told_apart(self.values, 6)[self.values.index(value)]}$"
+        return rf"${self.symbol} = {told_apart(self.values, 6)[self.place(value)]}$"
 
-    def explain(self, axes: Axes, below: bool = False, **look: Any) -> None:
-        """Put a legend into the axes, or below where it would cover the data, and a colourbar.
+    def line(self, panel: Axes, value: float, x: pd.Series, y: pd.Series, **look: Any) -> None:
+        """Draw the line of a series; of a single point a mark."""
+        look = {"marker": style.alone(x), "label": self.label(value)} | look
+        panel.plot(x, y, color=self.color(value), **look)
 
-        Parameters
-        ----------
-        axes : Axes
-            With the series and what else is to be named.
-        below : bool, optional
-            Whether a legend of few series is below, too.
-        **look
-            Of a legend in the axes.
-        """
-        handles, _ = axes.get_legend_handles_labels()
-        if len(self.values) <= BESIDE and not below:
-            axes.legend(**look)
-        elif handles:
-            axes.figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8)
-        self.colorbar(axes)
+    def explain(self, panels: Axes | Sequence[Axes], **look: Any) -> None:
+        """Put a legend below the axes of the figure, and a colourbar beside some of them."""
+        first = panels if isinstance(panels, Axes) else panels[0]
+        style.legend(first.figure, **look)
+        self.colorbar(panels)
 
-    def colorbar(self, axes: Axes) -> None:
+    def colorbar(self, panels: Axes | Sequence[Axes]) -> None:
         """Put a colourbar beside axes, if a legend cannot name all the series."""
         if self.few:
             return
+        figure = (panels if isinstance(panels, Axes) else panels[0]).figure
         count = len(self.values)
         shown = np.linspace(0, count - 1, count if count <= ALL_TICKS else SOME_TICKS).round()
         colors = ScalarMappable(
             BoundaryNorm(np.arange(count + 1) - 0.5, count), ListedColormap(self._colors)
         )
-        bar = axes.figure.colorbar(colors, ax=axes, ticks=shown, aspect=30)
+        bar = figure.colorbar(colors, ax=panels, ticks=shown, aspect=30, label=f"${self.symbol}$")
         bar.ax.set_yticklabels(told_apart([self.values[int(place)] for place in shown], 4))
-        bar.ax.tick_params(labelsize=8, length=2)
+        bar.ax.tick_params(length=2)
         bar.ax.minorticks_off()
         bar.outline.set_visible(False)
-        bar.set_label(f"${self.symbol}$")

@@ -1,39 +1,65 @@
-"""What all figures have in common: size, type, colours, labels, the surface, and files."""
+"""What all pictures of the project have in common: width, type, colours, legend, and files."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import matplotlib
 import numpy as np
 import pandas as pd
+from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray
 
-# Width of a figure (inch) and resolution of its pixels (1/inch).
-WIDTH = 6.3
-RESOLUTION = 200
+# Arguments of matplotlib for how something looks.
+Look: TypeAlias = dict[str, Any]
+# Widths of a figure in one column of a journal, and over the whole page (inch).
+COLUMN, PAGE = 3.5, 7.2
 # Colours that readers with any colour vision tell apart (Okabe and Ito), and the paper's markers.
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MARKERS = ("s", "D", "^", "o", "v", "P")
-SURFACE, SHAPE, START, END = "#555555", "#6d9dc5", "#0072b2", "#d55e00"
+SURFACE, SHAPE, START, END = "#555555", "#a9bccb", "#00487a", "#d55e00"
+# Marks of points without an onset of slip, by their status, and what they mean.
+WITHOUT_ONSET = {"lock": ("|", "locks"), "out_of_reach": ("_", "out of reach")} | {
+    "failed": ("x", "failed")
+}
 
-TAPER = r"taper factor $\theta = d_0/d_1$"
+TAPER = r"taper factor $\theta$"
 FRICTION = r"coefficient of static friction $\mu_0$"
 LOCKING_FRICTION = r"critical friction coefficient $\mu_\mathrm{lock}$"
 DISPLACEMENT = r"clamp displacement $x_{0,\mathrm{max}}$ / $L$"
 
-_SETTINGS: Any = {
-    "font.size": 10,
-    "axes.titlesize": 10,
+SETTINGS: Any = {
+    # Journals take fonts as TrueType, and texts that can be edited.
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+    "font.family": ["STIXGeneral", "DejaVu Serif"],
+    "mathtext.fontset": "stix",
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "figure.titlesize": 8,
+    "legend.fontsize": 7,
+    "legend.title_fontsize": 7,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "axes.prop_cycle": cycler(color=COLORS),
+    "axes.linewidth": 0.6,
     "axes.spines.top": False,
     "axes.spines.right": False,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 3.5,
     "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "legend.columnspacing": 1.2,
+    "figure.figsize": (COLUMN, 2.6),
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 300,
     # Identical files from identical tables
     "svg.hashsalt": "vibrissa",
 }
@@ -45,47 +71,51 @@ _DATELESS: dict[str, dict[str, str | None]] = {
 
 def applied() -> AbstractContextManager[None]:
     """Apply the settings of matplotlib under which every figure is made and written."""
-    return matplotlib.rc_context(_SETTINGS)
+    return matplotlib.rc_context(SETTINGS)
 
 
-def page(height: float) -> Figure:
-    """Make an empty figure of a height (inch)."""
-    return Figure(figsize=(WIDTH, height), layout="constrained")
+def page(height: float, width: float = COLUMN) -> Figure:
+    """Make an empty figure (inch)."""
+    return Figure(figsize=(width, height), layout="constrained")
 
 
-def axes(height: float) -> tuple[Figure, Axes]:
-    """Make a figure of a height (inch) with one pair of axes."""
-    figure = page(height)
+def axes(height: float = 2.6, width: float = COLUMN) -> tuple[Figure, Axes]:
+    """Make a figure (inch) with one pair of axes."""
+    figure = page(height, width)
     return figure, figure.subplots()
 
 
-def rod_of(rows: pd.DataFrame) -> str:
-    """Say which rod on which surface is shown, the same in all rows."""
-    row = rows.iloc[0]
-    return rf"$\theta = {row['theta']:g}$, $\mu_0 = {row['mu0']:g}$, $\eta = {row['eta']:g}$"
-
-
 def message(text: str) -> Figure:
-    """Make a figure that says in words why there is nothing to show."""
-    figure, panel = axes(2.0)
+    """Make a figure that gives the reason why there is nothing to show."""
+    figure, panel = axes(1.2)
     say(panel, text)
     return figure
 
 
 def say(panel: Axes, text: str) -> None:
-    """Say in words why axes have nothing to show."""
+    """Give the reason why axes have nothing to show."""
     panel.set_axis_off()
     panel.text(0.5, 0.5, text, ha="center", va="center", wrap=True, transform=panel.transAxes)
 
 
-def where_it_locks(locks: bool, not_drawn: pd.Series) -> str:
-    """Say below a title why lines end, if a tip locks, and from which μ0 on there are none."""
-    if not locks:
-        return ""
-    all_lock = (
-        "" if not_drawn.empty else rf": for $\mu_0 \geq {not_drawn.min():.4g}$ at every $\theta$"
-    )
-    return f"\na line ends where the tip locks{all_lock}"
+def legend(figure: Figure | SubFigure, beside: bool = False, **look: Any) -> None:
+    """Put one legend of all axes below them, or beside, where it covers no data."""
+    shown = {
+        label: handle
+        for panel in figure.axes
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
+    width = figure.bbox.width / figure.dpi
+    if shown:
+        place = "outside right center" if beside else "outside lower center"
+        columns = 1 if beside else 2 if width < PAGE else 4
+        look = {"loc": place, "ncols": columns, **look}
+        figure.legend(handles=list(shown.values()), labels=list(shown), **look)
+
+
+def mean(panel: Axes, label: str, **look: Any) -> None:
+    """Add an entry to the legend without any data."""
+    panel.plot([], [], label=label, **look)
 
 
 def from_zero(panel: Axes) -> None:
@@ -95,46 +125,25 @@ def from_zero(panel: Axes) -> None:
     panel.set_ylim(bottom=0.0)
 
 
-def shape_axes(rows: pd.DataFrame, beside: float = 0.0) -> tuple[Figure, Axes]:
-    """Make axes of equal scale with the surface, on a page of the shapes' proportions.
-
-    `rows` has the shapes, ``shape_x`` and ``shape_y`` (L), that are going to be drawn, and ``eta``;
-    `beside` is the width that is left free to the right of them (L).
-    """
-    x, y = (np.concatenate(list(rows[name])) for name in ("shape_x", "shape_y"))
-    eta = rows["eta"].iloc[0]
-    height = max(y.max(), eta) + 0.1
-    width = x.max() - x.min() + 0.1 + beside
-    figure, panel = axes(min(6.0, max(1.6, 5.6 * height / width)) + 0.9)
-    panel.set_aspect("equal")
-    panel.axhline(eta, color=SURFACE, linewidth=1.2)
-    panel.axhspan(eta, eta + 0.03, facecolor="none", edgecolor="#aaaaaa", hatch="////", linewidth=0)
-    panel.set_xlim(x.min() - 0.05, x.max() + 0.05 + beside)
-    panel.set_ylim(-0.05, height)
-    panel.set_xlabel(r"$x$ / $L$")
-    panel.set_ylabel(r"$y$ / $L$")
-    return figure, panel
+def surface(panel: Axes, eta: float) -> None:
+    """Draw the surface at a height (L)."""
+    panel.axhline(eta, color=SURFACE, linewidth=0.8)
+    band: Look = {"facecolor": "none", "edgecolor": "#aaaaaa", "hatch": "//////", "linewidth": 0}
+    panel.axhspan(eta, eta + 0.03, **band)
 
 
 def cells(centres: pd.Index) -> FloatArray:
-    """Bounds of the cells around the values of an axis; there may be a single one."""
+    """Bounds of the cells around the values of an axis, none beyond its first or last value."""
     values = np.asarray(centres, dtype=float)
     if len(values) == 1:
         half = 0.1 * (abs(values[0]) or 1.0)
         return np.array([values[0] - half, values[0] + half])
-    between = 0.5 * (values[1:] + values[:-1])
-    first, last = 2.0 * values[0] - between[0], 2.0 * values[-1] - between[-1]
-    return np.array([first, *between, last])
+    return np.array([values[0], *(0.5 * (values[1:] + values[:-1])), values[-1]])
 
 
-def alone(points: pd.DataFrame) -> str:
+def alone(points: Sequence[Any] | pd.DataFrame) -> str:
     """Marker of a line: one of a single point would not be seen."""
     return "o" if len(points) == 1 else ""
-
-
-def level(points: pd.DataFrame) -> dict[str, Any]:
-    """Look of a line that marks lie on: of a single point it is a dash, wider than the mark."""
-    return {"marker": "_", "markersize": 14} if len(points) == 1 else {}
 
 
 def save(figure: Figure, paths: Sequence[str | Path]) -> None:
@@ -155,8 +164,5 @@ def save(figure: Figure, paths: Sequence[str | Path]) -> None:
         for path in map(Path, paths):
             with write_atomically(path) as temporary:
                 figure.savefig(
-                    temporary,
-                    format=path.suffix[1:],
-                    dpi=RESOLUTION,
-                    metadata=_DATELESS.get(path.suffix),
+                    temporary, format=path.suffix[1:], metadata=_DATELESS.get(path.suffix)
                 )

@@ -20,9 +20,6 @@ from vibrissa.tables.frames import entries
 from vibrissa.tables.proofs import Proof
 from vibrissa.tables.query import Readable
 
-# An SVG of more bytes shows so many lines that the PNG looks the same and is smaller.
-LARGEST_SVG = 300_000
-
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
@@ -31,20 +28,17 @@ class Picture:
     Attributes
     ----------
     name, caption : str
-    svg, png : bytes
-        The same drawing in both formats, of which the page takes one.
+    png : bytes
     """
 
     name: str
     caption: str
-    svg: bytes
     png: bytes
 
     @property
     def source(self) -> str:
         """The drawing as a data URI."""
-        kind, data = ("svg+xml", self.svg) if len(self.svg) <= LARGEST_SVG else ("png", self.png)
-        return f"data:image/{kind};base64,{base64.b64encode(data).decode()}"
+        return f"data:image/png;base64,{base64.b64encode(self.png).decode()}"
 
 
 @dataclass(frozen=True, kw_only=True)

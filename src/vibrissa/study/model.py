@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from itertools import product
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
@@ -19,8 +20,6 @@ MAX_POINTS = 10_000_000
 # Bound on the rows of a scan, each of which carries a shape. The clamp moves by less than the rod's
 # length in a cycle, by twice that in a first one in which the rod buckles laterally.
 LONGEST_SCAN = 1_000_000
-# Formats in which each figure is drawn.
-FIGURE_FORMATS = ("pdf", "svg", "png")
 # The sections of the study file that each table answers, beside how it is solved.
 _SECTIONS = {
     "stiction": ("grids",),
@@ -166,6 +165,7 @@ class Study(Section):
     )
     _written: dict[str, Any] = PrivateAttr(default={})
     _text: str = PrivateAttr(default="")
+    _folder: Path = PrivateAttr(default=Path())
 
     @field_validator("contact", "grids", "scans", "states", "comparisons")
     @classmethod
@@ -221,12 +221,38 @@ class Study(Section):
         """Files that the study makes for its reader, relative to ``results/<study>/``."""
         return [
             *(f"tables/{name}.parquet" for name in self.tables),
-            *(f"figures/{name}.{suffix}" for name in self.figures for suffix in FIGURE_FORMATS),
+            *self.figure_files,
             *(["figures/captions.md"] if self.figures else []),
             *(["claims.md"] if self.claims else []),
             "summary.txt",
             "report.html",
         ]
+
+    @property
+    def figure_files(self) -> list[str]:
+        """Files of the figures, relative to ``results/<study>/``."""
+        return [
+            f"figures/{name}.{ending}"
+            for name, figure in self.figures.items()
+            for ending in figure.files
+        ]
+
+    @property
+    def scripts(self) -> dict[str, str]:
+        """Paths of the user's files, by the figures that they draw."""
+        return {
+            name: (self._folder / figure.script).as_posix()
+            for name, figure in self.figures.items()
+            if figure.script
+        }
+
+    @property
+    def captions(self) -> dict[str, str]:
+        """Caption of each figure, with the values that it shows."""
+        return {
+            name: figure.told(getattr(self, f"{figure.source}s"))
+            for name, figure in self.figures.items()
+        }
 
     @property
     def tables(self) -> list[str]:
@@ -247,9 +273,9 @@ class Study(Section):
         )
         return {chunk.name: chunk for chunk in found}
 
-    def keep(self, written: dict[str, Any], text: str) -> None:
-        """Keep what stands in the file: its values, and its text with what was changed."""
-        self._written, self._text = written, text
+    def keep(self, written: dict[str, Any], text: str, folder: Path) -> None:
+        """Keep what stands in the file: values, text with what was changed, folder."""
+        self._written, self._text, self._folder = written, text, folder
 
     @property
     def text(self) -> str:

@@ -45,7 +45,7 @@ def read_study(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
     document = _load(path)
     written = _plain(document) | dict(changes or {})
     try:
-        study = _validated(written)
+        study = _validated(written, path.parent)
     except ValidationError as error:
         lines = []
         for location, text in _mistakes(error):
@@ -56,7 +56,7 @@ def read_study(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
             lines.append((line, f"{where}: {place + ': ' if place else ''}{text}"))
         raise StudyError(*(text for _, text in sorted(lines, key=lambda one: one[0]))) from None
     changed = "".join(f"# --config {key}={value}\n" for key, value in (changes or {}).items())
-    study.keep(written, path.read_text(encoding="utf-8") + changed)
+    study.keep(written, path.read_text(encoding="utf-8") + changed, path.parent)
     return study
 
 
@@ -70,21 +70,21 @@ def parse_study(config: Mapping[str, Any]) -> Study:
     """
     written = dict(config)
     try:
-        study = _validated(written)
+        study = _validated(written, Path())
     except ValidationError as error:
         texts = [f"{spell_location(at) or 'the study'}: {text}" for at, text in _mistakes(error)]
         raise StudyError(*texts) from None
     # It is needed here alone, and takes time to load.
     import yaml
 
-    study.keep(written, yaml.safe_dump(written, sort_keys=False))
+    study.keep(written, yaml.safe_dump(written, sort_keys=False), Path())
     return study
 
 
-def _validated(written: Mapping[str, Any]) -> Study:
-    """Validate a study; keys that only hold anchors are left out."""
+def _validated(written: Mapping[str, Any], folder: Path) -> Study:
+    """Validate a study; keys that only hold anchors are left out, scripts are in a folder."""
     keys = [key for key in written if not str(key).startswith(FOR_ANCHORS)]
-    return Study.model_validate({key: written[key] for key in keys}, context={})
+    return Study.model_validate({key: written[key] for key in keys}, context={"folder": folder})
 
 
 def name_in(path: Path) -> str:

@@ -18,10 +18,12 @@ def study_schema() -> Schema:
         for name, axis in AXES.items():
             if name in definition.get("properties", {}):
                 described = definition["properties"][name]
-                is_axis = "Figure" not in definition["title"] and "State" not in definition["title"]
-                described["description"] = (
-                    f"{axis.meaning}: {axis.forms if is_axis else axis.allowed}"
-                )
+                forms = {
+                    "Figure": "the values that are shown, one or a list",
+                    "StateSection": axis.allowed,
+                }
+                form = forms.get(definition["title"], axis.forms)
+                described["description"] = f"{axis.meaning}: {form}"
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,

@@ -1,0 +1,86 @@
+"""Panels of equal scale in which shapes of rods are drawn."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from vibrissa.figures import style
+
+# Panels in a row.
+IN_A_ROW = 3
+# Room beside the shapes and above the surface (L).
+BESIDE, ABOVE = 0.04, 0.08
+# Largest scale (inch for L), which figures of one panel share unless they are wide; room for labels
+# and a legend (inch).
+LARGEST_SCALE, LABELS, LEGEND = 2.5, 0.5, 0.85
+# Wider panels take a page (L).
+WIDEST = 2.0
+# Thin lines of more shapes are pixels in PDF and SVG, which would get large.
+MOST_LINES = 150
+
+
+def panels(parts: Sequence[pd.DataFrame]) -> tuple[Figure, list[Axes], bool]:
+    """Make a panel for the shapes of each part, all of one scale, with the surface.
+
+    Parameters
+    ----------
+    parts : sequence of DataFrame
+        Each with ``shape_x``, ``shape_y`` (L) and ``eta``.
+
+    Returns
+    -------
+    figure : Figure
+        As wide as a column or a page, and as high as the shapes need.
+    panels : list of Axes
+    is_narrow : bool
+        Whether there is room for a legend beside the panel.
+    """
+    x = [_range(rows["shape_x"]) for rows in parts]
+    y = [_range(rows["shape_y"]) for rows in parts]
+    bottom = min(low for low, _ in y) - BESIDE
+    top = max(*(high for _, high in y), *(rows["eta"].max() for rows in parts)) + ABOVE
+    columns = min(len(parts), IN_A_ROW)
+    lines = -(-len(parts) // columns)
+    spans = [high - low + 2.0 * BESIDE for low, high in x]
+    widths = [max(spans[column::columns]) for column in range(columns)]
+    is_column = columns == 1 and widths[0] < WIDEST
+    width = style.COLUMN if is_column else style.PAGE
+    room = width - LABELS - 0.15 * (columns - 1)
+    scale = min(room / sum(widths), LARGEST_SCALE)
+    figure = style.page(lines * (scale * (top - bottom) + LABELS) + LEGEND - LABELS, width)
+    grid = figure.subplots(lines, columns, sharey=True, squeeze=False, width_ratios=widths)
+    for i, panel in enumerate(grid.flat):
+        if i >= len(parts):
+            panel.set_visible(False)
+            continue
+        panel.set_aspect("equal")
+        style.surface(panel, parts[i]["eta"].iloc[0])
+        panel.set_xlim(x[i][0] - BESIDE, x[i][0] - BESIDE + widths[i % columns])
+        panel.set_xlabel(r"$x$ / $L$")
+    grid[0, 0].set_ylim(bottom, top)
+    for panel in grid[:, 0]:
+        panel.set_ylabel(r"$y$ / $L$")
+    return figure, list(grid.flat[: len(parts)]), sum(widths) * scale < 0.75 * room
+
+
+def _range(arrays: pd.Series) -> tuple[float, float]:
+    values = np.concatenate(list(arrays))
+    return float(values.min()), float(values.max())
+
+
+def draw(panel: Axes, rows: pd.DataFrame, **look: Any) -> None:
+    """Draw the shape in each row."""
+    lines = [np.column_stack(pair) for pair in zip(rows["shape_x"], rows["shape_y"], strict=True)]
+    look |= {"capstyle": "round", "rasterized": len(lines) > MOST_LINES}
+    panel.add_collection(LineCollection(lines, **look), autolim=False)
+
+
+def clamps(panel: Axes, rows: pd.DataFrame, color: str) -> None:
+    """Mark where the clamp is."""
+    at = rows["footpoint"]
+    panel.plot(at, 0.0 * at, "|", color=color, markersize=6, markeredgewidth=0.8, zorder=3)

@@ -1,0 +1,77 @@
+"""Every kind of figure with one to a hundred series: the data have room, nothing is cut off."""
+
+import warnings
+
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from figure_rows import ROWS, drawn
+from vibrissa.figures import style
+from vibrissa.figures.kinds import KINDS
+
+TO_SCALE = ("scan", "period", "state", "swing")
+# Kinds whose series have colours, by the quantity that tells them apart.
+SERIES = {
+    "taper": r"\mu_0",
+    "locking": r"\eta",
+    "law": r"\theta",
+    "past_lock": r"\theta",
+    "margins": r"\theta",
+    "models": r"\mu_0",
+    "mounting": r"\theta",
+}
+CASES = [
+    pytest.param(kind, count, marks=() if count == 6 else pytest.mark.slow)
+    for kind in ROWS
+    for count in (1, 6, 100)
+]
+
+
+def test_every_kind_is_laid_out():
+    assert ROWS.keys() == KINDS.keys()
+
+
+def is_bar(axes):
+    return axes.get_label() == "<colorbar>"
+
+
+def texts_of(axes):
+    labels = (axes.title, axes.xaxis.label, axes.yaxis.label)
+    return [text for text in (*labels, *axes.texts) if text.get_text()]
+
+
+@pytest.mark.parametrize(("kind", "count"), CASES)
+def test_the_data_have_room_and_nothing_is_cut_off(kind, count):
+    figure = drawn(kind, count)
+    FigureCanvasAgg(figure)
+    with style.applied(), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure.draw_without_rendering()
+    renderer, page = figure.canvas.get_renderer(), figure.bbox.padded(1.0)
+    panels = [axes for axes in figure.axes if axes.get_visible() and axes.axison]
+    places = [axes.get_position() for axes in panels if not is_bar(axes)]
+    area = sum(place.width * place.height for place in places)
+    assert area > (0.09 if kind in TO_SCALE else 0.3)
+    texts = [text for axes in panels for text in texts_of(axes)] + figure.texts
+    boxes = [text.get_window_extent(renderer) for text in texts]
+    legends = [legend.get_window_extent(renderer) for legend in figure.legends]
+    for box in (*boxes, *legends):
+        assert page.containsx(box.x0) and page.containsx(box.x1)
+        assert page.containsy(box.y0) and page.containsy(box.y1)
+    frames = [axes.get_window_extent(renderer) for axes in panels]
+    for legend in legends:
+        assert not any(legend.overlaps(box) for box in (*boxes, *frames))
+    assert min(text.get_fontsize() for text in texts) >= 5.0
+
+
+@pytest.mark.parametrize("kind", SERIES)
+@pytest.mark.parametrize("count", [3, pytest.param(20, marks=pytest.mark.slow)])
+def test_a_legend_names_few_series_and_a_colourbar_many(kind, count):
+    figure = drawn(kind, count)
+    bars = [axes for axes in figure.axes if is_bar(axes)]
+    names = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert sum(f"${SERIES[kind]} = " in name for name in names) == (3 if count == 3 else 0)
+    assert [bar.get_ylabel() for bar in bars] == ([] if count == 3 else [f"${SERIES[kind]}$"])
+    for bar in bars:
+        values = [float(text.get_text()) for text in bar.get_yticklabels()]
+        assert len(values) == 20 and values == sorted(values)

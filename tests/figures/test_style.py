@@ -1,0 +1,81 @@
+"""One style for every picture: what journals ask of type, widths and files."""
+
+import re
+
+import matplotlib
+import pytest
+
+from figure_rows import ROWS, drawn
+from vibrissa.figures import style
+from vibrissa.figures.series import Series, told_apart
+
+GOLDEN = {
+    "pdf.fonttype": 42,
+    "svg.fonttype": "none",
+    "font.family": ["STIXGeneral", "DejaVu Serif"],
+    "mathtext.fontset": "stix",
+    "font.size": 8,
+    "legend.fontsize": 7,
+    "savefig.dpi": 300,
+    "svg.hashsalt": "vibrissa",
+}
+
+
+def test_the_style_is_a_journals():
+    with style.applied():
+        assert {name: matplotlib.rcParams[name] for name in GOLDEN} == GOLDEN
+    assert (style.COLUMN, style.PAGE) == (3.5, 7.2)
+
+
+@pytest.mark.parametrize("kind", ROWS)
+def test_a_figure_fills_a_column_or_a_page_and_has_no_title(kind):
+    figure = drawn(kind, 3)
+    assert figure.get_figwidth() in (style.COLUMN, style.PAGE)
+    assert figure.get_suptitle() == ""
+    titles = {axes.get_title() for axes in figure.axes}
+    # Names of panels, not of figures.
+    assert titles == {""} or kind in ("regimes", "versus")
+
+
+@pytest.mark.slow
+def test_files_embed_truetype_whole_texts_and_the_same_table_gives_the_same_bytes(tmp_path):
+    starts = {"pdf": b"%PDF-", "svg": b"<?xml", "png": b"\x89PNG\r\n\x1a\n"}
+    contents = []
+    for run in "ab":
+        paths = [tmp_path / f"{run}.{ending}" for ending in starts]
+        style.save(drawn("law", 2), paths)
+        contents.append({path.suffix[1:]: path.read_bytes() for path in paths})
+    first, second = contents
+    assert first == second and len(list(tmp_path.iterdir())) == 6
+    assert all(first[ending].startswith(start) for ending, start in starts.items())
+    kinds = set(re.findall(rb"/Subtype /(Type3|Type0|CIDFontType2|TrueType|Type1)\b", first["pdf"]))
+    assert kinds <= {b"Type0", b"CIDFontType2", b"TrueType"} and kinds
+    assert b"CreationDate" not in first["pdf"] and b"dc:date" not in first["svg"]
+    assert b"coefficient of static friction" in first["svg"]
+
+
+def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):
+    """Else its PDF, whose type is measured in another way, would have other axes than its PNG."""
+    figure, layouts = drawn("taper", 3), []
+    engine = figure.get_layout_engine()
+    execute = engine.execute
+    monkeypatch.setattr(engine, "execute", lambda page: layouts.append(page) or execute(page))
+    style.save(figure, [tmp_path / f"figure.{ending}" for ending in ("svg", "pdf", "png")])
+    assert layouts == [figure]
+
+
+@pytest.mark.parametrize(
+    ("values", "bounds"),
+    [([1.0, 2.0, 4.0], [1.0, 1.5, 3.0, 4.0]), ([2.0], [1.8, 2.2]), ([0.0], [-0.1, 0.1])],
+)
+def test_cells_of_a_map_end_with_the_grid(values, bounds):
+    assert style.cells(values).tolist() == pytest.approx(bounds)
+
+
+def test_series_are_told_apart_however_many_there_are():
+    assert told_apart([0.30000001, 0.3], 4) == ["0.30000001", "0.3"]
+    few, many = Series([0.3, 0.1], "x"), Series(range(20), "x")
+    assert [few.color(0.1), few.color(0.3)] == list(style.COLORS[:2])
+    assert (few.label(0.3), many.label(3)) == ("$x = 0.3$", None)
+    lightness = [sum(int(many.color(i)[k : k + 2], 16) for k in (1, 3, 5)) for i in range(20)]
+    assert len({many.color(i) for i in range(20)}) == 20 and lightness[0] < lightness[-1]
