@@ -27,6 +27,7 @@ PAGES = {
 TERMS = {
     ("index", "How to cite"): "cite, citation, authors, DOI",
     ("study", "Resume and extend"): "resume, continue, interrupted run, chunk",
+    ("study", "A figure of your own"): "new kind of figure, figure of your own, script",
     ("study", "Point or line contact"): "point contact, line contact",
     ("cluster", "On a cluster"): "cluster, SLURM, PBS",
     ("ci", "Results in CI"): "CI, continuous integration, GitHub Actions",
@@ -43,7 +44,6 @@ TERMS = {
     ("tables", "State of the rod"): "reaction_fx, reaction_fy, reaction_m, load on the clamp",
     ("tables", "stiction"): "x0_max, x0_slip, column",
     ("trust", "Accuracy"): "accuracy, error, residual, precision",
-    ("architecture", "A new kind of figure"): "new kind of figure",
 }
 
 

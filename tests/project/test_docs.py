@@ -98,7 +98,7 @@ def test_commands_run_one_after_the_other(tmp_path, monkeypatch):
 
 
 def test_example_study_is_valid():
-    ((_, example),) = blocks("yaml", ["docs/study.md"])
+    (_, example), _ = blocks("yaml", ["docs/study.md"])
     study = parse_study(yaml.safe_load(example))
     assert len(list(study.grids["strong_taper"].points())) == 15 * 3 * 3
 
