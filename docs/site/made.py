@@ -112,7 +112,8 @@ def gallery(folder: Path) -> None:
     folder.mkdir(parents=True)
     text = (DOCS / "python.md").read_text(encoding="utf-8").partition("## Gallery")[2]
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    lines = "import matplotlib\nmatplotlib.use('Agg')\n" + "\nplt.close()\n".join(blocks)
+    lines = "from vibrissa.figures import style\nimport matplotlib\nmatplotlib.use('Agg')\n"
+    lines += "matplotlib.rcParams.update(style.SETTINGS)\n" + "\nplt.close()\n".join(blocks)
     subprocess.run([sys.executable, "-c", lines], cwd=folder, check=True)
 
 
