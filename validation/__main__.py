@@ -79,7 +79,7 @@ TASKS = {
     "physics": Task(
         module("validation.mutations"), "does make check notice broken physics?", "15 min"
     ),
-    "mutants": Task(module("validation.mutation.run"), "do tests notice small faults?", "1 h"),
+    "mutants": Task(module("validation.mutants"), "do tests notice small faults?", "1 h"),
     # Tests that `make test` leaves out
     "tests": Task(tests("tests/nightly"), "proofs, and whatever takes long", "1 min"),
     "slurm": Task(tests("tests/slurm"), "a study on a SLURM, set up as root on Debian", "4 min"),

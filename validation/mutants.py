@@ -1,0 +1,138 @@
+"""Do the tests notice small faults? Cosmic Ray puts one at a time into a clone of the last commit.
+
+Mutants are drawn from those that validation/cosmic-ray.toml allows. Each is tried with the tests of its
+package and then with all others; those that no test noticed are shown. Exit status 1 if the tests
+fail without a fault, or notice fewer than 92 of 100.
+"""
+
+import argparse
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from cosmic_ray.work_db import WorkDB, use_db
+from cosmic_ray.work_item import TestOutcome, WorkItem, WorkResult
+
+from validation.records import write_record
+from vibrissa.wording import markdown_table
+
+ROOT = Path(__file__).parents[1]
+CONFIG, SESSION = "validation/cosmic-ray.toml", "session.sqlite"
+PACKAGE = "src/vibrissa"
+ENOUGH = 0.92
+Tried = tuple[WorkItem, WorkResult]
+
+
+def call(folder: Path, *command: str | Path) -> None:
+    """Run a command in a clone, whose code and tests it imports."""
+    paths = [str(Path(sys.executable).parent), os.environ["PATH"]]
+    environment = os.environ | {
+        "PATH": os.pathsep.join(paths),
+        "PYTHONPATH": os.pathsep.join([str(folder / "src"), str(folder)]),
+    }
+    subprocess.run(command, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
+
+
+def cloned(folder: Path) -> Path:
+    """Clone the last commit."""
+    subprocess.run(["git", "clone", "-q", ROOT, folder], check=True)
+    return folder
+
+
+def drawn(clone: Path, sample: int, seed: int, since: str | None) -> list[WorkItem]:
+    """Draw mutants from all of the package, or of lines that differ from a commit."""
+    call(clone, "cosmic-ray", "init", CONFIG, SESSION)
+    call(clone, "cr-filter-operators", SESSION, CONFIG)
+    if since is not None:
+        path = clone / "git.toml"
+        branch = subprocess.check_output(["git", "rev-parse", since], cwd=ROOT, text=True).strip()
+        path.write_text(f'[cosmic-ray.filters.git-filter]\nbranch = "{branch}"\n')
+        call(clone, "cr-filter-git", SESSION, "--config", path)
+    with use_db(clone / SESSION, WorkDB.Mode.open) as database:
+        items = sorted(database.pending_work_items, key=place)
+    return random.Random(seed).sample(items, min(sample, len(items)))
+
+
+def place(item: WorkItem) -> tuple[str, tuple[int, int], str, int]:
+    """Return what mutants are sorted by."""
+    (one,) = item.mutations
+    return str(one.module_path), one.start_pos, one.operator_name, one.occurrence
+
+
+def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
+    """Try mutants one after the other in a clone."""
+    with use_db(clone / SESSION, WorkDB.Mode.create) as database:
+        database.clear()
+        database.add_work_items(items)
+        call(clone, "cosmic-ray", "exec", CONFIG, SESSION)
+        return list(database.completed_work_items)
+
+
+def notice() -> int:
+    """Run in a clone: ask the tests of the module that is changed, and then all others."""
+    command = ["git", "diff", "--name-only", PACKAGE]
+    (changed,) = subprocess.check_output(command, text=True).splitlines()
+    name = Path(changed).relative_to(PACKAGE).parts[0]
+    own = [path for path in (f"tests/{name}", f"tests/test_{name}") if Path(path).exists()]
+    options = ["-x", "-q", "-p", "no:benchmark", "-p", "no:cacheprovider", "--hypothesis-seed=0"]
+    return subprocess.run([sys.executable, "-m", "pytest", *options, *own, "tests"]).returncode
+
+
+def summary(found: Sequence[Tried]) -> Iterator[str]:
+    """Count what was noticed of each package, and show what was not."""
+    packages = [Path(place(item)[0]).relative_to(PACKAGE).parts[0] for item, _ in found]
+    missed = Counter(p for p, one in zip(packages, found, strict=True) if survived(one))
+    rows = [
+        [name, str(count), str(count - missed[name])]
+        for name, count in sorted(Counter(packages).items())
+    ]
+    total = ["all", str(len(found)), str(len(found) - missed.total())]
+    yield markdown_table(["package", "mutants", "noticed"], [*rows, total])
+    for _, result in filter(survived, found):
+        lines = result.diff.splitlines()[2:]
+        yield "\n```diff\n" + "\n".join(line for line in lines if line[:1] in "+-") + "\n```"
+
+
+def survived(one: Tried) -> bool:
+    """Whether no test noticed a mutant."""
+    return one[1].test_outcome is TestOutcome.SURVIVED
+
+
+def main() -> int:
+    """Draw mutants, try them, and say what became of them."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--sample", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--since", help="only in lines that differ from this commit")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--record", action="store_true", help="write the record")
+    options = parser.parse_args()
+    folder = Path(tempfile.mkdtemp(prefix="mutants"))
+    clones = [cloned(folder / str(number)) for number in range(options.jobs)]
+    # A comment is a change, too, as far as git and digests of the code go.
+    with (clones[0] / PACKAGE / "errors.py").open("a") as file:
+        file.write("# changed\n")
+    call(clones[0], sys.executable, "-m", "validation.mutants")
+    call(clones[0], "git", "checkout", "-q", ".")
+    items = drawn(clones[0], options.sample, options.seed, options.since)
+    with ThreadPoolExecutor(options.jobs) as pool:
+        parts = [items[number :: options.jobs] for number in range(options.jobs)]
+        found = [one for part in pool.map(tried, clones, parts) for one in part]
+    shutil.rmtree(folder)
+    found.sort(key=lambda one: place(one[0]))
+    text = f"Seed {options.seed}:\n\n" + "\n".join(summary(found))
+    print(text)
+    if options.record:
+        write_record("mutants", __doc__ or "", text)
+    return 1 if sum(map(survived, found)) > (1 - ENOUGH) * len(found) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(notice())

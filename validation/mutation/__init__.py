@@ -1,1 +1,0 @@
-"""Small faults put into the code: which of them do the tests notice?."""
