@@ -1,8 +1,8 @@
 """Do the tests notice small faults? Cosmic Ray puts one at a time into a clone of the last commit.
 
-Mutants are drawn from those that validation/cosmic-ray.toml allows. Each is tried with the tests of its
-package and then with all others; those that no test noticed are shown. Exit status 1 if the tests
-fail without a fault, or notice fewer than 92 of 100.
+A mutant is one of those that validation/cosmic-ray.toml allows on a random line. It is tried with the
+tests of its package and then with all others; those that no test noticed are shown. Exit status 1 if
+the tests fail without a fault, or notice fewer than 92 of 100.
 """
 
 import argparse
@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -47,7 +47,7 @@ def cloned(folder: Path) -> Path:
 
 
 def drawn(clone: Path, sample: int, seed: int, since: str | None) -> list[WorkItem]:
-    """Draw mutants from all of the package, or of lines that differ from a commit."""
+    """Draw a mutant of each of some lines of the package, or of those that differ from a commit."""
     call(clone, "cosmic-ray", "init", CONFIG, SESSION)
     call(clone, "cr-filter-operators", SESSION, CONFIG)
     if since is not None:
@@ -56,8 +56,14 @@ def drawn(clone: Path, sample: int, seed: int, since: str | None) -> list[WorkIt
         path.write_text(f'[cosmic-ray.filters.git-filter]\nbranch = "{branch}"\n')
         call(clone, "cr-filter-git", SESSION, "--config", path)
     with use_db(clone / SESSION, WorkDB.Mode.open) as database:
-        items = sorted(database.pending_work_items, key=place)
-    return random.Random(seed).sample(items, min(sample, len(items)))
+        lines = defaultdict(list)
+        for item in sorted(database.pending_work_items, key=place):
+            path, (row, _), *_ = place(item)
+            lines[path, row].append(item)
+    draw = random.Random(seed)
+    return [
+        draw.choice(lines[line]) for line in draw.sample(sorted(lines), min(sample, len(lines)))
+    ]
 
 
 def place(item: WorkItem) -> tuple[str, tuple[int, int], str, int]:
