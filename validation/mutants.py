@@ -1,8 +1,8 @@
 """Do the tests notice small faults? Cosmic Ray puts one at a time into a clone of the last commit.
 
-A mutant is one of those that validation/cosmic-ray.toml allows on a random line. It is tried with the
-tests of its package and then with all others; those that no test noticed are shown. Exit status 1 if
-the tests fail without a fault, or notice fewer than 92 of 100.
+A mutant is one of those that validation/cosmic-ray.toml allows on a random line. It is tried with
+the tests of its package and then with all others; those that no test noticed are shown. Exit status
+1 if the tests fail without a fault, or notice fewer than 92 of 100.
 """
 
 import argparse
