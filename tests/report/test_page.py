@@ -70,7 +70,9 @@ def whole(study_tables, paper):
             section="I",
             statement=EVIL,
             computed="computed",
-            judge=lambda _, v=verdict: v.because("a reason", {"number": (-0.00012345678, "1/L")}),
+            figures=[],
+            reasons={verdict: "a reason"},
+            compute=lambda _, v=verdict: (v, {"number": (-0.00012345678, "1/L")}),
         )
         for verdict in ledger.Verdict
     ]

@@ -11,7 +11,7 @@ from vibrissa.mechanics.bending import Bending
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Status
-from vibrissa.paper.ledger import Finding, Quantities, Verdict
+from vibrissa.paper.ledger import Verdict
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving import collocation
 
@@ -30,6 +30,11 @@ def wide_sweep(eta: float) -> tuple[StickingCurve, ...]:
     """Sticking curves of the tapers of `WIDE_TAPERS` in tip contact."""
     curves = collocation.solve_curves(WIDE_TAPERS, np.full_like(WIDE_TAPERS, eta))
     return tuple(curve for curve in curves if curve.status is Status.SOLVED)
+
+
+def holds_if(condition: bool) -> Verdict:
+    """Say that a statement holds, or else is contradicted."""
+    return HOLDS if condition else CONTRADICTED
 
 
 def rises(values: FloatArray | pd.DataFrame, axis: int = 0) -> bool:
@@ -73,7 +78,7 @@ def neighbours(series: Sequence[Bending]) -> tuple[Bending, Bending]:
     return Bending.concatenate(before), Bending.concatenate(after)
 
 
-def by_bending(what: str, before: Bending, after: Bending, quantities: Quantities) -> Finding:
+def by_bending(what: str, before: Bending, after: Bending) -> tuple[Verdict, str]:
     """Judge whether each rod is bent more after than before, by every measure of bending.
 
     Parameters
@@ -82,12 +87,11 @@ def by_bending(what: str, before: Bending, after: Bending, quantities: Quantitie
         What holds if they are bent more.
     before, after : Bending
         Of the same number of rods.
-    quantities : mapping
-        Quantities of the finding.
 
     Returns
     -------
-    Finding
+    verdict : Verdict
+    reason : str
     """
     measures = {
         "bending energy": after.energy > before.energy,
@@ -98,11 +102,12 @@ def by_bending(what: str, before: Bending, after: Bending, quantities: Quantitie
     more = [name for name, is_more in measures.items() if is_more.all()]
     others = [name for name in measures if name not in more]
     if not others:
-        return HOLDS.because(f"{what} by every measure: {', '.join(more)}", quantities)
+        return HOLDS, f"{what} by every measure: {', '.join(more)}"
     if not more:
-        reason = f"no measure ({', '.join(others)}) shows throughout that {what}"
-        return CONTRADICTED.because(reason, quantities)
+        return CONTRADICTED, f"no measure ({', '.join(others)}) shows throughout that {what}"
     # The energy belongs to the whole rod, the other measures to one place of it.
     verdict = CONDITION if "bending energy" in more else AMBIGUOUS
-    reason = f"{what} as measured by {', '.join(more)}, but not throughout by {', '.join(others)}"
-    return verdict.because(reason, quantities)
+    return (
+        verdict,
+        f"{what} as measured by {', '.join(more)}, but not throughout by {', '.join(others)}",
+    )

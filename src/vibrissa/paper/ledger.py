@@ -1,9 +1,12 @@
-"""A ledger of statements with the verdict of a computation on each: as a table, and to read."""
+"""The paper's statements with the verdict of a computation on each: as a table, and to read."""
 
+import tomllib
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import pyarrow as pa
@@ -44,9 +47,9 @@ class Verdict(StrEnum):
     AMBIGUOUS = "ambiguous"
     CONTRADICTED = "contradicted"
 
-    def because(self, reason: str, quantities: Quantities) -> "Finding":
-        """Make this verdict a finding."""
-        return Finding(verdict=self, reason=reason, quantities=quantities)
+
+# What a judging function returns; the reason, if it is not the one in statements.toml.
+Judged: TypeAlias = tuple[Verdict, Quantities] | tuple[Verdict, Quantities, str]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,28 +80,51 @@ class Claim:
         Short name.
     section : str
         Section of the paper.
+    figures : sequence of int
+        Figures of the paper that show it.
     statement : str
         The paper's statement in other words.
     computed : str
         What is computed to decide it.
-    judge : callable
-        Returns the `Finding` on the evidence.
+    reasons : mapping of str
+        Reason for each verdict.
+    compute : callable
+        Judges by the evidence.
     """
 
     name: str
     section: str
+    figures: Sequence[int]
     statement: str
     computed: str
-    judge: Callable[[Evidence], Finding]
+    reasons: Mapping[Verdict, str]
+    compute: Callable[[Evidence], Judged]
+
+    def judge(self, evidence: Evidence) -> Finding:
+        """Judge the statement by the evidence."""
+        verdict, quantities, *reason = self.compute(evidence)
+        return Finding(
+            verdict=verdict,
+            reason=reason[0] if reason else self.reasons[verdict],
+            quantities=quantities,
+        )
 
 
-def claim(
-    *, name: str, section: str, statement: str, computed: str
-) -> Callable[[Callable[[Evidence], Finding]], Claim]:
-    """Make a claim of the function that judges it; see `Claim`."""
-    return lambda judge: Claim(
-        name=name, section=section, statement=statement, computed=computed, judge=judge
-    )
+@cache
+def _statements() -> dict[str, dict[str, Any]]:
+    path = Path(__file__).with_name("statements.toml")
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+def judges(name: str) -> Callable[[Callable[[Evidence], Judged]], Claim]:
+    """Make a claim of the function that judges the statement of a name."""
+    texts = dict(_statements()[name])
+    reasons = {
+        verdict: texts.pop(verdict.name.lower())
+        for verdict in Verdict
+        if verdict.name.lower() in texts
+    }
+    return lambda compute: Claim(name=name, reasons=reasons, compute=compute, **texts)
 
 
 def claims_table(
@@ -108,7 +134,7 @@ def claims_table(
     study: str,
     method: Solver,
 ) -> pa.Table:
-    """Judge claims.
+    """Judge claims; return a table with the schema `CLAIMS`.
 
     Parameters
     ----------
@@ -118,11 +144,6 @@ def claims_table(
         Name of the study.
     method : Solver
         Its solver of the sticking equilibria.
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `CLAIMS`.
     """
     rows = []
     for one in claims:
@@ -146,17 +167,7 @@ def claims_table(
 
 
 def markdown(table: pa.Table) -> str:
-    """Ledger to read, in the order of the table.
-
-    Parameters
-    ----------
-    table : pyarrow.Table
-        With the schema `CLAIMS`.
-
-    Returns
-    -------
-    str
-    """
+    """Ledger to read, of a table with the schema `CLAIMS`."""
     rows = (
         (
             row["section"],

@@ -17,9 +17,10 @@ from vibrissa.paper.judging import (
     EXAMPLE,
     HOLDS,
     NEGLIGIBLE,
+    holds_if,
     rises,
 )
-from vibrissa.paper.ledger import Finding, claim
+from vibrissa.paper.ledger import Judged, judges
 from vibrissa.sticking.api import solve_curve, solve_state
 from vibrissa.sticking.solving import shooting
 
@@ -33,14 +34,8 @@ EXAMPLE_TOLERANCE = 0.005 / EXAMPLE_F + 1e-4
 STEEL_STRENGTH = 2.45e9
 
 
-@claim(
-    name="pushed",
-    section="abstract",
-    statement="The clamp moves such that it pushes the tip.",
-    computed="x1 − x0 in every state of the scans; distance that the clamp can move the other way "
-    "at θ = 2, μ0 = 0.4 until tan α is μ0",
-)
-def pushed(evidence: Evidence) -> Finding:
+@judges("pushed")
+def pushed(evidence: Evidence) -> Judged:
     offset = (evidence.scan["x1"] - evidence.scan["footpoint"]).to_numpy()
     forward = all(rises(rows["footpoint"].to_numpy()) for rows in evidence.scans())
     x1 = solve_curve(2.0, evidence.eta).x1_init
@@ -55,22 +50,11 @@ def pushed(evidence: Evidence) -> Finding:
         "displacement when pushed": (evidence.by_theta("x0_slip").loc[2.0, 0.4], "L"),
         "displacement when pulled": (pulled, "L"),
     }
-    if forward and offset.min() > 0.0:
-        reason = (
-            "the clamp moves towards the tip; if it pulled the tip, slip would begin much earlier"
-        )
-        return HOLDS.because(reason, quantities)
-    return CONTRADICTED.because("the tip is not always ahead of the clamp", quantities)
+    return holds_if(forward and offset.min() > 0.0), quantities
 
 
-@claim(
-    name="event frequency",
-    section="II",
-    statement="Over a scanned length, each μ0 has a frequency of stick-slip events of its own.",
-    computed="events per length over the μ0 of Figure 7: 1/x0 at the exact onset, or of a dragged "
-    "rod 1/(x0_trail − 2·x0_end); μ0 of a pushed rod that has as many",
-)
-def event_frequency(evidence: Evidence) -> Finding:
+@judges("event frequency")
+def event_frequency(evidence: Evidence) -> Judged:
     rows = evidence.slipping()
     frequency = 1.0 / rows["x0_slip"].to_numpy()
     stepped = 1.0 / (rows["x0_max"].to_numpy() + evidence.dx0)
@@ -82,13 +66,13 @@ def event_frequency(evidence: Evidence) -> Finding:
         "values of μ0 above μ_lock": (len(evidence.locking()), "1"),
     }
     if not rises(-frequency):
-        return CONTRADICTED.because("two values of μ0 have one frequency", quantities)
+        return CONTRADICTED, quantities
     if not len(evidence.locking()):
-        return HOLDS.because("the frequency is one-to-one", quantities)
+        return HOLDS, quantities
     dragged = evidence.trailing()["dragged"].to_numpy()
     if len(dragged) < len(evidence.locking()):
         reason = "the frequency is one-to-one up to μ_lock; above it some tips do not slip at all"
-        return CONDITION.because(reason, quantities)
+        return CONDITION, quantities, reason
     curve = solve_curve(float(rows["theta"].iloc[0]), evidence.eta)
     same = float(curve.friction_demand(dragged[-1]))
     quantities |= {
@@ -96,38 +80,19 @@ def event_frequency(evidence: Evidence) -> Finding:
         "μ0 at which a pushed rod has as many": (same, "1"),
     }
     if not rises(dragged):
-        return CONTRADICTED.because("two values of μ0 above μ_lock have one frequency", quantities)
-    reason = (
-        "the frequency is one-to-one for a pushed rod; above μ_lock the rod swings aside and is "
-        "dragged from then on: each μ0 has a frequency there, too, but one that a pushed rod has "
-        "on a smoother surface"
-    )
-    return CONDITION.because(reason, quantities)
+        return CONTRADICTED, quantities, "two values of μ0 above μ_lock have one frequency"
+    return CONDITION, quantities
 
 
-@claim(
-    name="force unit",
-    section="III",
-    statement="For the example rod of steel, a dimensionless force of 10.86 is a force of 7000 N.",
-    computed="f·E·I0/L² with I0 = π·d0⁴/64",
-)
-def force_unit(evidence: Evidence) -> Finding:
+@judges("force unit")
+def force_unit(evidence: Evidence) -> Judged:
     force = EXAMPLE_F * EXAMPLE.force_unit
     quantities = {"force": (force, "N"), "unit of force": (EXAMPLE.force_unit, "N")}
-    if abs(force / EXAMPLE_FORCE - 1.0) < EXAMPLE_TOLERANCE:
-        return HOLDS.because("it is, rounded", quantities)
-    return CONTRADICTED.because("it is another force", quantities)
+    return holds_if(abs(force / EXAMPLE_FORCE - 1.0) < EXAMPLE_TOLERANCE), quantities
 
 
-@claim(
-    name="example rod",
-    section="III",
-    statement="A steel rod of d0 = 5 mm and L = 100 mm is an example of the beam.",
-    computed="largest strain max|φ'|·d/(2L) in the states of Figures 3 to 5, compared with tensile "
-    "strength over E of the strongest carbon steel wire (music wire, ASTM A228, by "
-    "makeitfrom.com)",
-)
-def example_rod(evidence: Evidence) -> Finding:
+@judges("example rod")
+def example_rod(evidence: Evidence) -> Judged:
     slenderness = EXAMPLE.base_diameter / EXAMPLE.length
     limit = STEEL_STRENGTH / EXAMPLE.youngs_modulus
     strain = slenderness * bending_of_steps(evidence.scan).strain
@@ -144,11 +109,8 @@ def example_rod(evidence: Evidence) -> Finding:
         "largest base diameter below it": (1e3 * EXAMPLE.base_diameter * limit / largest, "mm"),
     }
     if first > limit:
-        reason = "even the first states exceed the strength of the strongest carbon steel"
-        return CONTRADICTED.because(reason, quantities)
-    if largest > limit:
-        return CONDITION.because("only states of small strain are below the strength", quantities)
-    return HOLDS.because("all states are below the strength", quantities)
+        return CONTRADICTED, quantities
+    return (CONDITION if largest > limit else HOLDS), quantities
 
 
 def _strain_of_cylinder(f: float, eta: float) -> float:
@@ -165,13 +127,8 @@ def printed_diameter(s: float, theta: float, length: float = 1.0) -> float:
     return 1.0 - (1.0 - 1.0 / theta**2) / length * s
 
 
-@claim(
-    name="taper of eq. (1)",
-    section="III",
-    statement="Equation (1) describes the tapered rod, θ = d0/d1, from which equation (2) follows.",
-    computed="tip diameter by (1) as printed and by the stiffness in (2), for the θ of Figure 6",
-)
-def printed_taper(evidence: Evidence) -> Finding:
+@judges("taper of eq. (1)")
+def printed_taper(evidence: Evidence) -> Judged:
     tapers = evidence.by_theta("x0_slip").index.to_numpy()
     by_1 = np.array([printed_diameter(1.0, theta) for theta in tapers])
     # The stiffness is the reciprocal of the curvature under unit moment.
@@ -190,24 +147,12 @@ def printed_taper(evidence: Evidence) -> Finding:
     }
     same = np.abs(by_1 - by_2) < NEGLIGIBLE
     if same.all():
-        return HOLDS.because("both are the same rod", quantities)
-    if not same[tapers > 1.0].any():
-        reason = (
-            "(1) prints d1/θ in place of the tip diameter d1; they agree for the cylinder alone"
-        )
-        return CONTRADICTED.because(reason, quantities)
-    return AMBIGUOUS.because("they agree for some tapers", quantities)
+        return HOLDS, quantities
+    return (CONTRADICTED if not same[tapers > 1.0].any() else AMBIGUOUS), quantities
 
 
-@claim(
-    name="arc length",
-    section="III",
-    statement="The rod's length is L = s·[length] with s between 0 and 1, and equation (1) divides "
-    "s by L.",
-    computed="tip diameter by (1), its misprint corrected, at s = 1 and θ = 2, with L = 1 and with "
-    "L = 100 mm",
-)
-def arc_length(evidence: Evidence) -> Finding:
+@judges("arc length")
+def arc_length(evidence: Evidence) -> Judged:
     def tip(length: float) -> float:
         return 1.0 - (1.0 - 1.0 / 2.0) / length * 1.0
 
@@ -216,20 +161,11 @@ def arc_length(evidence: Evidence) -> Finding:
         "tip diameter with L = 1": (tip(1.0), "d0"),
         "tip diameter with L = 100": (in_mm, "d0"),
     }
-    if abs(in_mm - tip(1.0)) < NEGLIGIBLE:
-        return HOLDS.because("s and L have one unit", quantities)
-    reason = "in (2) s is in units of L; in (1) only if L means 1, and otherwise in mm"
-    return AMBIGUOUS.because(reason, quantities)
+    return (HOLDS if abs(in_mm - tip(1.0)) < NEGLIGIBLE else AMBIGUOUS), quantities
 
 
-@claim(
-    name="sense of α",
-    section="III",
-    statement="The force at the tip is inclined by α, counted counter-clockwise.",
-    computed="moment in (2) compared with that of the force (0, −f) turned by α and by −α, at many "
-    "states",
-)
-def sense_of_alpha(evidence: Evidence) -> Finding:
+@judges("sense of α")
+def sense_of_alpha(evidence: Evidence) -> Judged:
     rows = evidence.scan.iloc[:: max(1, len(evidence.scan) // 50)]
     deviation = {1: 0.0, -1: 0.0}
     for row in rows.itertuples():
@@ -247,19 +183,11 @@ def sense_of_alpha(evidence: Evidence) -> Finding:
         "deviation, counter-clockwise": (deviation[1], "1/L"),
         "deviation, clockwise": (deviation[-1], "1/L"),
     }
-    if deviation[1] < NEGLIGIBLE:
-        return HOLDS.because("(2) has the force f·(sin α, −cos α)", quantities)
-    return CONTRADICTED.because("(2) has another force", quantities)
+    return holds_if(deviation[1] < NEGLIGIBLE), quantities
 
 
-@claim(
-    name="two unknowns",
-    section="III",
-    statement="Equations (2) with the boundary conditions (3) have two unknown quantities.",
-    computed="singular values of the derivative of the boundary conditions with respect to f and α "
-    "at θ = 2: of the tip's position, and of it together with a given φ1",
-)
-def two_unknowns(evidence: Evidence) -> Finding:
+@judges("two unknowns")
+def two_unknowns(evidence: Evidence) -> Judged:
     curve = solve_curve(2.0, evidence.eta)
     state = curve.state(0.5 * curve.x0_lock)
     x1 = curve.x1_init - 0.5 * curve.x0_lock
@@ -285,24 +213,11 @@ def two_unknowns(evidence: Evidence) -> Finding:
         "conditions with a given φ1": (len(derivative), "1"),
         "independent ones of them": (np.linalg.matrix_rank(derivative), "1"),
     }
-    if rank == 2:
-        reason = (
-            "they are f and α while the tip sticks, and f and x1 at α = 0, if φ1 is a name for the "
-            "outcome φ(1); as a given value it would be one condition too many"
-        )
-        return CONDITION.because(reason, quantities)
-    return CONTRADICTED.because("the tip's position does not determine f and α", quantities)
+    return (CONDITION if rank == 2 else CONTRADICTED), quantities
 
 
-@claim(
-    name="shooting",
-    section="III",
-    statement="A Runge–Kutta integration inside a simplex search, both MATLAB's own, solves the "
-    "problem.",
-    computed="the same procedure with MATLAB's default tolerances for the periods of Figures 4 and "
-    "5",
-)
-def default_shooting(evidence: Evidence) -> Finding:
+@judges("shooting")
+def default_shooting(evidence: Evidence) -> Judged:
     off: list[int] = []
     worst = 0.0
     for rows in evidence.first_periods():
@@ -319,10 +234,5 @@ def default_shooting(evidence: Evidence) -> Finding:
         "largest error of f": (100 * worst, "%"),
     }
     if max(off) == 0:
-        return HOLDS.because("every period has the right number of steps", quantities)
-    if max(off) == 1:
-        reason = (
-            "with tighter tolerances; with the defaults some periods are a step too short or long"
-        )
-        return CONDITION.because(reason, quantities)
-    return CONTRADICTED.because("periods end several steps early or late", quantities)
+        return HOLDS, quantities
+    return (CONDITION if max(off) == 1 else CONTRADICTED), quantities

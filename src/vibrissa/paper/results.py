@@ -1,7 +1,6 @@
 """Claims of the paper's Section IV, its results."""
 
 from decimal import Decimal
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -10,7 +9,6 @@ from vibrissa.decimals import exact
 from vibrissa.mechanics.bending import Bending
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.steps import last_step_within
-from vibrissa.paper import ledger
 from vibrissa.paper.evidence import Evidence, bending_at_the_last_state, bending_of_steps
 from vibrissa.paper.judging import (
     CONDITION,
@@ -19,28 +17,26 @@ from vibrissa.paper.judging import (
     HOLDS,
     NEGLIGIBLE,
     by_bending,
+    holds_if,
     line_fit,
     neighbours,
     rises,
     wide_sweep,
 )
-from vibrissa.paper.ledger import Finding
+from vibrissa.paper.ledger import Judged, judges
 from vibrissa.sticking.api import solve_curve
-
-claim = partial(ledger.claim, section="IV")
 
 # "A few" steps are at most so many.
 FEW = 10
+UP_TO_THE_LOCK = (
+    "a pushed tip reaches it only for μ0 up to the critical friction coefficient; beyond, "
+)
 # Least share of the variance that a straight line explains where a correlation seems linear.
 SEEMS_LINEAR = 0.99
 
 
-@claim(
-    name="sign of α",
-    statement="α is zero at first and becomes negative as soon as the clamp moves.",
-    computed="α in every state of the scans",
-)
-def sign_of_alpha(evidence: Evidence) -> Finding:
+@judges("sign of α")
+def sign_of_alpha(evidence: Evidence) -> Judged:
     alpha = evidence.scan["alpha"].to_numpy()
     moved = evidence.scan["x0"].to_numpy() > 0.0
     at_first = np.abs(alpha[~moved]).max()
@@ -49,17 +45,11 @@ def sign_of_alpha(evidence: Evidence) -> Finding:
         "largest α at x0 > 0": (alpha[moved].max(), "rad"),
         "smallest α": (alpha[moved].min(), "rad"),
     }
-    if at_first < NEGLIGIBLE and (alpha[moved] < 0.0).all():
-        return HOLDS.because("this is so in every scan", quantities)
-    return CONTRADICTED.because("some states have another sign", quantities)
+    return holds_if(at_first < NEGLIGIBLE and (alpha[moved] < 0.0).all()), quantities
 
 
-@claim(
-    name="further deformed",
-    statement="The longer the clamp moves while the tip sticks, the more the rod is deformed.",
-    computed="bending of the shapes in the first period of each scan, and the load on the clamp",
-)
-def further_deformed(evidence: Evidence) -> Finding:
+@judges("further deformed")
+def further_deformed(evidence: Evidence) -> Judged:
     periods = evidence.first_periods()
     bent = [bending_of_steps(rows) for rows in periods]
     growth = np.array([rods.energy[-1] / rods.energy[0] for rods in bent]) - 1.0
@@ -73,22 +63,14 @@ def further_deformed(evidence: Evidence) -> Finding:
         "smallest fall of the clamp moment": (100 * fall.min(), "%"),
         "largest fall of the clamp moment": (100 * fall.max(), "%"),
     }
-    finding = by_bending("the rod is deformed further", *neighbours(bent), quantities)
+    verdict, reason = by_bending("the rod is deformed further", *neighbours(bent))
     if (fall > 0.0).all():
-        reason = (
-            f"{finding.reason}; the force on the clamp grows, but the moment falls in all periods"
-        )
-        return finding.verdict.because(reason, quantities)
-    return finding
+        reason += "; the force on the clamp grows, but the moment falls in all periods"
+    return verdict, quantities, reason
 
 
-@claim(
-    name="end of sticking",
-    statement="When static friction reaches its largest force, the tip begins to slip.",
-    computed="μ0 of Figure 7 compared with the critical friction coefficient, the largest −tan α "
-    "on the equilibrium path; |tan α| where a self-locking rod that has swung aside slips",
-)
-def end_of_sticking(evidence: Evidence) -> Finding:
+@judges("end of sticking")
+def end_of_sticking(evidence: Evidence) -> Judged:
     slipping, locked, trailing = evidence.slipping(), evidence.locking(), evidence.trailing()
     quantities = {
         "critical friction coefficient at θ = 2": (evidence.friction["mu_lock"].iloc[0], "1"),
@@ -97,12 +79,11 @@ def end_of_sticking(evidence: Evidence) -> Finding:
         "of these, points that slip after a swing": (len(trailing), "1"),
     }
     if not len(locked):
-        return HOLDS.because("it is reached for every μ0", quantities)
+        return HOLDS, quantities
     if not len(slipping) and not len(trailing):
-        return CONTRADICTED.because("it is reached for no μ0", quantities)
-    reason = "a pushed tip reaches it only for μ0 up to the critical friction coefficient; beyond, "
+        return CONTRADICTED, quantities
     if len(trailing) < len(locked):
-        return CONDITION.because(f"{reason}some tips never slip", quantities)
+        return CONDITION, quantities, UP_TO_THE_LOCK + "some tips never slip"
     reached = np.abs(np.tan(trailing["alpha_trail"].to_numpy()))
     away = np.abs(reached / trailing["mu0"].to_numpy() - 1.0).max()
     quantities |= {
@@ -110,21 +91,12 @@ def end_of_sticking(evidence: Evidence) -> Finding:
         "largest deviation of |tan α| from μ0 there": (away, "1"),
     }
     if away > NEGLIGIBLE:
-        return CONTRADICTED.because("tips that trail slip at another friction", quantities)
-    reason += (
-        "a round rod swings aside, trails behind the clamp, and its tip slips when it is pulled, "
-        "just where friction has reached its largest force"
-    )
-    return CONDITION.because(reason, quantities)
+        return CONTRADICTED, quantities, "tips that trail slip at another friction"
+    return CONDITION, quantities
 
 
-@claim(
-    name="μ0 from the load",
-    statement="μ0 follows from the forces and moments that are measured at the clamp.",
-    computed="|Fx/Fy| at the clamp at the last sticking state and at the exact onset, compared "
-    "with μ0; the same where a self-locking rod that has swung aside slips",
-)
-def friction_from_forces(evidence: Evidence) -> Finding:
+@judges("μ0 from the load")
+def friction_from_forces(evidence: Evidence) -> Judged:
     rows = pd.concat([evidence.taper, evidence.slipping()])
     rows = rows[rows["status"] == "slip"]
 
@@ -141,23 +113,12 @@ def friction_from_forces(evidence: Evidence) -> Finding:
         "median underestimate": (-100 * float(np.median(last)), "%"),
     }
     if max(onset, trailing, last.max()) > NEGLIGIBLE:
-        reason = "the ratio of the forces is not μ0 where slip begins"
-        return CONTRADICTED.because(reason, quantities)
-    if last.min() < -0.001:
-        reason = (
-            "the forces suffice, but the last state on the step grid is up to a step before slip, "
-            "and its ratio is too small"
-        )
-        return CONDITION.because(reason, quantities)
-    return HOLDS.because("the forces alone suffice", quantities)
+        return CONTRADICTED, quantities
+    return (CONDITION if last.min() < -0.001 else HOLDS), quantities
 
 
-@claim(
-    name="longer with θ",
-    statement="For each μ0 a stronger taper makes one period of sticking longer.",
-    computed="x0 at the exact onset over the θ of Figure 6, and up to θ = 20, in tip contact",
-)
-def longer_with_taper(evidence: Evidence) -> Finding:
+@judges("longer with θ")
+def longer_with_taper(evidence: Evidence) -> Judged:
     shown = evidence.by_theta("x0_slip")
     curves = wide_sweep(evidence.eta)
     wide = np.array([curve.onset(shown.columns.to_numpy()) for curve in curves])
@@ -168,19 +129,12 @@ def longer_with_taper(evidence: Evidence) -> Finding:
         for mu0, theta in zip(shown.columns, longest, strict=True)
     }
     if not rises(shown):
-        return CONTRADICTED.because("it does not within Figure 6", quantities)
-    if not rises(wide):
-        reason = "in the range of Figure 6; with stronger taper the period gets shorter again"
-        return CONDITION.because(reason, quantities)
-    return HOLDS.because("it does throughout", quantities)
+        return CONTRADICTED, quantities
+    return (CONDITION if not rises(wide) else HOLDS), quantities
 
 
-@claim(
-    name="deformation with θ",
-    statement="For each μ0 a stronger taper makes the deformation at the end of a period stronger.",
-    computed="bending at the last sticking state over the θ of Figure 6",
-)
-def deformed_with_taper(evidence: Evidence) -> Finding:
+@judges("deformation with θ")
+def deformed_with_taper(evidence: Evidence) -> Judged:
     bent = [bending_at_the_last_state(rows) for _, rows in evidence.taper.groupby("mu0")]
     first, last = (Bending.concatenate([r.take(np.array([i])) for r in bent]) for i in (0, -1))
     energy = last.energy / first.energy
@@ -191,16 +145,12 @@ def deformed_with_taper(evidence: Evidence) -> Finding:
         "strain, smallest ratio": ((last.strain / first.strain).min(), "1"),
         "turn of the tip, smallest ratio": ((last.turn / first.turn).min(), "1"),
     }
-    return by_bending("the deformation is stronger", *neighbours(bent), quantities)
+    verdict, reason = by_bending("the deformation is stronger", *neighbours(bent))
+    return verdict, quantities, reason
 
 
-@claim(
-    name="μ0 = 0.3 against 0.4",
-    statement="With μ0 = 0.3 the clamp moves less far in a period than with 0.4, and deforms the "
-    "rod less.",
-    computed="first periods of the scans of Figures 4 and 5 compared",
-)
-def friction_compared(evidence: Evidence) -> Finding:
+@judges("μ0 = 0.3 against 0.4")
+def friction_compared(evidence: Evidence) -> Judged:
     ends = pd.concat([rows.iloc[[-1]] for rows in evidence.first_periods()])
     low, high = (ends[ends["mu0"] == mu0] for mu0 in (ends["mu0"].min(), ends["mu0"].max()))
     less, more = bending_of_steps(low), bending_of_steps(high)
@@ -211,17 +161,13 @@ def friction_compared(evidence: Evidence) -> Finding:
         "smallest ratio of the energies": ((more.energy / less.energy).min(), "1"),
     }
     if ratio.min() <= 1.0:
-        return CONTRADICTED.because("the clamp does not move less far", quantities)
-    return by_bending("the rod is deformed less", less, more, quantities)
+        return CONTRADICTED, quantities
+    verdict, reason = by_bending("the rod is deformed less", less, more)
+    return verdict, quantities, reason
 
 
-@claim(
-    name="few steps",
-    statement="The cylinder slips after a few steps already (Figure 4a).",
-    computed="steps to the last sticking state at θ = 1 and μ0 = 0.3, with the paper's step and "
-    "with a tenth of it",
-)
-def few_steps(evidence: Evidence) -> Finding:
+@judges("few steps")
+def few_steps(evidence: Evidence) -> Judged:
     steps = evidence.by_theta("n_steps")
     cylinder = steps.loc[1.0, 0.3]
     onset = evidence.by_theta("x0_slip").loc[1.0, 0.3]
@@ -233,19 +179,12 @@ def few_steps(evidence: Evidence) -> Finding:
         "share of the steps at θ = 2": (100 * cylinder / steps.loc[2.0, 0.3], "%"),
     }
     if cylinder > FEW:
-        return CONTRADICTED.because(f"it takes more than {FEW}", quantities)
-    if finer > FEW:
-        return CONDITION.because("few for this step; a smaller one takes more", quantities)
-    return HOLDS.because("few with a tenth of the step, too", quantities)
+        return CONTRADICTED, quantities
+    return (CONDITION if finer > FEW else HOLDS), quantities
 
 
-@claim(
-    name="accurate drive",
-    statement="With the cylinder the drive must be accurate, or periods of sticking are missed.",
-    computed="values of μ0 of Figure 6 at which a step of 0.01 leaves no sticking state after "
-    "the first",
-)
-def accurate_drive(evidence: Evidence) -> Finding:
+@judges("accurate drive")
+def accurate_drive(evidence: Evidence) -> Judged:
     onset = evidence.by_theta("x0_slip")
     missed = (last_step_within(onset.to_numpy(), Decimal("0.01")) == 0).sum(axis=1)
     shortest = onset.loc[1.0].min()
@@ -255,18 +194,11 @@ def accurate_drive(evidence: Evidence) -> Finding:
         "largest step that misses none at θ = 1": (shortest, "L"),
         "the same for the example rod": (1e3 * EXAMPLE.length * shortest, "mm"),
     }
-    if missed[0] > missed[-1]:
-        return HOLDS.because("the cylinder's periods are missed first", quantities)
-    return CONTRADICTED.because("the cylinder's periods are missed no sooner", quantities)
+    return holds_if(missed[0] > missed[-1]), quantities
 
 
-@claim(
-    name="taper compensates",
-    statement="A taper removes this sensitivity to the clamp's displacement.",
-    computed="rise of −tan α per displacement at the onset, d(−tan α)/dx0, at θ = 1 compared with "
-    "θ = 2 and 3",
-)
-def taper_compensates(evidence: Evidence) -> Finding:
+@judges("taper compensates")
+def taper_compensates(evidence: Evidence) -> Judged:
     frictions = evidence.by_theta("x0_slip").columns.to_numpy()
     slope = {}
     for theta in (1.0, 2.0, 3.0):
@@ -280,18 +212,12 @@ def taper_compensates(evidence: Evidence) -> Finding:
         "smallest ratio of the rise at θ = 1 to θ = 3": (least[3.0], "1"),
     }
     if least[2.0] > 1.0 and least[3.0] > least[2.0]:
-        reason = "the sensitivity gets smaller with θ; it does not vanish"
-        return CONDITION.because(reason, quantities)
-    return CONTRADICTED.because("the sensitivity does not get smaller with θ", quantities)
+        return CONDITION, quantities
+    return CONTRADICTED, quantities
 
 
-@claim(
-    name="longer slides with θ",
-    statement="A drawback of the taper is longer periods of sliding.",
-    computed="distance that the tip moves in a slip and the clamp in a cycle, over the θ of "
-    "Figures 4 and 5",
-)
-def longer_slides(evidence: Evidence) -> Finding:
+@judges("longer slides with θ")
+def longer_slides(evidence: Evidence) -> Judged:
     slides = evidence.slip_lengths()
     travel = evidence.scan_lengths() / evidence.cycle_counts()
     difference = (slides - travel).abs().to_numpy().max()
@@ -301,40 +227,23 @@ def longer_slides(evidence: Evidence) -> Finding:
         "largest difference from the clamp's travel": (difference, "L"),
     }
     if not rises(slides):
-        return CONTRADICTED.because("the slides do not get longer", quantities)
-    if difference < NEGLIGIBLE:
-        reason = (
-            "if slip ends at α = 0, as the paper assumes: then the tip slides exactly as far as "
-            "the clamp moved in the cycle"
-        )
-        return CONDITION.because(reason, quantities)
-    return HOLDS.because("the slides get longer", quantities)
+        return CONTRADICTED, quantities
+    return (CONDITION if difference < NEGLIGIBLE else HOLDS), quantities
 
 
-@claim(
-    name="longer scan with θ",
-    statement="For the same number of periods a tapered rod has to scan a longer distance.",
-    computed="distance that the clamp moves in nine cycles over the θ of Figures 4 and 5",
-)
-def longer_scan(evidence: Evidence) -> Finding:
+@judges("longer scan with θ")
+def longer_scan(evidence: Evidence) -> Judged:
     lengths = evidence.scan_lengths()
     quantities = {
         f"distance at θ = {theta:g}, μ0 = {mu0:g}": (lengths.loc[theta, mu0], "L")
         for theta in lengths.index
         for mu0 in lengths.columns
     }
-    if rises(lengths):
-        return HOLDS.because("the distance gets longer with θ", quantities)
-    return CONTRADICTED.because("the distance does not get longer with θ", quantities)
+    return holds_if(rises(lengths)), quantities
 
 
-@claim(
-    name="linear in θ",
-    statement="x0,max seems to grow linearly with θ for each μ0 (Figure 6).",
-    computed="straight lines through the points of Figure 6, their R² and largest deviation; the "
-    "same up to θ = 20, in tip contact",
-)
-def linear_in_taper(evidence: Evidence) -> Finding:
+@judges("linear in θ")
+def linear_in_taper(evidence: Evidence) -> Judged:
     stepped, onset = evidence.by_theta("x0_max"), evidence.by_theta("x0_slip")
     tapers, frictions = onset.index.to_numpy(), onset.columns
     lines = {mu0: line_fit(tapers, onset[mu0].to_numpy()) for mu0 in frictions}
@@ -356,23 +265,14 @@ def linear_in_taper(evidence: Evidence) -> Finding:
         "smallest R² up to θ = 20": (beyond, "1"),
     }
     if worst < SEEMS_LINEAR:
-        return CONTRADICTED.because("a line does not fit", quantities)
-    reasons = {
-        "the exact onset deviates from a line by more than a step": deviation >= evidence.dx0,
-        "beyond Figure 6 no line fits": beyond <= SEEMS_LINEAR,
-    }
-    if not any(reasons.values()):
-        return HOLDS.because("a line fits to within a step, and up to θ = 20", quantities)
-    found = "; ".join(reason for reason, applies in reasons.items() if applies)
-    return CONDITION.because(f"as an impression: {found}", quantities)
+        return CONTRADICTED, quantities
+    if deviation < evidence.dx0 and beyond > SEEMS_LINEAR:
+        return HOLDS, quantities
+    return CONDITION, quantities
 
 
-@claim(
-    name="μ0 strengthens the taper's effect",
-    statement="The larger μ0 is, the stronger is the effect of the taper.",
-    computed="slope of x0 over θ in Figure 6, and ratio of x0 at its two ends, for each μ0",
-)
-def friction_strengthens(evidence: Evidence) -> Finding:
+@judges("μ0 strengthens the taper's effect")
+def friction_strengthens(evidence: Evidence) -> Judged:
     onset = evidence.by_theta("x0_slip")
     tapers = onset.index.to_numpy()
     slopes = np.array([line_fit(tapers, onset[mu0].to_numpy()).slope for mu0 in onset.columns])
@@ -382,19 +282,12 @@ def friction_strengthens(evidence: Evidence) -> Finding:
         quantities[f"slope at μ0 = {mu0:g}"] = (slope, "L")
         quantities[f"ratio at μ0 = {mu0:g}"] = (ratio, "1")
     if rises(slopes) and rises(ratios):
-        return HOLDS.because("as a slope and as a ratio", quantities)
-    if rises(slopes):
-        reason = "as a slope; the factor by which the taper lengthens the period falls with μ0"
-        return CONDITION.because(reason, quantities)
-    return CONTRADICTED.because("the slope does not grow with μ0", quantities)
+        return HOLDS, quantities
+    return (CONDITION if rises(slopes) else CONTRADICTED), quantities
 
 
-@claim(
-    name="levels of Figure 7",
-    statement="The points over μ0 lie in groups on levels.",
-    computed="number of different values of x0,max among the points of Figure 7",
-)
-def levels(evidence: Evidence) -> Finding:
+@judges("levels of Figure 7")
+def levels(evidence: Evidence) -> Judged:
     rows = evidence.slipping()
     groups = rows.groupby("x0_max").size().to_numpy()
     quantities = {
@@ -404,23 +297,12 @@ def levels(evidence: Evidence) -> Finding:
         "levels with one point": ((groups == 1).sum(), "1"),
     }
     if len(groups) == len(rows):
-        return CONTRADICTED.because("every point has a level of its own", quantities)
-    if (groups == 1).any():
-        reason = (
-            "where x0 changes by less than a step from point to point; where it changes faster, "
-            "each point has a level of its own"
-        )
-        return CONDITION.because(reason, quantities)
-    return HOLDS.because("every level has several points", quantities)
+        return CONTRADICTED, quantities
+    return (CONDITION if (groups == 1).any() else HOLDS), quantities
 
 
-@claim(
-    name="cause of the levels",
-    statement="The levels come from the step of the clamp, which is too coarse for the change with "
-    "μ0.",
-    computed="different values of x0 among the points of Figure 7: exact, and with finer steps",
-)
-def cause_of_levels(evidence: Evidence) -> Finding:
+@judges("cause of the levels")
+def cause_of_levels(evidence: Evidence) -> Judged:
     onset = evidence.slipping()["x0_slip"].to_numpy()
     step = exact(evidence.dx0)
     parts = {"the step": 1, "half the step": 2, "a fifth of the step": 5, "a tenth of the step": 10}
@@ -431,19 +313,13 @@ def cause_of_levels(evidence: Evidence) -> Finding:
         **{f"values with {name}": (n, "1") for name, n in zip(parts, counts, strict=True)},
         "exact values": (distinct, "1"),
     }
-    if distinct == len(onset) and counts[0] < counts[-1] and sorted(counts) == counts:
-        reason = "the exact onset has no levels, and with finer steps there are more"
-        return HOLDS.because(reason, quantities)
-    return CONTRADICTED.because("the levels do not come from the step", quantities)
+    return holds_if(
+        distinct == len(onset) and counts[0] < counts[-1] and sorted(counts) == counts
+    ), quantities
 
 
-@claim(
-    name="no exact trend",
-    statement="These points do not show how exactly x0,max depends on μ0.",
-    computed="error of the stepped values compared with the exact onset, and their largest "
-    "deviation from a line",
-)
-def no_exact_trend(evidence: Evidence) -> Finding:
+@judges("no exact trend")
+def no_exact_trend(evidence: Evidence) -> Judged:
     rows = evidence.slipping()
     stepped, onset = rows["x0_max"].to_numpy(), rows["x0_slip"].to_numpy()
     error = onset - stepped
@@ -454,23 +330,12 @@ def no_exact_trend(evidence: Evidence) -> Finding:
         "deviation of the stepped values from a line, in steps": (deviation / evidence.dx0, "1"),
     }
     if error.max() < NEGLIGIBLE:
-        return CONTRADICTED.because("the stepped values are the exact ones", quantities)
-    if deviation > evidence.dx0:
-        reason = (
-            "for the stepped values; but they deviate from a line by many steps, so the trend is "
-            "not linear, and the exact onset gives it for every μ0"
-        )
-        return CONDITION.because(reason, quantities)
-    return HOLDS.because("the steps hide whether the trend is a line", quantities)
+        return CONTRADICTED, quantities
+    return (CONDITION if deviation > evidence.dx0 else HOLDS), quantities
 
 
-@claim(
-    name="non-linear in μ0",
-    statement="x0,max does not seem to depend linearly on μ0.",
-    computed="slope of the exact onset at both ends of Figure 7; power of x0_lock − x0 in "
-    "μ_lock − μ0 close to the lock, by solving θ = 2",
-)
-def nonlinear_in_friction(evidence: Evidence) -> Finding:
+@judges("non-linear in μ0")
+def nonlinear_in_friction(evidence: Evidence) -> Judged:
     rows = evidence.slipping()
     mu0, onset = rows["mu0"].to_numpy(), rows["x0_slip"].to_numpy()
     slope = np.diff(onset) / np.diff(mu0)
@@ -487,40 +352,27 @@ def nonlinear_in_friction(evidence: Evidence) -> Finding:
         "μ_lock, where the trend ends": (curve.mu_lock, "1"),
         "x0_lock": (curve.x0_lock, "L"),
     }
-    if deviation > evidence.dx0:
-        reason = (
-            "it gets steeper and steeper, at the end like a square root with a vertical tangent"
-        )
-        if abs(power - 0.5) > 0.01:
-            reason = "but not like a square root at the lock"
-        if len(trailing := evidence.trailing()):
-            quantities["x0_trail at the smallest μ0 above μ_lock"] = (
-                trailing["x0_trail"].iloc[0],
-                "L",
-            )
-            reason += "; above the lock sticking ends only after the rod has swung aside"
-        return HOLDS.because(reason, quantities)
-    return CONTRADICTED.because("a line fits to within a step", quantities)
+    if deviation <= evidence.dx0:
+        return CONTRADICTED, quantities
+    reason = "it gets steeper and steeper, at the end like a square root with a vertical tangent"
+    if abs(power - 0.5) > 0.01:
+        reason = "but not like a square root at the lock"
+    if len(trailing := evidence.trailing()):
+        quantities["x0_trail at the smallest μ0 above μ_lock"] = (trailing["x0_trail"].iloc[0], "L")
+        reason += "; above the lock sticking ends only after the rod has swung aside"
+    return HOLDS, quantities, reason
 
 
-@claim(
-    name="periods repeat",
-    statement="Where slip ends at α = 0, a new period of sticking begins from the initial state.",
-    computed="load on the clamp and shapes of each cycle of the scans compared with the first",
-)
-def periods_repeat(evidence: Evidence) -> Finding:
+@judges("periods repeat")
+def periods_repeat(evidence: Evidence) -> Judged:
     columns = ["f", "alpha", "reaction_m", "phi1"]
     worst = 0.0
     for rows in evidence.scans():
         # Without the state at the very beginning, which no cycle before it ends with.
         first, *others = (cycle[columns].to_numpy() for _, cycle in rows.iloc[1:].groupby("cycle"))
         if any(other.shape != first.shape for other in others):
-            return CONTRADICTED.because("cycles have different numbers of steps", {})
+            return CONTRADICTED, {}, "cycles have different numbers of steps"
         worst = max(worst, *(float(np.abs(other - first).max()) for other in others))
     cycles = evidence.cycle_counts().to_numpy().min()
     quantities = {"cycles": (cycles, "1"), "largest difference": (worst, "1")}
-    if worst < NEGLIGIBLE:
-        return HOLDS.because(
-            "every cycle is the first one, shifted by the clamp's travel", quantities
-        )
-    return CONTRADICTED.because("later cycles differ from the first", quantities)
+    return holds_if(worst < NEGLIGIBLE), quantities
