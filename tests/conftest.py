@@ -7,7 +7,6 @@ from hypothesis import settings
 
 import made_tables
 from vibrissa import solve_state
-from vibrissa.design import search
 from vibrissa.sticking import api
 from vibrissa.study.reading import read_study
 from vibrissa.tables import records, schemas, store
@@ -63,12 +62,3 @@ def study_tables(paper):
         "scans": store.joined(scans, schemas.SCANS),
         "states": records.states_table(states, paper.name),
     }
-
-
-@pytest.fixture(scope="module")
-def coarse():
-    """Designs on a coarser mesh: the rod is as good to some percent."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"TAPERS": 4, "HEIGHTS": 6, "ROUNDS": 3}.items():
-            patch.setattr(search, name, value)
-        yield

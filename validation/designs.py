@@ -6,7 +6,7 @@ A Nano17 SI-12-0.12 reads it, the stage moves in steps of 50 µm, and friction i
 import argparse
 import multiprocessing
 
-from vibrissa.design import MATERIALS, DesignStatus, design, read_requirements
+from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
 
 STEEL, WIRE = "steel-s235", "music-wire"
 TAPERS = (1, 2, 4)
@@ -15,7 +15,7 @@ TAPERS = (1, 2, 4)
 def asked(material, **others):
     """Ask for a rod made of a material."""
     usual = {"transducer": "nano17-si-12-0.12", "step": "50 um", "mu0": "0.2 to 0.4"}
-    return read_requirements(material=material, **usual, **others)
+    return Requirements.read(material=material, **usual, **others)
 
 
 def paper(theta):
@@ -39,12 +39,13 @@ def row(case):
     best = design(asked(name, **others))
     if best.status is not DesignStatus.FOUND:
         violated = ", ".join(f"{c.name} {c.use:.2f} times" for c in best.checks if c.use > 1.001)
-        return f"| {name} | none | | | | | {violated} | | |"
+        return f"| {name} | none | | | | | {violated} | |"
+    cylinder = [other.uncertainty for other in best.alternatives if other.theta == 1.0]
+    more = f"{cylinder[0] / best.largest - 1.0:.0%} more" if cylinder else "none"
     return (
-        f"| {name} | {best.theta:.2f} | {best.eta:.3f} | {1e3 * best.diameter:.2f} mm "
-        f"| {1e3 * best.length:.0f} mm | {best.deviation:.1e} "
-        f"| {', '.join(best.active_constraints)} "
-        f"| {best.relaxed['step']:.1e} | {best.relaxed['noise']:.1e} |"
+        f"| {name} | {best.theta:g} | {best.eta:.3f} | {1e3 * best.diameter:g} mm "
+        f"| {1e3 * best.length:.0f} mm | {best.largest:.1e} "
+        f"| {', '.join(best.active_constraints)} | {more} |"
     )
 
 
@@ -64,11 +65,8 @@ def main():
     # Of the paper's length, and of any length from 20 to 200 mm.
     paper_length = {"length": "100 mm"}
     cases = [(name, others) for others in ({}, paper_length) for name in MATERIALS]
-    print(
-        "| material | θ | η | d0 | L | deviation | active constraints | half the step "
-        "| half the noise |"
-    )
-    print("| --- " * 9 + "|")
+    print("| material | θ | η | d0 | L | uncertainty | active constraints | a cylinder |")
+    print("| --- " * 8 + "|")
     with multiprocessing.Pool(arguments.workers) as pool:
         for line in pool.imap(row, cases):
             print(line, flush=True)

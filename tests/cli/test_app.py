@@ -74,8 +74,9 @@ def test_a_table_on_standard_output_is_alone_there():
     result = run("solve", *WHISKER, "--mu0", "0.4", "-o", "-")
     (row,) = csv.DictReader(result.stdout.splitlines())
     assert row["status"] == "slip" and result.stderr.startswith("status            slip\n")
-    asked = ["--step", "0.0005", "--mu0", "0.2", "--noise", "0.003, 0.003, 0.0002"]
-    result = run("design", *WHISKER, *asked, "--yield-strain", "0.1", "-o", "-")
+    rod = ["--material", "nylon-66", "--diameter", "1 mm", "--length", "100 mm"]
+    asked = [*rod, "--step", "50 um", "--mu0", "0.2", "--transducer", "nano17-si-12-0.12"]
+    result = run("design", *WHISKER, *asked, "-o", "-")
     (row,) = csv.DictReader(result.stdout.splitlines())
     assert row["status"] == "none" and result.stderr.startswith("this rod cannot be used")
 
@@ -181,8 +182,11 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
             "mu0 of a patch must be positive, got '0'\n",
         ),
         (
-            ["design", "--step", "1", "--mu0", "0", "--noise", "1, 1, 1"],
-            "mu0 must lie above 0, from low to high, got 0\n",
+            [
+                *("design", "--step", "1 mm", "--mu0", "0", "--material", "nylon-66"),
+                *("--transducer", "nano17-si-12-0.12"),
+            ],
+            "mu0: input should be greater than 0, got 0.0\n",
         ),
         (["solve", "--theta", "2", "--eta", "85 mm", "--mu0", "0.3"], "the rod is not given"),
         (["solve", *WHISKER, "--mu0", "0.3", "--length", "1 m"], "modulus, diameter missing"),

@@ -147,13 +147,13 @@ def test_requirements_are_read_of_the_options_and_the_rod_file(tmp_path):
     needed = {"step": "50 um", "mu0": "0.2 to 0.3", "noise": "1 mN, 2 mN, 3 uN*m"}
     run(**default | needed | {"rod": rod, "range_": "1 N, 2 N, 3 N*m", "more": 7})
     requirements, more = given
-    assert (requirements.length, requirements.range, more) == ((0.09, 0.09), (1.0, 2.0, 3.0), 7)
+    assert (requirements.length, requirements.range, more) == ((0.09,), (1.0, 2.0, 3.0), 7)
     assert requirements.assume and list(requirements.tolerances) == ["eta"]
     run(**default | needed | {"rod": rod, "tolerances": ["exact", "theta=0.1"]})
     requirements, more = given
     assert not requirements.assume and list(requirements.tolerances) == ["eta", "theta"]
     assert more == 1
-    bare = {"step": "0.001", "mu0": "0.3", "noise": "1, 2, 3", "yield_strain": 1.0}
+    bare = {"step": "1 mm", "mu0": "0.3", "noise": "1 N, 2 N, 3 N*m", "material": "music-wire"}
     run(**default | bare | {"tolerances": ["theta=0.1"]})
     assert given[0].assume and list(given[0].tolerances) == ["theta"]
     with pytest.raises(ArgumentError, match="the tolerance of theta is given twice"):

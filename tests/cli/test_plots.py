@@ -161,15 +161,16 @@ def test_a_bar_stands_where_the_work_is_once_it_has_taken_long(monkeypatch):
 def test_a_design_stands_among_the_pairs_that_were_solved(with_pairs):
     found = SimpleNamespace(
         mu0=np.array([0.2, 0.3, 0.4]),
-        deviations=SimpleNamespace(
-            total=np.array([5.0, 6.0, 7.0]),
+        uncertainty=SimpleNamespace(
+            whole=np.array([5.0, 6.0, 7.0]),
             by_step=np.array([4.0, 4.5, 5.0]),
             by_reading=np.array([3.0, 4.0, 5.0]),
+            by_tolerances=np.array([1.0, 2.0, 3.0]),
         ),
         pairs=SimpleNamespace(theta=np.array([1.0, 2.0, 3.0]), eta=np.array([0.7, 0.8, 0.9]))
         if with_pairs
         else None,
-        pair_deviation=np.array([0.1, np.nan, 0.3]),
+        pair_uncertainty=np.array([0.1, np.nan, 0.3]),
         theta=3.0,
         eta=0.9,
     )
@@ -178,15 +179,16 @@ def test_a_design_stands_among_the_pairs_that_were_solved(with_pairs):
     left, right, *_ = figure.axes
     drawn = {line.get_label(): list(line.get_ydata()) for line in left.lines}
     assert drawn == {
-        "together": [5.0, 6.0, 7.0],
+        "whole": [5.0, 6.0, 7.0],
         "by the step": [4.0, 4.5, 5.0],
-        "by the readings": [3.0, 4.0, 5.0],
+        "by the noise": [3.0, 4.0, 5.0],
+        "by the tolerances": [1.0, 2.0, 3.0],
     }
     assert all(list(line.get_xdata()) == [0.2, 0.3, 0.4] for line in left.lines)
     assert left.get_ylim()[0] == 0.0
     drawn = {line.get_label(): np.column_stack(line.get_data()) for line in right.lines}
     if not with_pairs:
-        assert not drawn and not right.collections
+        assert list(drawn) == ["the rod"] and not right.collections
         return
     assert drawn["no rod"] == pytest.approx(np.array([[2.0, 0.8]]))
     assert drawn["the rod"] == pytest.approx(np.array([[3.0, 0.9]]))

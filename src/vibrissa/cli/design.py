@@ -45,13 +45,13 @@ Written = Annotated[
 def design(requirements: Requirements, output: Written = None, picture: Picture = None) -> None:
     """Find the rod that measures friction best, and say what limits it.
 
-    Chooses taper, height, diameter and length. The best rod has the smallest standard deviation of
-    mu0 from one period of sticking, at that mu0 of the range where it is largest. It must not
-    yield, its tip must not lock, a period must have enough steps, and the forces must be within the
-    transducer's range. With one value each for `--theta`, `--eta`, `--diameter` and `--length` that
-    rod is checked. Without a material and a modulus everything is nondimensional, and only theta
-    and eta are chosen. If no rod keeps to all limits, the one that violates them least is shown,
-    and the exit code is 1.
+    Chooses taper, height, diameter and length among rods that can be bought, cut and turned. The
+    best rod has the smallest uncertainty of mu0 from one period of sticking, random and by the
+    tolerances, at that mu0 of the range where it is largest. It must not yield, its tip must not
+    lock, a period must have enough steps, and the forces must leave a margin of the transducer's
+    range. With one value each for `--theta`, `--eta`, `--diameter` and `--length` that rod is
+    checked. If no rod meets all constraints, the one that violates them least is shown, and the
+    exit code is 1.
     """
     check_files(output, picture, ROD_FILE)
     found = find_design(requirements, progress_bars())
@@ -62,8 +62,6 @@ def design(requirements: Requirements, output: Written = None, picture: Picture 
         _write(found, output)
     if picture is not None:
         save_picture(found.plot(), picture)
-    if found.status is DesignStatus.FOUND:
-        say(found.tolerances(), output)
     if found.status is DesignStatus.NONE:
         raise typer.Exit(1)
 
@@ -75,4 +73,4 @@ def _write(found: Design, output: Path) -> None:
     elif found.status is DesignStatus.FOUND:
         rod_file.write(output, found.rod_file(), f"vibrissa design: {found.message}")
     else:
-        typer.echo(f"{output} is not written: the rod violates limits", err=True)
+        typer.echo(f"{output} is not written: the rod violates constraints", err=True)

@@ -10,16 +10,18 @@ import typer
 from vibrissa.cli.options import MaybeTouch, Modulus, Transducer, check_not_read
 from vibrissa.cli.whisker import RodOption, Tolerances, read_pairs
 from vibrissa.design.materials import MATERIALS
-from vibrissa.design.reading import read_requirements, with_rod_file
 from vibrissa.design.requirements import Requirements
 from vibrissa.sensor.given.tolerances import EXACT
 
 
-def _ranged(what: str, ends: tuple[float, float], unit: float = 1.0, name: str = "") -> Any:
-    """Set up an option that is a value or a range."""
-    low, high = ends
-    default = f"{low / unit:g} to {high / unit:g}{name}"
-    return typer.Option(help=f"{what}: a value or a range.", show_default=default)
+def _chosen(what: str, default: str) -> Any:
+    """Set up an option that is a value, a list or a range."""
+    return typer.Option(help=f"{what}: a value, a list or a range.", show_default=default)
+
+
+def _default(name: str) -> Any:
+    """Look up the default of a requirement."""
+    return Requirements.model_fields[name].default
 
 
 def read_options(
@@ -32,9 +34,7 @@ def read_options(
     modulus: Modulus = None,
     yield_strain: Annotated[
         float | None,
-        typer.Option(
-            help="Strain up to which the material is elastic; in units of d0/L without a modulus."
-        ),
+        typer.Option(help="Strain up to which the material is elastic."),
     ] = None,
     density: Annotated[
         str | None, typer.Option(help="Density of the material: '7800 kg/m^3'.")
@@ -55,47 +55,40 @@ def read_options(
             "transducer.",
         ),
     ] = None,
-    theta: Annotated[str | None, _ranged("Taper", Requirements.theta)] = None,
+    theta: Annotated[str | None, _chosen("Taper", "1 to 10, as it is turned")] = None,
     eta: Annotated[
         str | None,
-        _ranged("Height of the surface in units of the length, or '85 mm'", Requirements.eta),
+        _chosen("Height of the surface in units of the length, or '85 mm'", "0.5 to 0.98"),
     ] = None,
     diameter: Annotated[
-        str | None, _ranged("Diameter at the clamp", Requirements.diameter, 1e-3, " mm")
+        str | None, _chosen("Diameter at the clamp", "0.1 to 10 mm, as it is sold")
     ] = None,
-    length: Annotated[
-        str | None, _ranged("Length of the rod", Requirements.length, 1e-3, " mm")
-    ] = None,
+    length: Annotated[str | None, _chosen("Length of the rod", "20 to 200 mm")] = None,
     tip: Annotated[
         str | None,
-        typer.Option(
-            help="Least diameter of the tip.", show_default=f"{Requirements.tip * 1e3:g} mm"
-        ),
+        typer.Option(help="Least diameter of the tip.", show_default="0.1 mm"),
     ] = None,
     safety: Annotated[
         float, typer.Option(help="Least ratio of the yield strain to the largest strain.")
-    ] = Requirements.safety,
+    ] = _default("safety"),
     lock_factor: Annotated[
         float,
         typer.Option(help="Least ratio of the critical friction coefficient to the largest mu0."),
-    ] = Requirements.lock_factor,
+    ] = _default("lock_factor"),
     steps: Annotated[
         float, typer.Option(help="Least number of steps of the stage in a period of sticking.")
-    ] = Requirements.steps,
+    ] = _default("steps"),
     weight: Annotated[
         float, typer.Option(help="Largest ratio of the weight of the rod to the normal force.")
-    ] = Requirements.weight,
+    ] = _default("weight"),
+    load: Annotated[
+        float, typer.Option(help="Largest part of the transducer's range that is used.")
+    ] = _default("load"),
     spacing: Annotated[
         str | None,
         typer.Option(help="Largest clamp travel between two measurements: '5 mm'."),
     ] = None,
     contact: MaybeTouch = None,
-    stock: Annotated[
-        str | None,
-        typer.Option(
-            help="Diameters that can be had: '0.5 mm, 0.8 mm, 1 mm', or R10 or R20 of ISO 3."
-        ),
-    ] = None,
     rod: RodOption = None,
     tolerances: Tolerances = None,
 ) -> Requirements:
@@ -103,7 +96,7 @@ def read_options(
     asked: dict[str, Any] = {**locals(), "range": range_, "assume": EXACT not in (tolerances or ())}
     del asked["range_"], asked["rod"]
     asked["tolerances"] = read_pairs([text for text in tolerances or () if text != EXACT])
-    return read_requirements(**(asked if rod is None else with_rod_file(rod, asked)))
+    return Requirements.read(rod, **asked)
 
 
 def takes_requirements(command: Callable[..., None]) -> Callable[..., None]:

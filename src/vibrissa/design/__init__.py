@@ -1,4 +1,4 @@
-"""The choice of a rod for a sensor: requirements, limits, materials, the search.
+"""The choice of a rod for a sensor: requirements, constraints, materials, the search.
 
 `design` is what the command line does. Stands on `vibrissa.sensor`.
 
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vibrissa.design.materials import MATERIALS, Material
-    from vibrissa.design.reading import read_requirements
     from vibrissa.design.requirements import Requirements
     from vibrissa.design.result import Design, DesignStatus
     from vibrissa.design.search import design
@@ -22,18 +21,9 @@ _HOMES = {
     "Material": "materials",
     "Requirements": "requirements",
     "design": "search",
-    "read_requirements": "reading",
 }
 
-__all__ = [
-    "MATERIALS",
-    "Design",
-    "DesignStatus",
-    "Material",
-    "Requirements",
-    "design",
-    "read_requirements",
-]
+__all__ = ["MATERIALS", "Design", "DesignStatus", "Material", "Requirements", "design"]
 
 
 def __getattr__(name: str) -> Any:

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.integrate import cumulative_simpson
 
+from vibrissa.design.sensitivity import Sensitivity, sensitivities
 from vibrissa.mechanics.bending import strains
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sensor.response.branch import tabulated
+from vibrissa.sensor.response.branch import Response, tabulated
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 from vibrissa.sticking.solving.collocation import solve_curves
@@ -41,22 +41,20 @@ class Pairs(Batch):
     longest : ndarray, shape (n,)
         Length of the longest period (L).
     x0_slip : ndarray, shape (n, k)
-        Onset of slip for each friction coefficient (L); NaN, as the next two, where the tip locks.
-    demand_slope : ndarray, shape (n, k)
-        Growth of the demand −tan α with x0 at the onset (1/L).
-    information : ndarray, shape (n, k, 3)
-        Integral of the squared derivatives of fx, fy and m with respect to x0, up to the onset.
+        Onset of slip for each friction coefficient (L); NaN where the tip locks.
     largest_reaction : ndarray, shape (n, 3)
         Largest magnitudes of fx, fy and m in the longest period.
     least_normal_force : ndarray, shape (n,)
         In the longest period (E·I0/L²).
-    least_slope : ndarray, shape (n, 3)
+    least_slope : ndarray, shape (n, 2)
         Derivatives of fx and fy with respect to x0 where the sum of their squares is least in the
-        longest period, and the least derivative of m.
+        longest period.
     strain : ndarray, shape (n,)
         Largest strain in the longest period (d0/L).
     stability : ndarray, shape (n,)
         Smallest eigenvalue of the second variation in the longest period.
+    sensitivity : Sensitivity
+        How readings and friction change with the set-up.
     """
 
     theta: FloatArray
@@ -65,13 +63,12 @@ class Pairs(Batch):
     x0_touch: FloatArray
     longest: FloatArray
     x0_slip: FloatArray
-    demand_slope: FloatArray
-    information: FloatArray
     largest_reaction: FloatArray
     least_normal_force: FloatArray
     least_slope: FloatArray
     strain: FloatArray
     stability: FloatArray
+    sensitivity: Sensitivity
 
 
 def survey(
@@ -95,23 +92,24 @@ def survey(
     """
     curves = solve_curves(theta, eta, contact)
     failures = [curve.message for curve in curves if curve.status is not Status.SOLVED]
-    solved = [curve for curve in curves if curve.status is Status.SOLVED]
-    if not solved:
+    responses = [tabulated(curve) for curve in curves if curve.status is Status.SOLVED]
+    if not responses:
         return None, failures
-    rows = [_longest_period(curve, frictions) for curve in solved]
+    rows = [_longest_period(response, frictions) for response in responses]
     columns = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
-    return Pairs(**columns, strain=_largest_strains(solved, columns["longest"])), failures
+    solved = [response.curve for response in responses]
+    strain = _largest_strains(solved, columns["longest"])
+    sensitivity = sensitivities(responses, columns["x0_slip"], contact)
+    return Pairs(**columns, strain=strain, sensitivity=sensitivity), failures
 
 
-def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, Any]:
-    """One row of `Pairs`, without the strain."""
-    response, x0_slip = tabulated(curve), curve.onset(frictions)
+def _longest_period(response: Response, frictions: FloatArray) -> dict[str, Any]:
+    """One row of `Pairs`, without strain and sensitivity."""
+    curve = response.curve
+    x0_slip = curve.onset(frictions)
     end = float(x0_slip[-1]) if np.isfinite(x0_slip[-1]) else curve.x0_lock
     x0 = np.linspace(0.0, end, STATES)
-    reactions, slopes = response(x0), response.slope(x0)
-    force_slopes, moment_slope = slopes[:, :2], slopes[:, 2]
-    weakest = np.argmin((force_slopes**2).sum(axis=1))
-    information = cumulative_simpson(slopes**2, dx=end / (STATES - 1), axis=0, initial=0.0)
+    reactions, slopes = response(x0), response.slope(x0)[:, :2]
     return {
         "theta": curve.theta,
         "eta": curve.eta,
@@ -119,11 +117,9 @@ def _longest_period(curve: StickingCurve, frictions: FloatArray) -> dict[str, An
         "x0_touch": np.inf if np.isnan(curve.x0_touch) else curve.x0_touch,
         "longest": end,
         "x0_slip": x0_slip,
-        "demand_slope": response.demand_slope(x0_slip),
-        "information": np.stack([np.interp(x0_slip, x0, one) for one in information.T], -1),
         "largest_reaction": np.abs(reactions).max(axis=0),
         "least_normal_force": np.abs(reactions[:, 1]).min(),
-        "least_slope": np.append(force_slopes[weakest], moment_slope.min()),
+        "least_slope": slopes[np.argmin((slopes**2).sum(axis=1))],
         "stability": curve.state(x0).stability.min(),
     }
 

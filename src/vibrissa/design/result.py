@@ -1,29 +1,31 @@
-"""The result of a design: a rod, its standard deviation of μ0, and what limits it."""
+"""The result of a design: a rod, its uncertainty of μ0, and what limits it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.design.limits import Check
+from vibrissa.design.limits import Limit
 from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import FRICTIONS, Requirements
-from vibrissa.design.sizes import Deviations
-from vibrissa.design.telling import lines
+from vibrissa.design.uncertainty import TolerancePart, Uncertainty
 from vibrissa.extras import require
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.given.rod_file import TOLERANCES
-from vibrissa.sensor.given.tolerances import read_tolerances
+from vibrissa.sensor.given.tolerances import told
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
-from vibrissa.sensor.whisker import Whisker
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vibrissa.design.tolerances import ToleranceLimits
+# A limit counts as used up from here on, as sizes have steps.
+USED_UP = 0.9
+# Told are tolerances whose halving brings so much, and so many at most.
+BRINGS, MOST_PARTS = 0.01, 4
 
 
 class DesignStatus(StrEnum):
@@ -32,9 +34,9 @@ class DesignStatus(StrEnum):
     Attributes
     ----------
     FOUND
-        A rod that keeps to all limits: the best of them.
+        A rod that meets all constraints: the best of them.
     NONE
-        No rod keeps to all limits: the one that violates them least.
+        No rod meets all constraints: the one that violates them least.
     FAILED
         No rod could be solved; the message says why.
     """
@@ -44,17 +46,20 @@ class DesignStatus(StrEnum):
     FAILED = "failed"
 
 
-# A smaller taper is none: wire as it is bought.
-CYLINDER = 1.05
+@dataclass(frozen=True, kw_only=True)
+class Alternative:
+    """The best rod of one taper, and its largest uncertainty of μ0; sizes in m."""
 
-
-def _unknown() -> FloatArray:
-    return np.full(FRICTIONS, np.nan)
+    theta: float
+    eta: float
+    diameter: float
+    length: float
+    uncertainty: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Design(Tabular):
-    """The best rod, what limits it, and what would help.
+    """The best rod, what limits it, and what other tapers cost.
 
     Attributes
     ----------
@@ -69,23 +74,18 @@ class Design(Tabular):
     x0_slip : ndarray, shape (k,)
         Clamp travel in a period of sticking (m), for each friction coefficient `mu0`; NaN where the
         tip locks.
-    deviations : Deviations
-        Standard deviation of μ0 from one period, of shape (k,).
-    checks : list of Check
-        Every limit of the rod.
-    active_constraints : list of str
-        Limits that are used up, or violated if there is no rod, the most first; `theta` or `eta`
-        where the best is at an end of the range.
-    relaxed : dict
-        Largest standard deviation of μ0 with half the noise, half the step, or twice the room at an
-        active constraint.
-    any_size : Design or None
-        The best rod of any diameter, where this one is of a stock size.
+    uncertainty : Uncertainty
+        Standard deviation of μ0 from one period, by its sources, of shape (k,).
+    checks : list of Limit
+        Every constraint, the most used first.
+    parts : list of TolerancePart
+        What each tolerance costs where the uncertainty is largest; what to measure first.
+    alternatives : list of Alternative
+        The best rod of each taper.
     pairs : Pairs or None
         All pairs (θ, η) that were solved.
-    pair_deviation : ndarray, shape (n,)
-        Standard deviation of μ0 with the best size of each pair; infinite where no size keeps to
-        all limits.
+    pair_uncertainty : ndarray, shape (n,)
+        Uncertainty of μ0 with the best size of each pair; infinite where there is none.
     """
 
     status: DesignStatus
@@ -96,14 +96,13 @@ class Design(Tabular):
     diameter: float = np.nan
     length: float = np.nan
     mu_lock: float = np.nan
-    x0_slip: FloatArray = field(default_factory=_unknown)
-    deviations: Deviations = field(default_factory=lambda: Deviations.unknown(FRICTIONS))
-    checks: list[Check] = field(default_factory=list)
-    active_constraints: list[str] = field(default_factory=list)
-    relaxed: dict[str, float] = field(default_factory=dict)
-    any_size: "Design | None" = None
+    x0_slip: FloatArray = field(default_factory=lambda: np.full(FRICTIONS, np.nan))
+    uncertainty: Uncertainty = field(default_factory=lambda: Uncertainty.unknown(FRICTIONS))
+    checks: list[Limit] = field(default_factory=list)
+    parts: list[TolerancePart] = field(default_factory=list)
+    alternatives: list[Alternative] = field(default_factory=list)
     pairs: Pairs | None = None
-    pair_deviation: FloatArray = field(default_factory=lambda: np.empty(0))
+    pair_uncertainty: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @property
     def mu0(self) -> FloatArray:
@@ -111,15 +110,19 @@ class Design(Tabular):
         return self.requirements.frictions
 
     @property
-    def deviation(self) -> float:
-        """Standard deviation of μ0 at that μ0 of the range where it is largest."""
-        return float(self.deviations.largest)
+    def largest(self) -> float:
+        """Uncertainty of μ0 at that μ0 of the range where it is largest."""
+        return float(self.uncertainty.largest)
 
     @property
-    def rod(self) -> Rod | None:
-        """The rod, which has a size if the requirements have a modulus."""
-        if self.requirements.modulus is None:
-            return None
+    def active_constraints(self) -> list[str]:
+        """Constraints that are nearly used up, or violated if there is no rod; the most first."""
+        least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + 1e-9
+        return [check.name for check in self.checks if check.use >= least]
+
+    @property
+    def rod(self) -> Rod:
+        """The rod."""
         return Rod(self.requirements.modulus, self.diameter, self.length)
 
     @property
@@ -127,70 +130,113 @@ class Design(Tabular):
         """Units of the results; a workshop thinks in millimetres."""
         return Units(self.rod, {Kind.LENGTH: "mm", **self.requirements.wished})
 
-    @property
-    def is_cylinder(self) -> bool:
-        """Whether a rod without taper does."""
-        return self.theta < CYLINDER
-
     def __repr__(self) -> str:
-        """Say the rod, its standard deviations, its limits, and what would help."""
-        return "\n".join(lines(self))
+        """Tell the rod, its uncertainty, what limits it, and what other tapers cost."""
+        if self.status is DesignStatus.FAILED:
+            return self.message
+        parts = (self._of_rod(), self._of_mu0(), self._of_others(), self._of_limits())
+        return "\n".join(line for part in (*parts, self._of_tolerances()) for line in part)
 
-    def tolerances(self) -> "ToleranceLimits":
-        """Tell which tolerance limits μ0 where its uncertainty is largest, and by how much."""
-        from vibrissa.design.tolerances import tolerance_limits
+    def _shown(self, value: float, kind: Kind, digits: int = 4) -> str:
+        size, unit = self.units.told(value, kind)
+        return f"{size:.{digits}g} {unit}".removesuffix(" 1")
 
-        whisker = Whisker(
-            theta=self.theta,
-            eta=self.eta,
-            contact=self.requirements.contact,
-            rod=self.rod,
-            wished=self.units.wished,
+    def _of_rod(self) -> Iterator[str]:
+        lengths = (self.diameter, self.diameter / self.theta, self.length, self.eta * self.length)
+        base, tip, length, height = (self._shown(x, Kind.LENGTH) for x in lengths)
+        yield self.message
+        shape = "cylinder" if self.theta == 1.0 else f"tip {tip}"
+        yield f"rod          base {base}, {shape} (theta {self.theta:.4g}), length {length}"
+        yield f"height       {height} from the clamp to the surface (eta {self.eta:.4g})"
+        yield f"mu_lock      {self.mu_lock:.4g}"
+
+    def _of_mu0(self) -> Iterator[str]:
+        known = self.uncertainty
+        yield "\nuncertainty (standard deviation) of mu0 from one period of sticking"
+        yield "mu0         whole     by step   by noise  by tolerances  clamp travel"
+        rows = zip(
+            *(self.mu0, known.whole, known.by_step, known.by_reading, known.by_tolerances),
+            self.x0_slip,
+            strict=True,
         )
-        stated = read_tolerances(whisker.units, self.requirements.tolerances, whisker)
-        mu0 = float(self.mu0[np.argmax(self.deviations.total)])
-        return tolerance_limits(self.requirements, whisker.tolerating(stated), mu0, self.deviation)
+        # Of a single friction all rows are the same.
+        for mu0, *values, travel in list(rows)[: 1 if self.mu0[0] == self.mu0[-1] else None]:
+            if np.isnan(travel):
+                yield f"{mu0:<11.4g} the tip locks"
+                continue
+            whole, step, noise, tolerances = (f"{value:.2g}" for value in values)
+            yield (
+                f"{mu0:<11.4g} {whole:<9} {step:<9} {noise:<9} {tolerances:<14} "
+                f"{self._shown(travel, Kind.LENGTH, 3)}"
+            )
+
+    def _of_others(self) -> Iterator[str]:
+        others = [one for one in self.alternatives if one.theta != self.theta]
+        if others:
+            yield "\nthe best rods of other tapers"
+        for one in sorted(others, key=lambda one: one.uncertainty):
+            name = "a cylinder" if one.theta == 1.0 else f"theta {one.theta:.4g}"
+            sizes = (one.diameter, one.length, one.eta * one.length)
+            base, length, height = (self._shown(x, Kind.LENGTH, 3) for x in sizes)
+            more = one.uncertainty / self.largest - 1.0
+            yield (
+                f"{name:<12} base {base}, length {length}, height {height}: "
+                f"uncertainty {one.uncertainty:.2g}, {more:.0%} more"
+            )
+
+    def _of_limits(self) -> Iterator[str]:
+        yield "\nconstraint   value         bound           used"
+        for check in self.checks:
+            value, bound = (
+                self._shown(x, check.kind, 3) for x in (float(check.value), check.bound)
+            )
+            used = f"{check.use:.0%}" if check.use < 2.0 else f"{check.use:.3g} times"
+            yield f"{check.name:<12} {value:<13} {'<' if check.upper else '>'} {bound:<13} {used}"
+
+    def _of_tolerances(self) -> Iterator[str]:
+        some = [one for one in self.parts if one.halved >= BRINGS][:MOST_PARTS]
+        if some:
+            yield "\nmeasure first: halving a tolerance lowers the uncertainty by"
+        for one in some:
+            size, unit = told(one.name, one.size, self.units)
+            given = f"{f'{size:.2g} {unit}'.strip()}{'' if one.stated else ', default'}"
+            yield f"{one.name:<18}{given:<26}{one.halved:.0%}"
 
     def rod_file(self) -> dict[str, Any]:
-        """Give the rod as the keys of a rod file, with which other commands go on.
-
-        Returns
-        -------
-        dict
-            As `vibrissa.sensor.given.rod_file.write` takes it.
-        """
+        """Give the rod as the keys of a set-up file, with which other commands go on."""
         asked = self.requirements
-        keys: dict[str, Any] = {"theta": self.theta, "eta": self.eta, "contact": str(asked.contact)}
-        units = ("", "", "")
-        if asked.modulus is not None:
-            keys["modulus"] = f"{1e-9 * asked.modulus:.10g} GPa"
-            keys["diameter"] = f"{1e3 * self.diameter:.10g} mm"
-            keys["length"] = f"{1e3 * self.length:.10g} mm"
-            units = (" N", " N", " N*m")
+        keys: dict[str, Any] = {
+            "theta": self.theta,
+            "eta": self.eta,
+            "contact": str(asked.contact),
+            "modulus": f"{1e-9 * asked.modulus:.10g} GPa",
+            "diameter": f"{1e3 * self.diameter:.10g} mm",
+            "length": f"{1e3 * self.length:.10g} mm",
+        }
         if "material" not in asked.carried and np.isfinite(asked.yield_strain):
             keys["yield_strain"] = asked.yield_strain
         if asked.density is not None:
             keys["density"] = f"{asked.density:.10g} kg/m^3"
         if "transducer" not in asked.carried:
-            noise = zip(asked.noise, units, strict=True)
-            keys["noise"] = ", ".join(f"{value:.10g}{unit}" for value, unit in noise)
+            noise = zip(asked.noise, ("N", "N", "N*m"), strict=True)
+            keys["noise"] = ", ".join(f"{value:.10g} {unit}" for value, unit in noise)
         return {**keys, **asked.carried, TOLERANCES: dict(asked.tolerances)}
 
     def plot(self) -> "Figure":
-        """Draw the standard deviation over μ0, and all pairs (θ, η) that were solved."""
+        """Draw the uncertainty over μ0, and all pairs (θ, η) that were solved."""
         require("plots", "matplotlib")
         from vibrissa.design import plots
 
         return plots.design(self)
 
     def columns(self) -> dict[str, Column]:
-        """One row with units: the rod, its limits, and what would help."""
+        """One row with units: the rod, its uncertainty and its constraints."""
         length, number = self.units.name(Kind.LENGTH), self.units.name(Kind.NUMBER)
         active = " ".join(self.active_constraints)
         columns = {
-            "status": Column([self.status.value], "", "found, or none keeps to all limits"),
+            "status": Column([self.status.value], "", "found, or none meets all constraints"),
             "message": Column([self.message], "", "the status in words"),
-            "active_constraints": Column([active], "", "limits that are used up or violated"),
+            "active_constraints": Column([active], "", "constraints that are used up or violated"),
             "theta": Column([self.theta], number, "taper"),
             "eta": Column([self.eta], "L", "height of the surface"),
             "diameter": Column([self.diameter], length, "diameter at the clamp"),
@@ -198,21 +244,15 @@ class Design(Tabular):
             "length": Column([self.length], length, "length"),
             "height": Column([self.eta * self.length], length, "height of the surface"),
             "mu_lock": Column([self.mu_lock], number, "largest friction at which the tip slips"),
-            "deviation": Column(
-                [self.deviation], number, "largest standard deviation of mu0 in its range"
+            "uncertainty": Column(
+                [self.largest], number, "largest standard deviation of mu0 in its range"
             ),
         }
         for check in self.checks:
-            columns |= self._limit_columns(check)
-        what = "largest standard deviation of mu0 with half the noise or step, or twice the limit"
-        for name, deviation in self.relaxed.items():
-            columns[f"relaxed_{name}"] = Column([deviation], number, what)
+            unit, bound = self.units.name(check.kind), "largest" if check.upper else "least"
+            columns |= {
+                f"{check.name}_value": Column([float(check.value)], unit, check.meaning),
+                f"{check.name}_bound": Column([check.bound], unit, f"{bound} value allowed"),
+                f"{check.name}_use": Column([float(check.use)], "1", "part that is used"),
+            }
         return columns
-
-    def _limit_columns(self, check: Check) -> dict[str, Column]:
-        unit, bound = self.units.name(check.kind), "largest" if check.upper else "least"
-        return {
-            f"{check.name}_value": Column([check.value], unit, check.meaning),
-            f"{check.name}_bound": Column([check.bound], unit, f"{bound} value allowed"),
-            f"{check.name}_use": Column([check.use], "1", "part of the limit that is used"),
-        }

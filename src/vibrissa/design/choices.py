@@ -1,0 +1,72 @@
+"""The rods among which one is chosen: what is sold, and how a rod is cut, turned and mounted."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vibrissa.errors import ArgumentError
+from vibrissa.sensor.quantities import NUMBER_AND_UNIT, Kind, Units, in_si, range_of
+
+Choice = tuple[float, ...]
+
+# A rod as it is sold, and tapers to which one is turned, ground or printed.
+TAPERS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
+# Diameters in which wire and rods are sold (m).
+DIAMETERS = tuple(
+    1e-3 * mm
+    for mm in (
+        *(0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9),
+        *(1.0, 1.2, 1.5, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0),
+    )
+)
+# Lengths to which a rod is cut (m).
+LENGTHS = tuple(1e-3 * mm for mm in range(20, 210, 10))
+# Least and largest height (L), and how many are tried.
+LOWEST, HIGHEST, HEIGHTS = 0.5, 0.98, 15
+
+
+def heights(low: float = LOWEST, high: float = HIGHEST) -> Choice:
+    """Give heights of a range (L), the closer to each other the less the gap 1 − η is.
+
+    Examples
+    --------
+    >>> heights(0.8, 0.8)
+    (0.8,)
+    """
+    if low == high or not 0.0 < low < high < 1.0:
+        return (low,) if low == high else (low, high)
+    between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, HEIGHTS), 3)[1:-1]
+    return tuple(np.unique([low, *between, high]).tolist())
+
+
+def choices_of(text: str, read: Callable[[str], float], sold: Choice) -> Choice:
+    """Read a value, a list, or a range of what can be had: its ends, and what is sold between them.
+
+    Examples
+    --------
+    >>> choices_of("1 to 2.5", float, TAPERS)
+    (1.0, 1.5, 2.0, 2.5)
+    """
+    if "," in text:
+        return tuple(sorted({read(part.strip()) for part in text.split(",")}))
+    low, high = (read(end) for end in range_of(text))
+    if low > high:
+        raise ArgumentError(f"a range goes from low to high, got {text!r}")
+    return tuple(sorted({low, *(value for value in sold if low < value < high), high}))
+
+
+def heights_of(text: str, length: Choice) -> Choice:
+    """Read heights in units of the length, or with a unit where the rod has a single length."""
+
+    def read(part: str) -> float:
+        if NUMBER_AND_UNIT.fullmatch(part) is None:
+            return float(Units().read(part, Kind.NUMBER, "eta"))
+        if len(length) != 1:
+            raise ArgumentError(
+                f"eta = {part!r} has a unit, but the rod has no single length: give it in units "
+                "of the length"
+            )
+        return float(in_si(part, Kind.LENGTH, "eta")) / length[0]
+
+    found = choices_of(text, read, ())
+    return found if "," in text else heights(found[0], found[-1])
