@@ -21,19 +21,20 @@ from vibrissa import Rod, solve_onset
 from vibrissa.errors import VibrissaError
 from vibrissa.figures import style
 from vibrissa.figures.style import COLORS, MARKERS
+from vibrissa.outcomes import Contact
 from vibrissa.sensor import (
     PeriodStatus,
     Recording,
     Units,
+    Whisker,
+    identify,
     path,
     preset,
     respond,
     simulate,
     surfaces,
 )
-from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.reading.uncertainty import step_deviation
-from vibrissa.sensor.identification.setup import Setup
+from vibrissa.sensor.identification.uncertainty import step_deviation
 from vibrissa.sensor.strain import largest_strain
 
 ETA, CONTACT, LENGTH, MODULUS, DIAMETER = 0.85, "line", 0.1, 2.1e11, 0.7e-3
@@ -103,10 +104,16 @@ def recorded(truth, rod, seed):
     return Recording(clamp=truth.clamp, readings=readings / scale, line=np.arange(len(readings)))
 
 
-def trial(response, rod, seed, truth):
+def whisker(theta):
+    """Make the rod of a taper, in its own units."""
+    return Whisker(theta=theta, eta=ETA, contact=Contact(CONTACT))
+
+
+def trial(theta, rod, seed, truth):
     """Identify friction; None if the recording is refused."""
     try:
-        found = find_periods(Setup(branch=response), recorded(truth, rod, seed), noise_in(rod))
+        asked = {"noise": noise_in(rod), "assume": False}
+        found = identify(whisker(theta), recorded(truth, rod, seed), **asked).periods
     except VibrissaError:
         return None
     slip = found.status == PeriodStatus.SLIP
@@ -123,7 +130,7 @@ def one(case):
         surface = surfaces.random(seed, MEAN, SPREAD, CORRELATION)
         truth = simulate(response, surface, path(step, [min(MOST * float(step), LONG)]))
         for design, rod in zip(DESIGNS, rods(theta), strict=True):
-            if (found := trial(response, rod, seed, truth)) is not None:
+            if (found := trial(theta, rod, seed, truth)) is not None:
                 done[design].append(found)
     results = {}
     for key, parts in done.items():

@@ -13,8 +13,8 @@ from vibrissa.cli import options
 from vibrissa.cli.app import app
 from vibrissa.design import plots as plots_of_design
 from vibrissa.sensor import plots
-from vibrissa.sensor.identification.friction import Periods
-from vibrissa.sensor.identification.misfit.doubts import Grade
+from vibrissa.sensor.identification.checks import Grade
+from vibrissa.sensor.identification.periods import Periods
 from vibrissa.sensor.quantities import Units, read_rod
 from vibrissa.sensor.series import Column
 from vibrissa.sensor.transducer import CHANNELS

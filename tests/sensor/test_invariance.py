@@ -15,11 +15,8 @@ from hypothesis import strategies as st
 from steel import NOISE, recording_of
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import Units, Whisker, identify, scan, solve, surfaces
-from vibrissa.sensor.identification import periods as placing
-from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.reading import uncertainty
+from vibrissa.sensor.identification import friction, onsets
 from vibrissa.sensor.identification.recording import Method
-from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation import scanning
 from vibrissa.sensor.simulation.scanning import path, simulate
@@ -44,7 +41,7 @@ def recorded(law=SlipLaw.FREE):
 
 
 def found_in(recording):
-    return find_periods(Setup(branch=RESPONSE), recording, NOISE)
+    return identify(Whisker(theta=2.0, eta=0.85), recording, noise=NOISE, assume=False).periods
 
 
 def same(one, other, shift=0.0):
@@ -85,8 +82,8 @@ def test_friction_does_not_depend_on_where_the_stage_counts_from(by):
 def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch):
     _, recording = recorded()
     whole = found_in(recording)
-    monkeypatch.setattr(placing, "BLOCK", 97)
-    monkeypatch.setattr(uncertainty, "BLOCK", 3)
+    monkeypatch.setattr(friction, "BLOCK", 3)
+    monkeypatch.setattr(onsets, "BLOCK", 3)
     same(found_in(recording), whole)
 
 

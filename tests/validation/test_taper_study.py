@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from validation import taper
-from vibrissa.sensor import Recording, Units, path, respond, simulate, surfaces
-from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.setup import Setup
+from vibrissa.sensor import Recording, Units, identify, path, respond, simulate, surfaces
 
 
 @pytest.mark.slow
@@ -19,7 +17,8 @@ def test_prediction_agrees_with_what_the_identification_states(theta, step):
     sensor = taper.SENSOR
     readings = sensor.measured(truth.reactions * scale, np.random.default_rng(1)) / scale
     recording = Recording(clamp=truth.clamp, readings=readings, line=np.arange(len(readings)))
-    found = find_periods(Setup(branch=response), recording, noise)
+    asked = {"noise": noise, "assume": False}
+    found = identify(taper.whisker(theta), recording, **asked).periods
     expected = taper.predicted(response, truth.mu0[found.last], step, noise)
     ratio = (found.deviation / expected)[np.isfinite(found.deviation)]
     assert len(ratio) > 8

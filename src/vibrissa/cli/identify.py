@@ -21,7 +21,7 @@ from vibrissa.cli.options import (
 from vibrissa.cli.whisker import Tolerances, read_pairs, takes_whisker
 from vibrissa.sensor import Identification, Method, PeriodStatus, series
 from vibrissa.sensor.given.tolerances import EXACT
-from vibrissa.sensor.identification.adjusting.adjustment import FAR
+from vibrissa.sensor.identification.adjusted import FAR
 from vibrissa.wording import counted
 
 app = typer.Typer(**ALONE)

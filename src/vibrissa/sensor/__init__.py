@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vibrissa.sensor import surfaces
-    from vibrissa.sensor.identification.friction import Periods, PeriodStatus
+    from vibrissa.sensor.identification.checks import Grade
     from vibrissa.sensor.identification.identify import identify
-    from vibrissa.sensor.identification.misfit.doubts import Grade
+    from vibrissa.sensor.identification.periods import Periods, PeriodStatus
     from vibrissa.sensor.identification.recording import Method, Recording
     from vibrissa.sensor.identification.result import Identification
     from vibrissa.sensor.identification.summary import FrictionSummary
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "FrictionSummary": "identification.summary",
-    "Grade": "identification.misfit.doubts",
+    "Grade": "identification.checks",
     "Identification": "identification.result",
     "Method": "identification.recording",
-    "PeriodStatus": "identification.friction",
-    "Periods": "identification.friction",
+    "PeriodStatus": "identification.periods",
+    "Periods": "identification.periods",
     "Recording": "identification.recording",
     "Response": "response.branch",
     "Signals": "simulation.signals",

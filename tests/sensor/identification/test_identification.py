@@ -13,13 +13,12 @@ from typer.testing import CliRunner
 from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
-from vibrissa.sensor.identification.friction import PeriodStatus, find_periods
+from vibrissa.sensor.identification.periods import PeriodStatus
 from vibrissa.sensor.identification.recording import (
     Method,
     noise_of,
     read_recording,
 )
-from vibrissa.sensor.identification.setup import Setup
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import TipPhase, path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
@@ -28,6 +27,12 @@ from vibrissa.sensor.simulation.slips import SlipLaw
 @pytest.fixture(scope="module")
 def response():
     return respond(2.0, 0.85)
+
+
+def found_in(recording, noise=NOISE, **rod):
+    """Periods by the model of a rod, of which everything is known exactly."""
+    whisker = Whisker(**{"theta": 2.0, "eta": 0.85} | rod)
+    return identify(whisker, recording, noise=noise, assume=False).periods
 
 
 def recorded(response, seed=1, turns=("1.2",), law="free", step="0.0005"):
@@ -43,7 +48,7 @@ def known(periods):
 @pytest.mark.parametrize("turns", [("1.2",), ("0.6", "0.1")])
 def test_every_slip_is_found_and_its_friction(response, turns):
     truth, recording = recorded(response, turns=turns)
-    periods = find_periods(Setup(branch=response), recording, NOISE)
+    periods = found_in(recording)
     assert periods.notes == ()
     assert len(periods.status) == truth.period[-1]
     assert (np.diff(truth.period)[periods.last[:-1]] == 1).all()
@@ -61,7 +66,7 @@ def test_intervals_cover_what_they_say(response, law):
     covered = []
     for seed in range(100, 110):
         truth, recording = recorded(response, seed, law=law)
-        periods = find_periods(Setup(branch=response), recording, NOISE)
+        periods = found_in(recording)
         friction0, ok = truth.mu0[periods.last], known(periods)
         covered += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
     # 93 to 97 % is what is promised. `python -m validation roundtrip` has more.
@@ -73,7 +78,7 @@ def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
     biased, corrected = [], []
     for seed in range(5):
         truth, recording = recorded(response, seed, step="0.002")
-        periods = find_periods(Setup(branch=response), recording, NOISE)
+        periods = found_in(recording)
         ok, last = known(periods), periods.last
         fx, fy, _ = truth.reactions[last].T
         ratio = fx / fy
@@ -87,8 +92,8 @@ def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
 def test_noise_is_estimated_despite_the_slips(response):
     _, recording = recorded(response)
     assert noise_of(recording.readings) == pytest.approx(NOISE, rel=0.1)
-    periods = find_periods(Setup(branch=response), recording)
-    given = find_periods(Setup(branch=response), recording, NOISE)
+    periods = found_in(recording, None)
+    given = found_in(recording)
     assert periods.mu0 == pytest.approx(given.mu0, abs=1e-3, nan_ok=True)
 
 
@@ -97,7 +102,7 @@ def test_a_channel_that_was_not_recorded_has_no_noise_and_is_not_missed(response
     readings = recording.readings * [np.nan, 1.0, 1.0]
     assert np.isnan(noise_of(readings)).tolist() == [True, False, False]
     alone = replace(recording, readings=readings)
-    assert known(find_periods(Setup(branch=response), alone)).sum() > 40
+    assert known(found_in(alone, None)).sum() > 40
     assert not recwarn.list
 
 
@@ -106,13 +111,13 @@ def test_lost_samples_widen_the_interval_and_nothing_else(response):
     keep = np.random.default_rng(5).random(len(recording.line)) > 0.3
     keep[:2] = keep[-1] = True
     lossy = recording.take(keep)
-    periods = find_periods(Setup(branch=response), lossy, NOISE)
+    periods = found_in(lossy)
     ok = known(periods)
     rows = np.flatnonzero(keep)[periods.last]
     friction0 = truth.mu0[rows]
     inside = ((periods.low <= friction0) & (friction0 <= periods.high))[ok]
     assert len(inside) > 40 and inside.mean() > 0.85
-    whole = find_periods(Setup(branch=response), recording, NOISE)
+    whole = found_in(recording)
     assert np.nanmean(periods.deviation) > np.nanmean(whole.deviation)
 
 
@@ -120,7 +125,7 @@ def test_several_samples_at_each_step_are_one_step(response):
     truth, _ = recorded(response)
     dwell = np.repeat(np.arange(len(truth)), 3)
     recording = recording_of(truth.clamp[dwell], measured(truth.reactions[dwell], 8))
-    periods = find_periods(Setup(branch=response), recording, NOISE)
+    periods = found_in(recording)
     assert len(periods.status) == truth.period[-1]
     friction0, ok = truth.mu0[dwell[periods.last]], known(periods)
     assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
@@ -129,7 +134,7 @@ def test_several_samples_at_each_step_are_one_step(response):
 def test_a_slower_recording_has_longer_steps(response):
     truth, recording = recorded(response)
     slow = recording.take(slice(None, None, 4))
-    periods = find_periods(Setup(branch=response), slow, NOISE)
+    periods = found_in(slow)
     friction0, ok = truth.mu0[::4][periods.last], known(periods)
     assert ok.sum() > 40
     assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
@@ -143,19 +148,19 @@ def test_lone_spikes_are_left_out_and_named(response):
     readings[at, 0] += 0.3
     readings[at, 2] -= 0.1
     spiked = replace(recording, readings=readings)
-    periods = find_periods(Setup(branch=response), spiked, NOISE)
+    periods = found_in(spiked)
     assert len(periods.status) == truth.period[-1]
     (note,) = periods.notes
     assert all(str(i + 2) in note for i in at)
 
 
-def measured_over(response, surface, turns, law="free"):
+def measured_over(response, surface, turns, law="free", section="round"):
     """Truth and periods of a scan, readings at the transducer's limit left out."""
     truth = simulate(response, surface, path("0.0005", turns), law, 0.8)
     readings = measured(truth.reactions, 3)
     rows = np.flatnonzero(~SENSOR.saturated(readings * SCALE).any(axis=1))
     recording = recording_of(truth.clamp[rows], readings[rows])
-    periods = find_periods(Setup(branch=response), recording, NOISE)
+    periods = found_in(recording, section=section)
     return truth, periods, rows[periods.last]
 
 
@@ -164,7 +169,7 @@ def measured_over(response, surface, turns, law="free"):
 def test_a_tip_that_locks_gives_a_bound_and_no_number(section, stop):
     response = respond(2.0, 0.85, section=section)
     surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
-    truth, periods, _ = measured_over(response, surface, (stop,))
+    truth, periods, _ = measured_over(response, surface, (stop,), section=section)
     assert truth.phase[-1] == TipPhase.LOCK
     assert len(periods.status) == truth.period[-1]
     assert periods.status[-1] == PeriodStatus.LOCK and PeriodStatus.LOCK not in periods.status[:-1]
@@ -178,7 +183,7 @@ def test_pulled_back_from_past_the_lock_a_tip_slips_and_tells_its_friction(turn)
     # a rod that may leave its plane has swung aside.
     response = respond(2.0, 0.85, section="planar")
     surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
-    truth, periods, last = measured_over(response, surface, (turn, "0.1"))
+    truth, periods, last = measured_over(response, surface, (turn, "0.1"), section="planar")
     assert len(periods.status) == truth.period[-1]
     assert PeriodStatus.LOCK not in periods.status
     ok = known(periods)
@@ -196,14 +201,14 @@ def test_a_scan_that_ends_while_the_tip_sticks_gives_a_bound(response):
 
 def test_another_rod_is_refused(response):
     _, recording = recorded(response)
-    with pytest.raises(ValueError, match=r"no state of this rod, first in line \d+"):
-        find_periods(Setup(branch=respond(3.0, 0.85)), recording, NOISE)
+    with pytest.raises(ValueError, match="no state of this rod"):
+        found_in(recording, theta=3.0)
 
 
 def test_noiseless_readings_need_a_noise(response):
     still = recording_of(np.arange(5.0) / 1e3, np.tile([-0.1, -1.2, -0.4], (5, 1)))
     with pytest.raises(ValueError, match="noise"):
-        find_periods(Setup(branch=response), still)
+        found_in(still, None)
 
 
 def run(*arguments):
@@ -276,14 +281,14 @@ def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factor
     file.write_text(HEADER.partition(",")[2] + "".join(",".join(row) + "\n" for row in rows))
     try:
         recording = read_recording(file, Units(ROD), method, SENSOR)
-        periods = find_periods(Setup(branch=FUZZED), recording, NOISE)
+        periods = identify(FUZZED, recording, noise=NOISE, assume=False).periods
     except ValueError as error:
         assert str(error)
     else:
         assert (periods.low <= periods.high)[known(periods)].all()
 
 
-FUZZED = respond(2.0, 0.85)
+FUZZED = Whisker(theta=2.0, eta=0.85)
 
 
 @pytest.mark.slow

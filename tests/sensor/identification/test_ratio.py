@@ -1,9 +1,7 @@
 """Friction by the ratio of the forces, without a rod: against an elastica that shares no code."""
 
-from contextlib import nullcontext
 from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,27 +12,8 @@ import plain_elastica
 from steel import recording_of
 from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, MixedColumnsError, RecordingError
-from vibrissa.sensor import PeriodStatus, Recording, identify, surfaces
-from vibrissa.sensor.identification.adjusting.properties import Bench
-from vibrissa.sensor.identification.friction import find_periods
-from vibrissa.sensor.identification.reading.carried import Carried
-from vibrissa.sensor.identification.reading.jumps import Spans, spans_of
-from vibrissa.sensor.identification.reading.ratio import (
-    WHOLE_DEGREE,
-    Windows,
-    fitted_forces,
-    read_onsets,
-)
-from vibrissa.sensor.identification.reading.uncertainty import HALF_WIDTH
-from vibrissa.sensor.identification.setup import Setup
-from vibrissa.sensor.identification.without_rod import (
-    _check_axes,
-    _check_signs,
-    _doubts,
-    _statuses,
-    _swung,
-    read_ratio,
-)
+from vibrissa.sensor import PeriodStatus, Recording, Whisker, identify, surfaces
+from vibrissa.sensor.identification.slips import spans_of
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 
@@ -66,32 +45,16 @@ def recorded(seed, name="as given", step=STEP, to=0.3, ratio=0.8):
     return recording_of(np.arange(0.0, to, step), readings), friction, period
 
 
+def read_ratio(run, noise=NOISE, **tolerances):
+    """Periods by the ratio of the forces, with these tolerances and no others."""
+    return identify(None, run, noise=noise, tolerances=tolerances, assume=False).periods
+
+
 def errors(found, friction):
     """Errors of μ0, and whether the intervals hold it, of the periods that ended."""
     ok, truth = found.status == PeriodStatus.SLIP, friction[found.last]
     inside = (found.low <= truth) & (truth <= found.high)
     return (found.mu0 - truth)[ok], found.deviation[ok], inside[ok]
-
-
-@pytest.mark.parametrize("channel", [0, 1])
-def test_a_lone_spike_is_seen_by_the_noise_of_its_own_channel(channel):
-    recording, _, period = recorded(3, to=0.1)
-    row = next(i for i in range(100, 400) if len(set(period[i - 5 : i + 5])) == 1)
-    recording.readings[row, channel] += 40.0 * NOISE[channel]
-    noise = NOISE.copy()
-    noise[1 - channel] *= 5.0
-    assert f"a lone spike in 1 rows, left out: line {row + 2}" in read_ratio(recording, noise).notes
-    noise[channel] *= 100.0
-    assert not any("spike" in note for note in read_ratio(recording, noise).notes)
-
-
-@pytest.mark.parametrize("noise_of_y", [100.0, 0.01])
-def test_slips_are_seen_by_the_noise_of_force_x(noise_of_y):
-    recording, _, period = recorded(3, to=0.1)
-    noise = NOISE * [1.0, noise_of_y, 1.0]
-    found = read_ratio(recording, noise)
-    assert len(found.status) == period.max() + 1
-    assert found.last[:-1].tolist() == (np.flatnonzero(np.diff(period))).tolist()
 
 
 @pytest.mark.slow
@@ -106,8 +69,11 @@ def test_it_reads_any_rod_without_bias(name):
     assert 0.93 <= inside.mean() <= 0.98
     if name == "as given":
         # The rod, where it is known, tells more.
-        setup = Setup(branch=respond(2.0, 0.85))
-        model = [errors(find_periods(setup, run, NOISE), friction)[0] for run, friction, _ in runs]
+        rod = Whisker(theta=2.0, eta=0.85)
+        known = {"noise": NOISE, "assume": False}
+        model = [
+            errors(identify(rod, run, **known).periods, friction)[0] for run, friction, _ in runs
+        ]
         assert np.concatenate(model).std() < 0.7 * error.std()
 
 
@@ -140,10 +106,9 @@ def test_a_locked_tip_and_a_rod_that_swings_aside_give_bounds_alone():
     truth = simulate(response, surfaces.constant(0.8), path("0.0002", ["0.95"]), "free", 0.8)
     noise = np.random.default_rng(1).normal(size=truth.reactions.shape) * NOISE
     found = read_ratio(recording_of(truth.clamp, truth.reactions + noise), NOISE)
-    assert found.status[0] == PeriodStatus.LOCK and "swung" in found.doubt[0]
+    assert found.status.tolist() == [PeriodStatus.LOCK]
     assert found.low[0] < response.mu_lock and np.isnan(found.mu0[0])
-    error, deviation, _ = errors(found, truth.mu0)
-    assert len(error) > 4 and np.abs(error / deviation).max() < 4.0
+    assert any("the rod swings aside in line" in note for note in found.notes)
 
 
 @pytest.mark.slow
@@ -160,7 +125,8 @@ def test_slips_of_several_samples_belong_to_no_period():
         clamp.append(clamp[-1] + STEP)
         readings.append(run.readings[row])
     slow = read_ratio(recording_of(np.array(clamp), np.array(readings)), NOISE)
-    assert slow.last[:-1].tolist() == truth
+    # Of a slip that takes a while the first sample may not show it.
+    assert slow.last[:-1].tolist() == [row - 1 for row in truth]
     ok = found.status == PeriodStatus.SLIP
     assert np.abs(slow.mu0 - found.mu0)[ok].max() < 1e-3
 
@@ -208,11 +174,6 @@ def test_few_samples_give_a_bound_and_no_number():
     assert len(found) == period[-1] + 1
 
 
-def errors_of(run, sizes):
-    """Errors of the readings with standard deviations of these sizes."""
-    return Carried.of(sizes, Bench.of(run, None, np.ones(3)))
-
-
 def test_tolerances_of_the_readings_are_a_common_error():
     run, _, _ = recorded(1)
     zero_x, zero_y, angle = 0.01, 0.02, np.deg2rad(0.3)
@@ -225,7 +186,7 @@ def test_tolerances_of_the_readings_are_a_common_error():
         "transducer_angle": angle * (1.0 + mu0**2),
     }
     for name, size in zip(expected, (zero_x, zero_y, angle), strict=True):
-        found = read_ratio(run, NOISE, errors_of(run, {name: size}))
+        found = read_ratio(run, **{name: size})
         shift = np.sqrt(found.common[known] ** 2 - plain.common[known] ** 2)
         assert shift == pytest.approx(expected[name], rel=0.03)
         assert found.mu0[known] == pytest.approx(mu0, abs=1e-3)
@@ -235,7 +196,7 @@ def test_an_error_of_a_reading_is_within_its_tolerance():
     run, friction, _ = recorded(1)
     moved = replace(run, readings=run.readings + np.array([0.01, -0.01, 0.0]))
     sizes = {"zero_force_x": 0.01, "zero_force_y": 0.01}
-    found = read_ratio(moved, NOISE, errors_of(run, sizes))
+    found = read_ratio(moved, **sizes)
     error, deviation, inside = errors(found, friction)
     assert np.abs(errors(read_ratio(moved, NOISE), friction)[0]).mean() > 0.004
     assert inside.all() and np.abs(error / deviation).max() < 2.0
@@ -287,20 +248,10 @@ def test_no_rod_is_needed_and_results_are_in_si_units(tmp_path):
     assert shown.exit_code == 0, shown.output
     found = pd.read_csv(tmp_path / "friction.csv")
     limit = {"zero_force_x": 0.002 / plain_elastica.FORCE}
-    expected = read_ratio(run, NOISE, errors_of(run, limit))
+    expected = read_ratio(run, **limit)
     assert found["mu0 [1]"].to_numpy() == pytest.approx(expected.mu0, abs=1e-6, nan_ok=True)
     assert found["footpoint [m]"].to_numpy() == pytest.approx(0.1 * expected.footpoint)
     assert found["contact [m]"].isna().all()
-
-
-@pytest.mark.slow
-def test_a_rod_that_is_given_changes_nothing():
-    run, _, _ = recorded(1)
-    from vibrissa.sensor import Whisker
-
-    wrong = Whisker(theta=5.0, eta=0.5)
-    found = identify(wrong, run, method="ratio", noise=NOISE, assume=False).periods
-    assert found.mu0.tolist() == pytest.approx(read_ratio(run, NOISE).mu0.tolist(), nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -334,142 +285,6 @@ def test_a_recording_without_slips_is_one_open_period():
         read_ratio(Recording(clamp=np.zeros(1), readings=np.zeros((1, 3)), line=np.ones(1)), NOISE)
 
 
-def test_a_position_far_off_leaves_too_few_others_for_a_fit():
-    # Beside 30 m, steps of 20 um are one place: they tell no polynomial of degree 9.
-    clamp = np.arange(60) * STEP
-    clamp[35] = -300.0
-    spans = Spans(begins=np.array([0, 30]), ends=np.array([29, 59]), cut=np.zeros(2, bool))
-    forces = np.column_stack([-0.1 - clamp, np.full(60, -1.0)])
-    windows = Windows.of(clamp, spans, np.inf)
-    assert (windows.positions == 30).all()
-    whole = fitted_forces(windows, forces, NOISE[:2], np.full(2, STEP), WHOLE_DEGREE)
-    assert np.isfinite(whole.coefficients[0]).all() and np.isnan(whole.coefficients[1]).all()
-    onsets = read_onsets(clamp, forces, NOISE[:2], spans)
-    assert onsets.fits.mean[0][0] == pytest.approx(0.1 + 29.5 * STEP)
-
-
-@pytest.mark.parametrize("way", [1.0, -1.0])
-@pytest.mark.parametrize(
-    ("before", "fx", "fy", "swings"),
-    [
-        (-1.0, 0.71, -2.56, True),
-        (-1.0, 0.7, -2.56, False),
-        (-1.0, 0.71, 0.85 * -3.0, False),
-        (-1.0, 0.6, -2.6, False),
-        (-1.0, 0.8, -2.5, False),
-        # A tip that is pulled along has nothing to turn round.
-        (1.0, 0.8, -2.9, False),
-        (1.0, -0.8, -2.9, False),
-        (-1.0, -0.9, -2.9, False),
-    ],
-)
-def test_a_rod_swings_aside_where_fx_turns_round_and_fy_stays(way, before, fx, fy, swings):
-    """From fy = −3, at the last sample of a period, to the first of the next."""
-    forces = np.array([[-0.5, -2.0], [before, -3.0], [fx, fy], [0.1, -2.0]]) * [way, 1.0]
-    spans = Spans(begins=np.array([0, 2]), ends=np.array([1, 3]), cut=np.zeros(2, bool))
-    assert _swung(way * np.arange(4.0), forces, spans).tolist() == [swings, False]
-
-
-def statuses(ratio, deviation=0.01, forces=(-3.0, -10.0), mean=0.3, swung=False, sign=1.0):
-    """What is known of a period with this ratio at the nine places, and of one after it."""
-    several = np.array([np.broadcast_to(ratio, 9), np.full(9, 0.3)])
-    each = np.array([np.full(9, deviation), np.full(9, 0.01)])
-    onsets = SimpleNamespace(
-        fits=SimpleNamespace(ratio=lambda places: (sign * several, each)),
-        sign=np.full(2, sign),
-    )
-    found = SimpleNamespace(mean=np.array([mean, 0.3]))
-    spans = Spans(begins=np.array([0, 1]), ends=np.array([0, 1]), cut=np.zeros(2, bool))
-    two = np.array([forces, (sign * -3.0, -10.0)])
-    noise = np.array([0.1, 0.2])
-    status, least = _statuses(onsets, found, two, noise, spans, np.array([swung, False]))
-    assert status[1] == "open"
-    return status[0], float(least[0])
-
-
-RISING = np.linspace(0.1, 0.3, 9)
-# The last sample: √(0.1² + (0.3·0.2)²)/10.
-ALONE = 0.3 - HALF_WIDTH * np.hypot(0.1, 0.06) / 10.0
-# By the curve it is a little more.
-CURVE = 0.3 - HALF_WIDTH * 0.01
-
-
-@pytest.mark.parametrize(
-    ("told", "status", "least"),
-    [
-        ({"ratio": RISING}, "slip", CURVE),
-        ({"ratio": RISING, "deviation": 0.001}, "slip", 0.3 - HALF_WIDTH * 0.001),
-        ({"ratio": RISING, "deviation": 0.1}, "slip", ALONE),
-        ({"ratio": np.nan, "deviation": np.nan, "mean": np.nan}, "unsure", ALONE),
-        # A tip that is pushed has needed fx of the other sign: forwards it is negative.
-        ({"ratio": RISING, "sign": -1.0, "forces": (3.0, -10.0)}, "slip", CURVE),
-        # Ten standard deviations of fy are a load.
-        ({"ratio": RISING, "forces": (-0.6, -2.01)}, "slip", CURVE),
-        ({"ratio": RISING, "forces": (-0.6, -2.0)}, "unsure", CURVE),
-        # Before its end it was 6·√2 deviations larger.
-        ({"ratio": [0.3, 0.3, 0.384, *[0.3] * 6]}, "slip", CURVE),
-        ({"ratio": [0.3, 0.3, 0.386, *[0.3] * 6]}, "lock", 0.386 - HALF_WIDTH * 0.01),
-        ({"ratio": [np.nan, 0.386, *[0.3] * 7]}, "lock", 0.386 - HALF_WIDTH * 0.01),
-        ({"ratio": RISING, "swung": True}, "lock", CURVE),
-        # By the last sample the friction would be negative, by six deviations.
-        ({"ratio": -9.0, "forces": (0.8, -10.0)}, "beyond", None),
-        ({"ratio": -9.0, "forces": (0.3, -10.0)}, "slip", None),
-    ],
-)
-def test_what_is_known_of_a_period_by_its_ratio(told, status, least):
-    found = statuses(**told)
-    assert found[0] == status
-    if least is not None:
-        assert found[1] == pytest.approx(least)
-
-
-def doubts_of(clamp, begins, smooth=True, cut=False):
-    """What is doubted of the first of two periods."""
-    clamp, begins = np.array(clamp, dtype=float), np.array(begins)
-    ends = np.append(begins[1:], len(clamp)) - 1
-    spans = Spans(begins=begins, ends=ends, cut=np.array([cut, False]))
-    found = _doubts(clamp, spans, SimpleNamespace(smooth=np.array([smooth, True])))
-    assert not found[1].periods[1] and not found[2].periods[1]
-    return [one.doubt.name for one in found if one.periods[0]]
-
-
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_friction_by_the_ratio_is_doubted(way):
-    even = np.arange(12.0)
-    assert doubts_of(way * even, [0, 4]) == []
-    assert doubts_of(way * even, [0, 3]) == ["FEW"]
-    assert doubts_of(way * even, [0, 6], smooth=False) == ["ROUGH"]
-    assert doubts_of(way * even, [0, 6], cut=True) == ["GAP_AFTER"]
-    # Of steps of 1 most are usual, and several samples at a step do not count.
-    for gap, lost in ((10.0, []), (10.1, ["GAP_AFTER"])):
-        assert doubts_of(way * (even + np.where(even > 5, gap - 1.0, 0.0)), [0, 6]) == lost
-        slow = np.repeat(even, 3)
-        moved = slow + np.where(slow > 5, gap - 1.0, 0.0)
-        assert doubts_of(way * moved, [0, 18]) == lost
-    turned = np.where(even > 5, 11.0 - even, even)
-    assert doubts_of(way * turned, [0, 6]) == []
-    assert doubts_of(way * turned, [0, 7]) == ["TURN"]
-    back = np.array([0, 1, 2, 3, 4, 3, 2, 1])
-    assert doubts_of(way * back, [0, 5]) == ["TURN"]
-    assert doubts_of(np.zeros(10), [0, 5]) == []
-
-
-@pytest.mark.parametrize(
-    ("fy", "said"),
-    [
-        (0.0, "force_y is less than its noise: the rod does not press"),
-        (-0.09, "force_y is less than its noise"),
-        (-0.1, None),
-        (0.09, "force_y is less than its noise"),
-        (0.1, "force_y is positive"),
-    ],
-)
-def test_a_normal_force_that_is_none_is_refused(fy, said):
-    forces = np.column_stack([-(np.arange(40.0) % 10) / 5.0, np.full(40, fy)])
-    with nullcontext() if said is None else pytest.raises(RecordingError, match=said):
-        _check_signs(np.arange(40.0), forces, np.array([0.1, 0.1]))
-
-
 def test_a_channel_that_was_not_recorded_is_refused():
     run, _, _ = recorded(1)
     for channel, said in (
@@ -479,51 +294,14 @@ def test_a_channel_that_was_not_recorded_is_refused():
         readings = run.readings.copy()
         readings[:, channel] = 0.0
         with pytest.raises(RecordingError, match=said):
-            read_ratio(replace(run, readings=readings), NOISE)
+            read_ratio(replace(run, readings=readings))
 
 
 def test_swapped_forces_are_refused():
     run, _, _ = recorded(1)
     readings = run.readings[:, [1, 0, 2]]
     with pytest.raises(MixedColumnsError, match="force_x and force_y seem to be swapped"):
-        read_ratio(replace(run, readings=readings), NOISE)
-
-
-@pytest.mark.parametrize(
-    ("status", "size", "refused"),
-    [
-        (["lock"] * 3, 2.0, True),
-        # Two are too few.
-        (["lock"] * 2, 2.0, False),
-        (["lock", "slip", "lock", "lock", "open"], 2.0, True),
-        # Half of them are not most.
-        (["lock", "slip", "lock", "lock", "open", "slip"], 2.0, False),
-        # The normal force is larger.
-        (["lock"] * 3, 0.9, False),
-    ],
-)
-def test_forces_are_swapped_where_the_larger_one_locks_in_most_periods(status, size, refused):
-    forces = np.column_stack([np.full(9, -size), np.full(9, -1.0)])
-    said = f"in 3 of {len(status)} periods"
-    with pytest.raises(MixedColumnsError, match=said) if refused else nullcontext():
-        _check_axes(forces, np.array(status))
-
-
-def test_forces_have_the_signs_of_a_rod_that_is_pushed_and_presses():
-    clamp, noise = np.arange(40.0), np.array([0.1, 0.1])
-    teeth = -(np.arange(40.0) % 10) / 5.0
-    forces = np.column_stack([teeth, np.full(40, -1.0)])
-    _check_signs(clamp, forces, noise)
-    _check_signs(-clamp, forces * [-1.0, 1.0], noise)
-    # A few long falls outweigh many short rises, and what noise may do does not count.
-    _check_signs(clamp, forces, np.array([10.0, 0.1]))
-    for wrong in (forces * [-1.0, 1.0], forces * [-1.0, -1.0]):
-        with pytest.raises(RecordingError, match="force_x grows suddenly where it should fall"):
-            _check_signs(clamp, wrong, noise)
-        with pytest.raises(RecordingError, match="force_x grows suddenly where it should fall"):
-            _check_signs(-clamp, wrong * [-1.0, 1.0], noise)
-    with pytest.raises(RecordingError, match="force_y is positive: it is the load of the rod"):
-        _check_signs(clamp, forces * [1.0, -1.0], noise)
+        read_ratio(replace(run, readings=readings))
 
 
 def even(way=1.0):
@@ -541,8 +319,6 @@ def test_a_ratio_that_grows_evenly_is_uniform_within_the_step_after_the_last_sam
     found = read_ratio(even(way), QUIET)
     assert found.status.tolist() == ["slip", "slip", "slip", "open"]
     assert found.first.tolist() == [0, 15, 30, 45] and found.last.tolist() == [14, 29, 44, 59]
-    assert found.first_line.tolist() == [2, 17, 32, 47]
-    assert found.last_line.tolist() == [16, 31, 46, 61]
     assert found.footpoint == pytest.approx(way * np.array([0.14, 0.29, 0.44, 0.59]))
     assert found.mu0[:3] == pytest.approx([0.39] * 3, abs=2e-4)
     assert found.by_step[:3] == pytest.approx([0.02 / np.sqrt(12.0)] * 3)
@@ -551,10 +327,7 @@ def test_a_ratio_that_grows_evenly_is_uniform_within_the_step_after_the_last_sam
     assert found.high[:3] == pytest.approx([0.3995] * 3, abs=2e-4)
     # The last has stuck to what it is.
     assert found.low[3] == pytest.approx(0.38, abs=3e-4)
-    for column in (found.mu0, found.deviation, found.high, found.by_step):
-        assert np.isnan(column[3])
-    assert found.common[3] == 0.0 and not found.shifts[3].any()
-    assert found.effects.shape == (4, 0) and found.shifts.shape == (4, 1)
+    assert np.isnan([found.mu0[3], found.deviation[3], found.high[3], found.by_step[3]]).all()
     assert np.isnan(found.contact).all()
     assert set(found.doubt) == set(found.grade) == {""} and found.notes == ()
 
@@ -566,33 +339,12 @@ def test_a_lone_spike_takes_its_row_and_no_other(channel):
     found = read_ratio(run, QUIET)
     assert found.notes == ("a lone spike in 1 rows, left out: line 22",)
     assert found.first.tolist() == [0, 15, 30, 45] and found.last.tolist() == [14, 29, 44, 59]
-    assert found.last_line.tolist() == [16, 31, 46, 61]
     assert found.mu0[:3] == pytest.approx([0.39] * 3, abs=2e-4)
 
 
-@pytest.mark.parametrize("way", [1.0, -1.0])
-def test_errors_of_the_readings_move_all_periods_together(way):
-    run, sizes = even(way), {"zero_force_x": 0.01, "zero_force_y": 0.02}
-    found, plain = read_ratio(run, QUIET, errors_of(run, sizes)), read_ratio(run, QUIET)
-    # Of ratios (fx − a)/(fy − b) with fy = −1, over the size of each.
-    expected = [way * 1.0, -0.39 / 1.02]
-    assert found.effects == pytest.approx(np.array([expected] * 3 + [[0.0, 0.0]]), abs=1e-3)
-    shifts = found.effects * [0.01, 0.02]
-    assert found.shifts[:, 1:] == pytest.approx(shifts)
-    assert found.common == pytest.approx(np.linalg.norm(found.shifts, axis=1))
-    # Of finitely many values it is a little less.
-    whole = np.hypot(plain.deviation, found.common)[:3]
-    assert found.deviation[:3] == pytest.approx(whole, rel=0.015)
-    # What is common widens the bound, too.
-    wide = HALF_WIDTH * np.linalg.norm(np.array([1.0, 0.38 / 1.02]) * [0.01, 0.02])
-    assert found.low[3] == pytest.approx(plain.low[3] - wide, abs=3e-4)
-
-
-def test_without_noise_that_can_be_told_and_of_two_samples_nothing_is_read():
-    with pytest.raises(RecordingError, match="the noise of column force_y is 0, or cannot be"):
-        read_ratio(even())
-    with pytest.raises(RecordingError, match="too little to identify friction from: 2 usable"):
-        read_ratio(even().take(slice(2)), QUIET)
-    # A bound is not below 0.
-    weak = replace(even(), readings=even().readings * [0.01, 1.0, 1.0])
-    assert read_ratio(weak, np.full(3, 0.05)).low[-1] == 0.0
+def test_two_passes_in_one_file_are_split():
+    one = even()
+    twice = recording_of(np.tile(one.clamp, 2), np.tile(one.readings, (2, 1)))
+    found = read_ratio(twice, QUIET)
+    assert found.status.tolist() == ["slip", "slip", "slip", "open"] * 2
+    assert set(found.doubt) == {""}

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from steel import ROD, SCALE, SENSOR, recording_of
+from steel import ROD, SCALE, SENSOR
 from vibrissa.errors import RecordingError
 from vibrissa.sensor import Units
 from vibrissa.sensor.identification.recording import Method, Recording, read_recording, units_of
@@ -178,27 +178,6 @@ def test_without_a_rod_units_are_those_of_the_recording(title, si, wished):
     assert found.si == si and found.wished.get(Kind.LENGTH) == wished
 
 
-def test_a_channel_that_is_not_there_has_no_part_in_the_others_that_do_not_need_it():
-    readings = np.array([[1.0, 2.0, NAN], [3.0, NAN, 5.0]])
-    mixed = recording_of(np.arange(2.0), readings).mixed(
-        np.array([[1.0, 0.5, 0.0], [0.0, 2.0, 0.0], [1.0, 0.0, 1.0]])
-    )
-    expected = [[2.0, 4.0, NAN], [NAN, NAN, 8.0]]
-    assert np.array_equal(mixed.readings, expected, equal_nan=True)
-    off = recording_of(np.arange(2.0), readings).without(np.array([1.0, 2.0, 3.0]))
-    assert np.array_equal(off.readings, [[0.0, 0.0, NAN], [2.0, NAN, 2.0]], equal_nan=True)
-
-
 def test_a_recording_is_given_as_it_is():
     plain = Recording(clamp=np.zeros(2), readings=np.zeros((2, 3)), line=np.arange(2))
     assert plain.notes == () and np.isnan(plain.interval)
-    assert plain.slipping is None and plain.excess is None
-
-
-# --- Hum ---
-
-
-def waving(size, blocks=12, channels=3):
-    """The clamp, which moves evenly, and readings of ±1 in turn, in so many blocks."""
-    rows = np.arange(size * blocks)
-    return np.column_stack([1.0 * rows, *[(-1.0) ** rows] * (channels - 1)])

@@ -5,7 +5,7 @@ import pytest
 
 from steel import NOISE, measured, recording_of
 from vibrissa.sensor import Whisker, identify, surfaces
-from vibrissa.sensor.identification.reading.slope import alike, slope_errors, variance_of_mean
+from vibrissa.sensor.identification.periods import alike, slope_errors, variance_of_mean
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 

@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from steel import SI, WHISKER, recording_of
+from steel import SI, WHISKER
 from vibrissa.cli.app import app
 from vibrissa.errors import VibrissaError
 from vibrissa.sensor import Whisker, scan, surfaces
-from vibrissa.sensor.identification.alternatives import PROPERTIES
+from vibrissa.sensor.identification.parameters import MIXING
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.importing.preparing import about_clamp, turned
 
@@ -195,7 +195,7 @@ def test_signs_are_those_of_the_tolerances(name):
     """What is undone is what `identify` calls an error of that size and sign."""
     readings = np.random.default_rng(3).standard_normal((5, 3))
     size = 1e-6
-    undone = PROPERTIES[name].recording(recording_of(np.arange(5.0), readings), size).readings
+    undone = readings - size * readings @ MIXING[name].T
     values = dict(zip(("force_x", "force_y", "moment_z"), readings.T, strict=True))
     here = {
         "transducer_angle": lambda: turned(values, size),

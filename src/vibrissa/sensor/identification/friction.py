@@ -1,367 +1,205 @@
-"""From a recording to the friction of each period of sticking, with its uncertainty."""
+"""Friction of each period from a fit of the model, with every source of uncertainty."""
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from vibrissa.errors import RecordingError, WrongRodError
-from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
-from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.alternatives import Alternative, of_readings
-from vibrissa.sensor.identification.misfit.doubts import (
-    Doubt,
-    Doubted,
-    doubts,
-    graded,
-    in_words,
-    misfits,
-    notes_of,
-)
-from vibrissa.sensor.identification.misfit.goodness import Cause, Goodness, likeliest, noisier
-from vibrissa.sensor.identification.misfit.mixups import check_columns
-from vibrissa.sensor.identification.part import Part, before_swing
-from vibrissa.sensor.identification.periods import LEAST_NOISE, MISFIT, Channels
-from vibrissa.sensor.identification.reading.uncertainty import (
-    CENTRE,
+from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
+from vibrissa.sensor.identification.fit import Fit
+from vibrissa.sensor.identification.periods import Periods, PeriodStatus
+from vibrissa.sensor.identification.slips import Slipped, direction
+from vibrissa.sensor.identification.uncertainty import (
+    BLOCK,
+    COMMON,
     HALF_WIDTH,
+    NOISE,
+    ONSET,
     Summary,
     common_deviation,
-    friction_of,
+    step_deviation,
+    summary_of,
 )
-from vibrissa.sensor.identification.recording import (
-    Recording,
-    check_size,
-    left_out,
-    noise_of,
-    suffices,
-)
-from vibrissa.sensor.identification.seen import Seen
-from vibrissa.sensor.identification.setup import Setup, principal_axes
-from vibrissa.sensor.quantities import OWN_UNITS, Units
-from vibrissa.sensor.transducer import CHANNELS
-from vibrissa.wording import counted
+from vibrissa.sensor.response.height_range import HeightStates
 
-# A sample is no state of the rod if its readings differ by more than this part of them from the
-# nearest one, and by more than noise. If more than this part of the samples is none, it is another
-# rod or has a bias. Recordings that differ by less are read, and in doubt.
-MOST_MISFIT, MOST_OFF = 0.1, 0.2
-# So many causes are named for a recording that is refused, if each explains this part of χ².
-NAMED, EXPLAINS = 3, 0.9
-# From this part on that does not fit by itself, no period is left out of the test of the whole.
-MOST_ALONE = 0.5
-
-
-class PeriodStatus(StrEnum):
-    """What is known about a period.
-
-    Attributes
-    ----------
-    SLIP
-        It ended with a slip: μ0 is known.
-    OPEN
-        Its end was not recorded: μ0 is at least `low`.
-    LOCK
-        The tip stuck past the lock: μ0 is above `low`, which is at most μ_lock. It did not slip, or
-        the rod swung aside; a recording is read up to there.
-    UNSURE
-        By the ratio of the forces of too few samples: `low` alone is known.
-    BEYOND
-        Its last sticking state is none from which this rod slips, or the clamp went further than
-        the tip can stick, so that noise has hidden slips: μ0 is not known.
-    """
-
-    SLIP = "slip"
-    OPEN = "open"
-    LOCK = "lock"
-    UNSURE = "unsure"
-    BEYOND = "beyond"
+MIDDLE = np.array([0.5])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Periods(Batch):
-    """Periods of sticking, in their order, each field an array of shape (p,).
+class Onsets:
+    """The last sticking states of p periods, and what they tell of friction.
 
     Attributes
     ----------
-    status : ndarray of str
-        One `PeriodStatus` for each period.
-    first, last : ndarray of int
-        Rows of the recording in which the period begins and ends.
-    first_line, last_line : ndarray of int
-        Lines of the file in which these rows stand.
-    contact : ndarray
-        Position of the tip (L); NaN where it is not known, without a rod.
-    footpoint : ndarray
-        Position of the clamp in the last sample (L).
-    mu0, deviation, low, high : ndarray
-        Static friction there, its standard deviation and the central 95 %. Where only a bound is
-        known the others are NaN.
-    common : ndarray
-        Part of the deviation that all periods share, from the uncertainty of the setup; the rest
-        is independent.
-    by_step : ndarray
-        Part of the deviation by the step of the stage.
-    effects : ndarray, shape (p, k)
-        Change of μ0 per unit of each of k things that are not known exactly.
-    shifts : ndarray, shape (p, q)
-        By how much μ0 would be larger if the setup were one standard deviation away along each of
-        its principal axes. The root of the sum of the squares is `common`.
-    grade : ndarray of str
-        `Grade` of the worst doubt; empty where there is none.
-    doubt : ndarray of str
-        The doubts in words.
-    notes : tuple of str
-        What was left out or is in doubt, and why.
-    goodness : Goodness
-        Whether the recording fits what was given, but for periods that do not by themselves.
-    causes : tuple of Cause
-        What may be other than it was given, the likeliest first; none where the recording fits.
+    fit : Fit
+    sign : ndarray, shape (p,)
+        1 where the clamp moves forward as the tip slips, −1 where backward.
     """
 
-    status: StrArray
-    first: IntArray
-    last: IntArray
-    first_line: IntArray
-    last_line: IntArray
-    contact: FloatArray
-    footpoint: FloatArray
-    mu0: FloatArray
-    deviation: FloatArray
-    low: FloatArray
-    high: FloatArray
-    common: FloatArray
-    by_step: FloatArray
-    effects: FloatArray
-    shifts: FloatArray
-    grade: StrArray
-    doubt: StrArray
-    notes: tuple[str, ...] = ()
-    goodness: Goodness | None = None
-    causes: tuple[Cause, ...] = ()
+    fit: Fit
+    sign: FloatArray
 
-    def __repr__(self) -> str:
-        """Say how many there are of each status."""
-        each = ", ".join(f"{n} {status}" for status, n in Counter(self.status.tolist()).items())
-        return f"{counted(len(self), 'period')}: {each}"
+    @classmethod
+    def of(cls, fit: Fit, slipped: Slipped) -> "Onsets":
+        """Take the direction in which the clamp moves at the end of each period."""
+        gap = fit.forward.ends.gap
+        before = direction(slipped.recording.clamp)[np.maximum(slipped.spans.ends - 1, 0)]
+        return cls(fit=fit, sign=np.where(gap == 0.0, before, np.sign(gap)))
+
+    @property
+    def level(self) -> bool:
+        """Whether the stage was given as level."""
+        return not self.fit.forward.whisker.mounting.stage_angle
+
+    @cached_property
+    def own(self) -> FloatArray:
+        """Standard deviation of x0 in the last sample for a known set-up, shape (p,)."""
+        return np.hypot(self.fit.known**-0.5, self.fit.noise.position)
+
+    @cached_property
+    def _middle(self) -> tuple[HeightStates, FloatArray]:
+        """States in the middle of the step to the slip, shape (p, 1)."""
+        fit = self.fit
+        return fit.forward.onset(fit.p, fit.u[:, None], fit.heights, MIDDLE)
+
+    def _demand(self, states: HeightStates, x0: FloatArray) -> FloatArray:
+        return np.asarray(self.sign * states.demand(states.clip(x0))[:, 0])
+
+    @cached_property
+    def effects(self) -> FloatArray:
+        """Change of μ0 per unit of each parameter that is not exact, shape (p, k)."""
+        fit, forward = self.fit, self.fit.forward
+        before = self._demand(*self._middle)
+        found = np.empty((len(fit.u), int(fit.free.sum())))
+        for column, k in enumerate(np.flatnonzero(fit.free).tolist()):
+            other, step = forward.moved(fit.p, k), forward.step(k)
+            u = fit.u + step * fit.moves[:, k]
+            heights = fit.heights if not forward.of_rod(k) else forward.heights(other)[0]
+            after = self._demand(*forward.onset(other, u[:, None], heights, MIDDLE))
+            found[:, column] = (after - before) / step
+        return found
+
+    @cached_property
+    def common(self) -> FloatArray:
+        """Standard deviation of μ0 by what all periods share, shape (p,)."""
+        return common_deviation(self.effects, self.fit.covariance)
+
+    @cached_property
+    def by_step(self) -> FloatArray:
+        """Standard deviation of μ0 by the step of the stage, shape (p,)."""
+        states, x0 = self._middle
+        slope = states.demand_slope(states.clip(x0))[:, 0]
+        return step_deviation(slope, self.fit.forward.ends.gap)
+
+    def friction(self) -> Summary:
+        """Distribution of μ0 in each period."""
+        fit, parts = self.fit, []
+        for start in range(0, len(fit.u), BLOCK):
+            here = slice(start, start + BLOCK)
+            u = fit.u[here, None] + self.own[here, None] * NOISE
+            ends = fit.forward.ends.take(here)
+            states, x0 = fit.forward.onset(fit.p, u, fit.heights, ONSET, ends)
+            # As the tip did slip, the onset is neither past the lock nor beyond the end of pulling.
+            possible = (x0 > states.x0_pull) & (x0 <= states.x0_lock)
+            needed = states.demand(np.clip(x0, states.x0_pull, states.x0_lock))
+            mu0 = self.sign[here, None] * needed + self.common[here, None] * COMMON
+            parts.append(summary_of(np.where(possible & (mu0 > 0.0), mu0, np.inf)))
+        return Summary.concatenate(parts)
+
+    @cached_property
+    def least(self) -> tuple[FloatArray, BoolArray]:
+        """Least friction with which the tip can have stuck, and whether it stuck past the lock."""
+        fit, margin = self.fit, HALF_WIDTH * self.own
+        blocks = fit.forward.blocks
+        of_ends = fit.forward.onset(fit.p, fit.u[:, None], fit.heights, np.zeros(1))
+        of_blocks = fit.forward.states(fit.p, fit.u, fit.heights)
+        found, locked = [], []
+        for (states, x0), wide in ((of_blocks, margin[blocks.period]), (of_ends, margin[:, None])):
+            found.append(_least_friction(states, x0 + wide, x0 - wide, self.level))
+            locked.append(x0 - wide >= states.x0_lock)
+        starts = blocks.starts
+        return (
+            np.maximum(np.maximum.reduceat(found[0], starts), found[1][:, 0]),
+            np.logical_or.reduceat(locked[0], starts) | locked[1][:, 0],
+        )
+
+    @cached_property
+    def mu_lock(self) -> FloatArray:
+        """Largest friction at which a pushed tip slips at the end of each period, shape (p,)."""
+        return self._middle[0].mu_lock[:, 0]
 
 
-def find_periods(
-    setup: Setup,
-    recording: Recording,
-    noise: FloatArray | None = None,
-    *,
-    alternatives: Callable[[], Iterable[Alternative]] = of_readings,
-    doubtful: Sequence[tuple[Doubt, str]] = (),
-    units: Units = OWN_UNITS,
-    progress: Callable[[int], None] = lambda done: None,
-) -> Periods:
-    """Find the periods of sticking in a recording, and the friction of each.
-
-    Does in the rod's own units, and with a known setup, what `vibrissa.sensor.identify` does.
+def _least_friction(
+    states: HeightStates, low: FloatArray, high: FloatArray, level: bool
+) -> FloatArray:
+    """Bound μ0 from below by the friction with which the tip has stuck in some states.
 
     Parameters
     ----------
-    setup : Setup
-        Its branch covers x0 < 0 if the clamp went backward.
-    recording : Recording
-    noise : ndarray, shape (3,), optional
-        Standard deviation of one reading; estimated from the recording by default. A channel with a
-        noise of 0 is not used.
-    alternatives : callable
-        Gives what may be other than it was given; asked where the recording does not fit.
-    doubtful : sequence of (Doubt, str)
-        Reasons to doubt every period, which are known beforehand, and what each concerns.
-    units : Units
-        In which a message names them.
-    progress : callable
-        Told how many samples are done.
+    states : HeightStates
+    low, high : ndarray
+        Displacements of pulled and of pushed states (L), of which is certain that they were
+        reached.
+    level : bool
+        A level stage has taken the tip past the lock through it; an oblique one perhaps where the
+        lock came to the tip.
 
     Returns
     -------
-    Periods
-
-    Raises
-    ------
-    RecordingError
-        If the recording is too short, has no measurable noise, or does not fit the rod, or its
-        columns are mixed up.
-    ArgumentError
-        If an argument is out of range.
+    ndarray
+        NaN where the tip cannot have stuck.
     """
-    noise_is_given = noise is not None
-    noise, channels = _channels(recording, noise)
-    branch = setup.branch
-    check_columns(branch, recording, channels)
-    recording = before_swing(branch, recording, channels)
-    part = Part.of(branch, recording, channels, progress)
-    _check_states(part, channels, alternatives, units)
-    notes = recording.notes + _left_out(part)
-    found, seen = _read(setup, part, channels)
-    reasons = doubts(seen, noise)
-    tested = _tested(seen, noise)
-    goodness = Goodness.of(tested, noise_is_given, setup.penalty)
-    goodness = replace(goodness, noisier=noisier(noise_of(recording.readings), noise))
-    every = np.ones(len(found), dtype=bool)
-    reasons.append(Doubted(doubt=Doubt.WHOLE, periods=every & (not goodness.fits)))
-    reasons += [Doubted(doubt=why, channel=what, periods=every) for why, what in doubtful]
-    return replace(
-        found,
-        grade=graded(reasons),
-        doubt=in_words(reasons),
-        notes=(*notes, *notes_of(reasons, found.first_line, found.last_line)),
-        goodness=goodness,
-        causes=() if goodness.fits else likeliest(tested, alternatives(), goodness),
-    )
+    pushed = states.demand(np.clip(high, 0.0, states.x0_lock if level else states.x0_end))
+    # Where pulling ends, any friction would be needed.
+    pulled = -states.demand(np.clip(low, 0.999 * states.x0_pull, 0.0))
+    pushed = np.where(level & (high >= states.x0_lock), states.mu_lock, pushed)
+    slipped = (high > states.x0_end) | (low < states.x0_pull)
+    return np.asarray(np.where(slipped, np.nan, np.maximum(0.0, np.maximum(pushed, pulled))))
 
 
-def _tested(seen: Seen, noise: FloatArray) -> Seen:
-    """Keep those periods that fit by themselves; all where most do not."""
-    alone = np.any(misfits(seen, noise), axis=0)
-    return seen.only(~alone) if alone.mean() < MOST_ALONE else seen
-
-
-def _read(setup: Setup, part: Part, channels: Channels) -> tuple[Periods, Seen]:
-    """Read the friction of the periods, and tell how they were seen."""
-    seen, samples = part.seen(channels), part.samples
-    periods = seen.periods
-    effects, of_least = _effects(seen, setup.displaced)
-    shared = np.eye(effects.shape[1]) if setup.shared is None else setup.shared
-    common = common_deviation(effects, shared)
-    without = seen.without_noise()
-    exact = friction_of(without.branch, without.last, np.zeros(len(periods)))
-    found = friction_of(seen.branch, seen.last, common)
-    least = seen.least - HALF_WIDTH * common_deviation(of_least, shared)
-    status = _statuses(seen, found)
-    found = _where_known(found, status, least, seen)
-    begins, ends = periods.begins, periods.ends
-    known = Periods(
+def read_periods(fit: Fit, slipped: Slipped) -> Periods:
+    """Read the friction of the periods."""
+    onsets = Onsets.of(fit, slipped)
+    spans, recording, found = slipped.spans, slipped.recording, onsets.friction()
+    status = _statuses(onsets, found, slipped)
+    known, unknown = status == PeriodStatus.SLIP, status == PeriodStatus.BEYOND
+    least, common = onsets.least[0], onsets.common
+    least = np.where(status == PeriodStatus.LOCK, np.minimum(least, onsets.mu_lock), least)
+    least = np.maximum(least - HALF_WIDTH * common, 0.0)
+    empty = np.full(len(spans), "")
+    return Periods(
         status=status,
-        first=samples.row[begins],
-        last=samples.row[ends],
-        first_line=samples.line[begins],
-        last_line=samples.line[ends],
-        contact=setup.branch.x1_init + seen.contacts.place,
-        footpoint=samples.clamp[ends],
-        mu0=found.mean,
-        deviation=found.deviation,
-        low=found.low,
-        high=found.high,
+        first=slipped.row[spans.begins],
+        last=slipped.row[spans.ends],
+        first_line=recording.line[spans.begins],
+        last_line=recording.line[spans.ends],
+        contact=fit.forward.contact(fit.p, fit.u, fit.heights),
+        footpoint=recording.clamp[spans.ends],
+        mu0=np.where(known, found.mean, np.nan),
+        deviation=np.where(known, found.deviation, np.nan),
+        low=np.where(known, found.low, np.where(unknown, np.nan, least)),
+        high=np.where(known, found.high, np.nan),
         common=common,
-        by_step=np.where(np.isnan(found.mean), np.nan, exact.deviation),
-        effects=effects,
-        shifts=effects @ principal_axes(shared).T,
-        grade=np.full(len(periods), ""),
-        doubt=np.full(len(periods), ""),
+        by_step=np.where(known, onsets.by_step, np.nan),
+        shared=np.zeros(len(spans)),
+        effects=onsets.effects,
+        grade=empty,
+        doubt=empty,
+        left_out=recording.notes,
     )
-    return known, seen
 
 
-def _effects(seen: Seen, displaced: Sequence[Alternative]) -> tuple[FloatArray, FloatArray]:
-    """Change of each period's friction, and of its lower bound, per unit, shape (p, k) each."""
-    none = np.zeros(len(seen.periods))
-
-    def read(other: Alternative) -> FloatArray:
-        near = seen.nearby(other)
-        return np.array([friction_of(near.branch, near.last, none, CENTRE).mean, near.least])
-
-    found = np.zeros((2, len(none), len(displaced)))
-    bases: dict[int, FloatArray] = {}
-    for number, other in enumerate(displaced):
-        key = id(other.base)
-        if key not in bases:
-            bases[key] = read(other.before)
-        found[:, :, number] = (read(other) - bases[key]) / other.step
-    # Where the change leads out of what this rod can have, it is taken as large as elsewhere.
-    largest = np.nanmax(np.abs(np.nan_to_num(found, posinf=0.0, neginf=0.0)), axis=1, initial=0.0)
-    effects, of_least = np.where(np.isfinite(found), found, largest[:, None])
-    return effects, of_least
-
-
-def _channels(recording: Recording, noise: FloatArray | None) -> tuple[FloatArray, Channels]:
-    """Noise of all channels, and those that are used: recorded ones that have a noise."""
-    there = np.flatnonzero(np.isfinite(recording.readings).all(axis=0))
-    check_size(len(recording) if len(there) else 0, recording.notes)
-    noise = noise_of(recording.readings) if noise is None else noise
-    channels = Channels.recorded(recording, noise)
-    if not suffices(channels.used):
-        checked_noise(noise, there.tolist())
-        raise RecordingError(
-            "the model needs moment_z, or force_x and force_y: record them, and give their noise"
-        )
-    return noise, channels
-
-
-def checked_noise(noise: FloatArray, used: Sequence[int]) -> FloatArray:
-    """Refuse noise that is none, of the channels that are used."""
-    unknown = [CHANNELS[i] for i in used if not LEAST_NOISE < noise[i] < np.inf]
-    if unknown:
-        raise RecordingError(
-            f"the noise of column {', '.join(unknown)} is 0, or cannot be estimated from the "
-            "readings: look whether the channel was recorded, and give the noise"
-        )
-    return np.asarray(noise)
-
-
-def _check_states(
-    part: Part,
-    channels: Channels,
-    alternatives: Callable[[], Iterable[Alternative]],
-    units: Units,
-) -> None:
-    """Refuse a recording most of whose samples are no states of the rod, and tell why."""
-    every = part.with_all()
-    samples = every.samples
-    size = (channels.weighted(samples.readings) ** 2).sum(axis=1)
-    off = samples.misfit > np.maximum(MISFIT, MOST_MISFIT**2 * size)
-    if off.sum() <= MOST_OFF * len(samples):
-        return
-    said = (
-        f"{off.sum()} of {len(samples)} samples are no state of this rod, first in line "
-        f"{samples.line[off][0]}: check rod, height, units, zero and noise"
-    )
-    whole = every.seen(channels)
-    causes = likeliest(whole, alternatives(), Goodness.of(whole, noise_is_given=True))
-    likely = [cause.spelled(units) for cause in causes[:NAMED] if cause.explained > EXPLAINS]
-    raise WrongRodError(f"{said}. Likely: {', or '.join(likely)}" if likely else said)
-
-
-def _left_out(part: Part) -> tuple[str, ...]:
-    """Note the samples that are left out."""
-    notes = left_out(part.off.line, "the reading is no state of this rod")
-    notes += left_out(part.lone.line, "a lone spike")
-    check_size(len(part.samples))
-    return notes
-
-
-def _statuses(seen: Seen, found: Summary) -> StrArray:
+def _statuses(onsets: Onsets, found: Summary, slipped: Slipped) -> StrArray:
     """Tell what is known about each period."""
-    opened = np.zeros(len(found), dtype=bool)
+    (least, past), spans = onsets.least, slipped.spans
+    opened = spans.passes.copy()
     opened[-1] = True
     # Pulled back from past the lock a tip slips after all, but not pushed on.
-    locked = seen.locked & (opened | (seen.last.sign > 0.0))
+    locked = slipped.swung | (past & (opened | (onsets.sign > 0.0)))
     # A tip that slipped when pushed has not stuck to more than that when it was pulled.
-    never = np.isnan(seen.least) | (
-        ~(locked | opened) & (seen.last.sign > 0.0) & (seen.least > seen.ending.mu_lock)
-    )
+    never = np.isnan(least) | (~(locked | opened) & (onsets.sign > 0.0) & (least > onsets.mu_lock))
     return np.select(
         [never, locked, opened, np.isnan(found.mean)],
         [PeriodStatus.BEYOND, PeriodStatus.LOCK, PeriodStatus.OPEN, PeriodStatus.BEYOND],
         PeriodStatus.SLIP,
-    )
-
-
-def _where_known(found: Summary, status: StrArray, least: FloatArray, seen: Seen) -> Summary:
-    """Keep what the status leaves: the whole distribution, a lower bound alone, or nothing."""
-    unknown = status == PeriodStatus.BEYOND
-    locked = status == PeriodStatus.LOCK
-    bounded = locked | (status == PeriodStatus.OPEN)
-    least = np.where(locked, np.minimum(least, seen.ending.mu_lock), least)
-    return Summary(
-        mean=np.where(bounded | unknown, np.nan, found.mean),
-        deviation=np.where(bounded | unknown, np.nan, found.deviation),
-        low=np.select([unknown, bounded], [np.nan, least], found.low),
-        high=np.where(bounded | unknown, np.nan, found.high),
     )

@@ -1,10 +1,10 @@
 """A recording: what was measured, in the rod's own units, and what of it is left out."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from vibrissa.errors import OtherTableError, RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor import series
-from vibrissa.sensor.identification.preparing.ends import moving, touching
+from vibrissa.sensor.identification.ends import moving, touching
 from vibrissa.sensor.quantities import (
     CHANNEL_KINDS,
     MEASURED,
@@ -63,24 +63,6 @@ MOST_MISSING = 0.1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Slipping(Batch):
-    """What is known of slips that take a while, and of readings that lag, for each sample.
-
-    Attributes
-    ----------
-    way : ndarray, shape (n,)
-        Where the samples of a slip were left out behind this one: the way of the clamp to the
-        first of them that shows it (L); NaN elsewhere.
-    lag_low, lag_high : ndarray, shape (n,)
-        The clamp is ahead of what the readings tell by one or the other (L).
-    """
-
-    way: FloatArray
-    lag_low: FloatArray
-    lag_high: FloatArray
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class Recording(Batch):
     """Samples in the order in which they were measured, nondimensional.
 
@@ -96,11 +78,8 @@ class Recording(Batch):
         What was left out, and why.
     interval : float
         Usual time from one sample to the next (s); NaN if it is not known.
-    slipping : Slipping or None
-        None where slips are instantaneous and the readings do not lag.
-    excess : ndarray, shape (n,), or None
-        Friction that the tip needs more than the response says, on a stage that is nearly level;
-        None on one that is.
+    unloaded : bool
+        Whether rows without a load were found at an end: the channels were tared.
     """
 
     clamp: FloatArray
@@ -108,21 +87,7 @@ class Recording(Batch):
     line: IntArray
     notes: tuple[str, ...] = ()
     interval: float = np.nan
-    slipping: Slipping | None = None
-    excess: FloatArray | None = None
-
-    def without(self, offset: FloatArray) -> Self:
-        """Take the offsets of the channels off the readings, shape (3,)."""
-        return replace(self, readings=self.readings - offset)
-
-    def mixed(self, matrix: FloatArray) -> Self:
-        """Multiply the readings of each sample by a matrix, shape (3, 3).
-
-        A channel that was not recorded has no part in the others that do not need it.
-        """
-        lost = np.isnan(self.readings) @ (matrix != 0.0).T
-        readings = np.nan_to_num(self.readings) @ matrix.T
-        return replace(self, readings=np.where(lost, np.nan, readings))
+    unloaded: bool = False
 
 
 def read_recording(
@@ -226,15 +191,14 @@ def suffices(channels: Sequence[int]) -> bool:
 
 def _scanned(recording: Recording, used: list[int]) -> Recording:
     """Leave out the ends of a recording that are no scan, and note them."""
-    ends: dict[str, Callable[[Recording], slice]] = {
-        "no load: nothing touches the surface": lambda one: touching(one.readings[:, used]),
-        "the clamp rests before or after the scan": lambda one: moving(one.clamp),
-    }
-    for why, part in ends.items():
-        kept = part(recording)
-        notes = left_out(np.delete(recording.line, kept), why)
-        recording = replace(recording.take(kept), notes=recording.notes + notes)
-    return recording
+    loaded = touching(recording.readings[:, used])
+    free = np.delete(recording.line, loaded)
+    recording = recording.take(loaded)
+    kept = moving(recording.clamp)
+    rest = np.delete(recording.line, kept)
+    notes = left_out(free, "no load: nothing touches the surface")
+    notes += left_out(rest, "the clamp rests before or after the scan")
+    return replace(recording.take(kept), notes=recording.notes + notes, unloaded=bool(len(free)))
 
 
 def _time_unit(table: series.Table) -> float:

@@ -1,19 +1,16 @@
 """What was found in a recording: friction of its periods, in the units of the rod."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.adjusting.adjustment import Tolerance
-from vibrissa.sensor.identification.friction import Periods, PeriodStatus
-from vibrissa.sensor.identification.misfit.beside import Beside
-from vibrissa.sensor.identification.misfit.doubts import Grade
-from vibrissa.sensor.identification.reading.slope import alike, slope_errors
-from vibrissa.sensor.identification.setup import Setup
-from vibrissa.sensor.identification.summary import EXPLAINS, NAMED, FrictionSummary, summary_of
+from vibrissa.sensor.identification.adjusted import Tolerance
+from vibrissa.sensor.identification.checks import Grade
+from vibrissa.sensor.identification.periods import Periods, PeriodStatus, alike, slope_errors
+from vibrissa.sensor.identification.summary import FrictionSummary, Setting, summary_of
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
 
@@ -29,31 +26,30 @@ class Identification(Tabular):
     ----------
     periods : Periods
         Nondimensional.
-    setup : Setup or None
-        None without a rod.
-    units : Units
-    beside : Beside or None
-        The friction by the ratio of the forces; None where both forces and a rod are not given.
-    tolerances : tuple of Tolerance
-        What was adjusted, and how well it is known now.
-    covariance : ndarray, shape (k, k)
-        Of what remains of their errors, in their order.
-    slope, slope_length : float
-        Standard deviation of the slope of the surface (rad), and over which distance it is alike
-        (L).
-    far : tuple of Tolerance
-        What is by the recording far from what was given, the farthest first.
+    setting : Setting
+        What they have in common.
+    by_model : bool
+        Whether they were read by the model of the rod, and not by the ratio of the forces.
     """
 
     periods: Periods
-    setup: Setup | None
-    units: Units
-    beside: Beside | None = None
-    tolerances: tuple[Tolerance, ...] = ()
-    covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-    slope: float = 0.0
-    slope_length: float = np.inf
-    far: tuple[Tolerance, ...] = ()
+    setting: Setting
+    by_model: bool
+
+    @property
+    def units(self) -> Units:
+        """Units of the results."""
+        return self.setting.units
+
+    @property
+    def tolerances(self) -> tuple[Tolerance, ...]:
+        """What is not known exactly, and how well it is known now."""
+        return self.setting.tolerances
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of what remains of their errors, in their order, shape (k, k)."""
+        return self.setting.covariance
 
     @property
     def correlation(self) -> FloatArray:
@@ -67,44 +63,20 @@ class Identification(Tabular):
 
         Tolerances make those of different periods depend on each other.
         """
-        periods = self.periods
-        error = slope_errors(np.nan_to_num(periods.mu0), self.slope)
-        place = periods.footpoint
-        slopes = np.outer(error, error) * alike(place, place, self.slope_length)
-        own = np.diag(periods.deviation**2 - periods.common**2 - error**2) + slopes
-        if self.setup is None:
-            return np.asarray(periods.shifts @ periods.shifts.T + own)
-        if not self.tolerances:
-            return np.asarray(own + np.diag(periods.common**2))
-        return np.asarray(periods.effects @ self.covariance @ periods.effects.T + own)
+        periods, setting = self.periods, self.setting
+        error = slope_errors(periods.mu0, setting.slope)
+        slopes = np.outer(error, error) * alike(
+            periods.footpoint, periods.footpoint, setting.slope_length
+        )
+        own = np.diag(periods.deviation**2 - periods.common**2 - error**2)
+        shared = np.outer(periods.shared, periods.shared)
+        return np.asarray(
+            own + slopes + shared + periods.effects @ setting.covariance @ periods.effects.T
+        )
 
     def summary(self) -> FrictionSummary:
         """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""
-        causes = (
-            f"{cause.spelled(self.units)} (explains {cause.explained:.0%} of the misfit)"
-            for cause in self.periods.causes
-            if cause.explained >= EXPLAINS
-        )
-        return summary_of(
-            self.periods,
-            unknowns=("how the forces curve",) if self.setup is None else (),
-            tolerances=tuple(one.of for one in self.tolerances),
-            covariance=self.covariance,
-            slope=self.slope,
-            slope_length=self.slope_length,
-            causes=tuple(causes)[:NAMED],
-            beside=self.beside,
-            far=self._far(),
-        )
-
-    def _far(self) -> tuple[str, ...]:
-        """Say without what the recording would not fit, what to do, and what may stand for it."""
-        if not self.far:
-            return ()
-        first, *others = self.far
-        asked = f"{first.moved(self.units)}: measure it again, or give it a wider tolerance"
-        stand_for = ", ".join(one.name for one in others)
-        return (asked, f"Others that may stand for it: {stand_for}.") if others else (asked,)
+        return summary_of(self.periods, self.setting)
 
     def __repr__(self) -> str:
         """Say what `summary` says."""
@@ -120,12 +92,12 @@ class Identification(Tabular):
     @property
     def _by_ratio(self) -> tuple[FloatArray, FloatArray]:
         """Friction by the ratio of the forces and its deviation, NaN where it was not read."""
-        if self.setup is None:
+        if not self.by_model:
             return self.periods.mu0, self.periods.deviation
-        if self.beside is None:
+        if self.setting.beside is None:
             none = np.full(len(self.periods), np.nan)
             return none, none
-        return self.beside.ratio, self.beside.deviation
+        return self.setting.beside.ratio, self.setting.beside.deviation
 
     def columns(self) -> dict[str, Column]:
         """One row for each period, with units."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.sensor.identification.preparing.ends import moving, touching
+from vibrissa.sensor.identification.ends import moving, touching
 from vibrissa.sensor.importing.columns import KINDS, columns_of
 from vibrissa.sensor.importing.decoding import decoded
 from vibrissa.sensor.importing.layout import Layout, layout_of

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.preparing.ends import FEWEST
+from vibrissa.sensor.identification.ends import FEWEST
 from vibrissa.sensor.identification.recording import noise_of
 
 # A reading that is so many standard deviations off the mean of those before has changed: by chance

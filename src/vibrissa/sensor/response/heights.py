@@ -49,6 +49,11 @@ class Heights:
         values = np.array([branch(_displacements(branch.bounds)) for branch in self.branches])
         return transform @ marks, np.tensordot(transform, values, axes=1)
 
+    @property
+    def finite(self) -> bool:
+        """Whether the reactions are known at all these heights."""
+        return bool(np.isfinite(self._series[1]).all())
+
     @cached_property
     def _stretches(self) -> list[CubicSpline]:
         """Spline over the part of each stretch: Chebyshev series over η of the reactions."""

@@ -1,4 +1,4 @@
-"""Friction as the ratio of the forces at the onset of slip, without a model of the rod.
+"""The ratio of the forces at the onset of slip, without a model of the rod.
 
 At the onset the tip mobilises all its friction, μ0 = |fx/fy|. One sample there is noisy, and it is
 up to one step too early. While the tip sticks the rod is elastic: each force is a smooth function
@@ -23,13 +23,17 @@ from numpy.polynomial.legendre import legvander
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.sensor.identification.reading.jumps import Spans, direction
-from vibrissa.sensor.identification.reading.uncertainty import (
+from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.blocks import Blocks
+from vibrissa.sensor.identification.uncertainty import (
     BLOCK,
-    MANY,
+    COMMON,
+    NOISE,
+    ONSET,
     Summary,
     ratio_deviation,
     summary_of,
+    variance_between,
 )
 
 # Highest degree, and how often the window, at first a whole period, is halved at most.
@@ -50,13 +54,15 @@ LEAST_TOLD = 1e-12
 MOST_BEYOND = 1e3
 # Parts of a window that are no distance.
 ROUNDING = 1e-9
+# Part of a window over which a slope is taken.
+NEAR = 1e-3
 # Nodes and weights for a mean over the step.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ForceFits:
+class ForceFits(Batch):
     """Polynomials of one degree, fitted to the forces at the end of p periods.
 
     Attributes
@@ -66,18 +72,24 @@ class ForceFits:
         the last sample, for fx and fy; NaN where a period has too few samples.
     covariance : ndarray, shape (p, degree + 1, degree + 1)
         Of the coefficients, for a reading of variance 1.
-    noise : ndarray, shape (2,)
+    noise : tuple of float
         Standard deviation of one reading of each force.
-    gap : ndarray, shape (p,)
-        Way of the clamp to the next sample, in windows; negative where it turned back.
+    lag, gap, position : ndarray, shape (p,)
+        In windows: way of the clamp by which the readings lag, and to the next sample (negative
+        where it turned back), and the standard deviation of its position.
+    length : ndarray, shape (p,)
+        Of the windows.
     chance : ndarray, shape (p,)
         Probability of such residuals, or larger ones, if the forces are such polynomials.
     """
 
     coefficients: FloatArray
     covariance: FloatArray
-    noise: FloatArray
+    noise: tuple[float, float]
+    lag: FloatArray
     gap: FloatArray
+    position: FloatArray
+    length: FloatArray
     chance: FloatArray
 
     @property
@@ -90,6 +102,12 @@ class ForceFits:
         basis = legvander(1.0 + 2.0 * t, self.degree)
         return np.asarray(np.moveaxis(basis @ self.coefficients, -1, 0))
 
+    @property
+    def growth(self) -> FloatArray:
+        """Slope of the forces over the place of the clamp, of polynomials of degree 1, (p, 2)."""
+        # The first sample is a window before the last one.
+        return np.asarray(2.0 * self.coefficients[:, 1] / self.length[:, None])
+
     def ratio(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Ratio of the forces and its standard deviation at places, each of shape (p, k)."""
         basis = legvander(1.0 + 2.0 * t, self.degree)
@@ -100,31 +118,36 @@ class ForceFits:
             return fx / fy, spread * ratio_deviation(fx, fy, *self.noise)
 
     @cached_property
-    def mean(self) -> tuple[FloatArray, FloatArray]:
-        """Mean ratio over the step of the onset, and the deviation by noise, shape (p,)."""
-        ratio, deviation = self.ratio(self.gap[:, None] * NODES)
-        return ratio @ WEIGHTS, deviation @ WEIGHTS
+    def mean(self) -> FloatArray:
+        """Mean ratio over the step of the onset, shape (p,)."""
+        return np.asarray(self.ratio(self.within(NODES))[0] @ WEIGHTS)
+
+    @cached_property
+    def by_noise(self) -> FloatArray:
+        """Standard deviation of the mean ratio by noise, shape (p,)."""
+        return np.asarray(self.ratio(self.within(NODES))[1] @ WEIGHTS)
 
     @cached_property
     def by_step(self) -> FloatArray:
         """Standard deviation of the ratio by the step, in which the onset is uniform, (p,)."""
-        ratio, _ = self.ratio(self.gap[:, None] * NODES)
-        return np.asarray(np.sqrt((ratio - self.mean[0][:, None]) ** 2 @ WEIGHTS))
+        ratio, _ = self.ratio(self.within(NODES))
+        return np.asarray(np.sqrt((ratio - self.mean[:, None]) ** 2 @ WEIGHTS))
+
+    @cached_property
+    def slope(self) -> FloatArray:
+        """Change of the ratio per window at the last sample, shape (p,)."""
+        near = self.lag[:, None] + np.array([-NEAR, NEAR])
+        return np.asarray(np.diff(self.ratio(near)[0])[:, 0] / (2.0 * NEAR))
 
     @property
     def deviation(self) -> FloatArray:
         """Standard deviation of the ratio at the onset, by noise and step, shape (p,)."""
-        return np.hypot(self.mean[1], self.by_step)
+        by_position = self.slope * self.position
+        return np.asarray(np.hypot(np.hypot(self.by_noise, by_position), self.by_step))
 
-    def part(self, here: slice) -> "ForceFits":
-        """Fits of some of the periods."""
-        return ForceFits(
-            coefficients=self.coefficients[here],
-            covariance=self.covariance[here],
-            noise=self.noise,
-            gap=self.gap[here],
-            chance=self.chance[here],
-        )
+    def within(self, part: FloatArray) -> FloatArray:
+        """Places in the window at parts of the step, shape (p, k)."""
+        return self.lag[:, None] + self.gap[:, None] * part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,12 +210,36 @@ class Onsets:
         parts, further = [], np.hypot(common, self.correction.own)
         for start in range(0, len(self.sign), BLOCK):
             here = slice(start, start + BLOCK)
-            fits, sign = self.fits.part(here), self.sign[here, None]
-            ratio, deviation = fits.ratio(fits.gap[:, None] * MANY.onset)
-            values = sign * ratio + self.correction.mean + deviation * MANY.noise
-            values += further[here, None] * MANY.common
+            fits, sign = self.fits.take(here), self.sign[here, None]
+            ratio, deviation = fits.ratio(fits.within(ONSET))
+            deviation = np.hypot(deviation, (fits.slope * fits.position)[:, None])
+            values = sign * ratio + self.correction.mean + deviation * NOISE
+            values += further[here, None] * COMMON
             parts.append(summary_of(np.where(values > 0.0, values, np.inf)))
         return Summary.concatenate(parts)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Ends:
+    """How p periods end.
+
+    Attributes
+    ----------
+    clamp, gap : ndarray, shape (p,)
+        Clamp position in the last sample, and its way to the first sample after the slip.
+    sign : ndarray, shape (p,)
+        1 where the clamp moves forward as the tip slips, −1 where backward.
+    lag : ndarray, shape (p,)
+        Way of the clamp by which the readings lag.
+    position : float
+        Standard deviation of a clamp position.
+    """
+
+    clamp: FloatArray
+    gap: FloatArray
+    sign: FloatArray
+    lag: FloatArray
+    position: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -201,8 +248,8 @@ class Windows:
 
     Attributes
     ----------
-    period, row : ndarray of int, shape (n,)
-        Of each sample in a window: its period, and its row in the recording.
+    blocks : Blocks
+        Those in a window.
     place : ndarray, shape (n,)
         Clamp position from the last sample, in lengths of the window: −1 to 0, above 0 where the
         clamp had been further and turned.
@@ -212,124 +259,107 @@ class Windows:
         Different clamp positions in it.
     """
 
-    period: IntArray
-    row: IntArray
+    blocks: Blocks
     place: FloatArray
     length: FloatArray
     positions: IntArray
 
     @classmethod
-    def of(cls, clamp: FloatArray, spans: Spans, part: float) -> "Windows":
+    def of(cls, blocks: Blocks, ends: Ends, part: float) -> "Windows":
         """Take the last samples of each period, within a way of the clamp from the last one.
 
         The way is a part of that of most periods: as long in each of them, so that one degree suits
         all.
         """
-        counts = spans.ends - spans.begins + 1
-        period = np.repeat(np.arange(len(counts)), counts)
-        row = np.arange(len(period)) + np.repeat(spans.begins - np.cumsum(counts) + counts, counts)
-        way = clamp[row] - clamp[spans.ends][period]
-        starts = np.cumsum(counts) - counts
+        way = blocks.clamp - ends.clamp[blocks.period]
         # Signed, so that the places in the window are negative whichever way the clamp moved.
-        length = np.maximum.reduceat(np.abs(way), starts)
+        length = np.maximum.reduceat(np.abs(way), blocks.starts)
         length = np.minimum(length, part * np.median(length))
-        length *= np.where(np.add.reduceat(way, starts) > 0.0, -1.0, 1.0)
-        near = np.abs(way) <= np.abs(length)[period] * (1.0 + ROUNDING)
-        period, row, way = period[near], row[near], way[near]
+        length *= np.where(blocks.sums(way) > 0.0, -1.0, 1.0)
+        near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDING)
+        # The last one is there even of a clamp that turned.
+        near[np.append(blocks.starts[1:], len(blocks)) - 1] = True
+        blocks, way = blocks.take(near), way[near]
+        period = blocks.period
         moves = length[period] != 0.0
         place = np.divide(way, length[period], out=np.zeros_like(way), where=moves)
         order = np.lexsort((place, period))
         new = np.diff(place[order], prepend=-np.inf) > ROUNDING
         new |= np.diff(period[order], prepend=-1) != 0
-        return cls(
-            period=period,
-            row=row,
-            place=place,
-            length=length,
-            positions=np.bincount(period[order][new], minlength=len(counts)),
-        )
+        positions = np.bincount(period[order][new], minlength=len(length))
+        return cls(blocks=blocks, place=place, length=length, positions=positions)
 
 
-def fitted_forces(
-    windows: Windows, forces: FloatArray, noise: FloatArray, gap: FloatArray, degree: int
-) -> ForceFits:
+def fitted_forces(windows: Windows, noise: FloatArray, ends: Ends, degree: int) -> ForceFits:
     """Fit polynomials to the forces in windows, by least squares.
 
     Parameters
     ----------
     windows : Windows
         Of p periods.
-    forces : ndarray, shape (n, 2)
-        fx and fy of all samples of the recording.
     noise : ndarray, shape (2,)
-    gap : ndarray, shape (p,)
-        Way of the clamp from the last sample to the next one.
+        Standard deviation of one reading of each force.
+    ends : Ends
     degree : int
-
-    Returns
-    -------
-    ForceFits
     """
-    size = len(gap)
-    starts = np.searchsorted(windows.period, np.arange(size))
-    basis = legvander(1.0 + 2.0 * windows.place, degree)
-    values = forces[windows.row]
-    information = np.add.reduceat(basis[:, :, None] * basis[:, None, :], starts)
+    blocks, gap, length = windows.blocks, ends.gap, windows.length
+    root = np.sqrt(blocks.count)[:, None]
+    basis = legvander(1.0 + 2.0 * windows.place, degree) * root
+    values = blocks.readings[:, :2] * root
+    information = blocks.sums(basis[:, :, None] * basis[:, None, :])
     # Positions that are different, but next to each other beside one that is far off, do not do.
     sizes = np.linalg.eigvalsh(information)
     enough = (windows.positions > degree) & (sizes[:, 0] > LEAST_TOLD * sizes[:, -1])
-    enough &= np.abs(gap) < MOST_BEYOND * np.abs(windows.length)
+    enough &= np.abs(gap) < MOST_BEYOND * np.abs(length)
     information[~enough] = np.eye(degree + 1)
-    covariance = np.linalg.inv(information)
-    products = np.add.reduceat(basis[:, :, None] * values[:, None, :], starts)
-    coefficients = covariance @ products
-    miss = (values - (basis[:, :, None] * coefficients[windows.period]).sum(axis=1)) / noise
-    squares = np.add.reduceat((miss**2).sum(axis=1), starts)
-    degrees = 2 * (np.bincount(windows.period, minlength=size) - degree - 1)
+    covariance = np.asarray(np.linalg.inv(information), dtype=float)
+    coefficients = covariance @ blocks.sums(basis[:, :, None] * values[:, None, :])
+    miss = (values - (basis[:, :, None] * coefficients[blocks.period]).sum(axis=1)) / noise
+    squares = blocks.sums((miss**2).sum(axis=1))
+    degrees = 2 * (np.bincount(blocks.period) - degree - 1)
     coefficients[~enough] = np.nan
     chance = np.where(degrees > 0, chdtrc(np.maximum(degrees, 1), squares), 1.0)
+
+    def in_windows(way: FloatArray) -> FloatArray:
+        return np.divide(way, length, out=np.zeros(len(gap)), where=enough)
+
     return ForceFits(
         coefficients=coefficients,
         covariance=covariance,
-        noise=noise,
-        gap=np.divide(gap, windows.length, out=np.zeros(size), where=enough),
+        noise=(float(noise[0]), float(noise[1])),
+        lag=in_windows(ends.lag),
+        gap=in_windows(gap),
+        position=np.abs(in_windows(np.full(len(gap), ends.position))),
+        length=np.where(enough, length, np.nan),
         chance=np.where(enough, chance, 1.0),
     )
 
 
-def read_onsets(clamp: FloatArray, forces: FloatArray, noise: FloatArray, spans: Spans) -> Onsets:
+def read_onsets(blocks: Blocks, noise: FloatArray, ends: Ends) -> Onsets:
     """Read the ratio of the forces at the onset of slip that ends each period.
 
     Parameters
     ----------
-    clamp : ndarray, shape (n,)
-    forces : ndarray, shape (n, 2)
-        fx and fy.
+    blocks : Blocks
+        Of p periods.
     noise : ndarray, shape (2,)
-        Standard deviation of one reading of each.
-    spans : Spans
-        p periods.
-
-    Returns
-    -------
-    Onsets
+        Standard deviation of one reading of each force.
+    ends : Ends
     """
-    after = np.minimum(spans.ends + 1, len(clamp) - 1)
-    gap = np.where(spans.cut, 0.0, clamp[after] - clamp[spans.ends])
-    sign = np.where(gap == 0.0, direction(clamp)[spans.ends - 1], np.sign(gap))
-    whole = fitted_forces(Windows.of(clamp, spans, np.inf), forces, noise, gap, WHOLE_DEGREE)
+    # Noise of the positions is one of the forces, too: by how they grow with the clamp.
+    straight = fitted_forces(Windows.of(blocks, ends, np.inf), noise, ends, 1)
+    growth = np.nanmedian(np.abs(straight.growth), axis=0)
+    noise = np.hypot(noise, np.nan_to_num(growth) * ends.position)
+    whole = fitted_forces(Windows.of(blocks, ends, np.inf), noise, ends, WHOLE_DEGREE)
     candidates = []
     for halving in range(HALVINGS + 1):
-        windows = Windows.of(clamp, spans, 0.5**halving)
-        fits = [
-            fitted_forces(windows, forces, noise, gap, degree)
-            for degree in range(1, MOST_DEGREE + 2)
-        ]
+        windows = Windows.of(blocks, ends, 0.5**halving)
+        fits = [fitted_forces(windows, noise, ends, degree) for degree in range(1, MOST_DEGREE + 2)]
         candidates += [
             Onsets(
                 fits=low,
-                correction=_correction(low, high, sign),
-                sign=sign,
+                correction=_correction(low, high, ends.sign),
+                sign=ends.sign,
                 smooth=np.minimum(low.chance, whole.chance) > UNLIKELY,
             )
             for low, high in pairwise(fits)
@@ -339,23 +369,20 @@ def read_onsets(clamp: FloatArray, forces: FloatArray, noise: FloatArray, spans:
         own = np.nan_to_num(found.own, nan=UNREAD)
         return float((own**2).mean() + found.correction.common**2)
 
-    told = [found for found in candidates if np.isfinite(found.correction.mean)]
-    return min(told, key=error, default=candidates[0])
+    known = [found for found in candidates if np.isfinite(found.correction.mean)]
+    return min(known, key=error, default=candidates[0])
 
 
 def _correction(low: ForceFits, high: ForceFits, sign: FloatArray) -> Correction:
     """Compare a degree with the next one."""
-    change = sign * (high.mean[0] - low.mean[0])
-    variance = high.mean[1] ** 2 - low.mean[1] ** 2
+    change = sign * (high.mean - low.mean)
+    variance = high.by_noise**2 - low.by_noise**2
     told = (variance > 0.0) & (high.chance > UNLIKELY)
     if not told.any():
         return Correction(mean=np.nan, common=np.nan, own=np.nan)
-    change, weight = change[told], 1.0 / variance[told]
-    mean = (weight * change).sum() / weight.sum()
-    excess = (weight * (change - mean) ** 2).sum() - (len(weight) - 1)
-    free = weight.sum() - (weight**2).sum() / weight.sum()
-    between = max(excess / free, 0.0) if free > 0.0 else 0.0
-    weight = 1.0 / (variance[told] + between)
+    change, variance = change[told], variance[told]
+    between, _ = variance_between(change, variance)
+    weight = 1.0 / (variance + between)
     mean = float((weight * change).sum() / weight.sum())
     return Correction(
         mean=mean,

@@ -1,1 +1,0 @@
-"""What was given, adjusted to a recording within its tolerances."""

@@ -1,0 +1,78 @@
+"""A recording condensed: the samples of each period as means of consecutive ones.
+
+Within a period the readings are smooth, so that means of neighbours tell as much as the samples.
+A recording of a million rows becomes some ten thousand.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.recording import Recording
+from vibrissa.sensor.identification.slips import Spans
+
+# So many blocks in all, and the fewest and the most of one period.
+IN_ALL, FEWEST, MOST = 20000, 8, 64
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Blocks(Batch):
+    """Means of consecutive samples, in the order of p periods, each field of n rows.
+
+    Attributes
+    ----------
+    period : ndarray of int
+    clamp : ndarray
+        Clamp positions (L).
+    readings : ndarray, shape (n, 3)
+    row : ndarray
+        Mean number of the row in the recording.
+    count : ndarray of int
+        Number of samples.
+    """
+
+    period: IntArray
+    clamp: FloatArray
+    readings: FloatArray
+    row: FloatArray
+    count: IntArray
+
+    @property
+    def starts(self) -> IntArray:
+        """First block of each period."""
+        return np.flatnonzero(np.diff(self.period, prepend=-1))
+
+    def sums(self, values: FloatArray) -> FloatArray:
+        """Add up the values of the blocks of each period, along the first axis."""
+        return np.asarray(np.add.reduceat(values, self.starts))
+
+
+def rows_of(spans: Spans) -> tuple[IntArray, IntArray]:
+    """Rows of all periods, and the number of the period of each."""
+    counts = spans.counts
+    period = np.repeat(np.arange(len(counts)), counts)
+    return np.arange(len(period)) + (spans.begins - np.cumsum(counts) + counts)[period], period
+
+
+def condensed(recording: Recording, spans: Spans) -> Blocks:
+    """Condense the periods of a recording."""
+    rows, period = rows_of(spans)
+    limit = int(np.clip(IN_ALL // len(spans), FEWEST, MOST))
+    number = np.minimum(spans.counts, limit)
+    block = (rows - spans.begins[period]) * number[period] // spans.counts[period]
+    starts = np.flatnonzero((np.diff(block, prepend=-1) != 0) | (np.diff(period, prepend=-1) != 0))
+    count = np.diff(starts, append=len(rows))
+
+    def mean(values: FloatArray) -> FloatArray:
+        totals = np.add.reduceat(values, starts)
+        return np.asarray((totals.T / count).T)
+
+    return Blocks(
+        period=period[starts],
+        clamp=mean(recording.clamp[rows]),
+        readings=mean(recording.readings[rows]),
+        row=mean(rows.astype(float)),
+        count=count,
+    )

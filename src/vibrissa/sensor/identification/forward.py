@@ -1,0 +1,311 @@
+"""The forward model: from a set-up p and the state of each period to readings and friction.
+
+The clamp is at X on its way, at an angle δ to the surface, so that the height is
+
+    h(X) = η − X·sin δ.
+
+A tip at the place x_c has the displacement x0(X) = X·cos δ + x1_init(h) − x_c from the α = 0 state
+of that height. Each period has one unknown of its own, u: x0 in its last sample. The loads R(x0, h)
+are those of the rod; the transducer shows (1 + Σ p_k·M_k)·R and its zeros.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+from scipy.interpolate import CubicSpline
+
+from vibrissa.errors import NoResponseError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
+from vibrissa.numerics.splines import joined
+from vibrissa.sensor.identification.blocks import Blocks
+from vibrissa.sensor.identification.parameters import CREEP, OF_ROD, Parameter
+from vibrissa.sensor.response.branch import Response, responses
+from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange, HeightStates
+from vibrissa.sensor.response.heights import Heights
+from vibrissa.sensor.whisker import Whisker
+
+# Heights per part of the range of a stage, the widest part, and how much farther it is known, as
+# parts of the gap 1 − η between the surface and an upright rod.
+FEW, WIDE, ROOM = 4, 0.3, 0.03
+# How far a branch is continued to x0 < 0, from which part of it, and by a polynomial of which order
+# (parts of the displacement at the lock): good to 2e-5.
+BEYOND, WINDOW, ORDER = 0.05, 0.3, 8
+# Step of a derivative: relative, in rad, or in units of the rod; a height moves by this part of
+# the gap, downwards, as forces are singular at η = 1.
+STEP, STEP_IN_GAP = 1e-4, 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """How the clamp passes the surface, all in units of the rod.
+
+    Attributes
+    ----------
+    eta, angle : float
+        Height with the clamp at 0 (L), and the angle of the way to the surface (rad).
+    scale : float
+        Way of the clamp per unit of what was recorded.
+    length : float
+        Length of the rod, in units of that which was given.
+    delay : float
+        By which the readings lag behind the clamp, in samples.
+    """
+
+    eta: float
+    angle: float
+    scale: float
+    length: float
+    delay: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Ends(Batch):
+    """Last samples of p periods.
+
+    Attributes
+    ----------
+    clamp, gap, speed : ndarray, shape (p,)
+        Position of the clamp, its way to the first sample after the slip, its way per sample (L).
+    """
+
+    clamp: FloatArray
+    gap: FloatArray
+    speed: FloatArray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Forward:
+    """Forward model of one recording.
+
+    Attributes
+    ----------
+    whisker : Whisker
+        That was given.
+    parameters : tuple of Parameter
+        k of them.
+    blocks : Blocks
+        Samples of p periods.
+    speed : ndarray
+        Way of the clamp per sample at each block (L).
+    ends : Ends
+    rows : int
+        Of the recording.
+    delay : float
+        By which the readings are known to lag, in samples.
+    pulled : bool
+        Whether states in which the clamp pulls the tip are needed.
+    """
+
+    whisker: Whisker
+    parameters: tuple[Parameter, ...]
+    blocks: Blocks
+    speed: FloatArray
+    ends: Ends
+    rows: int
+    delay: float = 0.0
+    pulled: bool = True
+    _solved: dict[Any, HeightRange] = field(default_factory=dict)
+
+    @cached_property
+    def number(self) -> dict[str, int]:
+        """Number of each parameter, by its name."""
+        return {one.name: k for k, one in enumerate(self.parameters)}
+
+    def _size(self, p: FloatArray, name: str) -> float:
+        return float(p[self.number[name]]) if name in self.number else 0.0
+
+    def way(self, p: FloatArray) -> Way:
+        """How the clamp passes the surface."""
+        length = 1.0 + self._size(p, "length")
+        return Way(
+            eta=(self.whisker.eta + self._size(p, "eta")) / length,
+            angle=self.whisker.mounting.stage_angle + self._size(p, "stage_angle"),
+            scale=(1.0 + self._size(p, "stage_scale")) / length,
+            length=length,
+            delay=self.delay + self._size(p, "delay"),
+        )
+
+    def rod(self, p: FloatArray) -> Whisker:
+        """Make the rod itself; its height and its way are in `way`."""
+        given = self.whisker.mounting
+        first, *others = np.atleast_1d(np.asarray(given.curvature, dtype=float)).tolist()
+        curvature = first + self._size(p, "curvature")
+        mounting = replace(
+            given,
+            clamp_angle=given.clamp_angle + self._size(p, "clamp_angle"),
+            clamp_compliance=given.clamp_compliance + self._size(p, "clamp_compliance"),
+            curvature=(curvature, *others) if others else curvature,
+            stage_angle=0.0,
+        )
+        theta = self.whisker.theta + self._size(p, "theta")
+        return replace(self.whisker, theta=theta, mounting=mounting)
+
+    def heights(self, *sets: FloatArray) -> list[HeightRange]:
+        """Solve the rods of several sets of parameters together, at the heights that they pass."""
+        plans = [(self.rod(p), self._nodes(self.way(p))) for p in sets]
+        keys = [(rod.theta, rod.mounting, nodes.tobytes()) for rod, nodes in plans]
+        new = {key: plan for key, plan in zip(keys, plans, strict=True) if key not in self._solved}
+        rods = [(rod, float(eta)) for rod, nodes in new.values() for eta in nodes.ravel()]
+        solved = iter(_solved(rods, self.pulled) if rods else ())
+        for key, (_, nodes) in new.items():
+            parts = tuple(_part(part, [next(solved) for _ in part]) for part in nodes)
+            self._solved[key] = HeightRange(parts=parts, below="", above="")
+        return [self._solved[key] for key in keys]
+
+    def _nodes(self, way: Way) -> FloatArray:
+        """Heights at which a rod is solved, a row for each part of their range (L)."""
+        clamp = np.append(self.blocks.clamp, self.ends.clamp + self.ends.gap)
+        height = way.eta - way.scale * clamp * np.sin(way.angle)
+        room = ROOM * (1.0 - float(height.max()))
+        low = max(float(height.min()) - room, LOWEST)
+        high = min(float(height.max()) + room, HIGHEST)
+        number = max(1, int(np.ceil((high - low) / (WIDE * (1.0 - high)))))
+        edges = np.linspace(low, high, number + 1)
+        return np.asarray(edges[:-1, None] + np.diff(edges)[:, None] * chebyshev_nodes(FEW))
+
+    def states(
+        self, p: FloatArray, u: FloatArray, heights: HeightRange
+    ) -> tuple[HeightStates, FloatArray]:
+        """States of the rod in all blocks, and their displacements x0 (L)."""
+        way = self.way(p)
+        at_end, along_end = self._at(self.ends.clamp, self.ends.speed, way, heights)
+        states, along = self._at(self.blocks.clamp, self.speed, way, heights)
+        start = along_end + at_end.x1_init - u
+        return states, along + states.x1_init - start[self.blocks.period]
+
+    def _at(
+        self, clamp: FloatArray, speed: FloatArray, way: Way, heights: HeightRange
+    ) -> tuple[HeightStates, FloatArray]:
+        """States at clamp positions when the readings were made, and the way along the surface."""
+        moved = way.scale * (clamp - way.delay * speed)
+        return heights.states(way.eta - moved * np.sin(way.angle)), moved * np.cos(way.angle)
+
+    def onset(
+        self,
+        p: FloatArray,
+        u: FloatArray,
+        heights: HeightRange,
+        part: FloatArray,
+        ends: Ends | None = None,
+    ) -> tuple[HeightStates, FloatArray]:
+        """States and displacements with the clamp on its way to the slip.
+
+        Parameters
+        ----------
+        u : ndarray, shape (p, q)
+            Displacement by the readings of the last sample.
+        part : ndarray, shape (q,)
+            Parts of the way of the clamp to the first sample after the slip.
+        ends : Ends, optional
+            Of these periods; of all by default.
+        """
+        ends = self.ends if ends is None else ends
+        way = replace(self.way(p), delay=0.0)
+        clamp, speed = ends.clamp[:, None], ends.speed[:, None]
+        before, along_before = self._at(clamp - self.way(p).delay * speed, speed, way, heights)
+        states, along = self._at(clamp + ends.gap[:, None] * part, speed, way, heights)
+        return states, u + along - along_before + states.x1_init - before.x1_init
+
+    def contact(self, p: FloatArray, u: FloatArray, heights: HeightRange) -> FloatArray:
+        """Position of the tip in each period, along the surface (L)."""
+        states, along = self._at(self.ends.clamp, self.ends.speed, self.way(p), heights)
+        return np.asarray(along + states.x1_init - u)
+
+    def loads(
+        self, p: FloatArray, states: HeightStates, x0: FloatArray, order: int = 0
+    ) -> FloatArray:
+        """Give the loads in units of the rod that was given, or their slopes over x0, (n, 3)."""
+        at = states.clip(x0)
+        found = states.slope(at) if order else states(at)
+        length = self.way(p).length
+        return found * np.array([length**-2, length**-2, 1.0 / length])
+
+    def readings(self, p: FloatArray, loads: FloatArray, row: FloatArray) -> FloatArray:
+        """Give what the transducer shows of loads in rows of the recording, shape (n, 3)."""
+        part = row / max(self.rows - 1, 1)
+        zeros, soft = np.zeros_like(loads), np.ones(len(loads))
+        matrix = np.eye(3)
+        for one, size in zip(self.parameters, p, strict=True):
+            if not size:
+                continue
+            if one.mixing is not None:
+                matrix = matrix + size * one.mixing
+            elif one.channel >= 0:
+                zeros[:, one.channel] += size * one.zero(part)
+            elif one.of == CREEP:
+                soft = 1.0 - size * np.log10(1.0 + row)
+        return np.asarray((loads * soft[:, None]) @ matrix.T + zeros)
+
+    def step(self, k: int) -> float:
+        """Step of the derivative over a parameter."""
+        name = self.parameters[k].name
+        return -STEP_IN_GAP * (1.0 - self.whisker.eta) if name == "eta" else STEP
+
+    def changes(self, p: FloatArray, u: FloatArray) -> FloatArray:
+        """Differentiate the readings over each parameter, with the u of each period, (k, n, 3)."""
+        row, found = self.blocks.row, np.zeros((len(p), len(self.blocks), 3))
+        others = [self.moved(p, k) for k in range(len(p))]
+        of_rod = [k for k in range(len(p)) if self.of_rod(k)]
+        heights = self.heights(p)[0]
+        solved = dict(zip(of_rod, self.heights(*(others[k] for k in of_rod)), strict=True))
+        loads = self.loads(p, *self.states(p, u, heights))
+        before = self.readings(p, loads, row)
+        for k, one in enumerate(self.parameters):
+            after = loads
+            if not one.of_readings:
+                near = solved.get(k, heights)
+                after = self.loads(others[k], *self.states(others[k], u, near))
+            found[k] = (self.readings(others[k], after, row) - before) / self.step(k)
+        return found
+
+    def of_rod(self, k: int) -> bool:
+        """Whether a parameter needs another rod solved."""
+        return self.parameters[k].name in OF_ROD
+
+    def moved(self, p: FloatArray, k: int) -> FloatArray:
+        """Make one parameter a little larger."""
+        other = p.copy()
+        other[k] += self.step(k)
+        return other
+
+
+def _solved(rods: list[tuple[Whisker, float]], pulled: bool) -> list[Response]:
+    """Solve rods at heights on level stages."""
+    one, mountings = rods[0][0], [rod.mounting for rod, _ in rods]
+    theta, eta = [rod.theta for rod, _ in rods], [eta for _, eta in rods]
+    found = responses(theta, eta, one.contact, pulled, mountings, one.section)
+    return found if pulled else [_continued(response) for response in found]
+
+
+def _continued(response: Response) -> Response:
+    """Continue a branch a little to x0 < 0: readings at rest may lie there, by an error of the rod.
+
+    The branch is smooth there; the polynomial through its states beside 0 goes on with it.
+    """
+    part, back = WINDOW * response.x0_lock, -BEYOND * response.x0_lock
+    nodes = chebyshev_nodes(ORDER + 1)
+    series = chebyshev_transform(ORDER + 1) @ response(part * nodes)
+    x0 = np.linspace(back, 0.0, 2 * ORDER)
+    before = CubicSpline(x0, chebvander(2.0 * x0 / part - 1.0, ORDER) @ series)
+    return replace(
+        response,
+        reactions=joined([before, response.reactions]),
+        bounds=np.append(back, response.bounds),
+    )
+
+
+def _part(heights: FloatArray, branches: list[Response]) -> Heights:
+    """Interpolate the branch between few heights."""
+    low, high = float(heights[0]), float(heights[-1])
+    found = Heights(low=low, high=high, branches=tuple(branches))
+    # What ends a branch, far past its lock, may change with the height.
+    if len({len(branch.bounds) for branch in branches}) > 1 or not found.finite:
+        raise NoResponseError(
+            f"for heights from {low:.6g} to {high:.6g} (in units of L) the kind of contact changes"
+        )
+    return found

@@ -1,1 +1,0 @@
-"""What does not fit the rod: a period by itself, the recording as a whole, mixed-up columns."""

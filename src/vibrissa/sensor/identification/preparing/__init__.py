@@ -1,1 +1,0 @@
-"""Before a recording is read: its ends, the hum of the mains, slips that last a while."""

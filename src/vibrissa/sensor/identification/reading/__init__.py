@@ -1,1 +1,0 @@
-"""From the last sticking state of each period to its friction, by a class for each method."""

@@ -1,0 +1,326 @@
+"""Slips of a recording, found once for every reading: the load falls against the motion.
+
+While the tip sticks, a clamp that moves on meets a load that rises against the motion: sticking
+equilibria are stable. Where the load falls, the tip slips. So the load, counted against the
+motion, only rises within a period; a fall from a peak to a trough, by more than noise makes, is a
+slip. It may last several samples: those between peak and trough are of neither period. Where
+samples are missing the load may have fallen and risen again unseen: a period ends there, too, if
+the load has hardly risen over them.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from vibrissa.errors import RecordingError
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.recording import Recording, left_out, noise_of
+
+# A fall by so many standard deviations of one reading is a slip: of 10^5 samples with hardly any
+# load from one to the next, one recording in ten shows it by chance.
+FALL = 8.0
+# Within a slip: a fall from one sample to the next that is none of noise, in standard deviations.
+STEP_FALL = 5.0
+# A sample this many standard deviations from the mean of its neighbours, which agree, is a spike.
+SPIKE = 8.0
+# Usual steps from which on a step is longer than usual, and from which on samples were lost.
+LONG, LOST = 1.5, 10.0
+# Over a longer step a tip that sticks on makes the load rise by more than this part of what it
+# usually does; one that slips once or more does not.
+STICKS_ON = 0.5
+# After a slip fx keeps its sign, or turns round a little. Where it turns round to this part of what
+# it was, and fy stays as large as this part, the rod has swung out of its plane.
+TURNED, PRESSED = 0.7, 0.85
+# Part of the steps of a clamp of which more than this rest: it moves in steps, its positions have
+# no noise.
+RESTS = 0.1
+# Samples over which the speed of the clamp is averaged.
+STEPS = 9
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Spans(Batch):
+    """Periods of sticking as rows of a recording, each field an array of shape (p,).
+
+    Attributes
+    ----------
+    begins, ends : ndarray of int
+        First and last row in which the tip sticks. Rows between two periods are of neither.
+    after : ndarray of int
+        Row in which the slip that ends the period shows; the last row where none does.
+    cut : ndarray of bool
+        Whether it ends where samples are missing and no slip is seen.
+    passes : ndarray of bool
+        Whether a new pass begins after it: the clamp went back unseen.
+    """
+
+    begins: IntArray
+    ends: IntArray
+    after: IntArray
+    cut: BoolArray
+    passes: BoolArray
+
+    @property
+    def counts(self) -> IntArray:
+        """Number of rows of each period."""
+        return self.ends - self.begins + 1
+
+
+def spikes(values: FloatArray, noise: float) -> BoolArray:
+    """Tell which samples, shape (n,), lie far off their neighbours, which agree with each other."""
+    lone = np.zeros(len(values), dtype=bool)
+    if len(values) > 2:
+        apart = np.abs(values[2:] - values[:-2])
+        off = np.abs(values[1:-1] - 0.5 * (values[2:] + values[:-2]))
+        lone[1:-1] = (off > SPIKE * noise) & (off > 2.0 * apart)
+        # Where each sample is off its neighbours the tip slips at every other one.
+        lone[1:-1] &= ~(lone[2:] | lone[:-2])
+    return lone
+
+
+def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
+    """Find the periods of sticking.
+
+    Parameters
+    ----------
+    clamp : ndarray, shape (n,)
+        Clamp positions.
+    load : ndarray, shape (n,)
+        Load that falls while a clamp that moves forward bends the rod, as force_x does.
+    noise : float
+        Standard deviation of one value of it.
+
+    Returns
+    -------
+    Spans
+        At least one; periods of a single sample, which may as well lie within a slip, are left out.
+    """
+    falls = np.diff(load) * direction(clamp) / noise
+    begins, ends = [0], []
+    for peak, trough in _falls(falls):
+        large = np.flatnonzero(falls[peak:trough] > STEP_FALL)
+        # Noise moves a peak by some samples, but not the large fall between two of them.
+        ends.append(peak + int(large[0]) if len(large) else peak)
+        begins.append(peak + int(large[-1]) + 1 if len(large) else trough)
+    ends.append(len(load) - 1)
+    return _cut(clamp, falls, np.array(begins), np.array(ends))
+
+
+def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray) -> Spans:
+    """Cut periods where samples are missing and the load has risen by too little for sticking."""
+    steps, usual = np.abs(np.diff(clamp)), usual_step(clamp)
+    moves = steps > 0.0
+    rise = np.median(-falls[moves] / steps[moves]) * steps if moves.any() else steps
+    short = rise + falls > np.maximum(FALL, STICKS_ON * rise)
+    rows = np.flatnonzero(short & (steps > LONG * usual))
+    # Between two periods lies a slip that is seen.
+    last = rows[rows < ends[np.searchsorted(begins, rows, side="right") - 1]]
+    ends = np.sort(np.append(ends, last))
+    after = np.minimum(ends + 1, len(clamp) - 1)
+    # Within one step over many of the usual ones, against the motion before it and after it.
+    way = np.append(direction(clamp), 0.0)
+    turned = (way[ends] * way[np.maximum(ends - 1, 0)] < 0.0) & (way[ends] * way[after] < 0.0)
+    found = Spans(
+        begins=np.sort(np.append(begins, last + 1)),
+        ends=ends,
+        after=after,
+        cut=np.isin(ends, last),
+        passes=turned & (np.append(steps, 0.0)[ends] > LOST * usual),
+    )
+    several = found.ends > found.begins
+    return found.take(several) if several.any() else found
+
+
+def check_falls(clamp: FloatArray, load: FloatArray, noise: float) -> None:
+    """Refuse a recording whose slips are sudden rises of the load.
+
+    Slips are short falls of the load between long rises: with the other sign they are short rises.
+
+    Raises
+    ------
+    RecordingError
+    """
+    falls = np.diff(load) * direction(clamp) / noise
+    clear = falls[np.abs(falls) > FALL]
+    if (clear**3).sum() < 0.0:
+        raise RecordingError(
+            "force_x grows suddenly where it should fall, in slips: column force_x or footpoint "
+            "has the other sign. force_x is the load of the rod on the clamp, negative where a "
+            "clamp that moves forward pushes the tip"
+        )
+
+
+def usual_step(clamp: FloatArray) -> float:
+    """Tell how far the clamp moves from one sample to the next; infinite if it never moves."""
+    steps = np.abs(np.diff(clamp))
+    return float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
+
+
+def speed_of(clamp: FloatArray) -> FloatArray:
+    """Way of the clamp from sample to sample, averaged over some samples, shape (n,)."""
+    return np.asarray(uniform_filter1d(np.gradient(clamp), STEPS, mode="nearest"))
+
+
+def direction(clamp: FloatArray) -> FloatArray:
+    """Direction of each step, 1 or −1, shape (n − 1,); where the clamp rests, that before it."""
+    signs = np.sign(np.diff(clamp))
+    moving = np.flatnonzero(signs)
+    if not len(moving):
+        return np.ones(len(signs))
+    before = np.searchsorted(moving, np.arange(len(signs)), side="right") - 1
+    return np.asarray(signs[moving[np.maximum(before, 0)]])
+
+
+def position_noise(clamp: FloatArray, scatter: float) -> float:
+    """Noise of the clamp positions, by that of second differences; 0 of a stage in steps."""
+    steps = np.diff(clamp)
+    rests = np.mean(steps == 0.0) > RESTS if len(steps) else True
+    return 0.0 if rests or not np.isfinite(scatter) else float(scatter)
+
+
+def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans, BoolArray]:
+    """Cut a recording where the rod swings out of its plane: fx turns round, and fy stays.
+
+    Returns
+    -------
+    recording, spans
+        Up to there; a note names the line.
+    swung : ndarray of bool, shape (p,)
+        Whether a period, the last one, ends so.
+    """
+    forces = recording.readings[:, :2]
+    last, first = spans.ends[:-1], spans.begins[1:]
+    way = direction(recording.clamp)[last]
+    before, after = way * forces[last, 0], way * forces[first, 0]
+    turned = (before < 0.0) & (after > -TURNED * before)
+    # A tip that slips far, and is pulled after it, presses much less than before.
+    turned &= forces[first, 1] < PRESSED * forces[last, 1]
+    if not turned.any():
+        return recording, spans, np.zeros(len(spans), dtype=bool)
+    kept = int(np.argmax(turned)) + 1
+    end = int(spans.ends[kept - 1]) + 1
+    note = (
+        f"the rod swings aside in line {recording.line[end]}: what follows is not read; begin a "
+        "new recording there"
+    )
+    recording = replace(recording.take(slice(end)), notes=(*recording.notes, note))
+    spans = spans.take(slice(kept))
+    spans = replace(spans, after=np.minimum(spans.after, end - 1))
+    return recording, spans, np.arange(kept) == kept - 1
+
+
+def _falls(falls: FloatArray) -> list[tuple[int, int]]:
+    """Peak and trough of each fall of the load by more than `FALL`, as rows."""
+    found: list[tuple[int, int]] = []
+    load = top = bottom = 0.0
+    peak = trough = 0
+    falling = False
+    for row, fall in enumerate(falls.tolist(), start=1):
+        load -= fall
+        if falling:
+            if load < bottom:
+                bottom, trough = load, row
+            elif load > bottom + FALL:
+                found.append((peak, trough))
+                falling, top, peak = False, load, row
+        elif load >= top:
+            top, peak = load, row
+        elif load < top - FALL:
+            falling, bottom, trough = True, load, row
+    return [*found, (peak, trough)] if falling else found
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Slipped:
+    """A recording and its periods of sticking, found once for every reading.
+
+    Attributes
+    ----------
+    recording : Recording
+        Without lone spikes, up to where the rod swings aside.
+    spans : Spans
+        p periods.
+    swung : ndarray of bool, shape (p,)
+        Whether the rod swings aside at the end of the period.
+    position : float
+        Standard deviation of one clamp position (L).
+    row : ndarray of int
+        Number of each row in the recording that was given.
+    """
+
+    recording: Recording
+    spans: Spans
+    swung: BoolArray
+    position: float
+    row: IntArray
+
+    @classmethod
+    def of(
+        cls,
+        recording: Recording,
+        load: FloatArray,
+        noise: float,
+        spiky: BoolArray,
+        slip_rows: float,
+    ) -> "Slipped":
+        """Find the periods.
+
+        Parameters
+        ----------
+        recording : Recording
+        load : ndarray, shape (n,)
+            See `spans_of`, and its `noise`.
+        spiky : ndarray of bool, shape (n,)
+            Lone spikes.
+        slip_rows : float
+            How many rows a slip lasts at least.
+        """
+        check_falls(recording.clamp, load, noise)
+        # Where the clamp turns the load has a peak.
+        way = direction(recording.clamp)
+        spiky = spiky & ~np.pad(way[1:] != way[:-1], 1)
+        notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
+        row = np.flatnonzero(~spiky)
+        recording = replace(recording.take(row), notes=notes)
+        spans = spans_of(recording.clamp, load[row], noise)
+        recording, spans, swung = before_swing(recording, spans)
+        scatter = noise_of(recording.clamp[:, None])[0]
+        found = cls(
+            recording=recording,
+            spans=spans,
+            swung=swung,
+            position=position_noise(recording.clamp, scatter),
+            row=row,
+        )
+        lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
+        late = int(np.ceil(slip_rows))
+        # Of a slip that takes a while the first sample may not show it, nor the last one.
+        return found.trimmed(int(lasts > 1), max(late, lasts)) if late or lasts > 1 else found
+
+    def joined(self, together: BoolArray) -> "Slipped":
+        """Join periods with the one after them: no slip lies between."""
+        first = ~np.append(False, together[:-1])
+        last = ~together
+        spans = self.spans
+        joined = replace(spans.take(last), begins=spans.begins[first])
+        return replace(self, spans=joined, swung=self.swung[last])
+
+    def trimmed(self, early: int, late: int) -> "Slipped":
+        """Leave out samples before and after each slip; a note names them."""
+        spans = self.spans
+        begins = np.maximum(spans.begins, np.append(0, spans.after[:-1] + late))
+        # A filter lags behind the first steps, too.
+        begins[0] = spans.begins[0] + (late if late > LONG else 0)
+        ends = spans.ends - early
+        ends[-1] = spans.ends[-1]
+        some = ends > begins
+        kept = np.zeros(len(self.recording) + 1, dtype=int)
+        np.add.at(kept, begins[some], 1)
+        np.add.at(kept, ends[some] + 1, -1)
+        off = (np.cumsum(kept)[:-1] == 0) & (np.arange(len(self.recording)) >= spans.begins[0])
+        note = left_out(self.recording.line[off], "the readings have not settled after a slip")
+        recording = replace(self.recording, notes=(*self.recording.notes, *note))
+        spans = replace(spans, begins=begins, ends=ends).take(some)
+        return replace(self, recording=recording, spans=spans, swung=self.swung[some])
