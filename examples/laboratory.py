@@ -26,7 +26,7 @@ Temperatur in °C;23,4
 Zeit;Kraft Fx;Kraft Fy;Moment Mz
 s;mN;mN;Nmm
 """
-WHISKER = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
+WHISKER = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="0.8 mm", length="100 mm")
 
 
 def loads() -> np.ndarray:

@@ -15,6 +15,7 @@ from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.sensor import Units, Whisker, identify, scan, series, solve, surfaces
 from vibrissa.sensor.quantities import Kind
+from vibrissa.sensor.strain import largest_strain, yields
 
 
 @pytest.fixture(scope="module")
@@ -327,3 +328,20 @@ def test_friction_is_read_back_in_the_mounting_in_which_it_was_recorded():
         slip = found["status"] == "slip"
         errors[name] = np.abs(found["mu0"][slip] - 0.35).max()
     assert errors["known"] < 0.005 < 0.02 < errors["ideal"]
+
+
+@pytest.mark.parametrize("theta", [1.0, 2.0])
+def test_where_a_rod_yields_is_told(theta):
+    whisker = Whisker(theta=theta, eta=0.85, rod=ROD)
+    end = float(whisker.curve.onset(0.4))
+    most = float(solve(whisker, 0.4).most.largest[0])
+    assert yields(whisker.curve, end, 1.001 * most) is None
+    found = yields(whisker.curve, end, 0.999 * most)
+    assert found.strain == pytest.approx(most) and 0.0 <= found.place <= 1.0
+    # In a cylinder the strain is largest where sticking begins, in a cone where it ends.
+    assert found.x0 == 0.0 if theta == 1.0 else 0.9 * end < found.x0 < end
+    half = yields(whisker.curve, end, 0.9 * most)
+    if theta > 1.0:
+        assert largest_strain(whisker.curve, whisker.curve.state(half.x0)) == pytest.approx(
+            0.9 * most, rel=1e-3
+        )

@@ -18,6 +18,7 @@ from vibrissa.cli.options import (
     say,
 )
 from vibrissa.cli.whisker import say_exact, takes_whisker
+from vibrissa.cli.yielding import warn_of_yield
 from vibrissa.sensor import SlipLaw, series, surfaces
 
 app = typer.Typer(**ALONE)
@@ -95,3 +96,4 @@ def scan(
     if picture is not None:
         save_picture(signals.plot(), picture)
     say(f"{output}: {signals}", output)
+    warn_of_yield(whisker, float(signals.truth.x0.max()))

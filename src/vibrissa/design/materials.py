@@ -17,6 +17,8 @@ from vibrissa.sensor.quantities import Kind, Units, in_si
 
 # A modulus that was measured is that of a material up to this factor.
 OTHER = 1.5
+# A rod of which the modulus alone is known is made of a material whose modulus differs less.
+ALIKE = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,3 +111,23 @@ def material(name: str) -> Material:
             f"material must be one of {', '.join(MATERIALS)}, or a file .toml, got {name!r}"
         )
     return MATERIALS[name.lower()]
+
+
+def bears(
+    modulus: float, material_name: str | None = None, yield_strain: float | None = None
+) -> tuple[float, str]:
+    """Look up the strain up to which a rod is elastic, and of what it is that.
+
+    Without a material and a yield strain it is that of the strongest material with such a modulus;
+    infinite if there is none.
+    """
+    if yield_strain is not None:
+        return yield_strain, "its material"
+    if material_name is not None:
+        found = material(material_name).with_modulus(modulus)
+        return found.yield_strain, found.name
+    alike = [one for one in MATERIALS.values() if abs(one.modulus / modulus - 1.0) < ALIKE]
+    if not alike:
+        return float("inf"), "no known material"
+    found = max(alike, key=lambda one: one.yield_strain)
+    return found.yield_strain, f"even {found.name}"

@@ -1,5 +1,7 @@
 """Strains of a rod in a period of sticking."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from vibrissa.mechanics.bending import Strains, strains
@@ -55,3 +57,52 @@ def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
     """
     found = strains_in(curve, curve.state(np.linspace(0.0, end, STATES)))
     return float(found.largest[-1]), found.take(np.atleast_1d(found.largest.argmax()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Yield:
+    """Where a rod is bent beyond what its material bears elastically.
+
+    Attributes
+    ----------
+    strain : float
+        Largest strain, in units of d0/L.
+    place : float
+        Where along the rod it is: arc length from the clamp (L).
+    x0 : float
+        Displacement from which on the rod yields (L).
+    """
+
+    strain: float
+    place: float
+    x0: float
+
+
+def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | None:
+    """Find whether a rod yields in a period of sticking.
+
+    Parameters
+    ----------
+    curve : StickingCurve
+    end : float
+        Displacement x0 at which the period ends (L).
+    yield_strain : float
+        Strain up to which the material is elastic, in units of d0/L.
+
+    Returns
+    -------
+    Yield or None
+        None where the material bears the strain.
+    """
+    x0 = np.linspace(0.0, end, STATES)
+    found = strains_in(curve, curve.state(x0))
+    most = int(found.largest.argmax())
+    beyond = np.flatnonzero(found.largest > yield_strain)
+    if not len(beyond):
+        return None
+    first = int(beyond[0])
+    at = float(x0[first])
+    if first > 0:
+        pair = slice(first - 1, first + 1)
+        at = float(np.interp(yield_strain, found.largest[pair], x0[pair]))
+    return Yield(strain=float(found.largest[most]), place=float(found.place[most]), x0=at)

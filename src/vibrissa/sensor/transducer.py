@@ -4,6 +4,8 @@ The transducer sits under the clamp with its axis along the unbent rod. The mode
 Fx, force_y its Fz (along the axis) and moment_z its moment about the axis normal to the plane.
 """
 
+import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,48 +92,6 @@ class Transducer:
         return x, y, z
 
 
-_NANO17 = (1.0 / 320.0, 1.0 / 320.0, 1e-3 / 64.0)
-_AXIA80 = (0.1, 0.1, 1.0 / 200.0)
-_HEX_E = (0.2, 0.8, 0.01)
-# Where a sheet has no noise, one step of the resolution is taken, which is what manufacturers call
-# resolvable. A Mini40 at rest had 1.2 to 2.2 steps.
-PRESETS = {
-    "nano17-si-12-0.12": Transducer(
-        name="ATI Nano17 SI-12-0.12",
-        source="ATI Industrial Automation, product page of the Nano17, calibration SI-12-0.12: "
-        "Fx, Fy 12 N, Fz 17 N (12 N is taken), moments 120 N*mm; resolution 1/320 N and 1/64 N*mm",
-        limit=(12.0, 12.0, 0.12),
-        resolution=_NANO17,
-        noise=_NANO17,
-    ),
-    "mini40-si-40-2": Transducer(
-        name="ATI Mini40 SI-40-2",
-        source="ATI Industrial Automation, product page of the Mini40, calibration SI-40-2, Net "
-        "or DAQ: Fx, Fy 40 N, Fz 120 N, moments 2 N*m; resolution 1/100, 1/50 N and 1/4000 N*m. "
-        "Noise: measured by a laboratory on one of them at rest, 0.015 and 0.03 N, 0.0005 N*m",
-        limit=(40.0, 120.0, 2.0),
-        resolution=(0.01, 0.02, 1.0 / 4000.0),
-        noise=(0.015, 0.03, 0.0005),
-    ),
-    "axia80-si-200-8": Transducer(
-        name="ATI Axia80-M20 SI-200-8",
-        source="ATI Industrial Automation, product page of the Axia80-M20, calibration SI-200-8: "
-        "Fx, Fy 200 N, Fz 360 N, moments 8 N*m; resolution 1/10 N and 1/200 N*m",
-        limit=(200.0, 360.0, 8.0),
-        resolution=_AXIA80,
-        noise=_AXIA80,
-    ),
-    "onrobot-hex-e": Transducer(
-        name="OnRobot HEX-E QC",
-        source="OnRobot, data sheet HEX-E/H QC, v1.5: 200 N, Tx and Ty 10 N*m; noise-free "
-        "resolution 0.2 N in Fx and Fy, 0.8 N in Fz, 0.010 N*m",
-        limit=(200.0, 200.0, 10.0),
-        resolution=_HEX_E,
-        noise=_HEX_E,
-    ),
-}
-
-
 def transducer_of(given: Transducer | str | None, units: Units) -> Transducer | None:
     """Look up a transducer. It reads forces in N, so that the rod has to be known."""
     if given is not None and units.nondimensional:
@@ -157,7 +117,9 @@ def preset(name: str) -> Transducer:
         If there is none.
     """
     if is_card(name):
-        return _read(Path(name))
+        path = Path(name)
+        keys = ("limit", "resolution"), ("name", "source", "noise")
+        return _of_card(read_card(path, *keys), path.stem, name)
     if name.lower() not in PRESETS:
         raise ArgumentError(
             f"transducer must be one of {', '.join(PRESETS)}, or a file .toml, got {name!r}"
@@ -165,20 +127,25 @@ def preset(name: str) -> Transducer:
     return PRESETS[name.lower()]
 
 
-def _read(path: Path) -> Transducer:
-    """Read a transducer from a file; without a noise it is one step of the resolution."""
-    card = read_card(path, ("limit", "resolution"), ("name", "source", "noise"))
+def _of_card(card: Mapping[str, str], name: str, where: str) -> Transducer:
+    """Read a transducer from texts; without a noise it is one step of the resolution."""
 
     def channels(key: str) -> tuple[float, float, float]:
-        parts = channels_of(card[key], f"{path}: {key}")
-        x, y, z = (float(in_si(text.strip(), kind, f"{path}: {key}")) for text, kind in parts)
+        parts = channels_of(card[key], f"{where}: {key}")
+        x, y, z = (float(in_si(text.strip(), kind, f"{where}: {key}")) for text, kind in parts)
         return x, y, z
 
-    resolution = channels("resolution")
     return Transducer(
-        name=card.get("name", path.stem),
-        source=card.get("source", str(path)),
+        name=card.get("name", name),
+        source=card.get("source", where),
         limit=channels("limit"),
-        resolution=resolution,
-        noise=channels("noise") if "noise" in card else resolution,
+        resolution=channels("resolution"),
+        noise=channels("noise" if "noise" in card else "resolution"),
     )
+
+
+_FILE = Path(__file__).with_name("transducers.toml")
+PRESETS = {
+    name: _of_card(card, name, _FILE.name)
+    for name, card in tomllib.loads(_FILE.read_text(encoding="utf-8")).items()
+}

@@ -366,7 +366,18 @@ def test_standard_input_and_output(tmp_path):
     piped = run("import", "-", *arguments, text=LABORATORY.read_bytes())
     assert piped.exit_code == 0 and piped.stdout.startswith("time [s],footpoint [m],force_x [N]")
     assert "read as cp1252" in piped.stderr and "751 rows" in piped.stderr
-    found = run("identify", "-", *WHISKER, *SI, "-o", "-", text=piped.stdout)
+    found = run(
+        "identify",
+        "-",
+        *WHISKER,
+        *SI[:2],
+        "--diameter",
+        "0.8 mm",
+        *SI[4:],
+        "-o",
+        "-",
+        text=piped.stdout,
+    )
     assert found.exit_code == 0 and found.stdout.startswith("status,contact [m]")
     assert "is random" in found.stderr and found.stdout.count("\n") == 17
     simulated = run("scan", *WHISKER, "--mu0", 0.3, "--step", 0.01, "--to", 0.2, "-o", "-")
