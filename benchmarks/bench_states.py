@@ -15,15 +15,17 @@ from scipy.integrate import solve_bvp
 
 from vibrissa import solve_state
 from vibrissa.mechanics.equations import largest_residual
+from vibrissa.mechanics.mounting import IDEAL, rod_columns
+from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import chebyshev_nodes, interpolation
-from vibrissa.outcomes import Contact, Parameter, RodSection
+from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving import shooting
-from vibrissa.sticking.solving.beginning import CLOSENESS, Rods, begin
+from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.collocation import solve_curves
-from vibrissa.sticking.solving.cutting import X0, Part, cuts, places
-from vibrissa.sticking.solving.following import follow
-from vibrissa.sticking.solving.paths import combined, flat, interpolated, solve_at
-from vibrissa.sticking.solving.refinement import STATES_ALONG_PIECE
+from vibrissa.sticking.solving.cutting import X0, Section, cut, guessed
+from vibrissa.sticking.solving.following import CLOSENESS, follow
+from vibrissa.sticking.solving.refinement import STATES_ALONG_PART, along
 
 THETA, ETA, MU0, DX0 = 2.0, 0.85, 0.4, 0.001
 # Steps of one period of sticking; the slow methods take every so manyth.
@@ -34,13 +36,13 @@ RANDOM_CURVES = 256
 STATES = 200
 # Nodes along these rods, and Chebyshev points along their curves: so many as tell what inverses are
 # needed, and as many as the states at the steps can be interpolated from.
-NODES, FEW, ENOUGH = 40, STATES_ALONG_PIECE[0], 41
+NODES, FEW, ENOUGH = 40, STATES_ALONG_PART[0], 41
 
 
 def has_locked(branches, knots):
     """Whether −tan α falls."""
-    force, change = knots.states, knots.change
-    return change.fx * force.fy < force.fx * change.fy
+    states, change = knots.states, knots.change
+    return change[:, -3] * states.fy < states.fx * change[:, -2]
 
 
 @pytest.fixture(scope="module")
@@ -83,28 +85,29 @@ def test_states_on_random_curves(benchmark):
     position = np.linspace(0.0, 1.0, STATES)
 
     def run():
-        begun = begin(Rods(theta=theta, eta=eta), CLOSENESS[0].nodes, Contact.POINT)
+        rods = rod_columns(theta, [IDEAL] * RANDOM_CURVES)
+        begun = begin(rods, eta, np.zeros(RANDOM_CURVES), CLOSENESS[0].nodes, Contact.POINT)
         branches, side = begun.branches, np.ones(RANDOM_CURVES)
-        first = branches, begun.states, begun.line, side
+        first = branches, begun.states, side
         followed = follow(*first, Contact.POINT, has_locked, CLOSENESS[0].longest)
-        stops = np.flatnonzero(followed.ends)
-        pairs = zip(np.flatnonzero(followed.origins), stops, strict=True)
-        parts = [Part(i, start, stop, Parameter.X0, X0) for i, (start, stop) in enumerate(pairs)]
-        ends = places(branches, followed, parts)
-        ((pieces, path),) = cuts(branches, followed, parts, ends, RodSection.PLANAR, FEW)
-        path = path.on_nodes(NODES)
-        path, inverse = solve_at(path, pieces, chebyshev_nodes(FEW))
-        path, inverse = interpolated(FEW, chebyshev_nodes(ENOUGH), path, inverse)
-        path, _ = solve_at(path, pieces, chebyshev_nodes(ENOUGH), inverse)
-        found = flat(combined(interpolation(ENOUGH, position), path))
-        height = np.tile(pieces.height, STATES)
-        return pieces, found, largest_residual(found, height, pieces.closure_at(position))
+        ends = zip(np.flatnonzero(followed.first), np.flatnonzero(followed.last), strict=True)
+        sections = [Section(start, stop, True, X0) for start, stop in ends]
+        parts = cut(branches, followed, side, sections)
+        guess = guessed(parts, sections, branches, followed.knots, FEW)
+        unknowns = guess.reshape(-1, guess.shape[2])
+        line = np.zeros(len(unknowns), dtype=bool)
+        path = RodStates(rods=np.tile(rods, (FEW, 1)), unknowns=unknowns, line=line)
+        path = solve(path.on_nodes(NODES), parts.closing_at(chebyshev_nodes(FEW))).states
+        path = along(interpolation(FEW, chebyshev_nodes(ENOUGH)), path)
+        path = solve(path, parts.closing_at(chebyshev_nodes(ENOUGH))).states
+        found = along(interpolation(ENOUGH, position), path)
+        return branches, parts, found, largest_residual(found, parts.closing_at(position))
 
-    pieces, found, residual = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
+    branches, parts, found, residual = benchmark.pedantic(run, rounds=5, warmup_rounds=1)
     good = residual <= 1e-12
     at = 120
     force = np.hypot(found.fx, found.fy).reshape(STATES, -1)[at]
-    offset = pieces.x1_init - position[at] * pieces.length
+    offset = branches.x1_init - position[at] * parts.length
     expected = [solve_state(*pair).f for pair in zip(theta, eta, offset, strict=True)]
     note(benchmark, int(good.sum()), force, expected)
 

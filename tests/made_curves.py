@@ -3,12 +3,10 @@
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, Parameter, RodSection
 from vibrissa.sticking.assembly import Solved, assembled_curves
 from vibrissa.sticking.piece import Piece, StickingState
-from vibrissa.sticking.solving.paths import Pieces
 
 # Columns of the parameter t.
 COLUMNS = {
@@ -62,28 +60,3 @@ def curve_of(*pieces, **more):
 
 def rising(stop, start=0.0, **columns):
     return made(start, stop, NEEDS | columns)
-
-
-def made_pieces(start, length, **more):
-    """Pieces of branches whose first contact points are at 0.5."""
-    start = np.array(start, dtype=float)
-    one = np.ones(len(start))
-    given = {"theta": one, "eta": 0.8 * one, "x1_init": 0.5 * one, "scale": 0.5 * one, "force": one}
-    return Pieces(
-        **given | more,
-        contact=Contact.POINT,
-        parameter=Parameter.X0,
-        part=np.arange(len(start)),
-        direction=np.zeros((len(start), 4)),
-        start=start,
-        length=np.array(length, dtype=float),
-    )
-
-
-def made_states(fx, nodes=4):
-    """States that differ in fx, and have the rest in proportion."""
-    fx = np.asarray(fx, dtype=float)
-    unit = np.arange(1.0, nodes + 1.0)
-    return RodStates(
-        theta=np.ones_like(fx), phi=fx[..., None] * unit, fx=fx, fy=-2.0 * fx, s_c=3.0 * fx
-    )

@@ -37,20 +37,20 @@ MUTATIONS = [
     Mutation(
         "mechanics/equations",
         "sign of the clamp's moment",
-        "moment=-(gradient @ rule.weights)",
-        "moment=gradient @ rule.weights",
+        "moment = -(gradient @ weights)",
+        "moment = gradient @ weights",
     ),
     Mutation(
         "mechanics/equations",
         "sign of the tip's turn",
-        "phi1=_unbent(states, END, gradient)[:, 0] + bend @ rule.weights,",
-        "phi1=_unbent(states, END, gradient)[:, 0] - bend @ rule.weights,",
+        "states.clamp_compliance * moment + bend @ weights,",
+        "states.clamp_compliance * moment - bend @ weights,",
     ),
     Mutation(
         "mechanics/stability",
         "sign of the load's part in the second variation",
-        "margin[found] = 1.0 + np.linalg.eigvalsh",
-        "margin[found] = 1.0 - np.linalg.eigvalsh",
+        "return 1.0 + smallest_eigenvalue",
+        "return 1.0 - smallest_eigenvalue",
     ),
     Mutation(
         "mechanics/newton",
@@ -89,7 +89,7 @@ MUTATIONS = [
         "SHAPE_TOLERANCE = 1e-6",
     ),
     Mutation(
-        "mechanics/buckling",
+        "sticking/solving/beginning",
         "mirror image of the rod",
         "(bending_moment(states) < 0).all(axis=1)",
         "(bending_moment(states) > 0).all(axis=1)",
@@ -151,8 +151,8 @@ MUTATIONS = [
     Mutation(
         "sticking/solving/offsets",
         "single state solved 1e-6 off its place",
-        "closure = Closure.at_offset(offsets[rows], contact)",
-        "closure = Closure.at_offset(offsets[rows] + 1e-6, contact)",
+        "closing = ClosingCondition.at_offset(offsets[rows], ",
+        "closing = ClosingCondition.at_offset(offsets[rows] + 1e-6, ",
     ),
     Mutation(
         "numerics/spectral",

@@ -20,9 +20,13 @@ from scipy.optimize import brentq, root
 
 from validation.records import write_record
 from vibrissa import EquilibriumState, Rod, StickingState, solve_curve, solve_state
-from vibrissa.mechanics.buckling import buckling_load, initial_states
-from vibrissa.mechanics.equations import ends
+from vibrissa.mechanics.buckling import buckling_load
+from vibrissa.mechanics.equations import ClosingCondition, ends
+from vibrissa.mechanics.mounting import IDEAL, rod_columns
+from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
+from vibrissa.outcomes import Contact
+from vibrissa.sticking.solving.beginning import begin
 
 SOURCES = Path(__file__).parent / "sources"
 
@@ -488,7 +492,9 @@ def _loaded_by(load_ratio: Decimal) -> Upright:
 
 def _first(eta: float) -> RodStates:
     """Solve the α = 0 state alone: the height is searched for without following its whole curve."""
-    return initial_states(np.ones(1), np.array([eta]), NODES)[0]
+    height, zero = np.array([eta]), np.zeros(1)
+    begun = begin(rod_columns(np.ones(1), [IDEAL]), height, zero, NODES, Contact.POINT)
+    return solve(begun.states, ClosingCondition.at_inclination(zero, height)).states
 
 
 def _turn(state: EquilibriumState | StickingState) -> float:

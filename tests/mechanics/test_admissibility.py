@@ -9,6 +9,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize
 
 import vibrissa
+from rod_states import made_states
 from vibrissa import Status, solve_state, stick_slip
 from vibrissa.mechanics.admissibility import (
     BELOW,
@@ -17,7 +18,6 @@ from vibrissa.mechanics.admissibility import (
     clearances,
 )
 from vibrissa.mechanics.equations import shape
-from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.spectral import gauss_rule
 from vibrissa.outcomes import Contact, End, RodSection
 from vibrissa.sticking.solving import shooting
@@ -35,12 +35,12 @@ def solve_onset(*arguments, **kind):
 def rod(slope, nodes=64):
     """A cylinder with the slope phi(s) given as a function."""
     s = gauss_rule(nodes).nodes
-    one = np.ones(1)
-    return RodStates(theta=one, phi=slope(s)[None], fx=0 * one, fy=-one, s_c=one)
+    return made_states(1.0, slope(s), 0.0, -1.0)
 
 
 def seen(states, eta, contact=Contact.LINE):
-    return clearances(states, np.array([eta]), contact).reasons(0)
+    states.line[:] = contact is Contact.LINE
+    return clearances(states, np.array([eta])).reasons(0)
 
 
 def test_an_upright_rod_is_fine():
@@ -82,7 +82,7 @@ def test_a_loop_overlaps_by_the_angle_at_which_it_crosses(turn, side):
     along = np.stack([x - x[::-1], y - y[::-1]], axis=-1) @ middle
     place = np.flatnonzero((along[:1000] > 0.0) != (along[1:1001] > 0.0))[-1]
     angle = phi[2000 - place] - phi[place]
-    found = clearances(states, np.array([0.9]), Contact.POINT)
+    found = clearances(states, np.array([0.9]))
     assert found.itself[0] == pytest.approx(-abs(np.sin(angle)), abs=0.01)
 
 
@@ -105,7 +105,7 @@ def test_a_rod_that_comes_near_itself_does_not_cross_itself(name):
         return np.pi / 2 + turn * s + sum(waves)
 
     states = rod(slope)
-    found = clearances(states, np.array([0.9]), Contact.POINT)
+    found = clearances(states, np.array([0.9]))
     x, y, phi = (values[0] for values in shape(states, np.linspace(0.0, 1.0, 801)))
     assert count_crossings(x, y) == 0
     i, j = np.triu_indices(len(x), 2)

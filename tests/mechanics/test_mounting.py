@@ -7,9 +7,7 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from vibrissa import Mounting
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.equations import Closure, jacobian, residuals
-from vibrissa.mechanics.mounting import Mountings
-from vibrissa.mechanics.states import RodStates
+from vibrissa.mechanics.mounting import rod_columns, tail
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.api import solve_state
 from vibrissa.sticking.solving.collocation import solve_curves
@@ -41,52 +39,15 @@ def test_a_list_or_an_array_of_coefficients_is_as_good_as_a_tuple():
 
 
 def test_natural_shapes_are_circles_and_clothoids():
-    both = Mountings.of([Mounting(curvature=-2.0), Mounting(curvature=(0.0, 3.0))])
+    rods = rod_columns(np.ones(2), [Mounting(curvature=-2.0), Mounting(curvature=(0.0, 3.0))])
     start, stop = np.full((2, 1), 0.2), np.full((2, 1), 0.9)
-    along, up, turn = both.tail(start, stop)
+    along, up, turn = tail(rods[:, 3:], start, stop)
     assert turn[:, 0] == pytest.approx([-1.4, 1.5 * (0.81 - 0.04)], abs=1e-14)
     # Circle of radius 1/2 that bends to the right
     assert along[0, 0] == pytest.approx(np.sin(1.4) / 2, abs=1e-14)
     assert up[0, 0] == pytest.approx((np.cos(1.4) - 1) / 2, abs=1e-14)
-    assert both.natural_slope(stop)[:, 0] == pytest.approx(np.pi / 2 + np.array([-1.8, 1.215]))
     s = np.linspace(0.2, 0.9, 100_001)
     assert along[1, 0] == pytest.approx(np.trapezoid(np.cos(1.5 * (s**2 - 0.04)), s), abs=1e-9)
-
-
-@pytest.mark.parametrize("contact", Contact)
-@pytest.mark.parametrize("prescribed", ["offset", "inclination", "advance", "switch"])
-def test_jacobian_is_the_derivative_of_the_residuals(contact, prescribed):
-    one = np.array([1.0])
-    closure = {
-        "offset": Closure.at_offset(0.3 * one, contact),
-        "inclination": Closure.at_inclination(-0.4 * one, contact),
-        "advance": Closure.at_advance(
-            0.7 * one, np.array([[0.4, -0.7, 0.5, 0.3]]), 0.6 * one, 2.7 * one, contact
-        ),
-        "switch": Closure.at_switch(1),
-    }[prescribed]
-    object.__setattr__(closure, "tilt", np.array([0.3]))
-    mounting = Mountings.of(
-        [Mounting(clamp_angle=0.1, clamp_compliance=0.4, curvature=(0.5, -0.7, 0.3))]
-    )
-    rng = np.random.default_rng(1)
-    nodes, h = 6, 1e-6
-    line = closure.contact is Contact.LINE
-    unknowns = np.append(rng.normal(size=nodes + 2), 0.9 if line else 1.0)
-
-    def system(u):
-        fx, fy, s_c = u[nodes:, None]
-        state = RodStates(
-            theta=2.3 * one, phi=u[None, :nodes], fx=fx, fy=fy, s_c=s_c, mounting=mounting
-        )
-        return state, residuals(state, 0.8 * one, closure)[0]
-
-    derivative = jacobian(system(unknowns)[0], closure)[0]
-    for column in range(nodes + 3 if line else nodes + 2):
-        step = h * np.eye(nodes + 3)[column]
-        difference = (system(unknowns + step)[1] - system(unknowns - step)[1]) / (2 * h)
-        # in single precision
-        assert derivative[:, column] == pytest.approx(difference, rel=1e-6, abs=1e-6)
 
 
 def closed_form(eta, beta, c, curvature):

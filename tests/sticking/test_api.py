@@ -19,7 +19,7 @@ from vibrissa import (
 )
 from vibrissa.errors import ArgumentError
 from vibrissa.sticking.api import MOST_TAPER, solve_states
-from vibrissa.sticking.solving import collocation, offsets
+from vibrissa.sticking.solving import collocation, cutting, offsets
 
 STEPS = st.sampled_from(["0.0005", "0.001", "0.004"]).map(float)
 
@@ -206,7 +206,7 @@ def test_states_that_cannot_be_resolved_say_why_each_in_its_place(monkeypatch):
     curve = solve_curve(1.0, 0.85, section="planar")
     x1 = curve.x1_init - np.array([0.5, 0.0, curve.x0_end, 0.1])
     # With so few nodes the first state is not resolved; the third stands at the limit point.
-    monkeypatch.setattr(offsets, "NODES_ALONG_ROD", (26,))
+    monkeypatch.setattr(cutting, "NODES_ALONG_ROD", (26,))
     found = solve_states(1.0, 0.85, list(x1))
     assert [state.status for state in found] == ["failed", "solved", "failed", "solved"]
     messages = [offsets.NOT_RESOLVED, "", offsets.AT_FOLD, ""]

@@ -11,10 +11,10 @@ from scipy.optimize import root
 
 import reference
 from vibrissa import Status, solve_curve, solve_state, stick_slip
-from vibrissa.mechanics.equations import Closure, ends, largest_residual
-from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.equations import ends
+from vibrissa.mechanics.mounting import IDEAL, rod_columns
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.solving.beginning import Rods, begin
+from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.collocation import solve_curves
 from vibrissa.sticking.solving.following import follow
 
@@ -172,15 +172,6 @@ def test_stability_is_lost_where_the_branch_turns_back():
     assert beyond.status is Status.FAILED and "may end before" in beyond.message
 
 
-def test_changing_contact_is_a_state_of_both_kinds():
-    eta = np.array([0.85])
-    first = begin(Rods(theta=np.array([3.0]), eta=eta), 40, Contact.LINE).states
-    states, found, _ = solve(first, eta, Closure.at_switch(1))
-    assert found[0]
-    assert largest_residual(states, eta, Closure.at_switch(1))[0] < 1e-12
-    assert states.s_c[0] == 1.0
-
-
 def test_scan_shows_the_rod_lying_on_the_surface():
     curve = line(3.0, 0.7)
     scan = stick_slip(curve, Decimal("0.3"), Decimal("0.005"), cycles=2)
@@ -230,12 +221,14 @@ def test_a_rod_that_lies_down_is_held_more_firmly():
 
 def test_a_rod_rolls_on_and_off():
     # The contact changes back far beyond the lock.
-    begun = begin(Rods(theta=np.array([3.0]), eta=np.array([0.85])), 48, Contact.LINE)
-    first = begun.branches, begun.states, begun.line
-    knots = follow(*first, np.ones(1), Contact.LINE, lambda _, k: k.states.fy >= 0.0, 0.5).knots
-    kinds = "".join("L" if kind else "P" for kind in knots.line)
+    rods = rod_columns(np.array([3.0]), [IDEAL])
+    begun = begin(rods, np.array([0.85]), np.zeros(1), 48, Contact.LINE)
+    first = begun.branches, begun.states, np.ones(1)
+    knots = follow(*first, Contact.LINE, lambda _, k: k.states.fy >= 0.0, 0.5).knots
+    line = knots.states.line
+    kinds = "".join("L" if kind else "P" for kind in line)
     assert kinds.strip("P").strip("L") == "" and kinds[0] == kinds[-1] == "P" and "L" in kinds
-    for behind in np.flatnonzero(knots.line[1:] != knots.line[:-1]) + 1:
+    for behind in np.flatnonzero(line[1:] != line[:-1]) + 1:
         kink = knots.take([behind - 1, behind]).states
         # One state, of both kinds of contact.
         assert kink.phi[0] == pytest.approx(kink.phi[1], abs=1e-14)

@@ -1,6 +1,5 @@
 """Sticking curves of rods in other mountings than the paper's, against independent methods."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,12 +8,10 @@ from numpy.polynomial import Chebyshev
 from scipy.integrate import cumulative_simpson, quad, solve_ivp
 from scipy.optimize import minimize
 
-from made_curves import made_states
 from vibrissa import Mounting, solve_curve, solve_onset, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sticking.solving.beginning import _extrapolated, _is_near
 from vibrissa.sticking.solving.collocation import solve_curves
 
 ALONE = {
@@ -414,20 +411,3 @@ def test_a_curve_says_why_it_ends_where_its_tail_is_about_to_rise():
     )
     found = curve(5.95019845118145, 0.8393079164502655, mounting, Contact.LINE)
     assert found.status == "out_of_reach" and "crosses the surface" in found.message
-
-
-def test_a_first_state_is_guessed_on_the_way_from_the_last_two():
-    """Straight on through both; from one alone, the same again."""
-    before, now = made_states([1.0, 1.0]), made_states([1.5, 2.0])
-    last, share, target = np.array([0.2, 0.5]), np.array([0.4, 0.5]), np.array([0.8, 1.0])
-    guess = _extrapolated(before, now, last, share, target)
-    assert guess.fx == pytest.approx([2.5, 2.0])
-    assert guess.phi == pytest.approx(made_states(guess.fx).phi)
-
-
-def test_a_state_is_near_its_guess_within_a_part_of_its_bend():
-    """Its slopes are fx times 1, 2, 3 and 4: it bends by 3."""
-    states, off = made_states([1.0, 1.0, -1.0]), np.array([0.89, -0.89, 0.91])
-    guess = replace(states, phi=states.phi.copy())
-    guess.phi[:, 2] += off
-    assert _is_near(states, guess).tolist() == [True, True, False]

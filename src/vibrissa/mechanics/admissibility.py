@@ -25,13 +25,12 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from vibrissa.mechanics.equations import ends
-from vibrissa.mechanics.mounting import CLAMP_SLOPE, Mountings
+from vibrissa.mechanics.mounting import CLAMP_SLOPE, polynomial, tail
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
-from vibrissa.outcomes import Contact
 
 # A shape touches itself or the surface where its clearance is below this (L).
 TOLERANCE = 1e-12
@@ -93,7 +92,7 @@ class Clearance(Batch):
         return "; ".join(reason for reason, c in limits.items() if c[row] < -TOLERANCE)
 
 
-def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearance:
+def clearances(states: RodStates, eta: FloatArray) -> Clearance:
     """Find how far shapes are from being inadmissible.
 
     Parameters
@@ -101,8 +100,6 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     states : RodStates
     eta : ndarray, shape (n,)
         Height of the surface (L).
-    contact : Contact
-        Kind of contact of all states.
 
     Returns
     -------
@@ -110,49 +107,52 @@ def clearances(states: RodStates, eta: FloatArray, contact: Contact) -> Clearanc
     """
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
-    curls = np.zeros(len(states), dtype=bool)
-    if states.mounting is not None:
-        lies = np.full(len(states), contact is Contact.LINE)
-        _, up, turn = _tail(states, states.mounting)
-        curls = lies & (np.maximum(high, turn.max(axis=1)) - turn.min(axis=1) > HALF_TURN)
-        # It rises at once where it is curved towards the surface. A level tip is the limit of line
-        # contact with a tail of no length.
-        begin = states.mounting.natural_curvature(states.s_c[:, None])[:, 0]
-        rises = np.maximum(up.max(axis=1), begin)
-        lies |= np.abs(ends(states).phi1) <= LEVEL
-        found.surface[:] = np.where(lies & (rises > 0.0), -rises, np.inf)
+    curved, curls = states.curvature.shape[1] > 0, np.zeros(len(states), dtype=bool)
+    if curved:
+        _, up, turn = _tail(states)
+        lowest = np.minimum(low, turn.min(axis=1))
+        curls = states.line & (np.maximum(high, turn.max(axis=1)) - lowest > HALF_TURN)
+        found.surface[:] = _surface_over_tail(states, up)
     # Without a slope of 0 or π inside the rod rises all the way, and can neither turn nor cross.
-    level = 0.0 if states.mounting is None else NEARLY_LEVEL
-    near = np.flatnonzero((high > np.pi - NEAR) | (low < level) | curls)
+    near = np.flatnonzero((high > np.pi - NEAR) | (low < NEARLY_LEVEL * curved) | curls)
     if not len(near):
         return found
     # A tip that passes through the surface is no arch.
-    touches = np.full(len(near), True)
-    if contact is Contact.POINT:
-        touches = ends(states.take(near)).phi1 >= -LEVEL
-    close = curls[near] | _comes_near(states.take(near), eta[near], touches)
+    some = states.take(near)
+    touches = some.line | (ends(some).phi1 >= -LEVEL)
+    close = curls[near] | _comes_near(some, eta[near], touches)
     near, touches = near[close], touches[close]
     if len(near):
         closely = states.take(near).on_nodes(max(CLOSE_LOOK, 2 * states.nodes))
         shapes = _Shapes.of(closely, with_tail=bool(curls.any()))
         found.clamp[near] = shapes.extreme(lowest=True)
-        arch = eta[near] - shapes.extreme(lowest=False)
-        found.surface[near] = np.fmin(found.surface[near], np.where(touches, arch, np.inf))
+        arch = np.where(touches, eta[near] - shapes.extreme(lowest=False), np.inf)
+        found.surface[near] = np.minimum(found.surface[near], arch)
         found.itself[near] = shapes.gaps()
     return found
 
 
-def _tail(states: RodStates, mounting: Mountings) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Way along the surface, height above it and slope of some places on what lies beyond s_c."""
-    start = states.s_c[:, None]
-    stop = start + TAIL * (1.0 - start)
-    return mounting.tail(np.broadcast_to(start, stop.shape), stop)
+def _tail(states: RodStates) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Natural shapes of the parts beyond the contact points, at some places of each."""
+    start = np.broadcast_to(states.s_c[:, None], (len(states), len(TAIL)))
+    return tail(states.curvature, start, start + TAIL * (1.0 - start))
+
+
+def _surface_over_tail(states: RodStates, up: FloatArray) -> FloatArray:
+    """Clearance of a tail below the surface; infinite where it keeps away from it.
+
+    It rises at once where it is curved towards the surface. A level tip is the limit of line
+    contact with a tail of no length.
+    """
+    level = states.line | (np.abs(ends(states).phi1) <= LEVEL)
+    rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
+    return np.where(level & (rises > 0.0), -rises, np.inf)
 
 
 def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolArray:
     """Which shapes may come near a limit, by a look at their nodes alone."""
     rule = gauss_rule(states.nodes)
-    density = states.arc_density(rule.nodes)
+    density, _ = states.densities(rule.nodes)
     x = (density * np.cos(states.phi)) @ rule.from_start.T
     y = (density * np.sin(states.phi)) @ rule.from_start.T
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
@@ -160,7 +160,7 @@ def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolA
     comes_down = y[:, states.nodes // 8 :].min(axis=1) < FAR
     turned_up = np.where(states.phi > CLAMP_SLOPE, y, -np.inf).max(axis=1) > eta - FAR
     near = (high > np.pi - NEAR) & (comes_down | (touches & turned_up))
-    near |= touches & (low < (0.0 if states.mounting is None else NEARLY_LEVEL))
+    near |= touches & (low < (NEARLY_LEVEL if states.curvature.shape[1] else 0.0))
     one, other = np.triu_indices(states.nodes, 2)
     for row in np.flatnonzero(~near & (high - low > HALF_TURN)):
         turned = np.abs(states.phi[row, other] - states.phi[row, one]) > HALF_TURN
@@ -183,8 +183,8 @@ class _Shapes(Batch):
         Coefficients of dφ/dτ.
     s_c : ndarray, shape (n,)
         Contact points.
-    mounting : Mountings or None
-        Of those that have a tail, at 1 < τ ≤ 2.
+    curvature : ndarray, shape (n, k)
+        Coefficients of κ0 of the tails, at 1 < τ ≤ 2; k = 0 where all rods are straight.
     """
 
     phi: FloatArray
@@ -194,12 +194,12 @@ class _Shapes(Batch):
     up: FloatArray
     bend: FloatArray
     s_c: FloatArray
-    mounting: Mountings | None = None
+    curvature: FloatArray
 
     @classmethod
     def of(cls, states: RodStates, *, with_tail: bool) -> "_Shapes":
         rule = gauss_rule(states.nodes)
-        density = states.arc_density(rule.nodes)
+        density, _ = states.densities(rule.nodes)
         along, up = density * np.cos(states.phi), density * np.sin(states.phi)
         slope = states.phi @ rule.to_coefficients.T
         shapes = cls(
@@ -210,23 +210,20 @@ class _Shapes(Batch):
             up=up @ rule.to_coefficients.T,
             bend=np.asarray(2.0 * legendre.legder(slope, axis=1), dtype=float),
             s_c=states.s_c,
-            mounting=states.mounting if with_tail else None,
+            curvature=states.curvature[:, : None if with_tail else 0],
         )
-        if states.mounting is None:
-            return shapes
-        closely = shapes.at(_places(states.nodes, True)[None])
+        closely = shapes.at(_places(states.nodes)[None])
         return replace(shapes, phi=closely.phi, y=closely.y)
 
     @property
     def places(self) -> FloatArray:
-        """Values of τ at which the shapes are known: Gauss nodes, and more next to a curved tip."""
-        nodes = self.slope.shape[1]
-        return _places(nodes, self.phi.shape[1] > nodes)
+        """Values of τ at which the shapes are known: Gauss nodes, and more next to the tip."""
+        return _places(self.slope.shape[1])
 
     @property
     def end(self) -> float:
         """Value of τ at the tip."""
-        return 1.0 if self.mounting is None else 2.0
+        return 2.0 if self.curvature.shape[1] else 1.0
 
     def at(self, tau: FloatArray) -> "_Places":
         """Evaluate at places, of each shape its own or of all the same, shape (n or 1, places)."""
@@ -242,12 +239,12 @@ class _Shapes(Batch):
             y=summed(integrals, self.up),
             speed=np.hypot(summed(values, self.along), summed(values, self.up)),
         )
-        if self.mounting is None:
+        if not self.curvature.shape[1]:
             return places
         beyond, start, length = tau > 1.0, self.s_c[:, None], 1.0 - self.s_c[:, None]
         s = start + np.maximum(tau - 1.0, 0.0) * length
-        along, up, turn = self.mounting.tail(np.broadcast_to(start, s.shape), s)
-        curvature = self.mounting.natural_curvature(s)
+        along, up, turn = tail(self.curvature, np.broadcast_to(start, s.shape), s)
+        curvature = polynomial(self.curvature, s)
         return _Places(
             phi=places.phi + turn,
             bend=np.where(beyond, curvature * length, places.bend),
@@ -289,7 +286,7 @@ class _Shapes(Batch):
         which the other part then is.
         """
         tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::STRIDE], 1.0)
-        if self.mounting is not None:
+        if self.curvature.shape[1]:
             tau = np.append(tau, 1.0 + TAIL_LOOKS)
         seen = self.at(tau[None])
         one, other = np.triu_indices(len(tau), 2)
@@ -346,9 +343,8 @@ class _Shapes(Batch):
 
 
 @lru_cache
-def _places(nodes: int, closely: bool) -> FloatArray:
-    tau = gauss_rule(nodes).nodes
-    return np.sort(np.append(tau, 1.0 - NEXT_TO_TIP)) if closely else tau
+def _places(nodes: int) -> FloatArray:
+    return np.sort(np.append(gauss_rule(nodes).nodes, 1.0 - NEXT_TO_TIP))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

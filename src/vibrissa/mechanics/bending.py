@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibrissa.mechanics.elastica import deformed_shape
-from vibrissa.mechanics.mounting import CLAMP_SLOPE, Mountings
+from vibrissa.mechanics.mounting import CLAMP_SLOPE, IDEAL, Mounting
 from vibrissa.mechanics.taper import arc_density, arc_length, diameter, stiffness
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
@@ -130,7 +130,7 @@ def strains(
     x_c: FloatArray,
     y_c: FloatArray,
     s_c: FloatArray,
-    mounting: Mountings | None = None,
+    mounting: Mounting = IDEAL,
 ) -> Strains:
     """Largest strain |φ' − κ0|·d/2 of many rods under known contact forces, integrated together.
 
@@ -139,8 +139,8 @@ def strains(
     theta, f, alpha, x_c, y_c, s_c : ndarray, shape (n,)
         Taper factor, contact force (E·I0/L²), its inclination (rad), contact point relative to the
         clamp (L) and its arc length (L).
-    mounting : Mountings, optional
-        By default all are ideal.
+    mounting : Mounting
+        Of all rods.
 
     Returns
     -------
@@ -157,14 +157,11 @@ def strains(
         x, y, phi = state
         s = arc_length(tau, theta, s_c)
         bent = _moment(f, alpha, x - x_c, y - y_c) / stiffness(s, theta)
-        if mounting is not None:
-            bent = bent + mounting.natural_curvature(s[:, None])[:, 0]
+        bent = bent + np.polynomial.polynomial.polyval(s, mounting.coefficients)
         return np.stack([np.cos(phi), np.sin(phi), bent]) * arc_density(tau, theta, s_c)
 
-    slope = np.zeros(len(f)) + CLAMP_SLOPE
-    if mounting is not None:
-        turn = mounting.clamp_compliance * _moment(f, alpha, -x_c, -y_c)
-        slope = slope + mounting.clamp_angle + turn
+    turn = mounting.clamp_compliance * _moment(f, alpha, -x_c, -y_c)
+    slope = CLAMP_SLOPE + mounting.clamp_angle + turn
     begin = np.stack([np.zeros(len(f)), np.zeros(len(f)), slope])
     x, y, _ = np.moveaxis(_integrated(derivative, begin, STRAIN_POINTS), 1, 0)
     s = arc_length(np.linspace(0.0, 1.0, STRAIN_POINTS)[:, None], theta, s_c)

@@ -1,27 +1,16 @@
-"""Where sticking begins: the buckled rod under a vertical force, α = 0.
+"""The buckled rod under a vertical force, α = 0, close to its critical load.
 
 The critical load and the first mode of the clamped cone are known in closed form; the mode,
 scaled to the height η, starts Newton's iteration for the large deflection.
 """
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 
-from vibrissa.mechanics.equations import Closure, bending_moment
 from vibrissa.mechanics.mounting import CLAMP_SLOPE
-from vibrissa.mechanics.newton import solve
-from vibrissa.mechanics.states import UNKNOWNS, RodStates
 from vibrissa.mechanics.taper import arc_density
-from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.roots import bracketed_root
 from vibrissa.numerics.spectral import gauss_rule
-
-# Heights through which a strongly deflected state is approached where the buckling mode is too
-# far from it.
-CONTINUATION_STEPS = 12
-CONTINUATION_START = 0.98
 
 
 def _wave_number(theta: FloatArray) -> FloatArray:
@@ -85,54 +74,7 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
     return -mode / (kappa * theta)
 
 
-def initial_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[RodStates, BoolArray]:
-    """Solve the α = 0 states in which a period of sticking begins.
-
-    Parameters
-    ----------
-    theta, eta : ndarray, shape (n,)
-        Taper factors and heights.
-    nodes : int
-        Number of collocation nodes.
-
-    Returns
-    -------
-    states : RodStates
-        First-mode states bent towards +x; NaN where none was found.
-    converged : ndarray of bool, shape (n,)
-    """
-    states, converged = _vertical_states(buckled_states(theta, eta, nodes), eta)
-    missing = np.flatnonzero(~converged)
-    if len(missing):
-        # Far from buckling: lower the contact point step by step instead.
-        heights = CONTINUATION_START + np.linspace(0.0, 1.0, CONTINUATION_STEPS)[:, None] * (
-            eta[missing] - CONTINUATION_START
-        )
-        guess = solution = buckled_states(theta[missing], heights[0], nodes)
-        for number, height in enumerate(heights):
-            before, (solution, found) = solution, _vertical_states(guess, height)
-            guess = _further(before, solution) if number else solution
-        states.put(missing, solution)
-        converged[missing] = found
-    return states, converged
-
-
-def _further(before: RodStates, states: RodStates) -> RodStates:
-    """Guess states as far from some as these are from those before them."""
-    old, new = before.columns, states.columns
-    guess: dict[str, Any] = {name: 2.0 * new[name] - old[name] for name in UNKNOWNS}
-    return replace(states, **guess)
-
-
-def _vertical_states(guess: RodStates, eta: FloatArray) -> tuple[RodStates, BoolArray]:
-    """Solve at α = 0 and keep only first-mode states bent towards +x."""
-    states, converged, _ = solve(guess, eta, Closure.at_inclination(np.zeros(len(guess))))
-    # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image
-    first_mode = (bending_moment(states) < 0).all(axis=1) & (states.fy < 0)
-    return states, converged & first_mode
-
-
-def buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> RodStates:
+def buckled_unknowns(theta: FloatArray, eta: FloatArray, nodes: int) -> FloatArray:
     """Guess α = 0 states: the buckling mode, scaled to shorten the rod's height to about η.
 
     Parameters
@@ -144,19 +86,13 @@ def buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> RodStates:
 
     Returns
     -------
-    RodStates
-        The better the closer η is to 1.
+    ndarray, shape (n, nodes + 3)
+        Unknowns as in `RodStates`; the better the closer η is to 1.
     """
     rule = gauss_rule(nodes)
     mode = buckling_mode(rule.nodes, theta)
     weights = rule.weights * arc_density(rule.nodes, theta[:, None])
-    # Above the rod there is no state; a search for the height may ask there.
-    room = np.where(eta <= 1.0, 1.0 - eta, np.nan)
-    amplitude = np.sqrt(2.0 * room / (weights * mode**2).sum(axis=1))
-    return RodStates(
-        theta=theta,
-        phi=CLAMP_SLOPE + amplitude[:, None] * mode,
-        fx=np.zeros_like(theta),
-        fy=-buckling_load(theta),
-        s_c=np.ones_like(theta),
-    )
+    amplitude = np.sqrt(2.0 * (1.0 - eta) / (weights * mode**2).sum(axis=1))
+    phi = CLAMP_SLOPE + amplitude[:, None] * mode
+    fx, s_c = np.zeros_like(theta), np.ones_like(theta)
+    return np.column_stack([phi, fx, -buckling_load(theta), s_c])

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibrissa.mechanics.mounting import CLAMP_SLOPE, IDEAL, Mounting, Mountings
+from vibrissa.mechanics.mounting import CLAMP_SLOPE, IDEAL, Mounting, tail
 from vibrissa.numerics.arrays import FloatArray
 
 SHAPE_TOLERANCE = 1e-12
@@ -104,9 +104,8 @@ def deformed_shape(
     )
     x, y, phi = np.asarray(result.y)
     beyond = s[None, ~free]
-    along, up, turn = (
-        values[0] for values in Mountings.of([mounting]).tail(np.full_like(beyond, s_c), beyond)
-    )
+    coefficients = np.array([mounting.coefficients])
+    along, up, turn = (one[0] for one in tail(coefficients, np.full_like(beyond, s_c), beyond))
     cos, sin = np.cos(phi[-1]), np.sin(phi[-1])
     return (
         np.append(x[:-1], x[-1] + along * cos - up * sin),

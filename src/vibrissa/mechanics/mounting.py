@@ -8,8 +8,8 @@ that is the *ideal* mounting. A real one differs by a few degrees or percent.
 - The rod is curved without load: B·(φ' − κ0(s)) = m.
 - The stage moves at an angle δ to the surface, so that the height falls by x0·sin δ.
 
-`Mounting` holds these four for one rod, `Mountings` the first three for a batch of rods: they are
-properties of the rod and enter equation E1. The fourth enters the condition E2.
+`Mounting` holds these four for one rod, `rod_columns` the first three for a batch of rods: they
+enter equation E1. The fourth enters the condition E2.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,7 +20,6 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import gauss_rule
 
 # Slope of the ideal clamp (rad).
@@ -111,86 +110,65 @@ def _listed(curvature: object) -> object:
 IDEAL = Mounting()
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Mountings(Batch):
-    """Clamps and natural shapes of a batch of rods.
+def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
+    """Properties of rods in the columns θ, β (rad), c (L/(E·I0)) and the coefficients of κ0.
 
-    Attributes
+    Parameters
     ----------
-    clamp_angle : ndarray, shape (n,)
-        β (rad).
-    clamp_compliance : ndarray, shape (n,)
-        c (L/(E·I0)).
+    theta : ndarray, shape (n,)
+    mountings : sequence of Mounting, length n
+
+    Returns
+    -------
+    ndarray, shape (n, 3 + k)
+        With k = 0 where all rods are straight.
+    """
+    count = max((len(one.coefficients) for one in mountings if any(one.coefficients)), default=0)
+    columns = np.zeros((len(mountings), 3 + count))
+    columns[:, 0] = theta
+    for row, one in zip(columns, mountings, strict=True):
+        row[1:3] = one.clamp_angle, one.clamp_compliance
+        if any(one.coefficients):
+            row[3 : 3 + len(one.coefficients)] = one.coefficients
+    return columns
+
+
+def tail(
+    curvature: FloatArray, start: FloatArray, stop: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Natural shape of rods between two arc lengths, relative to the slope at the first.
+
+    Parameters
+    ----------
     curvature : ndarray, shape (n, k)
         Coefficients of κ0 (1/L), lowest power of s first.
+    start, stop : ndarray, shape (n, points)
+        Arc lengths (L).
+
+    Returns
+    -------
+    along, up : ndarray, shape (n, points)
+        Way along the slope and normal to it (L).
+    turn : ndarray, shape (n, points)
+        Angle by which the rod turns (rad).
     """
-
-    clamp_angle: FloatArray
-    clamp_compliance: FloatArray
-    curvature: FloatArray
-
-    @classmethod
-    def of(cls, mountings: Sequence[Mounting]) -> "Mountings":
-        """Columns of some mountings."""
-        count = max(len(one.coefficients) for one in mountings)
-        curvature = np.zeros((len(mountings), count))
-        for row, one in zip(curvature, mountings, strict=True):
-            row[: len(one.coefficients)] = one.coefficients
-        return cls(
-            clamp_angle=np.array([one.clamp_angle for one in mountings], dtype=float),
-            clamp_compliance=np.array([one.clamp_compliance for one in mountings], dtype=float),
-            curvature=curvature,
-        )
-
-    def scaled(self, share: FloatArray) -> "Mountings":
-        """Mountings that differ from the ideal one by a share of these, shape (n,)."""
-        return Mountings(
-            clamp_angle=share * self.clamp_angle,
-            clamp_compliance=share * self.clamp_compliance,
-            curvature=share[:, None] * self.curvature,
-        )
-
-    def natural_curvature(self, s: FloatArray) -> FloatArray:
-        """κ0(s) at arc lengths of shape (n, points)."""
-        return _horner(self.curvature, s)
-
-    def natural_slope(self, s: FloatArray) -> FloatArray:
-        """Slope of the unloaded rod, π/2 + β + ∫₀ˢ κ0, at arc lengths of shape (n, points)."""
-        turn = s * _horner(self.curvature / np.arange(1, self.curvature.shape[1] + 1), s)
-        return turn + (CLAMP_SLOPE + self.clamp_angle)[:, None]
-
-    def tail(
-        self, start: FloatArray, stop: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Natural shape of rods between two arc lengths, seen along the slope at the first.
-
-        Parameters
-        ----------
-        start, stop : ndarray, shape (n, points)
-            Arc lengths (L).
-
-        Returns
-        -------
-        along, up : ndarray, shape (n, points)
-            Way along the slope and normal to it (L).
-        turn : ndarray, shape (n, points)
-            Angle by which the rod turns (rad).
-        """
-        begin, length = self.natural_slope(start), stop - start
-        rule = gauss_rule(TAIL_NODES)
-        # What is straight is so exactly.
-        shortening, up = np.zeros_like(length), np.zeros_like(length)
-        for node, weight in zip(rule.nodes, rule.weights, strict=True):
-            turn = self.natural_slope(start + node * length) - begin
-            shortening += weight * 2.0 * np.sin(0.5 * turn) ** 2
-            up += weight * np.sin(turn)
-        return length * (1.0 - shortening), length * up, self.natural_slope(stop) - begin
+    integral = curvature / np.arange(1, curvature.shape[1] + 1)
+    begin, length = start * polynomial(integral, start), stop - start
+    rule = gauss_rule(TAIL_NODES)
+    # What is straight is so exactly.
+    shortening, up = np.zeros_like(length), np.zeros_like(length)
+    for node, weight in zip(rule.nodes, rule.weights, strict=True):
+        s = start + node * length
+        turn = s * polynomial(integral, s) - begin
+        shortening += weight * 2.0 * np.sin(0.5 * turn) ** 2
+        up += weight * np.sin(turn)
+    turn = stop * polynomial(integral, stop) - begin
+    return length * (1.0 - shortening), length * up, turn
 
 
-def _horner(coefficients: FloatArray, s: FloatArray) -> FloatArray:
-    """Polynomials, coefficients of shape (n, k), at places of shape (n, points)."""
-    *lower, highest = coefficients.T
-    value = np.broadcast_to(highest[:, None], s.shape)
-    for coefficient in reversed(lower):
+def polynomial(coefficients: FloatArray, s: FloatArray) -> FloatArray:
+    """Polynomials, coefficients of shape (n, k), lowest first, at places of shape (n, points)."""
+    value = np.zeros_like(s)
+    for coefficient in coefficients.T[::-1]:
         value = value * s + coefficient[:, None]
     return value

@@ -1,17 +1,19 @@
 """Stability: whether an equilibrium is a minimum of the energy."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from vibrissa.mechanics.mounting import polynomial
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import gauss_rule
-from vibrissa.outcomes import Contact
 
 # Stiffness that stands for a rigid constraint: larger ones lose the digits of the margin.
 RIGID = 1e8
 
 
-def stability(states: RodStates, contact: Contact, *, slides: bool = False) -> FloatArray:
+def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
     """How far each equilibrium is from losing stability with clamp and contact point held fixed.
 
     An equilibrium is a minimum of the bending energy under its constraints if the second
@@ -26,8 +28,6 @@ def stability(states: RodStates, contact: Contact, *, slides: bool = False) -> F
     Parameters
     ----------
     states : RodStates
-    contact : Contact
-        Kind of contact of all states.
     slides : bool
         Whether the contact point is free to slide along the surface, as if without friction: only
         its height is held.
@@ -40,38 +40,57 @@ def stability(states: RodStates, contact: Contact, *, slides: bool = False) -> F
     """
     rule = gauss_rule(states.nodes)
     density, compliance = states.densities(rule.nodes)
-    # ψ from u, the square root of its bending energy density: ∫ B·ψ'² ds = Σ u²
+    # ψ from u, the square root of its bending energy density: ∫ B·ψ'² ds = Σ u². One more
+    # variable is the turn of the clamp, in units of the root of its energy.
     root = np.sqrt(rule.weights * compliance)
+    turn = np.sqrt(states.clamp_compliance)[:, None]
     slope = rule.from_start * (compliance / root)[:, None, :]
+    clamp = np.broadcast_to(turn[:, None], (*slope.shape[:2], 1))
+    slope, touch = np.concatenate([slope, clamp], axis=2), np.hstack([root, turn])
     load = rule.weights * density
-    load_slope = load * (
-        states.fx[:, None] * np.cos(states.phi) + states.fy[:, None] * np.sin(states.phi)
-    )
-    touch = root
-    if states.mounting is not None:
-        # One more variable is the turn of the clamp, in units of the root of its energy.
-        turn = np.sqrt(states.mounting.clamp_compliance)[:, None]
-        clamp = np.broadcast_to(turn[:, None], (*slope.shape[:2], 1))
-        slope, touch = np.concatenate([slope, clamp], axis=2), np.hstack([root, turn])
-    constraints = [] if slides else [np.vecmat(load * np.sin(states.phi), slope)]
-    constraints.append(np.vecmat(load * np.cos(states.phi), slope))
+    sin, cos = np.sin(states.phi), np.cos(states.phi)
+    load_slope = load * (states.fx[:, None] * cos + states.fy[:, None] * sin)
     quadratic = np.swapaxes(slope, 1, 2) @ (load_slope[:, :, None] * slope)
-    if contact is Contact.LINE:
-        if states.mounting is None:
-            constraints.append(touch)
-        else:
-            held = _held(states.fy, states.mounting.natural_curvature(states.s_c[:, None])[:, 0])
-            quadratic += held[:, None, None] * touch[:, :, None] * touch[:, None, :]
-    basis, _ = np.linalg.qr(np.stack(constraints, axis=-1), mode="complete")
-    free = basis[:, :, len(constraints) :]
-    projected = np.swapaxes(free, 1, 2) @ quadratic @ free
-    found = np.isfinite(projected).all(axis=(1, 2))
-    margin = np.full(len(states), np.nan)
-    margin[found] = 1.0 + np.linalg.eigvalsh(projected[found])[:, 0]
-    return margin
+    # At a tip nothing holds the slope. Where the rod lies down a turn costs energy, or is held.
+    curvature = polynomial(states.curvature, states.s_c[:, None])[:, 0]
+    yields = states.line & (curvature < 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        held = np.where(yields, np.clip(states.fy / curvature, 0.0, RIGID), 0.0)
+    quadratic += held[:, None, None] * touch[:, :, None] * touch[:, None, :]
+    constraints = [np.vecmat(load * cos, slope), touch * (states.line & ~yields)[:, None]]
+    if not slides:
+        constraints.append(np.vecmat(load * sin, slope))
+    return 1.0 + smallest_eigenvalue(quadratic, constraints)
 
 
-def _held(fy: FloatArray, curvature: FloatArray) -> FloatArray:
-    """Stiffness fy/κ0(s_c) against a turn at the contact point; rigid where κ0 is not negative."""
-    with np.errstate(divide="ignore"):
-        return np.where(curvature < 0.0, np.clip(fy / curvature, 0.0, RIGID), RIGID)
+def smallest_eigenvalue(matrices: FloatArray, normals: Sequence[FloatArray]) -> FloatArray:
+    """Smallest eigenvalues of symmetric operators in the spaces normal to some vectors.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (n, k, k)
+        Overwritten.
+    normals : sequence of ndarray, shape (n, k)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        At most 0, which is an eigenvalue in the limit of many nodes; NaN where a matrix is not
+        finite.
+    """
+    known: list[FloatArray] = []
+    for normal in normals:
+        for other in known:
+            normal = normal - np.vecdot(other, normal)[:, None] * other
+        # A vector of zeros holds nothing.
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+        known.append(normal)
+        moved = np.matvec(matrices, normal)
+        moved -= 0.5 * np.vecdot(normal, moved)[:, None] * normal
+        matrices -= normal[:, :, None] * moved[:, None]
+        matrices -= moved[:, :, None] * normal[:, None]
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    found = np.full(len(matrices), np.nan)
+    found[finite] = np.linalg.eigvalsh(matrices[finite])[:, 0]
+    return found

@@ -1,83 +1,129 @@
-"""States of the rod: its shape, the contact force that bends it, and what is seen of both."""
+"""States of rods: shapes with the contact forces that bend them, and the loads they show."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Self, TypeAlias
 
 import numpy as np
 
-from vibrissa.mechanics.mounting import Mountings
-from vibrissa.mechanics.taper import arc_density, arc_length, densities
-from vibrissa.numerics.arrays import FloatArray, Index
+from vibrissa.mechanics.mounting import CLAMP_SLOPE, polynomial
+from vibrissa.mechanics.taper import arc_length, densities
+from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import refinement_matrix
 
-# The columns of states that the equations determine; the others are given.
-UNKNOWNS = ("phi", "fx", "fy", "s_c")
 # A column of a batch, or a number where there is one state alone.
 Values: TypeAlias = Any
+# Unknowns besides the slopes: fx, fy and s_c.
+SCALARS = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RodStates(Batch):
-    """The unknowns of equilibrium for a batch of rods: shapes with their contact forces.
+    """A batch of equilibria, or of guesses for them.
 
     Attributes
     ----------
-    theta : ndarray, shape (n,)
-        Taper factors.
-    phi : ndarray, shape (n, nodes)
-        Slope angle at the Gauss nodes in τ on the free part, in rad.
-    fx, fy : ndarray, shape (n,)
-        Contact force on the rod, in units of E·I0/L²; f·sin α and −f·cos α.
-    s_c : ndarray, shape (n,)
-        Arc length of the contact point, in units of L.
-    mounting : Mountings or None
-        Clamp and natural shape of each rod; None where all are as in the paper.
+    rods : ndarray, shape (n, 3 + k)
+        Properties of each rod (`vibrissa.mechanics.mounting.rod_columns`).
+    unknowns : ndarray, shape (n, nodes + 3)
+        Slope φ (rad) at the Gauss nodes in τ on the free part, contact force fx and fy on the rod
+        (E·I0/L²; f·sin α and −f·cos α), and arc length s_c of the contact point (L).
+    line : ndarray of bool, shape (n,)
+        Whether the rod lies along the surface beyond s_c; otherwise its tip alone touches.
     """
 
-    theta: FloatArray
-    phi: FloatArray
-    fx: FloatArray
-    fy: FloatArray
-    s_c: FloatArray
-    mounting: Mountings | None = None
+    rods: FloatArray
+    unknowns: FloatArray
+    line: BoolArray
 
     @property
     def nodes(self) -> int:
         """Number of collocation nodes along the rod."""
-        return int(self.phi.shape[-1])
+        return int(self.unknowns.shape[-1]) - SCALARS
+
+    @property
+    def theta(self) -> FloatArray:
+        """Taper factor."""
+        return self.rods[..., 0]
+
+    @property
+    def clamp_angle(self) -> FloatArray:
+        """Inclination β of the clamp (rad)."""
+        return self.rods[..., 1]
+
+    @property
+    def clamp_compliance(self) -> FloatArray:
+        """Compliance c of the clamp (L/(E·I0))."""
+        return self.rods[..., 2]
+
+    @property
+    def curvature(self) -> FloatArray:
+        """Coefficients of the natural curvature, shape (n, k); k = 0 where all are straight."""
+        return self.rods[..., 3:]
+
+    @property
+    def phi(self) -> FloatArray:
+        """Slopes at the nodes (rad), shape (n, nodes)."""
+        return self.unknowns[..., :-SCALARS]
+
+    @property
+    def fx(self) -> FloatArray:
+        """Contact force along the surface (E·I0/L²)."""
+        return self.unknowns[..., -3]
+
+    @property
+    def fy(self) -> FloatArray:
+        """Contact force normal to the surface (E·I0/L²), negative where it presses."""
+        return self.unknowns[..., -2]
+
+    @property
+    def s_c(self) -> FloatArray:
+        """Arc length of the contact point (L)."""
+        return self.unknowns[..., -1]
 
     def on_nodes(self, nodes: int) -> Self:
         """Interpolate the slopes to another number of nodes."""
-        return replace(self, phi=self.phi @ refinement_matrix(self.nodes, nodes)[1:-1].T)
+        return replace(self, unknowns=self.unknowns @ transfer(self.nodes, nodes))
 
-    def unsolved(self) -> Self:
-        """Return as many states of the same rods, all unknowns NaN."""
-        columns = self.columns
-        unknowns: dict[str, Any] = {n: np.full_like(columns[n], np.nan) for n in UNKNOWNS}
-        return replace(self, **unknowns)
-
-    def forget(self, index: Index) -> None:
-        """Set the unknowns of some states to NaN, in place."""
-        for name in UNKNOWNS:
-            vars(self)[name][index] = np.nan
-
-    def arc_length(self, tau: FloatArray) -> FloatArray:
-        """Arc length at bending coordinates of the free part, shape (n, len(tau))."""
-        return arc_length(tau, self.theta[:, None], self.s_c[:, None])
-
-    def arc_density(self, tau: FloatArray) -> FloatArray:
-        """Arc length per bending coordinate on the free part, shape (n, len(tau))."""
-        return arc_density(tau, self.theta[:, None], self.s_c[:, None])
+    def with_unknowns(self, unknowns: FloatArray) -> Self:
+        """Other states of the same rods and kinds of contact."""
+        return replace(self, unknowns=unknowns)
 
     def densities(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Arc length and bending compliance per bending coordinate, each (n, len(tau))."""
         return densities(tau, self.theta[:, None], self.s_c[:, None])
 
+    def arc_length(self, tau: FloatArray) -> FloatArray:
+        """Arc length at bending coordinates of the free part, shape (n, len(tau))."""
+        return arc_length(tau, self.theta[:, None], self.s_c[:, None])
+
+    def natural_slope(self, tau: FloatArray) -> FloatArray:
+        """Slope of the unloaded rod, π/2 + β + ∫₀ˢ κ0, shape (n, len(tau)) or (n, 1)."""
+        upright = CLAMP_SLOPE + self.rods[:, 1:2]
+        if not self.curvature.shape[1]:
+            return upright
+        s = self.arc_length(tau)
+        return upright + s * polynomial(
+            self.curvature / np.arange(1, self.curvature.shape[1] + 1), s
+        )
+
+
+@lru_cache
+def transfer(nodes: int, other: int) -> FloatArray:
+    """Interpolation of unknowns from some nodes to others, from the right; forces stay."""
+    matrix = np.eye(nodes + SCALARS, other + SCALARS, k=other - nodes)
+    matrix[:, :other] = 0.0
+    matrix[:nodes, :other] = (
+        np.eye(nodes) if nodes == other else refinement_matrix(nodes, other)[1:-1].T
+    )
+    matrix.flags.writeable = False
+    return matrix
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ContactState(Batch):
-    """What an equilibrium shows at the clamp and at the contact point, for one or many of them.
+    """Loads and contact of one equilibrium, or of many.
 
     Attributes
     ----------
@@ -90,7 +136,7 @@ class ContactState(Batch):
         Arc length of the contact point, in units of L; 1 in point contact.
     stability : ndarray or float
         Smallest eigenvalue of the second variation of the energy, clamp and contact point held:
-        positive where the equilibrium is stable; NaN where the method does not tell.
+        positive where the equilibrium is stable; NaN where the method does not give it.
     stability_aside : ndarray or float
         The same out of the plane, of a rod with a round section; NaN also where the rod cannot
         leave its plane.
@@ -116,6 +162,6 @@ class ContactState(Batch):
 
     @property
     def friction_demand(self) -> Values:
-        """Friction coefficient −tan α that the contact needs to stick; infinite without load."""
+        """Mobilised friction −tan α, which the contact needs to stick; infinite without load."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.reaction_fx / self.reaction_fy

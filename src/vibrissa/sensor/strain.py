@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibrissa.mechanics.bending import Strains, strains
-from vibrissa.mechanics.mounting import Mountings
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
 
@@ -31,7 +30,7 @@ def strains_in(curve: StickingCurve, states: StickingState) -> Strains:
     contact = x1 - (1.0 - states.s_c)
     values = (curve.theta, states.f, states.alpha, contact, height, states.s_c)
     theta, f, alpha, x_c, y_c, s_c = np.broadcast_arrays(*(np.atleast_1d(x) for x in values))
-    return strains(theta, f, alpha, x_c, y_c, s_c, Mountings.of([curve.mounting]))
+    return strains(theta, f, alpha, x_c, y_c, s_c, curve.mounting)
 
 
 def largest_strain(curve: StickingCurve, state: StickingState) -> float:

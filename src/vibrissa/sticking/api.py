@@ -283,10 +283,10 @@ def solve_states(
     )
     return [
         EquilibriumState(
-            **_shown(solution),
+            **_loads(solution),
             status=status,
             message=message,
-            contact="" if solution is None else _kind(solution).value,
+            contact="" if solution is None else _kind(solution),
             theta=theta,
             x1=each,
             eta=eta,
@@ -298,22 +298,21 @@ def solve_states(
 
 
 def _kind(solution: RodStates) -> Contact:
-    """Kind of contact of a solved state."""
-    return Contact.POINT if solution.s_c[0] == 1.0 else Contact.LINE
+    return Contact.LINE if solution.line[0] else Contact.POINT
 
 
-def _shown(solution: RodStates | None) -> dict[str, float]:
-    """Evaluate one state; NaN without any."""
+def _loads(solution: RodStates | None) -> dict[str, float]:
+    """Return loads and contact of one state; NaN without any."""
     if solution is None:
         return dict.fromkeys(ContactState.names(), np.nan)
-    kind, seen = _kind(solution), ends(solution)
+    end = ends(solution)
     return {
         "reaction_fx": float(solution.fx[0]),
         "reaction_fy": float(solution.fy[0]),
-        "reaction_m": float(seen.moment[0]),
-        "phi1": 0.0 if kind is Contact.LINE else float(seen.phi1[0]),
+        "reaction_m": float(end.moment[0]),
+        "phi1": 0.0 if solution.line[0] else float(end.phi1[0]),
         "s_c": float(solution.s_c[0]),
-        "stability": float(stability(solution, kind)[0]),
+        "stability": float(stability(solution)[0]),
         "stability_aside": float(stability_aside(solution)[0]),
     }
 

@@ -11,7 +11,10 @@ from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
 from vibrissa.sticking.piece import Piece, PieceArray
 
-NO_MAXIMUM = "the curve has no locking maximum where sought"
+NO_MAXIMUM = (
+    "the path could not be followed up to a maximum of -tan alpha; try a larger eta or a theta "
+    "closer to 1"
+)
 NOT_IN_PLANE = (
     "the rod leaves its plane with alpha = 0 already; try section: planar, a smaller eta, or a "
     "curvature that is less towards the surface"
@@ -170,7 +173,7 @@ def _assembled_curve(solved: Solved, kept: _Kept, extremes: _Extremes) -> Sticki
     """Build a curve of which all is known; see `assembled_curves`."""
     pieces, end, message = kept
     x0_lock, mu_lock = _lock(kept, extremes)
-    within = bool(pieces) and 0.0 < x0_lock < pieces[-1].last_x0
+    within = bool(pieces) and 0.0 < x0_lock < pieces[-1].last_x0 - SAME
     if not pieces or not (within or mu_lock == np.inf or end is End.SWINGS_ASIDE):
         if end is not End.OUT_OF_REACH or not pieces:
             status = Status.OUT_OF_REACH if message else Status.FAILED

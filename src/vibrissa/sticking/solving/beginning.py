@@ -1,39 +1,37 @@
-"""Where branches begin: α = 0 states of rods in any mounting, followed there from the ideal one.
+"""Where branches begin: α = 0 states of rods in any mounting.
 
 In the ideal mounting the first buckling mode starts Newton's iteration. In another one there is no
 buckling: a rod that is inclined, curved or turned by a yielding clamp bends from the first touch,
 and the state that is bent towards +x may not exist at all. It is followed from the ideal rod at the
-same height, while all deviations grow together from nothing to the whole mounting. It exists as
-long as it is a minimum of the energy for a tip that slides without friction, and presses on the
-surface.
+same height by a homotopy, in which all deviations grow together from nothing to the whole mounting.
+It exists as long as it is a minimum of the energy for a tip that slides without friction, and
+presses on the surface.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.buckling import initial_states
-from vibrissa.mechanics.equations import Closure, contact_position, ends
-from vibrissa.mechanics.mounting import Mounting, Mountings
-from vibrissa.mechanics.newton import MAX_ITERATIONS
+from vibrissa.mechanics.buckling import buckled_unknowns
+from vibrissa.mechanics.equations import ClosingCondition, bending_moment, ends
+from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.stability import stability
-from vibrissa.mechanics.states import UNKNOWNS, RodStates
+from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sticking.solving.branches import Branches
-from vibrissa.sticking.solving.following import solve_kinds
 
 # Height at which lowering the surface begins, and the first step (part of the way).
 HIGHEST, FIRST_SHARE = 0.999, 0.1
-# A step that succeeds is doubled, one that fails divided; the shortest step (parts of a mounting).
+# A step that succeeds is doubled, one that fails divided; the shortest step (parts of a way).
 DIVISION, SHORTEST_STEP = 4.0, 1e-4
 # Part of the rod's bend by which a state may differ from its guess: further away is another branch.
 NEAR = 0.3
 # Below this margin of stability a branch that cannot be followed has its end.
 END_MARGIN = 0.1
+# Accuracy of the states, which are guesses for what is solved exactly.
+TOLERANCE = 1e-8
 
 NO_INITIAL_STATE = (
     "no first-mode state with alpha = 0 found; try a larger eta or a theta closer to 1"
@@ -53,53 +51,6 @@ LOST = (
 )
 
 
-class Closeness(NamedTuple):
-    """How closely paths are followed: number of nodes, and the longest step."""
-
-    nodes: int
-    longest: float
-
-
-# More closely where that leads nowhere. The pieces have nodes and states of their own.
-CLOSENESS = (Closeness(24, 0.6), Closeness(48, 0.15), Closeness(108, 0.04))
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Rods(Batch):
-    """Rods below a surface: what curves are solved for.
-
-    Attributes
-    ----------
-    theta, eta : ndarray, shape (n,)
-        Taper factors and heights of the surface (L).
-    mounting : Mountings or None
-        Clamps and natural shapes; None where all are ideal.
-    stage_angle : ndarray, shape (n,), or None
-        δ (rad); None where all stages move along the surface.
-    """
-
-    theta: FloatArray
-    eta: FloatArray
-    mounting: Mountings | None = None
-    stage_angle: FloatArray | None = None
-
-    @classmethod
-    def of(cls, theta: FloatArray, eta: FloatArray, mountings: Sequence[Mounting]) -> Self:
-        """Put rods of one kind together: all in ideal mountings or none, and stages likewise."""
-        ideal, along = mountings[0].is_ideal_rod, mountings[0].stage_angle == 0.0
-        return cls(
-            theta=theta,
-            eta=eta,
-            mounting=None if ideal else Mountings.of(mountings),
-            stage_angle=None if along else np.array([one.stage_angle for one in mountings]),
-        )
-
-    @property
-    def are_ideal(self) -> bool:
-        """Whether all are mounted as in the paper."""
-        return self.mounting is None and self.stage_angle is None
-
-
 class Beginning(NamedTuple):
     """First states of branches.
 
@@ -108,8 +59,6 @@ class Beginning(NamedTuple):
     branches : Branches
     states : RodStates
         The α = 0 states of those that have one.
-    line : ndarray of bool, shape (n,)
-        Whether these are in line contact.
     rows : ndarray of int
         Which of the rods they are.
     missing : dict
@@ -118,17 +67,21 @@ class Beginning(NamedTuple):
 
     branches: Branches
     states: RodStates
-    line: BoolArray
     rows: IntArray
     missing: dict[int, tuple[Status, str]]
 
 
-def begin(rods: Rods, nodes: int, model: Contact) -> Beginning:
+def begin(
+    rods: FloatArray, eta: FloatArray, stage_angle: FloatArray, nodes: int, model: Contact
+) -> Beginning:
     """Solve the states in which branches begin.
 
     Parameters
     ----------
-    rods : Rods
+    rods : ndarray, shape (n, 3 + k)
+        Properties of the rods (`vibrissa.mechanics.mounting.rod_columns`).
+    eta, stage_angle : ndarray, shape (n,)
+        Heights of the surface (L), and angles of the clamp's way (rad).
     nodes : int
         Number of collocation nodes.
     model : Contact
@@ -138,175 +91,126 @@ def begin(rods: Rods, nodes: int, model: Contact) -> Beginning:
     -------
     Beginning
     """
-    states, line, found = _upright(rods.theta, rods.eta, nodes, model)
-    rows = np.flatnonzero(found)
+    ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
-    states, line, eta = states.take(rows), line[rows], rods.eta[rows]
-    scale, force = contact_position(states)[0], -states.fy
-    if rods.mounting is not None and len(rows):
-        states, line, why = _mounted(states, line, eta, rods.mounting.take(rows), model)
-        missing |= {int(rows[row]): reason for row, reason in why.items()}
-        here = np.setdiff1d(np.arange(len(rows)), list(why))
-        rows, states, line, eta = rows[here], states.take(here), line[here], eta[here]
-        scale, force = scale[here], force[here]
+    states = RodStates(rods=rods, unknowns=ideal.unknowns.copy(), line=ideal.line.copy())
+    mounted = np.flatnonzero(found & rods[:, 1:].any(axis=1))
+    if len(mounted):
+        solved, share = _mounted_states(states.take(mounted), eta[mounted], model)
+        states.put(mounted, solved)
+        lost = np.flatnonzero((share < 1.0) | (solved.fy >= 0.0))
+        found[mounted[lost]] = False
+        for row, why in zip(lost, _reasons(solved.take(lost), share[lost]), strict=True):
+            missing[int(mounted[row])] = why
+    rows = np.flatnonzero(found)
+    ideal, states = ideal.take(rows), states.take(rows)
     branches = Branches(
-        theta=states.theta,
-        eta=eta,
-        x1_init=contact_position(states)[0],
-        scale=scale,
-        force=force,
-        stage_angle=None if rods.stage_angle is None else rods.stage_angle[rows],
+        rods=states.rods,
+        eta=eta[rows],
+        tilt=np.tan(stage_angle[rows]),
+        x1_init=ends(states).offset,
+        scale=ends(ideal).offset,
+        force=-ideal.fy,
     )
-    return Beginning(branches, states, line, rows, missing)
+    return Beginning(branches, states, rows, missing)
 
 
-def _upright(
+def _reasons(states: RodStates, share: FloatArray) -> list[tuple[Status, str]]:
+    """Status and message of rods that have no state with α = 0, by the last one on the way."""
+    springs = stability(states, slides=True) < END_MARGIN
+    found = []
+    for part, over, lifts in zip(share, springs, states.fy >= 0.0, strict=True):
+        status, why = (Status.OUT_OF_REACH, SPRINGS) if over else (Status.FAILED, LOST)
+        if lifts:
+            status, why = Status.OUT_OF_REACH, LEAVES
+        found.append((status, why.format(share=part)))
+    return found
+
+
+def _ideal_states(
     theta: FloatArray, eta: FloatArray, nodes: int, model: Contact
-) -> tuple[RodStates, BoolArray, BoolArray]:
-    """Solve α = 0 states in the ideal mounting: states, which are in line contact, which found."""
-    states, found = initial_states(theta, eta, nodes)
-    line = np.zeros(len(theta), dtype=bool)
+) -> tuple[RodStates, BoolArray]:
+    """Solve α = 0 states in the ideal mounting, and say which are found."""
+    states, found = _buckled_states(theta, eta, nodes)
     lies = found & (ends(states).phi1 < 0.0) & (model is Contact.LINE)
     rows = np.flatnonzero(~found | lies)
     if len(rows):
         # The surface is lowered. The deflection grows like the square root of 1 − η.
         high, low = np.sqrt(1.0 - HIGHEST), np.sqrt(1.0 - eta[rows])
-        first, _ = initial_states(theta[rows], np.full(len(rows), HIGHEST), nodes)
+        first, _ = _buckled_states(theta[rows], np.full(len(rows), HIGHEST), nodes)
 
-        def lowered(row: IntArray, share: FloatArray) -> tuple[FloatArray, None]:
-            return 1.0 - (high + share * (low[row] - high)) ** 2, None
+        def lowered(row: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return first.rods[row], 1.0 - (high + share * (low[row] - high)) ** 2
 
-        lowest, kind, share = _towards_the_end(first, line[rows], lowered, model, FIRST_SHARE)
+        lowest, share = _homotopy(first, lowered, model, FIRST_SHARE)
         states.put(rows, lowest)
-        line[rows], found[rows] = kind, share >= 1.0
-    return states, line, found
+        found[rows] = share >= 1.0
+    return states, found
 
 
-# Maps some of the rods, and shares of the way for them, to the heights of the surface and the
-# mountings there.
-Way = Callable[[IntArray, FloatArray], tuple[FloatArray, Mountings | None]]
+def _buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[RodStates, BoolArray]:
+    """Solve α = 0 states from the buckling mode; found are those bent towards +x in that mode."""
+    guess = RodStates(
+        rods=np.column_stack([theta, np.zeros((len(theta), 2))]),
+        unknowns=buckled_unknowns(theta, eta, nodes),
+        line=np.zeros(len(theta), dtype=bool),
+    )
+    states, converged, _ = solve(guess, ClosingCondition.at_inclination(np.zeros(len(eta)), eta))
+    # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image
+    return states, converged & (bending_moment(states) < 0).all(axis=1) & (states.fy < 0)
 
 
-def _towards_the_end(
-    first: RodStates, line: BoolArray, way: Way, model: Contact, step: float
-) -> tuple[RodStates, BoolArray, FloatArray]:
+def _mounted_states(
+    ideal: RodStates, eta: FloatArray, model: Contact
+) -> tuple[RodStates, FloatArray]:
+    """Follow first states from the ideal mounting to the wanted ones."""
+    wanted = ideal.rods
+
+    def deviating(rows: IntArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
+        some = wanted[rows]
+        return np.hstack([some[:, :1], share[:, None] * some[:, 1:]]), eta[rows]
+
+    return _homotopy(ideal, deviating, model, 1.0)
+
+
+# Maps some of the rods, and shares of the way for them, to the properties of the rods and the
+# heights of the surface there.
+Way = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+
+def _homotopy(
+    first: RodStates, way: Way, model: Contact, step: float
+) -> tuple[RodStates, FloatArray]:
     """Follow α = 0 states along a way, in steps that adapt, as far as they exist.
 
-    Returns the last states, their kinds of contact and the shares of the way.
+    Returns the last states and the shares of the way.
     """
-    count = len(line)
-    states, line = first.copy(), line.copy()
-    before, last, share, steps = (
-        states.copy(),
-        np.zeros(count),
-        np.zeros(count),
-        np.full(count, step),
-    )
+    count = len(first)
+    states, before = first.copy(), first.unknowns.copy()
+    last, share, steps = np.zeros(count), np.zeros(count), np.full(count, step)
     active = np.flatnonzero(np.isfinite(states.fx))
     while len(active):
         target = np.minimum(share[active] + steps[active], 1.0)
-        eta, mounting = way(active, target)
-        known = before.take(active), states.take(active), last[active], share[active]
-        guess = replace(_extrapolated(*known, target), mounting=mounting)
-        # Where the kind just changed, the extrapolated s_c may have passed 1.
-        guess = replace(guess, s_c=np.where(line[active], np.minimum(guess.s_c, 1.0), 1.0))
-        upright = Closure.at_inclination(np.zeros(len(active)))
-        solution, kind, found = with_active_contact(guess, eta, upright, line[active], model)
-        good = found & _is_near(solution, guess) & (_margin(solution, kind) > 0.0)
+        rods, eta = way(active, target)
+        new, old, line = states.unknowns[active], before[active], states.line[active]
+        way_before = share[active] - last[active]
+        weight = np.divide(
+            target - share[active], way_before, out=np.zeros(len(active)), where=way_before > 0.0
+        )
+        guess = RodStates(rods=rods, unknowns=new + weight[:, None] * (new - old), line=line)
+        # Where the kind of contact just changed, the extrapolated s_c may have passed 1.
+        np.minimum(guess.s_c, 1.0, out=guess.s_c)
+        upright = ClosingCondition.at_inclination(np.zeros(len(active)), eta)
+        solution, found = with_active_contact(guess, upright, model)
+        good = found & _is_near(solution, guess) & (stability(solution, slides=True) > 0.0)
         steps[active] = np.where(good, 2.0 * steps[active], steps[active] / DIVISION)
         rows = active[good]
-        before.put(rows, states.take(rows))
+        before[rows] = states.unknowns[rows]
         states.put(rows, solution.take(good))
-        line[rows], last[rows], share[rows] = kind[good], share[rows], target[good]
+        last[rows], share[rows] = share[rows], target[good]
         goes_on = (share < 1.0) & (states.fy < 0.0) & (steps >= SHORTEST_STEP)
         active = active[goes_on[active]]
-    return states, line, share
-
-
-def with_active_contact(
-    guess: RodStates,
-    eta: FloatArray,
-    closure: Closure,
-    line: BoolArray,
-    model: Contact,
-) -> tuple[RodStates, BoolArray, BoolArray]:
-    """Solve states with the kind of contact that is possible.
-
-    Parameters
-    ----------
-    guess : RodStates
-    eta : ndarray, shape (n,)
-        Heights of the surface (L).
-    closure : Closure
-        What is prescribed; its kind of contact does not matter.
-    line : ndarray of bool, shape (n,)
-        Kind of contact to try first.
-    model : Contact
-        POINT for contact with the tip alone, LINE for the kind that is possible.
-
-    Returns
-    -------
-    states : RodStates
-        NaN where none was found.
-    line : ndarray of bool, shape (n,)
-        Kind of contact of each.
-    found : ndarray of bool, shape (n,)
-    """
-    states, found = solve_kinds(guess, eta, closure, line, iterations=MAX_ITERATIONS)
-    if model is Contact.LINE:
-        impossible = found & np.where(line, states.s_c > 1.0, ends(states).phi1 < 0.0)
-        # Where a pulled rod has peeled off up to its tip, no state lies along the surface.
-        other = np.flatnonzero(impossible | (line & ~found))
-        if len(other):
-            line = line.copy()
-            line[other] = ~line[other]
-            start = guess.take(other)
-            start.put(found[other], states.take(other[found[other]]))
-            start = replace(start, s_c=np.ones(len(other)))
-            some = eta[other], closure.take(other), line[other]
-            solution, again = solve_kinds(start, *some, iterations=MAX_ITERATIONS)
-            states.put(other, solution)
-            slope = ends(solution).phi1
-            found[other] = again & np.where(line[other], solution.s_c <= 1.0, slope >= 0.0)
-    # s_c runs away where the rod would lie down altogether
-    found &= states.s_c > 0.0
-    states.forget(~found)
-    return states, line, found
-
-
-def _mounted(
-    ideal: RodStates, line: BoolArray, eta: FloatArray, mounting: Mountings, model: Contact
-) -> tuple[RodStates, BoolArray, dict[int, tuple[Status, str]]]:
-    """Follow first states from the ideal mounting to the wanted ones."""
-
-    def deviating(rows: IntArray, share: FloatArray) -> tuple[FloatArray, Mountings]:
-        return eta[rows], mounting.take(rows).scaled(share)
-
-    first = replace(ideal, mounting=mounting.scaled(np.zeros(len(eta))))
-    states, line, share = _towards_the_end(first, line, deviating, model, 1.0)
-    missing: dict[int, tuple[Status, str]] = {}
-    rows = np.flatnonzero((share < 1.0) | (states.fy >= 0.0))
-    springs = _margin(states.take(rows), line[rows]) < END_MARGIN
-    for row, over in zip(rows, springs, strict=True):
-        status, why = (Status.OUT_OF_REACH, SPRINGS) if over else (Status.FAILED, LOST)
-        if states.fy[row] >= 0.0:
-            status, why = Status.OUT_OF_REACH, LEAVES
-        missing[int(row)] = status, why.format(share=share[row])
-    return states, line, missing
-
-
-def _extrapolated(
-    before: RodStates, states: RodStates, last: FloatArray, share: FloatArray, target: FloatArray
-) -> RodStates:
-    """States on the way through two known ones; the second itself where there is only one."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        weight = np.nan_to_num((target - share) / (share - last), posinf=0.0)
-    old, new = before.columns, states.columns
-    guess: dict[str, Any] = {
-        name: new[name] + (new[name] - old[name]) * weight.reshape(-1, *[1] * (old[name].ndim - 1))
-        for name in UNKNOWNS
-    }
-    return replace(states, **guess)
+    return states, share
 
 
 def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
@@ -315,11 +219,41 @@ def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
     return np.asarray(np.abs(states.phi - guess.phi).max(axis=1) < NEAR * bend)
 
 
-def _margin(states: RodStates, line: BoolArray) -> FloatArray:
-    """Margin of stability of states whose tip slides without friction."""
-    margin = np.full(len(states), np.nan)
-    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
-        rows = np.flatnonzero(kind)
-        if len(rows):
-            margin[rows] = stability(states.take(rows), contact, slides=True)
-    return margin
+def with_active_contact(
+    guess: RodStates, closing: ClosingCondition, model: Contact
+) -> tuple[RodStates, BoolArray]:
+    """Solve states with the kind of contact that is possible, first with that of the guess.
+
+    Parameters
+    ----------
+    guess : RodStates
+    closing : ClosingCondition
+    model : Contact
+        POINT for contact with the tip alone, LINE for the kind that is possible.
+
+    Returns
+    -------
+    states : RodStates
+        NaN where none was found.
+    found : ndarray of bool, shape (n,)
+    """
+    states, found, _ = solve(guess, closing, tolerance=TOLERANCE)
+    if model is Contact.LINE:
+        # Where a retracted rod has peeled off up to its tip, no state lies along the surface.
+        other = np.flatnonzero(~_is_possible(states) & (found | states.line))
+        if len(other):
+            start = np.where(found[:, None], states.unknowns, guess.unknowns)[other]
+            start[:, -1] = 1.0
+            switched = RodStates(rods=guess.rods[other], unknowns=start, line=~guess.line[other])
+            again, converged, _ = solve(switched, closing.take(other), tolerance=TOLERANCE)
+            states.put(other, again)
+            found[other] = converged & _is_possible(again)
+    # s_c runs away where the rod would lie down altogether
+    found &= states.s_c > 0.0
+    states.unknowns[~found] = np.nan
+    return states, found
+
+
+def _is_possible(states: RodStates) -> BoolArray:
+    """Whether states have the kind of contact that is possible; not where they are NaN."""
+    return np.where(states.line, states.s_c <= 1.0, ends(states).phi1 >= 0.0)

@@ -1,80 +1,84 @@
-"""Branches of equilibria: what they belong to, and the conditions that hold along them."""
+"""Branches of equilibria: the rods, their α = 0 states, and conditions that hold along them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from vibrissa.mechanics.equations import Closure, contact_position, path_coordinates
+from vibrissa.mechanics.equations import ClosingCondition, ends
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.outcomes import Contact
+
+# Weights of fx and fy where forces stand beside lengths in the length of a path.
+WEIGHT_OF_FX, WEIGHT_OF_FY = 0.3, 0.1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Branches(Batch):
-    """A batch of branches: what they belong to and the α = 0 states in which they begin.
+    """A batch of branches, each with the α = 0 state in which it begins.
 
     Attributes
     ----------
-    theta, eta : ndarray, shape (n,)
-        Taper factors and heights of the surface (L).
+    rods : ndarray, shape (n, 3 + k)
+        Properties of the rods (`vibrissa.mechanics.mounting.rod_columns`).
+    eta, tilt : ndarray, shape (n,)
+        Height of the surface in the α = 0 state (L), and tan δ of the clamp's way.
     x1_init : ndarray, shape (n,)
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     scale, force : ndarray, shape (n,)
         Contact point (L) and contact force (E·I0/L²) in the α = 0 state of the same rod in the
-        ideal mounting: the units in which the way along a branch is measured.
-    stage_angle : ndarray, shape (n,), or None
-        Angle δ of the clamp's way to the surface (rad); None where it moves along the surface.
+        ideal mounting: the units in which the length of a path is measured.
     """
 
-    theta: FloatArray
+    rods: FloatArray
     eta: FloatArray
+    tilt: FloatArray
     x1_init: FloatArray
     scale: FloatArray
     force: FloatArray
-    stage_angle: FloatArray | None = None
 
     @property
-    def height(self) -> FloatArray:
-        """Right side of E2."""
-        if self.stage_angle is None:
-            return self.eta
-        return self.eta - np.tan(self.stage_angle) * self.x1_init
+    def cos(self) -> FloatArray:
+        """Cosine of the stage angle δ."""
+        return 1.0 / np.hypot(1.0, self.tilt)
 
-    def tilted(self, closure: Closure) -> Closure:
-        """Conditions with E2 for the way of the clamp."""
-        if self.stage_angle is None:
-            return closure
-        return replace(closure, tilt=np.tan(self.stage_angle))
-
-    def at_x0(self, x0: FloatArray, contact: Contact = Contact.POINT) -> Closure:
-        """Conditions that hold after displacements of the clamp."""
-        along = x0 if self.stage_angle is None else x0 * np.cos(self.stage_angle)
-        return self.tilted(Closure.at_offset(self.x1_init - along, contact))
-
-    def at_advance(
-        self, advance: FloatArray, direction: FloatArray, contact: Contact = Contact.POINT
-    ) -> Closure:
-        """Conditions that hold so far along a direction."""
-        closure = Closure.at_advance(advance, direction, self.scale, self.force, contact)
-        return self.tilted(closure)
+    @property
+    def units(self) -> FloatArray:
+        """Coordinates of a path for each unit of offset, fx, fy and s_c, shape (n, 4)."""
+        fx, fy = WEIGHT_OF_FX / self.force, WEIGHT_OF_FY / self.force
+        return np.stack([-1.0 / self.scale, fx, fy, np.ones_like(fx)], axis=1)
 
     def coordinates(self, states: RodStates) -> FloatArray:
-        """Coordinates in which the way along a branch is measured, shape (n, 4)."""
-        offset, _ = contact_position(states)
-        return path_coordinates(offset, states, self.scale, self.force)
-
-    def x0(self, states: RodStates) -> FloatArray:
-        """Displacement of the clamp in given states (L)."""
-        return self.displacement(contact_position(states)[0])
+        """Coordinates of states, in which the length of a path is measured, shape (n, 4)."""
+        return self.units * end_quantities(states)
 
     def displacement(self, offset: FloatArray) -> FloatArray:
         """Displacement of the clamp (L) by the offset of the contact point."""
-        x0 = self.x1_init - offset
-        return x0 if self.stage_angle is None else x0 / np.cos(self.stage_angle)
+        return (self.x1_init - offset) / self.cos
 
-    @property
-    def x0_unit(self) -> FloatArray:
-        """Displacement of the clamp for each unit of the first coordinate (L)."""
-        return self.scale if self.stage_angle is None else self.scale / np.cos(self.stage_angle)
+    def closing(self, weights: FloatArray, value: FloatArray) -> ClosingCondition:
+        """Conditions E2 and E3 on the way of the clamp."""
+        height = self.eta - self.tilt * self.x1_init
+        return ClosingCondition(height=height, tilt=self.tilt, weights=weights, value=value)
+
+    def along(self, direction: FloatArray, value: FloatArray) -> ClosingCondition:
+        """Prescribe the continuation parameter along a direction, shape (n, 4): E3c."""
+        return self.closing(self.weights(direction), value)
+
+    def weights(self, direction: FloatArray) -> FloatArray:
+        """Weights in E3 of the quantities along a direction, shape (n, 5)."""
+        return np.append(self.units * direction, np.zeros((len(direction), 1)), axis=1)
+
+    def prescribing(self, quantity: int, sign: FloatArray | float = 1.0) -> ClosingCondition:
+        """Prescribe that a quantity of E3 is zero: fx where α = 0, φ1 where the contact switches.
+
+        The value grows with the quantity, or falls where the sign is negative.
+        """
+        weights = np.zeros((len(self.eta), 5))
+        weights[:, quantity] = sign
+        return self.closing(weights, np.zeros(len(self.eta)))
+
+
+def end_quantities(states: RodStates) -> FloatArray:
+    """Offset, fx, fy and s_c of states, shape (n, 4)."""
+    return np.stack([ends(states).offset, states.fx, states.fy, states.s_c], axis=1)

@@ -1,281 +1,263 @@
-"""Paths are cut into smooth pieces, each counted by a parameter that increases all along it.
+"""Paths are cut into smooth parts, each with one continuation parameter that grows along it.
 
-A path is cut where the contact changes its kind. Between two kinks it is counted by the
-displacement as long as that grows steadily, and by the advance along a direction of its own where
-the forces change faster or the displacement turns back. The places where pieces meet are solved on
-as many nodes as they need: unlike the knots, they have to be exact.
+A path is cut where the contact changes its kind. Between two kinks the parameter is the
+displacement as long as that grows steadily, and otherwise the way along a direction (E3c): where
+the forces change faster or the displacement turns back. The ends of the parts are solved on as many
+nodes as they need: unlike the knots, they have to be exact.
 """
 
-from dataclasses import replace
+# Least share of the displacement in the direction of a path that it is the parameter of.
+from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.equations import Closure, contact_position
+from vibrissa.mechanics.equations import (
+    FX,
+    OFFSET,
+    PHI1,
+    ClosingCondition,
+    coefficient_decay,
+    largest_residual,
+)
 from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
+from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import chebyshev_nodes
-from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking.solving.branches import Branches
-from vibrissa.sticking.solving.following import Followed, Knots, between
-from vibrissa.sticking.solving.paths import Pieces
-from vibrissa.sticking.solving.refinement import NODES_ALONG_ROD, is_resolved
+from vibrissa.sticking.solving.branches import Branches, end_quantities
+from vibrissa.sticking.solving.following import Followed, Knots, hermite
 
-# Least share of the displacement in the direction of a path that is counted by it.
-STEADY = 0.05
-# Part of the largest −tan α below which a path has passed its lock.
-PAST_LOCK = 0.6
-# What −tan α is at α = 0, up to the accuracy of the knots.
-NO_DEMAND = 1e-4
-# Least share of a direction in those of a piece that is counted along it.
+# Least share of the displacement in the direction of a path that it is the parameter of; more where
+# the path turns back in the end.
+STEADY, STEADY_BEFORE_TURN = 0.05, 0.4
+# Least share of a direction in those of a part that has its parameter along it.
 ALONG = 0.4
 # The displacement as a direction.
 X0 = np.array([1.0, 0.0, 0.0, 0.0])
 
+RESIDUAL_TOLERANCE = 1e-12
+# On more nodes than these rounding alone comes near that.
+MANY_NODES, ROUNDED_TOLERANCE = 100, 1e-11
+# Bound on the last coefficients of series relative to the largest.
+DECAY_TOLERANCE = 1e-12
+NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
 
-class Part(NamedTuple):
-    """Part of a path to be solved as one piece.
+
+class Section(NamedTuple):
+    """Knots of a path between which it is one smooth part.
 
     Attributes
     ----------
-    branch : int
     first, last : int
-        Knots at its ends.
-    parameter : Parameter
-        By which it is counted.
+        Indices of the knots at its ends.
+    by_x0 : bool
+        Whether the displacement is its parameter.
     direction : ndarray, shape (4,)
-        Along which it is counted: that of the displacement, or one of its own.
+        Along which its parameter grows.
     """
 
-    branch: int
     first: int
     last: int
-    parameter: Parameter
+    by_x0: bool
     direction: FloatArray
 
 
-def parts_of(knots: Knots) -> list[Part]:
-    """Cut paths into parts that are counted by one parameter each, in the order of the knots."""
-    parts = []
-    before_lock = _before_lock(knots)
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Parts(Batch):
+    """Smooth parts of paths, to be resolved.
+
+    Attributes
+    ----------
+    section : ndarray of int, shape (n,)
+        Index of the section to which it belongs.
+    branch : ndarray of int, shape (n,)
+        Index of the branch.
+    by_x0, line : ndarray of bool, shape (n,)
+        Whether the displacement is the parameter; whether the contact is along a line.
+    start, length : ndarray, shape (n,)
+        First value of the parameter, and how far the part goes (x0 in L).
+    weights, shift : ndarray, shape (n, 5) and (n,)
+        The parameter is weights·(offset, fx, fy, s_c, φ1) + shift.
+    height, tilt : ndarray, shape (n,)
+        Of E2.
+    """
+
+    section: IntArray
+    branch: IntArray
+    by_x0: BoolArray
+    line: BoolArray
+    start: FloatArray
+    length: FloatArray
+    weights: FloatArray
+    shift: FloatArray
+    height: FloatArray
+    tilt: FloatArray
+
+    def closing_at(self, position: FloatArray) -> ClosingCondition:
+        """Conditions at fractions of the parts' length, all parts at the first place first."""
+        value = self.start - self.shift + position[:, None] * self.length
+        count = len(position)
+        return ClosingCondition(
+            height=np.tile(self.height, count),
+            tilt=np.tile(self.tilt, count),
+            weights=np.tile(self.weights, (count, 1)),
+            value=value.ravel(),
+        )
+
+
+def sections_of(followed: Followed, side: FloatArray) -> list[Section]:
+    """Cut paths into sections that have one parameter each, in the order of the knots."""
+    knots, sections = followed.knots, []
     begins = np.append(np.flatnonzero(knots.step == 0.0), len(knots))
     for start, stop in pairwise(begins.tolist()):
-        along = knots.direction[start:stop]
-        steady = (along[:, 0] >= STEADY) & before_lock[start:stop]
+        along, ahead = knots.direction[start:stop], side[knots.branch[start]]
+        turns = along[-1, 0] * ahead < STEADY
+        steady = along[:, 0] * ahead >= (STEADY_BEFORE_TURN if turns else STEADY)
         by_x0 = steady[:-1] & steady[1:]
         cuts = np.flatnonzero(by_x0[1:] != by_x0[:-1]) + 1
         for low, high in pairwise([0, *cuts.tolist(), len(by_x0)]):
             if low == high:
                 continue
-            parameter, bent = Parameter.X0, [(low, high, X0)]
-            if not by_x0[low]:
-                parameter, bent = Parameter.ADVANCE, _straight(along, low, high)
-            parts += [
-                Part(int(knots.branch[start]), start + i, start + j, parameter, direction)
-                for i, j, direction in bent
-            ]
-    return parts
+            if by_x0[low]:
+                sections.append(Section(start + low, start + high, True, ahead * X0))
+                continue
+            for i, j, direction in _straight(along, low, high):
+                sections.append(Section(start + i, start + j, False, direction))
+    return sections
 
 
-def _before_lock(knots: Knots) -> BoolArray:
-    """Whether −tan α has not yet fallen well below its largest value, on paths that turn back."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        demand = np.nan_to_num(knots.states.fx / knots.states.fy, nan=-np.inf)
-    before = np.ones(len(knots), dtype=bool)
-    begins = np.flatnonzero(np.append(True, np.diff(knots.branch) != 0))
-    for start, stop in pairwise([*begins.tolist(), len(knots)]):
-        if knots.direction[stop - 1, 0] < STEADY:
-            own = demand[start:stop]
-            before[start:stop] = own >= PAST_LOCK * np.maximum.accumulate(own) - NO_DEMAND
-    return before
-
-
-def _straight(along: FloatArray, low: int, high: int) -> list[tuple[int, int, FloatArray]]:
+def _straight(along: FloatArray, low: int, high: int) -> Iterator[tuple[int, int, FloatArray]]:
     """Cut where the directions of a path differ too much from that of its ends."""
-    middle = along[low] + along[high]
-    direction = middle / np.linalg.norm(middle)
-    if high - low == 1 or (along[low : high + 1] @ direction).min() > ALONG:
-        return [(low, high, direction)]
-    half = (low + high) // 2
-    return [*_straight(along, low, half), *_straight(along, half, high)]
+    ends = [low, high]
+    while len(ends) > 1:
+        low, high = ends[:2]
+        middle = along[low] + along[high]
+        direction = middle / np.linalg.norm(middle)
+        if high - low == 1 or (along[low : high + 1] @ direction).min() > ALONG:
+            yield low, high, direction
+            ends.pop(0)
+        else:
+            ends.insert(1, (low + high) // 2)
 
 
-def exact_x1_init(branches: Branches, states: RodStates, line: BoolArray) -> FloatArray:
-    """Contact points of α = 0 states (L); NaN where not resolved."""
-    upright = Closure.at_inclination(np.zeros(len(line)))
-    found = exact(states, line, branches.eta, upright)
-    return contact_position(found)[0]
+def residual_tolerance(nodes: int) -> float:
+    """Largest residual of a state that counts as solved on a number of nodes."""
+    return RESIDUAL_TOLERANCE if nodes <= MANY_NODES else ROUNDED_TOLERANCE
 
 
-def exact(guess: RodStates, line: BoolArray, height: FloatArray, closure: Closure) -> RodStates:
-    """Solve states on as many nodes as they need, and return them on the most of these.
+def resolved_states(
+    guess: RodStates, closing: ClosingCondition
+) -> Iterator[tuple[IntArray, RodStates, FloatArray]]:
+    """Solve states, each on as many nodes as it needs.
 
-    Parameters
-    ----------
-    guess : RodStates
-    line : ndarray of bool, shape (n,)
-        Which are in line contact.
-    height : ndarray, shape (n,)
-        Right side of E2.
-    closure : Closure
-        What is prescribed; its kind of contact does not matter.
-
-    Returns
-    -------
-    RodStates
-        NaN where there never are enough.
+    Yields
+    ------
+    rows : ndarray of int
+        Which of them have enough nodes.
+    states : RodStates
+    residual : ndarray
+        Largest residuals.
     """
-    found = guess.on_nodes(NODES_ALONG_ROD[0]).unsolved()
-    for contact, kind in ((Contact.POINT, ~line), (Contact.LINE, line)):
-        rows, conditions = np.flatnonzero(kind), replace(closure, contact=contact)
-        for nodes in NODES_ALONG_ROD:
-            if not len(rows):
-                break
-            some = conditions.take(rows)
-            states = solve(guess.take(rows).on_nodes(nodes), height[rows], some).states
-            good = is_resolved(states, height[rows], some)
-            found = found if found.nodes >= nodes else found.on_nodes(nodes)
-            found.put(rows[good], states.take(good).on_nodes(found.nodes))
-            rows = rows[~good]
+    rows = np.arange(len(guess))
+    for nodes in NODES_ALONG_ROD:
+        if not len(rows):
+            break
+        some = closing.take(rows)
+        states = solve(guess.take(rows).on_nodes(nodes), some).states
+        residual = largest_residual(states, some)
+        good = residual < residual_tolerance(nodes)
+        good &= coefficient_decay(states) < DECAY_TOLERANCE
+        yield rows[good], states.take(good), residual[good]
+        rows = rows[~good]
+
+
+def exact_ends(guess: RodStates, closing: ClosingCondition) -> FloatArray:
+    """Offset, fx, fy and s_c of states, shape (n, 4); NaN where not resolved."""
+    found = np.full((len(guess), 4), np.nan)
+    for rows, states, _ in resolved_states(guess, closing):
+        found[rows] = end_quantities(states)
     return found
 
 
-def places(
-    branches: Branches, followed: Followed, parts: list[Part]
-) -> tuple[FloatArray, FloatArray]:
-    """Coordinates of both ends of parts, shape (parts, 4) each; NaN where not resolved.
+def cut(branches: Branches, followed: Followed, side: FloatArray, sections: list[Section]) -> Parts:
+    """Smooth parts of paths, with exact ends; NaN where an end is not resolved.
 
     Parameters
     ----------
     branches : Branches
         With exact contact points of the α = 0 states.
     followed : Followed
-        What lies behind the ends of its paths does not count: these need not be exact.
-    parts : list of Part
-
-    Returns
-    -------
-    first, last : ndarray
+        The last knots of its paths need not be exact: they lie beyond the ends of the paths.
+    side : ndarray, shape (branches,)
+    sections : list of Section
     """
     knots = followed.knots
-    some = branches.take(knots.branch)
-    at = some.coordinates(knots.states)
-    at[followed.origins, 0] = (-branches.x1_init / branches.scale)[knots.branch[followed.origins]]
-    begins = knots.step == 0.0
-    kinks = begins & (np.roll(knots.branch, 1) == knots.branch) & (np.arange(len(begins)) > 0)
-    kinks |= np.roll(kinks, -1)
-    # Parts that meet between two kinks do so where the first of them says.
-    direction = np.zeros((len(knots), 4))
-    for part in reversed(parts):
-        direction[[part.first, part.last]] = part.direction
-    rows = np.unique([row for part in parts for row in (part.first, part.last)]).astype(int)
-    rows = rows[~followed.ends[rows]]
-    chosen, switch = some.take(rows), kinks[rows]
-    value = np.vecdot(direction[rows], at[rows])
-    special = switch | followed.origins[rows]
-    value[special], direction[rows[special]] = 0.0, 0.0
-    closure = chosen.at_advance(value, direction[rows])
-    # What begins at α = 0 or with a kink is prescribed otherwise.
-    upright = followed.origins[rows]
-    closure = replace(closure, of_phi1=switch.astype(float), of_fx=closure.of_fx + upright)
-    line = knots.line[rows] & ~switch
-    found = exact(knots.states.take(rows), line, chosen.height, closure)
-    at[rows] = chosen.coordinates(found)
-    return at[[part.first for part in parts]], at[[part.last for part in parts]]
+    first, last = (np.array([s[i] for s in sections], dtype=np.int64) for i in (0, 1))
+    by_x0 = np.array([s.by_x0 for s in sections], dtype=bool)
+    direction = np.array([s.direction for s in sections]).reshape(-1, 4)
+    quantities = _exact_knots(branches, followed, sections)
+    branch = knots.branch[first]
+    some = branches.take(branch)
+    weights, shift = some.weights(direction), np.zeros(len(sections))
+    # The displacement itself, not the way along it.
+    weights[by_x0] = 0.0
+    weights[by_x0, OFFSET] = -(side[branch] / some.cos)[by_x0]
+    shift[by_x0] = (side[branch] * some.x1_init / some.cos)[by_x0]
+    start, stop = (np.vecdot(weights[:, :4], quantities[at]) + shift for at in (first, last))
+    start[by_x0 & followed.first[first]] = 0.0
+    return Parts(
+        section=np.arange(len(sections)),
+        branch=branch,
+        by_x0=by_x0,
+        line=knots.states.line[first],
+        start=start,
+        length=stop - start,
+        weights=weights,
+        shift=shift,
+        height=some.closing(weights, shift).height,
+        tilt=some.tilt,
+    )
 
 
-class Cut(NamedTuple):
-    """Pieces of one kind to be resolved, and guesses of their states at Chebyshev points."""
-
-    pieces: Pieces
-    guess: RodStates
-
-
-def cuts(
-    branches: Branches,
-    followed: Followed,
-    parts: list[Part],
-    ends: tuple[FloatArray, FloatArray],
-    section: RodSection,
-    states: int,
-) -> list[Cut]:
-    """Put the parts of paths that have one kind of contact and of parameter together.
-
-    Parameters
-    ----------
-    branches : Branches
-    followed : Followed
-    parts : list of Part
-    ends : tuple of ndarray, shape (parts, 4)
-        Coordinates of both ends of each part.
-    section : RodSection
-    states : int
-        Number of states to guess along each piece.
-
-    Returns
-    -------
-    list of Cut
-        `Pieces.part` says which part each of them is.
-    """
-    if not parts:
-        return []
+def _exact_knots(branches: Branches, followed: Followed, sections: list[Section]) -> FloatArray:
+    """Offset, fx, fy and s_c of all knots, exact where sections meet, shape (knots, 4)."""
     knots = followed.knots
-    branch, first, last = (np.array([part[i] for part in parts]) for i in range(3))
-    direction = np.array([part.direction for part in parts])
-    by_x0 = np.array([part.parameter is Parameter.X0 for part in parts])
-    some, line = branches.take(branch), knots.line[first]
-    start, stop = (_value(some, at, direction, by_x0) for at in ends)
-    start[by_x0 & followed.origins[first] & np.isfinite(start)] = 0.0
-    stop[by_x0 & followed.origins[last] & np.isfinite(stop)] = 0.0
-    known = np.isfinite(start) & np.isfinite(stop) & (stop > start)
-    found = []
-    for contact in Contact:
-        for parameter in Parameter:
-            kind = (line == (contact is Contact.LINE)) & (by_x0 == (parameter is Parameter.X0))
-            rows = np.flatnonzero(kind & known)
-            if not len(rows):
-                continue
-            pieces = Pieces(
-                **some.take(rows).columns,
-                contact=contact,
-                parameter=parameter,
-                part=rows,
-                start=start[rows],
-                length=(stop - start)[rows],
-                direction=direction[rows],
-                section=section,
-            )
-            guess = _guess(pieces, branches, knots, first[rows], last[rows], states)
-            found.append(Cut(pieces, guess))
-    return found
+    quantities = end_quantities(knots.states)
+    rows = np.unique([at for s in sections for at in (s.first, s.last)]).astype(np.int64)
+    rows = rows[~followed.last[rows]]
+    some, chosen = branches.take(knots.branch[rows]), knots.take(rows)
+    upright, switch = followed.first[rows], followed.kinks[rows]
+    value = np.vecdot(chosen.direction, some.units * quantities[rows])
+    closing = some.along(chosen.direction, value)
+    for special, quantity in ((upright, FX), (switch, PHI1)):
+        closing.weights[special] = np.eye(5)[quantity]
+        closing.value[special] = 0.0
+    chosen.states.line[switch] = False
+    quantities[rows] = exact_ends(chosen.states, closing)
+    return quantities
 
 
-def _value(
-    branches: Branches, at: FloatArray, direction: FloatArray, by_x0: BoolArray
+def guessed(
+    parts: Parts, sections: list[Section], branches: Branches, knots: Knots, count: int
 ) -> FloatArray:
-    """Parameter at coordinates: the displacement, or the advance."""
-    x0 = branches.displacement(-at[:, 0] * branches.scale)
-    return np.where(by_x0, x0, np.vecdot(direction, at))
-
-
-def _guess(
-    pieces: Pieces, branches: Branches, knots: Knots, first: IntArray, last: IntArray, states: int
-) -> RodStates:
-    """Guess states at Chebyshev points by cubics between the knots and along their tangents."""
-    some = branches.take(knots.branch)
-    at = some.coordinates(knots.states)
-    targets = pieces.value(chebyshev_nodes(states))
-    low = np.empty(targets.shape, dtype=np.int64)
-    value, slope = np.empty((2, *targets.shape, 2))
-    by_x0 = pieces.parameter is Parameter.X0
-    for k, (i, j) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
-        own, way = some.take(slice(i, j + 1)), np.tile(pieces.direction[k], (j + 1 - i, 1))
-        values = _value(own, at[i : j + 1], way, np.full(len(way), by_x0))
-        slopes = np.vecdot(way, knots.direction[i : j + 1]) * (own.x0_unit if by_x0 else 1.0)
-        place = np.clip(np.searchsorted(values, targets[:, k]) - 1, 0, j - i - 1)
-        low[:, k] = i + place
-        pair = place[:, None] + np.array([0, 1])
-        value[:, k], slope[:, k] = values[pair], slopes[pair]
-    return between(knots, np.stack([low, low + 1], -1), targets, value, slope)
+    """Guess unknowns at Chebyshev points of parts, shape (count, n, nodes + 3)."""
+    position = chebyshev_nodes(count)
+    guess = np.empty((count, len(parts), knots.states.unknowns.shape[1]))
+    quantities = end_quantities(knots.states)
+    units = branches.units
+    for k, number in enumerate(parts.section.tolist()):
+        i, j = sections[number][:2]
+        weights, branch = parts.weights[k, :4], parts.branch[k]
+        value = quantities[i : j + 1] @ weights + parts.shift[k]
+        slope = (knots.direction[i : j + 1] / units[branch]) @ weights
+        target = parts.start[k] + position * parts.length[k]
+        low = np.clip(np.searchsorted(value, target) - 1, 0, j - i - 1)
+        high, step = low + 1, value[low + 1] - value[low]
+        unknowns = knots.states.unknowns[i : j + 1]
+        change = knots.change[i : j + 1] / slope[:, None]
+        share = (target - value[low]) / step
+        guess[:, k] = hermite(share, step, unknowns[low], unknowns[high], change[low], change[high])
+    return guess

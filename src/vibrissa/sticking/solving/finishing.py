@@ -1,6 +1,6 @@
-"""Resolved pieces get their margins of stability, and how far their shapes are admissible."""
+"""Events on resolved parts that need their shapes: lateral buckling, inadmissible shapes."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
-from vibrissa.mechanics.equations import contact_position
+from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
     chebyshev_nodes,
@@ -19,46 +19,45 @@ from vibrissa.numerics.spectral import (
     chebyshev_transform,
     interpolation,
 )
-from vibrissa.outcomes import Contact, Parameter, RodSection
+from vibrissa.outcomes import Contact, Parameter
 from vibrissa.sticking.assembly import Limit
-from vibrissa.sticking.piece import Piece, StickingState
-from vibrissa.sticking.solving.paths import Pieces, combined, flat, of_pieces
+from vibrissa.sticking.piece import Piece, StickingState, rounded_contact
+from vibrissa.sticking.solving.branches import Branches
+from vibrissa.sticking.solving.refinement import Resolved, along
 
-# Accuracy with which the end of the admissible shapes is located, relative to a piece.
+# Accuracy with which the end of the admissible shapes is located, relative to a part.
 LIMIT_TOLERANCE = 1e-11
-# A piece with less clearance than this (L) is looked at closely, at so many states in each interval
+# A part with less clearance than this (L) is looked at closely, at so many states in each interval
 # in which a place is sought.
 CLOSE, ZOOM = 0.1, 17
-# The margin of stability is smooth and costs more than a state, and a shape that is inadmissible
-# stays so for long, or until its tip is level: fewer states tell both.
+# A shape that is inadmissible stays so for long, or until its tip is level: few states show it.
 STATES_LOOKED_AT = 17
 # Slope of a tip (rad) above which no rod arches over the surface.
 NEARLY_LEVEL = 0.01
-# Part of the nodes that tells the margins as well as these states do, and the fewest for each.
-STABILITY_NODES = 0.45
-FEWEST_STABILITY_NODES, FEWEST_NODES_ASIDE = 16, 12
-# Parts of a piece between whose ends the margin is taken as linear, to find where it vanishes.
-SWING_WIDTHS = (1e-4, 1e-7)
+# Part of the nodes that gives the margins as well as these states do, and the fewest.
+STABILITY_NODES, FEWEST_STABILITY_NODES = 0.45, 14
+# Parts of a part between whose ends the margin is taken as linear, to find where it vanishes.
+BUCKLING_WIDTHS = (1e-4, 1e-7)
 
 
-class Resolved(NamedTuple):
-    """A resolved piece.
+class Finished(NamedTuple):
+    """A resolved part, with what its shapes tell.
 
     Attributes
     ----------
-    part : int
-        Which part of the paths it belongs to.
+    section : int
+        Index of the section to which it belongs.
     piece : Piece
     residual : float
         Largest residual half-way between the states.
     limit : Limit
         How far its shapes are admissible.
     swing : float
-        Where on it a round rod leaves its plane; NaN where it does not. In the ideal mounting that
+        Where on it a round rod buckles laterally; NaN where it does not. In the ideal mounting that
         follows from where the contact point is, and is not sought.
     """
 
-    part: int
+    section: int
     piece: Piece
     residual: float
     limit: Limit
@@ -66,67 +65,69 @@ class Resolved(NamedTuple):
 
 
 def finished(
-    path: RodStates, pieces: Pieces, states: StickingState, residual: FloatArray, rows: IntArray
-) -> Iterator[Resolved]:
-    """Add to resolved pieces their stability and how far their shapes are admissible.
+    found: Resolved, branches: Branches, side: FloatArray, *, round_rods: bool, ideal: bool
+) -> Iterator[Finished]:
+    """Add to resolved parts their stability and how far their shapes are admissible.
 
     Parameters
     ----------
-    path : RodStates
-    pieces : Pieces
-    states : StickingState
-        Of the path, columns of shape (states, pieces).
-    residual : ndarray, shape (pieces,)
-        Largest residual half-way between the states.
-    rows : ndarray of int
-        Which of the pieces are resolved.
+    found : Resolved
+    branches : Branches
+    side : ndarray, shape (branches,)
+        1 where the clamp pushes the rod, -1 where it retracts.
+    round_rods : bool
+        Whether the rods may leave their plane.
+    ideal : bool
+        Whether the mountings are ideal.
 
     Yields
     ------
-    Resolved
+    Finished
     """
-    if not len(rows):
-        return
-    path, pieces = of_pieces(path, rows), pieces.take(rows)
-    count, position = len(path), chebyshev_nodes(STATES_LOOKED_AT)
-    few = combined(interpolation(count, position), path)
-    margins = _margins(few, pieces)
-    to_states = interpolation(STATES_LOOKED_AT, chebyshev_nodes(count))
-    states = replace(
-        states.take((slice(None), rows)),
+    parts, count = found.parts, found.count
+    some = branches.take(parts.branch)
+    position, every_second = chebyshev_nodes(STATES_LOOKED_AT), (count + 1) // 2
+    margins = _margins(found.at(chebyshev_nodes(every_second)), len(parts), round_rods)
+    to_states = interpolation(every_second, chebyshev_nodes(count))
+    offset, fx, fy, moment, phi1, s_c = np.moveaxis(found.loads, -1, 0)
+    states = StickingState(
+        x0=some.displacement(offset),
+        reaction_fx=fx,
+        reaction_fy=fy,
+        reaction_m=moment,
+        phi1=phi1,
+        s_c=rounded_contact(s_c),
         **{name: to_states @ values for name, values in margins.items()},
     )
-    if pieces.parameter is Parameter.X0:
-        states = replace(states, x0=pieces.value(chebyshev_nodes(count)))
-    looked = _looked_at(path, pieces.contact, position)
-    nearest = looked.smallest
-    for row in range(len(pieces)):
-        start, length = float(pieces.start[row]), float(pieces.length[row])
-        limit = Limit()
-        level = np.empty(0)
-        if path.mounting is not None and pieces.contact is Contact.POINT:
-            level = _level(states.phi1[:, row])
-        if len(level) or nearest[:, row].min() < CLOSE:
-            only = of_pieces(path, np.array([row]))
-            share, how = _limit(only, pieces.contact, np.union1d(position, level))
-            limit = Limit(start + share * length, how)
+    places = parts.start + chebyshev_nodes(count)[:, None] * parts.length
+    states.x0[:, parts.by_x0] = (side[parts.branch] * places)[:, parts.by_x0]
+    nearest = _looked_at(found, position).smallest
+    for row in range(len(parts)):
+        start, length = float(parts.start[row]), float(parts.length[row])
         piece = Piece(
-            contact=pieces.contact,
-            parameter=pieces.parameter,
+            contact=Contact.LINE if parts.line[row] else Contact.POINT,
+            parameter=Parameter.X0 if parts.by_x0[row] else Parameter.ADVANCE,
             start=start,
             stop=start + length,
             states=states.take((slice(None), row)).copy(),
         )
-        swing = np.nan
-        if pieces.section is RodSection.ROUND and (
-            path.mounting is not None or pieces.stage_angle is not None
-        ):
-            swing = _swing(of_pieces(path, np.array([row])), piece)
-        yield Resolved(int(pieces.part[row]), piece, float(residual[rows[row]]), limit, swing)
+        limit, swing, level = Limit(), np.nan, np.empty(0)
+        if found.path.curvature.shape[1] and not parts.line[row]:
+            level = _level(states.phi1[:, row])
+        if len(level) or nearest[:, row].min() < CLOSE:
+            share, how = _limit(found.of(row), np.union1d(position, level))
+            limit = Limit(start + share * length, how)
+        if round_rods and not ideal:
+            swing = _swing(found.of(row), piece)
+        if side[parts.branch[row]] < 0.0:
+            # In the order of x0: Chebyshev points are so, too, from the other end.
+            backwards = piece.states.take(slice(None, None, -1))
+            piece = replace(piece, start=-piece.stop, stop=-start, states=backwards)
+        yield Finished(int(parts.section[row]), piece, float(found.residual[row]), limit, swing)
 
 
 def _level(phi1: FloatArray) -> FloatArray:
-    """Fractions of a piece where its tip lies level, or comes nearest to that.
+    """Fractions of a part where its tip lies level, or comes nearest to that.
 
     Just before, a rod that is curved towards the surface arches over it; beyond, its tip passes
     through the surface, and no arch counts.
@@ -139,60 +140,52 @@ def _level(phi1: FloatArray) -> FloatArray:
     return np.union1d(chebyshev_roots(series), extremes)
 
 
-def _margins(path: RodStates, pieces: Pieces) -> dict[str, FloatArray]:
-    """Margins of stability of the states of a path, each of shape (states, pieces)."""
-    nodes = round(STABILITY_NODES * path.nodes)
-    states = flat(path.on_nodes(max(nodes, FEWEST_STABILITY_NODES)))
-    margins = {"stability": stability(states, pieces.contact)}
-    if pieces.section is RodSection.ROUND:
-        fewer = flat(path.on_nodes(max(nodes, FEWEST_NODES_ASIDE)))
-        margins["stability_aside"] = stability_aside(fewer)
-    return {name: values.reshape(path.fx.shape) for name, values in margins.items()}
+def _margins(states: RodStates, number: int, round_rods: bool) -> dict[str, FloatArray]:
+    """Margins of stability of states along parts, each of shape (places, parts)."""
+    few = states.on_nodes(max(round(STABILITY_NODES * states.nodes), FEWEST_STABILITY_NODES))
+    aside = stability_aside(few) if round_rods else np.full(len(few), np.nan)
+    margins = {"stability": stability(few), "stability_aside": aside}
+    return {name: values.reshape(-1, number) for name, values in margins.items()}
 
 
-def _swing(path: RodStates, piece: Piece) -> float:
-    """Where a rod leaves its plane, as a value of the piece's parameter; NaN if nowhere.
+def _swing(found: Resolved, piece: Piece) -> float:
+    """Where a rod buckles laterally, as a value of the parameter; NaN if nowhere.
 
-    The margin of a few states on few nodes tells the place, and exact ones next to it the digits.
+    The margin of a few states on few nodes gives the place, and exact ones next to it the digits.
     """
     sampled, only = -piece.alone.samples.stability_aside, np.zeros(1, dtype=np.int64)
-    at = float(piece.alone.first(only, sampled, np.zeros(1), _margin_aside)[0])
+    weights = {"stability_aside": 1.0}
+    at = float(piece.alone.first(only, sampled, np.zeros(1), lambda level: weights)[0])
     if np.isnan(at) or sampled[0, 0] >= 0.0:
         return at
     length = piece.stop - piece.start
-    for width in SWING_WIDTHS:
+    for width in BUCKLING_WIDTHS:
         places = at + width * length * np.array([-1.0, 1.0])
-        matrix = interpolation(len(path), (places - piece.start) / length)
-        before, after = stability_aside(flat(combined(matrix, path)))
+        before, after = stability_aside(found.at((places - piece.start) / length))
         at = float(places[0] + before / (before - after) * (places[1] - places[0]))
     return at
 
 
-def _margin_aside(level: FloatArray) -> Mapping[str, float]:
-    return {"stability_aside": 1.0}
+def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
+    """Clearances at fractions of parts, of shape (places, parts)."""
+    states = along(interpolation(found.count, at), found.path)
+    clearance = clearances(states, ends(states).height)
+    return clearance.each(lambda values: values.reshape(len(at), -1))
 
 
-def _looked_at(path: RodStates, contact: Contact, at: FloatArray) -> Clearance:
-    """Clearances at fractions of the pieces of a path, of shape (places, pieces)."""
-    states = flat(combined(interpolation(len(path), at), path))
-    found = clearances(states, contact_position(states)[1], contact)
-    return found.each(lambda values: values.reshape(len(at), -1))
-
-
-def _limit(path: RodStates, contact: Contact, at: FloatArray) -> tuple[float, str]:
-    """First fraction of a piece at which its shape is inadmissible, and how; NaN if nowhere.
+def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
+    """First fraction of a part at which its shape is inadmissible, and how; NaN if nowhere.
 
     Parameters
     ----------
-    path : RodStates
-        Of one piece.
-    contact : Contact
+    found : Resolved
+        One part.
     at : ndarray
         Increasing fractions at which clearances are looked at. The place is sought between.
     """
 
     def look(at: FloatArray) -> Clearance:
-        return _looked_at(path, contact, at).each(np.ravel)
+        return _looked_at(found, at).each(np.ravel)
 
     def clearance(name: str) -> Callable[[FloatArray], FloatArray]:
         return lambda at: look(at).columns[name]

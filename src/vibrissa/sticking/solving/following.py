@@ -13,14 +13,14 @@ which it goes on to the other side.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.equations import Closure, contact_position, ends, path_coordinates
+from vibrissa.mechanics.equations import FX, PHI1, S_C, ClosingCondition, ends
 from vibrissa.mechanics.newton import solve, tangent
-from vibrissa.mechanics.states import UNKNOWNS, RodStates
-from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, SingleArray
+from vibrissa.mechanics.states import RodStates
+from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact
 from vibrissa.sticking.solving.branches import Branches
@@ -31,8 +31,8 @@ FIRST_STEP, SHORTEST_STEP = 0.05, 1e-6
 AIM, TOO_FAR = 0.04, 0.2
 # Least cosine of the angle between the directions of two knots.
 LEAST_COSINE = 0.5
-# Share of the displacement in a direction that tells for certain that it turns back: a thin tip
-# peels off the surface, or rolls onto it, at nearly the same displacement.
+# Share of the displacement in a direction that is certain to turn back: a thin tip peels off the
+# surface, or rolls onto it, at nearly the same displacement.
 BACK = 1e-4
 # A path that needs more steps is given up.
 MOST_STEPS = 400
@@ -40,8 +40,17 @@ MOST_STEPS = 400
 TOLERANCE = 1e-5
 # Corrections of a state that is guessed well.
 FEW_ITERATIONS = 8
-# Part of the way along a tangent by which the change of the offset is found.
-A_LITTLE = 1e-4
+
+
+class Closeness(NamedTuple):
+    """How closely paths are followed: number of nodes, and the longest step."""
+
+    nodes: int
+    longest: float
+
+
+# More closely where that leads nowhere.
+CLOSENESS = (Closeness(24, 0.6), Closeness(48, 0.15), Closeness(108, 0.04))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,11 +60,9 @@ class Knots(Batch):
     Attributes
     ----------
     branch : ndarray of int, shape (n,)
-        Which branch each belongs to.
+        Index of the branch.
     states : RodStates
-    line : ndarray of bool, shape (n,)
-        Whether each is in line contact.
-    change : RodStates
+    change : ndarray, shape (n, nodes + 3)
         Derivatives of the unknowns along the path.
     direction : ndarray, shape (n, 4)
         The same of its coordinates (`Branches.coordinates`), of length 1.
@@ -67,11 +74,10 @@ class Knots(Batch):
 
     branch: IntArray
     states: RodStates
-    line: BoolArray
-    change: RodStates
+    change: FloatArray
     direction: FloatArray
     step: FloatArray
-    inverse: SingleArray
+    inverse: FloatArray
 
 
 class Followed(NamedTuple):
@@ -80,20 +86,29 @@ class Followed(NamedTuple):
     Attributes
     ----------
     knots : Knots
-        Of all branches, one after the other, in the order of the displacement.
-    origins, ends : ndarray of bool, shape (knots,)
-        The knots at α = 0, and those up to which paths were followed.
-    lost : ndarray of bool, shape (n,)
-        Whether a path could not be followed to its end.
+        Of all branches, one after the other, as they were followed.
     turned : ndarray of bool, shape (n,)
-        Whether it ends in a kink, as the displacement turns back there.
+        Whether a path ends in a kink, as the displacement turns back there.
     """
 
     knots: Knots
-    origins: BoolArray
-    ends: BoolArray
-    lost: BoolArray
     turned: BoolArray
+
+    @property
+    def first(self) -> BoolArray:
+        """The knots at α = 0, shape (knots,)."""
+        return np.append(True, np.diff(self.knots.branch) != 0)
+
+    @property
+    def last(self) -> BoolArray:
+        """The knots up to which paths were followed, shape (knots,)."""
+        return np.append(np.diff(self.knots.branch) != 0, True)
+
+    @property
+    def kinks(self) -> BoolArray:
+        """The knots on both sides of kinks, shape (knots,)."""
+        behind = (self.knots.step == 0.0) & ~self.first
+        return behind | np.roll(behind, -1)
 
 
 # Maps branches, one for each knot, and their next knots to whether the paths end there.
@@ -103,7 +118,6 @@ Ended = Callable[[Branches, Knots], BoolArray]
 def follow(
     branches: Branches,
     states: RodStates,
-    line: BoolArray,
     side: FloatArray,
     model: Contact,
     ended: Ended,
@@ -116,10 +130,8 @@ def follow(
     branches : Branches
     states : RodStates
         The first states.
-    line : ndarray of bool, shape (n,)
-        Whether these are in line contact.
     side : ndarray, shape (n,)
-        1 where the clamp pushes the rod, -1 where it pulls.
+        1 where the clamp pushes the rod, -1 where it retracts.
     model : Contact
         POINT for contact with the tip alone, LINE for the kind that is possible.
     ended : callable
@@ -130,216 +142,83 @@ def follow(
     -------
     Followed
     """
-    count = len(line)
-    none = np.zeros(count)
-    # The offset falls while the displacement grows.
-    last = _knots(branches, np.arange(count), states, line, branches.at_x0(none), none, -side)
-    before, step = last, np.full(count, FIRST_STEP)
-    lost, turned = np.zeros((2, count), dtype=bool)
-    known = [last]
+    count = len(side)
+    first = np.arange(count), states
+    last = _knots(branches, *first, branches.prescribing(FX), np.zeros(count))
+    # Which way the displacement grows is not known before.
+    direction = last.direction * (np.sign(last.direction[:, 0]) * side)[:, None]
+    last = _knots(branches, *first, branches.along(direction, np.zeros(count)), np.zeros(count))
+    before, step, known = last, np.full(count, FIRST_STEP), [last]
+    turned = np.zeros(count, dtype=bool)
     for _ in range(MOST_STEPS):
-        if not len(last):
-            break
         step = np.minimum(step, longest)
         new, found, miss = _next(branches.take(last.branch), last, before, step)
-        step = np.where(found, step * _growth(miss), step / 3.0)
-        lost[last.branch[step < SHORTEST_STEP]] = True
+        growth = np.clip(np.cbrt(AIM / (miss + 1e-12)), 0.5, 2.5)
+        step = np.where(found, step * growth, step / 3.0)
         goes_on = step >= SHORTEST_STEP
         rows = np.flatnonzero(found & goes_on)
-        new = new.take(rows)
         if len(rows):
+            new, old = new.take(rows), last.take(rows)
             some = branches.take(new.branch)
-            here, ahead, solved, kinks = _bent(some, last.take(rows), new, model)
-            lost[new.branch[~solved]] = True
-            known.append(here.take(solved))
-            known.append(ahead.take(kinks & solved))
+            here, ahead, solved, kinks = _with_kinks(some, old, new, model)
+            known += [here.take(solved), ahead.take(kinks & solved)]
             back = ahead.direction[:, 0] * side[new.branch] < -BACK
             turned[new.branch[kinks & solved & back]] = True
-            stop = back | ~solved | ended(some, here)
-            before_new = last.take(rows)
             last, before = last.copy(), before.copy()
             last.put(rows, ahead)
-            before.put(rows, before_new)
+            before.put(rows, old)
             step[rows] = np.where(kinks, np.minimum(step[rows], FIRST_STEP), step[rows])
-            goes_on[rows] &= ~stop
+            goes_on[rows] &= solved & ~back & ~ended(some, here)
         if not goes_on.all():
             last, before, step = last.take(goes_on), before.take(goes_on), step[goes_on]
-    lost[last.branch] = True
-    return Followed(*_in_order(Knots.concatenate(known), side), lost, turned)
-
-
-def _in_order(knots: Knots, side: FloatArray) -> tuple[Knots, BoolArray, BoolArray]:
-    """Put the knots of each path together, in the order of x0; which are origins, and ends."""
-    order = np.argsort(knots.branch, kind="stable")
-    knots, origins = knots.take(order), order < len(side)
-    ends = np.append(origins[1:], True)
-    backwards = np.flatnonzero(side[knots.branch] < 0.0)
-    if len(backwards):
-        knots, turning = _reversed(knots, backwards)
-        origins, ends = origins[turning], ends[turning]
-    return knots, origins, ends
-
-
-def _reversed(knots: Knots, backwards: IntArray) -> tuple[Knots, IntArray]:
-    """Turn paths round that were followed backwards, the last ones of the knots."""
-    rows = backwards[np.lexsort((-backwards, knots.branch[backwards]))]
-    turning = np.arange(len(knots))
-    turning[backwards] = rows
-    turned = knots.take(turning)
-    # The step to a knot is the one from it now; none leads to the first of a path.
-    step = turned.step.copy()
-    step[backwards] = np.append(0.0, knots.step[rows[:-1]])
-    first = np.append(True, np.diff(turned.branch[backwards]) != 0)
-    step[backwards[first]] = 0.0
-    sign = np.ones(len(knots))
-    sign[backwards] = -1.0
-    change = _moved(_nothing(turned.change), turned.change, sign)
-    direction = turned.direction * sign[:, None]
-    return replace(turned, step=step, change=change, direction=direction), turning
-
-
-def _growth(miss: FloatArray) -> FloatArray:
-    """Longer steps where the guess was good."""
-    return np.clip(np.cbrt(AIM / (miss + 1e-12)), 0.5, 2.5)
+        if not len(last):
+            break
+    knots = Knots.concatenate(known)
+    return Followed(knots.take(np.argsort(knots.branch, kind="stable")), turned)
 
 
 def _next(
     branches: Branches, last: Knots, before: Knots, step: FloatArray
 ) -> tuple[Knots, BoolArray, FloatArray]:
-    """Find the next knots; say which are found, and how far the guesses were from them (rad)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        bend = np.where(last.step > 0.0, 0.5 * step**2 / last.step, 0.0)
-    guess = _moved(last.states, last.change, step + bend)
-    guess = _moved(guess, before.change, -bend)
+    """Find the next knots; also which are found, and how far the guesses were from them (rad)."""
+    bend = np.divide(0.5 * step**2, last.step, out=np.zeros_like(step), where=last.step > 0.0)
+    way = (step + bend)[:, None] * last.change - bend[:, None] * before.change
+    guess = last.states.with_unknowns(last.states.unknowns + way)
     value = np.vecdot(last.direction, branches.coordinates(last.states)) + step
-    closure = branches.at_advance(value, last.direction)
-    states, found = solve_kinds(guess, branches.height, closure, last.line, last.inverse)
+    closing = branches.along(last.direction, value)
+    states, found, _ = solve(guess, closing, last.inverse, TOLERANCE, FEW_ITERATIONS)
     miss = np.abs(states.phi - guess.phi).max(axis=1)
-    found = found & (miss < TOO_FAR) & (states.s_c > 0.0)
-    rows = np.flatnonzero(found)
-    new = last.copy()
+    found &= (miss < TOO_FAR) & (states.s_c > 0.0)
+    new, rows = last.copy(), np.flatnonzero(found)
     if len(rows):
-        some = branches.take(rows), last.branch[rows], states.take(rows), last.line[rows]
-        new.put(rows, _knots(*some, closure.take(rows), step[rows]))
+        some = branches.take(rows), last.branch[rows], states.take(rows), closing.take(rows)
+        new.put(rows, _knots(*some, step[rows]))
     found &= np.vecdot(new.direction, last.direction) > LEAST_COSINE
     return new, found, miss
-
-
-def _moved(states: RodStates, change: RodStates, step: FloatArray) -> RodStates:
-    """States a step along their changes."""
-    return replace(
-        states,
-        phi=states.phi + step[:, None] * change.phi,
-        fx=states.fx + step * change.fx,
-        fy=states.fy + step * change.fy,
-        s_c=states.s_c + step * change.s_c,
-    )
 
 
 def _knots(
     branches: Branches,
     branch: IntArray,
     states: RodStates,
-    line: BoolArray,
-    closure: Closure,
+    closing: ClosingCondition,
     step: FloatArray,
-    side: FloatArray | float = 1.0,
 ) -> Knots:
-    """Knots in given states: what the closure prescribes grows along the path, or falls."""
-    change, inverse = _tangents(states, closure, line)
-    # The offset alone is not linear in the unknowns.
-    little = np.full(len(line), A_LITTLE)
-    back, ahead = (contact_position(_moved(states, change, way))[0] for way in (-little, little))
-    offset = (ahead - back) / (2.0 * A_LITTLE)
-    direction = path_coordinates(offset, change, branches.scale, branches.force)
-    scale = side / np.linalg.norm(direction, axis=1)
+    """Knots in given states: what E3 prescribes grows along the path."""
+    found = tangent(states, closing)
+    direction = branches.units * found.ends[:, :4]
+    length = np.linalg.norm(direction, axis=1, keepdims=True)
     return Knots(
         branch=branch,
         states=states,
-        line=line,
-        change=_moved(_nothing(change), change, scale),
-        direction=direction * scale[:, None],
+        change=found.change / length,
+        direction=direction / length,
         step=step,
-        inverse=inverse,
+        inverse=found.inverse,
     )
 
 
-def _nothing(states: RodStates) -> RodStates:
-    """No change of states."""
-    none: dict[str, Any] = {name: np.zeros_like(states.columns[name]) for name in UNKNOWNS}
-    return replace(states, **none)
-
-
-def _tangents(
-    states: RodStates, closure: Closure, line: BoolArray
-) -> tuple[RodStates, SingleArray]:
-    """Tangents of a batch in which each state has its kind of contact."""
-    parts = [
-        (rows, *tangent(states.take(rows), replace(closure.take(rows), contact=contact)))
-        for contact, rows in _kinds(line)
-    ]
-    if len(parts) == 1:
-        return parts[0][1:]
-    change = replace(states, mounting=None).copy()
-    inverse = np.empty((len(line), *parts[0][2].shape[1:]), dtype=np.float32)
-    for rows, changes, inverses in parts:
-        change.put(rows, changes)
-        inverse[rows] = inverses
-    return change, inverse
-
-
-def solve_kinds(
-    guess: RodStates,
-    eta: FloatArray,
-    closure: Closure,
-    line: BoolArray,
-    inverse: SingleArray | None = None,
-    iterations: int = FEW_ITERATIONS,
-) -> tuple[RodStates, BoolArray]:
-    """Solve a batch in which each state has its kind of contact.
-
-    Parameters
-    ----------
-    guess : RodStates
-    eta : ndarray, shape (n,)
-        Heights of the surface (L).
-    closure : Closure
-        What is prescribed; its kind of contact does not matter.
-    line : ndarray of bool, shape (n,)
-        Which are in line contact.
-    inverse : ndarray, shape (n, k, k), optional
-        What corrects them, where it is known.
-    iterations : int
-        Most corrections of each.
-
-    Returns
-    -------
-    states : RodStates
-        NaN where none was found.
-    found : ndarray of bool, shape (n,)
-    """
-    states, found = guess.unsolved(), np.zeros(len(guess), dtype=bool)
-    for contact, rows in _kinds(line):
-        solution = solve(
-            guess.take(rows),
-            eta[rows],
-            replace(closure.take(rows), contact=contact),
-            None if inverse is None else inverse[rows],
-            tolerance=TOLERANCE,
-            iterations=iterations,
-        )
-        found[rows] = solution.converged
-        states.put(rows, solution.states)
-    return states, found
-
-
-def _kinds(line: BoolArray) -> list[tuple[Contact, IntArray]]:
-    """Rows of each kind of contact, as far as there are any."""
-    kinds = (Contact.POINT, np.flatnonzero(~line)), (Contact.LINE, np.flatnonzero(line))
-    return [(contact, rows) for contact, rows in kinds if len(rows)]
-
-
-class _Bent(NamedTuple):
+class _Kinks(NamedTuple):
     """The next knots of paths, where a kink may lie before them.
 
     Attributes
@@ -358,106 +237,63 @@ class _Bent(NamedTuple):
     kinks: BoolArray
 
 
-def _bent(branches: Branches, last: Knots, new: Knots, model: Contact) -> _Bent:
+def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> _Kinks:
     """Put kinks where the next knots have a kind of contact that is not possible."""
     solved, kinks = np.ones(len(new), dtype=bool), np.zeros(len(new), dtype=bool)
     if model is Contact.LINE:
-        before, after = _violation(last), _violation(new)
+        before, after = _violation(last.states), _violation(new.states)
         kinks = after > 0.0
     rows = np.flatnonzero(kinks)
     if not len(rows):
-        return _Bent(new, new, solved, kinks)
-    step = new.step[rows]
+        return _Kinks(new, new, solved, kinks)
+    some, old = branches.take(rows), last.take(rows)
     share = np.clip(before[rows] / (before[rows] - after[rows]), 0.0, 1.0)
-    both = Knots.concatenate([last.take(rows), new.take(rows)])
-    ends = step[:, None] * np.array([0.0, 1.0])
-    pairs = np.arange(len(rows))[:, None] + np.array([0, len(rows)])
-    guess = between(both, pairs, share * step, ends, np.ones_like(ends))
-    states, solved[rows] = switch_states(guess, branches.take(rows))
-    here, ahead = new.copy(), new.copy()
-    found = solved[rows]
-    if found.any():
-        some = branches.take(rows[found]), last.take(rows[found]), states.take(found)
-        for knots, kink in zip((here, ahead), _kink(*some), strict=True):
-            knots.put(rows[found], kink)
-    return _Bent(here, ahead, solved, kinks)
+    guess = replace(between(old, new.take(rows), share), line=np.zeros(len(rows), dtype=bool))
+    states, solved[rows], _ = solve(guess, some.prescribing(PHI1))
+    here, ahead, found = new.copy(), new.copy(), np.flatnonzero(solved[rows])
+    if len(found):
+        old, states, some = old.take(found), states.take(found), some.take(found)
+        way = np.vecdot(old.direction, some.coordinates(states) - some.coordinates(old.states))
+        line = old.states.line
+        sides = replace(states, line=line), replace(states, line=~line)
+        onward = some.along(old.direction, way)
+        here.put(rows[found], _knots(some, old.branch, sides[0], onward, way))
+        # Behind it s_c falls from 1, or the slope of the tip rises from 0.
+        growing = some.prescribing(PHI1)
+        growing.weights[~line] = some.prescribing(S_C, -1.0).weights[~line]
+        ahead.put(rows[found], _knots(some, old.branch, sides[1], growing, 0.0 * way))
+    return _Kinks(here, ahead, solved, kinks)
 
 
-def _violation(knots: Knots) -> FloatArray:
+def _violation(states: RodStates) -> FloatArray:
     """How far states are beyond what their kind of contact allows; negative where they are not."""
-    return np.where(knots.line, knots.states.s_c - 1.0, -ends(knots.states).phi1)
+    return np.where(states.line, states.s_c - 1.0, -ends(states).phi1)
 
 
-def _kink(branches: Branches, last: Knots, states: RodStates) -> tuple[Knots, Knots]:
-    """Both sides of states in which the contact changes its kind."""
-    none = np.zeros(len(last))
-    way = branches.coordinates(states) - branches.coordinates(last.states)
-    step = np.vecdot(last.direction, way)
-    here = branches.at_advance(none, last.direction)
-    # Behind it s_c falls from 1, or the slope of the tip rises from 0.
-    lies = ~last.line
-    ahead = branches.tilted(Closure.at_switch(len(last)))
-    ahead = replace(ahead, of_phi1=np.where(lies, 0.0, 1.0), of_s_c=np.where(lies, -1.0, 0.0))
-    return (
-        _knots(branches, last.branch, states, last.line, here, step),
-        _knots(branches, last.branch, states, lies, ahead, none),
-    )
+def between(low: Knots, high: Knots, share: FloatArray) -> RodStates:
+    """Guess states at parts of the steps between knots, by cubics along their tangents."""
+    unknowns = low.states.unknowns, high.states.unknowns
+    change = low.change, high.change
+    return low.states.with_unknowns(hermite(share, high.step, *unknowns, *change))
 
 
-def switch_states(guess: RodStates, branches: Branches) -> tuple[RodStates, BoolArray]:
-    """Solve the states in which the contact changes its kind: s_c = 1 and φ1 = 0.
+def hermite(
+    share: FloatArray,
+    step: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    low_change: FloatArray,
+    high_change: FloatArray,
+) -> FloatArray:
+    """Cubics between values at two places, shape (..., k), with derivatives there.
 
     Parameters
     ----------
-    guess : RodStates
-        States near the change.
-    branches : Branches
-
-    Returns
-    -------
-    states : RodStates
-        NaN where none was found.
-    found : ndarray of bool, shape (n,)
+    share, step : ndarray, shape (...)
+        Part of the way between the places, and its length.
+    low, high, low_change, high_change : ndarray, shape (..., k)
     """
-    solution = solve(guess, branches.height, branches.tilted(Closure.at_switch(len(guess))))
-    return solution.states, solution.converged
-
-
-def between(
-    knots: Knots, pairs: IntArray, target: FloatArray, value: FloatArray, slope: FloatArray
-) -> RodStates:
-    """Guess states between two knots each, by cubics through both and along their tangents.
-
-    Parameters
-    ----------
-    knots : Knots
-    pairs : ndarray of int, shape (..., 2)
-        Both knots of each.
-    target : ndarray, shape (...)
-        Where the states are wanted, as values of some parameter.
-    value, slope : ndarray, shape (..., 2)
-        The parameter in both knots, and its derivative along the path.
-
-    Returns
-    -------
-    RodStates
-    """
-    low, high = pairs[..., 0], pairs[..., 1]
-    length = value[..., 1] - value[..., 0]
-    t = (target - value[..., 0]) / length
+    t, step = share[..., None], step[..., None]
     s = 1.0 - t
-    weights = (
-        s * s * (1.0 + 2.0 * t),
-        t * t * (1.0 + 2.0 * s),
-        length * t * s * s / slope[..., 0],
-        -length * t * t * s / slope[..., 1],
-    )
-
-    def combined(name: str) -> FloatArray:
-        column, change = knots.states.columns[name], knots.change.columns[name]
-        terms = column[low], column[high], change[low], change[high]
-        shape = *low.shape, *[1] * (column.ndim - 1)
-        return np.sum([w.reshape(shape) * term for w, term in zip(weights, terms, strict=True)], 0)
-
-    guess: dict[str, Any] = {name: combined(name) for name in UNKNOWNS}
-    return replace(knots.states.take(low), **guess)
+    value = s * s * (1.0 + 2.0 * t) * low + t * t * (1.0 + 2.0 * s) * high
+    return np.asarray(value + step * t * s * (s * low_change - t * high_change))

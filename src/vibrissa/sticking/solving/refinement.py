@@ -1,117 +1,223 @@
-"""Refinement: pieces of curves are solved at Chebyshev points until they are resolved.
+"""Refinement: smooth parts of paths are solved at Chebyshev points until they are resolved.
 
-A piece has one kind of contact and is counted by one parameter, x0 or the advance. The number of
-nodes along the rod and of states along the piece grow independently, until the decay of both series
-and the residual half-way between the states are below the tolerance. A piece that needs many states
-is halved.
+The number of nodes along the rod and of states along the part grow independently, until the decay
+of both series and the residual half-way between the states are below the tolerance. A part that
+needs many states is halved.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.mechanics.equations import (
-    Closure,
-    coefficient_decay,
-    ends,
-    largest_residual,
-)
-from vibrissa.mechanics.states import UNKNOWNS, RodStates
-from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray, SingleArray
+from vibrissa.mechanics.equations import coefficient_decay, ends, largest_residual
+from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.states import RodStates, transfer
+from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import (
     chebyshev_nodes,
     chebyshev_transform,
     halfway_interpolation,
+    interpolation,
 )
-from vibrissa.sticking.piece import MARGINS, StickingState, rounded_contact
-from vibrissa.sticking.solving.finishing import Resolved, finished
-from vibrissa.sticking.solving.paths import (
-    Pieces,
-    combined,
-    flat,
-    interpolated,
-    of_pieces,
-    solve_at,
+from vibrissa.sticking.solving.cutting import (
+    DECAY_TOLERANCE,
+    NODES_ALONG_ROD,
+    Parts,
+    residual_tolerance,
 )
 
-RESIDUAL_TOLERANCE = 1e-12
-# On more nodes than these rounding alone comes near that.
-MANY_NODES, ROUNDED_TOLERANCE = 100, 1e-11
-# Bound on the last coefficients of both series relative to the largest.
-DECAY_TOLERANCE = 1e-12
-NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
 # The first number of states tells how many are needed.
-STATES_ALONG_PIECE = (17, 25, 33, 41, 49)
-# Every so manyth of them is solved first, to tell how many nodes are needed.
-PROBE_STRIDE = 8
+STATES_ALONG_PART = (17, 25, 33, 41, 49)
 NOT_RESOLVED = (
-    f"residual or series decay above {RESIDUAL_TOLERANCE:g} with {NODES_ALONG_ROD[-1]} nodes along "
-    f"the rod; try an eta between 0.1 and 0.9999"
+    f"residual or series decay above 1e-12 with {NODES_ALONG_ROD[-1]} nodes along the rod; "
+    "try a larger eta or a theta closer to 1"
 )
-# Columns that are judged by the size of the contact force.
-FORCES = ("reaction_fx", "reaction_fy", "reaction_m")
-# How often a piece is halved.
+# How often a part is halved.
 HALVINGS = 6
 
 
-def residual_tolerance(nodes: int) -> float:
-    """Largest residual of a state that counts as solved on a number of nodes."""
-    return RESIDUAL_TOLERANCE if nodes <= MANY_NODES else ROUNDED_TOLERANCE
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Resolved:
+    """A batch of resolved parts with equally many states and nodes.
 
-
-def is_resolved(states: RodStates, eta: FloatArray, closure: Closure) -> BoolArray:
-    """Whether states satisfy the equations between their nodes, and have enough of these.
-
-    Parameters
+    Attributes
     ----------
-    states : RodStates
-    eta : ndarray, shape (n,)
-        Height of the contact point (L).
-    closure : Closure
-        The conditions that each state must satisfy.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
+    parts : Parts
+    path : RodStates
+        States at Chebyshev points, all parts at the first one first.
+    loads : ndarray, shape (states, n, 6)
+        Offset, fx, fy, m, φ1 and s_c.
+    residual : ndarray, shape (n,)
+        Largest residual half-way between the states.
     """
-    accurate = largest_residual(states, eta, closure) < residual_tolerance(states.nodes)
-    return accurate & (coefficient_decay(states) < DECAY_TOLERANCE)
+
+    parts: Parts
+    path: RodStates
+    loads: FloatArray
+    residual: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Number of states along each part."""
+        return len(self.loads)
+
+    def at(self, position: FloatArray) -> RodStates:
+        """States at fractions of the parts' length, all parts at the first place first."""
+        return along(interpolation(self.count, position), self.path)
+
+    def of(self, row: int) -> "Resolved":
+        """One of the parts."""
+        one = np.arange(self.count) * len(self.parts) + row
+        only = slice(row, row + 1)
+        return Resolved(
+            parts=self.parts.take(only),
+            path=self.path.take(one),
+            loads=self.loads[:, only],
+            residual=self.residual[only],
+        )
 
 
-def resolve(pieces: Pieces, guess: RodStates) -> Iterator[Resolved]:
-    """Solve pieces at more and more nodes and states.
+class _Task(NamedTuple):
+    """Parts to be resolved, and guesses for as many states as are solved.
+
+    Attributes
+    ----------
+    parts : Parts
+    unknowns : ndarray, shape (states, n, nodes + 3)
+    inverse : ndarray, shape (states, n, k, k), or None
+        What corrects the states.
+    halvings : int
+        How often they may be halved.
+    """
+
+    parts: Parts
+    unknowns: FloatArray
+    inverse: FloatArray | None
+    halvings: int
+
+    def take(self, rows: IntArray) -> "_Task":
+        """Select parts."""
+        inverse = None if self.inverse is None else self.inverse[:, rows]
+        return self._replace(
+            parts=self.parts.take(rows), unknowns=self.unknowns[:, rows], inverse=inverse
+        )
+
+
+def along(matrix: FloatArray, path: RodStates) -> RodStates:
+    """Combine the states along each part linearly, by weights of shape (places, states)."""
+    places, count = matrix.shape
+    unknowns = matrix @ path.unknowns.reshape(count, -1)
+    each = np.tile(np.arange(len(path) // count), places)
+    return replace(path.take(each), unknowns=unknowns.reshape(len(each), -1))
+
+
+def resolve(parts: Parts, rods: FloatArray, guess: FloatArray) -> Iterator[Resolved]:
+    """Solve parts at more and more nodes and states.
 
     Parameters
     ----------
-    pieces : Pieces
-    guess : RodStates
-        Path of states at Chebyshev points to start from.
+    parts : Parts
+    rods : ndarray
+        Properties of the rods of all branches.
+    guess : ndarray, shape (states, n, nodes + 3)
+        Unknowns at Chebyshev points to start from.
 
     Yields
     ------
     Resolved
-        Those pieces, or parts of them, that could be resolved.
+        Those parts, or halves of them, that could be resolved.
     """
-    # A few states tell how many nodes along the rod all of them need, and the guess where to begin.
-    every = slice(None, None, PROBE_STRIDE)
-    probe = guess.take(every)
-    position = chebyshev_nodes(len(probe))
-    begin = _nodes_needed(_rod_decay(probe), probe.nodes)
-    pending = np.zeros(len(pieces), dtype=bool)
-    for nodes in NODES_ALONG_ROD:
-        pending |= begin == nodes
-        rows = np.flatnonzero(pending)
-        if not len(rows):
-            continue
-        few, _ = solve_at(of_pieces(probe, rows).on_nodes(nodes), pieces.take(rows), position)
-        good = np.flatnonzero(_rod_decay(few) < DECAY_TOLERANCE)
-        if len(good):
-            start = of_pieces(guess, rows[good]).on_nodes(nodes).copy()
-            start.put(every, of_pieces(few, good))
-            yield from _resolve(pieces.take(rows[good]), start)
-        pending[rows[good]] = False
+    if not len(parts):
+        return
+    # The knots show how many nodes along the rod the states need.
+    needed = _nodes_needed(_rod_decay(_states(parts, rods, guess), len(parts)), guess.shape[2] - 3)
+    tasks = []
+    for nodes in np.unique(needed):
+        rows = np.flatnonzero(needed == nodes)
+        tasks.append(_on_nodes(_Task(parts, guess, None, HALVINGS).take(rows), int(nodes)))
+    while tasks:
+        task = tasks.pop()
+        count, nodes, number = len(task.unknowns), task.unknowns.shape[2] - 3, len(task.parts)
+        position = chebyshev_nodes(count)
+        known = None if task.inverse is None else task.inverse.reshape(-1, *task.inverse.shape[2:])
+        path, _, inverse = solve(
+            _states(task.parts, rods, task.unknowns), task.parts.closing_at(position), known
+        )
+        loads = _loads(path, count)
+        rod, decay = _rod_decay(path, number) < DECAY_TOLERANCE, _decay_along(loads)
+        smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
+        found = Resolved(parts=task.parts, path=path, loads=loads, residual=np.full(number, np.inf))
+        found.residual[smooth] = _residual_between(found, smooth)
+        resolved = found.residual < residual_tolerance(nodes)
+        if resolved.any():
+            yield _selected(found, np.flatnonzero(resolved))
+        # More states help only where the rod itself is resolved.
+        fine = rod & ~resolved
+        doubtful = smooth[~resolved[smooth]]
+        fine[doubtful] = _residual_at(found, doubtful) < 0.5 * residual_tolerance(nodes)
+        coarse = np.flatnonzero(~fine & ~resolved)
+        finer = [n for n in NODES_ALONG_ROD if n > nodes]
+        solved = path.unknowns.reshape(task.unknowns.shape)
+        better = np.where(np.isfinite(solved), solved, task.unknowns)
+        inverse = inverse.reshape(count, number, *inverse.shape[1:])
+        next_task = _Task(task.parts, better, inverse, task.halvings)
+        if finer and len(coarse):
+            tasks.append(_on_nodes(next_task.take(coarse), finer[0]))
+        wanted = _states_needed(decay, count)
+        for more in np.unique(wanted[fine]):
+            rows = np.flatnonzero(fine & (wanted == more))
+            if np.isfinite(more):
+                tasks.append(_interpolated(next_task.take(rows), chebyshev_nodes(int(more))))
+            elif task.halvings:
+                tasks += _halves(next_task.take(rows))
+
+
+def _states(parts: Parts, rods: FloatArray, unknowns: FloatArray) -> RodStates:
+    """States of a path as one batch."""
+    count = len(unknowns)
+    return RodStates(
+        rods=np.tile(rods[parts.branch], (count, 1)),
+        unknowns=unknowns.reshape(-1, unknowns.shape[2]),
+        line=np.tile(parts.line, count),
+    )
+
+
+def _selected(found: Resolved, rows: IntArray) -> Resolved:
+    count, number = found.count, len(found.parts)
+    if len(rows) == number:
+        return found
+    flat = (np.arange(count)[:, None] * number + rows).ravel()
+    return Resolved(
+        parts=found.parts.take(rows),
+        path=found.path.take(flat),
+        loads=found.loads[:, rows],
+        residual=found.residual[rows],
+    )
+
+
+def _on_nodes(task: _Task, nodes: int) -> _Task:
+    return task._replace(
+        unknowns=task.unknowns @ transfer(task.unknowns.shape[2] - 3, nodes), inverse=None
+    )
+
+
+def _interpolated(task: _Task, position: FloatArray) -> _Task:
+    """Interpolate states, and what corrects them, to fractions of the parts' length."""
+    matrix = interpolation(len(task.unknowns), position)
+    unknowns = np.tensordot(matrix, task.unknowns, 1)
+    inverse = None if task.inverse is None else np.tensordot(matrix, task.inverse, 1)
+    return task._replace(unknowns=unknowns, inverse=inverse)
+
+
+def _halves(task: _Task) -> Iterator[_Task]:
+    """Both halves of parts."""
+    for share in (0.0, 0.5):
+        start = task.parts.start + share * task.parts.length
+        half = replace(task.parts, start=start, length=task.parts.length / 2.0)
+        position = share + 0.5 * chebyshev_nodes(STATES_ALONG_PART[0])
+        yield _interpolated(task, position)._replace(parts=half, halvings=task.halvings - 1)
 
 
 def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
@@ -125,124 +231,62 @@ def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
     return ladder[np.searchsorted(ladder, np.minimum(needed, ladder[-1]))]
 
 
-def _resolve(
-    pieces: Pieces,
-    guess: RodStates,
-    inverse: SingleArray | None = None,
-    halvings: int = HALVINGS,
-) -> Iterator[Resolved]:
-    """Solve pieces with the nodes and states of the guess, or with more of the ones that lack.
-
-    `inverse` corrects the states, of shape (states, pieces, k, k).
-    """
-    count, nodes = len(guess), guess.nodes
-    path, inverse = solve_at(guess, pieces, chebyshev_nodes(count), inverse)
-    states = _sticking_states(path, pieces)
-    rod, decay = _rod_decay(path) < DECAY_TOLERANCE, _curve_decay(states)
-    residual = np.full(len(pieces), np.inf)
-    smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
-    between = combined(halfway_interpolation(count), of_pieces(path, smooth))
-    residual[smooth] = _largest_residual(between, pieces.take(smooth), _midpoints(count))
-    resolved = residual < residual_tolerance(nodes)
-    yield from finished(path, pieces, states, residual, np.flatnonzero(resolved))
-
-    # More states help only where the rod itself is resolved.
-    fine, doubtful = rod & ~resolved, smooth[~resolved[smooth]]
-    at_states = _largest_residual(
-        of_pieces(path, doubtful), pieces.take(doubtful), chebyshev_nodes(count)
-    )
-    fine[doubtful] = at_states < 0.5 * residual_tolerance(nodes)
-    coarse = np.flatnonzero(~fine & ~resolved)
-    finer = [n for n in NODES_ALONG_ROD if n > nodes]
-    if finer and len(coarse):
-        better = _updated(of_pieces(guess, coarse), of_pieces(path, coarse))
-        yield from _resolve(pieces.take(coarse), better.on_nodes(finer[0]), None, halvings)
-    wanted = _states_needed(decay, count)
-    for more in np.unique(wanted[fine]):
-        rows = np.flatnonzero(fine & (wanted == more))
-        known = of_pieces(path, rows), inverse[:, rows]
-        if np.isfinite(more):
-            better_guess = interpolated(count, chebyshev_nodes(int(more)), *known)
-            yield from _resolve(pieces.take(rows), *better_guess, halvings)
-        elif halvings:
-            for share, half in _halves(pieces.take(rows)):
-                position = share + 0.5 * chebyshev_nodes(STATES_ALONG_PIECE[0])
-                yield from _resolve(half, *interpolated(count, position, *known), halvings - 1)
-
-
-def _halves(pieces: Pieces) -> Iterator[tuple[float, Pieces]]:
-    """Both halves of pieces, each with the share of the length at which it begins."""
-    for share in (0.0, 0.5):
-        start = pieces.start + share * pieces.length
-        yield share, replace(pieces, start=start, length=pieces.length / 2.0)
-
-
 def _states_needed(decay: FloatArray, count: int) -> FloatArray:
-    """As many states as let the series decay far enough; infinite if a piece is to be halved.
+    """As many states as let the series decay far enough; infinite if a part is to be halved.
 
     The coefficients fall like a geometric series.
     """
     with np.errstate(divide="ignore"):
         needed = 1 + (count - 1) * np.log(0.1 * DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
-    ladder = np.array([*(n for n in STATES_ALONG_PIECE if n > count), np.inf])
+    ladder = np.array([*(n for n in STATES_ALONG_PART if n > count), np.inf])
     return ladder[np.searchsorted(ladder, needed)]
 
 
-def _updated(path: RodStates, other: RodStates) -> RodStates:
-    """Take the states of another path where it has found them."""
-    old, new = path.columns, other.columns
-    better: dict[str, Any] = {n: np.where(np.isfinite(new[n]), new[n], old[n]) for n in UNKNOWNS}
-    return replace(path, **better)
-
-
-def _midpoints(count: int) -> FloatArray:
-    """Points half-way between `count` Chebyshev points."""
-    return chebyshev_nodes(2 * count - 1)[1::2]
-
-
-def _rod_decay(path: RodStates) -> FloatArray:
-    """Largest decay of the series along the rod of each piece's states; infinite if none."""
-    decays = coefficient_decay(flat(path)).reshape(path.fx.shape).max(axis=0)
+def _rod_decay(path: RodStates, number: int) -> FloatArray:
+    """Largest decay of the series along the rod of each part's states; infinite if none."""
+    decays = coefficient_decay(path).reshape(-1, number).max(axis=0)
     return np.nan_to_num(decays, nan=np.inf)
 
 
-def _largest_residual(path: RodStates, pieces: Pieces, position: FloatArray) -> FloatArray:
-    """Largest residual of each piece's states at fractions of its length."""
-    if not len(pieces):
+def _residual_between(found: Resolved, rows: IntArray) -> FloatArray:
+    """Largest residuals of some parts half-way between their states."""
+    if not len(rows):
         return np.empty(0)
-    count = len(position)
-    height = np.tile(pieces.height, count)
-    residual = largest_residual(flat(path), height, pieces.closure_at(position))
+    some = _selected(found, rows)
+    middle = chebyshev_nodes(2 * some.count - 1)[1::2]
+    path = along(halfway_interpolation(some.count), some.path)
+    return _largest(path, some.parts, middle)
+
+
+def _residual_at(found: Resolved, rows: IntArray) -> FloatArray:
+    """Largest residuals of some parts in their states."""
+    if not len(rows):
+        return np.empty(0)
+    some = _selected(found, rows)
+    return _largest(some.path, some.parts, chebyshev_nodes(some.count))
+
+
+def _largest(path: RodStates, parts: Parts, position: FloatArray) -> FloatArray:
+    residual = largest_residual(path, parts.closing_at(position))
     # NaN marks a state that was not found
-    return np.nan_to_num(residual, nan=np.inf).reshape(count, -1).max(axis=0)
+    return np.nan_to_num(residual, nan=np.inf).reshape(len(position), -1).max(axis=0)
 
 
-def _sticking_states(path: RodStates, pieces: Pieces) -> StickingState:
-    """Evaluate a path, columns of shape (states, pieces), but for the stability."""
-    offset, moment, phi1 = (values.reshape(path.fx.shape) for values in ends(flat(path)))
-    return StickingState(
-        x0=pieces.displacement(offset),
-        reaction_fx=path.fx,
-        reaction_fy=path.fy,
-        reaction_m=moment,
-        phi1=phi1,
-        s_c=rounded_contact(path.s_c),
-        stability=np.full(path.fx.shape, np.nan),
-        stability_aside=np.full(path.fx.shape, np.nan),
-    )
+def _loads(path: RodStates, count: int) -> FloatArray:
+    """Offset, fx, fy, m, φ1 and s_c of a path, shape (states, parts, 6)."""
+    end = ends(path)
+    columns = (end.offset, path.fx, path.fy, end.moment, end.phi1, path.s_c)
+    return np.stack(columns, axis=-1).reshape(count, -1, 6)
 
 
-def _curve_decay(states: StickingState) -> FloatArray:
-    """Size of the last Chebyshev coefficients along the pieces relative to the largest."""
-    transform = chebyshev_transform(len(states))
-    known = [name for name in StickingState.names() if name not in MARGINS]
-    coefficients = {name: np.abs(transform @ getattr(states, name)) for name in known}
-    force = coefficients["reaction_fy"].max(axis=0)
-    decay = np.zeros(force.shape)
-    for name, sizes in coefficients.items():
-        # On a short piece a column may be nearly zero: fx and m are judged by the size of the
-        # force, an angle or a length by its absolute size.
-        unit = force if name in FORCES else np.ones_like(force)
-        decay = np.maximum(decay, sizes[-2:].max(axis=0) / np.maximum(sizes.max(axis=0), unit))
+def _decay_along(loads: FloatArray) -> FloatArray:
+    """Size of the last Chebyshev coefficients along the parts relative to the largest."""
+    sizes = np.abs(np.tensordot(chebyshev_transform(len(loads)), loads, 1))
+    # On a short part a column may be nearly zero: fx and m are judged by the size of the force, an
+    # angle or a length by its absolute size.
+    force = sizes[:, :, 2].max(axis=0)
+    unit = np.ones(sizes.shape[1:])
+    unit[:, 1:4] = force[:, None]
+    decay = (sizes[-2:].max(axis=0) / np.maximum(sizes.max(axis=0), unit)).max(axis=1)
     # NaN marks a state that was not found
     return np.nan_to_num(decay, nan=np.inf)

@@ -15,9 +15,10 @@ from scipy.integrate import ode
 from scipy.optimize import minimize
 
 from vibrissa.mechanics.admissibility import TOLERANCE, clearances
-from vibrissa.mechanics.buckling import CONTINUATION_START, CONTINUATION_STEPS, buckled_states
+from vibrissa.mechanics.buckling import buckled_unknowns
 from vibrissa.mechanics.elastica import deformed_shape, rod_equations
-from vibrissa.mechanics.equations import contact_position
+from vibrissa.mechanics.equations import ends
+from vibrissa.mechanics.mounting import IDEAL, rod_columns
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
@@ -31,6 +32,8 @@ METHOD = Solver.SHOOTING
 # A curve is interpolated between steps of at most this many x1_init; a coarser Δx0 is divided
 # evenly.
 LARGEST_STEP = 0.01
+# Heights through which the first state is approached from near the buckling load.
+CONTINUATION_STEPS, CONTINUATION_START = 12, 0.98
 # States behind the maximum of −tan α that the walk adds, to make its interpolation two-sided.
 STEPS_BEYOND_LOCK = 4
 # The walk ends here at the latest, in units of x1_init.
@@ -203,8 +206,13 @@ def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) ->
     # A cold start far from the branch ends in the mirror image or a higher mode: come down from
     # near the buckling load, where the mode is known.
     top = max(eta, CONTINUATION_START)
-    buckled = buckled_states(np.array([theta], dtype=float), np.array([top]), 32)
-    guess = (-float(buckled.fy[0]), float(contact_position(buckled)[0][0]))
+    one = np.array([theta], dtype=float)
+    buckled = RodStates(
+        rods=rod_columns(one, [IDEAL]),
+        unknowns=buckled_unknowns(one, np.array([top]), NODES),
+        line=np.array([False]),
+    )
+    guess = (-float(buckled.fy[0]), float(ends(buckled).offset[0]))
     heights = [top]
     if eta < top:
         heights = list(np.linspace(top, eta, CONTINUATION_STEPS))
@@ -353,14 +361,13 @@ def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) 
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)
     rows = zip(states.f, states.alpha, offset, strict=True)
+    phi = np.stack([deformed_shape(theta, f, alpha, x1, eta, s)[2] for f, alpha, x1 in rows])
     shapes = RodStates(
-        theta=np.full(len(states), theta),
-        phi=np.stack([deformed_shape(theta, f, alpha, x1, eta, s)[2] for f, alpha, x1 in rows]),
-        fx=states.reaction_fx,
-        fy=states.reaction_fy,
-        s_c=states.s_c,
+        rods=rod_columns(np.full(len(states), theta), [IDEAL] * len(states)),
+        unknowns=np.column_stack([phi, states.reaction_fx, states.reaction_fy, states.s_c]),
+        line=np.zeros(len(states), dtype=bool),
     )
-    clearance = clearances(shapes, np.full(len(states), eta), Contact.POINT)
+    clearance = clearances(shapes, np.full(len(states), eta))
     beyond = np.flatnonzero(clearance.smallest < -TOLERANCE)
     if not len(beyond):
         return Limit()
