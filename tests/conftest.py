@@ -1,17 +1,17 @@
+import fcntl
 import os
+import shutil
 import signal
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 import made_tables
+from runs import ROOT, TINY, Folder
 from vibrissa import solve_state
 from vibrissa.sticking import api
 from vibrissa.study.reading import read_study
 from vibrissa.tables import records, schemas, store
-
-ROOT = Path(__file__).parents[1]
 
 # What a shell starts in the background ignores Ctrl-C, and so would the programs that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -62,3 +62,59 @@ def study_tables(paper):
         "scans": store.joined(scans, schemas.SCANS),
         "states": records.states_table(states, paper.name),
     }
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory):
+    """A folder in which the tiny study was run once for all; not to be changed."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    with (folder / "finished.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "finished").exists():
+            new = Folder(folder / "started")
+            new.root.mkdir()
+            new.write("tiny.yaml", TINY)
+            new.write("screen.txt", new.run())
+            new.root.rename(folder / "finished")
+    return Folder(folder / "finished")
+
+
+@pytest.fixture
+def done(finished, tmp_path):
+    """A copy of the finished study for a test that goes on from it."""
+    shutil.copytree(finished.root, tmp_path / "done")
+    return Folder(tmp_path / "done")
+
+
+@pytest.fixture
+def fresh(tmp_path):
+    """A folder in which nothing was run yet."""
+    (tmp_path / "fresh").mkdir()
+    folder = Folder(tmp_path / "fresh")
+    folder.write("tiny.yaml", TINY)
+    return folder
+
+
+def with_program(folder):
+    """Give a folder a copy of the program, to be edited."""
+    skip = shutil.ignore_patterns("__pycache__")
+    for name in ("src", "workflow"):
+        shutil.copytree(ROOT / name, folder.root / name, ignore=skip)
+    for name in ("Snakefile", "config.yaml"):
+        shutil.copy(ROOT / name, folder.root)
+    folder.home = folder.root
+    return folder
+
+
+@pytest.fixture
+def edited(done):
+    """The finished study beside a copy of the program, to be edited."""
+    return with_program(done)
+
+
+@pytest.fixture
+def copied(fresh):
+    """A study that was not run, beside a copy of the program."""
+    return with_program(fresh)

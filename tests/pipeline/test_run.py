@@ -1,7 +1,5 @@
-"""What a person sees of a run: messages before it, signals while it lasts, and its last lines."""
+"""What a person sees of a run: messages before it, signals while it lasts, and logs of jobs."""
 
-import os
-import pty
 import signal
 import subprocess
 import sys
@@ -10,57 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from runs import ROOT, TINY
 from vibrissa.errors import DamagedTableError, VibrissaError
 from vibrissa.pipeline import jobs, ownership, places, run
-
-ROOT = Path(__file__).parents[2]
-STUDY = """study: tiny
-chunk: {theta: 1}
-grids: {g: {theta: {start: 1, stop: 4, step: 0.5}, mu0: [0.3], eta: [0.85], dx0: [5e-3]}}
-figures: {f: {kind: taper, grid: g}}
-"""
-
-
-@pytest.fixture
-def folder(tmp_path):
-    """A folder with a study file; the workflow is that of the project."""
-    (tmp_path / "tiny.yaml").write_text(STUDY)
-    return tmp_path
-
-
-def command(*arguments, study="tiny.yaml"):
-    found = [sys.executable, str(ROOT / "workflow/run.py"), "--cores", "2", *arguments]
-    return found + ["--configfile", study] * bool(study)
-
-
-def called(folder, *arguments, study="tiny.yaml"):
-    result = subprocess.run(
-        command(*arguments, study=study), cwd=folder, capture_output=True, text=True
-    )
-    return result.returncode, result.stdout + result.stderr
-
-
-@pytest.mark.slow
-def test_a_run_ends_with_what_came_out_and_where(folder):
-    status, screen = called(folder)
-    assert status == 0, screen
-    assert screen.startswith("Study 'tiny', 7 points in 7 chunks:\n  snakemake --configfile ")
-    assert " steps (100%) done" in screen
-    assert screen.splitlines()[-3:] == [
-        "7 grid points: 7 slip",
-        "Figures: results/tiny/figures",
-        "Report: results/tiny/report.html",
-    ]
-    assert len(list((folder / "results/tiny/figures").glob("f.*"))) == 3
-    # An earlier study file had more, and nothing is to be done.
-    (folder / "results/tiny/tables/scans.parquet").write_bytes(b"old")
-    status, screen = called(folder)
-    assert status == 0 and "Nothing to be done" in screen
-    assert "Left over from an earlier study file, in results/tiny: tables/scans.parquet" in screen
-    # What only shows something does not end as if it had run.
-    for option in ("-n", "--help"):
-        status, screen = called(folder, option)
-        assert status == 0 and "Report: results" not in screen
 
 
 @pytest.mark.parametrize(
@@ -72,108 +22,48 @@ def test_a_run_ends_with_what_came_out_and_where(folder):
         (["--workflow-profile", "none"], "tiny.yaml", "No such profile: none; there are: cluster"),
     ],
 )
-def test_a_mistake_is_one_line_before_any_work(folder, arguments, study, words):
-    status, screen = called(folder, *arguments, study=study)
+def test_a_mistake_is_one_line_before_any_work(fresh, arguments, study, words):
+    status, screen = fresh.call(*arguments, study=study)
     assert status == 1 and screen.startswith(words) and len(screen.splitlines()) == 1
-    assert [path.name for path in folder.iterdir()] == ["tiny.yaml"]
+    assert [path.name for path in fresh.root.iterdir()] == ["tiny.yaml"]
 
 
-def test_all_mistakes_of_a_study_file_are_shown(folder):
-    (folder / "tiny.yaml").write_text(STUDY.replace("start: 1", "start: 0").replace("taper", "pie"))
-    status, screen = called(folder)
+def test_all_mistakes_of_a_study_file_are_shown(fresh):
+    fresh.write("tiny.yaml", TINY.replace("[1.5, 2]", "[0.5]").replace("kind: taper", "kind: pie"))
+    status, screen = fresh.call()
     assert status == 1
-    assert [line.split(": ")[0] for line in screen.splitlines()] == ["tiny.yaml:3", "tiny.yaml:4"]
+    assert [line.split(": ")[0] for line in screen.splitlines()] == ["tiny.yaml:5", "tiny.yaml:11"]
 
 
-def test_a_profile_for_slurm_needs_slurm(folder, monkeypatch):
-    monkeypatch.setenv("PATH", str(folder))
-    status, screen = called(folder, "--workflow-profile", "slurm")
+def test_a_profile_for_slurm_needs_slurm(fresh, monkeypatch):
+    monkeypatch.setenv("PATH", str(fresh.root))
+    status, screen = fresh.call("--workflow-profile", "slurm")
     assert status == 1 and screen.startswith("There is no command sinfo here: the profile slurm is")
-    sinfo = folder / "sinfo"
+    sinfo = fresh.root / "sinfo"
     sinfo.write_text("#!/bin/sh\necho no answer >&2\nexit 1\n")
     sinfo.chmod(0o755)
-    status, screen = called(folder, "--workflow-profile", "slurm")
+    status, screen = fresh.call("--workflow-profile", "slurm")
     assert status == 1 and screen.startswith("SLURM does not answer (sinfo): no answer; when")
 
 
-def started(folder, until):
-    """Start a run, and wait until something is there."""
+@pytest.mark.slow
+def test_a_run_that_is_stopped_says_so(fresh):
+    """And goes on later; `python -m validation faults` stops runs at random times."""
     process = subprocess.Popen(
-        command(), cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        [sys.executable, ROOT / "workflow/run.py", "--configfile", "tiny.yaml", "--cores", "1"],
+        cwd=fresh.root,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
     )
-    while not until():
+    while not fresh.chunks():
         assert process.poll() is None, process.stdout.read()
         time.sleep(0.02)
-    return process
-
-
-def some_chunk(folder):
-    return lambda: list(folder.glob("results/tiny/chunks/g/theta*.parquet"))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_run_that_is_stopped_says_so_and_goes_on_later(folder, number):
-    process = started(folder, some_chunk(folder))
-    process.send_signal(number)
-    screen, _ = process.communicate(timeout=60)
-    assert process.returncode == 128 + number and "Traceback" not in screen
-    told = f"Stopped by {number.name}. Finished results are kept: the same command continues."
-    assert screen.splitlines()[-1] == told
-    status, screen = called(folder)
-    assert status == 0 and "7 grid points: 7 slip" in screen
-
-
-@pytest.mark.parametrize("after", [0.3, 0.8])
-def test_a_run_that_is_stopped_while_it_loads_shows_no_traceback(folder, after):
-    process = started(folder, (folder / ".snakemake/run.lock").exists)
-    time.sleep(after)
     process.send_signal(signal.SIGINT)
     screen, _ = process.communicate(timeout=60)
-    assert process.returncode == 130 and "Traceback" not in screen
-
-
-@pytest.mark.slow
-def test_another_run_in_the_same_folder_is_told_of_directory_and_a_killed_one_goes_on(folder):
-    process = started(folder, some_chunk(folder))
-    status, screen = called(folder)
-    assert status == 1 and "run this study in another folder: --directory other" in screen
-    # The process and the Snakemake that it started, which holds the lock otherwise.
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    process.kill()
-    for child in map(int, children):
-        os.killpg(child, signal.SIGKILL)
-    process.communicate()
-    status, screen = called(folder)
-    assert screen.startswith("The last run was interrupted. Its finished results are")
-    assert status == 0 and "7 grid points: 7 slip" in screen
-
-
-@pytest.mark.slow
-def test_a_terminal_shows_progress(folder):
-    master, slave = pty.openpty()
-    environment = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
-    process = subprocess.Popen(
-        command("results/tiny/summary.txt"), cwd=folder, stdout=slave, stderr=slave, env=environment
-    )
-    os.close(slave)
-    screen = b""
-    while True:
-        try:
-            screen += os.read(master, 4096)
-        except OSError:  # the other side is closed
-            break
-    assert process.wait() == 0
-    assert b"100%" in screen and b"Report: results/tiny/report.html" in screen
-
-
-@pytest.mark.slow
-def test_a_job_that_fails_shows_its_reason(folder):
-    (folder / "results/tiny/tables").mkdir(parents=True)
-    (folder / "results/tiny/figures").write_text("a file where a folder is needed")
-    status, screen = called(folder, "--keep-going")
-    assert status == 1
-    assert "The study is not complete; results/tiny/logs says why." in screen
+    assert process.returncode == 128 + signal.SIGINT and "Traceback" not in screen
+    told = "Stopped by SIGINT. Finished results are kept: the same command continues."
+    assert screen.splitlines()[-1] == told
 
 
 def test_a_log_has_the_reason_and_damaged_tables_are_removed(tmp_path):

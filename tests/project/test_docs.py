@@ -2,68 +2,21 @@
 
 import re
 import runpy
-import shlex
-from pathlib import Path
 from pkgutil import resolve_name
 
 import pytest
 import typer
 import yaml
-from matplotlib import pyplot
-from typer.testing import CliRunner
 
-import small_study
+from pages import PAGES, blocks, commands
+from runs import ROOT
 from validation.__main__ import TASKS
 from vibrissa.cli.app import app
 from vibrissa.study.reading import parse_study
-from vibrissa.tables import schemas, store
+from vibrissa.tables import schemas
 
-ROOT = Path(__file__).parents[2]
 GENERATED = runpy.run_path(str(ROOT / "docs/generated.py"))
-PAGES = {
-    str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
-    for pattern in ("*.md", "results/*.md", "config/*.md", "docs/*.md")
-    for path in sorted(ROOT.glob(pattern))
-}
 PACKAGES = [path.parent.name for path in sorted(ROOT.glob("src/vibrissa/*/__init__.py"))]
-
-
-def blocks(language, pages=PAGES):
-    """Name of the page and text of each block of code in a language."""
-    return [
-        (page, code)
-        for page in pages
-        for code in re.findall(rf"```{language}\n(.*?)```", PAGES[page], re.DOTALL)
-    ]
-
-
-def commands():
-    """Arguments of each `vibrissa` command, in the order of the pages."""
-    lines = [line for _, code in blocks("console") for line in code.replace("\\\n", "").split("\n")]
-    words = [shlex.split(line, comments=True) for line in lines]
-    return [arguments for name, *arguments in filter(None, words) if name == "vibrissa"]
-
-
-# Such as matplotlib's where a legend has nothing to name.
-@pytest.mark.filterwarnings("error::UserWarning")
-@pytest.mark.slow
-@pytest.mark.parametrize(("page", "code"), blocks("python"))
-def test_python_runs(page, code, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    for study in ("paper", "mine"):
-        folder = tmp_path / f"results/{study}/tables"
-        folder.mkdir(parents=True)
-        store.write(small_study.stiction(), folder / "stiction.parquet")
-    for library in re.findall(r"^import (\w+)", code, re.MULTILINE):
-        pytest.importorskip(library)
-    # What an earlier block drew would hide what matplotlib warns of.
-    pyplot.close("all")
-    exec(compile(code, page, "exec"), {})
-    printed = capsys.readouterr().out
-    shown = re.findall(r"print\(.*\)  # (.*)$", code, re.MULTILINE)
-    for line, expected in zip(printed.splitlines() if shown else [], shown, strict=True):
-        # "0.528..." stands for the number's first digits
-        assert re.fullmatch(re.escape(expected).replace(r"\.\.\.", r"\d*"), line)
 
 
 @pytest.mark.parametrize("arguments", commands(), ids=" ".join)
@@ -74,27 +27,6 @@ def test_commands_are_understood(arguments):
     else:
         name, command, rest = group.resolve_command(typer.Context(group), list(arguments))
         assert command.make_context(name, rest).params
-
-
-@pytest.mark.slow
-def test_commands_run_one_after_the_other(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
-    order = ("design", "solve", "scan", "import", "identify")
-    # Of the designs, which take long, those that write a rod for other commands.
-    wanted = [
-        arguments
-        for arguments in commands()
-        if arguments[0] in order[1:] or (arguments[0] == "design" and "-o" in arguments)
-    ]
-    assert {arguments[0] for arguments in wanted} == set(order)
-    # A rod and a recording are made before they are read.
-    for arguments in sorted(wanted, key=lambda arguments: order.index(arguments[0])):
-        result = CliRunner().invoke(app, arguments)
-        assert result.exit_code == 0, result.output
-    written = {arguments[arguments.index("-o") + 1] for arguments in wanted if "-o" in arguments}
-    assert {path.name for path in tmp_path.iterdir()} - {"examples"} == written
-    assert {"scan.csv", "friction.csv"} < written
 
 
 def test_example_study_is_valid():

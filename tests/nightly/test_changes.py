@@ -1,17 +1,17 @@
-"""The changes that docs/architecture.md shows as examples work."""
+"""Examples of changes in docs/architecture.md, made in a copy of the program."""
 
 import os
 import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from runs import ROOT
 
 PAGE = ROOT / "docs/architecture.md"
+
 
 # What is done with the changed program, by the heading of the example.
 USES = {

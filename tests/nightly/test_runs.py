@@ -1,0 +1,148 @@
+"""Runs as they are rarer: other folders, other workflows, terminals, tables of other studies."""
+
+import os
+import pty
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import venv
+from pathlib import Path
+
+import pytest
+
+from runs import ROOT, STICTION, TINY
+
+SNAKEMAKE = ["-m", "snakemake", "--cores", "2"]
+LONG = TINY.replace("theta: [1.5, 2]", "theta: {start: 1, stop: 4, step: 0.5}")
+
+
+def snakemake(cwd, *arguments, python=sys.executable, packages=ROOT / "src"):
+    environment = os.environ | {"PYTHONPATH": str(packages)}
+    command = [python, *SNAKEMAKE, *arguments]
+    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True)
+
+
+def test_folders_may_have_spaces_and_umlauts(copied, tmp_path):
+    """With an interpreter below such a folder, as `make reproduce` has in .venv."""
+    root = tmp_path / "a b" / "ü"
+    shutil.copytree(copied.root, root)
+    venv.create(root / ".venv")
+    paths = [path for path in sys.path if path.endswith("site-packages")]
+    (packages,) = root.glob(".venv/lib/*/site-packages")
+    (packages / "all.pth").write_text("\n".join(paths))
+    captions = "results/tiny/figures/captions.md"
+    options = {"python": root / ".venv/bin/python", "packages": root / "src"}
+    result = snakemake(root, captions, "--configfile", "tiny.yaml", **options)
+    assert result.returncode == 0, result.stderr
+    assert "Two cycles." in (root / captions).read_text()
+
+
+@pytest.mark.parametrize("snakefile", ["Snakefile", "workflow/Snakefile"])
+def test_a_study_runs_from_another_folder(fresh, tmp_path, snakefile):
+    here = tmp_path / "here"
+    here.mkdir()
+    study = str(fresh.root / "tiny.yaml")
+    result = snakemake(here, STICTION, "-s", str(ROOT / snakefile), "--configfile", study)
+    assert result.returncode == 0, result.stderr
+    assert (here / STICTION).exists() and not (fresh.root / "results").exists()
+
+
+def test_another_workflow_may_contain_this_one(tmp_path):
+    """As its module; YAML 1.1, by which Snakemake reads its file, takes 5e-3 for a text."""
+    (tmp_path / "mine.yaml").write_text("sensor:" + TINY.replace("\n", "\n  "))
+    (tmp_path / "Snakefile").write_text(
+        f"""
+configfile: "mine.yaml"
+module vibrissa:
+    snakefile: {str(ROOT / "Snakefile")!r}
+    config: config["sensor"]
+use rule * from vibrissa as sensor_*
+rule mine:
+    default_target: True
+    input: {STICTION!r}
+"""
+    )
+    result = snakemake(tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / STICTION).exists()
+
+
+def test_without_its_package_the_workflow_says_how_to_get_it(copied):
+    (copied.root / "none").mkdir()
+    (copied.root / "none/vibrissa.py").write_text("raise ImportError('not here')")
+    result = snakemake(copied.root, "-n", packages=copied.root / "none")
+    screen = result.stdout + result.stderr
+    assert result.returncode == 1 and "Traceback" not in screen
+    assert "package is missing or incomplete (not here). Run make reproduce" in screen
+
+
+def test_without_a_study_file_it_is_the_papers_study(tmp_path):
+    command = [sys.executable, ROOT / "workflow/run.py", "--cores", "2", "-n"]
+    screen = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert "claims" in screen.stdout and not (tmp_path / "results").exists()
+
+
+def test_a_table_of_another_study_is_never_used(done):
+    """Not even where it is younger than all that it could be made of."""
+    other = TINY.replace("study: tiny", "study: other").replace("[0.3, 5]", "[0.2, 5]")
+    done.write("other.yaml", other)
+    done.run(STICTION.replace("tiny", "other"), study="other.yaml")
+    table = done.stiction()
+    shutil.copy(done.root / STICTION.replace("tiny", "other"), done.root / STICTION)
+    status, _ = done.call()
+    assert status != 0
+    told = f"{STICTION} does not answer this study file (it has 'study: other')"
+    assert told in done.log("summary")
+    done.run()
+    assert done.stiction().equals(table)
+
+
+def test_a_study_file_that_was_renamed_keeps_its_results(done):
+    (done.root / "tiny.yaml").rename(done.root / "mine.yaml")
+    assert done.jobs(study="mine.yaml") == {"report": 1}
+
+
+def test_another_run_in_the_same_folder_is_refused_and_a_killed_one_goes_on(fresh):
+    fresh.write("tiny.yaml", LONG)
+    command = [sys.executable, ROOT / "workflow/run.py", "--cores", "2"]
+    process = subprocess.Popen(
+        [*command, "--configfile", "tiny.yaml"], cwd=fresh.root, stderr=subprocess.DEVNULL
+    )
+    while not fresh.chunks():
+        assert process.poll() is None
+        time.sleep(0.02)
+    status, screen = fresh.call()
+    assert status == 1 and "run this study in another folder: --directory other" in screen
+    # The process and the Snakemake that it started, which holds the lock otherwise.
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    process.kill()
+    for child in map(int, children):
+        os.killpg(child, signal.SIGKILL)
+    process.communicate()
+    screen = fresh.run()
+    assert screen.startswith("The last run was interrupted. Its finished results are")
+    assert "14 grid points: 7 lock, 7 slip" in screen
+
+
+def test_a_terminal_shows_progress(fresh):
+    master, slave = pty.openpty()
+    environment = os.environ | {"TERM": "xterm", "COLUMNS": "80"}
+    command = [sys.executable, ROOT / "workflow/run.py", "--cores", "2", "results/tiny/summary.txt"]
+    process = subprocess.Popen(
+        [*command, "--configfile", "tiny.yaml"],
+        cwd=fresh.root,
+        stdout=slave,
+        stderr=slave,
+        env=environment,
+    )
+    os.close(slave)
+    screen = b""
+    while True:
+        try:
+            screen += os.read(master, 4096)
+        except OSError:  # the other side is closed
+            break
+    assert process.wait() == 0
+    assert b"100%" in screen and b"Report: results/tiny/report.html" in screen
