@@ -131,7 +131,7 @@ def test_every_text_is_escaped(whole):
     text = report.page(EVIL, found, [picture(EVIL, EVIL)], run)
     page = Elements(text)
     assert page.count("script") == 2  # the presets and the program
-    assert len([e for e in page.found if e == ("b", {})]) == 5  # titles of plots, of the mounting
+    assert len([e for e in page.found if e == ("b", {})]) == 8  # titles, steps of the introduction
     assert page.text.count(EVIL) > 10
     data = re.search(r'data-x="presets">(.*?)</script>', text, re.DOTALL)[1]
     assert json.loads(data)[0]["recording"]["name"] == EVIL

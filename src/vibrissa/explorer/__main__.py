@@ -10,7 +10,7 @@ from vibrissa.files import write_atomically
 def main(arguments: list[str]) -> str:
     """Write the page; say what is wrong, or nothing."""
     if len(arguments) != 1:
-        return "say where to: python -m vibrissa.explorer explorer.html"
+        return "give a file to write: python -m vibrissa.explorer explorer.html"
     require("workflow", "jinja2")
     from vibrissa.explorer.page import page
 

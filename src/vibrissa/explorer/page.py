@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import jinja2
+import yaml
 from markupsafe import Markup
 
 from vibrissa.explorer.modules import bundle
@@ -12,7 +13,7 @@ from vibrissa.explorer.modules import bundle
 FOLDER = Path(__file__).parent
 
 
-# The range of each field of the page.
+# The range of each field of the page, as view/settings.js has it.
 RANGES = {
     "theta": (1.0, 20.0),
     "eta": (0.3, 0.99),
@@ -71,86 +72,19 @@ class Preset:
     recording: Recording | None = None
 
 
+_KNOWN = yaml.safe_load((FOLDER / "presets.yaml").read_text(encoding="utf-8"))
 # A rod that is mounted as in the paper.
-IDEAL = dict.fromkeys(("beta", "compliance", "kappa0", "kappa1", "delta"), 0.0)
+IDEAL: Mapping[str, float] = _KNOWN["ideal"]
 
 
-def _paper(theta: float, mu0: float) -> dict[str, float | str]:
-    """Give the paper's settings: tip contact, free slips, a round rod, the ideal mounting."""
-    words = {"contact": "point", "section": "round", "law": "free"}
-    return {"theta": theta, "mu0": mu0, "eta": 0.85, "dx0": 0.001} | words | IDEAL
+def _presets(kind: str) -> tuple[Preset, ...]:
+    """Presets of the file, with all settings of the paper that they leave out."""
+    rows = [row | {"settings": _KNOWN["common"] | IDEAL | row["settings"]} for row in _KNOWN[kind]]
+    return tuple(Preset(**row) for row in rows)
 
 
-# The figures of the paper, as config.yaml has them.
-PAPER = (
-    Preset(
-        name="Figure 3: one period",
-        note="One period of sticking at θ = 2, μ0 = 0.4, in steps of 0.001.",
-        settings=_paper(2, 0.4),
-        clamp=0.052,
-    ),
-    *(
-        Preset(
-            name=f"Figure {figure}: play",
-            note=f"Stick and slip at θ = {theta}, μ0 = {mu0}, in steps of 0.001.",
-            settings=_paper(theta, mu0),
-            play=True,
-        )
-        for figure, theta, mu0 in (
-            ("4a", 1, 0.3),
-            ("4b", 2, 0.3),
-            ("4c", 3, 0.3),
-            ("5a", 1, 0.4),
-            ("5b", 2, 0.4),
-            ("5c", 3, 0.4),
-        )
-    ),
-    Preset(
-        name="Figure 6: move θ",
-        note="Move θ from 1 to 3 and watch x0,max.",
-        settings=_paper(1, 0.3),
-    ),
-    Preset(
-        name="Figure 7: move μ0",
-        note="Move μ0 from 0.1 to 0.5 and watch x0,max; above μ_lock the tip locks.",
-        settings=_paper(2, 0.1),
-    ),
-    Preset(
-        name="Figure 8: a tip in the surface",
-        note="With the tip at 0.15 ahead of the clamp, the rod passes through the surface.",
-        settings=_paper(1, 2) | {"eta": 0.55},
-        clamp=0.572,
-    ),
-)
-
-
-def _mounted(name: str, note: str, **settings: float | str) -> Preset:
-    """Make a preset of a rod that is mounted otherwise than in the paper."""
-    return Preset(
-        name=f"Mounting: {name}", note=note, settings=_paper(2, 0.4) | settings, play=True
-    )
-
-
-# The deviations of docs/mounting.md, each by itself.
-MOUNTED = (
-    _mounted("a clamp that leans back", "The tip locks earlier and slips later.", beta=5),
-    _mounted("a clamp that yields", "A tapered rod slips later.", compliance=0.1),
-    _mounted(
-        "a curved whisker",
-        "A strongly tapered rod that is curved away from the surface, in line contact.",
-        theta=15,
-        mu0=0.3,
-        dx0=0.002,
-        contact="line",
-        kappa0=-0.3,
-    ),
-    _mounted(
-        "an oblique stage",
-        "The clamp comes nearer to the surface, so that each period is another one.",
-        dx0=0.002,
-        delta=3,
-    ),
-)
+PAPER = _presets("paper")
+MOUNTED = _presets("mounted")
 
 
 def fits(settings: Mapping[str, float | str]) -> bool:
@@ -161,16 +95,7 @@ def fits(settings: Mapping[str, float | str]) -> bool:
 
 
 def fragment(presets: Sequence[Preset]) -> Markup:
-    """Write the explorer as a part of a page, which also needs `style` and `program`.
-
-    Parameters
-    ----------
-    presets : sequence of Preset
-
-    Returns
-    -------
-    Markup
-    """
+    """Write the explorer as a part of a page, which also needs `style` and `program`."""
     rows = [asdict(preset) for preset in presets]
     return Markup(_template("explorer.html").render(presets=rows))
 
@@ -186,17 +111,12 @@ def program() -> Markup:
 
 
 def page(home: str = "") -> str:
-    """Write the explorer as a page of its own.
+    """Write the explorer as a page of its own, HTML that needs nothing outside itself.
 
     Parameters
     ----------
     home : str, optional
-        Address of the site that the page is part of; the page links there.
-
-    Returns
-    -------
-    str
-        HTML that needs nothing outside itself.
+        Address of the site that the page is part of; the page links there and to its model page.
     """
     return _template("page.html").render(
         home=home, explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program()

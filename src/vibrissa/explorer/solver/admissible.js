@@ -2,10 +2,8 @@
 
 import { isStraight, naturalCurvature, naturalSlope, tailOf } from "./rod/mounting.js";
 
-/** @import { Rod } from "./rod/rod.js" */
-/** @import { State } from "./rod/state.js" */
-
 const LOOKS = 121;
+const EVENLY = Float64Array.from({ length: LOOKS }, (_, i) => i / (LOOKS - 1));
 /** Slope by which a shape may miss a limit at its nodes, and what turns less than a loop does. */
 const NEAR = 0.05;
 const HALF_TURN = Math.PI - 0.3;
@@ -24,10 +22,7 @@ const TAIL_LOOKS = 16;
 const TAIL_TOLERANCE = 1e-12;
 const CROSSES_SURFACE = "the rod crosses the surface away from its contact point";
 
-/**
- * How a shape is inadmissible; empty where it is admissible.
- * @type {(rod: Rod, state: State) => string}
- */
+/** How a shape is inadmissible; empty where it is admissible. @type {(rod: Rod, state: State) => string} */
 export function inadmissible(rod, state) {
   if (state.contact === "line" && tailRises(rod, state)) return CROSSES_SURFACE;
   const curved = !isStraight(rod.mounting);
@@ -38,7 +33,7 @@ export function inadmissible(rod, state) {
   const mayNotCross = state.contact === "line" || state.phi1 >= -LEVEL;
   const arches = mayNotCross && (curved || low < -LEVEL);
   if (high < Math.PI - NEAR && !arches && high - lowest < HALF_TURN) return "";
-  const { s, x, y } = rod.shape(state, LOOKS);
+  const { s, x, y } = rod.shape(state, EVENLY);
   const free = s.findIndex((value) => value >= state.sc);
   const heights = y.subarray(0, free < 0 ? LOOKS : free);
   if (Math.min(...heights) < -PASSED) return "the rod dips below the level of its clamp";
@@ -53,12 +48,12 @@ export function inadmissible(rod, state) {
  */
 function archHeight(rod, state) {
   let highest = -Infinity;
-  const { s, y, phi } = rod.shapeAt(state, PLACES.map((part) => part * state.sc));
+  const { s, y, phi } = rod.shape(state, PLACES.map((part) => part * state.sc));
   for (const first of phi.keys()) {
     if (!(phi[first] > 0 && phi[first + 1] <= 0)) continue;
     let [low, high, height] = [s[first], s[first + 1], y[first]];
     while (high - low > ARCHED ** 0.5) {
-      const near = rod.shapeAt(state, PLACES.map((_, i) => low + ((high - low) * i) / (LOOKS - 1)));
+      const near = rod.shape(state, PLACES.map((_, i) => low + ((high - low) * i) / (LOOKS - 1)));
       const turn = Math.max(1, near.phi.findIndex((slope) => slope <= 0));
       [low, high, height] = [near.s[turn - 1], near.s[turn], near.y[turn - 1]];
     }
@@ -67,10 +62,7 @@ function archHeight(rod, state) {
   return highest;
 }
 
-/**
- * Slopes of the unloaded tail of a curved rod that lies on the surface.
- * @type {(rod: Rod, state: State) => number[]}
- */
+/** Slopes of the unloaded tail of a rod that lies on the surface. @type {(rod: Rod, state: State) => number[]} */
 function tailSlopes({ mounting }, { contact, sc }) {
   if (contact !== "line" || isStraight(mounting)) return [];
   const begin = naturalSlope(mounting, sc);
@@ -79,10 +71,7 @@ function tailSlopes({ mounting }, { contact, sc }) {
   });
 }
 
-/**
- * Whether the unloaded tail of a rod that lies on the surface passes through it.
- * @type {(rod: Rod, state: State) => boolean}
- */
+/** Whether the tail of a lying rod passes through the surface. @type {(rod: Rod, state: State) => boolean} */
 function tailRises({ mounting }, { sc }) {
   if (isStraight(mounting)) return false;
   if (naturalCurvature(mounting, sc) > TAIL_TOLERANCE) return true;

@@ -7,11 +7,6 @@ import { isStraight, naturalCurvature } from "./rod/mounting.js";
 import { solvedState, tangent } from "./rod/newton.js";
 import { marginAside } from "./rod/stability.js";
 
-/** @import { Factors } from "./numerics/linear.js" */
-/** @import { Condition, Surface } from "./rod/newton.js" */
-/** @import { Rod } from "./rod/rod.js" */
-/** @import { Contact, State } from "./rod/state.js" */
-
 /** First and shortest step, and the longest, in units of the first state's offset and force. */
 const FIRST_STEP = 0.02;
 const SHORTEST_STEP = 1e-5;
@@ -32,42 +27,6 @@ const MOST_PULLED = 3;
 const TINY = 1e-13;
 /** Size of the last coefficients of a slope that shows enough nodes: the ends are far more accurate. */
 const RESOLVED = 1e-7;
-
-/** @typedef {"swings" | "snaps" | "lifts" | "inadmissible" | "steep" | "lost"} End How an arm ends. */
-/** @typedef {{ end: End, knot: Knot | null, why?: string }} Ending How, where and why. */
-
-/**
- * What a path belongs to.
- * @typedef {object} Branch
- * @property {Rod} rod
- * @property {number} eta
- * @property {Contact} model
- * @property {boolean} round Whether the rod can leave its plane.
- * @property {number} x1 Offset of the first state.
- * @property {Surface} surface Where the contact point may be.
- * @property {number} scale Offset of the first state in the ideal mounting.
- * @property {number} force Force of that state.
- */
-
-/**
- * A state on a path, with the direction in which the path goes on.
- * @typedef {object} Knot
- * @property {State} state
- * @property {Float64Array} change Derivative of the unknowns along the path.
- * @property {number} offsetChange The same of the offset.
- * @property {number[]} direction The same of offset, fx, fy and s_c, in their units; of length 1.
- * @property {number} step Length along the direction of the knot before; 0 in a kink.
- * @property {boolean} exact Whether its state is a landmark, solved as accurately as numbers allow.
- * @property {Factors} factors Of the Jacobian, for states nearby.
- */
-
-/**
- * @typedef {object} Arm
- * @property {Branch} branch
- * @property {Knot[]} knots The first is the α = 0 state.
- * @property {End} end
- * @property {string} why What to say of an end that is inadmissible or lost.
- */
 
 /** Displacement of the clamp since α = 0. @type {(branch: Branch, state: State) => number} */
 export function displacement(branch, state) {
@@ -174,10 +133,7 @@ export function knotWhere(branch, from, to, value) {
   return Number.isNaN(part) ? null : knotBetween(branch, from, to, part);
 }
 
-/**
- * Knot in a state that lies ahead of another knot.
- * @type {(branch: Branch, from: Knot, state: State) => Knot}
- */
+/** Knot in a state that lies ahead of another knot. @type {(branch: Branch, from: Knot, state: State) => Knot} */
 function knotAfter(branch, from, state) {
   const start = advance(branch, from.direction, from.state);
   const step = advance(branch, from.direction, state) - start;

@@ -7,8 +7,6 @@ import { solvedState } from "./rod/newton.js";
 import { Rod } from "./rod/rod.js";
 import { slidesStably } from "./rod/stability.js";
 
-/** @import { Contact, State } from "./rod/state.js" */
-
 /** Heights near 1, where the rod is nearly straight, from which a low surface is approached. */
 const HIGHEST = 0.99;
 /** Largest step of √(1 − η), with which the deflection grows. */
@@ -19,12 +17,6 @@ const CLOSE = 0.3;
 /** What a step on the way from the ideal mounting is divided by, and the shortest part. */
 const DIVISION = 4;
 const SHORTEST_PART = 1e-4;
-
-/**
- * The state in which a period begins, and that of the ideal mounting, in whose units steps count.
- * @typedef {{ state: State, ideal: State }} Beginning
- */
-/** @typedef {{ state: State, share: number }} Partly A state with a share of all deviations. */
 
 /**
  * The first state of a period of sticking, or why there is none; an empty text where none was found.
@@ -50,7 +42,9 @@ function mountedState({ theta, nodes, mounting }, ideal, eta, model) {
     const { state, share } = known[known.length - 1];
     const target = Math.min(1, share + step);
     const part = new Rod(theta, nodes, scaledMounting(mounting, target));
-    const guess = known.length > 1 ? towards(known[0], known[1], target) : state.unknowns;
+    const before = known.length > 1 ? known[0] : null;
+    const weight = before ? (target - share) / (share - before.share) : 0;
+    const guess = ahead(before && before.state, state, weight);
     const found = solvedActive(part, guess, eta, state.contact, model);
     if (found && isNear(found, guess, nodes) && slidesStably(part, found)) {
       if (found.fy >= 0) return "the rod does not press on the surface: try a smaller η";
@@ -66,15 +60,8 @@ function mountedState({ theta, nodes, mounting }, ideal, eta, model) {
   return known[known.length - 1].state;
 }
 
-/** Unknowns on the line through two states. @type {(before: Partly, last: Partly, target: number) => Float64Array} */
-function towards(before, last, target) {
-  const weight = (target - last.share) / (last.share - before.share);
-  const old = before.state.unknowns;
-  return last.state.unknowns.map((value, i) => value + weight * (value - old[i]));
-}
-
 /**
- * Whether the state is on the branch of its guess.
+ * Whether a state is on the branch of its guess.
  * @type {(state: State, guess: Float64Array, nodes: number) => boolean}
  */
 function isNear(state, guess, nodes) {
@@ -83,10 +70,7 @@ function isNear(state, guess, nodes) {
   return missed < CLOSE * (Math.max(...slopes) - Math.min(...slopes));
 }
 
-/**
- * Solve the first-mode state that is bent towards +x.
- * @type {(rod: Rod, eta: number, model: Contact) => State | null}
- */
+/** The first-mode state that is bent towards +x. @type {(rod: Rod, eta: number, model: Contact) => State | null} */
 function firstState(rod, eta, model) {
   const low = Math.sqrt(1 - Math.max(eta, HIGHEST));
   const high = Math.sqrt(1 - eta);
@@ -105,10 +89,13 @@ function firstState(rod, eta, model) {
   return state;
 }
 
-/** @type {(before: State | null, state: State) => Float64Array} */
-function ahead(before, state) {
+/**
+ * Unknowns on the line through two states, so much past the second as it is past the first, times a weight.
+ * @type {(before: State | null, state: State, weight?: number) => Float64Array}
+ */
+function ahead(before, state, weight = 1) {
   if (!before) return state.unknowns;
-  return state.unknowns.map((value, i) => 2 * value - before.unknowns[i]);
+  return state.unknowns.map((value, i) => value + weight * (value - before.unknowns[i]));
 }
 
 /**
@@ -133,18 +120,12 @@ function touching(unknowns) {
   return changed;
 }
 
-/**
- * Whether the kind of contact can be as it is: a tip from below, a line up to the tip.
- * @type {(state: State) => boolean}
- */
+/** Whether the contact is possible: a tip from below, a line up to the tip. @type {(state: State) => boolean} */
 export function isPossible(state) {
   return state.contact === "line" ? state.sc <= 1 : state.phi1 >= 0;
 }
 
-/**
- * Whether the rod is bent to one side throughout, and pressed.
- * @type {(rod: Rod, state: State) => boolean}
- */
+/** Whether the rod is bent to one side throughout, and pressed. @type {(rod: Rod, state: State) => boolean} */
 function isFirstMode(rod, state) {
   return state.fy < 0 && rod.moments(state.unknowns).every((m) => m < 0);
 }

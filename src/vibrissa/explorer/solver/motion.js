@@ -6,58 +6,10 @@ import { backOnset, onset, pulledOnset, stateAt, touch } from "./path.js";
 import { isIdealRod } from "./rod/mounting.js";
 import { demand } from "./rod/state.js";
 
-/** @import { Path } from "./path.js" */
-/** @import { State } from "./rod/state.js" */
-
 /** Stretches of a slip in which its energy is added up, and how often a tip may slide back. */
 const STRETCHES = 24;
 const MOST_SLIDES = 20;
 const TOLERANCE = 1e-12;
-
-/**
- * Where a slip ends: at α = 0, where kinetic friction holds, or where it has consumed the energy.
- * @typedef {"free" | "kinetic" | "energy"} SlipLaw
- */
-
-/** @typedef {{ mu0: number, ratio: number, law: SlipLaw }} Friction The ratio is kinetic over static. */
-
-/**
- * Why sticking ends at a displacement.
- * @typedef {"slips" | "swings" | "slips back" | "snaps" | "lifts" | "inadmissible" | "unknown"} Limit
- */
-
-/**
- * What the path and the friction say of sticking, all in displacements x0.
- * @typedef {object} Sticking
- * @property {Path} path
- * @property {Friction} friction
- * @property {number} high Where it ends when x0 grows.
- * @property {Limit} highBy
- * @property {number} low Where it ends when x0 falls.
- * @property {Limit} lowBy
- * @property {number} touch Where the tip's slope is zero; NaN where it never is.
- * @property {number} lock The critical state; NaN where the tip slips before.
- */
-
-/**
- * Where clamp and tip are.
- * @typedef {object} Place
- * @property {number} clamp
- * @property {number} contact Position of the tip along the surface.
- * @property {number} side 1 where the tip is ahead of the clamp, -1 where the rod has swung round.
- */
-
-/**
- * What happened on the way.
- * @typedef {object} Event
- * @property {Limit | "lies down" | "peels off" | "passes through" | "comes free" | "locks" | "unlocks"} what
- * @property {number} clamp
- * @property {number} x0
- * @property {number} rest Displacement afterwards.
- * @property {number} side On which side of the clamp the tip is then.
- */
-
-/** @typedef {{ place: Place, events: Event[] }} Move Where a move leads, and what happens on the way. */
 
 /** Say where sticking ends. @type {(path: Path, friction: Friction) => Sticking} */
 export function stickingOf(path, friction) {
@@ -67,11 +19,14 @@ export function stickingOf(path, friction) {
   const slip = at(onset(path, friction.mu0));
   const back = at(backOnset(path, friction.mu0));
   const pulled = at(pulledOnset(path, friction.mu0));
-  const [high, highBy] = firstOf([
+  /** @type {[number, Limit][]} */
+  const limits = [
     [slip, "slips"],
     [back, "slips back"],
-    [path.x0End, endOf(pushed.end)],
-  ]);
+    [path.x0End, pushed.end === "lost" || pushed.end === "steep" ? "unknown" : pushed.end],
+  ];
+  const known = limits.filter(([x0]) => !Number.isNaN(x0));
+  const [high, highBy] = known.reduce((a, b) => (b[0] < a[0] ? b : a));
   return {
     path,
     friction,
@@ -82,21 +37,6 @@ export function stickingOf(path, friction) {
     touch: at(touch(path)),
     lock: Number.isNaN(slip) && path.lock ? at(path.lock.state) : NaN,
   };
-}
-
-/** @type {(limits: [number, Limit][]) => [number, Limit]} */
-function firstOf(limits) {
-  return limits.filter(([x0]) => !Number.isNaN(x0)).reduce((a, b) => (b[0] < a[0] ? b : a));
-}
-
-/** @type {(end: import("./arm.js").End) => Limit} */
-function endOf(end) {
-  return end === "lost" || end === "steep" ? "unknown" : end;
-}
-
-/** The place in which a period begins, with the clamp at 0. @type {(sticking: Sticking) => Place} */
-export function begun(sticking) {
-  return placed(sticking, 0, 0, 1);
 }
 
 /** Way along the surface for each way of the clamp. @type {(sticking: Sticking) => number} */
@@ -123,7 +63,7 @@ export function placed(sticking, clamp, x0, side) {
  * @type {(sticking: Sticking, from: Place, clamp: number, stepped: boolean) => Move}
  */
 export function moved(sticking, from, clamp, stepped = false) {
-  /** @type {Event[]} */
+  /** @type {Incident[]} */
   const events = [];
   let place = from;
   // Each turn sticks to the target, or to where sticking ends.
@@ -167,11 +107,11 @@ function limitOf({ low, lowBy, high, highBy }, aim) {
   return aim < low - TOLERANCE ? { x0: low, by: lowBy } : null;
 }
 
-/** What is passed while the tip sticks. @type {(sticking: Sticking, place: Place, to: number) => Event[]} */
+/** What is passed while the tip sticks. @type {(sticking: Sticking, place: Place, to: number) => Incident[]} */
 function passed(sticking, place, to) {
   const from = x0Of(sticking, place);
   const lies = sticking.path.branch.model === "line";
-  /** @type {[number, Event["what"], Event["what"]][]} */
+  /** @type {[number, Incident["what"], Incident["what"]][]} */
   const marks = [
     [sticking.touch, lies ? "lies down" : "passes through", lies ? "peels off" : "comes free"],
     [sticking.lock, "locks", "unlocks"],
@@ -184,10 +124,7 @@ function passed(sticking, place, to) {
     });
 }
 
-/**
- * Displacement at which a slipping tip comes to rest.
- * @type {(sticking: Sticking, from: number) => number}
- */
+/** Displacement at which a slipping tip comes to rest. @type {(sticking: Sticking, from: number) => number} */
 export function restOf({ path, friction }, from) {
   const { mu0, ratio, law } = friction;
   if (law === "free") return 0;

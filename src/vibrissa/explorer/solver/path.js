@@ -9,32 +9,11 @@ import { solvedState } from "./rod/newton.js";
 import { Rod } from "./rod/rod.js";
 import { demand } from "./rod/state.js";
 
-/** @import { Arm, Branch, Knot } from "./arm.js" */
-/** @import { Beginning } from "./beginning.js" */
-/** @import { Mounting } from "./rod/mounting.js" */
-/** @import { Condition } from "./rod/newton.js" */
-/** @import { Contact, State } from "./rod/state.js" */
-
 /** Numbers of nodes that are tried. */
 const NODES = [20, 26, 34, 46, 64, 90];
 /** Part of a step to which the guess of a state is sought. */
 const ROUGHLY = 1e-3;
-
-/**
- * @typedef {object} Path
- * @property {Branch} branch
- * @property {Arm} pushed
- * @property {Arm} pulled
- * @property {Knot | null} lock The critical state; null where −tan α has no maximum.
- * @property {number} muLock Infinite where the tip lifts off; NaN where the path ends before.
- * @property {number} x0End Displacement at the end of the pushed arm.
- * @property {number} x0Pulled The same of the pulled arm, negative.
- */
-
-/**
- * A rod below a surface; by default its mounting is ideal.
- * @typedef {{ theta: number, eta: number, contact: Contact, round: boolean, mounting?: Mounting }} Given
- */
+const CLOSELY = 1e-9;
 
 /**
  * Solve the path of a rod, beginning with the `fewest` nodes, which were enough for a similar rod.
@@ -151,10 +130,7 @@ export function pulledOnset(path, mu0) {
   return firstRise(path.pulled, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
 }
 
-/**
- * The state in which a locked tip slips back: tan α = μ0, past the lock.
- * @type {(path: Path, mu0: number) => State | null}
- */
+/** The state in which a locked tip slips back, tan α = μ0. @type {(path: Path, mu0: number) => State | null} */
 export function backOnset(path, mu0) {
   return firstRise(path.pushed, (state) => -demand(state) - mu0, { fx: 1, fy: mu0, value: 0 });
 }
@@ -202,40 +178,24 @@ export function stateAt(path, x0) {
  * @type {(from: Knot, to: Knot, offset: number) => number}
  */
 function partOf(from, to, offset) {
-  let [low, high] = [0, 1];
-  const falls = to.state.offset < from.state.offset;
-  for (let k = 0; k < 40; k += 1) {
-    const part = 0.5 * (low + high);
+  const [start, stop] = [from.state.offset, to.state.offset];
+  /** @param {number} part */
+  const away = (part) => {
     const [a, b, c, d] = cubic(from, to, part);
-    const value =
-      a * from.state.offset + b * to.state.offset + c * from.offsetChange + d * to.offsetChange;
-    if (value > offset === falls) low = part;
-    else high = part;
-  }
-  return 0.5 * (low + high);
+    return a * start + b * stop + c * from.offsetChange + d * to.offsetChange - offset;
+  };
+  return bracketedRoot(away, 0, 1, start - offset, stop - offset, CLOSELY);
 }
-
-/**
- * A path as a table, dense enough to be drawn.
- * @typedef {{ x0: number[], fx: number[], fy: number[], m: number[], energy: number[] }} Curve
- */
 
 /**
  * Sample a path from the last pulled state to its end, each step in so many parts.
  * @type {(path: Path, parts: number) => Curve}
  */
 export function sampled({ branch, pulled, pushed }, parts) {
-  /** @type {Curve} */
-  const curve = { x0: [], fx: [], fy: [], m: [], energy: [] };
   const behind = samples(branch, pulled.knots, parts).reverse();
-  for (const [x0, fx, fy, m, energy] of [...behind.slice(0, -1), ...samples(branch, pushed.knots, parts)]) {
-    curve.x0.push(x0);
-    curve.fx.push(fx);
-    curve.fy.push(fy);
-    curve.m.push(m);
-    curve.energy.push(energy);
-  }
-  return curve;
+  const rows = [...behind.slice(0, -1), ...samples(branch, pushed.knots, parts)];
+  const [x0, fx, fy, m, energy] = rows[0].map((_, k) => rows.map((row) => row[k]));
+  return { x0, fx, fy, m, energy, demand: fx.map((value, i) => value / fy[i]) };
 }
 
 /** x0, fx, fy, m and energy. @type {(branch: Branch, knots: Knot[], parts: number) => number[][]} */

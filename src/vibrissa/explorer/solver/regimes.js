@@ -3,16 +3,6 @@
 import { solvedPath, touch } from "./path.js";
 import { demand } from "./rod/state.js";
 
-/** @import { Given } from "./path.js" */
-
-/**
- * What divides the map at one taper.
- * @typedef {object} Division
- * @property {number} theta
- * @property {number} lock μ_lock; NaN where it is not known.
- * @property {number} touch Friction at which the slope of the tip is zero; NaN where it never is.
- */
-
 /**
  * Solve the map, one taper at a time, so that a page can do so between its frames.
  * @type {(rod: Omit<Given, "theta">, tapers: number[]) => Generator<Division, void, void>}

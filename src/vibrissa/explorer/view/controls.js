@@ -1,15 +1,11 @@
 // Fields that change the settings: a slider with a number beside it, and choices of words.
 
-import { CHOICES, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
+import { CHOICES, MOUNTING_NUMBERS, NUMBERS, numberOf, ROD_NUMBERS } from "./settings.js";
 
-/** @import { ChoiceField, NumberField, Settings } from "./settings.js" */
+/** Words up to this many letters stand side by side; a list has longer ones. */
+const SHORT_WORD = 10;
 
-/**
- * @param {string} tag
- * @param {Record<string, string>} attributes
- * @param {(Node | string)[]} children
- * @returns {HTMLElement}
- */
+/** @type {(tag: string, attributes: Record<string, string>, ...children: (Node | string)[]) => HTMLElement} */
 export function element(tag, attributes, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
@@ -19,93 +15,95 @@ export function element(tag, attributes, ...children) {
 
 export class Controls {
   /**
-   * @param {{ fields: HTMLElement, choices: HTMLElement, mounting: HTMLElement, rod: HTMLElement }} places
+   * @param {Record<"fields" | "choices" | "mounting" | "rod", HTMLElement>} places
    * @param {(change: Partial<Settings>) => void} changed
    */
   constructor(places, changed) {
     this.changed = changed;
     /** @type {Settings | undefined} */
     this.shown = undefined;
-    /** @type {Map<string, HTMLInputElement[]>} */
-    this.inputs = new Map();
+    /** @type {Map<string, (value: string, anew: boolean) => void>} */
+    this.fields = new Map();
     for (const field of NUMBERS) places.fields.append(this.number(field, true));
     for (const field of CHOICES) places.choices.append(this.choice(field));
     for (const field of MOUNTING_NUMBERS) places.mounting.append(this.number(field, true));
     for (const field of ROD_NUMBERS) places.rod.append(this.number(field, false));
   }
 
-  /**
-   * @param {NumberField} field
-   * @param {boolean} slides
-   * @returns {HTMLElement}
-   */
-  number({ key, symbol, label, min, max, step, unit = "" }, slides) {
+  /** @type {(field: NumberField, slides: boolean) => HTMLElement} */
+  number(field, slides) {
+    const { key, symbol, label, min, max, step, unit = "", help } = field;
+    const [id, wrong] = [`x-${key}`, `x-${key}-mistake`];
+    // A field of the type "number" would hide what was typed where it is no number.
+    const box = /** @type {HTMLInputElement} */ (
+      element("input", { type: "text", id, inputmode: "decimal", autocomplete: "off", "aria-describedby": wrong })
+    );
+    const name = element("label", { for: id }, element("b", {}, symbol), ` ${label}`);
+    const message = element("span", { class: "mistake", id: wrong });
+    const row = element("div", { class: "field", "data-key": key, "data-help": help }, name, box, element("small", {}, unit));
     const limits = { min: String(min), max: String(max), step: String(step) };
-    const box = element("input", { type: "number", id: `x-${key}`, ...limits, step: "any", inputmode: "decimal" });
-    const name = element("label", { for: `x-${key}` }, element("b", {}, symbol), ` ${label}`);
-    const row = element("div", { class: "field", "data-key": key }, name, box, element("small", {}, unit));
-    const inputs = [/** @type {HTMLInputElement} */ (box)];
-    if (slides) {
-      const slider = element("input", { type: "range", ...limits, "aria-label": `${symbol}, ${label}` });
-      row.append(slider);
-      inputs.push(/** @type {HTMLInputElement} */ (slider));
-    }
-    const message = element("span", { class: "mistake", role: "alert" });
-    row.append(message);
-    for (const input of inputs) {
-      input.addEventListener("input", () => {
-        const value = Number(input.value);
-        const allowed = input.value !== "" && value >= min && value <= max;
-        input.setAttribute("aria-invalid", String(!allowed));
-        message.textContent = allowed ? "" : `from ${min} to ${max}`;
-        if (allowed) this.changed({ [key]: value });
-      });
-      // A number that is not allowed gives way to the one in use.
-      input.addEventListener("change", () => this.settled());
-    }
-    this.inputs.set(key, inputs);
+    const slider = /** @type {HTMLInputElement} */ (
+      element("input", { type: "range", ...limits, "aria-label": `${symbol}, ${label}` })
+    );
+    row.append(...(slides ? [slider, message] : [message]));
+    /** @param {string} mistake */
+    const judge = (mistake) => {
+      box.setAttribute("aria-invalid", String(mistake !== ""));
+      message.textContent = mistake;
+    };
+    // What is typed stays as it is; it is used as soon as it is allowed.
+    box.addEventListener("input", () => {
+      const { value, mistake } = numberOf(box.value, field);
+      judge(mistake);
+      if (!mistake) this.changed({ [key]: value });
+    });
+    slider.addEventListener("input", () => this.changed({ [key]: Number(slider.value) }));
+    let used = "";
+    this.fields.set(key, (value, anew) => {
+      slider.value = value;
+      const typed = value === used || Number(value) === numberOf(box.value, field).value;
+      used = value;
+      if (typed && !anew) return;
+      box.value = value;
+      judge("");
+    });
     return row;
   }
 
-  /**
-   * @param {ChoiceField} field
-   * @returns {HTMLElement}
-   */
-  choice({ key, label, words }) {
-    const group = element("fieldset", { class: "choice", "data-key": key }, element("legend", {}, label));
-    const inputs = words.map(([word, text]) => {
-      const radio = element("input", { type: "radio", name: `x-${key}`, value: word });
+  /** @type {(field: ChoiceField) => HTMLElement} */
+  choice(field) {
+    const { key, label, words, help } = field;
+    if (words.some(([, text]) => text.length > SHORT_WORD)) return this.list(field);
+    const group = element("fieldset", { class: "choice", "data-key": key, "data-help": help }, element("legend", {}, label));
+    const radios = words.map(([word, text]) => {
+      const radio = /** @type {HTMLInputElement} */ (
+        element("input", { type: "radio", name: `x-${key}`, value: word })
+      );
       radio.addEventListener("change", () => this.changed({ [key]: word }));
       group.append(element("label", {}, radio, element("span", {}, text)));
-      return /** @type {HTMLInputElement} */ (radio);
+      return radio;
     });
-    this.inputs.set(key, inputs);
+    this.fields.set(key, (value) => {
+      for (const radio of radios) radio.checked = radio.value === value;
+    });
     return group;
   }
 
-  /** Show the values in use, also where something else was typed. */
-  settled() {
-    if (this.shown) this.show(this.shown, true);
+  /** @type {(field: ChoiceField) => HTMLElement} */
+  list({ key, label, words, help }) {
+    const options = words.map(([word, text]) => element("option", { value: word }, text));
+    const select = /** @type {HTMLSelectElement} */ (element("select", {}, ...options));
+    select.addEventListener("change", () => this.changed({ [key]: select.value }));
+    this.fields.set(key, (value) => {
+      select.value = value;
+    });
+    return element("label", { class: "choice", "data-key": key, "data-help": help }, element("span", {}, label), select);
   }
 
-  /**
-   * @param {Settings} settings
-   * @param {boolean} [all] Also the field in which the user types.
-   */
-  show(settings, all = false) {
-    if (settings === this.shown && !all) return;
+  /** Show the values in use, `anew` also where something else was typed. @type {(settings: Settings, anew?: boolean) => void} */
+  show(settings, anew = false) {
+    if (settings === this.shown && !anew) return;
     this.shown = settings;
-    for (const [key, inputs] of this.inputs) {
-      const value = String(settings[/** @type {keyof Settings} */ (key)]);
-      for (const input of inputs) {
-        if (input.type === "radio") input.checked = input.value === value;
-        else if (all || input !== document.activeElement || input.type === "range") input.value = value;
-        if (all) input.removeAttribute("aria-invalid");
-      }
-      if (all) {
-        const message = inputs[0].closest(".field")?.querySelector(".mistake");
-        if (message) message.textContent = "";
-      }
-    }
+    for (const [key, show] of this.fields) show(String(settings[/** @type {keyof Settings} */ (key)]), anew);
   }
 }

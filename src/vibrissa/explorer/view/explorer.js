@@ -1,25 +1,21 @@
 // The page: what a user does moves the model, and each frame shows where it is.
 
+import { isOblique, placed } from "../solver/motion.js";
 import { divisions } from "../solver/regimes.js";
-import { force, inclination } from "../solver/rod/state.js";
 import { Controls, element } from "./controls.js";
-import { asCsv } from "./exports.js";
-import { listenToClamp, listenToFiles, listenToMap } from "./hands.js";
-import { Model } from "./model.js";
-import { EnergyPlot, lastStep, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
-import { fromAddress, MOUNTING_NUMBERS, mountingOf, toAddress } from "./settings.js";
+import { listenToClamp, listenToCurve, listenToFiles, listenToMap } from "./hands.js";
+import { Introduction, showHelp } from "./help.js";
+import { Model, pinsOf } from "./model.js";
+import { EnergyPlot, MOST_PINS, RegimePlot, SignalPlot, StickingPlot } from "./panels.js";
+import { Readouts } from "./readouts.js";
+import { DEFAULTS, fromAddress, MOUNTING_NUMBERS, toAddress } from "./settings.js";
 import { Stage } from "./stage.js";
 import { set, significant, spelled, withoutNoise, write } from "./svg.js";
 import { NONDIMENSIONAL, unitsOf } from "./units.js";
-import { condition, mounted, told } from "./words.js";
+import { condition, mounted, parameters, rodName, told } from "./words.js";
 
-/** @import { Event } from "../solver/motion.js" */
-/** @import { Division } from "../solver/regimes.js" */
-/** @import { Settings } from "./settings.js" */
-/** @import { Quantity } from "./units.js" */
-
-/** Points of the drawn rod. */
-const POINTS = 81;
+/** Arc lengths of the points of the drawn rod. */
+const POINTS = Float64Array.from({ length: 81 }, (_, i) => i / 80);
 /** Milliseconds of a frame that the map of regimes may take, and after which words may change. */
 const BUDGET = 5;
 const PATIENCE = 350;
@@ -28,55 +24,35 @@ const ADDRESS_AFTER = 300;
 /** Tapers of the map: up to 8, or up to 20 where the rod itself has more. */
 const TAPERS = Array.from({ length: 29 }, (_, k) => 1 + 0.25 * k);
 const MORE_TAPERS = Array.from({ length: 39 }, (_, k) => 1 + 0.5 * k);
-/** Milliseconds between two steps of a clamp that moves by itself, and where motion is reduced. */
-const PACE = 1000 / 60;
-const SLOW_PACE = 250;
+/** Milliseconds between steps of a clamp that moves by itself, how many there are, and those of a slip. */
+const PACES = {
+  slow: { pause: 80, steps: 1, slip: 1500 },
+  normal: { pause: 1000 / 60, steps: 1, slip: 300 },
+  fast: { pause: 1000 / 60, steps: 5, slip: 60 },
+};
+/** The same where the system asks for less motion. */
+const CALM = { pause: 250, steps: 1, slip: 0 };
+/** Way of the clamp during a slip, as a part of that slip, which ends it at once. */
+const HURRY = 0.5;
 
-/** @type {Event["what"][]} */
+/** @type {Incident["what"][]} */
 const ENDS = ["swings", "snaps", "slips back", "lifts", "inadmissible", "unknown"];
-
-/**
- * A named choice of settings.
- *
- * @typedef {object} Preset
- * @property {string} name
- * @property {string} note
- * @property {Partial<Settings>} settings
- * @property {number} clamp
- * @property {boolean} play
- * @property {import("./recording.js").Recording | null} recording
- */
-
-/** @type {[string, string, Quantity][]} */
-const READOUTS = [
-  ["clamp", "position of the clamp", "length"],
-  ["x0", "x0 on the sticking curve", "length"],
-  ["slip", "exact onset x0,slip", "length"],
-  ["step", "last step x0,max", "length"],
-  ["lock", "critical friction μ_lock", "number"],
-  ["f", "contact force f", "force"],
-  ["alpha", "its inclination α", "angle"],
-  ["phi1", "slope at the contact φ1", "angle"],
-  ["sc", "contact at s_c", "length"],
-  ["fx", "load on the clamp Fx", "force"],
-  ["fy", "load on the clamp Fy", "force"],
-  ["m", "moment on the clamp M", "moment"],
-  ["energy", "bending energy", "energy"],
-];
 
 export class Explorer {
   /** @param {HTMLElement} root */
   constructor(root) {
     this.root = root;
     this.model = new Model();
-    /** @type {import("./recording.js").Recording | null} */
+    /** @type {Recording | null} */
     this.recording = null;
+    /** @type {Pin[]} */
+    this.pins = [];
     /** @type {Division[]} */
     this.map = [];
     this.mapKey = "";
     /** @type {Preset[]} */
     this.presets = JSON.parse(this.at("presets").textContent || "[]");
-    this.stage = new Stage(/** @type {SVGSVGElement} */ (this.graphic("stage")));
+    this.stage = new Stage(this.graphic("stage"));
     this.plots = [
       new StickingPlot(this.graphic("sticking")),
       new SignalPlot(this.graphic("fx"), "fx", false),
@@ -85,104 +61,73 @@ export class Explorer {
       new RegimePlot(this.graphic("regimes")),
       new EnergyPlot(this.graphic("energy")),
     ];
-    const places = {
-      fields: this.at("fields"),
-      choices: this.at("choices"),
-      mounting: this.at("mounting"),
-      rod: this.at("rod"),
-    };
-    this.controls = new Controls(places, (change) => this.change(change));
-    this.outputs = this.readouts();
-    /** @type {import("../solver/path.js").Path | undefined} */
+    const [fields, choices, mounting, rod] = ["fields", "choices", "mounting", "rod"].map((name) => this.at(name));
+    this.controls = new Controls({ fields, choices, mounting, rod }, (change) => this.change(change));
+    this.readouts = new Readouts(this.at("readouts"));
+    /** @type {Path | undefined} */
     this.firstOf = undefined;
     this.playing = false;
     this.stopAt = Infinity;
     this.due = 0;
     this.clampAim = NaN;
+    /** @type {{ slip: Incident, since: number } | null} */
+    this.slide = null;
     /** @type {Partial<Settings> | null} */
     this.waiting = null;
     this.dirty = true;
-    this.spokenAt = 0;
-    /** @type {string[]} */
-    this.unspoken = [];
+    this.spokenAt = -Infinity;
+    /** @type {string | null} */
+    this.unspoken = null;
+    this.choice = /** @type {HTMLSelectElement} */ (this.at("preset"));
     this.listen();
-    // A study's own scans come first where it has any.
-    if (this.presets[0]?.recording) this.take({ ...this.presets[0], play: false });
+    this.reset();
     this.readAddress();
-    this.resized();
     root.hidden = false;
     new ResizeObserver(() => this.resized()).observe(root);
     requestAnimationFrame((now) => this.frame(now));
   }
 
-  /**
-   * @param {string} name
-   * @returns {HTMLElement}
-   */
+  /** @type {(name: string) => HTMLElement} */
   at(name) {
     return /** @type {HTMLElement} */ (this.root.querySelector(`[data-x="${name}"]`));
   }
 
-  /**
-   * @param {string} name
-   * @returns {SVGSVGElement}
-   */
+  /** @type {(name: string) => SVGSVGElement} */
   graphic(name) {
     return /** @type {SVGSVGElement} */ (this.root.querySelector(`svg[data-x="${name}"]`));
   }
 
-  /** @returns {Map<string, { value: HTMLElement, unit: HTMLElement, quantity: Quantity }>} */
-  readouts() {
-    const outputs = new Map();
-    for (const [key, name, quantity] of READOUTS) {
-      const [value, unit] = [element("output", { "data-value": key }), element("small", {})];
-      const pair = element("div", {}, element("dt", {}, name), element("dd", {}, value, " ", unit));
-      this.at("readouts").append(pair);
-      outputs.set(key, { value, unit, quantity });
-    }
-    return outputs;
-  }
-
   listen() {
     listenToClamp(this);
+    listenToCurve(this);
     listenToMap(this);
     listenToFiles(this);
-    this.at("play").addEventListener("click", () => this.play(!this.playing));
-    this.at("step").addEventListener("click", () => this.told(this.model.step()));
-    this.at("restart").addEventListener("click", () => {
-      this.play(false);
-      this.model.restart();
-      this.stage.left = -0.4;
-      this.stopAt = Infinity;
-      this.dirty = true;
+    showHelp(this.root);
+    const introduction = new Introduction(this);
+    /** @type {Record<string, () => void>} */
+    const buttons = {
+      play: () => this.play(!this.playing),
+      step: () => this.told(this.model.step()),
+      restart: () => this.restart(),
+      reset: () => this.reset(),
+      link: () => this.copyLink(),
+      pin: () => this.pin(),
+      unpin: () => {
+        this.pins = [];
+        this.dirty = true;
+      },
+      introduce: () => introduction.show(0),
+    };
+    for (const [name, act] of Object.entries(buttons)) this.at(name).addEventListener("click", act);
+    this.presets.forEach((preset, i) => {
+      this.choice.append(element("option", { value: String(i) }, preset.name));
     });
-    const choice = /** @type {HTMLSelectElement} */ (this.at("preset"));
-    this.presets.forEach((preset, i) => choice.append(element("option", { value: String(i) }, preset.name)));
-    if (this.presets[0]?.recording) choice.value = "0";
-    choice.addEventListener("change", () => {
-      if (choice.value !== "") this.take(this.presets[Number(choice.value)]);
+    this.choice.addEventListener("change", () => {
+      if (this.choice.value !== "") this.take(this.presets[Number(this.choice.value)]);
     });
     addEventListener("hashchange", () => this.readAddress());
-  }
-
-  /** What was read at the clamp, as the commands write it. */
-  readings() {
-    const { scale, name } = this.units;
-    /** @param {Quantity} quantity */
-    const unit = (quantity) =>
-      this.units === NONDIMENSIONAL ? "" : ` [${name[quantity].replace("·", "*").replace("µ", "u")}]`;
-    return asCsv(
-      this.model.trace.map((row) => ({
-        [`footpoint${unit("length")}`]: scale.length * row.clamp,
-        [`force_x${unit("force")}`]: scale.force * row.fx,
-        [`force_y${unit("force")}`]: scale.force * row.fy,
-        [`moment_z${unit("moment")}`]: scale.moment * row.m,
-        [`contact${unit("length")}`]: scale.length * row.contact,
-        [`x0${unit("length")}`]: scale.length * row.x0,
-        phi1: row.phi1,
-        s_c: row.sc,
-      })),
-    );
+    // Who comes by a link or to a report knows why.
+    if (this.root.closest(".alone") && location.hash === "") introduction.show(0);
   }
 
   get clampPlace() {
@@ -190,59 +135,137 @@ export class Explorer {
   }
 
   get units() {
-    const { units, modulus, diameter, length } = this.model.settings;
-    return units === "si" ? unitsOf({ modulus, diameter, length }) : NONDIMENSIONAL;
+    const { settings } = this.model;
+    return settings.units === "si" ? unitsOf(settings) : NONDIMENSIONAL;
   }
 
-  /** @param {number} clamp */
+  get pace() {
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    return calm ? CALM : PACES[this.model.settings.speed];
+  }
+
+  /** @type {(clamp: number) => void} */
   moveTo(clamp) {
     this.clampAim = Math.max(-5, Math.min(50, clamp));
   }
 
-  /** @param {Partial<Settings>} change */
-  change(change) {
-    this.waiting = { ...this.waiting, ...change };
+  /** Move the clamp by steps from where it is or goes. @type {(steps: number) => void} */
+  moveBy(steps) {
+    this.play(false);
+    const from = Number.isNaN(this.clampAim) ? this.clampPlace : this.clampAim;
+    this.moveTo(from + steps * this.model.settings.dx0);
   }
 
-  /** @param {boolean} on */
+  /** Move the clamp to a displacement at which the tip sticks. @type {(x0: number) => void} */
+  stickAt(x0) {
+    const { sticking, place } = this.model;
+    if (!sticking || !place) return;
+    const within = Math.min(sticking.high, Math.max(sticking.low, x0));
+    this.moveTo(place.clamp + place.side * (within - this.model.x0));
+  }
+
+  /** Take what a user has set in the next frame. @type {(change: Partial<Settings>) => void} */
+  change(change) {
+    this.waiting = { ...this.waiting, ...change };
+    if (Object.keys(change).every((key) => key === "labels" || key === "speed")) return;
+    // What was said of other settings, or is their name, stays no longer.
+    this.say("");
+    this.choice.value = "";
+  }
+
+  /** @type {(on: boolean) => void} */
   play(on) {
     this.playing = on;
     this.due = 0;
-    this.at("play").textContent = on ? "Pause" : "Play";
+    write(this.at("play"), on ? "Pause" : "Play");
+  }
+
+  /** Put the clamp at 0, with α = 0. */
+  restart() {
+    this.play(false);
+    this.slide = null;
+    this.model.restart();
+    this.stopAt = Infinity;
+    this.say("");
+    this.dirty = true;
+  }
+
+  /** Begin as the page did when it was opened. */
+  reset() {
+    const [first] = this.presets;
+    this.pins = [];
+    // A study's own scans come first where it has any.
+    if (first?.recording) this.take({ ...first, settings: { ...DEFAULTS, ...first.settings }, play: false });
+    else this.take({ name: "", note: "", settings: DEFAULTS, clamp: 0, play: false, recording: null });
+    this.choice.value = first?.recording ? "0" : "";
+    this.controls.show(this.model.settings, true);
   }
 
   /** @param {Preset} preset */
   take(preset) {
-    this.play(false);
     this.told(this.model.change(preset.settings));
-    this.model.restart();
-    this.stage.left = -0.4;
+    this.restart();
     this.told(this.model.moveTo(preset.clamp));
+    this.slide = null;
     this.recording = preset.recording;
     this.say(preset.note);
     this.stopAt = preset.recording ? Math.max(...preset.recording.clamp) : Infinity;
+    this.controls.show(this.model.settings, true);
     this.play(preset.play);
+  }
+
+  /** Keep the curve of this rod beside those of others. */
+  pin() {
+    const { settings } = this.model;
+    this.pins = [...this.pins, ...pinsOf([settings])].slice(-MOST_PINS);
+    this.say(`Pinned: ${rodName(settings)}. Change the rod to compare.`);
     this.dirty = true;
   }
 
   readAddress() {
     const found = fromAddress(location.hash);
     if (!found || location.hash.slice(1) === this.written) return;
-    this.model.change(found.settings);
-    this.model.restart();
-    this.told(this.model.moveTo(found.clamp));
-    if (found.mistakes.length) this.say(`${found.mistakes.join("; ")}.`);
-    this.dirty = true;
+    const { settings, clamp, x0, side, pins, mistakes } = found;
+    this.take({ name: "", note: "", settings, clamp: 0, play: false, recording: this.recording });
+    this.choice.value = "";
+    if (Number.isNaN(x0)) this.told(this.model.moveTo(clamp));
+    else this.model.restore(clamp, x0, side);
+    this.slide = null;
+    this.pins = pinsOf(pins);
+    if (mistakes.length) this.say(`${mistakes.join("; ")}.`);
+  }
+
+  get address() {
+    const { settings, place, x0 } = this.model;
+    const pins = this.pins.map((pin) => pin.settings);
+    return toAddress({ settings, clamp: this.clampPlace, x0, side: place?.side ?? 1, pins });
   }
 
   writeAddress() {
     clearTimeout(this.writing);
     this.writing = setTimeout(() => {
-      this.written = toAddress(this.model.settings, this.clampPlace);
+      this.written = this.address;
       // Another part of the page may be what the address points to.
       const mine = location.hash === "" || fromAddress(location.hash);
       if (mine) history.replaceState(null, "", `#${this.written}`);
     }, ADDRESS_AFTER);
+  }
+
+  async copyLink() {
+    const link = `${location.href.split("#")[0]}#${this.address}`;
+    try {
+      await navigator.clipboard.writeText(link);
+      this.say("Link copied: it brings back all settings, the clamp and the pinned curves.");
+    } catch {
+      this.say("The browser does not allow copying: the address bar holds the same link.");
+    }
+  }
+
+  /** What is seen, as the title of an export. */
+  summary() {
+    const place = `clamp at ${this.length(this.clampPlace)}, x0 = ${this.length(this.model.x0)}`;
+    const pins = this.pins.map(({ settings }) => `; pinned: ${rodName(settings)}`);
+    return `Vibrissa: ${parameters(this.model.settings)}; ${place}${pins.join("")}`;
   }
 
   resized() {
@@ -251,83 +274,103 @@ export class Explorer {
     this.dirty = true;
   }
 
-  /** @param {Event[]} events */
+  /** Say what has happened, and let a slip be seen. @type {(events: Incident[]) => void} */
   told(events) {
     this.dirty = true;
     const { sticking } = this.model;
-    if (!sticking) return;
-    this.slid = events.some(({ what }) => what === "slips") ? performance.now() : (this.slid ?? -1e9);
-    const texts = events.map((event) => told(event, sticking, (x) => this.length(x)));
+    if (!sticking || !events.length) return;
+    const slips = events.filter(({ what }) => what === "slips");
+    const alone = slips.length === 1 && !isOblique(sticking.path);
+    this.slide = alone && this.pace.slip ? { slip: slips[0], since: performance.now() } : null;
     // Where a stretch of the model ends, nothing that follows is as important.
-    const ended = events.findLastIndex(({ what }) => ENDS.includes(what));
-    this.unspoken.push(...(ended < 0 ? texts : [texts[ended]]));
+    const event = events.findLast(({ what }) => ENDS.includes(what)) ?? events[events.length - 1];
+    this.unspoken = told(event, sticking, (x) => this.length(x));
   }
 
-  /** @param {number} value */
+  /** @type {(value: number) => string} */
   length(value) {
     const { scale, name } = this.units;
     return `${significant(scale.length * withoutNoise(value))} ${name.length}`;
   }
 
-  /** @param {string} text */
+  /** @type {(text: string) => void} */
   say(text) {
-    this.unspoken = [text];
+    this.unspoken = text;
     this.spokenAt = -Infinity;
   }
 
-  /** @param {number} now */
+  /** @type {(now: number) => void} */
   frame(now) {
     requestAnimationFrame((next) => this.frame(next));
     const start = performance.now();
-    if (this.waiting) {
-      this.told(this.model.change(this.waiting));
-      if (MOUNTING_NUMBERS.some(({ key }) => key in (this.waiting ?? {}))) {
-        this.unspoken.push(`Mounting: ${mounted(this.model.settings)}.`);
-      }
-      this.waiting = null;
-    }
-    if (!Number.isNaN(this.clampAim)) {
-      this.told(this.model.moveTo(this.clampAim));
-      this.clampAim = NaN;
-    }
-    if (this.playing) this.advance(now);
+    this.moveOn(now);
     const solved = performance.now() - start;
     if (this.dirty) {
       this.dirty = false;
       this.show(solved);
       this.writeAddress();
     } else if (this.mapOn(start)) this.dirty = true;
-    if (this.unspoken.length && now - this.spokenAt > PATIENCE) {
-      this.at("event").textContent = this.unspoken[this.unspoken.length - 1];
-      this.unspoken = [];
+    if (this.unspoken !== null && now - this.spokenAt > PATIENCE) {
+      write(this.at("event"), this.unspoken);
+      this.unspoken = null;
       this.spokenAt = now;
     }
   }
 
-  /** @param {number} now */
-  advance(now) {
-    const pace = matchMedia("(prefers-reduced-motion: reduce)").matches ? SLOW_PACE : PACE;
-    if (now < this.due) return;
-    this.due = Math.max(this.due + pace, now - pace);
-    this.told(this.model.step());
-    if (this.clampPlace >= this.stopAt - 1e-9) this.play(false);
+  /** Do what is waiting; while the tip is seen to slip, the clamp waits. @type {(now: number) => void} */
+  moveOn(now) {
+    if (this.waiting) {
+      this.slide = null;
+      this.told(this.model.change(this.waiting));
+      if (MOUNTING_NUMBERS.some(({ key }) => key in (this.waiting ?? {}))) {
+        this.unspoken = `Mounting: ${mounted(this.model.settings)}.`;
+      }
+      this.waiting = null;
+    }
+    if (this.slide) {
+      const { slip, since } = this.slide;
+      const hurried = Math.abs(this.clampAim - slip.clamp) > HURRY * Math.abs(slip.x0);
+      if (hurried || performance.now() - since > this.pace.slip) this.slide = null;
+      this.dirty = true;
+      if (this.slide) return;
+    }
+    if (!Number.isNaN(this.clampAim)) {
+      this.told(this.model.moveTo(this.clampAim));
+      this.clampAim = NaN;
+    }
+    if (this.playing) this.advance(now);
   }
 
-  /**
-   * Go on with the map of regimes while there is time.
-   *
-   * @param {number} start
-   * @returns {boolean} Whether there is more to be seen.
-   */
+  /** @type {(now: number) => void} */
+  advance(now) {
+    const { pause, steps } = this.pace;
+    if (now < this.due) return;
+    this.due = Math.max(this.due + pause, now - pause);
+    for (let k = 0; k < steps && this.playing && !this.slide; k += 1) {
+      this.told(this.model.step());
+      if (this.clampPlace >= this.stopAt - 1e-9) this.play(false);
+    }
+  }
+
+  /** What is seen: where the tip slips, a state on its way. @returns {Reading | undefined} */
+  get shown() {
+    const { model, slide } = this;
+    if (!slide || !model.sticking) return model.now;
+    const { clamp, x0, rest, side } = slide.slip;
+    const part = Math.min(1, (performance.now() - slide.since) / this.pace.slip);
+    const at = x0 + (rest - x0) * part * part * (3 - 2 * part);
+    return model.reading(placed(model.sticking, clamp, at, side)) ?? model.now;
+  }
+
+  /** Go on with the map of regimes while there is time; true where more is to be seen. @type {(start: number) => boolean} */
   mapOn(start) {
-    const { theta, eta, contact, section } = this.model.settings;
+    const { theta, ...rod } = this.model.rod;
     const tapers = theta > 8 ? MORE_TAPERS : TAPERS;
-    const mounting = mountingOf(this.model.settings);
-    const key = [eta, contact, section, tapers.length, JSON.stringify(mounting)].join();
+    const key = JSON.stringify([rod, tapers.length]);
     if (key !== this.mapKey) {
       this.mapKey = key;
       this.map = [];
-      this.solving = divisions({ eta, contact, round: section === "round", mounting }, tapers);
+      this.solving = divisions(rod, tapers);
     }
     let found = false;
     while (this.solving && performance.now() - start < BUDGET) {
@@ -341,103 +384,53 @@ export class Explorer {
 
   /** @param {number} solved Milliseconds that the rod took. */
   show(solved) {
-    const { model } = this;
-    const { settings, sticking, state, place, now: reading, curve } = model;
+    const { model, root } = this;
+    const { settings, sticking, curve, message } = model;
+    const now = this.shown;
     this.controls.show(settings);
-    this.root.classList.toggle("si", settings.units === "si");
-    this.root.classList.toggle("ratio", settings.law !== "free" && settings.delta === 0);
-    this.root.classList.toggle("oblique", settings.delta !== 0);
+    root.classList.toggle("si", settings.units === "si");
+    root.classList.toggle("ratio", settings.law !== "free" && settings.delta === 0);
+    root.classList.toggle("oblique", settings.delta !== 0);
+    root.classList.toggle("line", settings.contact === "line");
     write(this.at("mounted"), mounted(settings));
-    const failed = !sticking || !state || !place || !reading || !curve;
-    this.root.classList.toggle("failed", failed || model.message !== "");
-    const wrong = failed || model.message !== "";
-    if (wrong) write(this.at("state"), `Not solved: ${model.message}.`);
+    this.at("unpin").toggleAttribute("disabled", this.pins.length === 0);
+    const failed = !sticking || !now || !curve;
+    root.classList.toggle("failed", failed || message !== "");
+    if (failed || message) write(this.at("state"), `Not solved: ${message}.`);
     if (failed) return;
-    const x0 = model.x0;
-    const said = condition(sticking, place, state, x0);
-    if (!wrong) write(this.at("state"), said);
-    this.showStage(said);
-    const { units, recording, map } = this;
-    const view = { settings, units, sticking, curve, x0, now: reading, trace: model.trace, recording, divisions: map };
-    for (const plot of this.plots) plot.show(view);
-    this.showValues();
-    const { rod } = sticking.path.branch;
-    this.root.dataset.solved = String(solved);
-    const now = performance.now();
-    if (solved < 0.05 || now - (this.toldSolved ?? -Infinity) < PATIENCE) return;
-    this.toldSolved = now;
-    write(this.at("solved"), `Solved in ${spelled(solved, 1)} ms on ${rod.nodes} nodes`);
+    const said = this.slide ? "slips" : condition(sticking, now);
+    if (!message) write(this.at("state"), said);
+    this.showStage(now, said);
+    const { units, recording, pins } = this;
+    const view = { settings, units, sticking, curve, now, trace: model.trace, recording, divisions: this.map, pins };
+    for (const part of [...this.plots, this.readouts]) part.show(view);
+    for (const [key, quantity] of /** @type {[string, Quantity][]} */ ([
+      ["sticking", "length"], ["fx", "force"], ["fy", "force"], ["m", "moment"], ["energy", "energy"],
+    ])) {
+      write(this.at(`${key}-unit`), units.name[quantity]);
+    }
+    root.dataset.solved = String(solved);
+    const time = performance.now();
+    if (solved < 0.05 || time - (this.toldSolved ?? -Infinity) < PATIENCE) return;
+    this.toldSolved = time;
+    write(this.at("solved"), `Solved in ${spelled(solved, 1)} ms on ${sticking.path.branch.rod.nodes} nodes`);
   }
 
-  /** @param {string} said */
-  showStage(said) {
-    const { settings, sticking, state, place, now } = this.model;
-    if (!sticking || !state || !place || !now) return;
+  /** @type {(now: Reading, said: string) => void} */
+  showStage(now, said) {
+    const { settings, sticking } = this.model;
+    if (!sticking) return;
     const { rod, force: unit } = sticking.path.branch;
-    const shape = rod.shape(state, POINTS);
+    const shape = rod.shape(now.state, POINTS);
     if (this.firstOf !== sticking.path) {
       this.firstOf = sticking.path;
       this.first = rod.shape(sticking.path.pushed.knots[0].state, POINTS);
     }
-    const { beta, delta } = settings;
-    const stage = (delta * Math.PI) / 180;
-    const start = place.clamp - place.side * this.model.x0;
-    this.stage.show({
-      theta: settings.theta,
-      eta: settings.eta,
-      mu0: settings.mu0,
-      length: this.units.scale.length,
-      clamp: place.clamp * Math.cos(stage),
-      rise: place.clamp * Math.sin(stage),
-      lean: place.side * beta,
-      contact: place.contact - place.side * (1 - state.sc),
-      side: place.side,
-      ...shape,
-      fx: state.fx,
-      fy: state.fy,
-      unit,
-      slides: performance.now() - (this.slid ?? -1e9) < 250,
-      ghost: {
-        ...(this.first ?? shape),
-        clamp: start * Math.cos(stage),
-        rise: start * Math.sin(stage),
-        side: place.side,
-      },
-    });
-    const text = `${this.length(place.clamp)}, ${said}`;
-    set(this.stage.clamp, { "aria-valuenow": place.clamp.toFixed(4), "aria-valuetext": text });
-  }
-
-  showValues() {
-    const { settings, sticking, state, place, now } = this.model;
-    if (!sticking || !state || !place || !now) return;
-    const slips = sticking.highBy === "slips";
-    /** @type {Record<string, number>} */
-    const values = {
-      clamp: place.clamp,
-      x0: this.model.x0,
-      slip: slips ? sticking.high : NaN,
-      step: slips ? lastStep(sticking.high, settings.dx0) : NaN,
-      lock: sticking.path.muLock,
-      f: force(state),
-      alpha: now.side * inclination(state),
-      phi1: now.phi1,
-      sc: state.sc,
-      fx: now.fx,
-      fy: now.fy,
-      m: now.m,
-      energy: now.energy,
-    };
-    const { scale, name } = this.units;
-    for (const [key, { value, unit, quantity }] of this.outputs) {
-      write(value, significant(scale[quantity] * withoutNoise(values[key])));
-      write(unit, name[quantity]);
-    }
-    for (const [key, quantity] of /** @type {[string, Quantity][]} */ ([
-      ["sticking", "length"], ["fx", "force"], ["fy", "force"], ["m", "moment"], ["energy", "energy"],
-    ])) {
-      write(this.at(`${key}-unit`), name[quantity]);
-    }
+    const { length } = this.units.scale;
+    const slides = this.slide !== null;
+    this.stage.show({ settings, now, shape, first: this.first ?? shape, length, unit, slides });
+    const text = `${this.length(now.clamp)}, ${said}`;
+    set(this.stage.clamp, { "aria-valuenow": now.clamp.toFixed(4), "aria-valuetext": text });
   }
 }
 

@@ -1,16 +1,31 @@
 // What a user takes along: the page's drawings as SVG or PNG, its readings as CSV.
 
-import { drawn, set } from "./svg.js";
+import { COLUMNS } from "./recording.js";
+import { MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
+import { drawn, set, withoutNoise } from "./svg.js";
+import { NONDIMENSIONAL, plainName } from "./units.js";
 
-const STYLES = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-opacity", "fill-opacity", "font-size", "text-anchor", "opacity"];
+const STYLES = [
+  "fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-opacity", "fill-opacity", "font-size", "font-weight",
+  "text-anchor", "opacity", "visibility", "paint-order",
+];
+/** Pixels around and between the parts of a drawing, of a line of text, and of a letter. */
 const AROUND = 24;
+const LINE = 18;
+const LETTER = 6.6;
+/** Digits of the readings: more would be rounding errors. */
+const DIGITS = 10;
 
-/**
- * Hand a file to the user.
- *
- * @param {string} name
- * @param {Blob} content
- */
+/** @type {[keyof Reading, string, Quantity][]} */
+const READINGS = [
+  ...COLUMNS,
+  ["contact", "contact", "length"],
+  ["x0", "x0", "length"],
+  ["phi1", "phi1", "angle"],
+  ["sc", "s_c", "number"],
+];
+
+/** Hand a file to the user. @type {(name: string, content: Blob) => void} */
 export function download(name, content) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(content);
@@ -20,64 +35,67 @@ export function download(name, content) {
 }
 
 /**
- * Put drawings into one, where they are on the page, with the styles that they have there.
- *
- * @param {Element} root Of which the drawings are parts.
- * @returns {{ text: string, width: number, height: number }}
+ * Put the drawings of all cards into one, in two columns under a line that says what they show.
+ * @type {(root: Element, title: string) => Drawing}
  */
-export function asSvg(root) {
-  const box = root.getBoundingClientRect();
-  const [width, height] = [Math.ceil(box.width) + 2 * AROUND, Math.ceil(box.height) + 2 * AROUND];
-  const whole = drawn(document.createElement("div"), "svg", {
-    xmlns: "http://www.w3.org/2000/svg",
-    width,
-    height,
-    viewBox: `0 0 ${width} ${height}`,
-    "font-family": "system-ui, sans-serif",
-  });
-  const page = getComputedStyle(root).getPropertyValue("--page").trim();
-  drawn(whole, "rect", { width, height, fill: page });
-  for (const svg of root.querySelectorAll("svg")) {
-    const place = svg.getBoundingClientRect();
-    const copy = /** @type {SVGSVGElement} */ (svg.cloneNode(true));
-    set(copy, {
-      x: place.left - box.left + AROUND,
-      y: place.top - box.top + AROUND,
-      width: place.width,
-      height: place.height,
-    });
-    styled(svg, copy);
-    whole.append(copy);
+export function asSvg(root, title) {
+  const cards = [...root.querySelectorAll("[data-card]")];
+  const column = Math.max(...cards.map((card) => card.getBoundingClientRect().width));
+  const width = Math.ceil(2 * column + 3 * AROUND);
+  const whole = drawn(document.createElement("div"), "svg", { "font-family": "system-ui, sans-serif" });
+  const style = getComputedStyle(root);
+  const back = drawn(whole, "rect", { width, fill: style.getPropertyValue("--page").trim() });
+  let top = AROUND;
+  for (const line of wrapped(title, (width - 2 * AROUND) / LETTER)) {
+    top += LINE;
+    drawn(whole, "text", { x: AROUND, y: top, "font-size": 13, fill: style.color }).textContent = line;
   }
-  for (const title of root.querySelectorAll("[data-title]")) {
-    const place = title.getBoundingClientRect();
-    const text = drawn(whole, "text", {
-      x: place.left - box.left + AROUND,
-      y: place.bottom - box.top + AROUND - 4,
-      "font-size": 13,
-      fill: getComputedStyle(title).color,
-    });
-    text.textContent = (title.textContent ?? "").replace(/\s+/g, " ").trim();
+  const ends = [top + AROUND, top + AROUND];
+  for (const card of cards) {
+    const at = ends[0] <= ends[1] ? 0 : 1;
+    copied(card, drawn(whole, "g", { transform: `translate(${AROUND + at * (column + AROUND)} ${ends[at]})` }));
+    ends[at] += card.getBoundingClientRect().height + AROUND;
   }
+  const height = Math.ceil(Math.max(...ends));
+  set(whole, { xmlns: "http://www.w3.org/2000/svg", width, height, viewBox: `0 0 ${width} ${height}` });
+  set(back, { height });
   return { text: new XMLSerializer().serializeToString(whole), width, height };
 }
 
-/**
- * @param {Element} from
- * @param {Element} to
- */
-function styled(from, to) {
-  const nodes = to.querySelectorAll("*");
-  from.querySelectorAll("*").forEach((node, i) => {
-    const style = getComputedStyle(node);
-    for (const name of STYLES) nodes[i].setAttribute(name, style.getPropertyValue(name));
-  });
+/** Words in lines of at most so many letters. @type {(text: string, most: number) => string[]} */
+function wrapped(text, most) {
+  const lines = [""];
+  for (const word of text.split(" ")) {
+    const last = lines.length - 1;
+    if (lines[last] && lines[last].length + word.length > most) lines.push(word);
+    else lines[last] = `${lines[last]} ${word}`.trim();
+  }
+  return lines;
 }
 
-/**
- * @param {{ text: string, width: number, height: number }} drawing
- * @returns {Promise<Blob>} A PNG of twice the size.
- */
+/** Copy the drawings and captions of a card, with the styles that they have. @type {(card: Element, to: Element) => void} */
+function copied(card, to) {
+  const box = card.getBoundingClientRect();
+  for (const svg of card.querySelectorAll("svg")) {
+    const { left, top, width, height } = svg.getBoundingClientRect();
+    const copy = /** @type {SVGSVGElement} */ (svg.cloneNode(true));
+    set(copy, { x: left - box.left, y: top - box.top, width, height });
+    const nodes = copy.querySelectorAll("*");
+    svg.querySelectorAll("*").forEach((node, i) => {
+      const style = getComputedStyle(node);
+      for (const name of STYLES) nodes[i].setAttribute(name, style.getPropertyValue(name));
+    });
+    to.append(copy);
+  }
+  for (const title of card.querySelectorAll("[data-title]")) {
+    const { left, bottom } = title.getBoundingClientRect();
+    const fill = getComputedStyle(title).color;
+    const text = drawn(to, "text", { x: left - box.left, y: bottom - box.top - 5, "font-size": 13, fill });
+    text.textContent = (title.textContent ?? "").replace(/\s+/g, " ").trim();
+  }
+}
+
+/** A PNG of twice the size. @type {(drawing: Drawing) => Promise<Blob>} */
 export async function asPng({ text, width, height }) {
   const image = new Image();
   image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(text)}`;
@@ -92,11 +110,24 @@ export async function asPng({ text, width, height }) {
 }
 
 /**
- * @param {Record<string, number | string>[]} rows
- * @returns {string}
+ * Readings as the commands write them, with the parameters in columns of their own.
+ * @type {(trace: Reading[], settings: Settings, units: Units) => string}
  */
-export function asCsv(rows) {
-  const names = Object.keys(rows[0] ?? {});
-  const lines = rows.map((row) => names.map((name) => row[name]).join(","));
-  return `${[names.join(","), ...lines].join("\n")}\n`;
+export function asCsv(trace, settings, { scale, name }) {
+  const fields = [...NUMBERS, ...MOUNTING_NUMBERS, ...(settings.units === "si" ? ROD_NUMBERS : [])];
+  const { contact, section, law } = settings;
+  const given = [...fields.map(({ key }) => settings[key]), contact, section, law];
+  const names = fields.map(({ key, unit = "1" }) => `${key} [${plainName(unit)}]`);
+  const titles = READINGS.map(([, title, quantity]) => {
+    const unit = plainName(quantity === "number" ? NONDIMENSIONAL.name.length : name[quantity]);
+    return `${title} [${unit}]`;
+  });
+  const lines = trace.map((row) => {
+    const values = READINGS.map(([key, , quantity]) => {
+      const value = withoutNoise(Number(row[key])) * scale[quantity];
+      return Number(value.toPrecision(DIGITS));
+    });
+    return [...values, ...given].join(",");
+  });
+  return `${[[...titles, ...names, "contact_model", "section", "law"].join(","), ...lines].join("\n")}\n`;
 }

@@ -1,106 +1,134 @@
-// What a user's hands do: drag the clamp, point at the map, drop a file, take the drawings along.
+// What a user's hands do: drag clamp, curve and map, press keys, drop a file, take the drawings along.
 
-import { asPng, asSvg, download } from "./exports.js";
+import { asCsv, asPng, asSvg, download } from "./exports.js";
 import { readRecording } from "./recording.js";
 
-/** @import { Explorer } from "./explorer.js" */
-/** @import { RegimePlot } from "./panels.js" */
+/** Pixels within which the line of friction is taken hold of. */
+const HOLD = 14;
+/** Step of friction by a key. */
+const FRICTION_STEP = 0.005;
+const KEYS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
 
 /**
- * Drag the clamp, or move it by keys.
- *
- * @param {Explorer} explorer
+ * Follow a pointer that is held down; `begin` returns what a move does.
+ * @type {(node: SVGElement, begin: (event: PointerEvent) => (event: PointerEvent) => void) => void}
  */
-export function listenToClamp(explorer) {
-  const { svg, clamp } = explorer.stage;
-  /** @type {{ at: number, clamp: number } | null} */
-  let held = null;
-  svg.addEventListener("pointerdown", (event) => {
-    explorer.play(false);
-    held = { at: event.clientX, clamp: explorer.clampPlace };
-    svg.setPointerCapture(event.pointerId);
-    clamp.focus({ preventScroll: true });
+function dragged(node, begin) {
+  /** @type {((event: PointerEvent) => void) | null} */
+  let move = null;
+  node.addEventListener("pointerdown", (event) => {
+    move = begin(event);
+    node.setPointerCapture(event.pointerId);
   });
-  svg.addEventListener("pointermove", (event) => {
-    if (held) explorer.moveTo(held.clamp + (event.clientX - held.at) / explorer.stage.scale);
-  });
-  for (const end of ["pointerup", "pointercancel"]) {
-    svg.addEventListener(end, () => {
-      held = null;
+  node.addEventListener("pointermove", (event) => move?.(event));
+  for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
+    node.addEventListener(end, () => {
+      move = null;
     });
   }
-  clamp.addEventListener("keydown", (event) => {
-    const { dx0 } = explorer.model.settings;
-    const way = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
-    const steps = way[/** @type {keyof typeof way} */ (event.key)];
-    if (!steps && event.key !== "Home") return;
-    event.preventDefault();
-    explorer.play(false);
-    const from = Number.isNaN(explorer.clampAim) ? explorer.clampPlace : explorer.clampAim;
-    explorer.moveTo(event.key === "Home" ? 0 : from + steps * dx0);
-  });
 }
 
 /**
- * On the map, a point chooses taper and friction.
- *
- * @param {Explorer} explorer
+ * Let keys move a slider by steps, or to its start.
+ * @type {(node: SVGElement, by: (steps: number) => void, home?: () => void) => void}
  */
+function keyed(node, by, home) {
+  node.addEventListener("keydown", (event) => {
+    const steps = KEYS[/** @type {keyof typeof KEYS} */ (event.key)];
+    if (!steps && !(home && event.key === "Home")) return;
+    event.preventDefault();
+    if (steps) by(steps);
+    else home?.();
+  });
+}
+
+/** Drag the clamp, or move it by keys. @param {Explorer} explorer */
+export function listenToClamp(explorer) {
+  const { svg, clamp } = explorer.stage;
+  dragged(svg, (event) => {
+    explorer.play(false);
+    clamp.focus({ preventScroll: true });
+    const [at, from] = [event.clientX, explorer.clampPlace];
+    return ({ clientX }) => explorer.moveTo(from + (clientX - at) / explorer.stage.scale);
+  });
+  keyed(clamp, (steps) => explorer.moveBy(steps), () => explorer.moveTo(0));
+}
+
+/** On the sticking curve the line of friction and the point are dragged. @param {Explorer} explorer */
+export function listenToCurve(explorer) {
+  const { plot, sliders } = /** @type {StickingPlot} */ (explorer.plots[0]);
+  const friction = (/** @type {number} */ mu0) => explorer.change({ mu0: rounded(mu0, FRICTION_STEP, 0.02, 2) });
+  dragged(plot.svg, (event) => {
+    explorer.play(false);
+    const { mu0 } = explorer.model.settings;
+    const place = plot.placeOf(event);
+    const isPoint = event.target === sliders.now;
+    const isLine = !isPoint && Math.abs(place.y - plot.y(mu0)) < HOLD;
+    /** @param {Point} place */
+    const move = (place) => {
+      const { x, y } = plot.valueAt(place);
+      if (isLine) friction(y);
+      else explorer.stickAt(x / explorer.units.scale.length);
+    };
+    (isLine ? sliders.handle : sliders.now).focus({ preventScroll: true });
+    if (!isPoint && !isLine) move(place);
+    return (event) => move(plot.placeOf(event));
+  });
+  keyed(sliders.handle, (steps) => friction(explorer.model.settings.mu0 + steps * FRICTION_STEP));
+  keyed(sliders.now, (steps) => explorer.stickAt(explorer.model.x0 + steps * explorer.model.settings.dx0));
+}
+
+/** @type {(value: number, step: number, low: number, high: number) => number} */
+function rounded(value, step, low, high) {
+  const near = step * Math.round(Math.min(high, Math.max(low, value)) / step);
+  return Number(near.toFixed(4));
+}
+
+/** On the map, a point chooses taper and friction. @param {Explorer} explorer */
 export function listenToMap(explorer) {
-  const svg = explorer.graphic("regimes");
-  const plot = /** @type {RegimePlot} */ (explorer.plots[4]).plot;
+  const { plot } = /** @type {RegimePlot} */ (explorer.plots[4]);
   /** @param {PointerEvent} event */
   const choose = (event) => {
-    const box = svg.getBoundingClientRect();
-    const { x, y } = plot.valueAt(event.clientX - box.left, event.clientY - box.top);
-    explorer.change({
-      theta: Math.round(100 * Math.min(plot.frame.right, Math.max(1, x))) / 100,
-      mu0: Math.round(200 * Math.min(2, Math.max(0.02, y))) / 200,
-    });
+    const { x, y } = plot.valueAt(plot.placeOf(event));
+    explorer.change({ theta: rounded(x, 0.01, 1, plot.frame.right), mu0: rounded(y, FRICTION_STEP, 0.02, 2) });
   };
-  svg.addEventListener("pointerdown", (event) => {
-    svg.setPointerCapture(event.pointerId);
+  dragged(plot.svg, (event) => {
     choose(event);
+    return choose;
   });
-  svg.addEventListener("pointermove", (event) => event.buttons && choose(event));
 }
 
-/**
- * Take recordings, and hand out what is seen.
- *
- * @param {Explorer} explorer
- */
+/** Take recordings, and hand out what is seen. @param {Explorer} explorer */
 export function listenToFiles(explorer) {
+  const { root } = explorer;
   /** @param {File | undefined} file */
   const read = async (file) => {
     if (!file) return;
-    const { modulus, diameter, length } = explorer.model.settings;
-    const found = readRecording(file.name, await file.text(), { modulus, diameter, length });
+    const found = readRecording(file.name, await file.text(), explorer.model.settings);
     const ok = "recording" in found;
     explorer.recording = ok ? found.recording : explorer.recording;
-    explorer.say(ok ? `${file.name} is drawn with the clamp’s forces.` : found.message);
+    explorer.say(ok ? `${file.name} is drawn with the clamp’s forces.` : `${found.message}.`);
     explorer.dirty = true;
   };
   const input = /** @type {HTMLInputElement} */ (explorer.at("file"));
   input.addEventListener("change", () => read(input.files?.[0]));
-  explorer.root.addEventListener("dragover", (event) => {
+  root.addEventListener("dragover", (event) => {
     event.preventDefault();
-    explorer.root.classList.add("dropping");
+    root.classList.add("dropping");
   });
-  explorer.root.addEventListener("dragleave", () => explorer.root.classList.remove("dropping"));
-  explorer.root.addEventListener("drop", (event) => {
+  root.addEventListener("dragleave", () => root.classList.remove("dropping"));
+  root.addEventListener("drop", (event) => {
     event.preventDefault();
-    explorer.root.classList.remove("dropping");
+    root.classList.remove("dropping");
     read(event.dataTransfer?.files[0]);
   });
-  const drawings = explorer.at("drawings");
-  explorer.at("svg").addEventListener("click", () =>
-    download("vibrissa.svg", new Blob([asSvg(drawings).text], { type: "image/svg+xml" })),
-  );
-  explorer.at("png").addEventListener("click", async () =>
-    download("vibrissa.png", await asPng(asSvg(drawings))),
-  );
-  explorer.at("csv").addEventListener("click", () =>
-    download("vibrissa.csv", new Blob([explorer.readings()], { type: "text/csv" })),
-  );
+  const drawing = () => asSvg(root, explorer.summary());
+  const files = {
+    svg: () => new Blob([drawing().text], { type: "image/svg+xml" }),
+    png: () => asPng(drawing()),
+    csv: () => new Blob([asCsv(explorer.model.trace, explorer.model.settings, explorer.units)], { type: "text/csv" }),
+  };
+  for (const [kind, made] of Object.entries(files)) {
+    explorer.at(kind).addEventListener("click", async () => download(`vibrissa.${kind}`, await made()));
+  }
 }

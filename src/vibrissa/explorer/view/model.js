@@ -1,62 +1,71 @@
 // The rod that the page moves: settings, solved path, place of clamp and tip, and what was read.
 
-import { begun, isOblique, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
+import { isOblique, moved, placed, stickingOf, x0Of } from "../solver/motion.js";
 import { sampled, solvedPath, stateAt } from "../solver/path.js";
 import { demand } from "../solver/rod/state.js";
 import { DEFAULTS, mountingOf } from "./settings.js";
-
-/** @import { Event, Friction, Place, Sticking } from "../solver/motion.js" */
-/** @import { State } from "../solver/rod/state.js" */
-/** @import { Curve } from "../solver/path.js" */
-/** @import { Reading } from "./panels.js" */
-/** @import { Settings } from "./settings.js" */
 
 /** Longest trace, and the parts of a move that are read one by one. */
 const MOST_READINGS = 1500;
 const MOST_PARTS = 16;
 const PARTS_OF_A_STEP = 4;
-const OF_THE_PATH = /** @type {const} */ ([
-  "theta", "eta", "contact", "section", "beta", "compliance", "kappa0", "kappa1", "delta",
-]);
 /** Nearest and furthest height at which a period on an oblique stage is solved. */
 const HEIGHTS = { low: 0.05, high: 0.998 };
-const OF_FRICTION = /** @type {const} */ (["mu0", "ratio", "law"]);
 
-/**
- * @typedef {Reading & { x0: number, contact: number, phi1: number, sc: number, side: number }} Row
- */
+/** @type {(settings: Settings) => Required<Given>} */
+export function rodOf(settings) {
+  const { theta, eta, contact, section } = settings;
+  return { theta, eta, contact, round: section === "round", mounting: mountingOf(settings) };
+}
+
+/** @type {(one: object, other: object) => boolean} */
+function differ(one, other) {
+  return JSON.stringify(one) !== JSON.stringify(other);
+}
+
+/** The curves of rods, as far as these are solved. @type {(rods: Settings[]) => Pin[]} */
+export function pinsOf(rods) {
+  return rods.flatMap((settings) => {
+    const { path } = solvedPath(rodOf(settings));
+    return path ? [{ settings, curve: sampled(path, PARTS_OF_A_STEP) }] : [];
+  });
+}
 
 export class Model {
   constructor() {
     /** @type {Settings} */
     this.settings = { ...DEFAULTS };
-    /** @type {Row[]} */
+    /** @type {Reading[]} */
     this.trace = [];
     /** @type {Sticking | null} */
     this.sticking = null;
     /** @type {Place | undefined} */
     this.place = undefined;
+    /** @type {Reading | undefined} */
+    this.now = undefined;
     this.message = "";
     this.nodes = 0;
     this.solve(0);
   }
 
   /**
-   * Change settings; the rod is solved anew where it is another one.
-   *
-   * @param {Partial<Settings>} change
-   * @returns {Event[]} What happens because of it.
+   * Change settings, and return what happens because of it; another rod is solved anew.
+   * @type {(change: Partial<Settings>) => Incident[]}
    */
   change(change) {
-    const before = this.settings;
-    this.settings = { ...before, ...change };
-    if (OF_THE_PATH.some((key) => this.settings[key] !== before[key]) || !this.sticking) {
+    const { rod, friction } = this;
+    this.settings = { ...this.settings, ...change };
+    if (differ(rod, this.rod) || !this.sticking) {
       this.solve(this.x0);
       return [];
     }
-    if (!OF_FRICTION.some((key) => this.settings[key] !== before[key])) return [];
+    if (!differ(friction, this.friction)) return [];
     this.sticking = stickingOf(this.sticking.path, this.friction);
     return this.place ? this.moveTo(this.place.clamp) : [];
+  }
+
+  get rod() {
+    return rodOf(this.settings);
   }
 
   /** @returns {Friction} On an oblique stage slips end at α = 0. */
@@ -65,11 +74,7 @@ export class Model {
     return { mu0, ratio, law: delta === 0 ? law : "free" };
   }
 
-  /**
-   * Solve the path of the rod, and put the clamp where it was relative to the tip.
-   *
-   * @param {number} x0
-   */
+  /** Solve the path of the rod, and put the clamp where it was. @type {(x0: number) => void} */
   solve(x0) {
     const { clamp, side } = this.place ?? { clamp: 0, side: 1 };
     this.curve = null;
@@ -82,19 +87,12 @@ export class Model {
     this.look();
   }
 
-  /**
-   * Solve the path of a period that begins with the clamp at a position of its stage.
-   *
-   * @param {number} clamp
-   */
+  /** Solve the period that begins with the clamp at a position of its stage. @type {(clamp: number) => void} */
   begin(clamp) {
-    const { theta, eta, contact, section } = this.settings;
-    const mounting = mountingOf(this.settings);
-    const height = eta - clamp * Math.sin(mounting.stage);
-    const known = height > HEIGHTS.low && height < HEIGHTS.high;
-    const rod = { theta, eta: height, contact, round: section === "round", mounting };
-    const { path, message } = known
-      ? solvedPath(rod, this.nodes)
+    const { rod } = this;
+    const eta = rod.eta - clamp * Math.sin(rod.mounting.stage);
+    const { path, message } = eta > HEIGHTS.low && eta < HEIGHTS.high
+      ? solvedPath({ ...rod, eta }, this.nodes)
       : { path: null, message: "the stage has left the heights at which a period can begin" };
     this.message = message;
     this.nodes = path ? path.branch.rod.nodes : 0;
@@ -112,25 +110,22 @@ export class Model {
 
   /** Begin anew with the clamp at 0. */
   restart() {
-    if (this.settings.delta !== 0 || !this.sticking) this.begin(0);
-    if (!this.sticking) return;
-    this.place = begun(this.sticking);
-    this.trace = [];
-    this.look();
+    this.restore(0, 0, 1);
   }
 
-  /**
-   * Move the clamp without a stop.
-   *
-   * @param {number} clamp
-   * @returns {Event[]}
-   */
+  /** Put clamp and tip where they were. @type {(clamp: number, x0: number, side: number) => void} */
+  restore(clamp, x0, side) {
+    this.place = { clamp, contact: 0, side };
+    this.solve(x0);
+  }
+
+  /** Move the clamp without a stop. @type {(clamp: number) => Incident[]} */
   moveTo(clamp) {
     if (!this.sticking || !this.place) return [];
     const from = this.place.clamp;
     const parts = Math.ceil(Math.abs(clamp - from) / this.settings.dx0);
     const count = Math.min(MOST_PARTS, Math.max(1, parts));
-    /** @type {Event[]} */
+    /** @type {Incident[]} */
     const events = [];
     for (let k = 1; k <= count; k += 1) {
       events.push(...this.part(from + ((clamp - from) * k) / count, false));
@@ -138,11 +133,7 @@ export class Model {
     return events;
   }
 
-  /**
-   * Move the clamp by one step, after which a tip slips that has been moved too far.
-   *
-   * @returns {Event[]}
-   */
+  /** Move the clamp by one step, after which a tip slips that was moved too far. @type {() => Incident[]} */
   step() {
     if (!this.sticking || !this.place) return [];
     // Multiples of the step, not sums of it.
@@ -150,11 +141,7 @@ export class Model {
     return this.part(number * this.settings.dx0, true);
   }
 
-  /**
-   * @param {number} clamp
-   * @param {boolean} stepped
-   * @returns {Event[]}
-   */
+  /** @type {(clamp: number, stepped: boolean) => Incident[]} */
   part(clamp, stepped) {
     if (!this.sticking || !this.place) return [];
     const { place, events } = moved(this.sticking, this.place, clamp, stepped);
@@ -182,30 +169,39 @@ export class Model {
     return [...events, ...more];
   }
 
-  /** Solve the state in which the rod is now, and read the clamp's forces. */
+  /** Solve the state in which the rod is now, and read the load on the clamp. */
   look() {
-    if (!this.sticking || !this.place) return;
-    const { sticking, place } = this;
-    const { branch } = sticking.path;
-    const x0 = x0Of(sticking, place);
-    const state = stateAt(sticking.path, Math.max(sticking.low, Math.min(sticking.high, x0)));
-    if (!state) {
-      this.message = `no state was found at x0 = ${x0.toFixed(4)}`;
-      return;
-    }
-    this.message = "";
-    this.state = state;
+    if (!this.place) return;
+    const reading = this.reading(this.place);
+    this.message = reading ? "" : `no state was found at x0 = ${this.x0.toFixed(4)}`;
+    if (!reading) return;
+    this.now = reading;
+    const last = this.trace[this.trace.length - 1];
+    if (last && last.clamp === reading.clamp && last.x0 === reading.x0) this.trace.pop();
+    this.trace.push(reading);
+    if (this.trace.length > MOST_READINGS) this.trace.splice(0, MOST_READINGS / 3);
+  }
+
+  /** What is known of a place; null where no state is found. @type {(place: Place) => Reading | null} */
+  reading(place) {
+    if (!this.sticking) return null;
+    const { path, low, high } = this.sticking;
+    const x0 = x0Of(this.sticking, place);
+    const state = stateAt(path, Math.max(low, Math.min(high, x0)));
+    if (!state) return null;
     const { fx, fy, m, phi1, sc } = state;
     const { side } = place;
-    const row = { clamp: place.clamp, x0, contact: place.contact, fx: side * fx, fy, m: side * m };
-    const last = this.trace[this.trace.length - 1];
-    if (last && last.clamp === row.clamp && last.x0 === x0) this.trace.pop();
-    this.trace.push({ ...row, phi1: side > 0 ? phi1 : Math.PI - phi1, sc, side });
-    if (this.trace.length > MOST_READINGS) this.trace.splice(0, MOST_READINGS / 3);
-    this.now = {
-      ...this.trace[this.trace.length - 1],
+    return {
+      ...place,
+      x0,
+      state,
+      fx: side * fx,
+      fy,
+      m: side * m,
+      phi1: side > 0 ? phi1 : Math.PI - phi1,
+      sc,
       demand: demand(state),
-      energy: branch.rod.energyOf(state.unknowns),
+      energy: path.branch.rod.energyOf(state.unknowns),
     };
   }
 }

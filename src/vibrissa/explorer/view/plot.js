@@ -1,41 +1,41 @@
-// A plot with axes: lines, marks and labels by name, each moved and not drawn anew.
+// A plot with axes: lines, marks and labels by name, each moved and not drawn anew; values at the pointer.
 
-import { drawn, pathThrough, set, spelled, ticks } from "./svg.js";
-
-/**
- * @typedef {object} Frame
- * @property {number} left
- * @property {number} right
- * @property {number} low
- * @property {number} high
- */
+import { drawn, Parts, pathThrough, set, significant, spelled, ticks, withoutNoise } from "./svg.js";
 
 const MARGIN = { left: 46, right: 12, top: 10, bottom: 24 };
+/** Pixels from the pointer within which a line shows its values. */
+const POINTED = 40;
 let plots = 0;
 
 export class Plot {
   /**
    * @param {SVGSVGElement} svg
-   * @param {{ across: boolean }} options Whether values along x are labelled.
+   * @param {boolean} across Whether values along x are labelled.
    */
-  constructor(svg, { across }) {
+  constructor(svg, across) {
     this.svg = svg;
     this.margin = { ...MARGIN, bottom: across ? MARGIN.bottom : 6 };
     this.across = across;
     this.grid = drawn(svg, "g", { class: "grid" });
-    this.labels = drawn(svg, "g", { class: "ticks" });
+    this.ticks = drawn(svg, "g", { class: "ticks" });
     plots += 1;
     const clip = `x-clip-${plots}`;
     this.clip = drawn(drawn(svg, "clipPath", { id: clip }), "rect");
     // Marks and texts may pass the edges, lines may not.
-    this.lines = drawn(svg, "g", { "clip-path": `url(#${clip})` });
-    this.content = drawn(svg, "g");
-    /** @type {Map<string, SVGElement>} */
-    this.parts = new Map();
+    this.lines = new Parts(drawn(svg, "g", { "clip-path": `url(#${clip})` }));
+    this.content = new Parts(drawn(svg, "g"));
     /** @type {Frame} */
     this.frame = { left: 0, right: 1, low: 0, high: 1 };
+    /** Names and units of x and y, for the values at the pointer. */
+    this.axes = { x: ["", ""], y: ["", ""] };
+    /** @type {Point[]} Of the line that shows its values. */
+    this.curve = [];
+    /** @type {Point | null} */
+    this.pointer = null;
     [this.width, this.height] = [300, 150];
     this.key = "";
+    svg.addEventListener("pointermove", (event) => this.hover(this.placeOf(event)));
+    svg.addEventListener("pointerleave", () => this.hover(null));
   }
 
   /** Take the size that the page gives the drawing; ask before drawing, as it costs a layout. */
@@ -50,56 +50,51 @@ export class Plot {
     this.key = "";
   }
 
-  /** @param {number} value */
+  /** @type {(value: number) => number} */
   x(value) {
     const { left, right } = this.frame;
     const span = this.width - this.margin.left - this.margin.right;
     return this.margin.left + (span * (value - left)) / (right - left);
   }
 
-  /** @param {number} value */
+  /** @type {(value: number) => number} */
   y(value) {
     const { low, high } = this.frame;
     const span = this.height - this.margin.top - this.margin.bottom;
     return this.margin.top + (span * (high - value)) / (high - low);
   }
 
-  /**
-   * Value at a place across the drawing.
-   *
-   * @param {number} px
-   * @param {number} py
-   * @returns {{ x: number, y: number }}
-   */
-  valueAt(px, py) {
+  /** Pixels from the drawing's corner. @type {(event: PointerEvent) => Point} */
+  placeOf({ clientX, clientY }) {
+    const box = this.svg.getBoundingClientRect();
+    return { x: clientX - box.left, y: clientY - box.top };
+  }
+
+  /** Values at a place in the drawing. @type {(place: Point) => Point} */
+  valueAt({ x, y }) {
     const { left, right, low, high } = this.frame;
     const wide = this.width - this.margin.left - this.margin.right;
     const tall = this.height - this.margin.top - this.margin.bottom;
     return {
-      x: left + ((px - this.margin.left) / wide) * (right - left),
-      y: high - ((py - this.margin.top) / tall) * (high - low),
+      x: left + ((x - this.margin.left) / wide) * (right - left),
+      y: high - ((y - this.margin.top) / tall) * (high - low),
     };
   }
 
-  /**
-   * Set the values at the edges, and draw the axes where they have changed.
-   *
-   * @param {Frame} frame
-   * @returns {boolean} Whether they have.
-   */
+  /** Set the values at the edges, and draw the axes where these have changed. @type {(frame: Frame) => void} */
   setFrame(frame) {
     const key = [frame.left, frame.right, frame.low, frame.high, this.width, this.height].join();
-    if (key === this.key) return false;
+    if (key === this.key) return;
     [this.key, this.frame] = [key, frame];
     this.grid.replaceChildren();
-    this.labels.replaceChildren();
+    this.ticks.replaceChildren();
     const { margin, width, height } = this;
     const bottom = height - margin.bottom;
     const down = ticks(frame.low, frame.high, Math.max(2, Math.floor(height / 38)));
     for (const value of down.values) {
       const y = this.y(value);
       drawn(this.grid, "path", { d: `M${margin.left} ${y}H${width - margin.right}` });
-      const text = drawn(this.labels, "text", { x: margin.left - 6, y: y + 3.5, class: "end" });
+      const text = drawn(this.ticks, "text", { x: margin.left - 6, y: y + 3.5, "text-anchor": "end" });
       text.textContent = spelled(value, down.digits);
     }
     const along = ticks(frame.left, frame.right, Math.max(2, Math.floor(width / 58)));
@@ -107,96 +102,75 @@ export class Plot {
       const x = this.x(value);
       drawn(this.grid, "path", { d: `M${x} ${margin.top}V${bottom}` });
       if (!this.across) continue;
-      const text = drawn(this.labels, "text", { x, y: bottom + 15, class: "middle" });
+      const text = drawn(this.ticks, "text", { x, y: bottom + 15, "text-anchor": "middle" });
       text.textContent = spelled(value, along.digits);
     }
-    return true;
   }
 
-  /**
-   * @param {string} name
-   * @param {string} kind
-   * @returns {SVGElement}
-   */
-  part(name, kind) {
-    const known = this.parts.get(name);
-    if (known) return known;
-    const made = drawn(kind === "path" ? this.lines : this.content, kind, { class: name.replace(/\d+$/, "") });
-    this.parts.set(name, made);
-    return made;
-  }
-
-  /**
-   * Draw a line through values.
-   *
-   * @param {string} name Also its class.
-   * @param {number[]} x
-   * @param {number[]} y
-   */
+  /** Draw a line; its name is its class, too. @type {(name: string, x: number[], y: number[]) => void} */
   line(name, x, y) {
     const { low, high } = this.frame;
     const span = high - low;
     // What lies far outside would make a drawing of any size.
     const seen = y.map((value) => (value > high + span || value < low - span ? NaN : value));
-    const d = pathThrough(x.map((value) => this.x(value)), seen.map((value) => this.y(value)));
-    set(this.part(name, "path"), { d });
+    const [px, py] = [x.map((value) => this.x(value)), seen.map((value) => this.y(value))];
+    this.lines.path(name, pathThrough(px, py));
+    if (name !== "curve") return;
+    this.curve = x.map((value, i) => ({ x: value, y: y[i] }));
+    if (this.pointer) this.hover(this.pointer);
   }
 
-  /**
-   * Fill between a line and a constant.
-   *
-   * @param {string} name
-   * @param {number[]} x
-   * @param {number[]} y
-   * @param {number} base
-   */
+  /** Fill between a line and a constant. @type {(name: string, x: number[], y: number[], base: number) => void} */
   area(name, x, y, base) {
     const { low, high } = this.frame;
     const known = x.map((_, i) => i).filter((i) => Number.isFinite(y[i]) || y[i] === Infinity);
-    if (!known.length) return set(this.part(name, "path"), { d: "M0 0" });
+    if (!known.length) return this.lines.path(name, "M0 0");
     const inside = known.map((i) => Math.min(high, Math.max(low, y[i])));
     const xs = known.map((i) => this.x(x[i]));
     const ends = `L${xs[xs.length - 1]} ${this.y(base)}L${xs[0]} ${this.y(base)}Z`;
-    set(this.part(name, "path"), {
-      d: pathThrough(xs, inside.map((value) => this.y(value))) + ends,
-    });
+    this.lines.path(name, pathThrough(xs, inside.map((value) => this.y(value))) + ends);
   }
 
-  /**
-   * Draw a point; none where it is not known or outside.
-   *
-   * @param {string} name
-   * @param {number} x
-   * @param {number} y
-   * @param {number} radius
-   */
-  mark(name, x, y, radius) {
+  /** @type {(x: number, y: number) => boolean} */
+  isInside(x, y) {
     const { left, right, low, high } = this.frame;
-    const seen = x >= left && x <= right && y >= low && y <= high;
-    const node = this.part(name, "circle");
-    set(node, { r: seen ? radius : 0 });
-    if (seen) set(node, { cx: this.x(x), cy: this.y(y) });
+    return x >= left && x <= right && y >= low && y <= high;
+  }
+
+  /** Draw a point, none where it is outside. @type {(name: string, x: number, y: number, radius: number) => void} */
+  mark(name, x, y, radius) {
+    const inside = this.isInside(x, y);
+    const [cx, cy] = inside ? [this.x(x), this.y(y)] : [0, 0];
+    set(this.content.part(name, "circle"), { cx, cy, r: inside ? radius : 0 });
   }
 
   /**
-   * Write beside a point; nothing where it is not known or outside.
-   *
-   * @param {string} name
-   * @param {number} x
-   * @param {number} y
-   * @param {string} text
-   * @param {{ dx?: number, dy?: number, end?: boolean }} [options]
+   * Write beside a point, nothing where it is outside, and within the width of the drawing.
+   * @type {(name: string, x: number, y: number, text: string, shift?: { dx?: number, dy?: number, end?: boolean }) => void}
    */
   label(name, x, y, text, { dx = 0, dy = 0, end = false } = {}) {
-    const node = this.part(name, "text");
-    const { left, right, low, high } = this.frame;
-    const seen = x >= left && x <= right && y >= low && y <= high;
-    if (node.textContent !== (seen ? text : "")) node.textContent = seen ? text : "";
-    if (!seen) return;
-    set(node, {
-      x: this.x(x) + dx,
-      y: this.y(y) + dy,
-      ...(end ? { "text-anchor": "end" } : {}),
+    const inside = this.isInside(x, y);
+    const [px, py] = inside ? [this.x(x), this.y(y)] : [0, 0];
+    const flip = end || px > 0.7 * this.width;
+    this.content.text(name, flip ? px - dx : px + dx, py + dy, inside ? text : "", flip ? "end" : "start");
+  }
+
+  /** Show the values of the curve next to the pointer. @type {(pointer: Point | null) => void} */
+  hover(pointer) {
+    this.pointer = pointer;
+    /** @type {Point | null} */
+    let best = null;
+    let least = POINTED;
+    for (const point of pointer ? this.curve : []) {
+      const away = Math.hypot(this.x(point.x) - (pointer?.x ?? 0), this.y(point.y) - (pointer?.y ?? 0));
+      if (away < least) [best, least] = [point, away];
+    }
+    const { x, y } = best ?? { x: NaN, y: NaN };
+    this.mark("hovermark", x, y, 3);
+    const texts = Object.entries(this.axes).map(([key, [name, unit]]) => {
+      return `${name} = ${significant(withoutNoise(key === "x" ? x : y))} ${unit}`.trim();
     });
+    const above = this.y(y) > 30;
+    this.label("hovertext", x, y, texts.join(", "), { dx: 8, dy: above ? -10 : 20 });
   }
 }

@@ -2,19 +2,8 @@
 
 import { factorOf } from "./units.js";
 
-/** @import { Quantity, Whisker } from "./units.js" */
-
-/**
- * @typedef {object} Recording
- * @property {string} name
- * @property {number[]} clamp
- * @property {number[]} fx
- * @property {number[]} fy
- * @property {number[]} m
- */
-
 /** @type {[keyof Omit<Recording, "name">, string, Quantity][]} */
-const COLUMNS = [
+export const COLUMNS = [
   ["clamp", "footpoint", "length"],
   ["fx", "force_x", "force"],
   ["fy", "force_y", "force"],
@@ -22,12 +11,9 @@ const COLUMNS = [
 ];
 
 /**
- * Read a recording: a header such as `footpoint [mm],force_x [N]`, and a row for each sample.
- *
- * @param {string} name Of the file.
- * @param {string} text
- * @param {Whisker} whisker The rod, for columns that have a unit.
- * @returns {{ recording: Recording } | { message: string }}
+ * Read a recording: a header such as `footpoint [mm],force_x [N]`, and a row for each sample. Columns that
+ * have a unit are those of the whisker.
+ * @type {(name: string, text: string, whisker: Whisker) => { recording: Recording } | { message: string }}
  */
 export function readRecording(name, text, whisker) {
   const [head = "", ...rows] = text.replace(/^\uFEFF/, "").trimEnd().split(/\r\n|\n|\r/);

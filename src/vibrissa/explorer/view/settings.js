@@ -1,30 +1,5 @@
 // What a user sets, and the same as text in the page's address.
 
-/** @import { Mounting } from "../solver/rod/mounting.js" */
-/** @import { Contact } from "../solver/rod/state.js" */
-/** @import { SlipLaw } from "../solver/motion.js" */
-
-/**
- * @typedef {object} Settings
- * @property {number} theta
- * @property {number} eta
- * @property {number} mu0
- * @property {number} dx0
- * @property {number} ratio
- * @property {Contact} contact
- * @property {"round" | "planar"} section
- * @property {SlipLaw} law
- * @property {"none" | "si"} units
- * @property {number} modulus
- * @property {number} diameter
- * @property {number} length
- * @property {number} beta Degrees.
- * @property {number} compliance
- * @property {number} kappa0
- * @property {number} kappa1
- * @property {number} delta Degrees.
- */
-
 /** @type {Settings} */
 export const DEFAULTS = {
   theta: 2,
@@ -36,6 +11,8 @@ export const DEFAULTS = {
   section: "round",
   law: "free",
   units: "none",
+  speed: "normal",
+  labels: "on",
   modulus: 210,
   diameter: 1,
   length: 100,
@@ -46,94 +23,86 @@ export const DEFAULTS = {
   delta: 0,
 };
 
-/**
- * A number that a user sets.
- *
- * @typedef {object} NumberField
- * @property {"theta" | "eta" | "mu0" | "dx0" | "ratio" | "modulus" | "diameter" | "length" | "beta" | "compliance" | "kappa0" | "kappa1" | "delta"} key
- * @property {string} symbol
- * @property {string} label
- * @property {number} min
- * @property {number} max
- * @property {number} step
- * @property {string} [unit]
- */
-
 /** @type {NumberField[]} */
 export const NUMBERS = [
-  { key: "theta", symbol: "θ", label: "taper, base over tip", min: 1, max: 20, step: 0.01 },
-  { key: "eta", symbol: "η", label: "height of the surface", min: 0.3, max: 0.99, step: 0.005, unit: "L" },
-  { key: "mu0", symbol: "μ0", label: "static friction", min: 0.02, max: 2, step: 0.005 },
-  { key: "dx0", symbol: "Δx0", label: "step of the clamp", min: 0.0001, max: 0.05, step: 0.0001, unit: "L" },
-  { key: "ratio", symbol: "μk/μ0", label: "kinetic over static friction", min: 0.05, max: 1, step: 0.01 },
+  { key: "theta", symbol: "θ", label: "taper, base over tip", min: 1, max: 20, step: 0.01,
+    help: "Diameter at the clamp over diameter at the tip. 1 is a cylinder; real whiskers are near 15." },
+  { key: "eta", symbol: "η", label: "surface height", min: 0.3, max: 0.99, step: 0.005, unit: "L",
+    help: "Distance from the clamp to the surface, in rod lengths. A lower surface bends the rod more." },
+  { key: "mu0", symbol: "μ0", label: "static friction", min: 0.02, max: 2, step: 0.005,
+    help: "Coefficient of static friction. The tip sticks while −tan α is less than μ0." },
+  { key: "dx0", symbol: "Δx0", label: "step of the clamp", min: 0.0001, max: 0.05, step: 0.0001, unit: "L",
+    help: "How far Play, Step and the arrow keys move the clamp at a time." },
+  { key: "ratio", symbol: "μk/μ0", label: "kinetic over static friction", min: 0.05, max: 1, step: 0.01,
+    help: "Friction of a sliding tip, as a share of static friction." },
 ];
 
 /** @type {NumberField[]} */
 export const MOUNTING_NUMBERS = [
-  { key: "beta", symbol: "β", label: "inclination of the clamp", min: -20, max: 20, step: 0.1, unit: "°" },
-  { key: "compliance", symbol: "c", label: "its turn per moment, L/(E·I0)", min: 0, max: 0.5, step: 0.005 },
-  { key: "kappa0", symbol: "κ0", label: "natural curvature at the clamp", min: -1, max: 1, step: 0.01, unit: "1/L" },
-  { key: "kappa1", symbol: "κ1", label: "its growth up to the tip", min: -1, max: 1, step: 0.01, unit: "1/L" },
-  { key: "delta", symbol: "δ", label: "angle of the stage", min: -6, max: 6, step: 0.1, unit: "°" },
+  { key: "beta", symbol: "β", label: "inclination of the clamp", min: -20, max: 20, step: 0.1, unit: "°",
+    help: "Positive where the rod leans back, away from its motion." },
+  { key: "compliance", symbol: "c", label: "rotational compliance", min: 0, max: 0.5, step: 0.005, unit: "L/EI0",
+    help: "Angle by which the clamp turns for each unit of moment. 0 is a rigid clamp." },
+  { key: "kappa0", symbol: "κ0", label: "natural curvature at the clamp", min: -1, max: 1, step: 0.01, unit: "1/L",
+    help: "Curvature of the unloaded rod. Negative: curved away from the surface." },
+  { key: "kappa1", symbol: "κ1", label: "increase of κ0 up to the tip", min: -1, max: 1, step: 0.01, unit: "1/L",
+    help: "The natural curvature changes linearly from κ0 at the clamp to κ0 + κ1 at the tip." },
+  { key: "delta", symbol: "δ", label: "angle of the stage", min: -6, max: 6, step: 0.1, unit: "°",
+    help: "Positive where the clamp approaches the surface as it moves. Each period then differs." },
 ];
 
 /** @type {NumberField[]} */
 export const ROD_NUMBERS = [
-  { key: "modulus", symbol: "E", label: "Young’s modulus", min: 0.001, max: 1000, step: 0.001, unit: "GPa" },
-  { key: "diameter", symbol: "d0", label: "diameter of the base", min: 0.001, max: 100, step: 0.001, unit: "mm" },
-  { key: "length", symbol: "L", label: "length of the rod", min: 0.1, max: 10000, step: 0.1, unit: "mm" },
+  { key: "modulus", symbol: "E", label: "Young’s modulus", min: 0.001, max: 1000, step: 0.001, unit: "GPa",
+    help: "Steel has about 210 GPa, a whisker about 3 GPa." },
+  { key: "diameter", symbol: "d0", label: "diameter of the base", min: 0.001, max: 100, step: 0.001, unit: "mm",
+    help: "Diameter of the rod at its clamp." },
+  { key: "length", symbol: "L", label: "length of the rod", min: 0.1, max: 10000, step: 0.1, unit: "mm",
+    help: "Length from the clamp to the tip." },
 ];
-
-/**
- * A setting that is one of some words.
- *
- * @typedef {object} ChoiceField
- * @property {"contact" | "section" | "law" | "units"} key
- * @property {string} label
- * @property {[string, string][]} words The word, and what the page says for it.
- */
 
 /** @type {ChoiceField[]} */
 export const CHOICES = [
-  { key: "contact", label: "Contact", words: [["point", "Tip"], ["line", "Line"]] },
-  { key: "section", label: "Section", words: [["round", "Round"], ["planar", "Planar"]] },
-  { key: "law", label: "A slip ends", words: [["free", "At α = 0"], ["kinetic", "Kinetic"], ["energy", "Energy"]] },
-  { key: "units", label: "Units", words: [["none", "L, E·I0"], ["si", "SI"]] },
+  { key: "contact", label: "Contact", words: [["point", "Tip"], ["line", "Line"]],
+    help: "Tip: only the tip touches, as in the paper. Line: the rod may lie down on the surface." },
+  { key: "section", label: "Section", words: [["round", "Round"], ["planar", "Planar"]],
+    help: "A round rod buckles sideways once its clamp passes the tip. A planar one stays in its plane." },
+  { key: "law", label: "Slip stops where", help: "What ends a slip. The first is the paper’s assumption.",
+    words: [["free", "the tangential force is zero"], ["kinetic", "kinetic friction holds"], ["energy", "its energy is spent"]] },
+  { key: "units", label: "Units", words: [["none", "L, E·I0"], ["si", "SI"]],
+    help: "Units of the model, or SI units of a rod that you describe." },
+  { key: "speed", label: "Speed", words: [["slow", "Slow"], ["normal", "Normal"], ["fast", "Fast"]],
+    help: "Speed of Play and of each slip." },
+  { key: "labels", label: "Labels", words: [["on", "On"], ["off", "Off"]],
+    help: "Names of lengths, angles and forces in the drawing of the rod." },
 ];
 
-/**
- * @param {Settings} settings
- * @returns {Mounting}
- */
+/** @type {(settings: Settings) => Mounting} */
 export function mountingOf({ beta, compliance, kappa0, kappa1, delta }) {
   const radian = Math.PI / 180;
   return { angle: radian * beta, compliance, curvature: [kappa0, kappa1], stage: radian * delta };
 }
 
-/**
- * Settings and clamp position as the text after the # of an address.
- *
- * @param {Settings} settings
- * @param {number} clamp
- * @returns {string}
- */
-export function toAddress(settings, clamp) {
-  const changed = Object.entries(settings).filter(
-    ([key, value]) =>
-      ["theta", "eta", "mu0"].includes(key) ||
-      value !== DEFAULTS[/** @type {keyof Settings} */ (key)],
-  );
-  const texts = changed.map(([key, value]) => [key, String(value)]);
-  if (clamp !== 0) texts.push(["clamp", String(Number(clamp.toFixed(6)))]);
-  return new URLSearchParams(texts).toString();
+/** The text after the # of an address. @type {(shared: Shared) => string} */
+export function toAddress({ settings, clamp, x0, side, pins }) {
+  const texts = new URLSearchParams();
+  for (const [key, value] of Object.entries(settings)) {
+    const always = key === "theta" || key === "eta" || key === "mu0";
+    if (always || value !== DEFAULTS[/** @type {keyof Settings} */ (key)]) texts.append(key, String(value));
+  }
+  if (clamp !== 0 || x0 !== 0) {
+    for (const [key, value] of Object.entries({ clamp, x0 })) texts.append(key, String(Number(value.toFixed(9))));
+  }
+  if (side < 0) texts.append("side", "-1");
+  for (const pin of pins) {
+    texts.append("pin", toAddress({ settings: pin, clamp: 0, x0: 0, side: 1, pins: [] }));
+  }
+  return texts.toString();
 }
 
 /**
- * The inverse; what is missing is as by default, and what is not allowed is told.
- *
- * @param {string} text
- * @returns {{ settings: Settings, clamp: number, mistakes: string[] } | null} null where the text is
- *   none of the explorer's.
+ * The inverse, with what is not allowed; null where the text is none of the explorer's.
+ * @type {(text: string) => (Shared & { mistakes: string[] }) | null}
  */
 export function fromAddress(text) {
   const given = new URLSearchParams(text.replace(/^#/, ""));
@@ -141,20 +110,40 @@ export function fromAddress(text) {
   const settings = { ...DEFAULTS };
   /** @type {string[]} */
   const mistakes = [];
-  for (const { key, symbol, min, max } of [...NUMBERS, ...MOUNTING_NUMBERS, ...ROD_NUMBERS]) {
-    const word = given.get(key);
+  for (const field of [...NUMBERS, ...MOUNTING_NUMBERS, ...ROD_NUMBERS]) {
+    const word = given.get(field.key);
     if (word === null) continue;
-    const value = Number(word);
-    if (word.trim() && value >= min && value <= max) settings[key] = value;
-    else mistakes.push(`${symbol} must lie between ${min} and ${max}, the address has “${word}”`);
+    const { value, mistake } = numberOf(word, field);
+    if (mistake) mistakes.push(`${field.symbol} in the address: ${mistake}`);
+    else settings[field.key] = value;
   }
   for (const { key, words } of CHOICES) {
     const word = given.get(key);
     if (word === null) continue;
     const known = words.some(([name]) => name === word);
     if (known) Object.assign(settings, { [key]: word });
-    else mistakes.push(`${key} must be one of ${words.map(([name]) => name).join(", ")}`);
+    else mistakes.push(`${key} in the address must be one of ${words.map(([name]) => name).join(", ")}`);
   }
-  const clamp = Number(given.get("clamp") ?? 0);
-  return { settings, clamp: Number.isFinite(clamp) ? Math.max(-5, Math.min(50, clamp)) : 0, mistakes };
+  const [clamp, x0] = ["clamp", "x0"].map((key) => Number(given.get(key) ?? (key === "x0" ? NaN : 0)));
+  const pins = given.getAll("pin").map(fromAddress).filter((pin) => pin !== null);
+  return {
+    settings,
+    clamp: Number.isFinite(clamp) ? Math.max(-5, Math.min(50, clamp)) : 0,
+    x0,
+    side: given.get("side") === "-1" ? -1 : 1,
+    pins: pins.map((pin) => pin.settings),
+    mistakes: [...mistakes, ...pins.flatMap((pin) => pin.mistakes)],
+  };
+}
+
+/**
+ * Read a number as it is typed, with a decimal point or comma; `mistake` is empty where it is allowed.
+ * @type {(text: string, field: NumberField) => { value: number, mistake: string }}
+ */
+export function numberOf(text, { min, max }) {
+  const plain = text.trim().replace("−", "-").replace(",", ".");
+  const value = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(plain) ? Number(plain) : NaN;
+  const range = `from ${min} to ${max}`;
+  if (Number.isNaN(value)) return { value, mistake: text.trim() ? `“${text.trim()}” is not a number, ${range}` : `a number ${range}` };
+  return { value, mistake: value >= min && value <= max ? "" : `must be ${range}` };
 }

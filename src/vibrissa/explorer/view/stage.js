@@ -1,68 +1,41 @@
 // The rod between its clamp and the surface, with the force in its friction cone.
 
-import { drawn, pathThrough, set, spelled, ticks } from "./svg.js";
-
-/**
- * What is to be seen: lengths in units of L, the clamp at the height 0.
- *
- * @typedef {object} Scene
- * @property {number} theta
- * @property {number} eta
- * @property {number} mu0
- * @property {number} clamp Its place along the surface.
- * @property {number} rise Height of the clamp over that at the start.
- * @property {number} lean Inclination of the clamp (degrees).
- * @property {number} contact Place at which the rod touches the surface.
- * @property {number} side
- * @property {Float64Array} s
- * @property {Float64Array} x Relative to the clamp, with the tip ahead.
- * @property {Float64Array} y
- * @property {number} fx
- * @property {number} fy
- * @property {number} length What a length is multiplied with, for the ruler.
- * @property {number} unit Force that is drawn as long as a quarter of L.
- * @property {boolean} slides Whether the tip has just slipped.
- * @property {{ x: Float64Array, y: Float64Array, clamp: number, rise: number, side: number } | null} ghost
- */
+import { drawn, Parts, pathThrough, set, spelled, ticks } from "./svg.js";
 
 /** Half of the base's diameter, and the clamp's size, in parts of L; exaggerated. */
 const HALF_BASE = 0.016;
 const HALF_CLAMP = 0.045;
-/** Room above the surface and below the clamp (L). */
+/** Room above the surface, below the clamp and to both sides (L); the ruler's depth below the clamp. */
 const ABOVE = 0.12;
-const BELOW = 0.16;
-/** Where in the window the clamp is kept, from its left edge. */
+const BELOW = 0.25;
+const BESIDE = 0.12;
+const RULER = 0.15;
+/** Where in the window the clamp is kept, from its left edge, as far as the whole rod is in it. */
 const KEPT = { from: 0.2, to: 0.55 };
 const ARROW = 0.25;
 const CONE = 0.3;
+const RADIAN = Math.PI / 180;
 
 export class Stage {
   /** @param {SVGSVGElement} svg */
   constructor(svg) {
     this.svg = svg;
-    this.hatch = drawn(svg, "path", { class: "hatch" });
-    this.surface = drawn(svg, "path", { class: "surface" });
-    this.cone = drawn(svg, "path", { class: "cone" });
+    this.parts = new Parts(svg);
+    // From back to front.
+    for (const name of ["hatch", "surface", "cone", "rail"]) this.parts.part(name, "path");
     this.ruler = drawn(svg, "g", { class: "ruler" });
-    this.ghost = drawn(svg, "path", { class: "ghost" });
-    this.rod = drawn(svg, "path", { class: "rod" });
-    this.arrow = drawn(svg, "path", { class: "arrow" });
+    for (const name of ["ghost", "rod", "arrow"]) this.parts.part(name, "path");
+    this.labels = new Parts(drawn(svg, "g", { class: "labels" }));
     this.contact = drawn(svg, "circle", { class: "contact", r: 6 });
-    this.clamp = drawn(svg, "g", {
-      class: "clamp",
-      tabindex: 0,
-      role: "slider",
-      "aria-label": "Clamp",
-      "aria-valuemin": -5,
-      "aria-valuemax": 50,
-    });
+    this.clamp = drawn(svg, "g", { class: "clamp", tabindex: 0, role: "slider", "aria-label": "Clamp" });
+    set(this.clamp, { "aria-valuemin": -5, "aria-valuemax": 50 });
     this.body = drawn(this.clamp, "path");
     this.grip = drawn(this.clamp, "path", { class: "grip" });
     this.width = 600;
     this.height = 400;
     this.scale = 300;
-    this.left = -0.5;
-    this.above = ABOVE;
+    this.top = 40;
+    this.left = 0;
     this.key = "";
   }
 
@@ -74,66 +47,80 @@ export class Stage {
     this.key = "";
   }
 
-  /** @param {number} x */
+  /** @type {(x: number) => number} */
   x(x) {
     return (x - this.left) * this.scale;
   }
 
   /** @param {Scene} scene */
   show(scene) {
-    this.look(scene);
-    const top = this.above * this.scale;
+    const { settings, now, shape, first } = scene;
+    const { eta, theta, beta, delta } = settings;
+    const { side } = now;
+    const [cos, sin] = [Math.cos(delta * RADIAN), Math.sin(delta * RADIAN)];
+    const begun = now.clamp - side * now.x0;
+    /** @type {(shape: Shape, clamp: number) => { x: Float64Array, y: Float64Array }} */
+    const at = ({ x, y }, clamp) => ({
+      x: x.map((value) => cos * clamp + side * value),
+      y: y.map((value) => sin * clamp + value),
+    });
+    const [rod, ghost] = [at(shape, now.clamp), at(first, begun)];
+    const [clamp, rise] = [cos * now.clamp, sin * now.clamp];
+    this.look(scene, rod, clamp, rise);
     /** @param {number} y */
-    const up = (y) => top + (scene.eta - y) * this.scale;
-    set(this.rod, { d: this.outline(scene, (y) => up(y + scene.rise)) });
-    const { ghost } = scene;
-    set(this.ghost, { d: ghost ? this.line(ghost, (y) => up(y + ghost.rise)) : "M0 0" });
-    const half = HALF_CLAMP * this.scale;
-    const [x, y] = [this.x(scene.clamp), up(scene.rise)];
-    const turn = `rotate(${-scene.lean} ${x} ${y})`;
-    set(this.body, { transform: turn });
-    set(this.grip, { transform: turn });
-    set(this.body, { d: `M${x - half} ${y}h${2 * half}v${1.2 * half}h${-2 * half}z` });
-    const step = half / 3;
-    const lines = [-step, 0, step].map((d) => `M${x + d} ${y + 0.35 * half}v${0.5 * half}`);
-    set(this.grip, { d: lines.join("") });
-    const at = this.x(scene.contact);
-    set(this.contact, { cx: at, cy: top });
+    const up = (y) => this.top + (eta - y) * this.scale;
+    /** @param {{ x: Float64Array, y: Float64Array }} line */
+    const pixels = (line) => ({ x: line.x.map((value) => this.x(value)), y: line.y.map(up) });
+    const [shown, old] = [pixels(rod), pixels(ghost)];
+    this.parts.path("rod", this.outline(theta, shape.s, shown));
+    this.parts.path("ghost", pathThrough(old.x, old.y));
+    const base = { x: this.x(clamp), y: up(rise) };
+    this.drawClamp(base, side * beta);
+    const slope = Math.tan(delta * RADIAN);
+    const under = 1.2 * HALF_CLAMP * this.scale;
+    const rail = [0, this.width].map((x) => base.y + under - slope * (x - base.x));
+    this.parts.path("rail", delta === 0 ? "M0 0" : `M0 ${rail[0]}L${this.width} ${rail[1]}`);
+    // Where the rod lies on the surface, the contact point is before its tip.
+    const contact = { x: this.x(now.contact - side * (1 - now.sc)), y: this.top };
+    set(this.contact, { cx: contact.x, cy: contact.y });
     this.contact.classList.toggle("slides", scene.slides);
-    this.drawForce(scene, at, top);
+    const force = this.drawForce(scene, contact);
+    set(this.labels.parent, { visibility: settings.labels === "on" ? "visible" : "hidden" });
+    if (settings.labels === "off") return;
+    this.nameForce(settings, contact, force);
+    this.nameLengths(settings, base, { x: this.x(cos * begun), y: up(sin * begun) }, old, side);
   }
 
   /**
-   * Move the window after the clamp, and draw what rests in it where it has changed.
-   *
-   * @param {Scene} scene
+   * Fit the window to the rod, move it after the clamp, and draw what rests in it where it has changed.
+   * @type {(scene: Scene, rod: { x: Float64Array, y: Float64Array }, clamp: number, rise: number) => void}
    */
-  look({ clamp, eta, rise, length, y }) {
-    // A rod that passes through the surface needs more room, and so does a stage that leaves it.
-    this.above = Math.max(ABOVE, Math.max(...y) + rise - eta + HALF_CLAMP);
+  look({ settings: { eta }, length }, { x, y }, clamp, rise) {
+    // A rod that would penetrate the surface needs more room, and so does a stage that leaves it.
+    const above = Math.max(ABOVE, Math.max(...y) - eta + HALF_CLAMP);
     const below = Math.max(0, -rise);
-    this.scale = Math.min(this.height / (eta + this.above + below + BELOW), this.width / 1.15);
+    const [from, to] = [Math.min(clamp, ...x) - BESIDE, Math.max(clamp, ...x) + BESIDE];
+    // As wide as the rod can reach, so that the scale stays while the clamp moves.
+    const reach = Math.sqrt(1 - eta ** 2) + 0.3 + 2 * BESIDE;
+    const tall = eta + above + below + BELOW;
+    this.scale = Math.min(this.height / tall, this.width / Math.max(reach, to - from));
+    this.top = above * this.scale + 0.5 * (this.height - tall * this.scale);
     const wide = this.width / this.scale;
-    const place = (clamp - this.left) / wide;
-    if (place < KEPT.from) this.left = clamp - KEPT.from * wide;
-    if (place > KEPT.to) this.left = clamp - KEPT.to * wide;
-    const key = [this.left, this.scale, this.width, this.height, eta, below, length].join();
+    this.left = Math.max(clamp - KEPT.to * wide, Math.min(clamp - KEPT.from * wide, this.left));
+    this.left = Math.max(to - wide, Math.min(from, this.left));
+    const key = [this.left, this.scale, this.width, this.height, eta, above, below, length].join();
     if (key === this.key) return;
     this.key = key;
-    const top = this.above * this.scale;
-    set(this.surface, { d: `M0 ${top}H${this.width}` });
+    this.parts.path("surface", `M0 ${this.top}H${this.width}`);
     const gap = 14;
     const shift = ((this.left * this.scale) % gap) + gap;
     let hatch = "";
-    for (let px = -shift; px < this.width + gap; px += gap) hatch += `M${px} ${top}l9 -9`;
-    set(this.hatch, { d: hatch });
-    this.drawRuler(top + (eta + below + 1.2 * HALF_CLAMP) * this.scale, length);
+    for (let px = -shift; px < this.width + gap; px += gap) hatch += `M${px} ${this.top}l9 -9`;
+    this.parts.path("hatch", hatch);
+    this.drawRuler(this.top + (eta + below + RULER) * this.scale, length);
   }
 
-  /**
-   * @param {number} y
-   * @param {number} length
-   */
+  /** @type {(y: number, length: number) => void} */
   drawRuler(y, length) {
     this.ruler.replaceChildren();
     drawn(this.ruler, "path", { d: `M0 ${y}H${this.width}` });
@@ -143,71 +130,111 @@ export class Stage {
       const x = this.x(value / length);
       drawn(this.ruler, "path", { d: `M${x} ${y}v5` });
       if (x < 16 || x > this.width - 16) continue;
-      drawn(this.ruler, "text", { x, y: y + 18, class: "middle" }).textContent = spelled(
-        value,
-        digits,
-      );
+      const text = drawn(this.ruler, "text", { x, y: y + 18, "text-anchor": "middle" });
+      text.textContent = spelled(value, digits);
     }
+  }
+
+  /** @type {(base: { x: number, y: number }, lean: number) => void} */
+  drawClamp({ x, y }, lean) {
+    const half = HALF_CLAMP * this.scale;
+    const transform = `rotate(${-lean} ${x} ${y})`;
+    set(this.body, { transform, d: `M${x - half} ${y}h${2 * half}v${1.2 * half}h${-2 * half}z` });
+    const lines = [-half / 3, 0, half / 3].map((d) => `M${x + d} ${y + 0.35 * half}v${0.5 * half}`);
+    set(this.grip, { transform, d: lines.join("") });
   }
 
   /**
    * The rod's outline: its points, moved to both sides by half of its diameter.
-   *
-   * @param {Scene} scene
-   * @param {(y: number) => number} up
-   * @returns {string}
+   * @type {(theta: number, s: Float64Array, line: { x: Float64Array, y: Float64Array }) => string}
    */
-  outline({ theta, s, x, y, clamp, side }, up) {
+  outline(theta, s, { x, y }) {
     const last = s.length - 1;
     /** @type {number[][]} */
     const [ax, ay, bx, by] = [[], [], [], []];
     const base = Math.max(HALF_BASE * this.scale, 3);
     for (let i = 0; i <= last; i += 1) {
       const [before, after] = [Math.max(0, i - 1), Math.min(last, i + 1)];
-      const [dx, dy] = [side * (x[after] - x[before]), y[after] - y[before]];
+      const [dx, dy] = [x[after] - x[before], y[after] - y[before]];
       const half = (base * (1 - (1 - 1 / theta) * s[i])) / (Math.hypot(dx, dy) || 1);
-      const [px, py] = [this.x(clamp + side * x[i]), up(y[i])];
-      ax.push(px - half * dy);
-      ay.push(py - half * dx);
-      bx.unshift(px + half * dy);
-      by.unshift(py + half * dx);
+      ax.push(x[i] + half * dy);
+      ay.push(y[i] - half * dx);
+      bx.unshift(x[i] - half * dy);
+      by.unshift(y[i] + half * dx);
     }
     return `${pathThrough(ax.concat(bx), ay.concat(by))}Z`;
   }
 
   /**
-   * @param {{ x: Float64Array, y: Float64Array, clamp: number, side: number }} shape
-   * @param {(y: number) => number} up
-   * @returns {string}
+   * The force of the surface on the rod, and the cone in which friction can hold it; where the arrow ends.
+   * @type {(scene: Scene, contact: { x: number, y: number }) => { x: number, y: number }}
    */
-  line({ x, y, clamp, side }, up) {
-    return pathThrough(
-      x.map((value) => this.x(clamp + side * value)),
-      y.map(up),
-    );
-  }
-
-  /**
-   * The force of the surface on the rod, and the cone in which friction can hold it.
-   *
-   * @param {Scene} scene
-   * @param {number} x
-   * @param {number} top
-   */
-  drawForce({ fx, fy, mu0, unit, side }, x, top) {
+  drawForce({ settings: { mu0 }, now, unit }, { x, y }) {
     const reach = CONE * this.scale;
     const half = Math.atan(mu0);
     const [wx, wy] = [reach * Math.sin(half), reach * Math.cos(half)];
-    const arc = `A${reach} ${reach} 0 0 0 ${x + wx} ${top + wy}`;
-    set(this.cone, { d: `M${x} ${top}L${x - wx} ${top + wy}${arc}Z` });
+    const arc = `A${reach} ${reach} 0 0 0 ${x + wx} ${y + wy}`;
+    this.parts.path("cone", `M${x} ${y}L${x - wx} ${y + wy}${arc}Z`);
     const length = (ARROW * this.scale) / unit;
-    const longest = Math.min(1, (1.9 * ARROW * this.scale) / (length * Math.hypot(fx, fy)));
-    const [dx, dy] = [side * fx * length * longest, -fy * length * longest];
+    const longest = Math.min(1, (1.9 * ARROW * this.scale) / (length * Math.hypot(now.fx, now.fy)));
+    const [dx, dy] = [now.fx * length * longest, -now.fy * length * longest];
     const size = 7 / (Math.hypot(dx, dy) || 1);
-    const [tx, ty] = [x + dx, top + dy];
+    const [tx, ty] = [x + dx, y + dy];
     const [hx, hy] = [dx * size, dy * size];
     const head = `M${tx - hx + 0.5 * hy} ${ty - hy - 0.5 * hx}L${tx} ${ty}`;
     const other = `L${tx - hx - 0.5 * hy} ${ty - hy + 0.5 * hx}`;
-    set(this.arrow, { d: `M${x} ${top}L${tx} ${ty}${head}${other}` });
+    this.parts.path("arrow", `M${x} ${y}L${tx} ${ty}${head}${other}`);
+    return { x: tx, y: ty };
+  }
+
+  /**
+   * Names of the force, of its inclination and of the friction cone.
+   * @type {(settings: Settings, contact: { x: number, y: number }, tip: { x: number, y: number }) => void}
+   */
+  nameForce({ mu0 }, { x, y }, tip) {
+    const { labels } = this;
+    const alpha = Math.atan2(tip.x - x, tip.y - y);
+    const way = Math.sign(alpha) || -1;
+    const long = Math.hypot(tip.x - x, tip.y - y) > 14;
+    labels.text("force", tip.x + 9 * way, tip.y + 4, long ? "f" : "", way < 0 ? "end" : "start");
+    labels.path("line", `M${x} ${y}v${0.42 * this.scale}`);
+    const radius = 0.36 * this.scale;
+    const seen = Math.abs(alpha) > 0.06;
+    const end = `${x + radius * Math.sin(alpha)} ${y + radius * Math.cos(alpha)}`;
+    labels.path("arc", seen ? `M${x} ${y + radius}A${radius} ${radius} 0 0 ${alpha < 0 ? 1 : 0} ${end}` : "M0 0");
+    const [ax, ay] = [Math.sin(0.5 * alpha), Math.cos(0.5 * alpha)];
+    labels.text("alpha", x + (radius + 12) * ax, y + (radius + 12) * ay + 4, seen ? "α" : "", "middle");
+    const half = Math.atan(mu0);
+    const [cx, cy] = [CONE * this.scale * Math.sin(half), y + CONE * this.scale * Math.cos(half)];
+    const fits = x + cx + 86 < this.width;
+    labels.text("cone-name", fits ? x + cx + 5 : x - cx - 5, fits ? cy : cy + 14, "friction cone", fits ? "start" : "end");
+  }
+
+  /**
+   * Names of the surface's height, of the displacement, of the stage's angle and of the rod at α = 0.
+   * @type {(settings: Settings, base: { x: number, y: number }, begun: { x: number, y: number },
+   *   ghost: { x: Float64Array, y: Float64Array }, side: number) => void}
+   */
+  nameLengths({ delta }, base, begun, ghost, side) {
+    const { labels } = this;
+    const edge = this.width - 16;
+    labels.path("height", `M${edge} ${this.top}V${base.y}m-4 0h8M${edge - 4} ${this.top}h8M${base.x + 30} ${base.y}H${edge - 8}`);
+    labels.text("eta", edge - 7, 0.5 * (this.top + base.y) + 4, "η", "end");
+    const moved = Math.abs(base.x - begun.x) > 4;
+    const y = base.y + 1.2 * HALF_CLAMP * this.scale + 8;
+    const span = `M${begun.x} ${y}H${base.x}M${begun.x} ${y - 4}v8M${base.x} ${y - 4}v8M${begun.x} ${begun.y}V${y - 4}`;
+    labels.path("displacement", moved ? span : "M0 0");
+    const [left, right] = [Math.min(begun.x, base.x), Math.max(begun.x, base.x)];
+    labels.text("x0", side > 0 ? left - 5 : right + 5, y + 4, moved ? "x0" : "", side > 0 ? "end" : "start");
+    const i = Math.round(0.45 * ghost.x.length);
+    labels.text("ghost-name", ghost.x[i] - 12 * side, ghost.y[i], moved ? "α = 0" : "", side > 0 ? "end" : "start");
+    const reach = 0.36 * this.scale;
+    const [bottom, turn] = [base.y + 1.2 * HALF_CLAMP * this.scale, delta * RADIAN];
+    const arc = `A${reach} ${reach} 0 0 ${delta > 0 ? 0 : 1} ${base.x + reach * Math.cos(turn)} ${bottom - reach * Math.sin(turn)}`;
+    const angle = `M${base.x} ${bottom}h${1.3 * reach}M${base.x + reach} ${bottom}${arc}`;
+    labels.path("stage-angle", delta === 0 ? "M0 0" : angle);
+    const name = delta === 0 ? "" : `δ = ${spelled(delta, 1)}°`;
+    const beside = base.x + 1.3 * reach + 5;
+    labels.text("delta", Math.min(beside, this.width - 6), bottom + 14, name, beside + 60 < this.width ? "start" : "end");
   }
 }

@@ -1,19 +1,12 @@
 // Elements of drawings, and numbers as text.
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
-/** What is smaller is written with its power of ten. */
+/** A smaller number is written with its power of ten. */
 const SMALLEST_PLAIN = 1e-3;
 /** Rounding errors of a solved state. */
 const NOISE = 1e-11;
 
-/**
- * Add an element to a drawing.
- *
- * @param {Element} parent
- * @param {string} name
- * @param {Record<string, string | number>} [attributes]
- * @returns {SVGElement}
- */
+/** Add an element to a drawing. @type {(parent: Element, name: string, attributes?: Attributes) => SVGElement} */
 export function drawn(parent, name, attributes = {}) {
   const node = document.createElementNS(NAMESPACE, name);
   set(node, attributes);
@@ -21,30 +14,54 @@ export function drawn(parent, name, attributes = {}) {
   return node;
 }
 
-/**
- * @param {Element} node
- * @param {Record<string, string | number>} attributes
- */
+/** @type {(node: Element, attributes: Attributes) => void} */
 export function set(node, attributes) {
   for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, String(value));
 }
 
-/**
- * Put a text into an element where it is another one: only then the page is laid out anew.
- *
- * @param {Element} node
- * @param {string} text
- */
+/** Write a text where it changes, as each writing costs a layout. @type {(node: Element, text: string) => void} */
 export function write(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
+/** Elements of a drawing by name: each is added when it is first drawn, and moved from then on. */
+export class Parts {
+  /** @param {Element} parent */
+  constructor(parent) {
+    this.parent = parent;
+    /** @type {Map<string, SVGElement>} */
+    this.known = new Map();
+    /** @type {Map<string, string>} */
+    this.paths = new Map();
+  }
+
+  /** The class is the name without its number. @type {(name: string, kind: string) => SVGElement} */
+  part(name, kind) {
+    const known = this.known.get(name);
+    if (known) return known;
+    const made = drawn(this.parent, kind, { class: name.replace(/\d+$/, "") });
+    this.known.set(name, made);
+    return made;
+  }
+
+  /** Draw a path where it is another one than before. @type {(name: string, d: string) => void} */
+  path(name, d) {
+    if (this.paths.get(name) === d) return;
+    this.paths.set(name, d);
+    set(this.part(name, "path"), { d });
+  }
+
+  /** @type {(name: string, x: number, y: number, text: string, anchor?: string) => void} */
+  text(name, x, y, text, anchor = "start") {
+    const node = this.part(name, "text");
+    write(node, text);
+    if (text) set(node, { x, y, "text-anchor": anchor });
+  }
+}
+
 /**
  * Path through points; a point that is not a number lifts the pen.
- *
- * @param {ArrayLike<number>} x
- * @param {ArrayLike<number>} y
- * @returns {string}
+ * @type {(x: ArrayLike<number>, y: ArrayLike<number>) => string}
  */
 export function pathThrough(x, y) {
   const parts = [];
@@ -66,11 +83,8 @@ export function pathThrough(x, y) {
 }
 
 /**
- * A number as text, with a real minus sign; a dash where there is none.
- *
- * @param {number} value
- * @param {number} digits After the point.
- * @returns {string}
+ * A number with so many digits after the point and a real minus sign; a dash where there is none.
+ * @type {(value: number, digits: number) => string}
  */
 export function spelled(value, digits) {
   if (value === Infinity) return "∞";
@@ -79,12 +93,7 @@ export function spelled(value, digits) {
   return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
 }
 
-/**
- * A number to four significant digits, a small one with its power of ten.
- *
- * @param {number} value
- * @returns {string}
- */
+/** A number to four significant digits, a small one with its power of ten. @type {(value: number) => string} */
 export function significant(value) {
   if (value === 0 || !Number.isFinite(value)) return spelled(value, 0);
   if (Math.abs(value) < SMALLEST_PLAIN) return value.toExponential(3).replace(/-/g, "−");
@@ -92,23 +101,14 @@ export function significant(value) {
   return spelled(value, Math.max(0, 3 - size));
 }
 
-/**
- * A value of the model, 0 where it differs from it by rounding errors alone.
- *
- * @param {number} value In units of L and E·I0.
- * @returns {number}
- */
+/** A nondimensional value, 0 where it differs from it by rounding errors alone. @type {(value: number) => number} */
 export function withoutNoise(value) {
   return Math.abs(value) < NOISE ? 0 : value;
 }
 
 /**
- * Round values that divide a span into few parts.
- *
- * @param {number} low
- * @param {number} high
- * @param {number} most
- * @returns {{ values: number[], digits: number }}
+ * Round values that divide a span into at most so many parts.
+ * @type {(low: number, high: number, most: number) => { values: number[], digits: number }}
  */
 export function ticks(low, high, most) {
   const raw = (high - low) / most;

@@ -1,50 +1,26 @@
 // Values of the model, nondimensional or in SI units of a chosen rod.
 
-/**
- * The rod of a sensor: what turns units of L and E·I0 into SI units.
- *
- * @typedef {object} Whisker
- * @property {number} modulus GPa.
- * @property {number} diameter Of the base, mm.
- * @property {number} length mm.
- */
-
-/**
- * @typedef {"length" | "force" | "moment" | "energy" | "number" | "angle"} Quantity
- */
-
-/**
- * How values are shown.
- *
- * @typedef {object} Units
- * @property {Record<Quantity, number>} scale What a nondimensional value is multiplied with.
- * @property {Record<Quantity, string>} name
- */
-
 /** @type {Units} */
 export const NONDIMENSIONAL = {
   scale: { length: 1, force: 1, moment: 1, energy: 1, number: 1, angle: 1 },
-  name: {
-    length: "L",
-    force: "E·I0/L²",
-    moment: "E·I0/L",
-    energy: "E·I0/L",
-    number: "",
-    angle: "rad",
-  },
+  name: { length: "L", force: "E·I0/L²", moment: "E·I0/L", energy: "E·I0/L", number: "", angle: "rad" },
 };
 
-/**
- * Units of a rod: mm, mN and µN·m, or N and N·mm where the forces are large.
- *
- * @param {Whisker} whisker
- * @returns {Units}
- */
-export function unitsOf({ modulus, diameter, length }) {
+/** The name of a unit as the commands write it. @type {(name: string) => string} */
+export function plainName(name) {
+  return name.replace("²", "^2").replaceAll("·", "*").replace("µ", "u").replace("°", "deg");
+}
+
+/** A length, force and moment of 1 in mm, N and N·mm. @type {(whisker: Whisker) => Record<"length" | "force" | "moment", number>} */
+function scalesOf({ modulus, diameter, length }) {
   // GPa = 10³ N/mm²
   const stiffness = (1e3 * modulus * Math.PI * diameter ** 4) / 64;
-  const force = stiffness / length ** 2;
-  const moment = stiffness / length;
+  return { length, force: stiffness / length ** 2, moment: stiffness / length };
+}
+
+/** Units of a rod: mm, mN and µN·m, or N and N·mm where the forces are large. @type {(whisker: Whisker) => Units} */
+export function unitsOf(whisker) {
+  const { length, force, moment } = scalesOf(whisker);
   const [large, heavy] = [force >= 0.1, moment >= 0.1];
   return {
     scale: {
@@ -83,19 +59,15 @@ const KNOWN = {
 };
 
 /**
- * Factor of a unit to nondimensional values of a rod.
- *
- * @param {string} unit As a recording writes it; empty for nondimensional values.
- * @param {Quantity} quantity
- * @param {Whisker} whisker
- * @returns {number} NaN where the unit is not one of this quantity.
+ * Factor from a unit, as a recording writes it, to nondimensional values of a rod; none is needed where
+ * the unit is empty. NaN where the unit is not one of this quantity.
+ * @type {(unit: string, quantity: Quantity, whisker: Whisker) => number}
  */
-export function factorOf(unit, quantity, { modulus, diameter, length }) {
-  if (unit === "" || unit === "1") return 1;
+export function factorOf(unit, quantity, whisker) {
   const plain = unit.replace(/[µμ]/g, "u").replace(/[·⋅ ]/g, "*");
+  if (plain === "" || plain === "1" || plain === plainName(NONDIMENSIONAL.name[quantity])) return 1;
   const [kind, factor] = KNOWN[plain] ?? ["number", NaN];
   if (kind !== quantity) return NaN;
-  const stiffness = (1e3 * modulus * Math.PI * diameter ** 4) / 64;
-  const one = { length, force: stiffness / length ** 2, moment: stiffness / length };
+  const one = scalesOf(whisker);
   return factor / (quantity === "length" ? one.length : quantity === "force" ? one.force : one.moment);
 }

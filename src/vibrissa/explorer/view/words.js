@@ -1,97 +1,93 @@
 // What happens, in words.
 
 import { isMirrored } from "../solver/motion.js";
+import { CHOICES, MOUNTING_NUMBERS, NUMBERS, ROD_NUMBERS } from "./settings.js";
 import { spelled } from "./svg.js";
 
-/** @import { Settings } from "./settings.js" */
-/** @import { Event, Place, Sticking } from "../solver/motion.js" */
-/** @import { State } from "../solver/rod/state.js" */
+const ANEW = "The model starts again at α = 0.";
 
 /**
- * Say what happened.
- *
- * @param {Event} event
- * @param {Sticking} sticking
- * @param {(length: number) => string} length Spells a length with its unit.
- * @returns {string}
+ * What happened; `length` spells a length with its unit.
+ * @type {(event: Incident, sticking: Sticking, length: (x0: number) => string) => string}
  */
 export function told(event, { path, friction }, length) {
   const at = length(event.x0);
-  const mu0 = `μ0 = ${spelled(friction.mu0, 3)}`;
   switch (event.what) {
-    case "slips":
-      return event.x0 > 0
-        ? `The tip slips ahead at x0 = ${at} and comes to rest at x0 = ${length(event.rest)}.`
-        : `The clamp pulls: the tip slips at x0 = ${at} and comes to rest at x0 = ${length(event.rest)}.`;
+    case "slips": {
+      const start = `${event.x0 > 0 ? "" : "The clamp pulls: "}The tip slips at x0 = ${at}`;
+      return event.rest === 0 ? `${start}; x0 reset to 0.` : `${start} and stops at x0 = ${length(event.rest)}.`;
+    }
     case "locks":
-      return `The tip locks: ${mu0} is more than the tip can ever need, ${spelled(path.muLock, 4)}.`;
+      return `μ0 = ${spelled(friction.mu0, 3)} is above μ_lock = ${spelled(path.muLock, 4)}: pushing cannot make the tip slip.`;
     case "unlocks":
       return "The tip is no longer locked.";
     case "lies down":
       return `The rod lies down on the surface at x0 = ${at}.`;
     case "peels off":
-      return `The rod peels off the surface at x0 = ${at}; its tip alone touches.`;
+      return `The rod peels off the surface at x0 = ${at}; only its tip touches.`;
     case "passes through":
-      return `At x0 = ${at} the tip is parallel to the surface; beyond, a real rod would lie down (line contact).`;
+      return `The tip is parallel to the surface at x0 = ${at}. Beyond, a real rod would lie down (line contact).`;
     case "comes free":
       return "The tip touches from below again.";
     case "swings":
       return isMirrored(path)
-        ? "The clamp passes under the contact point: the round rod swings aside, and trails behind."
-        : `At x0 = ${at} the round rod swings aside. Where it goes is not computed in this mounting. The model begins anew at α = 0.`;
+        ? "The clamp passes under the contact point: the round rod buckles sideways and then trails behind."
+        : `The round rod buckles sideways at x0 = ${at}. Where it goes is not computed in this mounting. ${ANEW}`;
     case "slips back":
-      return `The tip slips back at x0 = ${at}. The model begins anew at α = 0.`;
+      return `The tip slips back at x0 = ${at}. ${ANEW}`;
     case "snaps":
-      return `The rod snaps through at x0 = ${at}: there is no equilibrium beyond. The model begins anew at α = 0.`;
+      return `The rod snaps through at x0 = ${at}: there is no equilibrium beyond. ${ANEW}`;
     case "lifts":
-      return `The tip lifts off at x0 = ${at}: the surface would have to pull. The model begins anew at α = 0.`;
+      return `The tip lifts off at x0 = ${at}: the surface would have to pull. ${ANEW}`;
     case "inadmissible":
-      return `At x0 = ${at} ${path.pushed.why}. The model begins anew at α = 0.`;
+      return `At x0 = ${at} ${path.pushed.why}. ${ANEW}`;
     case "unknown":
-      return `No state was found beyond x0 = ${at}. The model begins anew at α = 0.`;
+      return `No state was found beyond x0 = ${at}. ${ANEW}`;
   }
 }
 
-/**
- * Say how the rod is.
- *
- * @param {Sticking} sticking
- * @param {Place} place
- * @param {State} state
- * @param {number} x0
- * @returns {string}
- */
-export function condition(sticking, place, state, x0) {
+/** How the rod is. @type {(sticking: Sticking, reading: Reading) => string} */
+export function condition(sticking, { x0, side, state }) {
   const parts = [x0 > sticking.lock ? "locked" : "sticks"];
-  if (x0 < 0) parts.push(place.side > 0 ? "pulled" : "dragged");
-  if (place.side < 0) parts.push("behind the clamp");
+  if (x0 < 0) parts.push(side > 0 ? "pulled" : "dragged");
+  if (side < 0) parts.push("behind the clamp");
   if (state.contact === "line") parts.push("lies on the surface");
-  else if (state.phi1 < 0) parts.push("passes through the surface");
+  else if (state.phi1 < 0) parts.push("would penetrate the surface");
   return parts.join(", ");
 }
 
-/**
- * Say how the rod is mounted.
- *
- * @param {Settings} settings
- * @returns {string}
- */
-export function mounted({ beta, compliance, kappa0, kappa1, delta }) {
-  const parts = [];
-  if (beta !== 0) parts.push(`the clamp is inclined by ${number(Math.abs(beta))}° (${beta > 0 ? "leans back" : "leans forward"})`);
-  if (compliance !== 0) parts.push(`the clamp yields, c = ${number(compliance)}`);
-  if (kappa0 !== 0 || kappa1 !== 0) {
-    const tip = kappa0 + kappa1;
-    parts.push(`the rod is curved by nature, ${number(kappa0)}/L at the clamp and ${number(tip)}/L at the tip`);
-  }
-  if (delta !== 0) parts.push(`the stage ${delta > 0 ? "approaches" : "leaves"} the surface at ${number(Math.abs(delta))}°`);
-  return parts.length ? parts.join("; ") : "ideal: an upright, rigid clamp, a straight rod, a level stage";
+/** Fields with their values. @type {(fields: NumberField[], settings: Settings) => string[]} */
+function named(fields, settings) {
+  return fields.map(({ key, symbol, unit = "" }) => {
+    return `${symbol} = ${String(settings[key]).replace("-", "−")}${unit === "°" ? "" : " "}${unit}`.trim();
+  });
 }
 
-/**
- * @param {number} value
- * @returns {string} With up to three decimals.
- */
-function number(value) {
-  return String(Number(value.toFixed(3))).replace("-", "−");
+/** @type {(settings: Settings) => string[]} */
+function deviations(settings) {
+  return named(MOUNTING_NUMBERS.filter(({ key }) => settings[key] !== 0), settings);
+}
+
+/** How the rod is mounted. @type {(settings: Settings) => string} */
+export function mounted(settings) {
+  return deviations(settings).join(", ") || "ideal: upright rigid clamp, straight rod, level stage";
+}
+
+/** A rod in a few signs, as the legend of its curve. @type {(settings: Settings) => string} */
+export function rodName(settings) {
+  const contact = settings.contact === "line" ? ["line contact"] : [];
+  const section = settings.section === "planar" ? ["planar"] : [];
+  return [...named(NUMBERS.slice(0, 2), settings), ...contact, ...section, ...deviations(settings)].join(", ");
+}
+
+/** All parameters, as the title of what is taken along. @type {(settings: Settings) => string} */
+export function parameters(settings) {
+  const { law, units } = settings;
+  const numbers = NUMBERS.filter(({ key }) => key !== "ratio" || law !== "free");
+  const chosen = CHOICES.filter(({ key }) => key === "contact" || key === "section" || key === "law");
+  const words = chosen.map(({ key, label, words }) => {
+    return `${label.toLowerCase()} ${words.find(([word]) => word === settings[key])?.[1].toLowerCase()}`;
+  });
+  const rod = units === "si" ? named(ROD_NUMBERS, settings) : [];
+  return [...named(numbers, settings), ...words, ...deviations(settings), ...rod].join(", ");
 }

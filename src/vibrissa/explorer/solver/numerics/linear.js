@@ -1,15 +1,21 @@
 // Systems of linear equations: LU factors with partial pivoting.
 
-/**
- * The factors L and U of a square matrix, row by row, and its rows in the order of their pivots.
- * @typedef {{ size: number, rows: Float64Array, order: Int32Array }} Factors
- */
-
 /** Factorise a matrix, given row by row and overwritten. @type {(matrix: Float64Array, size: number) => Factors} */
 export function factorised(matrix, size) {
   const order = new Int32Array(size).map((_, i) => i);
+  let sign = 1;
   for (let k = 0; k < size; k += 1) {
-    swapRows(matrix, order, k, pivotRow(matrix, size, k), size);
+    let pivot = k;
+    for (let i = k + 1; i < size; i += 1) {
+      if (Math.abs(matrix[i * size + k]) > Math.abs(matrix[pivot * size + k])) pivot = i;
+    }
+    if (pivot !== k) sign = -sign;
+    [order[k], order[pivot]] = [order[pivot], order[k]];
+    for (let j = 0; j < size && pivot !== k; j += 1) {
+      const kept = matrix[k * size + j];
+      matrix[k * size + j] = matrix[pivot * size + j];
+      matrix[pivot * size + j] = kept;
+    }
     const inverse = 1 / matrix[k * size + k];
     for (let i = k + 1; i < size; i += 1) {
       const factor = matrix[i * size + k] * inverse;
@@ -20,30 +26,7 @@ export function factorised(matrix, size) {
       for (let j = k + 1; j < size; j += 1) matrix[to + j] -= factor * matrix[from + j];
     }
   }
-  return { size, rows: matrix, order };
-}
-
-/**
- * Row at or below k with the largest entry in column k.
- * @type {(matrix: Float64Array, size: number, k: number) => number}
- */
-function pivotRow(matrix, size, k) {
-  let best = k;
-  for (let i = k + 1; i < size; i += 1) {
-    if (Math.abs(matrix[i * size + k]) > Math.abs(matrix[best * size + k])) best = i;
-  }
-  return best;
-}
-
-/** @type {(matrix: Float64Array, order: Int32Array, a: number, b: number, size: number) => void} */
-function swapRows(matrix, order, a, b, size) {
-  if (a === b) return;
-  for (let j = 0; j < size; j += 1) {
-    const kept = matrix[a * size + j];
-    matrix[a * size + j] = matrix[b * size + j];
-    matrix[b * size + j] = kept;
-  }
-  [order[a], order[b]] = [order[b], order[a]];
+  return { size, rows: matrix, order, sign };
 }
 
 /**
@@ -65,19 +48,10 @@ export function solved({ size, rows, order }, right) {
   return x;
 }
 
-/** Sign and size of a determinant. @type {(factors: Factors) => number} */
-export function determinant({ size, rows, order }) {
-  let value = 1;
-  const place = order.slice();
-  for (let k = 0; k < size; k += 1) {
-    value *= rows[k * size + k];
-    // Each swap that puts the rows in order changes the sign.
-    while (place[k] !== k) {
-      const to = place[k];
-      [place[k], place[to]] = [place[to], to];
-      value = -value;
-    }
-  }
+/** @type {(factors: Factors) => number} */
+export function determinant({ size, rows, sign }) {
+  let value = sign;
+  for (let k = 0; k < size; k += 1) value *= rows[k * size + k];
   return value;
 }
 
@@ -98,7 +72,7 @@ export function isPositive(matrix, size) {
 }
 
 /**
- * Product of a matrix, row by row, and a vector.
+ * Product of a row-by-row matrix and a vector.
  * @type {(matrix: Float64Array, vector: Float64Array) => Float64Array}
  */
 export function product(matrix, vector) {

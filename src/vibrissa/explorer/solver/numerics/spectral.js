@@ -1,9 +1,6 @@
 // Polynomials on [0, 1] through Gauss–Legendre nodes: integrals, and values between the nodes.
 
-/**
- * Legendre polynomials P_0 to P_count at one place of [0, 1].
- * @type {(count: number, at: number) => Float64Array}
- */
+/** Legendre polynomials P_0 to P_count at one place of [0, 1]. @type {(count: number, at: number) => Float64Array} */
 export function legendre(count, at) {
   const x = 2 * at - 1;
   const values = new Float64Array(count + 1);
@@ -27,20 +24,6 @@ export function legendreIntegrals(values, at) {
   }
   return integrals;
 }
-
-/**
- * Nodes and weights with what integrates a polynomial through the nodes.
- * @typedef {object} Rule
- * @property {number} count
- * @property {Float64Array} nodes
- * @property {Float64Array} weights
- * @property {Float64Array} fromStart Integrals from 0 to each node, row by row; the last row, one
- *   more than there are nodes, holds the weights.
- * @property {Float64Array} toCoefficients Values at the nodes to Legendre coefficients.
- * @property {Float64Array[]} kernels Three matrices, one for each power p of τ: the values at the
- *   nodes are integrated from each node to 1, multiplied by τ^p, and integrated from 0 to each
- *   node and to 1.
- */
 
 /** @type {Map<number, Rule>} */
 const rules = new Map();

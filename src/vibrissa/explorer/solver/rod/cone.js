@@ -15,10 +15,7 @@ export function arcDensity(theta, sc, tau) {
   return (theta * sc * g) / (g + b * tau) ** 2;
 }
 
-/**
- * Logarithmic derivative of ds/dτ with respect to s_c.
- * @type {(theta: number, sc: number, tau: number) => number}
- */
+/** Logarithmic derivative of ds/dτ with respect to s_c. @type {(theta: number, sc: number, tau: number) => number} */
 export function arcGrowth(theta, sc, tau) {
   const { g, b } = inverseDiameter(theta, sc);
   return 1 / sc - (theta - 1) / g + (2 * (theta - 1) * (1 - tau)) / (g + b * tau);

@@ -1,13 +1,5 @@
 // How a rod is mounted: its clamp, its natural curvature, the way of its stage: docs/mounting.md.
 
-/**
- * @typedef {object} Mounting
- * @property {number} angle Inclination β of the clamp (rad), positive where the rod leans back.
- * @property {number} compliance Turn c of the clamp per moment, in L/(E·I0).
- * @property {number[]} curvature Coefficients of the powers of s in κ0·L.
- * @property {number} stage Angle δ of the clamp's way to the surface (rad).
- */
-
 /** @type {Mounting} */
 export const IDEAL = { angle: 0, compliance: 0, curvature: [0], stage: 0 };
 /** Slope of the rod at an upright, rigid clamp. */

@@ -4,10 +4,6 @@ import { arcGrowth, arcLengthGrowth, arcLength, complianceGrowths } from "./cone
 import { naturalCurvature } from "./mounting.js";
 import { factorised, product, solved } from "../numerics/linear.js";
 
-/** @import { Factors } from "../numerics/linear.js" */
-/** @import { Parts, Rod } from "./rod.js" */
-/** @import { Contact, State } from "./state.js" */
-
 const MOST_ITERATIONS = 14;
 /** The next correction, as small as the last two let expect, that is not needed; of angles in rad. */
 const LAST_CORRECTION = 1e-12;
@@ -17,20 +13,8 @@ const LARGEST_CORRECTION = 4;
 const GOOD_CONTRACTION = 0.1;
 
 /**
- * Factors of the condition (E3), which is linear, and its value; what is not named has no part in it.
- * @typedef {{ offset?: number, fx?: number, fy?: number, sc?: number, phi1?: number, value: number }} Condition
- */
-
-/**
- * Where the contact point may be: height − tilt·offset = level, (M6) of docs/mounting.md.
- * @typedef {{ level: number, tilt: number }} Surface
- */
-
-/** @typedef {{ surface: Surface, contact: Contact, condition: Condition }} Closure Closes the equations. */
-
-/**
  * Residuals of (E1) to (E4).
- * @type {(parts: Parts, unknowns: Float64Array, closure: Closure) => Float64Array}
+ * @type {(parts: NodeValues, unknowns: Float64Array, closure: Closure) => Float64Array}
  */
 function residualOf({ natural, turned, height, reach }, unknowns, { surface, contact, condition }) {
   const count = turned.length - 1;
@@ -53,7 +37,7 @@ function residualOf({ natural, turned, height, reach }, unknowns, { surface, con
 
 /**
  * Factors of the residuals' Jacobian.
- * @type {(rod: Rod, parts: Parts, unknowns: Float64Array, closure: Closure) => Factors}
+ * @type {(rod: Rod, parts: NodeValues, unknowns: Float64Array, closure: Closure) => Factors}
  */
 function jacobian(rod, parts, unknowns, { surface, contact, condition }) {
   const { kernel, arc, sin, cos } = parts;
@@ -118,7 +102,7 @@ function jacobian(rod, parts, unknowns, { surface, contact, condition }) {
 
 /**
  * Derivative of `turned`, less that of the natural slopes, with respect to s_c.
- * @type {(rod: Rod, sc: number, parts: Parts) => Float64Array}
+ * @type {(rod: Rod, sc: number, parts: NodeValues) => Float64Array}
  */
 function turnedGrowth({ theta, rule, mounting }, sc, { arc, gradient, kernel }) {
   const grown = gradient.map((value, k) => value * arcGrowth(theta, sc, rule.nodes[k]));

@@ -12,25 +12,6 @@ import { IDEAL, naturalSlope, tailOf } from "./mounting.js";
 import { product } from "../numerics/linear.js";
 import { gaussRule, legendre, legendreIntegrals } from "../numerics/spectral.js";
 
-/** @import { Mounting } from "./mounting.js" */
-/** @import { Contact, State } from "./state.js" */
-
-/**
- * What a state is made of at the nodes.
- * @typedef {object} Parts
- * @property {Float64Array} kernel
- * @property {Float64Array} natural Slope of the unloaded rod; last at the contact point.
- * @property {Float64Array} arc ds/dτ.
- * @property {Float64Array} sin
- * @property {Float64Array} cos
- * @property {Float64Array} gradient dm/dτ.
- * @property {Float64Array} turned Slope that the moment takes from the rod; last at the contact point.
- * @property {number} height
- * @property {number} reach
- */
-
-/** @typedef {{ s: Float64Array, x: Float64Array, y: Float64Array, phi: Float64Array }} Shape Point by point. */
-
 /** A tapered rod: its equations on a number of nodes. */
 export class Rod {
   /**
@@ -70,10 +51,7 @@ export class Rod {
     return this.rule.nodes.map((tau) => arcDensity(this.theta, sc, tau));
   }
 
-  /**
-   * Slopes of the unloaded rod at the nodes and, last, at the contact point.
-   * @type {(sc: number) => Float64Array}
-   */
+  /** Slopes of the unloaded rod at the nodes and, last, at the contact point. @type {(sc: number) => Float64Array} */
   naturalSlopes(sc) {
     const { nodes: count, rule, theta, mounting } = this;
     const slopes = new Float64Array(count + 1);
@@ -84,7 +62,7 @@ export class Rod {
     return slopes;
   }
 
-  /** @type {(unknowns: Float64Array) => Parts} */
+  /** @type {(unknowns: Float64Array) => NodeValues} */
   parts(unknowns) {
     const { nodes: count, rule, theta } = this;
     const fx = unknowns[count];
@@ -119,10 +97,7 @@ export class Rod {
     return { unknowns, contact, offset: reach + 1 - sc, height, fx, fy, m, phi1, sc };
   }
 
-  /**
-   * Derivative of the offset along a change of the unknowns.
-   * @type {(state: State, change: Float64Array) => number}
-   */
+  /** Derivative of the offset along a change of unknowns. @type {(state: State, change: Float64Array) => number} */
   offsetChange(state, change) {
     const { rule, theta, nodes: count } = this;
     const [sc, ofSc] = [state.sc, change[count + 2]];
@@ -162,16 +137,8 @@ export class Rod {
     return turn === 0 ? rod : rod + 0.5 * turn * this.state(unknowns, "point").m ** 2;
   }
 
-  /**
-   * The deformed rod at equally spaced arc lengths, with its clamp at the origin.
-   * @type {(state: State, points: number) => Shape}
-   */
-  shape(state, points) {
-    return this.shapeAt(state, Float64Array.from({ length: points }, (_, i) => i / (points - 1)));
-  }
-
-  /** The same at given arc lengths. @type {(state: State, s: Float64Array) => Shape} */
-  shapeAt(state, s) {
+  /** The deformed rod at arc lengths, with its clamp at the origin. @type {(state: State, s: Float64Array) => Shape} */
+  shape(state, s) {
     const { nodes: count, theta, rule } = this;
     const { arc, sin, cos } = this.parts(state.unknowns);
     const phi = product(rule.toCoefficients, state.unknowns.subarray(0, count));

@@ -4,9 +4,6 @@ import { compliance } from "./cone.js";
 import { CLAMP_SLOPE, naturalCurvature } from "./mounting.js";
 import { determinant, factorised, isPositive } from "../numerics/linear.js";
 
-/** @import { Rod } from "./rod.js" */
-/** @import { State } from "./state.js" */
-
 /** Stiffness that stands for a rigid constraint. */
 const RIGID = 1e8;
 /** Poisson's ratio: bending over torsional stiffness of a round section is 1 more. */
