@@ -1,4 +1,4 @@
-"""Damage recordings in every way we could think of, and see what `vibrissa identify` says.
+"""Damaged recordings: each is refused, warned of, or read correctly by `vibrissa identify`.
 
 A recording of a known surface is damaged, read and identified. What must never happen: an exception
 other than VibrissaError, a warning of Python's own, or a *silent* wrong number, that is a friction

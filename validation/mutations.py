@@ -1,4 +1,4 @@
-"""Whether `make check` notices: break the physics in a copy of the project, once for each mutation.
+"""Errors in the physics: does `make check` notice them in copies of the project.
 
 The paper's study runs in each copy and is compared with the reference tables. Exit status 1 if a
 mutation went unnoticed. Takes some minutes.

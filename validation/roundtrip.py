@@ -1,4 +1,4 @@
-"""A random surface, a scan of it, a real transducer, and back to friction: bias and coverage.
+"""Friction of random surfaces from simulated signals: bias and coverage.
 
 A steel whisker of 100 mm and 1 mm at the base (θ = 2, η = 0.85) moves 150 mm in steps of 50 µm over
 a random texture (μ0 0.30 ± 0.04, correlated over 2 mm) and is read by an ATI Nano17 SI-12-0.12.

@@ -1,4 +1,4 @@
-"""Does the sensor know what it does not know? Recordings of a bench that differs from what is said.
+"""Uncertainty under set-up errors: recordings of a bench that differs from the stated set-up.
 
 A steel rod of 1 mm x 100 mm, θ = 2 at 85 mm, moves 20 mm in steps of 20 µm over a surface of
 friction 0.30 ± 0.02. Slips are kinetic with κ = 0.8; the noise is 3 mN and 10 µN·m. The bench
