@@ -101,9 +101,13 @@ def test_help_has_examples():
 
 
 @pytest.mark.parametrize(("diameter", "warned"), [("1 mm", True), ("0.7 mm", False)])
-def test_a_scan_warns_of_a_rod_that_yields(diameter, warned, tmp_path):
+def test_scan_and_identify_warn_of_a_rod_that_yields(diameter, warned, tmp_path):
     rod = ["--modulus", "210 GPa", "--diameter", diameter, "--length", "100 mm", *SHAPE]
     asked = ["--mu0", "0.3", "--step", "100 um", "--to", "10 mm", "-o", tmp_path / "a.csv"]
     result = CliRunner().invoke(app, ["scan", *rod, *(str(one) for one in asked)])
     assert result.exit_code == 0
     assert ("the rod yields from x0 = 2.4" in result.stderr) == warned
+    asked = ["identify", str(tmp_path / "a.csv"), *rod, "--noise", "3 mN, 3 mN, 10 uN*m"]
+    result = CliRunner().invoke(app, [*asked, "-o", str(tmp_path / "b.csv")])
+    assert result.exit_code == 0
+    assert ("warning: the rod yields from x0" in result.stderr) == warned

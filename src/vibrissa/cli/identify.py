@@ -19,7 +19,8 @@ from vibrissa.cli.options import (
     say,
 )
 from vibrissa.cli.whisker import Tolerances, read_pairs, takes_whisker
-from vibrissa.sensor import Identification, Method, PeriodStatus, series
+from vibrissa.cli.yielding import end_of, warn_of_yield
+from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, series
 from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.identification.adjusted import FAR
 from vibrissa.wording import counted
@@ -109,6 +110,9 @@ def identify(
         typer.echo(note, err=True)
     for text in _tolerated(found, verbose):
         say(text, output)
+    if whisker is not None:
+        slips = (found.periods.status == PeriodStatus.SLIP) & (found.periods.grade != Grade.WRONG)
+        warn_of_yield(whisker, end_of(whisker, found.periods.mu0[slips]))
 
 
 def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:

@@ -1,8 +1,10 @@
 """A warning where a rod is bent beyond what its material bears."""
 
+import numpy as np
 import typer
 
 from vibrissa.design.materials import bears
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.strain import yields
 from vibrissa.sensor.whisker import Whisker
@@ -38,3 +40,12 @@ def warn_of_yield(
             f"up to {limit:.2%}. Take a thinner or a longer rod.",
             err=True,
         )
+
+
+def end_of(whisker: Whisker, mu0: FloatArray) -> float:
+    """Where the longest of some periods ends (L): at the onset of slip, or where the tip locks."""
+    known = mu0[np.isfinite(mu0)]
+    if not len(known):
+        return 0.0
+    onset = float(whisker.curve.onset(known.max()))
+    return onset if np.isfinite(onset) else whisker.curve.x0_lock

@@ -10,9 +10,9 @@ common to all periods, and (∂μ/∂u)²/(jᵀj) is random. J and j of a pair (
 units of the rod; its size only scales them.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
+from vibrissa.sensor.identification.parameters import CREEP, OF_ROD, Parameter, parameters_of
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
@@ -33,28 +34,12 @@ NODES = (np.polynomial.legendre.leggauss(8)[0] + 1.0) / 2.0
 NODE_WEIGHTS = np.polynomial.legendre.leggauss(8)[1] / 2.0
 # Step of a derivative over a property of the rod; away from the surface, where there is a choice.
 STEP = 1e-4
-# Half waves of a drift about its line.
-WAVES = 3
-SLOPE = "surface_slope"
-ZEROS = ("zero_force_x", "zero_force_y", "zero_moment_z")
-DRIFTS = ("drift_force_x", "drift_force_y", "drift_moment_z")
-# What changes the rod: another rod is solved for each. The others change how it is passed or read.
-OF_ROD = ("theta", "eta", "clamp_angle", "clamp_compliance", "curvature")
-PARAMETERS = (
-    *OF_ROD,
-    *("stage_angle", "stage_scale", "length", "modulus", "diameter"),
-    *ZEROS,
-    *(name for name in DRIFTS for _ in range(WAVES + 1)),
-    *("transducer_angle", "moment_origin_x", "moment_origin_y"),
-    *("crosstalk" for _ in permutations(range(3), 2)),
-)
-# Deviations of the parts of a drift (Wiener's series), in those of the whole.
-WIENER = np.append(1.0, np.sqrt(2.0) / (np.pi * np.arange(1, WAVES + 1)))
-# By which part of the loads the channels are larger: axes that are turned from x to y, and the
-# moment about a point (a, b), which is less by a·fy − b·fx.
-TURNED = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-ORIGIN_X = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-ORIGIN_Y = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+# Rows of a period, as far as their number counts: for a creep.
+ROWS = 100
+# What `identify` fits, with crosstalk as a part of the same full scale of all channels.
+PARAMETERS = parameters_of({}, frozenset(), np.ones(3))
+# Those for each of which another rod is solved.
+SOLVED = (*OF_ROD, "eta")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -91,7 +76,7 @@ def sensitivities(
     """Compute the sensitivities of n solved pairs, with periods up to `x0_slip`, shape (n, k)."""
     theta = np.array([response.curve.theta for response in responses])
     eta = np.array([response.curve.eta for response in responses])
-    steps = {name: -STEP if name in ("eta", "curvature") else STEP for name in OF_ROD}
+    steps = {name: -STEP if name in ("eta", "curvature") else STEP for name in SOLVED}
     others = {}
     for name, step in steps.items():
         mounted = name not in ("theta", "eta")
@@ -117,7 +102,8 @@ def _of_period(
     """Sensitivity of one pair in periods that end at a displacement (L), without leading axes."""
     x0 = end * NODES
     y, slope = response(x0), response.slope(x0)
-    of_rod, of_end = {}, {}
+    of_rod: dict[str, FloatArray] = {}
+    of_end: dict[str, Any] = {}
     for name, (curve, step) in moved.items():
         loads = _loads(curve, np.append(x0, end))
         of_rod[name] = (loads[:-1] - y) / step
@@ -125,21 +111,24 @@ def _of_period(
     x1_slope = (moved["eta"][0].x1_init - response.x1_init) / moved["eta"][1]
     starts, eta = STARTS[:, None, None] * end, response.curve.eta
     before, way = (x0 - end)[:, None] * slope, starts + x0[:, None]
-    changes = [
-        *(of_rod[name] for name in OF_ROD),
-        -way * of_rod["eta"] - x1_slope * before,
-        before,
-        -eta * of_rod["eta"] - before - y * np.array([2.0, 2.0, 1.0]),
-        *(y, 4.0 * y),
-        *_of_transducer(y, (STARTS[:, None, None] + NODES[:, None]) / PERIODS),
-    ]
+    part = (STARTS[:, None, None] + NODES[:, None]) / PERIODS
+    named = of_rod | {
+        "stage_angle": -way * of_rod["eta"] - x1_slope * before,
+        "stage_scale": before,
+        "length": -eta * of_rod["eta"] - before - y * np.array([2.0, 2.0, 1.0]),
+        CREEP: -y * np.log10(1.0 + PERIODS * ROWS * part),
+    }
+    changes = [named.get(one.name, _of_transducer(one, y, part)) for one in PARAMETERS]
     shape = (len(STARTS), len(NODES), 3)
     jacobian = np.stack([np.broadcast_to(one, shape) for one in changes])
     weighted = jacobian * NODE_WEIGHTS[:, None]
+    of_end |= {
+        "stage_angle": -(starts[:, 0, 0] + end) * of_end["eta"],
+        "length": -eta * of_end["eta"],
+    }
     friction = np.zeros((len(STARTS), len(PARAMETERS)))
-    friction[:, : len(OF_ROD)] = [of_end[name] for name in OF_ROD]
-    friction[:, PARAMETERS.index("stage_angle")] = -(starts[:, 0, 0] + end) * of_end["eta"]
-    friction[:, PARAMETERS.index("length")] = -eta * of_end["eta"]
+    for k, one in enumerate(PARAMETERS):
+        friction[:, k] = of_end.get(one.name, 0.0)
     in_all = PERIODS * PART_WEIGHTS
     return Sensitivity(
         of_setup=np.einsum("r,arxc,brxc->cab", in_all, weighted, jacobian),
@@ -158,14 +147,8 @@ def _loads(curve: StickingCurve, x0: FloatArray) -> FloatArray:
     return np.stack([state.reaction_fx, state.reaction_fy, state.reaction_m], axis=-1)
 
 
-def _of_transducer(y: FloatArray, part: FloatArray) -> Iterator[FloatArray]:
-    """Compute changes by zeros, drifts, axes, origin, crosstalk: the order of `PARAMETERS`."""
-    channels = np.eye(3)
-    yield from channels
-    for channel in channels:
-        yield part * channel
-        for wave in range(1, WAVES + 1):
-            yield np.sin(np.pi * wave * part) * channel
-    yield from (y @ mixing.T for mixing in (TURNED, ORIGIN_X, ORIGIN_Y))
-    for to, source in permutations(range(3), 2):
-        yield y[:, source, None] * channels[to]
+def _of_transducer(one: Parameter, y: FloatArray, part: FloatArray) -> FloatArray:
+    """Change of the readings of loads y at parts of the recording, by a zero or a mixing."""
+    if one.mixing is not None:
+        return y @ one.mixing.T
+    return np.asarray(one.zero(part) * np.eye(3)[one.channel])

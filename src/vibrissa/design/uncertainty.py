@@ -5,24 +5,17 @@ The equations are in `vibrissa.design.sensitivity`; here rods of one pair (Î¸, Î
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import permutations
 
 import numpy as np
 
 from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import Requirements
-from vibrissa.design.sensitivity import (
-    DRIFTS,
-    PARAMETERS,
-    PART_WEIGHTS,
-    PERIODS,
-    SLOPE,
-    WIENER,
-)
+from vibrissa.design.sensitivity import PARAMETERS, PART_WEIGHTS, PERIODS
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
+from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.whisker import Whisker
 
@@ -163,14 +156,13 @@ def _sigma(
     sizes: Mapping[str, float], r: Requirements, units: FloatArray, pair: Pairs
 ) -> FloatArray:
     """Tolerances of all parameters, shape (q,); crosstalk is a part of full scale."""
-    found = np.array([sizes.get(name, 0.0) for name in PARAMETERS])
-    for name in DRIFTS:
-        found[[one == name for one in PARAMETERS]] *= WIENER
     full = np.array(r.range) / units
     full = np.where(np.isfinite(full), full, pair.largest_reaction[0])
-    ratios = [full[to] / full[source] for to, source in permutations(range(3), 2)]
-    found[[one == "crosstalk" for one in PARAMETERS]] *= ratios
-    return found
+    found = parameters_of(sizes, frozenset(), full)
+    ratio = [
+        1.0 if one.mixing is None or one.of != "crosstalk" else one.mixing.max() for one in found
+    ]
+    return np.array([one.deviation for one in found]) * ratio
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,7 +205,7 @@ def parts_of(
     effect, covariance = fit.effect[0, k], fit.covariance[0, k]
     found = []
     for name, tolerance in sizes.items():
-        own = np.flatnonzero([one == name for one in PARAMETERS])
+        own = np.flatnonzero([one.of == name for one in PARAMETERS])
         alone = float(np.linalg.norm(effect[own]))
         shared = covariance[own] @ effect
         measured = np.eye(len(own)) / 3.0 + covariance[np.ix_(own, own)]
