@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Status(StrEnum):
-    """Outcome of a computation; a numerical outcome is never an exception.
+    """Outcome of a computation; it is a result, not an exception.
 
     Attributes
     ----------

@@ -18,7 +18,7 @@ COMMANDS = {
     "scan": "Move the clamp over a surface and write the signals, step by step.",
     "import": "Make a recording for identify from a laboratory's file, and say what was read.",
     "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
-    "design": "Find the rod that measures friction best, and say what limits it.",
+    "design": "Find the rod that measures friction best, and its active constraints.",
 }
 
 

@@ -43,7 +43,7 @@ Written = Annotated[
 )
 @takes_requirements
 def design(requirements: Requirements, output: Written = None, picture: Picture = None) -> None:
-    """Find the rod that measures friction best, and say what limits it.
+    """Find the rod that measures friction best, and its active constraints.
 
     Chooses taper, height, diameter and length among rods that can be bought, cut and turned. The
     best rod has the smallest uncertainty of mu0 from one period of sticking, random and by the

@@ -127,7 +127,7 @@ class Design(Tabular):
 
     @property
     def units(self) -> Units:
-        """Units of the results; a workshop thinks in millimetres."""
+        """Units of the results: millimetres."""
         return Units(self.rod, {Kind.LENGTH: "mm", **self.requirements.wished})
 
     def __repr__(self) -> str:

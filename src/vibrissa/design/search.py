@@ -21,7 +21,7 @@ ROUNDING = 1e-9
 
 
 def design(requirements: Requirements, progress: Progress = quiet) -> Design:
-    """Find the rod that measures friction best, and say what limits it.
+    """Find the rod that measures friction best, and its active constraints.
 
     The best rod has the smallest uncertainty of μ0 from one period of sticking, random and by the
     tolerances, at that μ0 of the range where it is largest.

@@ -32,7 +32,7 @@ RIGHT_ANGLE = np.pi / 2
 
 @dataclass(frozen=True, kw_only=True)
 class Mounting:
-    """How one rod is mounted; by default as in the paper.
+    """Mounting of a rod: clamp, natural curvature and stage; ideal by default.
 
     Attributes
     ----------

@@ -250,7 +250,7 @@ def wished_units(kinds: Iterable[Kind], *given: object) -> dict[Kind, str]:
 
 @dataclass(frozen=True)
 class Units:
-    """Between a person's units and those of the computation.
+    """Conversion between the user's units and dimensionless quantities.
 
     Attributes
     ----------
@@ -268,19 +268,19 @@ class Units:
     si: bool = False
 
     def told(self, value: float, kind: Kind) -> tuple[float, str]:
-        """Value in a person's unit, and its name, of one as columns have it."""
+        """Value in the user's unit, and the name of that unit."""
         if self.nondimensional or kind not in self.wished:
             return value, self.name(kind)
         unit = self.wished[kind]
         return value / float(USUAL[kind][unit]), unit
 
     def spelled(self, value: float, kind: Kind, digits: int = 6) -> str:
-        """Write a value of the computation in a person's unit, as in ``"26.3 mm"``."""
+        """Format a dimensionless value in the user's unit, as in ``"26.3 mm"``."""
         told, name = self.told(value * self.unit(kind), kind)
         return f"{told:.{digits}g} {name}".removesuffix(" 1")
 
     def unit(self, kind: Kind) -> float:
-        """Give the unit of the computation in SI units."""
+        """Return the dimensionless unit in SI units."""
         if kind in (Kind.NUMBER, Kind.ANGLE) or self.rod is None:
             return 1.0
         return {
@@ -303,7 +303,7 @@ class Units:
 
     @property
     def nondimensional(self) -> bool:
-        """Whether there is no relation to SI units."""
+        """Whether no size in SI units is known."""
         return self.rod is None and not self.si
 
     def read(self, value: Quantity, kind: Kind, what: str) -> Decimal:

@@ -43,7 +43,7 @@ class Surface:
     units: Units = field(default_factory=Units, repr=False)
 
     def told(self, x: float) -> str:
-        """Write a position (L) in a person's units."""
+        """Format a position (L) in the user's units."""
         return self.units.spelled(x, Kind.LENGTH)
 
     def __call__(self, x: FloatArray | float) -> FloatArray:

@@ -21,7 +21,7 @@ CHANNELS = ("force_x", "force_y", "moment_z")
 
 @dataclass(frozen=True, kw_only=True)
 class Transducer:
-    """A transducer; triples are for force_x (N), force_y (N) and moment_z (N·m).
+    """A force-torque transducer; triples are force_x (N), force_y (N), moment_z (N·m).
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ def transducer_of(given: Transducer | str | None, units: Units) -> Transducer | 
 
 
 def preset(name: str) -> Transducer:
-    """Look up a preset by its name, or read a file of one's own: ``"my.toml"``.
+    """Return a transducer by the name of a preset or the path of a file.
 
     Parameters
     ----------

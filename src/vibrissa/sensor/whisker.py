@@ -168,11 +168,11 @@ class Whisker:
         return replace(whisker, tolerances=read_tolerances(whisker.units, tolerances, whisker))
 
     def tolerating(self, tolerances: Mapping[str, float]) -> "Whisker":
-        """Give the same whisker with more tolerances, as from `read_tolerances`."""
+        """Return the same whisker with more tolerances."""
         return replace(self, tolerances={**self.tolerances, **tolerances})
 
     def wishing(self, *given: object) -> "Whisker":
-        """Give the same whisker, whose results are told in the units of these texts, too."""
+        """Return the same whisker with results in the units of these texts."""
         return replace(self, wished={**wished_units(MEASURED, *given), **self.wished})
 
     @property

@@ -362,7 +362,7 @@ def solve_curve(
     mounting: Mounting = IDEAL,
     section: str = RodSection.ROUND,
 ) -> StickingCurve:
-    """Solve the sticking curve of one rod at one height, from α = 0 past the lock to its end.
+    """Solve the equilibrium path of one rod at one height, from α = 0 to its end.
 
     Parameters
     ----------
@@ -438,7 +438,7 @@ def solve_onset(
     mounting: Mounting = IDEAL,
     section: str = RodSection.ROUND,
 ) -> Onset:
-    """Solve for the end of one period of sticking.
+    """Solve one period of sticking: exact onset of slip and last sticking state.
 
     Parameters
     ----------
@@ -487,7 +487,7 @@ def solve_onset(
 
 
 class FrictionRange(NamedTuple):
-    """Coefficients of static friction that a travel leaves possible.
+    """Range of friction coefficients that is consistent with a travel.
 
     Attributes
     ----------
@@ -508,7 +508,7 @@ def friction_from_travel(
     mounting: Mounting = IDEAL,
     section: str = RodSection.ROUND,
 ) -> FrictionRange:
-    """Read friction off a travel: the inverse of x0,max, which a sensor without forces can measure.
+    """Estimate the friction coefficient from a travel: the inverse of x0,max.
 
     The tip still sticks at x0,max and slips one step later, so that −tan α = μ0 between the two.
 

@@ -32,7 +32,7 @@ CURVES_AT_ONCE = 256
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StickingCurve:
-    """One period of sticking of one rod at one height, and on past the lock.
+    """Equilibrium path of one rod at one height, from α = 0 to its end.
 
     Build one with `vibrissa.solve_curve`; `assembled_curves` builds some from solved states.
 
@@ -172,7 +172,7 @@ class StickingCurve:
         return states.each(lambda values: values.reshape(x0.shape))
 
     def friction_demand(self, x0: ArrayLike) -> FloatArray:
-        """Friction coefficient −tan α that sticking needs at the given displacements.
+        """Mobilised friction −tan α at the given displacements.
 
         Parameters
         ----------
@@ -218,7 +218,7 @@ class StickingCurve:
         return self._alone.onset(_first(mu0.ravel()), mu0.ravel()).reshape(mu0.shape)
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
-        """How and where sticking ends that goes on past the lock.
+        """How and where sticking ends after the lock.
 
         Parameters
         ----------
@@ -246,7 +246,7 @@ class StickingCurve:
         return self._alone.motion_end(_first(mu0), mu0)
 
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
-        """Last sticking state of a rod that has swung aside and trails behind its clamp.
+        """Last sticking state of a rod after lateral buckling.
 
         It goes back through its own states, mirrored, until the pulled tip slips.
 

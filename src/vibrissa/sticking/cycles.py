@@ -39,7 +39,7 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scan:
-    """States at every footpoint position of a scan.
+    """States of a stick-slip scan, one for each step of the clamp.
 
     Attributes
     ----------

@@ -38,7 +38,7 @@ CONTACT_SLACK = 1e-9
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StickingState(ContactState):
-    """One or many equilibria on the way of the clamp while the tip sticks.
+    """Sticking equilibria: one state, or arrays of states.
 
     Attributes
     ----------

@@ -71,7 +71,7 @@ def spell_unit(unit: str) -> str:
 
 
 def read_table(path: str | Path) -> pd.DataFrame:
-    """Read a table that a study made.
+    """Read a table of a study as a DataFrame.
 
     Parameters
     ----------

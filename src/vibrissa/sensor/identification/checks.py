@@ -21,7 +21,7 @@ NAMED = 3
 
 
 class Grade(StrEnum):
-    """How much a doubt matters, the least first.
+    """Severity of a doubt, ascending.
 
     Attributes
     ----------

@@ -17,7 +17,7 @@ BLOCK = 512
 
 
 class PeriodStatus(StrEnum):
-    """What is known about a period.
+    """Outcome of a period.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class PeriodStatus(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Periods(Batch):
-    """Periods of sticking, in their order, each field an array of shape (p,).
+    """Periods of sticking of a recording; each field has the shape (p,).
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ OUTLIER = 4.0
 
 
 class Method(StrEnum):
-    """How μ0 is found.
+    """Method of estimating μ0.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ MOST_MISSING = 0.1
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Recording(Batch):
-    """Samples in the order in which they were measured, nondimensional.
+    """Samples of a recording in their order, dimensionless.
 
     Attributes
     ----------

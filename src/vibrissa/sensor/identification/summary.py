@@ -91,7 +91,7 @@ class Setting:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FrictionSummary:
-    """Friction of a recording; prints as a few lines.
+    """Mean friction of a recording and its uncertainty; prints as a few lines.
 
     Attributes
     ----------

@@ -129,7 +129,7 @@ def path(
     turns: Sequence[Decimal | float | str],
     told: Callable[[float], str] = lambda length: f"{length:g}",
 ) -> FloatArray:
-    """Positions of a stage that moves from 0 to each of the turns in equal steps.
+    """Positions of a stage that moves from 0 to each turning point in equal steps.
 
     Parameters
     ----------
