@@ -67,6 +67,10 @@ class Bench:
         Whether the tip slips while the stage rests after a step, or on the way at the very onset.
     scale : float
         Part by which the stage moves further than it reports.
+    encoder : float
+        Standard deviation of a position that it reports (L).
+    creep : float
+        Part by which the loads fall per decade of readings.
     transducer : ndarray, shape (3, 3)
         By which it multiplies the loads.
     zero, drift : ndarray, shape (3,)
@@ -86,6 +90,8 @@ class Bench:
     kinetic_ratio: float = 0.8
     at_rest: bool = True
     scale: float = 0.0
+    encoder: float = 0.0
+    creep: float = 0.0
     transducer: np.ndarray = field(default_factory=lambda: np.eye(3))
     zero: np.ndarray = field(default_factory=lambda: np.zeros(3))
     drift: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -233,13 +239,14 @@ def scan(bench, step, turns, noise, seed):
     states = States.tabulated(bench.rod, heights.min() - wave, heights.max() + wave)
     surface = _Surface(bench=bench, states=states)
     tip, period = _stuck(surface, stage)
-    loads = surface.loads(stage, tip)
     generator, size = np.random.default_rng(seed), len(stage)
+    softer = 1.0 - bench.creep * np.log10(1.0 + np.arange(size))
+    loads = surface.loads(stage, tip) * softer[:, None]
     readings = loads @ bench.transducer.T + generator.normal(0.0, noise, loads.shape)
     readings += bench.zero + np.linspace(0.0, 1.0, size)[:, None] * bench.drift
     readings += np.cumsum(generator.normal(size=loads.shape), axis=0) * bench.walk / np.sqrt(size)
     return Scan(
-        stage=reported,
+        stage=reported + generator.normal(0.0, bench.encoder, size),
         loads=loads,
         readings=readings,
         tip=surface.place(tip),

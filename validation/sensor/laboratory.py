@@ -83,6 +83,10 @@ class Row:
         Whether everything is drawn from the tolerances that are assumed.
     forces_alone : bool
         Whether the moment is not recorded.
+    encoder : float
+        Standard deviation of the positions that are recorded (L), about which nothing is said.
+    without_rod : bool
+        Whether the laboratory gives no rod.
     """
 
     title: str
@@ -91,6 +95,8 @@ class Row:
     on_the_way: bool = False
     all_at_once: bool = False
     forces_alone: bool = False
+    encoder: float = 0.0
+    without_rod: bool = False
 
     @property
     def tolerances(self):
@@ -103,7 +109,9 @@ class Row:
         """What may be said of it."""
         if self.all_at_once:
             return [Said.NOTHING]
-        return list(Said) if self.tolerances else [Said.NOTHING, Said.ENOUGH]
+        # Without a rod nothing tells of a zero that is stated wrong.
+        some = [Said.NOTHING, Said.ENOUGH]
+        return list(Said) if self.tolerances and not self.without_rod else some
 
     def contained(self, said):
         """Tell whether what is said allows for what is off."""
@@ -147,6 +155,14 @@ ROWS = (
     ),
     _one("slope of the surface ±1° over 30 mm", "surface_slope", 0.0123),
     Row(title="tip slips while the stage moves", sizes={}, on_the_way=True),
+    _one("E falls by 1 % per decade of time", "creep", 0.01),
+    Row(title="positions with a noise of 5 µm", sizes={}, encoder=5e-5),
+    Row(
+        title="channels not tared, 60 mN, no rod",
+        sizes={"zero_force_x": _DRIFT * 3.0},
+        forces_alone=True,
+        without_rod=True,
+    ),
 )
 
 
@@ -192,7 +208,7 @@ class Score:
 def recorded(row, said, seed):
     """Simulate a recording: what a laboratory has, and the scan that it is of."""
     generator = np.random.default_rng([seed, 2])
-    bench = replace(bench_of(seed), at_rest=not row.on_the_way)
+    bench = replace(bench_of(seed), at_rest=not row.on_the_way, encoder=row.encoder)
     sign = sign_of(seed)
     if row.all_at_once:
         bench = everything(bench, assumed_tolerances(believed().units, NOISE), generator)
@@ -229,11 +245,15 @@ def read(frame, row, said, method):
     """Read a recording as a laboratory does."""
     part = {Said.NOTHING: 0.0, Said.LITTLE: 0.1}.get(said, 1.0)
     stated = {name: part * abs(size) for name, size in row.tolerances.items() if part}
+    rod, noise = believed(), NOISE
+    if row.without_rod:
+        rod, noise = None, NOISE * UNITS
+        stated = {name: f"{size * UNITS[0]} N" for name, size in stated.items()}
     return identify(
-        believed(),
+        rod,
         frame,
         method=method,
-        noise=NOISE,
+        noise=noise,
         tolerances=stated,
         assume=said is Said.NOTHING,
     )
@@ -267,7 +287,8 @@ def of_entry(entry, methods):
     number, said, seed = entry
     row = ROWS[number]
     frame, truth = recorded(row, said, seed)
-    return entry, {method: scored(frame, truth, row, said, method) for method in methods}
+    some = [one for one in methods if one is Method.RATIO or not row.without_rod]
+    return entry, {method: scored(frame, truth, row, said, method) for method in some}
 
 
 FIELDS = ("row", "said", "seed", "method", *Score.__dataclass_fields__)

@@ -143,6 +143,7 @@ MISTAKES = {
     "moment_origin_x": Mistake(made=_of_loads(lambda x: moved(x, 0.0))),
     "moment_origin_y": Mistake(made=_of_loads(lambda y: moved(0.0, y))),
     "stage_scale": Mistake(made=_of_bench("scale")),
+    "creep": Mistake(made=_of_bench("creep")),
 }
 # One thing that a laboratory has wrong, and that is several of these.
 SURFACE = Mistake(made=_inclined)

@@ -147,6 +147,14 @@ TOLERABLE = {
         ),
         relative=True,
     ),
+    "creep": Tolerable(
+        kind=Kind.NUMBER,
+        what="fall of Young's modulus per decade of time, from the first sample",
+        assumed=Assumed(
+            size=0.001, reason="no sheet; of steel less, of polymers some per cent: state it"
+        ),
+        relative=True,
+    ),
     "diameter": Tolerable(
         kind=Kind.LENGTH,
         what="diameter at the clamp",

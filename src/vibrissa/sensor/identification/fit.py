@@ -20,8 +20,9 @@ from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange
 
 # Gauss-Newton steps to the contact of a period, at first and beside one that is known.
 FIRST_STEPS, STEPS = 8, 3
-# Relative fall of the sum of squares at which the fit ends, and the most evaluations.
-SETTLED, EVALUATIONS = 1e-5, 30
+# Relative fall of the sum of squares at which the fit ends, the most evaluations of each attempt,
+# and what is near to a bound, in tolerances.
+SETTLED, EVALUATIONS, NEAR = 1e-5, (8, 8, 30), 0.1
 # An inverse variance that is none.
 TINY = 1e-300
 # A period with residuals of a lower probability than this does not fit by itself, and where fewer
@@ -235,14 +236,30 @@ def fitted(fit: Fit) -> Fit:
 
 def _fitted(start: Fit) -> Fit:
     """Fit the set-up to the periods that are kept; what was given where that fails."""
-    free = np.flatnonzero(start.free).tolist()
-    if not free:
-        return start
+    free = np.flatnonzero(start.free)
+    best, settled = start, not len(free)
+    # Steps may go to and fro at a bound: what is at one is held there.
+    for evaluations in EVALUATIONS:
+        if settled:
+            break
+        try:
+            best, settled = _searched(best, free, evaluations)
+        except NoResponseError:
+            break
+        bounds = np.array([_range(start.forward, k) for k in free.tolist()])
+        near = np.abs(best.p[free, None] - bounds) < NEAR * start.sigma[free, None]
+        free = free[~near.any(axis=1)]
+    return best if settled else replace(start, settled=False)
+
+
+def _searched(start: Fit, free: IntArray, evaluations: int) -> tuple[Fit, bool]:
+    """Search from a set-up for the best sizes of some parameters, and tell whether it settled."""
     seen = {"fit": start}
+    sigma, rows = start.sigma[free], int(start._rows.sum()) * len(start.noise.used)
 
     def at(scores: FloatArray) -> Fit:
-        p = np.zeros(len(start.p))
-        p[free] = scores * start.sigma[free]
+        p = start.p.copy()
+        p[free] = scores * sigma
         if not np.array_equal(seen["fit"].p, p):
             seen["fit"] = replace(seen["fit"], p=p).contacts()
         return seen["fit"]
@@ -252,28 +269,25 @@ def _fitted(start: Fit) -> Fit:
             return np.append(at(scores).residuals[start._rows].ravel(), scores)
         except NoResponseError:
             # The step is made shorter.
-            return np.full(start._rows.sum() * len(start.noise.used) + len(free), np.inf)
+            return np.full(rows + len(free), np.inf)
 
     def jacobian(scores: FloatArray) -> FloatArray:
-        return np.vstack([at(scores).jacobian().T, np.eye(len(free))])
+        columns = at(scores).jacobian()[np.isin(np.flatnonzero(start.free), free)]
+        return np.vstack([columns.T, np.eye(len(free))])
 
-    ranges = np.array([_range(start.forward, k) for k in free]).T / start.sigma[free]
-    try:
-        found = least_squares(
-            residuals,
-            np.zeros(len(free)),
-            jacobian,
-            bounds=tuple(ranges),
-            method="dogbox",
-            ftol=SETTLED,
-            xtol=SETTLED,
-            gtol=None,
-            max_nfev=EVALUATIONS,
-        )
-        best = at(found.x)
-    except NoResponseError:
-        return replace(start, settled=False)
-    return best if found.success else replace(start, settled=False)
+    ranges = np.array([_range(start.forward, k) for k in free.tolist()]).T / sigma
+    found = least_squares(
+        residuals,
+        start.p[free] / sigma,
+        jacobian,
+        bounds=tuple(ranges),
+        method="dogbox",
+        ftol=SETTLED,
+        xtol=SETTLED,
+        gtol=None,
+        max_nfev=evaluations,
+    )
+    return at(found.x), bool(found.success)
 
 
 def _range(forward: Forward, k: int) -> tuple[float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
 from vibrissa.sensor.identification.fit import Fit
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus
-from vibrissa.sensor.identification.slips import Slipped, direction
+from vibrissa.sensor.identification.slips import Slipped
 from vibrissa.sensor.identification.uncertainty import (
     BLOCK,
     COMMON,
@@ -42,9 +42,7 @@ class Onsets:
     @classmethod
     def of(cls, fit: Fit, slipped: Slipped) -> "Onsets":
         """Take the direction in which the clamp moves at the end of each period."""
-        gap = fit.forward.ends.gap
-        before = direction(slipped.recording.clamp)[np.maximum(slipped.spans.ends - 1, 0)]
-        return cls(fit=fit, sign=np.where(gap == 0.0, before, np.sign(gap)))
+        return cls(fit=fit, sign=slipped.signs)
 
     @property
     def level(self) -> bool:

@@ -186,7 +186,7 @@ def read_model(model: Model, slipped: Slipped) -> Modelled:
     goodness = model.goodness(fit)
     goodness = goodness.with_scatter(noise_of(slipped.recording.readings), model.noise)
     checks = [
-        *checks_of_spans(slipped.recording.clamp, slipped.spans),
+        *checks_of_spans(slipped.clamp, slipped.spans),
         *_checks_of_fit(fit, slipped, goodness),
     ]
     return Modelled(
@@ -209,8 +209,7 @@ def _way(fit: Fit, slipped: Slipped) -> tuple[FloatArray, FloatArray]:
     """
     contact = fit.forward.contact(fit.p, fit.u, fit.heights)
     own = np.hypot(fit.known**-0.5, slipped.position)
-    gap = fit.forward.ends.gap[:-1]
-    return np.diff(contact) * np.where(gap < 0.0, -1.0, 1.0), np.hypot(own[1:], own[:-1])
+    return np.diff(contact) * slipped.signs[:-1], np.hypot(own[1:], own[:-1])
 
 
 def _together(fit: Fit, slipped: Slipped) -> BoolArray:

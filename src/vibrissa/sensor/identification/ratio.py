@@ -12,7 +12,7 @@ from vibrissa.sensor.identification.onsets import Ends, Onsets, read_onsets
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
-from vibrissa.sensor.identification.slips import Slipped, Spans, direction, speed_of
+from vibrissa.sensor.identification.slips import Slipped, Spans, speed_of
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, Summary
 
 # Places in a window, from its beginning to the last sample, where the ratio is looked at, and by
@@ -103,7 +103,7 @@ def read_ratio(
         doubt=empty,
         left_out=recording.notes,
     )
-    checks = checks_of_spans(clamp, spans) + _checks(onsets, slipped, nothing)
+    checks = checks_of_spans(slipped.clamp, spans) + _checks(onsets, slipped, nothing)
     return periods.doubted(*checks)
 
 
@@ -112,11 +112,10 @@ def _ends(slipped: Slipped, lag: Lag) -> tuple[Ends, FloatArray]:
     clamp, spans = slipped.recording.clamp, slipped.spans
     speed = speed_of(clamp)[spans.ends]
     gap = np.where(spans.cut, 0.0, clamp[spans.after] - clamp[spans.ends])
-    before = direction(clamp)[np.maximum(spans.ends - 1, 0)]
     ends = Ends(
         clamp=clamp[spans.ends],
         gap=gap,
-        sign=np.where(gap == 0.0, before, np.sign(gap)),
+        sign=slipped.signs,
         lag=lag.delay * speed,
         position=slipped.position,
     )

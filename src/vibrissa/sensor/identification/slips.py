@@ -36,6 +36,8 @@ TURNED, PRESSED = 0.7, 0.85
 # Part of the steps of a clamp of which more than this rest: it moves in steps, its positions have
 # no noise.
 RESTS = 0.1
+# Part of a step that is rounding, not noise of the positions.
+EVEN = 1e-3
 # Samples over which the speed of the clamp is averaged.
 STEPS = 9
 
@@ -143,7 +145,8 @@ def check_falls(clamp: FloatArray, load: FloatArray, noise: float) -> None:
     RecordingError
     """
     falls = np.diff(load) * direction(clamp) / noise
-    clear = falls[np.abs(falls) > FALL]
+    usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
+    clear = falls[(np.abs(falls) > FALL) & usual]
     if (clear**3).sum() < 0.0:
         raise RecordingError(
             "force_x grows suddenly where it should fall, in slips: column force_x or footpoint "
@@ -173,11 +176,19 @@ def direction(clamp: FloatArray) -> FloatArray:
     return np.asarray(signs[moving[np.maximum(before, 0)]])
 
 
-def position_noise(clamp: FloatArray, scatter: float) -> float:
-    """Noise of the clamp positions, by that of second differences; 0 of a stage in steps."""
+def position_noise(clamp: FloatArray) -> float:
+    """Estimate the noise of the clamp positions; 0 of a stage that rests in some steps."""
     steps = np.diff(clamp)
+    scatter = noise_of(clamp[:, None])[0]
     rests = np.mean(steps == 0.0) > RESTS if len(steps) else True
-    return 0.0 if rests or not np.isfinite(scatter) else float(scatter)
+    return 0.0 if rests or not scatter > EVEN * usual_step(clamp) else float(scatter)
+
+
+def smooth(clamp: FloatArray, position: float) -> FloatArray:
+    """Average clamp positions that have a noise over some samples."""
+    if not position:
+        return clamp
+    return np.asarray(uniform_filter1d(clamp, STEPS, mode="nearest"))
 
 
 def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans, BoolArray]:
@@ -277,27 +288,40 @@ class Slipped:
         slip_rows : float
             How many rows a slip lasts at least.
         """
-        check_falls(recording.clamp, load, noise)
+        position = position_noise(recording.clamp)
+        clamp = smooth(recording.clamp, position)
+        check_falls(clamp, load, noise)
         # Where the clamp turns the load has a peak.
-        way = direction(recording.clamp)
+        way = direction(clamp)
         spiky = spiky & ~np.pad(way[1:] != way[:-1], 1)
         notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
         row = np.flatnonzero(~spiky)
         recording = replace(recording.take(row), notes=notes)
-        spans = spans_of(recording.clamp, load[row], noise)
+        spans = spans_of(clamp[row], load[row], noise)
         recording, spans, swung = before_swing(recording, spans)
-        scatter = noise_of(recording.clamp[:, None])[0]
         found = cls(
             recording=recording,
             spans=spans,
             swung=swung,
-            position=position_noise(recording.clamp, scatter),
+            position=position,
             row=row,
         )
         lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
         late = int(np.ceil(slip_rows))
         # Of a slip that takes a while the first sample may not show it, nor the last one.
         return found.trimmed(int(lasts > 1), max(late, lasts)) if late or lasts > 1 else found
+
+    @property
+    def clamp(self) -> FloatArray:
+        """Clamp positions by which its motion is told, without their noise."""
+        return smooth(self.recording.clamp, self.position)
+
+    @property
+    def signs(self) -> FloatArray:
+        """Direction of the clamp as each period ends, 1 or −1."""
+        unseen = self.spans.cut | self.spans.passes
+        step = np.minimum(self.spans.ends - unseen, len(self.recording) - 2)
+        return direction(self.clamp)[np.maximum(step, 0)]
 
     def joined(self, together: BoolArray) -> "Slipped":
         """Join periods with the one after them: no slip lies between."""
