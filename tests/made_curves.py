@@ -1,6 +1,5 @@
 """Curves, their pieces and states that are made up: what is found on them is known."""
 
-import numpy as np
 from numpy.polynomial import Polynomial
 
 from vibrissa.numerics.spectral import chebyshev_nodes
@@ -34,11 +33,9 @@ def made(
     count=9,
     parameter=Parameter.X0,
     contact=Contact.POINT,
-    stepped=False,
 ):
     """A piece whose columns are known everywhere."""
-    places = np.linspace(0.0, 1.0, count) if stepped else chebyshev_nodes(count)
-    t = start + (stop - start) * places
+    t = start + (stop - start) * chebyshev_nodes(count)
     states = {name: columns[name](t) for name in StickingState.names()}
     return Piece(
         contact=contact,
@@ -46,7 +43,6 @@ def made(
         start=start,
         stop=stop,
         states=StickingState(**states),
-        stepped=stepped,
     )
 
 

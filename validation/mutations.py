@@ -103,13 +103,13 @@ MUTATIONS = [
     Mutation(
         "sticking/piece",
         "crossings taken from the nearest sample, not located",
-        "found[inside] = bracketed_root(excess, low, high, of, value, *each, guess=guess)",
+        "found[inside] = bracketed_root(excess, low, high, index, value, *each, guess=guess)",
         "found[inside] = high",
     ),
     Mutation(
         "sticking/piece",
         "lock taken from the nearest sample, not located",
-        "found[inside] = bracketed_root(sloped, low[inside], high[inside], of[inside])",
+        "found[inside] = bracketed_root(sloped, low[inside], high[inside], index[inside])",
         "found[inside] = low[inside]",
     ),
     Mutation(

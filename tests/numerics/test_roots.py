@@ -11,7 +11,6 @@ from vibrissa.numerics.roots import (
     bracketed_root,
     first_fall,
     first_reached,
-    inverse_quadratic,
 )
 
 
@@ -49,7 +48,8 @@ def test_a_root_is_sought_from_the_middle_or_from_a_guess(guess, first):
     guess = None if guess is None else np.array(guess)
     root = bracketed_root(function, low, high, squares, guess=guess)
     assert root == pytest.approx(np.sqrt(squares))
-    assert asked[0] == first
+    # The ends come before.
+    assert asked[1] == first
 
 
 def test_newton_leads_out_of_no_bracket():
@@ -108,26 +108,3 @@ def test_a_root_does_not_depend_on_what_else_is_sought():
     for row in range(len(c)):
         only = slice(row, row + 1)
         assert bracketed_root(excess, low[only], high[only], c[only]) == together[only]
-
-
-def test_a_parabola_guesses_its_own_level():
-    # Places as a quadratic of the values, with the third one before and behind the bracket.
-    values = np.array([[1.0, 1.0], [2.0, 2.0], [0.5, 4.0]])
-    level = np.array([1.3, 1.9])
-    guess = inverse_quadratic(values, values**2 + 3.0 * values, level)
-    assert guess == pytest.approx(level**2 + 3.0 * level, rel=1e-14)
-
-
-def test_where_a_parabola_leads_out_of_its_bracket_a_straight_line_guesses():
-    values, places = np.array([[0.0], [1.0], [1.01]]), np.array([[0.0], [1.0], [9.0]])
-    assert inverse_quadratic(values, places, np.array([0.5])) == [0.5]
-    level = np.array([[0.0], [0.0], [0.0]])
-    assert inverse_quadratic(level, places, np.array([0.0])) == [0.0]
-
-
-def test_where_a_parabola_leads_out_a_level_is_reached_along_a_straight_line():
-    """The third value is that of the second, so that no parabola has one place for each value."""
-    values = np.array([[2.0, 3.0], [3.0, 1.0], [3.0, 1.0]])
-    places = np.array([[10.0, 0.0], [14.0, 1.0], [15.0, 2.0]])
-    found = inverse_quadratic(values, places, np.array([2.25, 2.5]))
-    assert found == pytest.approx([11.0, 0.25])

@@ -18,14 +18,13 @@ from vibrissa.sticking.assembly import (
     assembled_curves,
 )
 from vibrissa.sticking.curve import SAME, beside, failed_curve
-from vibrissa.sticking.piece import SAMPLES, PieceArray, StickingState, displacement
+from vibrissa.sticking.piece import DISPLACEMENT, SAMPLES, PieceArray, StickingState
 
 # From α = 0 on, and further along the advance, on which x0 turns back at t = 2.
 BACK = COLUMNS | {"x0": Polynomial([-3.0, 4.0, -1.0])}
 KINDS = {
     "x0": {"start": 0.0, "stop": 1.0},
     "pulled": {"start": -0.5, "stop": 0.0},
-    "stepped": {"start": 0.0, "stop": 0.75, "stepped": True},
     "finer": {"start": 0.25, "stop": 1.25, "count": 17},
     "lies": {"start": 0.0, "stop": 1.0, "contact": Contact.LINE},
     "advance": {"start": 1.0, "stop": 2.5, "columns": BACK, "parameter": Parameter.ADVANCE},
@@ -71,8 +70,6 @@ def test_states_between_the_known_ones(several, name):
     expected = {column: values(t) for column, values in columns_of(name).items()}
     if name == "lies":
         expected["phi1"] = 0.0 * t
-    if name == "stepped":
-        expected["stability"] = expected["stability_aside"] = np.full(4, np.nan)
     # No margin of stability is above that of a rod without load.
     expected["stability"] = np.minimum(expected["stability"], 1.0)
     for column, values in expected.items():
@@ -108,12 +105,11 @@ def test_samples_stand_at_equal_distances(several):
 
 
 def test_first_and_last_values(several):
-    assert several.first_x0.tolist() == [0.0, -0.5, 0.0, 0.25, 0.0, 0.0]
-    assert several.last_x0.tolist() == [1.0, 0.0, 0.75, 1.25, 1.0, 0.75]
+    assert several.first_x0.tolist() == [0.0, -0.5, 0.25, 0.0, 0.0]
+    assert several.last_x0.tolist() == [1.0, 0.0, 1.25, 1.0, 0.75]
     assert several.last.reaction_fy == pytest.approx(
         [columns_of(name)["reaction_fy"](kind["stop"]) for name, kind in KINDS.items()]
     )
-    assert several.stepped.tolist() == [name == "stepped" for name in KINDS]
     assert several.line.tolist() == [name == "lies" for name in KINDS]
     assert several.by_x0.tolist() == [name != "advance" for name in KINDS]
 
@@ -136,25 +132,23 @@ def test_a_displacement_on_a_piece_along_the_advance(several):
     )
 
 
-@pytest.mark.parametrize("name", ["x0", "stepped", "finer", "pulled"])
+@pytest.mark.parametrize("name", ["x0", "finer", "pulled"])
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.3, 0.9999, 1.0])
 def test_a_level_is_reached_where_the_polynomial_has_it(several, name, share):
     kind = KINDS[name]
     place = kind["start"] + share * (kind["stop"] - kind["start"])
     level = -COLUMNS["reaction_m"](np.array([place]))
     # The moment falls all the way.
-    at = several.first(
-        of(name), -several.samples.reaction_m, level, lambda _: {"reaction_m": -1.0}, value=level
-    )
+    at = several.first(of(name), -several.samples.reaction_m, level, {"reaction_m": -1.0}, level)
     assert at == pytest.approx(place, abs=1e-13)
 
 
 def test_a_level_that_is_not_reached_and_one_that_is_passed_before(several):
     sampled = -several.samples.reaction_m
     beyond = -COLUMNS["reaction_m"](np.array([1.0 + 1e-9, -1e-9]))
-    at = several.first(of("x0", 2), sampled, beyond, lambda _: {"reaction_m": -1.0}, value=beyond)
+    at = several.first(of("x0", 2), sampled, beyond, {"reaction_m": -1.0}, beyond)
     assert np.isnan(at[0]) and at[1] == 0.0
-    assert len(several.first(of("x0", 0), sampled, np.empty(0), displacement)) == 0
+    assert len(several.first(of("x0", 0), sampled, np.empty(0), DISPLACEMENT)) == 0
 
 
 def test_of_two_places_with_one_level_the_first_counts(several):
@@ -163,8 +157,8 @@ def test_of_two_places_with_one_level_the_first_counts(several):
         of("advance", 2),
         several.samples.x0,
         np.array([0.84, 0.99]),
-        displacement,
-        value=np.array([0.84, 0.99]),
+        DISPLACEMENT,
+        np.array([0.84, 0.99]),
     )
     assert at == pytest.approx([1.6, 1.9], abs=1e-12)
 
@@ -203,7 +197,7 @@ def test_pieces_that_are_cut_off(several):
 
 
 def test_a_piece_by_itself_is_read_as_beside_others(several):
-    piece = several.pieces[3]
+    piece = several.pieces[2]
     t = np.array([0.3, 1.2])
     assert piece.at(t).matrix().tolist() == several.at(of("finer", 2), t).matrix().tolist()
     assert replace(piece, start=0.2).alone.start.tolist() == [0.2]

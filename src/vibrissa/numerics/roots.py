@@ -1,8 +1,4 @@
-"""Roots in brackets, element by element, and of piecewise polynomials.
-
-SciPy's own search takes a third of a second to import and many evaluations: it is asked only where
-Newton's iteration does not converge.
-"""
+"""Roots in brackets, element by element, and of piecewise polynomials."""
 
 from collections.abc import Callable
 from math import comb
@@ -15,9 +11,9 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly
 
-# Most steps of Newton's iteration, and the step, relative to the bracket, whose square is below
-# rounding.
-NEWTON_STEPS = 12
+# Most steps of Newton's iteration, and of halving after it: down to rounding.
+NEWTON_STEPS, MOST_STEPS = 12, 70
+# Step, relative to the bracket, whose square is below rounding.
 NEWTON_TOLERANCE = 1e-9
 # Imaginary part below which a root of a polynomial on [0, 1] is taken as real: a double root that
 # was split by rounding.
@@ -51,20 +47,31 @@ def bracketed_root(
         Within the brackets.
     """
     root, width = 0.5 * (low + high) if guess is None else guess.copy(), high - low
+    below, above = low.copy(), high.copy()
+    begins = np.sign(function(low, *args)[0])
     lost = np.ones(root.shape, dtype=bool)
-    for _ in range(NEWTON_STEPS):
+    for step_number in range(MOST_STEPS):
         # A root that is found stays as it is: it does not depend on what else is sought.
         at = root[lost]
         value, slope = function(at, *(arg[lost] for arg in args))
         with np.errstate(divide="ignore", invalid="ignore"):
             step = value / slope
-        moved = np.clip(at - step, low[lost], high[lost])
-        root[lost] = np.where(np.isfinite(step), moved, at)
-        lost[lost] = ~(np.abs(step) < NEWTON_TOLERANCE * width[lost])
+        found = np.abs(step) < NEWTON_TOLERANCE * width[lost]
+        # Where Newton's steps do not converge within the bracket, it is halved.
+        if step_number >= NEWTON_STEPS:
+            before = np.sign(value) == begins[lost]
+            below[lost], above[lost] = (
+                np.where(before, at, below[lost]),
+                np.where(before, above[lost], at),
+            )
+            halves = ~found
+        else:
+            halves = ~np.isfinite(step)
+        moved = np.clip(at - np.where(halves, 0.0, step), low[lost], high[lost])
+        root[lost] = np.where(halves, 0.5 * (below[lost] + above[lost]), moved)
+        lost[lost] = ~found
         if not lost.any():
-            return root
-    some = [arg[lost] for arg in args]
-    root[lost] = _searched_root(lambda *a: function(*a)[0], low[lost], high[lost], *some)
+            break
     return root
 
 
@@ -91,44 +98,6 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
         reached = rising[which, np.minimum(further, count) - 1] >= level
         below = np.where(~reached & (further <= count), further, below)
     return below
-
-
-def inverse_quadratic(values: FloatArray, places: FloatArray, level: FloatArray) -> FloatArray:
-    """Guess where quantities reach levels, by parabolas through three places each.
-
-    Parameters
-    ----------
-    values, places : ndarray, shape (3, n)
-        The level is reached between the first two places.
-    level : ndarray, shape (n,)
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Between the first two places; where a parabola leads out of them, by a straight line.
-    """
-    (below, above, third), (low, high, other) = values, places
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        share = (level - below) / (above - below)
-        straight = low + np.nan_to_num(np.clip(share, 0.0, 1.0)) * (high - low)
-        slope = (high - low) / (above - below)
-        bend = ((other - high) / (third - above) - slope) / (third - below)
-        curved = low + (level - below) * (slope + (level - above) * bend)
-    return np.where((low < curved) & (curved < high), curved, straight)
-
-
-def _searched_root(
-    function: Callable[..., FloatArray],
-    low: FloatArray,
-    high: FloatArray,
-    *args: FloatArray | IntArray,
-) -> FloatArray:
-    """Find roots by Chandrupatla's method, which needs no slopes and no simple roots."""
-    from scipy.optimize import elementwise
-
-    result = elementwise.find_root(function, (low, high), args=args)
-    at_low = np.abs(function(low, *args)) <= np.abs(function(high, *args))
-    return np.where(result.success, result.x, np.where(at_low, low, high))
 
 
 def first_fall(function: "BPoly") -> float:

@@ -172,8 +172,6 @@ def chebyshev_derivative(k: int) -> FloatArray:
 def interpolation(count: int, position: FloatArray) -> FloatArray:
     """Matrix from values at `count` Chebyshev points on [0, 1] to values at `position`.
 
-    The barycentric formula: its rounding does not grow with the number of points.
-
     Parameters
     ----------
     count : int
@@ -185,63 +183,8 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
     -------
     ndarray, shape (m, count)
     """
-    weights = (-1.0) ** np.arange(count)
-    weights[[0, -1]] *= 0.5
-    distance = position[:, None] - chebyshev_nodes(count)
-    hit = np.abs(distance) < 1e-15
-    with np.errstate(divide="ignore"):
-        matrix = np.where(hit.any(axis=1, keepdims=True), hit, weights / distance)
-    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
-
-
-@lru_cache
-def even_interpolation(count: int, points: int) -> FloatArray:
-    """Matrix from values at `count` Chebyshev points to values at equally spaced points.
-
-    Parameters
-    ----------
-    count, points : int
-        Numbers of points, at least 2.
-
-    Returns
-    -------
-    ndarray, shape (points, count)
-    """
-    return _frozen(interpolation(count, np.linspace(0.0, 1.0, points)))
-
-
-@lru_cache
-def even_derivative(count: int, points: int) -> FloatArray:
-    """Matrix from values at `count` Chebyshev points to derivatives at equally spaced points.
-
-    Parameters
-    ----------
-    count, points : int
-        Numbers of points, at least 2.
-
-    Returns
-    -------
-    ndarray, shape (points, count)
-        Derivatives with respect to the position in [0, 1].
-    """
-    series = 2.0 * chebyshev_derivative(count) @ chebyshev_transform(count)
-    return _frozen(chebyshev.chebvander(np.linspace(-1.0, 1.0, points), count - 1) @ series)
-
-
-@lru_cache
-def halfway_interpolation(count: int) -> FloatArray:
-    """Matrix from values at `count` Chebyshev points to values half-way between them in angle.
-
-    Parameters
-    ----------
-    count : int
-        Number of Chebyshev points, at least 2.
-
-    Returns
-    -------
-    ndarray, shape (count - 1, count)
-    """
-    return _frozen(interpolation(count, chebyshev_nodes(2 * count - 1)[1::2]))
+    polynomials = chebyshev.chebvander(2.0 * position - 1.0, count - 1)
+    return np.asarray(polynomials @ chebyshev_transform(count))
 
 
 def chebyshev_roots(coefficients: FloatArray) -> FloatArray:
@@ -286,26 +229,11 @@ def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatA
     x = np.clip(position, -1.0, 1.0)
     values = np.empty((len(x), coefficients.shape[2]))
     for some in slices(len(x), PLACES_AT_ONCE):
-        polynomials = _chebyshev_polynomials(coefficients.shape[1], x[some])
+        # In the order in which a single place has them, too, so that sums are taken alike.
+        order = coefficients.shape[1] - 1
+        polynomials = np.ascontiguousarray(chebyshev.chebvander(x[some], order))
         values[some] = (polynomials[:, None] @ coefficients[which[some]])[:, 0]
     return values
-
-
-def _chebyshev_polynomials(count: int, x: FloatArray) -> FloatArray:
-    """Values of the first Chebyshev polynomials at places x, shape (len(x), count).
-
-    T_(m+j) = 2·T_m·T_j − T_(m−j): each step doubles how many are known.
-    """
-    values = np.empty((count, len(x)))
-    values[0], values[1] = 1.0, x
-    known = 2
-    while known < count:
-        top = known - 1
-        more = min(top, count - known)
-        np.multiply(2.0 * values[top], values[1 : more + 1], out=values[known : known + more])
-        values[known : known + more] -= values[top - more : top][::-1]
-        known += more
-    return np.ascontiguousarray(values.T)
 
 
 def _frozen(array: FloatArray) -> FloatArray:

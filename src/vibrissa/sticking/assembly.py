@@ -1,6 +1,6 @@
 """Curves are put together from what was solved: their locks, first contacts along a line, ends."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,21 +35,6 @@ class Limit(NamedTuple):
 
     at: float = np.nan
     reason: str = ""
-
-
-# Linear forms of states, see `vibrissa.sticking.piece.Form`.
-
-
-def _over_clamp(level: FloatArray) -> Mapping[str, float]:
-    return {"x0": 1.0, "s_c": -1.0}
-
-
-def _normal_force(level: FloatArray) -> Mapping[str, float]:
-    return {"reaction_fy": 1.0}
-
-
-def _contact_slope(level: FloatArray) -> Mapping[str, float]:
-    return {"phi1": 1.0}
 
 
 def _demand_slope(
@@ -248,7 +233,7 @@ def _lifts(pieces: PieceArray) -> FloatArray:
     lifts = np.full(len(pieces.pieces), np.nan)
     rows = np.flatnonzero(pieces.samples.reaction_fy.max(axis=1, initial=-np.inf) >= 0.0)
     fy = pieces.samples.reaction_fy
-    lifts[rows] = pieces.first(rows, fy, np.zeros(len(rows)), _normal_force)
+    lifts[rows] = pieces.first(rows, fy, np.zeros(len(rows)), {"reaction_fy": 1.0})
     return lifts
 
 
@@ -275,7 +260,7 @@ def _passes_under(pieces: PieceArray, of: IntArray, x1_init: FloatArray) -> Floa
     sought = np.flatnonzero(pieces.line[of] | ~pieces.by_x0[of])
     if len(sought):
         level, way = x1_init[sought] - 1.0, pieces.samples.x0 - pieces.samples.s_c
-        at[sought] = pieces.first(of[sought], way, level, _over_clamp, value=level)
+        at[sought] = pieces.first(of[sought], way, level, {"x0": 1.0, "s_c": -1.0}, level)
     return at
 
 
@@ -290,7 +275,7 @@ def _extremes(pieces: PieceArray) -> _Extremes:
         states = pieces.at(rows, pieces.largest(rows, sampled, _FORCE, _demand_slope))
         top, demand = states.x0, np.where(states.reaction_fx <= 0.0, states.friction_demand, 0.0)
     rows = np.flatnonzero(~pieces.line)
-    at = pieces.first(rows, -pieces.samples.phi1, np.zeros(len(rows)), _contact_slope)
+    at = pieces.first(rows, -pieces.samples.phi1, np.zeros(len(rows)), {"phi1": 1.0})
     rows, at = rows[np.isfinite(at)], at[np.isfinite(at)]
     if len(rows):
         touch[rows] = pieces.at(rows, at).x0

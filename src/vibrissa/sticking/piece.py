@@ -7,30 +7,26 @@ for bit.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, Protocol
+from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from vibrissa.mechanics.states import ContactState, Values
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.numerics.roots import bracketed_root, first_reached, inverse_quadratic
+from vibrissa.numerics.roots import bracketed_root, first_reached
 from vibrissa.numerics.spectral import (
     chebyshev_derivative,
     chebyshev_nodes,
     chebyshev_series,
     chebyshev_transform,
-    even_derivative,
-    even_interpolation,
 )
 from vibrissa.outcomes import Contact, Parameter
 
 # Samples of each piece between which crossings are bracketed before they are located exactly.
 SAMPLES = 257
-# Columns that are not known on a step grid.
+# Columns of margins of stability, which are known at fewer places.
 MARGINS = ("stability", "stability_aside")
-# Order of the spline through states on a step grid.
-SPLINE_DEGREE = 5
 # By how much a contact point may be beyond the tip (L), or the slope of a tip below that of the
 # surface (rad), where the contact changes its kind.
 CONTACT_SLACK = 1e-9
@@ -49,8 +45,8 @@ class StickingState(ContactState):
     x0: Values
 
 
-# A linear form of states for each level that is crossed: the weight of each column that counts.
-Form = Callable[[FloatArray], Mapping[str, FloatArray | float]]
+# Weights of columns in the displacement.
+DISPLACEMENT = {"x0": 1.0}
 # Maps some columns, their first and their second derivatives to two numbers for each place.
 Slope = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
@@ -68,10 +64,7 @@ class Piece:
     start, stop : float
         First and last value of the parameter (x0 in L).
     states : StickingState, columns of shape (k,)
-        Known states; x0 increases.
-    stepped : bool
-        Whether the states stand on a step grid of x0; at Chebyshev points of the parameter
-        otherwise.
+        States at Chebyshev points of the parameter; x0 increases.
     """
 
     contact: Contact
@@ -79,7 +72,6 @@ class Piece:
     start: float
     stop: float
     states: StickingState
-    stepped: bool = False
 
     @property
     def first_x0(self) -> float:
@@ -106,21 +98,9 @@ def rounded_contact(s_c: FloatArray) -> FloatArray:
     return np.where(s_c > 1.0 + CONTACT_SLACK, s_c, np.minimum(s_c, 1.0))
 
 
-class _Group(Protocol):
-    """Pieces that are interpolated together."""
-
-    def values(
-        self, of: IntArray, t: FloatArray, columns: Sequence[int], orders: Sequence[int]
-    ) -> FloatArray:
-        """Interpolate derivatives of some columns, shape (len(t), orders·columns)."""
-
-    def samples(self) -> FloatArray:
-        """Interpolate columns at equally spaced places, shape (pieces, columns, SAMPLES)."""
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Series:
-    """Pieces with equally many states at Chebyshev points.
+    """Chebyshev series of pieces with equally many states.
 
     Attributes
     ----------
@@ -134,7 +114,7 @@ class _Series:
     length: FloatArray
 
     @cached_property
-    def _coefficients(self) -> tuple[FloatArray, ...]:
+    def coefficients(self) -> tuple[FloatArray, ...]:
         """Coefficients of the columns and of two derivatives, each of shape (n, k, columns)."""
         count = self.states.shape[1]
         derivative = chebyshev_derivative(count)
@@ -142,55 +122,24 @@ class _Series:
         slope = derivative @ value * (2.0 / self.length)[:, None, None]
         return value, slope, derivative @ slope * (2.0 / self.length)[:, None, None]
 
-    def values(
-        self, of: IntArray, t: FloatArray, columns: Sequence[int], orders: Sequence[int]
-    ) -> FloatArray:
-        """Interpolate derivatives of some columns; see `_Group`."""
-        some = [self._coefficients[order].take(columns, axis=2) for order in orders]
-        position = 2.0 * (t - self.start[of]) / self.length[of] - 1.0
-        return chebyshev_series(np.concatenate(some, axis=2), of, position)
-
-    def samples(self) -> FloatArray:
-        """Interpolate columns well enough to bracket crossings; see `_Group`."""
-        matrix = even_interpolation(self.states.shape[1], SAMPLES)
-        return np.asarray(self.states.transpose(0, 2, 1) @ matrix.T)
+    def sampled(self, order: int) -> FloatArray:
+        """Sample derivatives at equally spaced places, shape (columns, n, SAMPLES)."""
+        sampled = _sampled_polynomials(self.states.shape[1]) @ self.coefficients[order]
+        if order == 0:
+            sampled[:, [0, -1]] = self.states[:, [0, -1]]
+        return np.moveaxis(sampled, -1, 0)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Spline:
-    """One piece with states on a step grid."""
-
-    states: StickingState
-
-    @cached_property
-    def _splines(self) -> tuple[Any, ...]:
-        """Splines of the columns and of two derivatives."""
-        # Not needed, and not waited for, where states are not stepped.
-        from scipy.interpolate import make_interp_spline
-
-        degree = min(SPLINE_DEGREE, len(self.states) - 1)
-        # The margins of stability are not known on a step grid.
-        values = np.nan_to_num(self.states.matrix())
-        spline = make_interp_spline(self.states.x0, values, k=degree)
-        return spline, spline.derivative(), spline.derivative(2)
-
-    def values(
-        self, of: IntArray, t: FloatArray, columns: Sequence[int], orders: Sequence[int]
-    ) -> FloatArray:
-        """Interpolate derivatives of some columns; see `_Group`."""
-        return np.hstack([self._splines[order](t)[:, columns] for order in orders])
-
-    def samples(self) -> FloatArray:
-        """Interpolate columns at equally spaced places; see `_Group`."""
-        t = np.linspace(self.states.x0[0], self.states.x0[-1], SAMPLES)
-        return np.asarray(self._splines[0](t).T[None])
+@lru_cache
+def _sampled_polynomials(count: int) -> FloatArray:
+    return np.asarray(chebyshev.chebvander(np.linspace(-1.0, 1.0, SAMPLES), count - 1))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PieceArray:
     """Pieces of one or several curves.
 
-    An argument `of`, ndarray of int of shape (n,), says on which piece each place or level is.
+    An argument `index`, ndarray of int of shape (n,), is that of the piece of each place or level.
 
     Attributes
     ----------
@@ -236,27 +185,15 @@ class PieceArray:
         return np.array([piece.parameter is Parameter.X0 for piece in self.pieces], dtype=bool)
 
     @cached_property
-    def stepped(self) -> BoolArray:
-        """Whether the states stand on a step grid."""
-        return np.array([piece.stepped for piece in self.pieces], dtype=bool)
-
-    @cached_property
-    def _grouped(self) -> list[tuple[IntArray, _Group]]:
-        """Groups of pieces, each with the places of its members."""
-        groups: list[tuple[IntArray, _Group]] = [
-            (np.array([row]), _Spline(states=self.pieces[row].states))
-            for row in np.flatnonzero(self.stepped)
-        ]
+    def _grouped(self) -> list[tuple[IntArray, _Series]]:
+        """Groups of pieces with equally many states, each with the indices of its members."""
         counts = np.array([len(piece.states) for piece in self.pieces])
-        for count in np.unique(counts[~self.stepped]):
-            rows = np.flatnonzero(~self.stepped & (counts == count))
-            states = StickingState.concatenate([self.pieces[row].states for row in rows]).matrix()
-            group = _Series(
-                states=states.reshape(len(rows), count, -1),
-                start=self.start[rows],
-                length=self.stop[rows] - self.start[rows],
-            )
-            groups.append((rows, group))
+        groups = []
+        for count in np.unique(counts):
+            rows = np.flatnonzero(counts == count)
+            states = np.stack([self.pieces[row].states.matrix() for row in rows])
+            length = self.stop[rows] - self.start[rows]
+            groups.append((rows, _Series(states=states, start=self.start[rows], length=length)))
         return groups
 
     @cached_property
@@ -268,61 +205,63 @@ class PieceArray:
         return group, place
 
     def _values(
-        self, of: IntArray, t: FloatArray, names: Sequence[str], orders: Sequence[int]
+        self, index: IntArray, t: FloatArray, names: Sequence[str], orders: Sequence[int]
     ) -> FloatArray:
         """Interpolate derivatives of some columns, of orders up to 2: (orders, columns, n)."""
-        all_names = StickingState.names()
-        columns = [all_names.index(name) for name in names]
-        shape = len(orders), len(names), len(t)
-        group, place = self._place
-        if len(self._grouped) == 1:
-            ((_, only),) = self._grouped
-            return only.values(place[of], t, columns, orders).T.reshape(shape)
+        columns = [StickingState.names().index(name) for name in names]
         values = np.empty((len(t), len(orders) * len(names)))
-        for number, (_, each) in enumerate(self._grouped):
-            rows = np.flatnonzero(group[of] == number)
+        group, place = self._place
+        for number, (_, series) in enumerate(self._grouped):
+            rows = np.flatnonzero(group[index] == number)
             if len(rows):
-                values[rows] = each.values(place[of[rows]], t[rows], columns, orders)
-        return values.T.reshape(shape)
+                own = place[index[rows]]
+                some = [series.coefficients[order].take(columns, axis=2) for order in orders]
+                position = 2.0 * (t[rows] - series.start[own]) / series.length[own] - 1.0
+                values[rows] = chebyshev_series(np.concatenate(some, axis=2), own, position)
+        return values.T.reshape(len(orders), len(names), len(t))
 
-    def at(self, of: IntArray, t: FloatArray) -> StickingState:
+    def _sampled(self, order: int) -> StickingState:
+        """Sample derivatives of the states at `sample_places`."""
+        columns = np.empty((len(StickingState.names()), *self.sample_places.shape))
+        for rows, series in self._grouped:
+            columns[:, rows] = series.sampled(order)
+        return StickingState(**dict(zip(StickingState.names(), columns, strict=True)))
+
+    def at(self, index: IntArray, t: FloatArray) -> StickingState:
         """States at values of the parameters."""
-        (columns,) = self._values(of, t, StickingState.names(), (0,))
+        (columns,) = self._values(index, t, StickingState.names(), (0,))
         states = StickingState(**dict(zip(StickingState.names(), columns, strict=True)))
-        line = self.line[of]
+        line = self.line[index]
         # No margin exceeds 1, but between the states the interpolant may.
-        exact = {
-            name: np.where(self.stepped[of], np.nan, np.minimum(getattr(states, name), 1.0))
-            for name in MARGINS
-        }
+        exact = {name: np.minimum(getattr(states, name), 1.0) for name in MARGINS}
         return replace(
             states,
             **exact,
             s_c=np.where(line, rounded_contact(states.s_c), 1.0),
             phi1=np.where(line, 0.0, states.phi1),
-            x0=np.where(self.by_x0[of], t, states.x0),
+            x0=np.where(self.by_x0[index], t, states.x0),
         )
 
-    def at_x0(self, of: IntArray, x0: FloatArray) -> StickingState:
+    def at_x0(self, index: IntArray, x0: FloatArray) -> StickingState:
         """States at displacements."""
-        return self.at(of, self.places_of(of, x0))
+        return self.at(index, self.places_of(index, x0))
 
-    def displacements(self, of: IntArray, t: FloatArray) -> FloatArray:
+    def displacements(self, index: IntArray, t: FloatArray) -> FloatArray:
         """Displacements at values of the parameters, NaN where these are."""
-        x0, sought = t.copy(), np.flatnonzero(~self.by_x0[of] & np.isfinite(t))
+        x0, sought = t.copy(), np.flatnonzero(~self.by_x0[index] & np.isfinite(t))
         if len(sought):
-            x0[sought] = self.at(of[sought], t[sought]).x0
+            x0[sought] = self.at(index[sought], t[sought]).x0
         return x0
 
-    def places_of(self, of: IntArray, x0: FloatArray) -> FloatArray:
+    def places_of(self, index: IntArray, x0: FloatArray) -> FloatArray:
         """Values of the parameters at displacements."""
-        sought = np.flatnonzero(~self.by_x0[of])
+        sought = np.flatnonzero(~self.by_x0[index])
         if not len(sought):
             return x0
         # Pieces meet up to rounding.
-        levels = np.minimum(x0[sought], self.samples.x0[of[sought], -1])
+        levels = np.minimum(x0[sought], self.samples.x0[index[sought], -1])
         t = x0.copy()
-        t[sought] = self.first(of[sought], self.samples.x0, levels, displacement, value=levels)
+        t[sought] = self.first(index[sought], self.samples.x0, levels, DISPLACEMENT, levels)
         return t
 
     @cached_property
@@ -333,21 +272,18 @@ class PieceArray:
     @cached_property
     def samples(self) -> StickingState:
         """States at `sample_places`, good enough to bracket crossings."""
-        columns = np.empty((len(StickingState.names()), *self.sample_places.shape))
-        for rows, group in self._grouped:
-            columns[:, rows] = group.samples().transpose(1, 0, 2)
-        return StickingState(**dict(zip(StickingState.names(), columns, strict=True)))
+        return self._sampled(0)
 
-    def restricted(self, of: IntArray, stop: FloatArray) -> list[Piece]:
+    def restricted(self, index: IntArray, stop: FloatArray) -> list[Piece]:
         """Cut pieces off at values of their parameters."""
-        if not len(of):
+        if not len(index):
             return []
-        counts = [len(self.pieces[row].states) for row in of]
+        counts = [len(self.pieces[row].states) for row in index]
         places = [
             self.start[row] + (end - self.start[row]) * chebyshev_nodes(count)
-            for row, end, count in zip(of, stop, counts, strict=True)
+            for row, end, count in zip(index, stop, counts, strict=True)
         ]
-        states = self.at(np.repeat(of, counts), np.concatenate(places))
+        states = self.at(np.repeat(index, counts), np.concatenate(places))
         first = np.cumsum([0, *counts])
         return [
             replace(
@@ -355,16 +291,15 @@ class PieceArray:
                 stop=float(end),
                 states=states.take(slice(begin, begin + count)).copy(),
             )
-            for row, end, begin, count in zip(of, stop, first, counts, strict=False)
+            for row, end, begin, count in zip(index, stop, first, counts, strict=False)
         ]
 
     def first(
         self,
-        of: IntArray,
+        index: IntArray,
         sampled: FloatArray,
         levels: FloatArray,
-        form: Form,
-        *,
+        weights: Mapping[str, FloatArray | float],
         value: FloatArray | float = 0.0,
         places: FloatArray | None = None,
         derivative: int = 0,
@@ -373,61 +308,61 @@ class PieceArray:
 
         Parameters
         ----------
-        of : ndarray of int, shape (n,)
+        index : ndarray of int, shape (n,)
         sampled : ndarray, shape (pieces, samples)
             The quantity at `places`; it may fall again behind a level.
         levels : ndarray, shape (n,)
-        form : callable
-            Maps levels to the weights of columns in a sum that has a certain value where the
-            quantity reaches the level.
+        weights : mapping of ndarray, shape (n,), or float
+            Of columns, the weighted sum of which has a certain value where the quantity reaches
+            the level.
         value : ndarray, shape (n,), or float
             That value.
         places : ndarray, shape (pieces, samples), optional
             Increasing values of the parameters, by default `sample_places`.
         derivative : int
-            Which derivative of the states the form is taken of.
+            Which derivative of the states the sum is taken of.
 
         Returns
         -------
         ndarray, shape (n,)
             Values of the parameters; NaN where no sample reaches the level.
         """
-        if not len(of):
+        if not len(index):
             return np.empty(0)
         t = self.sample_places if places is None else places
-        after = first_reached(np.maximum.accumulate(sampled, axis=1), of, levels)
-        found = np.where(after == 0, t[of, 0], np.nan)
+        after = first_reached(np.maximum.accumulate(sampled, axis=1), index, levels)
+        found = np.where(after == 0, t[index, 0], np.nan)
         inside = np.flatnonzero((after > 0) & (after < t.shape[1]))
         if not len(inside):
             return found
-        of, after, level = of[inside], after[inside], levels[inside]
-        value = np.broadcast_to(value, levels.shape)[inside]
-        low, high = t[of, after - 1], t[of, after]
-        weights = form(level)
-        names = tuple(weights)
+        value, *each = (
+            np.broadcast_to(one, levels.shape)[inside] for one in (value, *weights.values())
+        )
 
         def excess(
-            t: FloatArray, of: IntArray, value: FloatArray, *weighted: FloatArray
+            t: FloatArray, index: IntArray, value: FloatArray, *weighted: FloatArray
         ) -> tuple[FloatArray, FloatArray]:
-            values = self._values(of, t, names, (derivative, derivative + 1))
+            values = self._values(index, t, tuple(weights), (derivative, derivative + 1))
             total, slope = (values * np.array(weighted)).sum(axis=1)
             return total - value, slope
 
-        # Through both samples and the one before them, or behind them.
-        around = np.stack([after - 1, after, np.where(after > 1, after - 2, after + 1)])
-        guess = inverse_quadratic(sampled[of, around], t[of, around], level)
-        each = [np.broadcast_to(weight, value.shape) for weight in weights.values()]
-        found[inside] = bracketed_root(excess, low, high, of, value, *each, guess=guess)
+        index, after, level = index[inside], after[inside], levels[inside]
+        low, high = t[index, after - 1], t[index, after]
+        before, behind = sampled[index, after - 1], sampled[index, after]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            share = np.nan_to_num((level - before) / (behind - before))
+        guess = low + np.clip(share, 0.0, 1.0) * (high - low)
+        found[inside] = bracketed_root(excess, low, high, index, value, *each, guess=guess)
         return found
 
     def largest(
-        self, of: IntArray, sampled: FloatArray, columns: Sequence[str], slope: Slope
+        self, index: IntArray, sampled: FloatArray, columns: Sequence[str], slope: Slope
     ) -> FloatArray:
         """Find where a quantity is largest on some pieces.
 
         Parameters
         ----------
-        of : ndarray of int, shape (n,)
+        index : ndarray of int, shape (n,)
         sampled : ndarray, shape (n, SAMPLES)
             The quantity at the `sample_places` of these pieces.
         columns : sequence of str
@@ -442,31 +377,24 @@ class PieceArray:
             Values of the parameters.
         """
 
-        def sloped(t: FloatArray, of: IntArray) -> tuple[FloatArray, FloatArray]:
-            return slope(*self._values(of, t, columns, (0, 1, 2)))
+        def sloped(t: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:
+            return slope(*self._values(index, t, columns, (0, 1, 2)))
 
-        t, top = self.sample_places[of], np.argmax(sampled, axis=1)
-        rows = np.arange(len(of))
+        t, top = self.sample_places[index], np.argmax(sampled, axis=1)
+        rows = np.arange(len(index))
         found = t[rows, top]
         # At an end it may still be inside by less than a sample.
         low, high = t[rows, np.maximum(top - 1, 0)], t[rows, np.minimum(top + 1, SAMPLES - 1)]
-        before, after = sloped(np.append(low, high), np.tile(of, 2))[0].reshape(2, -1)
+        before, after = sloped(np.append(low, high), np.tile(index, 2))[0].reshape(2, -1)
         inside = np.flatnonzero(before * after < 0.0)
         if len(inside):
-            found[inside] = bracketed_root(sloped, low[inside], high[inside], of[inside])
+            found[inside] = bracketed_root(sloped, low[inside], high[inside], index[inside])
         return found
 
     def turning_points(self) -> FloatArray:
         """Values of the parameters from which on x0 no longer increases; NaN if it always does."""
-        turns, of = np.full(len(self.pieces), np.nan), np.flatnonzero(~self.by_x0)
-        slopes = np.empty((len(self.pieces), SAMPLES))
-        for row in of:
-            states = self.pieces[row].states
-            slopes[row] = even_derivative(len(states), SAMPLES) @ states.x0
-        turns[of] = self.first(of, -slopes, np.zeros(len(of)), displacement, derivative=1)
+        turns, index = np.full(len(self.pieces), np.nan), np.flatnonzero(~self.by_x0)
+        if len(index):
+            slopes, none = self._sampled(1).x0, np.zeros(len(index))
+            turns[index] = self.first(index, -slopes, none, DISPLACEMENT, derivative=1)
         return turns
-
-
-def displacement(level: FloatArray) -> Mapping[str, float]:
-    """Linear form of states, see `Form`: their displacement."""
-    return {"x0": 1.0}

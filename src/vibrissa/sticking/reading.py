@@ -20,7 +20,7 @@ from vibrissa.sticking.piece import PieceArray, StickingState
 class CurveArray:
     """Sticking curves side by side; see `vibrissa.sticking.curve.StickingCurve` for one of them.
 
-    An argument `of`, ndarray of int of shape (m,), says on which curve each row of the others is.
+    An argument `index`, ndarray of int of shape (m,), is that of the curve of each row.
     Nothing is checked here.
 
     Attributes
@@ -60,56 +60,57 @@ class CurveArray:
         last = np.where(self.has_states, self.stop - 1, -1)
         return np.append(self.pieces.last_x0, np.nan)[last]
 
-    def _piece_of(self, of: IntArray, x0: FloatArray) -> IntArray:
+    def _piece_of(self, index: IntArray, x0: FloatArray) -> IntArray:
         """Which piece each displacement lies on."""
-        place, first_x0 = self.begin[of], self.pieces.first_x0
+        place, first_x0 = self.begin[index], self.pieces.first_x0
         for _ in range(int((self.stop - self.begin).max(initial=1)) - 1):
             after = np.minimum(place + 1, len(first_x0) - 1)
-            place += (place + 1 < self.stop[of]) & (first_x0[after] <= x0)
+            place += (place + 1 < self.stop[index]) & (first_x0[after] <= x0)
         return place
 
-    def contact(self, of: IntArray, x0: FloatArray) -> list[str]:
+    def contact(self, index: IntArray, x0: FloatArray) -> list[str]:
         """Kind of contact at displacements; empty at NaN."""
         known = np.flatnonzero(np.isfinite(x0))
         kinds = np.full(len(x0), "", dtype=object)
-        line = self.pieces.line[self._piece_of(of[known], x0[known])]
+        line = self.pieces.line[self._piece_of(index[known], x0[known])]
         kinds[known] = np.where(line, Contact.LINE.value, Contact.POINT.value)
         return list(kinds.tolist())
 
-    def states(self, of: IntArray, x0: FloatArray) -> StickingState:
+    def states(self, index: IntArray, x0: FloatArray) -> StickingState:
         """States at the displacements that are not NaN; NaN elsewhere."""
         known = np.flatnonzero(np.isfinite(x0))
         if len(known) < len(x0):
             states = StickingState.unknown(len(x0))
             if len(known):
-                states.put(known, self.states(of[known], x0[known]))
+                states.put(known, self.states(index[known], x0[known]))
             return states
-        place = self._piece_of(of, x0)
+        place = self._piece_of(index, x0)
         within = np.minimum(x0, self.pieces.last_x0[place])
         return replace(self.pieces.at_x0(place, within), x0=x0)
 
-    def onset(self, of: IntArray, mu0: FloatArray) -> FloatArray:
+    def onset(self, index: IntArray, mu0: FloatArray) -> FloatArray:
         """Exact onsets of slip; NaN where the tip locks, or the curve ends before."""
         onset = np.full(mu0.shape, np.nan)
         sampled, places = self._demand_up_to_the_lock
-        place = self.pushed[of]
+        place = self.pushed[index]
         while True:
             # A curve without a lock ends before it.
-            sought = (place < self.stop[of]) & ~(mu0 > self.mu_lock[of]) & np.isnan(onset)
+            sought = (place < self.stop[index]) & ~(mu0 > self.mu_lock[index]) & np.isnan(onset)
             rows = np.flatnonzero(sought)
-            rows = rows[~(self.pieces.first_x0[place[rows]] > self.x0_lock[of[rows]])]
+            rows = rows[~(self.pieces.first_x0[place[rows]] > self.x0_lock[index[rows]])]
             if not len(rows):
                 return onset
-            at = self.pieces.first(place[rows], sampled, mu0[rows], _slips_ahead, places=places)
+            level = mu0[rows]
+            at = self.pieces.first(place[rows], sampled, level, _slips_ahead(level), places=places)
             onset[rows] = self.pieces.displacements(place[rows], at)
             place = place + 1
 
-    def outcomes(self, of: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
+    def outcomes(self, index: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
         """Exact onsets of slip, and what becomes of the tip, also on curves without states."""
-        x0_slip = self.onset(of, mu0)
+        x0_slip = self.onset(index, mu0)
         otherwise = np.array(self.status, dtype=object)
         otherwise[self.locks] = Status.LOCK
-        status = otherwise[of]
+        status = otherwise[index]
         status[np.isfinite(x0_slip)] = Status.SLIP
         return x0_slip, list(status)
 
@@ -129,19 +130,19 @@ class CurveArray:
         places[rows, before[rows]] = pieces.places_of(rows, x0_lock[rows])
         return demand, places
 
-    def motion_end(self, of: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:
+    def motion_end(self, index: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:
         """How and where sticking ends that goes on past the lock, for μ0 above μ_lock."""
         states = StickingState.unknown(len(mu0))
-        ends = np.array(self.end, dtype=object)[of]
+        ends = np.array(self.end, dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
-        states.put(followed, self.pieces.last.take(self.stop[of[followed]] - 1))
-        place = self.pushed[of]
+        states.put(followed, self.pieces.last.take(self.stop[index[followed]] - 1))
+        place, pieces, sampled = self.pushed[index], self.pieces, self._alpha_past_the_lock
         while True:
-            rows = np.flatnonzero((place < self.stop[of]) & (ends != End.SLIPS_BACK))
+            rows = np.flatnonzero((place < self.stop[index]) & (ends != End.SLIPS_BACK))
             if not len(rows):
                 return list(ends), states
             alpha = np.arctan(mu0[rows])
-            at = self.pieces.first(place[rows], self._alpha_past_the_lock, alpha, _slips_back)
+            at = pieces.first(place[rows], sampled, alpha, _slips_back(alpha))
             slips = np.isfinite(at)
             states.put(rows[slips], self.pieces.at(place[rows[slips]], at[slips]))
             ends[rows[slips]] = End.SLIPS_BACK
@@ -154,19 +155,20 @@ class CurveArray:
         x0_lock = np.repeat(self.x0_lock, self.stop - self.begin)
         return np.where(samples.x0 >= x0_lock[:, None], samples.alpha, -np.pi)
 
-    def trailing_end(self, of: IntArray, mu0: FloatArray) -> StickingState:
+    def trailing_end(self, index: IntArray, mu0: FloatArray) -> StickingState:
         """Last sticking states of rods that trail behind their clamps; NaN where they do not."""
         states = StickingState.unknown(len(mu0))
         swings = np.array([end is End.SWINGS_ASIDE for end in self.end], dtype=bool)
         # The part next to α = 0 comes first for the tip.
-        place = self.pushed[of] - 1
+        place = self.pushed[index] - 1
         while True:
-            sought = swings[of] & (place >= self.begin[of]) & np.isnan(states.x0)
+            sought = swings[index] & (place >= self.begin[index]) & np.isnan(states.x0)
             rows = np.flatnonzero(sought)
             if not len(rows):
-                return mirrored(states, self.x0_end[of])
-            alpha = -np.arctan(mu0[rows])
-            at = self.pieces.first(place[rows], -self.pieces.samples.alpha, alpha, _slips_pulled)
+                return mirrored(states, self.x0_end[index])
+            alpha = np.arctan(mu0[rows])
+            sampled = -self.pieces.samples.alpha
+            at = self.pieces.first(place[rows], sampled, -alpha, _slips_back(alpha))
             # Where not even the first sample demands more, an earlier part does.
             slips = at > self.pieces.start[place[rows]]
             states.put(rows[slips], self.pieces.at(place[rows[slips]], at[slips]))
@@ -184,7 +186,7 @@ def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState
     )
 
 
-# Linear forms of states, see `vibrissa.sticking.piece.Form`.
+# Weights of columns that sum to zero where the tip slips.
 
 
 def _slips_ahead(mu0: FloatArray) -> Mapping[str, FloatArray | float]:
@@ -194,8 +196,3 @@ def _slips_ahead(mu0: FloatArray) -> Mapping[str, FloatArray | float]:
 
 def _slips_back(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
     return {"reaction_fy": np.tan(alpha), "reaction_fx": 1.0}
-
-
-def _slips_pulled(alpha: FloatArray) -> Mapping[str, FloatArray | float]:
-    # As `_slips_back`, but for the level −α.
-    return _slips_back(-alpha)

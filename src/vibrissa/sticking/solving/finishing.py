@@ -154,8 +154,7 @@ def _swing(found: Resolved, piece: Piece) -> float:
     The margin of a few states on few nodes gives the place, and exact ones next to it the digits.
     """
     sampled, only = -piece.alone.samples.stability_aside, np.zeros(1, dtype=np.int64)
-    weights = {"stability_aside": 1.0}
-    at = float(piece.alone.first(only, sampled, np.zeros(1), lambda level: weights)[0])
+    at = float(piece.alone.first(only, sampled, np.zeros(1), {"stability_aside": 1.0})[0])
     if np.isnan(at) or sampled[0, 0] >= 0.0:
         return at
     length = piece.stop - piece.start

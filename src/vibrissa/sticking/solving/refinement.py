@@ -18,7 +18,6 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import (
     chebyshev_nodes,
     chebyshev_transform,
-    halfway_interpolation,
     interpolation,
 )
 from vibrissa.sticking.solving.cutting import (
@@ -254,7 +253,7 @@ def _residual_between(found: Resolved, rows: IntArray) -> FloatArray:
         return np.empty(0)
     some = _selected(found, rows)
     middle = chebyshev_nodes(2 * some.count - 1)[1::2]
-    path = along(halfway_interpolation(some.count), some.path)
+    path = along(interpolation(some.count, middle), some.path)
     return _largest(path, some.parts, middle)
 
 

@@ -8,10 +8,11 @@ collapsed on a false minimum, and the recognition of locking.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import ode
+from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize
 
 from vibrissa.mechanics.admissibility import TOLERANCE, clearances
@@ -22,7 +23,7 @@ from vibrissa.mechanics.mounting import IDEAL, rod_columns
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.spectral import gauss_rule
+from vibrissa.numerics.spectral import chebyshev_nodes, gauss_rule
 from vibrissa.outcomes import Contact, Parameter, RodSection, Solver
 from vibrissa.sticking.assembly import Limit, Solved, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
@@ -40,6 +41,8 @@ STEPS_BEYOND_LOCK = 4
 WALK_LIMIT = 1.5
 # Points of a shape at which it is looked at.
 NODES = 48
+# States of a path, and the order of the spline through those on the step grid.
+STATES, SPLINE_DEGREE = 129, 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -334,13 +337,17 @@ def solve_curve(
         stability_aside=np.full_like(f, np.nan),
     )
     limit = _limit(theta, eta, known, states[0].x1 - known.x0)
+    # A spline through the states on the step grid has states at Chebyshev points.
+    stop, degree = float(known.x0[-1]), min(SPLINE_DEGREE, len(known) - 1)
+    spline = make_interp_spline(known.x0, np.nan_to_num(known.matrix()), k=degree)
+    smooth = StickingState.from_matrix(spline(stop * chebyshev_nodes(STATES)))
+    unknown = np.full(STATES, np.nan)
     piece = Piece(
         contact=Contact.POINT,
         parameter=Parameter.X0,
         start=0.0,
-        stop=float(known.x0[-1]),
-        states=known,
-        stepped=True,
+        stop=stop,
+        states=replace(smooth, stability=unknown, stability_aside=unknown),
     )
     solved = Solved(
         theta=theta,
