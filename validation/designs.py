@@ -72,9 +72,10 @@ def drawn(whisker, noise, generator):
     length = 1.0 + error["length"]
     mounting = replace(
         whisker.mounting,
-        **{name: error[name] for name in ("clamp_angle", "clamp_compliance", "curvature")},
+        clamp_angle=error["clamp_angle"],
+        clamp_compliance=abs(error["clamp_compliance"]),
+        curvature=error["curvature"],
     )
-    mounting = replace(mounting, clamp_compliance=abs(mounting.clamp_compliance))
     true = replace(
         whisker,
         theta=max(whisker.theta + error["theta"], 1.0),

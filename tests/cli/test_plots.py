@@ -167,10 +167,8 @@ def test_a_design_stands_among_the_pairs_that_were_solved(with_pairs):
             by_reading=np.array([3.0, 4.0, 5.0]),
             by_tolerances=np.array([1.0, 2.0, 3.0]),
         ),
-        pairs=SimpleNamespace(theta=np.array([1.0, 2.0, 3.0]), eta=np.array([0.7, 0.8, 0.9]))
-        if with_pairs
-        else None,
-        pair_uncertainty=np.array([0.1, np.nan, 0.3]),
+        pairs=SimpleNamespace(theta=np.array([1.0, 2.0, 3.0]), eta=np.array([0.7, 0.8, 0.9])),
+        pair_uncertainty=np.array([0.1, np.nan, 0.3] if with_pairs else []),
         theta=3.0,
         eta=0.9,
     )

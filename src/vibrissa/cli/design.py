@@ -16,7 +16,6 @@ from vibrissa.cli.options import (
 from vibrissa.cli.requirements import takes_requirements
 from vibrissa.design import Design, DesignStatus, Requirements
 from vibrissa.design import design as find_design
-from vibrissa.errors import ArgumentError
 from vibrissa.sensor import series
 from vibrissa.sensor.given import rod_file
 
@@ -55,8 +54,6 @@ def design(requirements: Requirements, output: Written = None, picture: Picture 
     """
     check_files(output, picture, ROD_FILE)
     found = find_design(requirements, progress_bars())
-    if found.status is DesignStatus.FAILED:
-        raise ArgumentError(found.message)
     say(found, output)
     if output is not None:
         _write(found, output)

@@ -21,7 +21,7 @@ def design(found: Design) -> Figure:
     left.set(xlabel="static friction μ0", ylabel="uncertainty of μ0", ylim=(0.0, None))
     left.legend()
     pairs = found.pairs
-    if pairs is not None and len(found.pair_uncertainty):
+    if len(found.pair_uncertainty):
         good = np.isfinite(found.pair_uncertainty)
         right.plot(pairs.theta[~good], pairs.eta[~good], ".", color="0.8", label="no rod")
         values = found.pair_uncertainty[good]

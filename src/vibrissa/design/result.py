@@ -9,7 +9,7 @@ import numpy as np
 
 from vibrissa.design.limits import Limit
 from vibrissa.design.pairs import Pairs
-from vibrissa.design.requirements import FRICTIONS, Requirements
+from vibrissa.design.requirements import Requirements
 from vibrissa.design.uncertainty import TolerancePart, Uncertainty
 from vibrissa.extras import require
 from vibrissa.mechanics.rod import Rod
@@ -37,13 +37,10 @@ class DesignStatus(StrEnum):
         A rod that meets all constraints: the best of them.
     NONE
         No rod meets all constraints: the one that violates them least.
-    FAILED
-        No rod could be solved; the message says why.
     """
 
     FOUND = "found"
     NONE = "none"
-    FAILED = "failed"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +65,7 @@ class Design(Tabular):
         The status in words.
     requirements : Requirements
     theta, eta, diameter, length : float
-        The rod (m); NaN if none was solved.
+        The rod (m).
     mu_lock : float
         Critical friction coefficient.
     x0_slip : ndarray, shape (k,)
@@ -80,10 +77,10 @@ class Design(Tabular):
         Every constraint, the most used first.
     parts : list of TolerancePart
         What each tolerance costs where the uncertainty is largest; what to measure first.
+    pairs : Pairs
+        All pairs (θ, η) that were solved.
     alternatives : list of Alternative
         The best rod of each taper.
-    pairs : Pairs or None
-        All pairs (θ, η) that were solved.
     pair_uncertainty : ndarray, shape (n,)
         Uncertainty of μ0 with the best size of each pair; infinite where there is none.
     """
@@ -91,17 +88,17 @@ class Design(Tabular):
     status: DesignStatus
     message: str
     requirements: Requirements
-    theta: float = np.nan
-    eta: float = np.nan
-    diameter: float = np.nan
-    length: float = np.nan
-    mu_lock: float = np.nan
-    x0_slip: FloatArray = field(default_factory=lambda: np.full(FRICTIONS, np.nan))
-    uncertainty: Uncertainty = field(default_factory=lambda: Uncertainty.unknown(FRICTIONS))
-    checks: list[Limit] = field(default_factory=list)
-    parts: list[TolerancePart] = field(default_factory=list)
+    theta: float
+    eta: float
+    diameter: float
+    length: float
+    mu_lock: float
+    x0_slip: FloatArray
+    uncertainty: Uncertainty
+    checks: list[Limit]
+    parts: list[TolerancePart]
+    pairs: Pairs
     alternatives: list[Alternative] = field(default_factory=list)
-    pairs: Pairs | None = None
     pair_uncertainty: FloatArray = field(default_factory=lambda: np.empty(0))
 
     @property
@@ -112,7 +109,7 @@ class Design(Tabular):
     @property
     def largest(self) -> float:
         """Uncertainty of μ0 at that μ0 of the range where it is largest."""
-        return float(self.uncertainty.largest)
+        return self.uncertainty.largest
 
     @property
     def active_constraints(self) -> list[str]:
@@ -132,8 +129,6 @@ class Design(Tabular):
 
     def __repr__(self) -> str:
         """Tell the rod, its uncertainty, what limits it, and what other tapers cost."""
-        if self.status is DesignStatus.FAILED:
-            return self.message
         parts = (self._of_rod(), self._of_mu0(), self._of_others(), self._of_limits())
         return "\n".join(line for part in (*parts, self._of_tolerances()) for line in part)
 

@@ -1,7 +1,9 @@
 """The choice of the rod that measures friction best, among those that one can buy or turn."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +11,8 @@ from vibrissa.design.limits import Limit, limits_of
 from vibrissa.design.pairs import Pairs, survey
 from vibrissa.design.requirements import Requirements
 from vibrissa.design.result import Alternative, Design, DesignStatus
-from vibrissa.design.uncertainty import parts_of, uncertainties
+from vibrissa.design.uncertainty import Uncertainty
+from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import slices
 from vibrissa.sensor.whisker import Progress, quiet
@@ -37,6 +40,11 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     -------
     Design
 
+    Raises
+    ------
+    NoResponseError
+        If no rod could be solved.
+
     Examples
     --------
     The paper's rod, of structural steel:
@@ -49,16 +57,12 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     >>> print(result.status, *result.active_constraints)
     none moment_z force_y force_x strain
     """
-    found, failures = _solved(requirements, progress)
-    if found is None:
-        message = f"no such rod could be solved: {failures[0]}"
-        return Design(status=DesignStatus.FAILED, message=message, requirements=requirements)
-    candidates = _Candidates.of(requirements, found)
-    if candidates.possible.any():
-        whole = candidates.uncertainty()
-        if np.isfinite(whole).any():
-            return _found(candidates, whole)
-    return _nearest(candidates)
+    pairs, failures = _solved(requirements, progress)
+    if pairs is None:
+        raise NoResponseError(f"no such rod could be solved: {failures[0]}")
+    rods = _Rods.of(requirements, pairs)
+    whole = rods.uncertainty()
+    return _found(rods, whole) if np.isfinite(whole).any() else _nearest(rods)
 
 
 def _solved(r: Requirements, progress: Progress) -> tuple[Pairs | None, list[str]]:
@@ -74,14 +78,13 @@ def _solved(r: Requirements, progress: Progress) -> tuple[Pairs | None, list[str
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Candidates:
+class _Rods:
     """All rods: n pairs (θ, η), d diameters and l lengths.
 
     Attributes
     ----------
     requirements : Requirements
     pairs : Pairs
-    diameter, length : ndarray, shape (d,) and (l,)
     limits : list of Limit
     use : ndarray, shape (limits, n, d, l)
         Part of each limit that is used.
@@ -89,106 +92,98 @@ class _Candidates:
 
     requirements: Requirements
     pairs: Pairs
-    diameter: FloatArray
-    length: FloatArray
     limits: list[Limit]
     use: FloatArray
 
     @classmethod
-    def of(cls, r: Requirements, pairs: Pairs) -> "_Candidates":
+    def of(cls, r: Requirements, pairs: Pairs) -> "_Rods":
         """Compare all rods with all limits."""
-        diameter, length = np.array(r.diameter), np.array(r.length)
-        limits = limits_of(r, pairs, diameter, length)
-        shape = (len(pairs), len(diameter), len(length))
+        limits = limits_of(r, pairs, np.array(r.diameter), np.array(r.length))
+        shape = (len(pairs), len(r.diameter), len(r.length))
         use = np.array([np.broadcast_to(limit.use, shape) for limit in limits])
-        return cls(
-            requirements=r, pairs=pairs, diameter=diameter, length=length, limits=limits, use=use
-        )
+        return cls(requirements=r, pairs=pairs, limits=limits, use=use)
 
-    @property
-    def possible(self) -> FloatArray:
-        """Which rods meet all constraints, shape (n, d, l)."""
-        return np.asarray(self.use.max(axis=0) <= 1.0 + ROUNDING)
+    def known(self, rod: Sequence[Any]) -> Uncertainty:
+        """Predict the uncertainty of one rod, by its indices."""
+        n, d, k = rod
+        r = self.requirements
+        pair = self.pairs.take(np.array([n]))
+        return Uncertainty(requirements=r, pair=pair, diameter=r.diameter[d], length=r.length[k])
 
     def uncertainty(self) -> FloatArray:
         """Largest uncertainty of μ0 of each rod; infinite where a constraint is violated."""
         found = np.full(self.use.shape[1:], np.inf)
-        possible = self.possible
-        for n in np.flatnonzero(possible.any(axis=(1, 2))):
-            d, length = np.nonzero(possible[n])
-            sizes = self.diameter[d], self.length[length]
-            known = uncertainties(self.requirements, self.pairs.take(np.array([n])), *sizes)
-            found[n, d, length] = np.nan_to_num(known.largest, nan=np.inf)
+        for rod in np.argwhere(self.use.max(axis=0) <= 1.0 + ROUNDING):
+            found[tuple(rod)] = np.nan_to_num(self.known(rod.tolist()).largest, nan=np.inf)
         return found
 
-    def result(self, at: tuple[np.intp, ...], status: DesignStatus, message: str) -> Design:
+    def result(self, rod: Sequence[Any], status: DesignStatus, message: str) -> Design:
         """Put together what is known of one rod."""
-        n, d, k = at
-        r, pair = self.requirements, self.pairs.take(np.array([n]))
-        diameter, length = self.diameter[[d]], self.length[[k]]
-        known = uncertainties(r, pair, diameter, length).take(0)
-        checks = [limit.at(at, self.use.shape[1:]) for limit in self.limits]
-        parts = []
-        if np.isfinite(known.whole).all():
-            worst = int(np.argmax(known.whole))
-            parts = parts_of(r, pair, diameter, length, worst, float(known.whole[worst]))
+        known, shape = self.known(rod), self.use.shape[1:]
+        checks = [limit.at(tuple(rod), shape) for limit in self.limits]
+        pair = known.pair
         return Design(
             status=status,
             message=message,
-            requirements=r,
+            requirements=self.requirements,
             theta=float(pair.theta[0]),
             eta=float(pair.eta[0]),
-            diameter=float(diameter[0]),
-            length=float(length[0]),
+            diameter=known.diameter,
+            length=known.length,
             mu_lock=float(pair.mu_lock[0]),
-            x0_slip=pair.x0_slip[0] * length[0],
+            x0_slip=pair.x0_slip[0] * known.length,
             uncertainty=known,
             checks=sorted(checks, key=lambda check: -float(f"{check.use:.3g}")),
-            parts=parts,
+            parts=known.parts() if np.isfinite(known.whole).all() else [],
             pairs=self.pairs,
         )
 
 
-def _found(candidates: _Candidates, whole: FloatArray) -> Design:
+def _best(values: FloatArray) -> tuple[np.intp, ...]:
+    """Find the indices of the least value."""
+    return np.unravel_index(np.argmin(values), values.shape)
+
+
+def _found(rods: _Rods, whole: FloatArray) -> Design:
     """Take the best rod, and the best of each taper beside it."""
-    r, pairs = candidates.requirements, candidates.pairs
-    count = int(np.isfinite(whole).sum())
-    message = f"the best of {count} rods that meet all constraints"
-    best = np.unravel_index(np.argmin(whole), whole.shape)
+    r, pairs = rods.requirements, rods.pairs
+    message = f"the best of {np.isfinite(whole).sum()} rods that meet all constraints"
     if r.given:
         message = "this rod meets all constraints"
-    found = candidates.result(best, DesignStatus.FOUND, message)
+    found = rods.result(_best(whole), DesignStatus.FOUND, message)
     others = []
     for theta in r.theta:
         own = np.where((pairs.theta == theta)[:, None, None], whole, np.inf)
-        n, d, length = np.unravel_index(np.argmin(own), own.shape)
-        if np.isfinite(own[n, d, length]):
+        n, d, k = _best(own)
+        if np.isfinite(own[n, d, k]):
             others.append(
                 Alternative(
                     theta=theta,
                     eta=float(pairs.eta[n]),
-                    diameter=float(candidates.diameter[d]),
-                    length=float(candidates.length[length]),
-                    uncertainty=float(own[n, d, length]),
+                    diameter=r.diameter[d],
+                    length=r.length[k],
+                    uncertainty=float(own[n, d, k]),
                 )
             )
     return replace(found, alternatives=others, pair_uncertainty=whole.min(axis=(1, 2)))
 
 
-def _nearest(candidates: _Candidates) -> Design:
+def _nearest(rods: _Rods) -> Design:
     """Take the rod that violates the constraints least, and say which of them leave none."""
-    use = candidates.use
-    worst = np.nan_to_num(use.max(axis=0), nan=np.inf)
-    at = np.unravel_index(np.argmin(worst), worst.shape)
-    found = candidates.result(at, DesignStatus.NONE, "")
-    violated = [check for check in found.checks if check.use > 1.0 + ROUNDING]
-    factors = ", ".join(f"{check.name} (by a factor of {check.use:.3g})" for check in violated)
-    if candidates.requirements.given:
+    use = rods.use
+    nearest = _best(np.nan_to_num(use.max(axis=0), nan=np.inf))
+    found = rods.result(nearest, DesignStatus.NONE, "")
+    factors = ", ".join(
+        f"{check.name} (by a factor of {check.use:.3g})"
+        for check in found.checks
+        if check.use > 1.0 + ROUNDING
+    )
+    if rods.requirements.given:
         message = f"this rod cannot be used: it violates the constraints {factors}"
         return replace(found, message=message)
     alone = [
         limit.name
-        for i, limit in enumerate(candidates.limits)
+        for i, limit in enumerate(rods.limits)
         if (np.delete(use, i, axis=0).max(axis=0) <= 1.0 + ROUNDING).any()
     ]
     advice = "no single one of them is the cause"
