@@ -42,7 +42,7 @@ TEXTS = Texts(
     pyproject=(ROOT / "pyproject.toml").read_text(encoding="utf-8"),
     lock=(ROOT / "locks/study.lock").read_text(encoding="utf-8"),
     conda=(ROOT / "environment.yml").read_text(encoding="utf-8"),
-    ci=(ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8"),
+    ci=(ROOT / ".github/workflows/nightly.yml").read_text(encoding="utf-8"),
 )
 
 
