@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pyarrow as pa
 import pytest
 
@@ -14,7 +15,8 @@ import made_tables
 import small_study
 from vibrissa.checking import reference, texts
 from vibrissa.checking.condensing import condensed
-from vibrissa.checking.layouts import parse_layouts
+from vibrissa.checking.differences import moved
+from vibrissa.checking.layouts import Tolerance, parse_layouts
 from vibrissa.errors import ComparisonError
 from vibrissa.study.reading import read_study
 from vibrissa.tables import schemas, store
@@ -119,6 +121,12 @@ def test_a_value_moves_by_more_than_its_tolerance_or_not(tmp_path, stiction, col
         assert "grid g, theta 2, mu0 0.4, eta 0.85, dx0 0.001, clamp_angle 0.05" in line
         if not isinstance(by, str):
             assert f"by up to {by:.2g} (relative " in line
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_relative_tolerance_is_of_the_size_of_the_reference(sign):
+    before, after = (pd.Series([sign * 100.0] * 2), pd.Series([sign * 100.0005, sign * 100.002]))
+    assert moved(before, after, Tolerance(absolute=0.0, relative=1e-5)).tolist() == [False, True]
 
 
 def test_rows_and_tables_that_come_and_go_are_told(tmp_path, blessed, stiction):
