@@ -154,21 +154,6 @@ def test_a_shape_of_two_points_has_both_ends(curve):
         assert getattr(few, name) == pytest.approx(getattr(many, name)[:, [0, -1]], abs=1e-15)
 
 
-def test_how_the_states_of_cycles_are_counted():
-    """A cycle ends with the slip into the first state of a later period, which is state 3 here."""
-    row, cycle, step = cycles._numbered(3, 4, 2)
-    assert row.tolist() == [0, 1, 2, 3, 4, 5, 6, 3]
-    assert cycle.tolist() == [1, 1, 1, 1, 2, 2, 2, 2]
-    assert step.tolist() == [0, 1, 2, 3, 1, 2, 3, 4]
-    assert [part.tolist() for part in cycles._numbered(3, 1, 0)] == [[0, 1, 2], [1] * 3, [0, 1, 2]]
-    row, cycle, step = cycles._numbered(1, 1, 3)
-    assert (row.tolist(), cycle.tolist(), step.tolist()) == (
-        [0, 1, 1, 1],
-        [1, 1, 2, 3],
-        [0, 1, 1, 1],
-    )
-
-
 def test_how_the_states_of_periods_that_differ_are_counted():
     at = cycles._Numbers.of([3, 1, 2])
     assert at.cycle.tolist() == [1, 1, 1, 1, 2, 3]

@@ -150,9 +150,12 @@ def stick_slip(
     later = first
     if status is Status.LOCK:
         later = _dragged_period(curve, step_position(np.arange(1 + until.later(dx0)), dx0), s)
-    row, cycle, step = _numbered(len(first.offset), len(later.offset), cycles if until.slips else 0)
-    at = _Numbers(cycle=cycle, step=step, slips=row == len(first.offset))
-    return _scan(curve, status, _joined([first, later]).take(row), at, dx0, s)
+    # The last cycle ends with the state into which the tip slips.
+    periods = [first, *[later] * (cycles - 1), later.take(np.zeros(1, dtype=np.int64))]
+    if not until.slips:
+        periods = [first]
+    at = _Numbers.of([len(period.offset) for period in periods])
+    return _scan(curve, status, _joined(periods), at, dx0, s)
 
 
 def _oblique(
@@ -331,25 +334,6 @@ def _shapes(curve: StickingCurve, states: StickingState, s: FloatArray) -> Float
             for f, alpha, x1, y1, s_c in rows
         ]
     )
-
-
-def _numbered(first: int, later: int, cycles: int) -> tuple[IntArray, IntArray, IntArray]:
-    """Count the states, the cycles and the steps in each, for all footpoint positions.
-
-    `first` and `later` are the numbers of states of the periods, which are counted one after the
-    other. A cycle ends with the step in which the tip slips into the first state of a later period;
-    the first begins with the α = 0 state. Without cycles nothing slips.
-    """
-    row, cycle, step = [np.arange(first)], [np.ones(first, dtype=np.int64)], [np.arange(first)]
-    for number in range(1, cycles + 1):
-        if number > 1:
-            row.append(np.arange(first + 1, first + later))
-            step.append(np.arange(1, later))
-            cycle.append(np.full(later - 1, number))
-        row.append(np.array([first]))
-        step.append(np.array([first if number == 1 else later]))
-        cycle.append(np.array([number]))
-    return np.concatenate(row), np.concatenate(cycle), np.concatenate(step)
 
 
 def _empty_scan(s: FloatArray, status: Status) -> Scan:

@@ -36,6 +36,9 @@ CONTACT_SLACK = 1e-9
 class StickingState(ContactState):
     """Sticking equilibria: one state, or arrays of states.
 
+    The margins of stability are interpolated between fewer states than the rest: mostly to 1e-5, at
+    worst, where two eigenvalues meet, to 5e-3. `vibrissa.solve_state` computes them for one state.
+
     Attributes
     ----------
     x0 : ndarray or float
