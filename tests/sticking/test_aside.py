@@ -1,7 +1,5 @@
 """What a locked round rod does: where it swings aside, and where it slips at last."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,8 +8,6 @@ from hypothesis import strategies as st
 import reference
 from vibrissa import Status, solve_curve, solve_onset, solve_state
 from vibrissa.outcomes import Contact, End
-from vibrissa.sticking.assembly import _passes_under
-from vibrissa.sticking.piece import PieceArray
 
 
 @pytest.mark.slow
@@ -101,13 +97,3 @@ def test_the_margin_out_of_the_plane_vanishes_at_the_end_of_a_curve(pair):
     curve = solve_curve(*pair)
     assert curve.x0_end == curve.x1_init
     assert curve.pieces[-1].states.stability_aside[-1] == pytest.approx(0.0, abs=1e-7)
-
-
-def test_a_piece_that_ends_under_the_tip_up_to_rounding_ends_the_curve():
-    curve = solve_curve(2.0, 0.85)
-    piece = curve.pieces[-1]
-    short = replace(piece, stop=np.nextafter(piece.stop, 0.0))
-    pieces = PieceArray(pieces=(short, replace(piece, stop=0.9 * piece.stop)))
-    ends, beyond = _passes_under(pieces, np.arange(2), np.full(2, curve.x1_init))
-    assert ends == short.stop < curve.x1_init
-    assert np.isnan(beyond)

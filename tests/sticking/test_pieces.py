@@ -8,11 +8,11 @@ from numpy.polynomial import Polynomial
 
 from made_curves import COLUMNS, NEEDS, curve_of, made, rising
 from vibrissa.numerics.spectral import chebyshev_nodes
-from vibrissa.outcomes import Contact, Parameter, RodSection
+from vibrissa.outcomes import Contact, End, Parameter
 from vibrissa.sticking.assembly import (
     NO_MAXIMUM,
     NOT_IN_PLANE,
-    Limit,
+    Event,
     Solved,
     _demand_slope,
     assembled_curves,
@@ -262,7 +262,7 @@ def test_a_tip_that_lifts_off_never_locks():
     assert (curve.status, curve.end, curve.end_message) == ("solved", "lifts_off", "")
     assert (curve.x0_lock, curve.mu_lock) == (pytest.approx(1.2, abs=1e-12), np.inf)
     assert len(curve.pieces) == 1 and curve.x0_end == pytest.approx(1.2, abs=1e-12)
-    breaks = curve_of(lifts, limits=[Limit(1.3, "it breaks")])
+    breaks = curve_of(lifts, events=[breaks_at(1.3)])
     assert (breaks.end, breaks.end_message) == ("lifts_off", "")
     # A tip that is pushed ahead when it lifts off has slipped back before, whatever the friction.
     bend = Polynomial([0.0, -1.0, 1.0])
@@ -272,18 +272,23 @@ def test_a_tip_that_lifts_off_never_locks():
     assert pushed.motion_end([1.0, 1e3])[0] == ["slips_back", "slips_back"]
 
 
-LIMITS = (Limit(1.2, "it breaks"), Limit(0.5, "it breaks"))
+def breaks_at(place):
+    return [Event(place, End.OUT_OF_REACH, "it breaks")]
+
+
+def swings_at(place):
+    return [Event(place, End.SWINGS_ASIDE)]
 
 
 def test_a_curve_ends_where_its_shape_is_inadmissible():
-    curve = curve_of(rising(1.5), rising(2.0, start=1.5), limits=[LIMITS[0], Limit()])
+    curve = curve_of(rising(1.5), rising(2.0, start=1.5), events=[breaks_at(1.2), []])
     assert (curve.status, curve.message, curve.end) == ("solved", "", "out_of_reach")
     assert (curve.end_message, curve.x0_end, len(curve.pieces)) == ("it breaks", 1.2, 1)
     assert curve.x0_lock == pytest.approx(1.0)
 
 
 def test_a_curve_that_ends_before_its_lock_has_states_up_to_there():
-    curve = curve_of(rising(1.5), limits=[LIMITS[1]])
+    curve = curve_of(rising(1.5), events=[breaks_at(0.5)])
     assert (curve.status, curve.message) == ("out_of_reach", "it breaks")
     assert np.isnan([curve.x0_lock, curve.mu_lock]).all() and curve.x0_end == 0.5
     assert curve.onset([0.19, 0.9]) == pytest.approx([0.1, np.nan], nan_ok=True)
@@ -294,45 +299,41 @@ def test_a_curve_that_ends_before_its_lock_has_states_up_to_there():
 )
 def test_a_piece_that_ends_where_it_begins_is_none(beyond, count):
     """The second one, which begins at 1.25; the first has the lock."""
-    limit = Limit(1.25 + beyond, "it breaks")
-    curve = curve_of(rising(1.25), rising(2.0, start=1.25), limits=[Limit(), limit])
+    curve = curve_of(rising(1.25), rising(2.0, start=1.25), events=[[], breaks_at(1.25 + beyond)])
     assert len(curve.pieces) == count and curve.end == "out_of_reach"
     assert curve.x0_end == pytest.approx(1.25, abs=2.0 * SAME)
-    nothing = curve_of(rising(1.5), limits=[Limit(0.0, "it breaks")])
+    nothing = curve_of(rising(1.5), events=[breaks_at(0.0)])
     assert (nothing.status, nothing.message, nothing.pieces) == ("out_of_reach", "it breaks", ())
 
 
 def test_a_limit_at_the_end_of_a_piece_cuts_nothing_off():
     piece = rising(1.5)
-    curve = curve_of(piece, rising(2.0, start=1.5), limits=[Limit(1.5, "it breaks"), Limit()])
+    curve = curve_of(piece, rising(2.0, start=1.5), events=[breaks_at(1.5), []])
     assert curve.pieces == (piece,) and curve.end == "out_of_reach"
 
 
 def test_a_round_rod_swings_aside_where_the_clamp_passes_under_its_contact_point():
     """At x0 = x1_init, also before its lock; in line contact at x0 − s_c = x1_init − 1."""
     for x1_init in (0.6, 1.25):
-        curve = curve_of(rising(1.5), section=RodSection.ROUND, x1_init=x1_init)
+        curve = curve_of(rising(1.5), passes_under=True, x1_init=x1_init)
         assert (curve.status, curve.end, curve.end_message) == ("solved", "swings_aside", "")
         assert curve.x0_end == x1_init
         assert curve.x0_lock == pytest.approx(min(x1_init, 1.0), abs=1e-12)
     lies = made(0.0, 1.5, NEEDS | {"s_c": Polynomial([0.9, -0.2])}, contact=Contact.LINE)
     # x0 − 0.9 + 0.2 x0 = −0.1
-    lying = curve_of(lies, section=RodSection.ROUND, x1_init=0.9)
+    lying = curve_of(lies, passes_under=True, x1_init=0.9)
     assert lying.x0_end == pytest.approx(0.8 / 1.2, abs=1e-12)
 
 
 def test_a_mounted_rod_swings_aside_where_its_margin_vanishes():
-    given = {"section": RodSection.ROUND}
-    curve = curve_of(rising(1.5), swings=[1.3], **given)
+    curve = curve_of(rising(1.5), events=[swings_at(1.3)])
     assert (curve.end, curve.end_message, curve.x0_end) == ("swings_aside", "", 1.3)
-    stays = curve_of(rising(1.5), swings=[np.nan], **given)
+    stays = curve_of(rising(1.5), events=[swings_at(np.nan)])
     assert (stays.end, stays.x0_end) == ("not_followed", 1.5)
-    at_once = curve_of(rising(1.5), swings=[0.0], **given)
+    at_once = curve_of(rising(1.5), events=[swings_at(0.0)])
     assert (at_once.status, at_once.message) == ("out_of_reach", NOT_IN_PLANE)
-    in_its_plane = curve_of(rising(1.5), swings=[1.3])
-    assert in_its_plane.end == "not_followed"
     # What comes first counts.
-    breaks = curve_of(rising(1.5), swings=[1.3], limits=[LIMITS[0]], **given)
+    breaks = curve_of(rising(1.5), events=[[*swings_at(1.3), *breaks_at(1.2)]])
     assert (breaks.end, breaks.x0_end) == ("out_of_reach", 1.2)
 
 
@@ -351,9 +352,9 @@ def test_where_the_rod_first_touches_the_surface_along_a_line():
     assert curve_of(rising(1.5, **slope)).x0_touch == pytest.approx(0.4, abs=1e-12)
     # Past the lock it does not count.
     assert np.isnan(curve_of(rising(1.5, phi1=Polynomial([1.2, -1.0]))).x0_touch)
-    short = curve_of(rising(1.5, **slope), limits=[LIMITS[1]])
+    short = curve_of(rising(1.5, **slope), events=[breaks_at(0.5)])
     assert short.x0_touch == pytest.approx(0.4, abs=1e-12)
-    early = curve_of(rising(1.5, **slope), limits=[Limit(0.3, "it breaks")])
+    early = curve_of(rising(1.5, **slope), events=[breaks_at(0.3)])
     assert np.isnan(early.x0_touch)
     # Where it lies down in one place and only touches in another, the first counts.
     lies = made(0.6, 1.5, NEEDS, contact=Contact.LINE)
@@ -377,12 +378,11 @@ def read():
                 **{"theta": 2.0, "eta": 0.8, "method": "made", "x1_init": 2.5, "residual": 0.0},
                 pieces=[rising(2.75)],
                 pulled=pulled,
+                passes_under=True,
             )
         ]
     )
-    goes_on = curve_of(
-        rising(1.25), rising(3.0, start=1.25), limits=[Limit(), Limit(3.0, "it breaks")]
-    )
+    goes_on = curve_of(rising(1.25), rising(3.0, start=1.25), events=[[], breaks_at(3.0)])
     fails = failed_curve(theta=1.0, eta=0.5, method="made", message="nothing")
     return swings, goes_on, fails
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
 from vibrissa.sticking.piece import Piece, PieceArray
@@ -22,18 +22,11 @@ NOT_IN_PLANE = (
 _FORCE = ("reaction_fx", "reaction_fy")
 
 
-class Limit(NamedTuple):
-    """How far along a piece the shapes are admissible.
+class Event(NamedTuple):
+    """What ends a path: where on a piece, as a value of its parameter, how, and in what way."""
 
-    Attributes
-    ----------
-    at : float
-        Value of the piece's parameter at which they stop being so; NaN if nowhere.
-    reason : str
-        In what way.
-    """
-
-    at: float = np.nan
+    at: float
+    end: End
     reason: str = ""
 
 
@@ -62,14 +55,15 @@ class Solved:
         those counted by the advance, to beyond where x0 turns back. At least one.
     residual : float
         Largest equilibrium residual.
-    limits : sequence of Limit
-        For each piece, how far its shapes are admissible; without any, all are.
+    events : sequence of sequences of Event
+        For each piece, those that its shapes show: where they are inadmissible, and where a mounted
+        rod buckles laterally.
     pulled : sequence of Piece
         Pieces at x0 < 0, in the order of x0.
     section : RodSection
-    swings : sequence of float, optional
-        For each piece, where on it a round rod leaves its plane, NaN where it does not; without
-        them it does so where the clamp passes under the contact point, as in the ideal mounting.
+    passes_under : bool
+        Whether the rod buckles laterally where the clamp passes under the contact point, as a round
+        one does in the ideal mounting.
     turned : bool
         Whether x0 turns back where the last piece ends, in a kink.
     no_end : str
@@ -82,10 +76,10 @@ class Solved:
     x1_init: float
     pieces: Sequence[Piece]
     residual: float
-    limits: Sequence[Limit] = ()
+    events: Sequence[Sequence[Event]] = ()
     pulled: Sequence[Piece] = ()
     section: RodSection = RodSection.ROUND
-    swings: Sequence[float] | None = None
+    passes_under: bool = False
     turned: bool = False
     no_end: str = ""
 
@@ -96,14 +90,6 @@ class _Kept(NamedTuple):
     pieces: Sequence[Piece]
     end: End
     message: str
-
-
-class _Event(NamedTuple):
-    """What ends a curve: where on a piece, as a value of its parameter, how, and in what way."""
-
-    at: float
-    end: End
-    reason: str = ""
 
 
 class _Extremes(NamedTuple):
@@ -194,20 +180,18 @@ def _assembled_curve(solved: Solved, kept: _Kept, extremes: _Extremes) -> Sticki
 def _until_end(solved: Sequence[Solved]) -> list[_Kept]:
     """Cut pieces off at the first event that ends their curve."""
     pieces = PieceArray(pieces=tuple(piece for one in solved for piece in one.pieces))
-    turns, lifts = pieces.turning_points(), _lifts(pieces)
-    swings = _swings(solved, pieces)
+    found = {
+        End.SWINGS_ASIDE: _passes_under(solved, pieces),
+        End.SNAPS: pieces.turning_points(),
+        End.LIFTS_OFF: _lifts(pieces),
+    }
     ends, cuts = [], {}
     for one, rows in zip(solved, _rows([one.pieces for one in solved]), strict=True):
         kept: list[int] = []
-        limits = one.limits or [Limit()] * len(one.pieces)
-        first = _Event(np.inf, End.SNAPS if one.turned else End.NOT_FOLLOWED)
-        for row, limit in zip(range(rows.start, rows.stop), limits, strict=True):
-            events = [
-                _Event(limit.at, End.OUT_OF_REACH, limit.reason),
-                _Event(swings[row], End.SWINGS_ASIDE),
-                _Event(turns[row], End.SNAPS),
-                _Event(lifts[row], End.LIFTS_OFF),
-            ]
+        first = Event(np.inf, End.SNAPS if one.turned else End.NOT_FOLLOWED)
+        shown = one.events or [()] * len(one.pieces)
+        for row, some in zip(range(rows.start, rows.stop), shown, strict=True):
+            events = [*some, *(Event(at[row], end) for end, at in found.items())]
             known = [event for event in events if np.isfinite(event.at)]
             stop = min((event.at for event in known), default=np.inf)
             if stop > pieces.start[row] + SAME:
@@ -237,30 +221,17 @@ def _lifts(pieces: PieceArray) -> FloatArray:
     return lifts
 
 
-def _swings(solved: Sequence[Solved], pieces: PieceArray) -> FloatArray:
-    """Where round rods leave their plane on each piece; NaN where they do not."""
-    swings = np.full(len(pieces.pieces), np.nan)
-    x1_init = np.full(len(pieces.pieces), np.nan)
-    for one, rows in zip(solved, _rows([one.pieces for one in solved]), strict=True):
-        if one.section is RodSection.ROUND and one.swings is None:
-            x1_init[rows] = one.x1_init
-        elif one.section is RodSection.ROUND:
-            swings[rows] = one.swings
-    sought = np.flatnonzero(np.isfinite(x1_init))
-    swings[sought] = _passes_under(pieces, sought, x1_init[sought])
-    return swings
-
-
-def _passes_under(pieces: PieceArray, of: IntArray, x1_init: FloatArray) -> FloatArray:
+def _passes_under(solved: Sequence[Solved], pieces: PieceArray) -> FloatArray:
     """Where clamps pass under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
+    x1_init = np.array(
+        [one.x1_init if one.passes_under else np.nan for one in solved for _ in one.pieces]
+    )
     # In tip contact that is x1_init itself. A piece may end there, up to rounding.
-    start, stop = pieces.start[of], pieces.stop[of]
-    inside = (start <= x1_init) & (x1_init <= stop + SAME)
-    at = np.where(inside, np.minimum(x1_init, stop), np.nan)
-    sought = np.flatnonzero(pieces.line[of] | ~pieces.by_x0[of])
-    if len(sought):
-        level, way = x1_init[sought] - 1.0, pieces.samples.x0 - pieces.samples.s_c
-        at[sought] = pieces.first(of[sought], way, level, {"x0": 1.0, "s_c": -1.0}, level)
+    inside = (pieces.start <= x1_init) & (x1_init <= pieces.stop + SAME)
+    at = np.where(inside, np.minimum(x1_init, pieces.stop), np.nan)
+    rows = np.flatnonzero(np.isfinite(x1_init) & (pieces.line | ~pieces.by_x0))
+    level, way = x1_init[rows] - 1.0, pieces.samples.x0 - pieces.samples.s_c
+    at[rows] = pieces.first(rows, way, level, {"x0": 1.0, "s_c": -1.0}, level)
     return at
 
 

@@ -273,7 +273,7 @@ def _to_assemble(
     """Put the resolved parts of one path together."""
     # By definition, not up to rounding.
     parts[0].piece.states.x0[0] = 0.0
-    if any(np.isfinite(part.limit.at) for part in retraction):
+    if any(np.isfinite(event.at) for part in retraction for event in part.events):
         retraction = []
     return Solved(
         theta=float(branches.rods[row, 0]),
@@ -282,10 +282,10 @@ def _to_assemble(
         x1_init=float(branches.x1_init[row]),
         pieces=[part.piece for part in parts],
         residual=max(part.residual for part in (*parts, *retraction)),
-        limits=[part.limit for part in parts],
+        events=[part.events for part in parts],
         pulled=[part.piece for part in retraction],
         section=section,
-        swings=None if ideal else [part.swing for part in parts],
+        passes_under=ideal and section is RodSection.ROUND,
         turned=turned,
         no_end=NO_END,
     )

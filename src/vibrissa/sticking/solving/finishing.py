@@ -19,8 +19,8 @@ from vibrissa.numerics.spectral import (
     chebyshev_transform,
     interpolation,
 )
-from vibrissa.outcomes import Contact, Parameter
-from vibrissa.sticking.assembly import Limit
+from vibrissa.outcomes import Contact, End, Parameter
+from vibrissa.sticking.assembly import Event
 from vibrissa.sticking.piece import Piece, StickingState, rounded_contact
 from vibrissa.sticking.solving.branches import Branches
 from vibrissa.sticking.solving.refinement import Resolved, along
@@ -50,18 +50,14 @@ class Finished(NamedTuple):
     piece : Piece
     residual : float
         Largest residual half-way between the states.
-    limit : Limit
-        How far its shapes are admissible.
-    swing : float
-        Where on it a round rod buckles laterally; NaN where it does not. In the ideal mounting that
-        follows from where the contact point is, and is not sought.
+    events : list of Event
+        Where its shapes begin to be inadmissible, and where a mounted round rod buckles laterally.
     """
 
     section: int
     piece: Piece
     residual: float
-    limit: Limit
-    swing: float
+    events: list[Event]
 
 
 def finished(
@@ -111,19 +107,19 @@ def finished(
             stop=start + length,
             states=states.take((slice(None), row)).copy(),
         )
-        limit, swing, level = Limit(), np.nan, np.empty(0)
+        events, level = [], np.empty(0)
         if found.path.curvature.shape[1] and not parts.line[row]:
             level = _level(states.phi1[:, row])
         if len(level) or nearest[:, row].min() < CLOSE:
             share, how = _limit(found.of(row), np.union1d(position, level))
-            limit = Limit(start + share * length, how)
+            events.append(Event(start + share * length, End.OUT_OF_REACH, how))
         if round_rods and not ideal:
-            swing = _swing(found.of(row), piece)
+            events.append(Event(_buckling(found.of(row), piece), End.SWINGS_ASIDE))
         if side[parts.branch[row]] < 0.0:
             # In the order of x0: Chebyshev points are so, too, from the other end.
             backwards = piece.states.take(slice(None, None, -1))
             piece = replace(piece, start=-piece.stop, stop=-start, states=backwards)
-        yield Finished(int(parts.section[row]), piece, float(found.residual[row]), limit, swing)
+        yield Finished(int(parts.section[row]), piece, float(found.residual[row]), events)
 
 
 def _level(phi1: FloatArray) -> FloatArray:
@@ -148,7 +144,7 @@ def _margins(states: RodStates, number: int, round_rods: bool) -> dict[str, Floa
     return {name: values.reshape(-1, number) for name, values in margins.items()}
 
 
-def _swing(found: Resolved, piece: Piece) -> float:
+def _buckling(found: Resolved, piece: Piece) -> float:
     """Where a rod buckles laterally, as a value of the parameter; NaN if nowhere.
 
     The margin of a few states on few nodes gives the place, and exact ones next to it the digits.

@@ -24,8 +24,8 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, gauss_rule
-from vibrissa.outcomes import Contact, Parameter, RodSection, Solver
-from vibrissa.sticking.assembly import Limit, Solved, assembled_curves
+from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver
+from vibrissa.sticking.assembly import Event, Solved, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import Piece, StickingState
 
@@ -356,14 +356,15 @@ def solve_curve(
         x1_init=states[0].x1,
         pieces=[piece],
         residual=worst,
-        limits=[limit],
+        events=[limit],
+        passes_under=section is RodSection.ROUND,
         section=section,
         no_end="shooting ends at the lock; use method: collocation to follow the motion past it",
     )
     return assembled_curves([solved])[0]
 
 
-def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) -> Limit:
+def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) -> list[Event]:
     """First of some states whose shape is inadmissible, to the step."""
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)
@@ -377,5 +378,6 @@ def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) 
     clearance = clearances(shapes, np.full(len(states), eta))
     beyond = np.flatnonzero(clearance.smallest < -TOLERANCE)
     if not len(beyond):
-        return Limit()
-    return Limit(float(states.x0[beyond[0]]), clearance.reasons(int(beyond[0])))
+        return []
+    first = int(beyond[0])
+    return [Event(float(states.x0[first]), End.OUT_OF_REACH, clearance.reasons(first))]
