@@ -184,15 +184,6 @@ def test_a_channel_without_noise_is_not_used(whisker, signals):
     assert found.periods.mu0 == pytest.approx(other.periods.mu0, nan_ok=True)
 
 
-def test_without_a_rod_noise_may_be_that_of_a_small_transducer(signals):
-    frame = signals.to_pandas()[:300]
-    names = {"footpoint": "footpoint [m]", "force_x": "force_x [N]", "force_y": "force_y [N]"}
-    small = 1e-9 * frame[[*names]].rename(columns=names)
-    noise = "3 pN, 3 pN, 0.01 pN*m"
-    found = identify(None, small, method="ratio", noise=noise, assume=False)
-    assert (found.periods.status == "slip").sum() > 2
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -314,20 +305,6 @@ def test_a_mounting_that_is_none_is_refused(values, said):
     with pytest.raises(ArgumentError) as error:
         Whisker.read(2.0, 0.85, **values)
     assert said in str(error.value)
-
-
-@pytest.mark.slow
-def test_friction_is_read_back_in_the_mounting_in_which_it_was_recorded():
-    tilted = Whisker.read(2.0, 0.85, clamp_angle="2 deg", clamp_compliance=0.05)
-    signals = scan(tilted, surfaces.constant(0.35), step=0.001, to=[0.4])
-    errors = {}
-    for name, whisker in {"known": tilted, "ideal": Whisker(theta=2.0, eta=0.85)}.items():
-        found = identify(
-            whisker, signals.to_pandas(), method="model", noise="1e-6, 1e-6, 1e-6", assume=False
-        ).to_pandas()
-        slip = found["status"] == "slip"
-        errors[name] = np.abs(found["mu0"][slip] - 0.35).max()
-    assert errors["known"] < 0.005 < 0.02 < errors["ideal"]
 
 
 @pytest.mark.parametrize("theta", [1.0, 2.0])

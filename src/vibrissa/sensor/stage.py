@@ -13,20 +13,15 @@ A state depends on height and x0 alone, not on how they were reached. So the res
 that the stage passes serves every period of sticking.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.numerics.steps import passes
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.response.branch import Branch, Response
 from vibrissa.sensor.response.height_range import HeightRange, HeightStates
-
-# Heights that are nearer to each other than this have one guide (L).
-GUIDE = 5e-4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -88,11 +83,6 @@ class ObliqueStage:
         """Whether a tip that locks is dragged in the end; see `Branch`."""
         return self.heights.swings
 
-    @property
-    def level(self) -> Branch:
-        """Branch with the clamp at 0."""
-        return self.heights.at(self.eta)
-
     def height(self, clamp: ArrayLike) -> FloatArray:
         """Height of the surface above the clamp (L)."""
         return np.asarray(self.eta - np.asarray(clamp) * np.sin(self.angle))
@@ -111,27 +101,6 @@ class ObliqueStage:
         """States that a tip at a place has at clamp positions, and its displacements (L)."""
         states = self.heights.states(self.height(clamp))
         return states, _displaced(states.x1_init, self.along(clamp), contact, side)
-
-    def above(self, clamp: FloatArray) -> tuple[HeightStates, FloatArray]:
-        """States at clamp positions, and the places from which displacements count (L).
-
-        As `Branch.above`; the place of a contact is where it is, from `x1_init`.
-        """
-        states = self.heights.states(self.height(clamp))
-        return states, self.along(clamp) + states.x1_init - self.x1_init
-
-    def guides(self, clamp: FloatArray) -> Iterator[tuple[Branch, IntArray]]:
-        """Branches that are near to the states at clamp positions, each with their numbers."""
-        low, high = self.heights.low, self.heights.high
-        number = np.floor((np.clip(self.height(clamp), low, high) - low) / GUIDE).astype(np.int64)
-        for one in np.unique(number):
-            middle = low + (float(one) + 0.5) * GUIDE
-            yield self.heights.at(min(middle, high)), np.flatnonzero(number == one)
-
-    def covers(self, clamp: FloatArray) -> BoolArray:
-        """Whether the height at clamp positions is known."""
-        height = self.height(clamp)
-        return ~(passes(height, self.heights.high) | passes(-height, -self.heights.low))
 
 
 def _displaced(
