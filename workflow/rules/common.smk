@@ -10,6 +10,7 @@ try:
     from vibrissa.pipeline import ownership, places
     from vibrissa.provenance import digest
     from vibrissa.study.reading import name_in, parse_study, read_study
+    from vibrissa.wording import figure_name
 except ImportError as error:
     raise WorkflowError(
         f"the workflow's own Python package is missing or incomplete ({error}). Run make reproduce "

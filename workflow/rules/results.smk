@@ -2,6 +2,8 @@
 TABLES = {name: f"{RESULTS}/tables/{name}.parquet" for name in STUDY.tables}
 COMPUTED = {name: path for name, path in TABLES.items() if name != "claims"}
 STUDY_PARTS = {name: STUDY.part(name) for name in STUDY.tables}
+# How each figure is drawn.
+FIGURES = {name: figure.params() for name, figure in STUDY.figures.items()}
 
 
 rule figures:
@@ -24,7 +26,7 @@ rule figures:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
-        figures={name: figure.params() for name, figure in STUDY.figures.items()},
+        figures=FIGURES,
         scripts=STUDY.scripts,
         captions=STUDY.captions,
         study_parts=STUDY_PARTS,
@@ -88,7 +90,6 @@ rule report:
     input:
         **TABLES,
         pictures=expand(f"{RESULTS}/figures/{{figure}}.png", figure=STUDY.figures),
-        proofs=places.proofs(STUDY.name),
     output:
         f"{RESULTS}/report.html",
     log:
@@ -101,16 +102,12 @@ rule report:
     threads: 1
     params:
         study=STUDY.name,
+        title=STUDY.title or figure_name(STUDY.name),
+        claims=dict(STUDY.claims or {}),
+        figures=FIGURES,
         captions=STUDY.captions,
         study_file=(STUDY_FILE.name, STUDY.text),
         study_parts=STUDY_PARTS,
-        benchmarks={
-            "chunk": expand(rules.chunk.benchmark, chunk=STUDY.chunks),
-            **{
-                rule: [f"{RESULTS}/benchmarks/{rule}.tsv"]
-                for rule in (*STUDY.tables, *(["figures"] if STUDY.figures else []))
-            },
-        },
         code=ALL_CODE,
     message:
         "putting everything on one page"

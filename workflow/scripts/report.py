@@ -5,30 +5,29 @@ from pathlib import Path
 from vibrissa.files import write_atomically
 from vibrissa.pipeline import jobs
 from vibrissa.report.facts import environment
-from vibrissa.report.page import Picture, Run, page
+from vibrissa.report.page import About, Picture, page
 from vibrissa.tables import query
-from vibrissa.tables.proofs import KEYS, read
-from vibrissa.wording import figure_name
 
 with jobs.logged(snakemake.log[0]):
     params = snakemake.params
     pictures = [
-        Picture(name=figure_name(name), caption=caption, png=Path(path).read_bytes())
-        for (name, caption), path in zip(
-            params.captions.items(), snakemake.input.pictures, strict=True
+        Picture(
+            key=key,
+            caption=params.captions[key],
+            png=Path(path).read_bytes(),
+            selection=figure["selection"],
+        )
+        for (key, figure), path in zip(
+            params.figures.items(), snakemake.input.pictures, strict=True
         )
     ]
-    run = Run(
-        study_files=dict([params.study_file]),
+    about = About(
+        study=params.study,
+        title=params.title,
+        claims=params.claims,
+        study_file=params.study_file,
         environment=environment(),
-        benchmarks={
-            rule: [Path(path).read_text() for path in paths if Path(path).is_file()]
-            for rule, paths in params.benchmarks.items()
-        },
-        proofs=[proof for path in snakemake.input.proofs for proof in read(Path(path), KEYS)],
     )
-    text = page(
-        params.study, query.opened_tables(snakemake.input, params.study_parts), pictures, run
-    )
+    tables = query.opened_tables(snakemake.input, params.study_parts)
     with write_atomically(Path(snakemake.output[0])) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(page(about, tables, pictures), encoding="utf-8")

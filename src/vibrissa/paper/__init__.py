@@ -4,3 +4,9 @@
 `vibrissa.paper.ledger.judges`, in the module of its section, which takes the evidence and returns a
 verdict with the computed quantities.
 """
+
+TITLE = "Towards the Development of Tactile Sensors for Surface Texture Detection"
+CITATION = (
+    "The paper with this title; its authors, journal, year and DOI are not in the copy from which "
+    "this study was made. Look them up by the title."
+)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,7 @@ from vibrissa.report.spelling import spell, symbol
 from vibrissa.report.tables import POINT, SCAN, corners
 from vibrissa.tables import query
 from vibrissa.tables.query import Readable
-from vibrissa.wording import counted
+from vibrissa.wording import counted, figure_name
 
 # What a page can carry: rows of all scans together, and scans.
 MOST_ROWS = 12_000
@@ -23,6 +23,8 @@ MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
 # Positions (L), forces and moments have as many decimals as can be seen.
 DECIMALS = 5
 COLUMNS = {"clamp": "footpoint", "fx": "reaction_fx", "fy": "reaction_fy", "m": "reaction_m"}
+# Rows that a figure shows, by its name.
+Selections: TypeAlias = Mapping[str, Mapping[str, Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,29 +42,33 @@ class Motion:
 
     what: str
     presets: tuple[Preset, ...]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
-def motion(found: Mapping[str, Readable]) -> Motion:
+NOTHING = Motion(what="", presets=())
+
+
+def motion(found: Mapping[str, Readable], figures: Selections) -> Motion:
     """Choose what the explorer of a study's page offers, so that there is something always.
 
     Parameters
     ----------
     found : mapping of pyarrow.Table or Dataset
         The study's tables by name.
+    figures : mapping
+        Rows that the study's figures show.
 
     Returns
     -------
     Motion
         The study's scans; without any, points of its grids; without any, the explorer's own.
     """
-    nothing = Motion(what="", presets=(), notes=())
-    scans = of_scans(found["scans"]) if "scans" in found else nothing
+    scans = of_scans(found["scans"], figures) if "scans" in found else NOTHING
     chosen = scans
     if not chosen.presets and "stiction" in found:
         chosen = of_points(found["stiction"])
     if not chosen.presets:
-        chosen = Motion(what="a figure of the paper", presets=(*PAPER, *MOUNTED), notes=())
+        chosen = Motion(what="a figure of the paper", presets=(*PAPER, *MOUNTED))
     return replace(chosen, notes=scans.notes)
 
 
@@ -96,35 +102,36 @@ def of_points(points: Readable) -> Motion:
         for row in ideal.to_dict("records"):
             settings = {**{axis: float(row[axis]) for axis in POINT}, **same}
             if fits(settings):
-                presets.append(_point_preset(name, row, settings))
-    return Motion(what="a point of the study", presets=tuple(presets[:MOST_SCANS]), notes=())
+                presets.append(_of_point(figure_name(name), row, settings))
+    return Motion(what="a point of the study", presets=tuple(presets[:MOST_SCANS]))
 
 
-def _point_preset(grid: str, row: Mapping[str, Any], settings: Mapping[str, float | str]) -> Preset:
+def _of_point(grid: str, row: Mapping[str, Any], settings: Mapping[str, float | str]) -> Preset:
     if row["status"] == "lock":
         note = f"In the study’s table the tip locks: μ_lock = {spell(row['mu_lock'])}."
         clamp = 0.0
     else:
         clamp = float(row["x0_max"])
-        note = (
-            f"In the study’s table: x0,max = {spell(clamp)}, exact onset {spell(row['x0_slip'])}."
-        )
-    return Preset(name=_name(grid, row), note=note, settings=settings, clamp=clamp)
+        onset = f"exact onset {spell(row['x0_slip'])}"
+        note = f"In the study’s table: x0,max = {spell(clamp)}, {onset}."
+    return Preset(name=_named(grid, row), note=note, settings=settings, clamp=clamp)
 
 
-def _name(source: str, row: Mapping[str, Any]) -> str:
+def _named(source: str, row: Mapping[str, Any]) -> str:
     """Name of the preset of a scan or of a point of a grid."""
     axes = ", ".join(f"{symbol(name)} = {row[name]:g}" for name in POINT)
     return f"{source}: {axes}{' (self-locking)' * (row['status'] == 'lock')}"
 
 
-def of_scans(scans: Readable) -> Motion:
+def of_scans(scans: Readable, figures: Selections) -> Motion:
     """Choose the scans that the explorer can repeat.
 
     Parameters
     ----------
     scans : pyarrow.Table or Dataset
         With the schema `SCANS`.
+    figures : mapping
+        Rows that the study's figures show: a scan has the name of the one that shows the least.
 
     Returns
     -------
@@ -145,7 +152,7 @@ def of_scans(scans: Readable) -> Motion:
     if len(offered) > MOST_SCANS:
         notes.append(f"These are the first {MOST_SCANS} of {len(offered)} scans.")
     offered = offered[:MOST_SCANS]
-    presets = tuple(_preset(rows, MOST_ROWS // len(offered)) for rows in offered)
+    presets = tuple(_of_scan(rows, MOST_ROWS // len(offered), figures) for rows in offered)
     return Motion(what="a scan of the study", presets=presets, notes=tuple(notes))
 
 
@@ -163,16 +170,27 @@ def _settings(rows: pd.DataFrame) -> dict[str, float | str]:
     }
 
 
-def _preset(rows: pd.DataFrame, most: int) -> Preset:
+def _of_scan(rows: pd.DataFrame, most: int, figures: Selections) -> Preset:
     first = rows.iloc[0]
     kept = rows.iloc[np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(int)]
     values = {
         name: (kept[column].round(DECIMALS) + 0.0).tolist() for name, column in COLUMNS.items()
     }
     return Preset(
-        name=_name(first["scan"], first),
-        note="Green: what the table of this study has.",
+        name=_named(_figure_of(first, figures), first),
+        note="Green: stored study values.",
         settings=_settings(rows),
-        recording=Recording(name=str(first["scan"]), **values),
+        recording=Recording(name=figure_name(str(first["scan"])), **values),
         play=True,
     )
+
+
+def _figure_of(scan: pd.Series, figures: Selections) -> str:
+    """Name of the figure that shows a scan, by most keys; without any, that of its section."""
+    showing = {
+        name: len(selection)
+        for name, selection in figures.items()
+        if "scan" in selection
+        and all(scan[key] in np.atleast_1d(values) for key, values in selection.items())
+    }
+    return max(showing, key=showing.__getitem__, default=figure_name(str(scan["scan"])))

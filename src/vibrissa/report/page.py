@@ -1,24 +1,31 @@
 """What a study found, as one web page that needs nothing else: made of tables and texts alone.
 
-The page is `page.html`, a template, with `page.css` and the explorer put into it.
+The page is `page.html`, a template, with `page.css`, `page.js` and the explorer put into it.
 """
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+import re
+import struct
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import jinja2
 from markupsafe import Markup
 
+from vibrissa import paper
 from vibrissa.explorer import page as explorer
-from vibrissa.paper.ledger import verdict_counts
+from vibrissa.paper.evidence import gather
+from vibrissa.paper.ledger import Verdict, verdict_counts
+from vibrissa.paper.reproduction import reproduced
 from vibrissa.report import facts, tables
 from vibrissa.report.motion import motion
-from vibrissa.report.proofs import Proved
-from vibrissa.tables.frames import entries
-from vibrissa.tables.proofs import Proof
 from vibrissa.tables.query import Readable
+from vibrissa.wording import figure_name
+
+FOLDER = Path(__file__).parent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,13 +34,29 @@ class Picture:
 
     Attributes
     ----------
-    name, caption : str
+    key : str
+        Its key in the study file.
+    caption : str
     png : bytes
+    selection : mapping
+        Rows that it shows, as in `vibrissa.figures.draw.draw`.
     """
 
-    name: str
+    key: str
     caption: str
     png: bytes
+    selection: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """Name, such as ``Figure 4a``."""
+        return figure_name(self.key)
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether it needs the width of the page: its size stands in the header of the file."""
+        width, height = struct.unpack(">II", self.png[16:24])
+        return bool(width > 1.6 * height)
 
     @property
     def source(self) -> str:
@@ -42,71 +65,92 @@ class Picture:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
-    """What was run, and on what: the part of the page that does not follow from the tables.
+class About:
+    """What is reported, beside the tables and the figures.
 
     Attributes
     ----------
-    study_files : mapping of str
-        Text of each study file by its name.
+    study, title : str
+        Name of the study, and heading of the page.
+    claims : mapping of str
+        Data by which the paper's statements are judged, as in the study file; empty of studies that
+        are not the paper's.
+    study_file : tuple of str
+        Name and text of the study file.
     environment : mapping of str
-        Versions of the software and what is to be said of the machine, by name.
-    benchmarks : mapping
-        Texts of Snakemake's benchmark files of each rule.
-    proofs : sequence of Proof
-        What is proved of the tables' numbers.
+        Versions of the software by name.
     """
 
-    study_files: Mapping[str, str]
+    study: str
+    title: str
+    claims: Mapping[str, str]
+    study_file: tuple[str, str]
     environment: Mapping[str, str]
-    benchmarks: Mapping[str, Sequence[str]]
-    proofs: Sequence[Proof] = ()
 
 
-def page(study: str, found: Mapping[str, Readable], pictures: Iterable[Picture], run: Run) -> str:
+def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture]) -> str:
     """Write the page.
 
     Parameters
     ----------
-    study : str
-        The study's name.
+    about : About
     found : mapping of pyarrow.Table or Dataset
         The study's tables by name: ``stiction`` and, where there are any, ``scans``, ``states``,
         ``comparisons`` and ``claims``. Of one in a file as much is held as the page shows.
-    pictures : iterable of Picture
-    run : Run
+    pictures : sequence of Picture
 
     Returns
     -------
     str
         HTML that refers to nothing outside itself.
     """
-    here = Path(__file__)
     claims = facts.claim_rows(found["claims"]) if "claims" in found else []
-    proved = Proved(run.proofs)
-    return _template(here.with_suffix(".html")).render(
-        study=study,
-        style=Markup(here.with_suffix(".css").read_text(encoding="utf-8")),
-        summary=facts.summary(found) | proved.summary(),
+    parts = reproduced(gather(found, about.claims)) if about.claims else []
+    open_verdicts = (Verdict.CONTRADICTED, Verdict.AMBIGUOUS)
+    return _template().render(
+        about=about,
+        title=paper.TITLE if about.claims else about.title,
+        citation=paper.CITATION if about.claims else "",
+        style=Markup((FOLDER / "page.css").read_text(encoding="utf-8")),
+        program=Markup((FOLDER / "page.js").read_text(encoding="utf-8")),
+        summary=facts.summary(found),
         troubles=facts.troubles(found),
-        moves=motion(found),
-        explorer=explorer,
-        pictures=list(pictures),
+        reproduced=parts,
+        counts=lambda names: Counter(row["verdict"] for row in claims if row["claim"] in names),
+        pictures=shown(pictures),
+        places={picture.name: picture.key for picture in pictures},
         verdicts=verdict_counts(row["verdict"] for row in claims),
-        claims=claims,
-        tables=tables.sections(found, proved),
-        dictionary={name: entries(table.schema) for name, table in found.items()},
+        open=sorted(
+            (row for row in claims if row["verdict"] in open_verdicts),
+            key=lambda row: open_verdicts.index(row["verdict"]),
+        ),
+        settled=[row for row in claims if row["verdict"] not in open_verdicts],
+        moves=motion(found, {picture.name: picture.selection for picture in pictures}),
+        explorer=explorer,
+        tables=tables.sections(found),
         origins=[facts.origin(name, table) for name, table in found.items()],
-        job_times=facts.job_times(run.benchmarks),
-        run=run,
     )
 
 
-def _template(path: Path) -> jinja2.Template:
+def shown(pictures: Sequence[Picture]) -> list[Picture]:
+    """Leave out single panels, such as Figure 4a, of figures that are shown whole."""
+    names = {picture.name for picture in pictures}
+    whole = (re.sub(r"(?<=\d)[a-z]$", "", picture.name) for picture in pictures)
+    return [
+        picture
+        for picture, name in zip(pictures, whole, strict=True)
+        if name == picture.name or name not in names
+    ]
+
+
+def _template() -> jinja2.Template:
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(path.parent),
+        loader=jinja2.FileSystemLoader(FOLDER),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
+    environment.filters["anchor"] = facts.anchor
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
-    return environment.get_template(path.name)
+    return environment.get_template("page.html")

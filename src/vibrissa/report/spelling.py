@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from vibrissa.tables import frames, schemas
@@ -60,3 +61,11 @@ def spell(value: Any, digits: int = 5) -> str:
 def spell_unit(unit: str) -> str:
     """Spell the unit of a table's column; nothing for a plain number."""
     return "" if unit == schemas.NONE else frames.spell_unit(unit)
+
+
+def spell_counts(statuses: Mapping[str, int]) -> str:
+    """Spell how many there are, and how many of them have which status."""
+    counts, total = sorted(statuses.items()), sum(statuses.values())
+    if len(counts) < 2:
+        return f"{total:,}" + "".join(f", {'all ' * (n > 1)}{spell(s)}" for s, n in counts)
+    return f"{total:,}: " + ", ".join(f"{n:,} {spell(s)}" for s, n in counts)

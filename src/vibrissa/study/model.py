@@ -111,6 +111,7 @@ class Study(Section):
         alias="study",
         description="name of the study, letters, digits, _ and -; results go to `results/<study>/`",
     )
+    title: str = Field(default="", description="heading of the report (default: the name)")
     contact: Contact = Field(
         default=Contact.POINT,
         description="kind of contact: point (the tip alone touches the surface) or line (the rod "

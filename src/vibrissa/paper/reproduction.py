@@ -1,0 +1,91 @@
+"""Figures of the paper beside those of its study, and what the paper prints of each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from vibrissa.paper.claims import CLAIMS
+from vibrissa.paper.evidence import Evidence
+from vibrissa.paper.judging import EXAMPLE
+from vibrissa.paper.modeling import EXAMPLE_F, EXAMPLE_FORCE
+
+NOT_PRINTED = "not known: the paper prints no result in numbers"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reproduced:
+    """What the study has of a part of the paper.
+
+    Attributes
+    ----------
+    name : str
+    outcome : str
+        Whether it is reproduced, and what came out.
+    difference : str
+        Largest difference from what the paper prints, if it prints a result.
+    claims : sequence of str
+        Names of the statements on it.
+    """
+
+    name: str
+    outcome: str
+    difference: str
+    claims: Sequence[str]
+
+
+def reproduced(evidence: Evidence) -> list[Reproduced]:
+    """Compare the figures of the paper, and the force of its example rod, with the study.
+
+    Parameters
+    ----------
+    evidence : Evidence
+
+    Returns
+    -------
+    list of Reproduced
+        Figures 1 and 2 of the paper are sketches.
+    """
+    first = next(
+        rows
+        for rows in evidence.first_periods()
+        if (rows["theta"].iloc[0], rows["mu0"].iloc[0]) == (2.0, 0.4)
+    )
+    tapers, slips = evidence.taper, evidence.slipping()
+    force, phi1 = EXAMPLE_F * EXAMPLE.force_unit, evidence.state["phi1"]
+    off = force - EXAMPLE_FORCE
+    outcomes = {
+        3: f"yes: x0,max = {first['x0'].max():.3f} L",
+        4: _cycles(evidence.scan, 0.3),
+        5: _cycles(evidence.scan, 0.4),
+        6: f"yes, at θ of our choice: {len(tapers)} points at {tapers['mu0'].nunique()} μ0",
+        7: f"yes, at μ0 of our choice: {len(slips)} points slip, {len(evidence.locking())} lock",
+        8: f"yes: φ1 = {phi1:.3f} rad".replace("-", "−"),
+    }
+    sign = "agrees" if phi1 < 0.0 else "differs"
+    differences = dict.fromkeys(outcomes, NOT_PRINTED) | {
+        8: f"the sign of φ1, negative, {sign}; the paper prints no number"
+    }
+    rows = [
+        Reproduced(
+            name=f"Figure {number}",
+            outcome=outcomes[number],
+            difference=differences[number],
+            claims=[claim.name for claim in CLAIMS if number in claim.figures],
+        )
+        for number in outcomes
+    ]
+    example = Reproduced(
+        name="Force on the example rod (Section III)",
+        outcome=f"yes: {force:.1f} N",
+        difference=f"{off:.1f} N of {EXAMPLE_FORCE:.0f} N ({100 * off / EXAMPLE_FORCE:.2f} %), by "
+        "rounding".replace("-", "−"),
+        claims=["force unit", "example rod"],
+    )
+    return [*rows, example]
+
+
+def _cycles(scan: pd.DataFrame, mu0: float) -> str:
+    """Count the rods and the cycles of the scans over one friction."""
+    rows = scan[scan["mu0"] == mu0]
+    return f"yes: {rows['theta'].nunique()} rods, {rows['cycle'].max()} cycles each"

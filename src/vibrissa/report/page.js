@@ -1,0 +1,41 @@
+const narrow = matchMedia("(max-width: 48rem)");
+const all = (selector) => [...document.querySelectorAll(selector)];
+
+// On a phone: the explorer is folded, and one figure is shown, chosen by its tab.
+const tabs = all("[data-tab]");
+const figures = all(".pictures figure");
+function choose(id) {
+  for (const tab of tabs) tab.setAttribute("aria-pressed", String(tab.dataset.tab === id));
+  for (const figure of figures) figure.classList.toggle("chosen", figure.id === id);
+}
+for (const tab of tabs) tab.addEventListener("click", () => choose(tab.dataset.tab));
+if (tabs.length) {
+  document.documentElement.classList.add("tabbed");
+  choose(tabs[0].dataset.tab);
+}
+if (narrow.matches) document.querySelector("#motion details").open = false;
+
+// A filter shows the statements of one verdict; pressed again, or another one, all of them.
+const filters = all("[data-verdict]");
+function filter(verdict) {
+  for (const one of filters) one.setAttribute("aria-pressed", String(one.dataset.verdict === verdict));
+  for (const claim of all("article[data-of]")) claim.hidden = Boolean(verdict) && claim.dataset.of !== verdict;
+  const folded = document.querySelector("#settled");
+  if (folded && verdict) folded.open = Boolean(folded.querySelector("article:not([hidden])"));
+}
+for (const one of filters) {
+  one.addEventListener("click", () =>
+    filter(one.getAttribute("aria-pressed") === "true" ? "" : one.dataset.verdict));
+}
+
+// A link to a statement or a figure shows it, if it is folded, filtered out or behind another tab.
+function follow() {
+  const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  if (!target) return;
+  if (target.hidden) filter("");
+  if (target.matches(".pictures figure")) choose(target.id);
+  for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
+  target.scrollIntoView();
+}
+addEventListener("hashchange", follow);
+follow();
