@@ -27,17 +27,21 @@ ROOT = Path(__file__).parents[1]
 CONFIG, SESSION = "validation/cosmic-ray.toml", "session.sqlite"
 PACKAGE = "src/vibrissa"
 ENOUGH = 0.92
+# Set where the tests of a mutant's package alone are asked.
+OWN = "MUTANTS_OWN"
 Tried = tuple[WorkItem, WorkResult]
 
 
 def call(folder: Path, *command: str | Path) -> None:
-    """Run a command in a clone, whose code and tests it imports."""
+    """Run a command in a clone, whose code and tests it imports; shows its mistakes alone."""
     paths = [str(Path(sys.executable).parent), os.environ["PATH"]]
     environment = os.environ | {
         "PATH": os.pathsep.join(paths),
         "PYTHONPATH": os.pathsep.join([str(folder / "src"), str(folder)]),
     }
-    subprocess.run(command, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
+    result = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    if result.returncode:
+        sys.exit(f"{' '.join(map(str, command))}:\n{result.stdout[-2000:]}{result.stderr[-2000:]}")
 
 
 def cloned(folder: Path) -> Path:
@@ -46,24 +50,28 @@ def cloned(folder: Path) -> Path:
     return folder
 
 
-def drawn(clone: Path, sample: int, seed: int, since: str | None) -> list[WorkItem]:
-    """Draw a mutant of each of some lines of the package, or of those that differ from a commit."""
+def drawn(clone: Path, options: argparse.Namespace) -> list[WorkItem]:
+    """Draw a mutant of each of some lines."""
+    if options.within:
+        text = (clone / CONFIG).read_text(encoding="utf-8")
+        within = text.replace(f'"{PACKAGE}"', f'"{PACKAGE}/{options.within}"')
+        (clone / CONFIG).write_text(within, encoding="utf-8")
     call(clone, "cosmic-ray", "init", CONFIG, SESSION)
     call(clone, "cr-filter-operators", SESSION, CONFIG)
-    if since is not None:
+    if options.since:
+        command = ["git", "rev-parse", options.since]
+        branch = subprocess.check_output(command, cwd=ROOT, text=True).strip()
         path = clone / "git.toml"
-        branch = subprocess.check_output(["git", "rev-parse", since], cwd=ROOT, text=True).strip()
         path.write_text(f'[cosmic-ray.filters.git-filter]\nbranch = "{branch}"\n')
         call(clone, "cr-filter-git", SESSION, "--config", path)
+    lines = defaultdict(list)
     with use_db(clone / SESSION, WorkDB.Mode.open) as database:
-        lines = defaultdict(list)
         for item in sorted(database.pending_work_items, key=place):
             path, (row, _), *_ = place(item)
             lines[path, row].append(item)
-    draw = random.Random(seed)
-    return [
-        draw.choice(lines[line]) for line in draw.sample(sorted(lines), min(sample, len(lines)))
-    ]
+    draw = random.Random(options.seed)
+    chosen = draw.sample(sorted(lines), min(options.sample, len(lines)))
+    return [draw.choice(lines[line]) for line in chosen]
 
 
 def place(item: WorkItem) -> tuple[str, tuple[int, int], str, int]:
@@ -82,18 +90,34 @@ def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
 
 
 def notice() -> int:
-    """Run in a clone: ask the tests of the module that is changed, and then all others."""
+    """Run in a clone: ask the tests of what is changed, and then all others."""
     command = ["git", "diff", "--name-only", PACKAGE]
-    (changed,) = subprocess.check_output(command, text=True).splitlines()
-    name = Path(changed).relative_to(PACKAGE).parts[0]
-    own = [path for path in (f"tests/{name}", f"tests/test_{name}") if Path(path).exists()]
+    changed = subprocess.check_output(command, text=True).splitlines()
+    names = dict.fromkeys(package(Path(path)) for path in changed)
+    own = [path for name in names for path in (f"tests/{name}", f"tests/test_{name}")]
+    asked = [path for path in own if Path(path).exists()]
+    asked += [] if asked and OWN in os.environ else ["tests"]
     options = ["-x", "-q", "-p", "no:benchmark", "-p", "no:cacheprovider", "--hypothesis-seed=0"]
-    return subprocess.run([sys.executable, "-m", "pytest", *options, *own, "tests"]).returncode
+    return subprocess.run([sys.executable, "-m", "pytest", *options, *asked]).returncode
+
+
+def package(module: Path) -> str:
+    """Name the package of a module, or the module itself."""
+    return module.relative_to(PACKAGE).parts[0]
+
+
+def baseline(clone: Path, items: Sequence[WorkItem]) -> None:
+    """Ask the tests about the same modules with a comment more, which is a change, too."""
+    for path in {place(item)[0] for item in items}:
+        with (clone / path).open("a", encoding="utf-8") as file:
+            file.write("# changed\n")
+    call(clone, sys.executable, "-m", "validation.mutants")
+    call(clone, "git", "checkout", "-q", PACKAGE)
 
 
 def summary(found: Sequence[Tried]) -> Iterator[str]:
     """Count what was noticed of each package, and show what was not."""
-    packages = [Path(place(item)[0]).relative_to(PACKAGE).parts[0] for item, _ in found]
+    packages = [package(Path(place(item)[0])) for item, _ in found]
     missed = Counter(p for p, one in zip(packages, found, strict=True) if survived(one))
     rows = [
         [name, str(count), str(count - missed[name])]
@@ -117,17 +141,17 @@ def main() -> int:
     parser.add_argument("--sample", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--since", help="only in lines that differ from this commit")
+    parser.add_argument("--within", help="only in this package")
+    parser.add_argument("--own", action="store_true", help="ask the tests of its package alone")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--record", action="store_true", help="write the record")
     options = parser.parse_args()
+    if options.own:
+        os.environ[OWN] = "1"
     folder = Path(tempfile.mkdtemp(prefix="mutants"))
     clones = [cloned(folder / str(number)) for number in range(options.jobs)]
-    # A comment is a change, too, as far as git and digests of the code go.
-    with (clones[0] / PACKAGE / "errors.py").open("a") as file:
-        file.write("# changed\n")
-    call(clones[0], sys.executable, "-m", "validation.mutants")
-    call(clones[0], "git", "checkout", "-q", ".")
-    items = drawn(clones[0], options.sample, options.seed, options.since)
+    items = drawn(clones[0], options)
+    baseline(clones[0], items)
     with ThreadPoolExecutor(options.jobs) as pool:
         parts = [items[number :: options.jobs] for number in range(options.jobs)]
         found = [one for part in pool.map(tried, clones, parts) for one in part]
