@@ -20,8 +20,8 @@ from pathlib import Path
 import pandas as pd
 import pyarrow.parquet as pq
 import yaml
-from matplotlib.figure import Figure
 
+from vibrissa.figures import style
 from vibrissa.files import write_atomically
 from vibrissa.tables import query, schemas
 
@@ -151,26 +151,25 @@ def record(found: dict[str, float]) -> pd.DataFrame:
 def draw(rows: pd.DataFrame, path: Path) -> None:
     """Draw time and memory over the number of points."""
     shown = rows.where(rows > 0.0)  # what was too short to be measured
-    figure = Figure(figsize=(8.0, 3.4), layout="constrained")
+    figure = style.page(2.9, style.PAGE)
     times, memory = figure.subplots(1, 2)
-    for name, style in (
+    for name, look in (
         ("to stiction.parquet / s", "ko-"),
         ("all / core-s", "k--"),
-        *((column, style) for column, style in zip(RULES.values(), ("s-", "^-"), strict=True)),
+        *((column, look) for column, look in zip(RULES.values(), ("s-", "^-"), strict=True)),
     ):
-        times.loglog(shown.index, shown[name], style, markersize=4, linewidth=1, label=name)
+        times.loglog(shown.index, shown[name], look, markersize=4, linewidth=1, label=name)
     times.set(xlabel="points", ylabel="time")
-    times.legend(fontsize=8)
+    times.legend()
     memory.loglog(shown.index, shown[MEMORY], "ko-", markersize=4, linewidth=1, label=MEMORY)
     memory.loglog(
         shown.index, shown["table / MB"], "s-", markersize=4, linewidth=1, label="table / MB"
     )
     memory.axhline(GIB, color="0.5", linewidth=0.8, linestyle="--")
-    memory.text(shown.index[0], GIB, "1 GiB", va="bottom", color="0.5", fontsize=8)
+    memory.text(shown.index[0], GIB, "1 GiB", va="bottom", color="0.5")
     memory.set(xlabel="points", ylabel="MB")
-    memory.legend(fontsize=8, loc="upper left")
-    with write_atomically(path) as temporary:
-        figure.savefig(temporary, dpi=130, metadata={"Software": None})
+    memory.legend(loc="upper left")
+    style.save(figure, [path])
 
 
 def main() -> None:
@@ -188,4 +187,5 @@ def main() -> None:
         found = run(points, given.cores)
         print("; ".join(f"{name}: {value:,}" for name, value in found.items()), flush=True)
         if given.record:
-            draw(record(found), PICTURE)
+            with style.applied():
+                draw(record(found), PICTURE)

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc
 
 from vibrissa import StickingCurve, solve_curve
+from vibrissa.figures import style
 from vibrissa.files import write_atomically
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
@@ -17,7 +18,13 @@ PICTURE = Path(__file__).with_name("sketch.svg")
 THICKNESS = 0.03  # drawn diameter of the base (L)
 DARK, LIGHT, RED, BLUE = "0.15", "0.75", "#d55e00", "#0072b2"
 # The same text for the same drawing.
-STYLE = {"svg.hashsalt": "vibrissa", "hatch.linewidth": 0.5, "font.size": 11.0}
+# Outlines, as browsers that show the pages may not have the type.
+STYLE = style.SETTINGS | {
+    "svg.fonttype": "path",
+    "hatch.linewidth": 0.5,
+    "font.size": 13.0,
+    "axes.titlesize": 14.0,
+}
 
 
 def draw_rod(axes: Axes, curve: StickingCurve, x0: float, color: str) -> dict[str, float]:

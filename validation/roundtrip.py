@@ -13,11 +13,10 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from validation.records import write_record
 from vibrissa.errors import VibrissaError
-from vibrissa.files import write_atomically
+from vibrissa.figures import style
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import (
     PeriodStatus,
@@ -163,11 +162,11 @@ def main():
 
 def draw(errors, path):
     """Draw a histogram of the errors for some laws and methods."""
-    figure = Figure(figsize=(11.0, 2.8), layout="constrained")
-    for axes, (law, name) in zip(figure.subplots(1, len(SHOWN)), SHOWN, strict=True):
-        axes.hist(errors[law, name], bins=np.linspace(-0.007, 0.007, 71), color="0.35")
-        axes.axvline(0.0, color="C3", linewidth=0.8)
-        axes.set_title(f"{name.replace(', ', chr(10), 1)}\nslips: {law}", fontsize=9)
-        axes.set(yticks=[], xticks=[-0.005, 0.0, 0.005], xlabel="error of μ0")
-    with write_atomically(path) as temporary:
-        figure.savefig(temporary, dpi=130)
+    with style.applied():
+        figure = style.page(2.0, style.PAGE)
+        for axes, (law, name) in zip(figure.subplots(1, len(SHOWN)), SHOWN, strict=True):
+            axes.hist(errors[law, name], bins=np.linspace(-0.007, 0.007, 71), color="0.35")
+            axes.axvline(0.0, color=style.END, linewidth=0.8)
+            axes.set_title(f"{name.replace(', ', chr(10), 1)}\nslips: {law}")
+            axes.set(yticks=[], xticks=[-0.005, 0.0, 0.005], xlabel=r"error of $\mu_0$")
+    style.save(figure, [path])

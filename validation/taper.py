@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 from scipy.stats import norm
 
 from vibrissa import Rod, solve_onset
@@ -195,7 +194,7 @@ def rms(values):
 
 def draw(responses, results):
     """Draw errors over the step for each design, and what they come from."""
-    figure = Figure(figsize=(9.0, 5.6), layout="constrained")
+    figure = style.page(4.6, style.PAGE)
     panels = figure.subplots(2, 3)
     for axes, design in zip(panels[0], DESIGNS, strict=True):
         draw_errors(axes, responses, results, design)
@@ -227,7 +226,7 @@ def draw_errors(axes, responses, results, design):
         found = {step: rms(results[key]) for step, key in keys.items() if key in results}
         axes.loglog(list(found), list(found.values()), MARKERS[i], color=COLORS[i], markersize=4)
     axes.set_ylim(1e-4, 1e-1)
-    axes.set_title(design, fontsize=9)
+    axes.set_title(design)
     axes.set_xlabel(r"step of the stage $\Delta x_0$ / $L$")
 
 
@@ -241,9 +240,9 @@ def draw_reasons(axes):
     force = np.array([-response(x0)[1] for response, x0 in pairs])
     axes.plot(tapers, slope / slope[0], color="black", label=r"$d\mu/dx_0$ at the onset")
     axes.plot(tapers, force / force[0], "--", color="black", label="force, same base diameter")
-    axes.set_title(rf"why: relative to $\theta = 1$, $\mu_0 = {MEAN}$", fontsize=9)
+    axes.set_title(rf"why: relative to $\theta = 1$, $\mu_0 = {MEAN}$")
     axes.set(xlabel=r"taper factor $\theta$", ylim=(0, 1))
-    axes.legend(fontsize=8)
+    axes.legend()
 
 
 def draw_lock(axes, responses):
@@ -253,5 +252,5 @@ def draw_lock(axes, responses):
         expected = predicted(response, mu0, 1e-3, noise_in(rods(theta)[0]))
         axes.semilogy(mu0, expected, color=COLORS[i], linewidth=0.9)
         axes.axvline(response.curve.mu_lock, 0.0, 0.1, color=COLORS[i], linewidth=2.5)
-    axes.set_title(r"$\Delta x_0 = 0.001$, up to the lock", fontsize=9)
+    axes.set_title(r"$\Delta x_0 = 0.001$, up to the lock")
     axes.set(xlabel=r"$\mu_0$", ylim=(1e-4, 3e-2))

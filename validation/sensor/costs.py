@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from validation.records import write_record
-from vibrissa.files import write_atomically
+from vibrissa.figures import style
 from vibrissa.sensor import Recording, Whisker, identify, scan, surfaces
 from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances, told
 
@@ -95,17 +94,17 @@ def _usual(variances):
 def draw(found, path):
     """Draw the costs: a panel for each method, a pair of bars for each tolerance."""
     names = [name for name in TOLERABLE if _counts(found, name)]
-    figure = Figure(figsize=(7.2, 5.4), layout="constrained")
+    figure = style.page(4.2, style.PAGE)
     panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
     place = np.arange(len(names))
     for axes, (method, (each, total)) in zip(panels, found.items(), strict=True):
         for part, shift, color, label in (
             ("before", -0.2, "0.7", "before the adjustment"),
-            ("after", 0.2, "C0", "after it, all at once"),
+            ("after", 0.2, style.COLORS[0], "after it, all at once"),
         ):
             sizes = [getattr(each[name], part) for name in names]
             axes.barh(place + shift, sizes, height=0.4, color=color, label=label)
-        axes.axvline(total.after, color="C3", linewidth=1.0, label="all together, after it")
+        axes.axvline(total.after, color=style.END, linewidth=1.0, label="all together, after it")
         axes.set(xscale="log", xlim=(LEAST, 0.05), title=method)
         axes.grid(axis="x", color="0.9")
         axes.set_axisbelow(True)
@@ -114,8 +113,7 @@ def draw(found, path):
     figure.supxlabel("standard deviation of μ0 by this tolerance")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False)
-    with write_atomically(path) as temporary:
-        figure.savefig(temporary, dpi=120)
+    style.save(figure, [path])
 
 
 def _counts(found, name):
@@ -151,4 +149,5 @@ def main():
     print(rows)
     if arguments.record:
         write_record("costs", __doc__, rows)
-        draw(found, FIGURE)
+        with style.applied():
+            draw(found, FIGURE)
