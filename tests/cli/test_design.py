@@ -107,6 +107,8 @@ def test_scan_and_identify_warn_of_a_rod_that_yields(diameter, warned, tmp_path)
     result = CliRunner().invoke(app, ["scan", *rod, *(str(one) for one in asked)])
     assert result.exit_code == 0
     assert ("the rod yields from x0 = 2.4" in result.stderr) == warned
+    weak = [*rod, "--material", "steel-s235", *(str(one) for one in asked)]
+    assert "structural steel S235 is elastic" in CliRunner().invoke(app, ["scan", *weak]).stderr
     asked = ["identify", str(tmp_path / "a.csv"), *rod, "--noise", "3 mN, 3 mN, 10 uN*m"]
     result = CliRunner().invoke(app, [*asked, "-o", str(tmp_path / "b.csv")])
     assert result.exit_code == 0

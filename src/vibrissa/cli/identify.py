@@ -19,7 +19,7 @@ from vibrissa.cli.options import (
     say,
 )
 from vibrissa.cli.whisker import Tolerances, read_pairs, takes_whisker
-from vibrissa.cli.yielding import end_of, warn_of_yield
+from vibrissa.cli.yielding import Material, YieldStrain, elastic_limit, end_of, warn_of_yield
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, series
 from vibrissa.sensor.given.tolerances import EXACT
 from vibrissa.sensor.identification.adjusted import FAR
@@ -70,6 +70,8 @@ def identify(
         str | None,
         typer.Option(help="By which the readings lag, as a low-pass filter makes them: '4 ms'."),
     ] = None,
+    material: Material = None,
+    yield_strain: YieldStrain = None,
     picture: Picture = None,
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Say what was assumed, and what was adjusted.")
@@ -84,6 +86,7 @@ def identify(
     """
     check_files(output, picture)
     check_not_read(output, recording)
+    limit = None if whisker is None else elastic_limit(whisker, material, yield_strain)
     stated = [text for text in tolerances or () if text != EXACT]
     found = sensor.identify(
         whisker,
@@ -110,9 +113,9 @@ def identify(
         typer.echo(note, err=True)
     for text in _tolerated(found, verbose):
         say(text, output)
-    if whisker is not None:
+    if whisker is not None and limit is not None:
         slips = (found.periods.status == PeriodStatus.SLIP) & (found.periods.grade != Grade.WRONG)
-        warn_of_yield(whisker, end_of(whisker, found.periods.mu0[slips]))
+        warn_of_yield(whisker, end_of(whisker, found.periods.mu0[slips]), limit)
 
 
 def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:

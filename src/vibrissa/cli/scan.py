@@ -18,7 +18,7 @@ from vibrissa.cli.options import (
     say,
 )
 from vibrissa.cli.whisker import say_exact, takes_whisker
-from vibrissa.cli.yielding import warn_of_yield
+from vibrissa.cli.yielding import Material, YieldStrain, elastic_limit, warn_of_yield
 from vibrissa.sensor import SlipLaw, series, surfaces
 
 app = typer.Typer(**ALONE)
@@ -64,6 +64,8 @@ def scan(
         ),
     ] = None,
     transducer: Transducer = None,
+    material: Material = None,
+    yield_strain: YieldStrain = None,
     picture: Picture = None,
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
@@ -74,6 +76,7 @@ def scan(
     check_files(output, picture)
     check_not_read(output, profile)
     say_exact(whisker, "scan")
+    limit = elastic_limit(whisker, material, yield_strain)
     if law is SlipLaw.FREE and kinetic_ratio is not None:
         typer.echo(
             "the law free uses no kinetic ratio; --law kinetic and --law energy do", err=True
@@ -96,4 +99,4 @@ def scan(
     if picture is not None:
         save_picture(signals.plot(), picture)
     say(f"{output}: {signals}", output)
-    warn_of_yield(whisker, float(signals.truth.x0.max()))
+    warn_of_yield(whisker, float(signals.truth.x0.max()), limit)

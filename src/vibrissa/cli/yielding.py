@@ -1,43 +1,67 @@
 """A warning where a rod is bent beyond what its material bears."""
 
+from typing import Annotated
+
 import numpy as np
 import typer
 
-from vibrissa.design.materials import bears
+from vibrissa.design.materials import MATERIALS, bears
+from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.strain import yields
 from vibrissa.sensor.whisker import Whisker
 
+Material = Annotated[str | None, typer.Option(help=f"Material of the rod: {', '.join(MATERIALS)}.")]
+YieldStrain = Annotated[
+    float | None, typer.Option(help="Strain up to which the material is elastic.")
+]
 
-def warn_of_yield(
-    whisker: Whisker, end: float, material: str | None = None, yield_strain: float | None = None
-) -> None:
+
+def elastic_limit(
+    whisker: Whisker, material: str | None, yield_strain: float | None
+) -> tuple[float, str]:
+    """Look up the strain up to which a rod is elastic, and of what it is that.
+
+    Without a material and a yield strain it is that of the strongest known material with the
+    modulus of the rod; infinite where the rod has no size.
+
+    Raises
+    ------
+    ArgumentError
+        If both are given, or the material is not one of the rod.
+    """
+    if material is not None and yield_strain is not None:
+        raise ArgumentError("give the material or its yield strain, not both")
+    if whisker.rod is None:
+        return float("inf"), ""
+    return bears(whisker.rod.youngs_modulus, material, yield_strain)
+
+
+def warn_of_yield(whisker: Whisker, end: float, limit: tuple[float, str]) -> None:
     """Warn where the rod yields in a period of sticking, and say where, and from which x0 on.
 
     Parameters
     ----------
     whisker : Whisker
-        Without a rod of some size nothing is known.
     end : float
         Largest displacement x0 of a period (L).
-    material : str, optional
-        Name of its material; without it, and without a yield strain, it is taken to be the
-        strongest of the known ones with such a modulus.
-    yield_strain : float, optional
+    limit : (float, str)
+        As from `elastic_limit`.
     """
-    rod, units = whisker.rod, whisker.units
-    if rod is None or not end > 0.0:
+    strain, name = limit
+    if whisker.rod is None or not end > 0.0 or strain == float("inf"):
         return
-    limit, name = bears(rod.youngs_modulus, material, yield_strain)
-    slenderness = rod.base_diameter / rod.length
-    found = yields(whisker.curve, end, limit / slenderness)
+    slenderness = whisker.rod.base_diameter / whisker.rod.length
+    found = yields(whisker.curve, end, strain / slenderness)
     if found is not None:
-        place, x0 = (units.spelled(value, Kind.LENGTH, 3) for value in (found.place, found.x0))
+        place, x0 = (
+            whisker.units.spelled(value, Kind.LENGTH, 3) for value in (found.place, found.x0)
+        )
         typer.echo(
             f"warning: the rod yields from x0 = {x0} on: its strain reaches "
             f"{found.strain * slenderness:.2%} at {place} from the clamp, and {name} is elastic "
-            f"up to {limit:.2%}. Take a thinner or a longer rod.",
+            f"up to {strain:.2%}. Take a thinner or a longer rod.",
             err=True,
         )
 
