@@ -129,6 +129,7 @@ def test_a_relative_tolerance_is_of_the_size_of_the_reference(sign):
     assert moved(before, after, Tolerance(absolute=0.0, relative=1e-5)).tolist() == [False, True]
 
 
+@pytest.mark.slow
 def test_rows_and_tables_that_come_and_go_are_told(tmp_path, blessed, stiction):
     _, folder = blessed
     fewer = with_results(tmp_path, "fewer", stiction.slice(1))

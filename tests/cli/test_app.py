@@ -63,6 +63,7 @@ def test_the_version_comes_with_its_commit():
     assert result.output == f"vibrissa {vibrissa.__version__}, commit {commit()}\n"
 
 
+@pytest.mark.slow
 def test_the_exit_code_is_1_where_nothing_can_be_computed():
     planar = ("--section", "planar")
     result = run("solve", "--theta", "2", "--eta", "0.15", "--mu0", "5", *planar)

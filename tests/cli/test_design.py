@@ -58,6 +58,7 @@ def test_a_rod_that_violates_constraints_is_not_written(tmp_path):
     assert f"{path} is not written: the rod violates constraints\n" in result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -100,6 +101,7 @@ def test_help_has_examples():
     assert "vibrissa design --material" in run("--help").output.replace("\n", " ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("diameter", "warned"), [("1 mm", True), ("0.7 mm", False)])
 def test_scan_and_identify_warn_of_a_rod_that_yields(diameter, warned, tmp_path):
     rod = ["--modulus", "210 GPa", "--diameter", diameter, "--length", "100 mm", *SHAPE]

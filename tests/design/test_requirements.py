@@ -77,6 +77,7 @@ def test_a_setup_file_is_read_and_an_option_takes_its_place(setup):
     assert other.tolerances["clamp_angle"] == "1 deg" and other.range == (np.inf,) * 3
 
 
+@pytest.mark.slow
 def test_the_result_is_written_as_a_setup_file_with_what_was_given(setup, tmp_path):
     asked = ASKED | {"mu0": "0.2 to 0.35"}
     found = design(Requirements.read(setup, **asked))

@@ -38,6 +38,7 @@ def best():
     return design(asked(**FEW))
 
 
+@pytest.mark.slow
 def test_the_best_of_all_is_chosen_and_each_meets_all_constraints(best):
     assert best.status is DesignStatus.FOUND and max(c.use for c in best.checks) <= 1.0
     count = int(re.search(r"the best of (\d+) rods", best.message)[1])
@@ -54,6 +55,7 @@ def test_the_best_of_all_is_chosen_and_each_meets_all_constraints(best):
     assert best.plot().axes
 
 
+@pytest.mark.slow
 def test_the_best_of_each_taper_is_told_with_what_it_costs(best):
     by_taper = {other.theta: other for other in best.alternatives}
     assert by_taper[best.theta].uncertainty == best.largest
@@ -67,6 +69,7 @@ def test_the_best_of_each_taper_is_told_with_what_it_costs(best):
     assert "cylinder (theta 1)" in repr(alone)
 
 
+@pytest.mark.slow
 def test_the_transducer_keeps_a_margin():
     used = {load: checks_of(design(asked(**GOOD, load=load)))["moment_z"] for load in (0.5, 1.0)}
     assert used[0.5].value == used[1.0].value and used[1.0].bound == SENSOR.limit[2]
@@ -91,6 +94,7 @@ def test_the_uncertainty_is_what_identify_states_of_a_recording(mu0):
     assert stated == pytest.approx(predicted.whole[0], rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["length", "transducer_angle", "surface_slope", "crosstalk"])
 def test_half_a_tolerance_brings_what_was_promised(name):
     found = design(asked(**GOOD))
@@ -106,6 +110,7 @@ def test_half_a_tolerance_brings_what_was_promised(name):
     )
 
 
+@pytest.mark.slow
 def test_without_tolerances_only_noise_and_step_count():
     found = design(asked(**GOOD, assume=False))
     assert (found.uncertainty.by_tolerances == 0.0).all() and "measure first" not in repr(found)
@@ -163,6 +168,7 @@ def test_the_rod_of_the_paper_yields_whatever_it_is_made_of(name):
     assert result.status is DesignStatus.NONE and "strain" in result.message
 
 
+@pytest.mark.slow
 def test_a_rod_that_lies_down_needs_contact_along_a_line():
     shape = {"theta": "3", "eta": "0.7", "diameter": "1 mm", "length": "150 mm"}
     point = design(asked(**shape))
@@ -183,6 +189,7 @@ def test_a_friction_too_small_for_any_period_is_no_error():
     assert result.status is DesignStatus.NONE and "steps" in result.active_constraints
 
 
+@pytest.mark.slow
 def test_which_constraint_leaves_nothing():
     weak = {"material": None, "modulus": "200 GPa", "yield_strain": 0.0005}
     result = design(asked(**FEW, **weak))
@@ -191,6 +198,7 @@ def test_which_constraint_leaves_nothing():
     assert np.isfinite([result.theta, result.eta, result.diameter, result.length]).all()
 
 
+@pytest.mark.slow
 def test_no_curve_is_said_so():
     with pytest.raises(NoResponseError, match="no such rod could be solved"):
         design(asked(**PAPER | {"theta": "50", "eta": "0.05"}))

@@ -150,6 +150,7 @@ def shapes_in(axes):
     return [one.get_segments() for one in (every, begin, end)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu0", [0.3, 0.9])
 def test_scan_figures_have_a_panel_of_one_scale_for_each_taper(mu0):
     chosen = {"scan": "runs", "theta": [2.0, 3.0], "mu0": [mu0]}
@@ -330,6 +331,7 @@ def test_the_margin_out_of_the_plane_is_marked_as_zero_under_the_contact_point()
     assert mark.get_xdata() == pytest.approx([lying.x0_end], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
     chosen = {"scan": "runs", "theta": [2.0], "mu0": [0.9]}
     oblique, above, _ = draw("swing", scans(), chosen).axes

@@ -54,6 +54,7 @@ def test_files_embed_truetype_whole_texts_and_the_same_table_gives_the_same_byte
     assert b"coefficient of static friction" in first["svg"]
 
 
+@pytest.mark.slow
 def test_a_figure_is_laid_out_once_for_all_formats(tmp_path, monkeypatch):
     """Else its PDF, whose type is measured in another way, would have other axes than its PNG."""
     figure, layouts = drawn("taper", 3), []

@@ -104,6 +104,7 @@ def integrated(theta, state, natural, s):
     return found[0, -2::-1], found[1, -2::-1], found[1, -1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("theta", "eta", "place", "contact"),
     [
@@ -139,6 +140,7 @@ MOUNTED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("theta", "eta", "place", "contact", "mounting"), MOUNTED)
 def test_the_margin_of_a_mounted_rod_is_that_of_finite_elements(
     theta, eta, place, contact, mounting
@@ -202,6 +204,7 @@ def test_where_it_vanishes_does_not_depend_on_the_torsional_stiffness(monkeypatc
     assert margin(2.0, 0.85, 0.2) < stiff
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None)
 @given(st.floats(1.0, 15.0), st.floats(0.4, 0.95), st.sampled_from(["point", "line"]))
 @example(5.0, 0.4375, "line")
@@ -249,6 +252,7 @@ def test_a_chain_in_space_stays_in_its_plane_until_there_and_then_swings_round(t
     assert turned == pytest.approx(force * [-1, 1, 1], abs=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("theta", "eta", "offset", "mounting"),
     [
@@ -275,6 +279,7 @@ def test_the_margin_is_that_of_a_chain_in_space(theta, eta, offset, mounting):
     assert state.stability_aside == pytest.approx((4 * fine - coarse) / 3, abs=2e-5)
 
 
+@pytest.mark.slow
 def test_a_chain_in_an_inclined_clamp_swings_to_the_rod_that_leans_the_other_way():
     beta, eta = -0.1, 0.85
     offset = -eta * np.tan(beta) - 0.02

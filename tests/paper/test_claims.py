@@ -73,6 +73,7 @@ def same_friction(evidence):
     return replace(evidence, scan=pd.concat([rows, rows.assign(mu0=0.4)], ignore_index=True))
 
 
+@pytest.mark.slow
 def test_scans_are_ordered_by_taper_then_friction(evidence):
     rows = evidence.scan[evidence.scan["step"] == evidence.scan["step"].min()].head(1)
     keys = [(2.0, 0.3), (2.0, 0.4), (3.0, 0.1), (3.0, 0.2)]
@@ -390,6 +391,7 @@ def test_every_statement_is_expected_and_can_come_out_otherwise():
     assert {name for name, *_ in OTHERWISE} == set(names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXPECTED)
 def test_the_verdict_on_the_papers_study(evidence, name):
     finding = named(name).judge(evidence)
@@ -399,6 +401,7 @@ def test_the_verdict_on_the_papers_study(evidence, name):
     assert all(np.isfinite(value) for value, _ in finding.quantities.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "change", "other", "verdict"),
     OTHERWISE,

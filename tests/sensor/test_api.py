@@ -80,6 +80,7 @@ def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
     assert Units(si=True, wished={Kind.LENGTH: "mm"}).spelled(0.25, Kind.LENGTH) == "250 mm"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 0.002])
 def test_a_channel_that_is_saturated_everywhere_is_not_used(angle, signals):
     # Newtons that are called kilonewtons: the moment alone is read.
@@ -201,6 +202,7 @@ def test_a_data_frame_that_is_no_recording_is_refused(whisker, signals, change, 
         identify(whisker, change(signals.to_pandas()[:300]))
 
 
+@pytest.mark.slow
 def test_a_data_frame_may_have_its_units_in_titles_in_attrs_or_be_in_si_units(whisker, signals):
     frame = signals.to_pandas()[:300]
     known = identify(whisker, frame, transducer=SENSOR, assume=False)

@@ -71,6 +71,7 @@ def test_a_scan_moves_with_its_surface(by, law, start):
     assert [*other.phase, *other.period] == [*one.phase, *one.period]
 
 
+@pytest.mark.slow
 @few
 @given(by=st.floats(-30.0, 30.0))
 def test_friction_does_not_depend_on_where_the_stage_counts_from(by):
@@ -79,6 +80,7 @@ def test_friction_does_not_depend_on_where_the_stage_counts_from(by):
     same(found_in(there), found_in(recording), shift=by)
 
 
+@pytest.mark.slow
 def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch):
     _, recording = recorded()
     whole = found_in(recording)
@@ -121,6 +123,7 @@ def test_a_solution_is_the_same_in_all_units(rod, mu0):
             assert found[name].values == pytest.approx(column.values, rel=1e-6), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", Method)
 def test_a_recording_in_other_units_is_the_same_recording(method):
     """Units of a table are those of its titles: millinewtons and inches, say."""

@@ -61,6 +61,7 @@ def compared(angle, law, ratio, step, to):
     return period[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.1, -0.1])
 def test_free_slips_are_the_cycles_of_a_study(angle):
     curve = solve_curve(THETA, ETA, mounting=Mounting(stage_angle=angle))

@@ -140,12 +140,14 @@ def test_onset_that_locks_names_the_limit():
     assert np.isnan(onset.x0_slip) and onset.n_steps is None
 
 
+@pytest.mark.slow
 def test_onset_that_cannot_be_solved_is_failed():
     onset = solve_onset(theta=50, mu0=0.3, eta=0.05)
     assert onset.status is Status.FAILED
     assert "try a larger eta" in onset.message
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_the_largest_taper_is_solved():
     onset = solve_onset(theta=MOST_TAPER, mu0=0.3, eta=0.85)

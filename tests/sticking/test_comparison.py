@@ -44,6 +44,7 @@ def test_a_locking_tip_penetrates_where_its_slope_vanishes_before_the_lock():
     assert list(found.penetrates) == [False, True]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_solved_is_named():
     result = compare([1000.0], [5.0], [0.05]).point
     assert result.status == [Status.FAILED]

@@ -28,6 +28,7 @@ def papers():
     return dict(zip((1, 2, 3), solve_curves(theta, np.full(3, 0.85)), strict=True))
 
 
+@pytest.mark.slow
 def test_whole_range_is_solved_to_the_promised_residual():
     theta, eta = (a.ravel() for a in np.meshgrid(np.linspace(1, 4, 7), np.linspace(0.7, 0.95, 6)))
     for curve in solve_curves(theta, eta):
@@ -158,6 +159,7 @@ def test_friction_must_be_positive(papers, mu0):
         papers[2].onset(mu0)
 
 
+@pytest.mark.slow
 def test_unresolved_curve_is_failed_and_says_what_to_try():
     curve = solve_curve(50.0, 0.05)
     assert curve.status is Status.FAILED

@@ -312,6 +312,7 @@ def test_a_branch_ends_where_two_states_meet():
     assert growth[-1] > 3 * growth[len(growth) // 2] > 0
 
 
+@pytest.mark.slow
 def test_a_rod_curved_towards_the_surface_may_not_lie_on_it():
     mounting = Mounting(curvature=0.1)
     # Neither may its tip come to lie level: the rod arches over the surface just before it.

@@ -51,6 +51,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(method, encoder):
     assert abs(np.mean(errors)) < 4.0 * np.std(errors) / np.sqrt(len(errors)) + 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", ["E falls by 1 % per decade of time", "E 5 % off"])
 def test_what_has_a_tolerance_is_fitted(title):
     row = TITLES[title]
@@ -86,6 +87,7 @@ def test_rows_without_load_check_the_tare():
     assert any("nothing touches the surface" in note for note in found.periods.notes)
 
 
+@pytest.mark.slow
 def test_a_fit_that_fails_keeps_the_tolerances(monkeypatch):
     frame, truth = recorded(TITLES["clamp inclined by 2°"], Said.NOTHING, 1)
     monkeypatch.setattr(fit, "EVALUATIONS", (1,))
@@ -112,6 +114,7 @@ def filtered(readings, constant):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rod", [believed(), None])
 def test_a_delay_that_is_told_helps_both_readings(rod):
     """A filter y += (x − y)/4 lags by 3 samples of 10 ms."""

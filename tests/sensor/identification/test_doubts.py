@@ -58,12 +58,14 @@ def test_a_reading_that_stands_still_is_doubted(response):
     assert f"line {begins[2] + 2}-{stop + 1}" in note
 
 
+@pytest.mark.slow
 def test_clamp_that_moves_by_a_few_times_what_was_recorded_is_refused(response):
     clamp, readings, _ = signals(response)
     with pytest.raises(WrongRodError, match="no state of this rod"):
         found(response, clamp * 3.0, readings)
 
 
+@pytest.mark.slow
 def test_samples_of_a_rest_that_was_not_cut_off_are_not_in_the_mean(response):
     clamp, readings, _ = signals(response)
     # At rest the readings stay, while the clamp is taken to move.

@@ -78,6 +78,7 @@ def wrong(recording, name, size):
     return replace(recording, readings=np.stack(readings, axis=1), clamp=clamp)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, size",
     [
@@ -165,6 +166,7 @@ def test_nothing_is_adjusted_to_columns_that_were_mixed_up(response, mixed, meth
         identify(near, recording, noise=NOISE)
 
 
+@pytest.mark.slow
 def test_the_moment_alone_tells_what_it_can(response):
     recording = recorded(response)
     readings = recording.readings * [np.nan, np.nan, 1.03]
@@ -172,6 +174,7 @@ def test_the_moment_alone_tells_what_it_can(response):
     assert not found.goodness.fits and found.causes
 
 
+@pytest.mark.slow
 def test_a_period_that_does_not_fit_by_itself_does_not_spoil_the_others(response):
     recording = recorded(response)
     whole = found_in(recording).periods
@@ -203,6 +206,7 @@ def test_the_command_says_what_does_not_fit(tmp_path, response):
     assert "(explains 100% of the misfit)" in said
 
 
+@pytest.mark.slow
 def test_sizes_are_said_in_the_units_of_the_rod(response):
     whisker = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
     recording = wrong(recorded(response), "moment_origin_x", 0.002)

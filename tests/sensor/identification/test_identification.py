@@ -74,6 +74,7 @@ def test_intervals_cover_what_they_say(response, law):
     assert 0.93 <= np.mean(covered) <= 0.97
 
 
+@pytest.mark.slow
 def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
     biased, corrected = [], []
     for seed in range(5):
@@ -89,6 +90,7 @@ def test_the_step_biases_the_last_ratio_and_is_accounted_for(response):
     assert abs(np.mean(corrected)) < 0.2 * abs(np.mean(biased))
 
 
+@pytest.mark.slow
 def test_noise_is_estimated_despite_the_slips(response):
     _, recording = recorded(response)
     assert noise_of(recording.readings) == pytest.approx(NOISE, rel=0.1)
@@ -106,6 +108,7 @@ def test_a_channel_that_was_not_recorded_has_no_noise_and_is_not_missed(response
     assert not recwarn.list
 
 
+@pytest.mark.slow
 def test_lost_samples_widen_the_interval_and_nothing_else(response):
     truth, recording = recorded(response)
     keep = np.random.default_rng(5).random(len(recording.line)) > 0.3
@@ -121,6 +124,7 @@ def test_lost_samples_widen_the_interval_and_nothing_else(response):
     assert np.nanmean(periods.deviation) > np.nanmean(whole.deviation)
 
 
+@pytest.mark.slow
 def test_several_samples_at_each_step_are_one_step(response):
     truth, _ = recorded(response)
     dwell = np.repeat(np.arange(len(truth)), 3)
@@ -199,6 +203,7 @@ def test_a_scan_that_ends_while_the_tip_sticks_gives_a_bound(response):
     assert needed - 0.01 < periods.low[-1] < needed
 
 
+@pytest.mark.slow
 def test_another_rod_is_refused(response):
     _, recording = recorded(response)
     with pytest.raises(ValueError, match="no state of this rod"):
@@ -215,6 +220,7 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+@pytest.mark.slow
 def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path):
     out, found, picture = (tmp_path / name for name in ("s.csv", "f.parquet", "m.png"))
     way = ["--step", "50 um", "--to", "100 mm", "--patches", "0 mm: 0.25, 90 mm: 0.35"]
@@ -275,6 +281,7 @@ def test_rows_without_values_and_saturated_ones_are_left_out_and_named(tmp_path)
 CELLS = st.sampled_from(["0", "0.1", "-1.2", "", "nan", "1e400", "x", "-50", "12", "1e-300"])
 
 
+@pytest.mark.slow
 @given(st.lists(st.lists(CELLS, min_size=4, max_size=6), max_size=12), st.sampled_from(Method))
 def test_any_recording_is_identified_or_refused_as_a_value_error(tmp_path_factory, rows, method):
     file: Path = tmp_path_factory.mktemp("fuzz") / "r.csv"

@@ -189,6 +189,7 @@ def test_a_filter_that_is_told_lags_and_what_is_not_told_may(whisker, fine):
     assert (either.low < none.mu0).all() and (told.mu0 < either.high).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sections", [FIRST_ORDER, BUTTERWORTH])
 def test_the_delay_of_a_filter_is_told_by_the_slips(whisker, fine, sections):
     periods, _ = found_in(whisker, smeared(whisker, fine, sections, 1))
@@ -199,6 +200,7 @@ def test_the_delay_of_a_filter_is_told_by_the_slips(whisker, fine, sections):
     assert float(note.split()[-2]) == pytest.approx(delay / EVERY, rel=0.08)
 
 
+@pytest.mark.slow
 def test_slips_within_one_sample_stay_as_they_are(whisker, fine):
     frame = frame_of(clamp_of(fine)[::EVERY], fine.readings[::EVERY], 1, rate=100.0)
     periods, slips = found_in(whisker, frame)

@@ -30,6 +30,7 @@ def test_a_slope_turns_the_ratio_of_the_forces():
     assert slope_errors(np.array([mu0]), delta)[0] == pytest.approx(turned, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["model", "ratio"])
 def test_it_widens_every_interval_and_the_mean_by_what_neighbours_share(recording, method):
     level, found = read(recording, method, 0.0), read(recording, method, SLOPE)

@@ -156,6 +156,7 @@ def test_the_mean_of_a_surface_is_as_far_off_as_it_says():
         assert 0.2 < np.sqrt(np.mean(np.square(values))) < 1.9
 
 
+@pytest.mark.slow
 def test_coarse_sampling_says_so_and_nothing_of_diameters():
     signals = scan(WHISKER, surfaces.constant(0.3), step="1 mm", to=["80 mm"], transducer=SENSOR)
     found = identify(WHISKER, signals.to_pandas(), transducer=SENSOR)

@@ -55,6 +55,7 @@ def test_a_modulus_within_its_tolerance_is_found_and_spoils_nothing():
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]
 
 
+@pytest.mark.slow
 def test_the_noise_is_adjusted_with_the_readings():
     _, recording = recorded(GIVEN, scale=1.2)
     found = identify(GIVEN, recording, noise=NOISE, tolerances={"modulus": 0.2})
@@ -81,6 +82,7 @@ def test_a_small_tolerance_holds_what_was_given_and_then_it_does_not_fit():
     assert not found.setting.goodness.fits
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told_apart_is_shared_by_the_tolerances():
     _, recording = recorded(GIVEN, scale=1.0005)
     given = {"modulus": 0.03, "diameter": 0.01}
@@ -182,6 +184,7 @@ def test_what_is_no_tolerance_is_refused(given, message):
         read_tolerances(STEEL.units, given, STEEL)
 
 
+@pytest.mark.slow
 def test_tolerances_on_the_command_line(tmp_path):
     _, recording = recorded(GIVEN, scale=1.01)
     names = {"footpoint": "L", "force_x": "E*I0/L^2", "force_y": "E*I0/L^2", "moment_z": "E*I0/L"}
