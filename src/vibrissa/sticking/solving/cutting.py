@@ -112,9 +112,11 @@ def sections_of(followed: Followed, side: FloatArray) -> list[Section]:
     """Cut paths into sections that have one parameter each, in the order of the knots."""
     knots, sections = followed.knots, []
     begins = np.append(np.flatnonzero(knots.step == 0.0), len(knots))
+    ends = knots.direction[followed.last, 0]
     for start, stop in pairwise(begins.tolist()):
         along, ahead = knots.direction[start:stop], side[knots.branch[start]]
-        turns = along[-1, 0] * ahead < STEADY
+        # Also in a kink: the last knot of the whole path shows it.
+        turns = ends[knots.branch[start]] * ahead < STEADY
         steady = along[:, 0] * ahead >= (STEADY_BEFORE_TURN if turns else STEADY)
         by_x0 = steady[:-1] & steady[1:]
         cuts = np.flatnonzero(by_x0[1:] != by_x0[:-1]) + 1
