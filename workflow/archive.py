@@ -30,7 +30,13 @@ def main(argv: list[str]) -> int:
         belonging.need_tables_of(study, results)
         outdated.need_current(results, options.configfile, everything=True)
         files = write_archive(
-            places.HOME, results, study.results, options.configfile, commit(), output
+            places.HOME,
+            results,
+            study.results,
+            options.configfile,
+            commit(),
+            output,
+            [figure.script for figure in study.figures.values() if figure.script],
         )
     except (VibrissaError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)

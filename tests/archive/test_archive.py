@@ -18,7 +18,8 @@ MADE = ["tables/stiction.parquet", "summary.txt", "report.html"]
 def unpacked(finished, tmp_path):
     results = finished.root / "results/tiny"
     output = tmp_path / "tiny.crate.zip"
-    write_archive(ROOT, results, MADE, finished.root / "tiny.yaml", "0" * 40, output)
+    (finished.root / "helper.py").write_text("")  # in the place of a script that draws a figure
+    write_archive(ROOT, results, MADE, finished.root / "tiny.yaml", "0" * 40, output, ["helper.py"])
     zipfile.ZipFile(output).extractall(tmp_path / "unpacked")
     return tmp_path / "unpacked"
 
@@ -32,7 +33,14 @@ def verified(folder):
 @pytest.mark.slow
 def test_an_archive_holds_what_makes_it_and_one_that_was_changed_is_refused(unpacked):
     names = checked_files(unpacked)
-    assert {"Snakefile", "Makefile", "README.md", "LICENSE", "studies/tiny.yaml"} < set(names)
+    assert {
+        "Snakefile",
+        "Makefile",
+        "README.md",
+        "LICENSE",
+        "studies/tiny.yaml",
+        "studies/helper.py",
+    } < set(names)
     assert {f"results/tiny/{name}" for name in MADE} < set(names)
     assert study_file_of(unpacked) == "studies/tiny.yaml"
     assert (unpacked / "src/vibrissa/commit.txt").read_text() == "0" * 40 + "\n"

@@ -246,6 +246,7 @@ WRONG = {
         "24:",
         "No such file",
     ),
+    "far script": ("taper, grid: main,", "script, script: ../x.py, grid: main,", "24:", "below"),
     "two sources": (
         "taper, grid: main,",
         "script, script: x.py, grid: main, scan: runs,",

@@ -53,7 +53,13 @@ class ArchiveError(VibrissaError):
 
 
 def write_archive(
-    root: Path, results: Path, made: Iterable[str], study_file: Path, commit: str, output: Path
+    root: Path,
+    results: Path,
+    made: Iterable[str],
+    study_file: Path,
+    commit: str,
+    output: Path,
+    scripts: Iterable[str] = (),
 ) -> Mapping[str, Path]:
     """Write the archive of a study, whole or not at all.
 
@@ -70,6 +76,8 @@ def write_archive(
         Commit of the code.
     output : Path
         ZIP file.
+    scripts : iterable of str
+        The user's files that draw figures, relative to the study file.
 
     Returns
     -------
@@ -96,6 +104,7 @@ def write_archive(
     if study_file.resolve() != (root / study).resolve():
         study = f"studies/{study_file.name}"
         files[study] = study_file
+    files |= {(Path(study).parent / one).as_posix(): study_file.parent / one for one in scripts}
     texts = {
         # Found by `vibrissa.provenance` where there is no git.
         f"src/vibrissa/{COMMIT_FILE}": f"{commit}\n",

@@ -330,6 +330,11 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         if self.script is None or folder is None:
             return []
         path = folder / self.script
+        if Path(self.script).is_absolute() or ".." in Path(self.script).parts:
+            text = (
+                f"{self.script} is not allowed; allowed: a file in or below the study file's folder"
+            )
+            return [(("script",), text)]
         try:
             tree = ast.parse(path.read_text(encoding="utf-8"))
         except OSError as error:
