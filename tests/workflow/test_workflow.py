@@ -92,6 +92,31 @@ def test_a_change_of_the_program_makes_anew_what_it_may_change(edited, name, job
     assert edited.jobs() == jobs
 
 
+SCRIPT = """
+import matplotlib.pyplot as plt
+
+
+def draw(table):
+    figure, axes = plt.subplots()
+    axes.plot(table["theta"], table["x0_slip"], "o")
+    return figure
+"""
+
+
+def test_a_script_of_the_user_is_an_input_of_its_figure(done):
+    own = "  own: {kind: script, script: own.py, grid: main, formats: [], caption: 'At {eta}.'}\n"
+    done.write("own.py", SCRIPT)
+    done.edit("figures:\n", "figures:\n" + own)
+    done.run()
+    folder = done.root / "results/tiny/figures"
+    assert (folder / "own.png").exists() and not (folder / "own.svg").exists()
+    assert "**Own.** At 0.85.\n" in (folder / "captions.md").read_text()
+    done.write("own.py", SCRIPT.replace("x0_slip", "nothing"))
+    assert done.jobs() == {"figures": 1, "report": 1}
+    status, _ = done.call()
+    assert status != 0 and "own.py:7: KeyError: 'nothing'" in done.log("figures")
+
+
 def test_values_appended_to_an_axis_leave_the_other_chunks(done):
     before, rows = done.chunks(), done.stiction().to_pylist()
     done.edit("[1.5, 2]", "[1.5, 2, 2.5]")
