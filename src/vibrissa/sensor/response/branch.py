@@ -297,7 +297,9 @@ def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
     for piece in curve.pieces:
         # Equal steps of the piece's parameter: near a limit point they are short in x0.
         states = piece.at(np.linspace(piece.start, piece.stop, KNOTS))
-        parts.append(CubicSpline(states.x0, _reactions(states)))
+        # A piece begins where it says, not beside it by rounding: x0 = 0 lies in the first one.
+        x0 = np.append(piece.first_x0, states.x0[1:])
+        parts.append(CubicSpline(x0, _reactions(states)))
     reactions = joined(parts)
     kinks = [b.first_x0 for a, b in pairwise(curve.pieces) if a.contact is not b.contact]
     ends = [part.x[0] for part in parts[: -len(curve.pieces)]]
