@@ -182,15 +182,6 @@ def test_the_table_says_what_is_silently_wrong_and_fails(tmp_path):
     assert any("| nothing | model |" in line for line in laboratory_table.table(good))
 
 
-def test_an_interrupted_run_goes_on_where_it_was(tmp_path):
-    path = tmp_path / "new" / "scores.csv"
-    scores = of_line("E 5 % off", nothing=(BAD, DOUBTED), enough=(GOOD,), little=(REFUSED,))
-    assert laboratory.known_scores(path) == {}
-    for one, found in scores.items():
-        laboratory.keep(path, one, found)
-    assert str(laboratory.known_scores(path)) == str(scores)
-
-
 @pytest.mark.slow
 def test_a_cost_is_what_exact_knowledge_would_save():
     readings = costs.recording()

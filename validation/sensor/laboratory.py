@@ -7,14 +7,11 @@ ways of `Said`, by each method; `laboratory_table` judges what was read.
 """
 
 import argparse
-import csv
 import multiprocessing
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
-from functools import lru_cache, partial
-from importlib import import_module
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -291,86 +288,39 @@ def of_entry(entry, methods):
     return entry, {method: scored(frame, truth, row, said, method) for method in some}
 
 
-FIELDS = ("row", "said", "seed", "method", *Score.__dataclass_fields__)
-
-
-def known_scores(path):
-    """Read the scores that a run before has left, by row, what was said, and seed."""
-    found = {}
-    numbers = {row.title: number for number, row in enumerate(ROWS)}
-    if not path.exists():
-        return found
-    with path.open(encoding="utf-8", newline="") as file:
-        for line in csv.DictReader(file):
-            entry = numbers.get(line["row"]), Said(line["said"]), int(line["seed"])
-            flags = {name: line[name] == "True" for name in ("read", "doubted")}
-            values = {name: float(line[name]) for name in FIELDS[6:-1]}
-            found.setdefault(entry, {})[Method(line["method"])] = Score(
-                **flags, **values, periods=int(line["periods"])
-            )
-    return {entry: scores for entry, scores in found.items() if entry[0] is not None}
-
-
-def keep(path, entry, scores):
-    """Add the scores of one recording to the file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    new = not path.exists()
-    with path.open("a", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, FIELDS)
-        if new:
-            writer.writeheader()
-        number, said, seed = entry
-        for method, score in scores.items():
-            known = {"row": ROWS[number].title, "said": said, "seed": seed, "method": method}
-            writer.writerow(known | asdict(score))
+def written(path, scores):
+    """Write all scores as a table."""
+    rows = [
+        {"row": ROWS[number].title, "said": said, "seed": seed, "method": method, **asdict(score)}
+        for (number, said, seed), by_method in scores.items()
+        for method, score in by_method.items()
+    ]
+    pd.DataFrame(rows).to_csv(path, index=False)
 
 
 def main():
-    """Read the recordings that are missing, then write the table; status 1 if a row fails."""
+    """Read all recordings, then write the table; status 1 if a row fails."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20, help="recordings for each entry")
     parser.add_argument("--first", type=int, default=FIRST, help="the first of their seeds")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--record", action="store_true", help="write the record")
     parser.add_argument("--row", type=int, action="append", help="only these rows, from 0")
-    parser.add_argument("--method", action="append", choices=list(Method), help="only these")
-    parser.add_argument(
-        "--scores",
-        type=Path,
-        help="file of the scores, to which an interrupted run adds what is missing: delete it "
-        "where the code has changed",
-    )
+    parser.add_argument("--scores", type=Path, help="file for the scores")
     arguments = parser.parse_args()
     from validation.sensor.laboratory_table import passes, table
 
-    methods = [Method(name) for name in arguments.method or METHODS]
-    # All rows once, then once more, so that an interrupted run has seen all of them.
-    entries = sorted(
-        (
-            (number, said, seed)
-            for number in arguments.row or range(len(ROWS))
-            for said in ROWS[number].ways
-            for seed in range(arguments.first, arguments.first + arguments.seeds)
-        ),
-        key=lambda entry: entry[2],
-    )
-    before = {} if arguments.scores is None else known_scores(arguments.scores)
-    scores = {entry: before[entry] for entry in entries if entry in before}
-    missing = [entry for entry in entries if entry not in scores]
-    with multiprocessing.Pool(arguments.workers, initializer=_prepared) as pool:
-        for entry, found in pool.imap_unordered(partial(of_entry, methods=methods), missing):
-            scores[entry] = found
-            if arguments.scores is not None:
-                keep(arguments.scores, entry, found)
+    entries = [
+        (number, said, seed)
+        for seed in range(arguments.first, arguments.first + arguments.seeds)
+        for number in arguments.row or range(len(ROWS))
+        for said in ROWS[number].ways
+    ]
+    with multiprocessing.Pool(arguments.workers) as pool:
+        scores = dict(pool.imap_unordered(partial(of_entry, methods=METHODS), entries))
+    if arguments.scores is not None:
+        written(arguments.scores, scores)
     print("\n".join(table(scores)))
     if arguments.record:
         write_record("laboratory", __doc__, "\n".join(table(scores)))
     raise SystemExit(0 if passes(scores) else 1)
-
-
-def _prepared():
-    """Begin a process: other work comes first."""
-    os.nice(15)
-    # All believe in the same rod, and most mistakes are none of the rod.
-    branch = import_module("vibrissa.sensor.response.branch")
-    branch.respond = lru_cache(maxsize=8)(branch.respond)

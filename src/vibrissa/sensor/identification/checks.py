@@ -66,8 +66,8 @@ def checks_of_spans(clamp: FloatArray, spans: Spans) -> list[Check]:
     came = clamp[ends] - clamp[np.maximum(ends - FEW, spans.begins)]
     went = clamp[np.minimum(spans.after + FEW, len(clamp) - 1)] - clamp[spans.after]
     few = spans.counts < FEW
-    # Of most periods only a finer recording helps.
-    coarse = np.full(len(few), 2 * few.sum() > len(few))
+    # Where most periods have few samples only a finer recording helps.
+    coarse = np.full(len(few), np.median(spans.counts) < 2 * FEW)
     return [
         Check(
             name="gap",
@@ -125,6 +125,8 @@ def notes_of(checks: Sequence[Check], first: IntArray, last: IntArray) -> tuple[
     """One line for each doubt, with the lines of the first periods that it concerns."""
     notes = []
     for one in checks:
+        if one.name == "coarse":  # the summary says it
+            continue
         lines = list(zip(first[one.periods], last[one.periods], strict=True))
         if lines:
             shown = ", ".join(f"{begin}-{end}" for begin, end in lines[:NAMED])

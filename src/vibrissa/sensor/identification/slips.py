@@ -146,7 +146,9 @@ def check_falls(clamp: FloatArray, load: FloatArray, noise: float) -> None:
     """
     falls = np.diff(load) * direction(clamp) / noise
     usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
-    clear = falls[(np.abs(falls) > FALL) & usual]
+    # Of coarse samples each shows a rise.
+    sudden = falls - np.median(falls)
+    clear = sudden[(np.abs(sudden) > FALL) & usual]
     if (clear**3).sum() < 0.0:
         raise RecordingError(
             "force_x grows suddenly where it should fall, in slips: column force_x or footpoint "
