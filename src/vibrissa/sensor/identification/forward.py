@@ -289,7 +289,7 @@ def _continued(response: Response) -> Response:
     """
     part, back = WINDOW * response.x0_lock, -BEYOND * response.x0_lock
     nodes = chebyshev_nodes(ORDER + 1)
-    series = chebyshev_transform(ORDER + 1) @ response(part * nodes)
+    series = chebyshev_transform(ORDER + 1) @ response(response.clip(part * nodes))
     x0 = np.linspace(back, 0.0, 2 * ORDER)
     before = CubicSpline(x0, chebvander(2.0 * x0 / part - 1.0, ORDER) @ series)
     return replace(
