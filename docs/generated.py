@@ -11,8 +11,8 @@ from typing import Any
 import grimp
 
 from vibrissa.design.materials import MATERIALS
-from vibrissa.sensor.given.tolerances import TOLERABLE, Tolerable, told
 from vibrissa.sensor.quantities import Units
+from vibrissa.sensor.tolerances import TOLERABLE, Tolerable, told
 from vibrissa.sensor.transducer import PRESETS
 from vibrissa.study.axes import AXES, spell_values
 from vibrissa.study.claims import Claims
@@ -142,16 +142,16 @@ def tolerances() -> str:
     """Table of the tolerances and what is assumed of each."""
 
     def assumed(name: str, one: Tolerable) -> str:
-        if one.assumed.of_noise:
-            return f"{one.assumed.size:g} deviations of the noise"
-        size, unit = told(name, one.assumed.size, Units())
+        if one.channel >= 0:
+            return f"{one.size:g} deviations of the noise"
+        size, unit = told(name, one.size, Units())
         own = f"{size:.6g} {unit}".strip()
-        return f"{1e3 * one.assumed.si:g} mm, or {own}" if one.assumed.si else own
+        return f"{1e3 * one.si:g} mm, or {own}" if one.si else own
 
     # Tolerances that are assumed alike for the same reason are one row.
     rows: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
     for name, one in TOLERABLE.items():
-        key = assumed(name, one), one.assumed.reason
+        key = assumed(name, one), one.reason
         names, meanings = rows.setdefault(key, ([], []))
         names.append(f"`{name}`")
         if one.what not in meanings:

@@ -18,7 +18,7 @@ import pandas as pd
 from vibrissa.design import DesignStatus, Requirements, design
 from vibrissa.errors import VibrissaError
 from vibrissa.sensor import PeriodStatus, Whisker, identify, scan, surfaces
-from vibrissa.sensor.given.tolerances import assumed_tolerances
+from vibrissa.sensor.tolerances import assumed_tolerances
 
 EXACT = {"tolerances": {"surface_slope": "exact", "stage_angle": "exact"}}
 NANO = {"transducer": "nano17-si-12-0.12"}

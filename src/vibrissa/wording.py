@@ -17,6 +17,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'s' * (number != 1)}"
 
 
+def see_page(title: str) -> str:
+    """Refer to a page of the documentation by its title."""
+    return f'see the page "{title}" of the documentation'
+
+
 def figure_name(key: str) -> str:
     """Name a figure by its key in a study file.
 

@@ -66,7 +66,7 @@ def test_a_rod_that_violates_constraints_is_not_written(tmp_path):
         ([*NANO, "--material", "music-wire", "--modulus", "1 GPa"], "is not that of music wire"),
         ([*NANO, "--material", "music-wire", "--yield-strain", "0.1"], "not both"),
         ([*NANO, "--material", "music-wire", "--tolerance", "eta=1 GPa"], "tolerance of eta must"),
-        ([*NANO, "--material", "music-wire", "--rod", "no.toml"], "no such rod file"),
+        ([*NANO, "--material", "music-wire", "--rod", "no.toml"], "no such set-up file"),
         ([*NANO, "--material", "music-wire", "--theta", "1 to 3 ± 0.1"], "theta is a range: give"),
         ([*NANO, "--modulus", "1 GPa"], "yield_strain is not given"),
         ([*NANO, "--material", "music-wire", "--noise", "1 N, 1 N, 1 N*m"], "not both"),

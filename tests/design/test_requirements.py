@@ -10,8 +10,7 @@ from vibrissa.design.choices import DIAMETERS, LENGTHS, TAPERS
 from vibrissa.design.materials import material
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import preset
-from vibrissa.sensor.given import rod_file
-from vibrissa.sensor.given.rod_file import RodFile
+from vibrissa.sensor.setup import Setup, write_keys
 
 WIRE = MATERIALS["music-wire"]
 SENSOR = preset("nano17-si-12-0.12")
@@ -83,9 +82,9 @@ def test_the_result_is_written_as_a_setup_file_with_what_was_given(setup, tmp_pa
     found = design(Requirements.read(setup, **asked))
     assert found.status is DesignStatus.FOUND
     path = tmp_path / "rod.toml"
-    rod_file.write(path, found.rod_file(), "a rod, 5 µm off")
+    write_keys(path, found.rod_file(), "a rod, 5 µm off")
     assert path.read_text(encoding="utf-8").startswith("# a rod, 5 µm off\n")
-    before, after = RodFile.read(setup), RodFile.read(path)
+    before, after = Setup.read(setup), Setup.read(path)
     assert after.reading == before.reading
     for name in ("contact", "section", "rod", "mounting", "tolerances"):
         assert getattr(after.whisker, name) == getattr(before.whisker, name)
@@ -96,7 +95,7 @@ def test_the_result_is_written_as_a_setup_file_with_what_was_given(setup, tmp_pa
 def test_without_names_the_numbers_are_in_the_setup_file(tmp_path):
     size = {"theta": "2", "eta": "0.85", "diameter": "1 mm", "length": "100 mm"}
     found = design(Requirements.read(**OWN, mu0="0.2", step="5 um", **size))
-    rod_file.write(tmp_path / "rod.toml", found.rod_file(), "")
+    write_keys(tmp_path / "rod.toml", found.rod_file(), "")
     assert tomllib.loads((tmp_path / "rod.toml").read_text(encoding="utf-8")) == {
         **{"theta": 2.0, "eta": 0.85, "contact": "point", "modulus": "3.6 GPa"},
         **{"diameter": "1 mm", "length": "100 mm", "yield_strain": 0.01},

@@ -16,7 +16,7 @@ import numpy as np
 from validation.records import write_record
 from vibrissa.figures import style
 from vibrissa.sensor import Recording, Whisker, identify, scan, surfaces
-from vibrissa.sensor.given.tolerances import TOLERABLE, assumed_tolerances, told
+from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances, told
 
 NOISE = "3 mN, 3 mN, 10 uN*m"
 STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}

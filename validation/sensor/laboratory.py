@@ -32,7 +32,7 @@ from validation.sensor.mistakes import (
 )
 from vibrissa.errors import VibrissaError
 from vibrissa.sensor import Method, PeriodStatus, Whisker, identify
-from vibrissa.sensor.given.tolerances import assumed_tolerances
+from vibrissa.sensor.tolerances import assumed_tolerances
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS
 STEP, WAY = 2e-4, 0.2

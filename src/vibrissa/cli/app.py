@@ -1,7 +1,5 @@
 """The command line ``vibrissa``: puts the commands together, each loaded when it is called."""
 
-import re
-from collections.abc import Sequence
 from importlib import import_module
 from keyword import iskeyword
 from typing import Annotated, Any
@@ -9,7 +7,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from vibrissa.errors import ArgumentError, UndeterminedError, UnknownNameError, VibrissaError
+from vibrissa.cli import HELP
+from vibrissa.errors import UndeterminedError, VibrissaError
 
 # What the list of commands says of each. A command's own file, with NumPy, SciPy and the solvers,
 # is imported only when that command is called.
@@ -22,27 +21,13 @@ COMMANDS = {
 }
 
 
-# An option of several words: in Python and in a rod file its name has underscores.
-SEVERAL_WORDS = re.compile(r"--([a-z]+(?:-[a-z]+)+)")
-
-
 def module_of(name: str) -> str:
     """Name the module of a command; a word of Python's own cannot be the name of one."""
     return f"vibrissa.cli.{name}{'_' * iskeyword(name)}"
 
 
-def as_typed(error: Exception, arguments: Sequence[str]) -> str:
-    """Tell an error with its options as they were typed: ``--clamp-angle``, not ``clamp_angle``."""
-    message = str(error)
-    if not isinstance(error, ArgumentError) or isinstance(error, UnknownNameError):
-        return message
-    for typed in filter(None, map(SEVERAL_WORDS.match, arguments)):
-        message = re.sub(rf"\b{typed[1].replace('-', '_')}\b", typed[0], message)
-    return message
-
-
 class Commands(TyperGroup):
-    """Commands by name; ends with one line where the user can do something about an error."""
+    """Commands by name; ends with a line for each error that the user can correct."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
@@ -54,7 +39,6 @@ class Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Load the command that is called, and keep what was typed after it."""
         name, command, rest = super().resolve_command(ctx, args)
-        ctx.obj = tuple(rest)
         if name is not None and command is not None:
             command = typer.main.get_command(import_module(module_of(name)).app)
         return name, command, rest
@@ -66,7 +50,8 @@ class Commands(TyperGroup):
         except BrokenPipeError:
             raise
         except (VibrissaError, OSError) as error:
-            typer.echo(f"vibrissa: {as_typed(error, ctx.obj)}", err=True)
+            for line in str(error).splitlines():
+                typer.echo(f"vibrissa: {line}", err=True)
             raise typer.Exit(1 if isinstance(error, UndeterminedError) else 2) from None
 
 
@@ -74,7 +59,8 @@ app = typer.Typer(
     name="vibrissa",
     cls=Commands,
     no_args_is_help=True,
-    rich_markup_mode=None,  # the list of commands does not wait for rich, a tenth of a second
+    rich_markup_mode="markdown",
+    context_settings=HELP,
     help="From a surface to the signals of a whisker-like sensor, and back to friction.\n\n"
     "Quantities have a unit, as in `--step '20 um'`, or are nondimensional without one: lengths "
     "in units of the rod's length L. With `--modulus`, `--diameter` and `--length` results are "
@@ -82,8 +68,8 @@ app = typer.Typer(
 )
 
 
-def _tell_version(asked: bool) -> None:
-    if asked:
+def _print_version(wanted: bool) -> None:
+    if wanted:
         from vibrissa import __version__
         from vibrissa.provenance import commit
 
@@ -96,7 +82,7 @@ def main(
     version: Annotated[
         bool,
         typer.Option(
-            "--version", callback=_tell_version, is_eager=True, help="Tell the version and commit."
+            "--version", callback=_print_version, is_eager=True, help="Print version and commit."
         ),
     ] = False,
 ) -> None:

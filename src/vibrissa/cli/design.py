@@ -5,43 +5,49 @@ from typing import Annotated
 
 import typer
 
+from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
-    ALONE,
+    Json,
     Picture,
     check_files,
+    print_json,
     progress_bars,
     save_picture,
-    say,
 )
 from vibrissa.cli.requirements import takes_requirements
 from vibrissa.design import Design, DesignStatus, Requirements
 from vibrissa.design import design as find_design
 from vibrissa.sensor import series
-from vibrissa.sensor.given import rod_file
+from vibrissa.sensor.setup import write_keys
 
 app = typer.Typer(**ALONE)
 
-# Ending of a rod file.
+# Ending of a set-up file.
 ROD_FILE = ".toml"
 Written = Annotated[
     Path | None,
     typer.Option(
         "--output",
         "-o",
-        help="Write the result, too: as a table, .csv or .parquet, or as a rod file, .toml, that "
-        "the other commands read with --rod.",
+        help="Write the result as a table, .csv or .parquet, or as a set-up file, .toml, that the "
+        "other commands read with --rod.",
+        metavar="<file>",
+        rich_help_panel="Output",
     ),
 ]
 
 
 @app.command(
+    context_settings=HELP,
     epilog="Examples: `vibrissa design --material music-wire --transducer nano17-si-12-0.12 --step "
     "'50 um' --mu0 '0.2 to 0.4'`; a rod that is given is checked: `vibrissa design --material "
     "steel-s235 --diameter '5 mm' --length '100 mm' --theta 2 --eta 0.85 --transducer "
     "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`",
 )
 @takes_requirements
-def design(requirements: Requirements, output: Written = None, picture: Picture = None) -> None:
+def design(
+    requirements: Requirements, output: Written = None, picture: Picture = None, json: Json = False
+) -> None:
     """Find the rod that measures friction best, and its active constraints.
 
     Chooses taper, height, diameter and length among rods that can be bought, cut and turned. The
@@ -54,7 +60,10 @@ def design(requirements: Requirements, output: Written = None, picture: Picture 
     """
     check_files(output, picture, ROD_FILE)
     found = find_design(requirements, progress_bars())
-    say(found, output)
+    err = json or output == series.STANDARD
+    if json:
+        print_json(found.columns())
+    typer.echo(found, err=err)
     if output is not None:
         _write(found, output)
     if picture is not None:
@@ -64,10 +73,10 @@ def design(requirements: Requirements, output: Written = None, picture: Picture 
 
 
 def _write(found: Design, output: Path) -> None:
-    """Write the result as a table, or the rod that was found as a rod file."""
+    """Write the result as a table, or the rod that was found as a set-up file."""
     if output.suffix.lower() != ROD_FILE:
         series.write(output, found.columns())
     elif found.status is DesignStatus.FOUND:
-        rod_file.write(output, found.rod_file(), f"vibrissa design: {found.message}")
+        write_keys(output, found.rod_file(), f"vibrissa design: {found.message}")
     else:
         typer.echo(f"{output} is not written: the rod violates constraints", err=True)

@@ -7,115 +7,128 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
+from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
-    ALONE,
-    Out,
+    Json,
+    MaybeOut,
     Picture,
-    Transducer,
     check_files,
     check_not_read,
+    print_json,
     progress_bars,
     save_picture,
-    say,
 )
-from vibrissa.cli.whisker import Tolerances, read_pairs, takes_whisker
-from vibrissa.cli.yielding import Material, YieldStrain, elastic_limit, end_of, warn_of_yield
-from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, series
-from vibrissa.sensor.given.tolerances import EXACT
+from vibrissa.cli.setup import SIGNALS, takes_setup
+from vibrissa.cli.yielding import elastic_limit, end_of, warn_of_yield
+from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup, series
 from vibrissa.sensor.identification.adjusted import FAR
-from vibrissa.wording import counted
+from vibrissa.wording import counted, see_page
 
 app = typer.Typer(**ALONE)
 
 
 @app.command(
+    context_settings=HELP,
     epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
-    "0.0002' -o friction.csv`"
+    "0.0002' -o friction.csv`",
 )
-@takes_whisker
+@takes_setup("material", "transducer", "noise", "tolerances")
 def identify(
     recording: Annotated[
         Path,
         typer.Argument(
-            help="Time series, .csv or .parquet, or - for standard input: columns footpoint, "
-            "force_x, force_y, moment_z as far as the method needs them, each with its unit: "
-            "'footpoint [mm],force_x [N]'."
+            help="Time series, .csv or .parquet, or - for standard input, with the columns "
+            "footpoint, force_x, force_y and moment_z, each with its unit: 'force_x [N]'.",
         ),
     ],
-    output: Out,
-    whisker: sensor.Whisker | None = None,
+    setup: Setup,
     method: Annotated[
         Method | None,
         typer.Option(
-            help="model: all channels through the model of the rod; ratio: both forces, without a "
-            "rod. The other is read beside it, and compared.",
-            show_default="model with a rod, ratio without",
+            help="model: all channels, through the model of the rod; ratio: both forces, without a "
+            "rod. The other one is read as well, and compared.",
+            show_default="model with a rod, else ratio",
+            rich_help_panel=SIGNALS,
         ),
     ] = None,
-    transducer: Transducer = None,
-    noise: Annotated[
-        str | None,
-        typer.Option(
-            help="Standard deviation of one reading of force_x, force_y and moment_z: "
-            "'3 mN, 3 mN, 10 uN*m'. Without it and without a transducer it is estimated from the "
-            "recording."
-        ),
-    ] = None,
-    tolerances: Tolerances = None,
     slip_time: Annotated[
         str | None,
-        typer.Option(help="How long a slip lasts: '10 ms'. Its samples are left out."),
+        typer.Option(
+            help="Duration of a slip, whose samples are left out: '10 ms'.",
+            metavar="<time>",
+            rich_help_panel=SIGNALS,
+        ),
     ] = None,
     delay: Annotated[
         str | None,
-        typer.Option(help="By which the readings lag, as a low-pass filter makes them: '4 ms'."),
+        typer.Option(
+            help="Delay of the readings, as by a low-pass filter: '4 ms'.",
+            metavar="<time>",
+            rich_help_panel=SIGNALS,
+        ),
     ] = None,
-    material: Material = None,
-    yield_strain: YieldStrain = None,
+    output: MaybeOut = None,
     picture: Picture = None,
+    json: Json = False,
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Say what was assumed, and what was adjusted.")
+        bool,
+        typer.Option(
+            "--verbose",
+            "-v",
+            help="Print what was assumed, and what was adjusted.",
+            rich_help_panel="Output",
+        ),
     ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
 
-    Writes one row for each period: position of the tip, mu0 with its standard deviation and 95 %
-    interval, the lines of its samples, and why it may be in doubt. Lines that miss a value, are
-    saturated or are spikes are left out and named, and so is what follows where a round rod swings
-    aside. The exit code is 2 after a mistake in the input.
+    The table has one row for each period: position of the tip, mu0 with its standard deviation and
+    95 % interval, the lines of its samples, and why it may be in doubt. Lines that miss a value,
+    are saturated or are spikes are left out and named, and so is what follows where a round rod
+    buckles. The exit code is 2 after an error in the input.
     """
     check_files(output, picture)
-    check_not_read(output, recording)
-    limit = None if whisker is None else elastic_limit(whisker, material, yield_strain)
-    stated = [text for text in tolerances or () if text != EXACT]
+    check_not_read([output, picture], [recording])
+    whisker = setup.whisker if setup.has_whisker else None
+    limit = None
+    if whisker is not None:
+        limit = elastic_limit(whisker, setup.material, setup.yield_strain)
     found = sensor.identify(
         whisker,
         recording,
         method=method,
-        transducer=transducer,
-        noise=noise,
-        # Those of a rod that is given come with it.
-        tolerances=read_pairs(stated) if whisker is None else None,
-        assume=EXACT not in (tolerances or ()),
+        transducer=setup.transducer,
+        noise=setup.noise,
+        # A whisker has its tolerances.
+        tolerances=setup.tolerances if whisker is None else None,
+        assume=setup.assume,
         slip_time=slip_time,
         delay=delay,
         progress=progress_bars(),
     )
-    series.write(output, found.columns())
+    if output is not None:
+        series.write(output, found.columns())
     if picture is not None:
         save_picture(found.plot(), picture)
-    known = (found.periods.status == PeriodStatus.SLIP).sum()
-    written = f"{output}: {counted(len(found.periods), 'period')}, friction of {known} of them"
-    # What was asked for first.
-    for text in (written, found.summary()):
-        say(text, output)
-    for note in found.periods.notes:
-        typer.echo(note, err=True)
-    for text in _tolerated(found, verbose):
-        say(text, output)
+    if json:
+        print_json(found.columns())
+    _print(found, output, verbose, err=json or output == series.STANDARD)
     if whisker is not None and limit is not None:
         slips = (found.periods.status == PeriodStatus.SLIP) & (found.periods.grade != Grade.WRONG)
         warn_of_yield(whisker, end_of(whisker, found.periods.mu0[slips]), limit)
+
+
+def _print(found: Identification, output: Path | None, verbose: bool, err: bool) -> None:
+    known = (found.periods.status == PeriodStatus.SLIP).sum()
+    place = "" if output is None else f"{output}: "
+    typer.echo(
+        f"{place}{counted(len(found.periods), 'period')}, friction of {known} of them", err=err
+    )
+    typer.echo(found.summary(), err=err)
+    for note in found.periods.notes:
+        typer.echo(note, err=True)
+    for text in _tolerated(found, verbose):
+        typer.echo(text, err=err)
 
 
 def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:
@@ -124,8 +137,8 @@ def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:
     assumed = list(dict.fromkeys(one.of for one in unstated))
     if assumed:
         yield (
-            f"{counted(len(assumed), 'tolerance')} assumed, see --verbose and the page Tolerances; "
-            "state yours with --tolerance name=size"
+            f"{counted(len(assumed), 'tolerance')} assumed, named by --verbose; state yours with "
+            f"--tolerance name=size: {see_page('Friction from your recording')}"
         )
         if verbose:
             yield f"assumed: {', '.join(assumed)}"

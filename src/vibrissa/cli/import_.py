@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from vibrissa.cli.options import ALONE, Out, check_files, check_not_read, say
+from vibrissa.cli import ALONE, HELP
+from vibrissa.cli.options import Out, check_files, check_not_read
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import series
 from vibrissa.sensor.importing import Imported, Settings, import_recording
@@ -21,6 +22,7 @@ app = typer.Typer(**ALONE)
 
 @app.command(
     "import",
+    context_settings=HELP,
     epilog="Example: `vibrissa import lab.txt --column 'force_x=Fz [mN]' --column 'force_y=-Fy' "
     "--speed '0.1 mm/s' -o recording.csv`",
 )
@@ -85,7 +87,7 @@ def import_(
     ends. What may be read in two ways is refused.
     """
     check_files(output, None)
-    check_not_read(output, file)
+    check_not_read([output], [file, settings])
     told = {
         "encoding": encoding,
         "separator": separator,
@@ -126,7 +128,7 @@ def _say(found: Imported, output: Path) -> None:
     for text in found.said:
         typer.echo(text, err=True)
     rows = len(next(iter(found.values.values())))
-    say(f"{output}: {rows} rows", output)
+    typer.echo(f"{output}: {rows} rows", err=output == STANDARD)
     if found.zeros:
         options = " ".join(
             f'--tolerance "zero_{name}={found.units.spelled(zero.deviation, KINDS[name], 2)}"'

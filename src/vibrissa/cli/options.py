@@ -1,8 +1,10 @@
-"""Options that several commands have, and what they mean."""
+"""Options that several commands have, and what they do."""
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,9 +13,7 @@ import typer
 from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
 from vibrissa.files import write_atomically
-from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.series import STANDARD, check_ending
-from vibrissa.sensor.transducer import PRESETS
+from vibrissa.sensor.series import STANDARD, Column, as_json, check_ending
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,61 +22,78 @@ PICTURES = (".pdf", ".svg", ".png")
 # Progress is shown for work that takes longer (s).
 PATIENCE = 2.0
 
-# How a command is set up in its own file; `vibrissa.cli.app` puts the commands together.
-ALONE: dict[str, Any] = {"add_completion": False, "rich_markup_mode": "markdown"}
-
-Modulus = Annotated[str | None, typer.Option(help="Young's modulus of the rod: '210 GPa'.")]
-_TOUCH = typer.Option(
-    "--contact",
-    help="How the rod may touch the surface. point: with its tip alone; line: it may lie flat "
-    "along the surface, where it would otherwise pass through it.",
-    show_default=Contact.POINT,
-)
-Touch = Annotated[Contact, _TOUCH]
-# What a rod file may say instead.
-MaybeTouch = Annotated[Contact | None, _TOUCH]
-MaybeSection = Annotated[
-    RodSection | None,
-    typer.Option(
-        "--section",
-        help="What the rod's section lets it do. round: once locked it swings aside, out of its "
-        "plane; planar: a strip or a guided rod stays in it.",
-        show_default=RodSection.ROUND,
-    ),
-]
-Transducer = Annotated[
-    str | None,
-    typer.Option("--transducer", help=f"Transducer under the clamp: {', '.join(PRESETS)}."),
-]
-Picture = Annotated[
-    Path | None, typer.Option(help="Draw the result, too: a .pdf, .svg or .png file.")
-]
+OUTPUT = "Output"
 Out = Annotated[
     Path,
-    typer.Option("--output", "-o", help="Table to write: .csv or .parquet; - for standard output."),
+    typer.Option(
+        "--output",
+        "-o",
+        help="Table to write: .csv or .parquet; - for standard output.",
+        metavar="<file>",
+        rich_help_panel=OUTPUT,
+    ),
 ]
-AlsoOut = Annotated[
+MaybeOut = Annotated[
     Path | None,
     typer.Option(
         "--output",
         "-o",
-        help="Write the result as a table, too: .csv or .parquet; - for standard output.",
+        help="Write the result as a table: .csv or .parquet; - for standard output.",
+        metavar="<file>",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Picture = Annotated[
+    Path | None,
+    typer.Option(
+        help="Draw the result: .pdf, .svg or .png.", metavar="<file>", rich_help_panel=OUTPUT
+    ),
+]
+Json = Annotated[
+    bool,
+    typer.Option(
+        "--json", help="Print the result as JSON, and nothing else.", rich_help_panel=OUTPUT
     ),
 ]
 
 
-def check_files(output: Path | None, picture: Path | None, *others: str) -> None:
+def reading_options(
+    parameter: str, options: Sequence[Parameter], read: Callable[..., Any]
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command options in place of one parameter, whose value is read from them."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        own = dict(signature(command).parameters)
+        del own[parameter]
+
+        @wraps(command)
+        def run(**values: Any) -> None:
+            read_files = [values.get(name) for name in ("rod", "material", "transducer")]
+            check_not_read([values.get("output"), values.get("picture")], read_files)
+            value = read(**{option.name: values.pop(option.name) for option in options})
+            command(**{parameter: value}, **values)
+
+        # Typer reads the options of a command from its signature and its annotations.
+        every = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in (*own.values(), *options)]
+        run.__dict__["__signature__"] = Signature(every)
+        run.__annotations__ = {one.name: one.annotation for one in every}
+        return run
+
+    return decorate
+
+
+def check_files(output: Path | None, picture: Path | None, *endings: str) -> None:
     """Refuse files that cannot be written, before anything is computed.
 
     Parameters
     ----------
     output : Path or None
-        A table; its ending may also be one of the others.
+        A table; its ending may also be one of `endings`.
     picture : Path or None
-    *others : str
+    *endings : str
     """
     if output is not None:
-        check_ending(output, *others)
+        check_ending(output, *endings)
     if picture is None:
         return
     if picture.suffix.lower() not in PICTURES:
@@ -86,17 +103,17 @@ def check_files(output: Path | None, picture: Path | None, *others: str) -> None
     require("plots", "matplotlib")
 
 
-def check_not_read(output: Path | None, *read: Path | str | None) -> None:
+def check_not_read(written: Sequence[Path | None], read: Sequence[Path | str | None]) -> None:
     """Refuse to write over a file that is read; standard input and output are two."""
-    if output is None or output == STANDARD:
-        return
-    if output.resolve() in [Path(file).resolve() for file in read if file is not None]:
-        raise ArgumentError(f"{output} is a file that is read: write another one")
+    inputs = {Path(file).resolve() for file in read if file is not None}
+    for file in written:
+        if file is not None and file != STANDARD and file.resolve() in inputs:
+            raise ArgumentError(f"{file} is a file that is read: write another one")
 
 
-def say(text: object, output: Path | None) -> None:
-    """Say something on the screen, and not into a table that goes to standard output."""
-    typer.echo(text, err=output == STANDARD)
+def print_json(columns: Mapping[str, Column]) -> None:
+    """Print a table as JSON."""
+    typer.echo(as_json(columns))
 
 
 def save_picture(figure: "Figure", picture: Path) -> None:

@@ -6,20 +6,19 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
+from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
-    ALONE,
     Out,
     Picture,
-    Transducer,
     check_files,
     check_not_read,
     progress_bars,
     save_picture,
-    say,
 )
-from vibrissa.cli.whisker import say_exact, takes_whisker
-from vibrissa.cli.yielding import Material, YieldStrain, elastic_limit, warn_of_yield
-from vibrissa.sensor import SlipLaw, series, surfaces
+from vibrissa.cli.setup import say_exact, takes_setup
+from vibrissa.cli.yielding import elastic_limit, warn_of_yield
+from vibrissa.sensor import Setup, SlipLaw, series, surfaces
+from vibrissa.wording import see_page
 
 app = typer.Typer(**ALONE)
 
@@ -27,45 +26,83 @@ app = typer.Typer(**ALONE)
 KINETIC_RATIO = 0.8
 
 
+SURFACE, MOTION = "Surface", "Motion"
+
+
 @app.command(
-    epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`"
+    context_settings=HELP,
+    epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`",
 )
-@takes_whisker
+@takes_setup("material", "transducer")
 def scan(
-    whisker: sensor.Whisker,
-    step: Annotated[str, typer.Option(help="Step of the stage: '20 um'.")],
+    setup: Setup,
+    step: Annotated[
+        str,
+        typer.Option(
+            help="Step of the stage: '20 um'.", metavar="<length>", rich_help_panel=MOTION
+        ),
+    ],
     to: Annotated[
         list[str],
-        typer.Option(help="Where the stage stops. Repeat it for where it turns: --to 1 --to 0."),
+        typer.Option(
+            help="Where the stage stops. Repeat it for where it turns: --to 1 --to 0.",
+            metavar="<length>",
+            rich_help_panel=MOTION,
+        ),
     ],
     output: Out,
     mu0: Annotated[
-        str | None, typer.Option(help="Surface with the same friction everywhere.")
+        str | None,
+        typer.Option(
+            help="The same friction everywhere.", metavar="<number>", rich_help_panel=SURFACE
+        ),
     ] = None,
     patches: Annotated[
-        str | None, typer.Option(help="Surface of patches: '0 mm: 0.3, 50 mm: 0.4'.")
+        str | None,
+        typer.Option(
+            help="Patches: '0 mm: 0.3, 50 mm: 0.4'.", metavar="<list>", rich_help_panel=SURFACE
+        ),
     ] = None,
     profile: Annotated[
-        Path | None, typer.Option(help="Measured surface: a table with columns x and mu0.")
+        Path | None,
+        typer.Option(
+            help="Measured surface: a table with columns x and mu0.",
+            metavar="<file>",
+            rich_help_panel=SURFACE,
+        ),
     ] = None,
     texture: Annotated[
         str | None,
-        typer.Option(help="Surface of random friction: 'mean, deviation, correlation length'."),
+        typer.Option(
+            help="Random friction: 'mean, deviation, correlation length'.",
+            metavar="<list>",
+            rich_help_panel=SURFACE,
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the texture and of the noise.")] = 0,
-    law: Annotated[SlipLaw, typer.Option(help="Where a slip ends; see docs/simulate.md.")] = (
-        SlipLaw.FREE
-    ),
+    seed: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="Seed of the texture and of the noise.",
+            metavar="<number>",
+            rich_help_panel=SURFACE,
+        ),
+    ] = 0,
+    law: Annotated[
+        SlipLaw,
+        typer.Option(
+            help=f"Where a slip ends: {see_page('Simulate a sensor')}.", rich_help_panel=MOTION
+        ),
+    ] = SlipLaw.FREE,
     kinetic_ratio: Annotated[
         float | None,
         typer.Option(
             help="Kinetic over static friction, for the laws kinetic and energy.",
             show_default=str(KINETIC_RATIO),
+            metavar="<number>",
+            rich_help_panel=MOTION,
         ),
     ] = None,
-    transducer: Transducer = None,
-    material: Material = None,
-    yield_strain: YieldStrain = None,
     picture: Picture = None,
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
@@ -74,9 +111,10 @@ def scan(
     known only here: position of the tip, x0, friction under the tip, period and phase.
     """
     check_files(output, picture)
-    check_not_read(output, profile)
+    check_not_read([output, picture], [profile])
+    whisker = setup.whisker
     say_exact(whisker, "scan")
-    limit = elastic_limit(whisker, material, yield_strain)
+    limit = elastic_limit(whisker, setup.material, setup.yield_strain)
     if law is SlipLaw.FREE and kinetic_ratio is not None:
         typer.echo(
             "the law free uses no kinetic ratio; --law kinetic and --law energy do", err=True
@@ -91,12 +129,12 @@ def scan(
         to=to,
         law=law,
         kinetic_ratio=KINETIC_RATIO if kinetic_ratio is None else kinetic_ratio,
-        transducer=transducer,
+        transducer=setup.transducer,
         seed=seed,
         progress=progress_bars(),
     )
     series.write(output, signals.columns())
     if picture is not None:
         save_picture(signals.plot(), picture)
-    say(f"{output}: {signals}", output)
+    typer.echo(f"{output}: {signals}", err=output == series.STANDARD)
     warn_of_yield(whisker, float(signals.truth.x0.max()), limit)

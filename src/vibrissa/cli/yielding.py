@@ -1,21 +1,14 @@
 """A warning where a rod is bent beyond what its material bears."""
 
-from typing import Annotated
-
 import numpy as np
 import typer
 
-from vibrissa.design.materials import MATERIALS, bears
+from vibrissa.design.materials import bears
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.strain import yields
 from vibrissa.sensor.whisker import Whisker
-
-Material = Annotated[str | None, typer.Option(help=f"Material of the rod: {', '.join(MATERIALS)}.")]
-YieldStrain = Annotated[
-    float | None, typer.Option(help="Strain up to which the material is elastic.")
-]
 
 
 def elastic_limit(

@@ -32,13 +32,11 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact
-from vibrissa.sensor.given.rod_file import TOLERANCES, keys_of, with_options
-from vibrissa.sensor.given.tolerances import TOLERABLE, read_tolerances
-from vibrissa.sensor.given.values import Given
 from vibrissa.sensor.quantities import (
     CHANNEL_KINDS,
     PLUS_MINUS,
     Kind,
+    Measured,
     Quantity,
     Units,
     channels_of,
@@ -46,6 +44,8 @@ from vibrissa.sensor.quantities import (
     in_si,
     wished_units,
 )
+from vibrissa.sensor.setup import TOLERANCES, read_keys, with_options
+from vibrissa.sensor.tolerances import TOLERABLE, read_tolerances
 from vibrissa.sensor.transducer import preset
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import MOST_TAPER
@@ -150,7 +150,7 @@ class Requirements(BaseModel):
         ArgumentError
             With a line for each value that is missing, given twice, or not allowed.
         """
-        keys = with_options({} if path is None else keys_of(path), asked)
+        keys = with_options({} if path is None else read_keys(path), asked)
         try:
             return cls.model_validate(_named(_ideal(keys, path)))
         except ValidationError as error:
@@ -170,7 +170,7 @@ class Requirements(BaseModel):
                     f"{name} is a range: give its tolerance apart, as in --tolerance "
                     f"'{name}=1 %', got {text!r}"
                 )
-            given = Given.read(text, name)
+            given = Measured.read(text, name)
             data = {**data, name: str(given.value)}
             if given.tolerance is not None:
                 stated[name] = given.tolerance
@@ -216,7 +216,7 @@ def _ideal(keys: dict[str, Any], path: Path | str | None) -> dict[str, Any]:
     for name in MOUNTING:
         if name not in keys:
             continue
-        given = Given.read(keys.pop(name), name)
+        given = Measured.read(keys.pop(name), name)
         kind = Kind.STIFFNESS if name == "clamp_stiffness" else TOLERABLE[name].kind
         if Units(Rod(1.0, 1.0, 1.0)).read(given.value, kind, name):
             raise ArgumentError(
@@ -239,7 +239,7 @@ def _named(keys: dict[str, Any]) -> dict[str, Any]:
             raise ArgumentError("give the material or its yield strain, not both")
         found = material_named(named["material"])
         if "modulus" in keys:
-            measured = Given.read(keys["modulus"], "modulus").value
+            measured = Measured.read(keys["modulus"], "modulus").value
             found = found.with_modulus(_read(str(measured), Kind.STRESS, "modulus"))
         own = {"modulus": found.modulus, "density": found.density}
         keys = {**own, **keys, "yield_strain": found.yield_strain}

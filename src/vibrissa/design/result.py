@@ -14,10 +14,10 @@ from vibrissa.design.uncertainty import TolerancePart, Uncertainty
 from vibrissa.extras import require
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.given.rod_file import TOLERANCES
-from vibrissa.sensor.given.tolerances import told
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
+from vibrissa.sensor.setup import TOLERANCES
+from vibrissa.sensor.tolerances import told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,8 +13,8 @@ from vibrissa.design.requirements import Requirements
 from vibrissa.design.sensitivity import PARAMETERS, PART_WEIGHTS, PERIODS
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
+from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.whisker import Whisker
 
 

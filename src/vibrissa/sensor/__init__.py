@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vibrissa.sensor.onset import WhiskerOnset, solve
     from vibrissa.sensor.quantities import Units
     from vibrissa.sensor.response.branch import Response, respond
+    from vibrissa.sensor.setup import Setup
     from vibrissa.sensor.simulation.scanning import SurfaceScan, path, simulate
     from vibrissa.sensor.simulation.signals import Signals, scan
     from vibrissa.sensor.simulation.slips import SlipLaw
@@ -36,6 +37,7 @@ _HOMES = {
     "Periods": "identification.periods",
     "Recording": "identification.recording",
     "Response": "response.branch",
+    "Setup": "setup",
     "Signals": "simulation.signals",
     "SlipLaw": "simulation.slips",
     "Surface": "surfaces",
@@ -62,6 +64,7 @@ __all__ = [
     "Periods",
     "Recording",
     "Response",
+    "Setup",
     "Signals",
     "SlipLaw",
     "Surface",

@@ -52,9 +52,13 @@ class WhiskerOnset(Tabular):
         return self.whisker.units
 
     def __repr__(self) -> str:
-        """Say each value in a line, in the units in which the rod was given."""
+        """Print each quantity in a line, in the units in which the rod was given."""
         columns = self.columns()
-        lines = [f"{name:<17} {one.told(self.units).text}" for name, one in columns.items()]
+        width = max(len(column.description) for column in columns.values()) + 2
+        lines = [
+            f"{column.description:<{width}}{column.told(self.units).text}"
+            for column in columns.values()
+        ]
         if YIELDS in columns and columns[YIELDS].values[0] > 1.0:
             lines.append("the rod does not spring back: its strain exceeds the yield strain")
         return "\n".join(lines)
@@ -78,22 +82,30 @@ class WhiskerOnset(Tabular):
         """One row, with units, of what the tip does: it slips, or the rod swings aside before."""
         onset, units = self.onset, self.units
         columns = {
-            "status": Column([onset.status.value], "", "slip, lock, out_of_reach or failed"),
-            "message": Column([onset.message], "", "what the status means here"),
-            "mu_lock": Column([onset.mu_lock], "1", "largest friction at which the tip slips"),
+            "status": Column([onset.status.value], "", "status"),
+            "message": Column([onset.message], "", "meaning of the status"),
+            "mu_lock": Column([onset.mu_lock], "1", "critical friction, mu_lock"),
         }
         if onset.end == End.SWINGS_ASIDE:
             return columns | self._swing()
         if onset.status is not Status.SLIP:
             return columns
         measured = {
-            "x0_slip": (onset.x0_slip, Kind.LENGTH, "exact onset of slip"),
-            "force_x": (float(onset.slip.reaction_fx), Kind.FORCE, "clamp force at the onset"),
-            "force_y": (float(onset.slip.reaction_fy), Kind.FORCE, "clamp force at the onset"),
-            "moment_z": (float(onset.slip.reaction_m), Kind.MOMENT, "clamp moment at the onset"),
+            "x0_slip": (onset.x0_slip, Kind.LENGTH, "clamp travel at the onset of slip, x0"),
+            "force_x": (float(onset.slip.reaction_fx), Kind.FORCE, "tangential clamp force"),
+            "force_y": (
+                float(onset.slip.reaction_fy),
+                Kind.FORCE,
+                "normal clamp force",
+            ),
+            "moment_z": (float(onset.slip.reaction_m), Kind.MOMENT, "clamp moment"),
         }
         if onset.n_steps is not None:
-            measured["x0_max"] = (onset.x0_max, Kind.LENGTH, "last sticking step of the stage")
+            measured["x0_max"] = (
+                onset.x0_max,
+                Kind.LENGTH,
+                "clamp travel at the last sticking step",
+            )
         for name, (value, kind, what) in measured.items():
             columns[name] = Column([value * units.unit(kind)], units.name(kind), what)
         unit, slenderness = "d0/L", 1.0
@@ -111,22 +123,30 @@ class WhiskerOnset(Tabular):
         length = self.units.name(Kind.LENGTH)
         place *= self.units.unit(Kind.LENGTH)
         columns = {
-            "strain_most": Column([strain], unit, "largest strain of the period"),
-            "strain_place": Column([place], length, "where it is: arc length from the clamp"),
+            "strain_most": Column([strain], unit, "largest strain while sticking"),
+            "strain_place": Column([place], length, "distance of that place from the clamp"),
         }
         if self.yield_strain is not None:
             part = strain / self.yield_strain
-            columns[YIELDS] = Column([part], "1", "of the yield strain; bent above 1")
+            columns[YIELDS] = Column([part], "1", "largest strain over yield strain")
         return columns
 
     def _swing(self) -> dict[str, Column]:
         """Where the rod swings aside, and the state in which the trailing tip slips, if known."""
         onset, units, when = self.onset, self.units, "when the trailing tip slips"
         measured = {
-            "x0_swing": (onset.ended.x0, Kind.LENGTH, "where the rod swings aside"),
-            "x0_trail": (onset.trail.x0, Kind.LENGTH, "where the trailing tip slips"),
-            "force_x": (onset.trail.reaction_fx, Kind.FORCE, f"clamp force {when}"),
-            "force_y": (onset.trail.reaction_fy, Kind.FORCE, f"clamp force {when}"),
+            "x0_swing": (onset.ended.x0, Kind.LENGTH, "clamp travel at lateral buckling, x0"),
+            "x0_trail": (
+                onset.trail.x0,
+                Kind.LENGTH,
+                "clamp travel when the trailing tip slips",
+            ),
+            "force_x": (
+                onset.trail.reaction_fx,
+                Kind.FORCE,
+                f"tangential clamp force {when}",
+            ),
+            "force_y": (onset.trail.reaction_fy, Kind.FORCE, f"normal clamp force {when}"),
             "moment_z": (onset.trail.reaction_m, Kind.MOMENT, f"clamp moment {when}"),
         }
         return {

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import StrEnum
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -89,8 +89,14 @@ NUMBER_AND_UNIT = re.compile(
     r"\s*((?![eE][-+]?[0-9]+$)(?:[^\W\d_]|°).*)"
 )
 DECIMAL_COMMA = re.compile(r"\d,\d")
-# What stands between a value and its tolerance: see `vibrissa.sensor.given.values`.
+# Between a value and its tolerance.
 PLUS_MINUS = re.compile(r"±|\+/-|\+-")
+# "(210 ± 5) GPa": the unit is that of both.
+_BRACKETS = re.compile(r"\(([^()]*)\)\s*(.*)")
+# "85.0(1) mm": the last digits are uncertain by those in brackets.
+_SHORTHAND = re.compile(r"([-+\d.]+\(\d+\)(?:[eE][-+]?\d+)?)\s*(.*)", re.ASCII)
+# A number and its unit, either of which may be wrong.
+_PARTS = re.compile(r"(\S*\d\S*)\s*(.*)")
 _LAST_UNIT = re.compile(r"[\d.]\s*([^\W\d].*)$")
 # Products, quotients and powers of names, such as kg/(m*s^2). Pint gets nothing else to read.
 _NAME = r"[A-Za-zµμÅ°][A-Za-z0-9_]*[²³]?(?:(?:\*\*|\^)-?[1-9][0-9]?)?"
@@ -106,6 +112,107 @@ def _registry() -> "pint.UnitRegistry[Any]":
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
+
+
+class Measured(NamedTuple):
+    """A quantity with its tolerance, both as they were written.
+
+    Attributes
+    ----------
+    value : str or number
+    tolerance : str or None
+        Standard deviation, with a unit or in per cent; None where none was stated.
+    """
+
+    value: Quantity
+    tolerance: str | None = None
+
+    @classmethod
+    def read(cls, given: Quantity, what: str) -> Self:
+        """Split ``"210 ± 5 GPa"``, ``"210 GPa +/- 2 %"``, ``"(210 ± 5) GPa"`` or ``"85.0(1) mm"``.
+
+        Parameters
+        ----------
+        given : str or number
+        what : str
+            Name of the quantity, for messages.
+
+        Raises
+        ------
+        ArgumentError
+            If there is more than one tolerance, or one that cannot be read for sure.
+
+        Examples
+        --------
+        >>> Measured.read("(210 ± 5) GPa", "modulus")
+        Measured(value='210 GPa', tolerance='5 GPa')
+        """
+        text = given.strip() if isinstance(given, str) else ""
+        if (short := _SHORTHAND.fullmatch(text)) is not None:
+            return cls._of_shorthand(short[1], short[2])
+        signs = len(PLUS_MINUS.findall(text))
+        if not signs:
+            return cls(given)
+        if signs > 1:
+            raise ArgumentError(f"{what} has one tolerance at most, got {given!r}")
+        shared = ""
+        if (inside := _BRACKETS.fullmatch(text)) is not None:
+            text, shared = inside[1], f" {inside[2]}"
+        value, tolerance = (part.strip() for part in PLUS_MINUS.split(text))
+        if not value or not tolerance:
+            raise ArgumentError(f"{what} is written as '210 ± 5 GPa', got {given!r}")
+        if tolerance.startswith("-"):
+            raise ArgumentError(f"the tolerance of {what} must not be negative, got {given!r}")
+        if shared:
+            return cls(value + shared, tolerance + shared)
+        unit, with_unit = (NUMBER_AND_UNIT.fullmatch(part) for part in (value, tolerance))
+        bare = with_unit is None and (own := _PARTS.fullmatch(tolerance)) and not own[2]
+        if unit is not None and bare and not tolerance.endswith("%"):
+            raise ArgumentError(
+                f"the tolerance of {what} needs a unit, as in '{value} ± {tolerance} {unit[2]}', "
+                f"got {given!r}"
+            )
+        # "210 ± 5 GPa": the unit of the tolerance is that of the value.
+        if unit is None and with_unit is not None:
+            value = f"{value} {with_unit[2]}"
+        return cls(value, tolerance)
+
+    @classmethod
+    def _of_shorthand(cls, number: str, unit: str) -> Self:
+        from uncertainties import ufloat_fromstr  # a quarter of a second to load
+
+        uncertain = ufloat_fromstr(number)
+        parts = (repr(uncertain.nominal_value), repr(uncertain.std_dev))
+        value, tolerance = (f"{part} {unit}".strip() for part in parts)
+        return cls(value, tolerance)
+
+    def check(self, kind: Kind, what: str) -> None:
+        """Refuse what does not measure a kind, or has no number.
+
+        Raises
+        ------
+        ArgumentError
+        """
+        _read_number(self.value, kind, what)
+        if self.tolerance is not None:
+            size, of = self.tolerance, f"the tolerance of {what}"
+            _read_number(size.removesuffix("%"), Kind.NUMBER if "%" in size else kind, of)
+
+
+def is_number(value: Quantity) -> bool:
+    """Whether a quantity has no unit."""
+    try:
+        exact(value.strip() if isinstance(value, str) else value)
+    except ValueError:
+        return False
+    return True
+
+
+def _read_number(value: Quantity, kind: Kind, what: str) -> tuple[Decimal, bool]:
+    """Read a bare number, or the value in SI units of a quantity; and whether it has a unit."""
+    if is_number(value):
+        return _checked(exact(value.strip() if isinstance(value, str) else value), what), False
+    return in_si(str(value), kind, what), True
 
 
 def in_si(text: str, kind: Kind, what: str) -> Decimal:
@@ -314,12 +421,9 @@ class Units:
         ArgumentError
             If it is no such quantity, or has a unit and there is no rod to relate it to.
         """
-        text = value.strip() if isinstance(value, str) else value
-        try:
-            number = exact(text)
-        except ValueError:
-            si = in_si(str(value), kind, what)
-            number = exact(si) / self._exact_unit(kind, f"{what} = {value!r}")
+        number, has_unit = _read_number(value, kind, what)
+        if has_unit:
+            number = exact(number) / self._exact_unit(kind, f"{what} = {value!r}")
         return _checked(number, what)
 
     def read_positive(self, value: Quantity, kind: Kind, what: str) -> Decimal:

@@ -7,6 +7,7 @@ their units are in its ``attrs``. A Parquet file has the unit in each column's m
 
 import csv
 import io
+import json
 import re
 import sys
 from abc import ABC, abstractmethod
@@ -132,6 +133,20 @@ def write(path: Path, columns: Mapping[str, Column]) -> None:
                 _write_csv(file, columns)
         else:
             _write_parquet(temporary, columns)
+
+
+def as_json(columns: Mapping[str, Column]) -> str:
+    """Write a table as JSON: the unit of each column, and a row for each result; NaN is null."""
+    values = [np.asarray(column.values).tolist() for column in columns.values()]
+    rows = [
+        {
+            name: None if value != value or value in (np.inf, -np.inf) else value
+            for name, value in zip(columns, row, strict=True)
+        }
+        for row in zip(*values, strict=True)
+    ]
+    units = {name: column.unit for name, column in columns.items()}
+    return json.dumps({"units": units, "rows": rows}, ensure_ascii=False, indent=1)
 
 
 def _write_csv(file: TextIO, columns: Mapping[str, Column]) -> None:

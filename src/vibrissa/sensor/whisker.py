@@ -3,26 +3,16 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError, NoResponseError
+from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.given.tolerances import read_tolerances
-from vibrissa.sensor.given.values import Given
-from vibrissa.sensor.quantities import (
-    MEASURED,
-    Kind,
-    Quantity,
-    Units,
-    chosen,
-    read_rod,
-    wished_units,
-)
+from vibrissa.sensor.quantities import MEASURED, Kind, Quantity, Units, wished_units
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
@@ -75,52 +65,24 @@ class Whisker:
     wished: Mapping[Kind, str] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
-    def read(
-        cls,
-        theta: Quantity,
-        eta: Quantity,
-        *,
-        contact: Contact | str = Contact.POINT,
-        section: RodSection | str = RodSection.ROUND,
-        modulus: str | None = None,
-        diameter: str | None = None,
-        length: str | None = None,
-        clamp_angle: Quantity = 0,
-        clamp_compliance: Quantity | None = None,
-        clamp_stiffness: Quantity | None = None,
-        curvature: Quantity = 0,
-        stage_angle: Quantity = 0,
-    ) -> "Whisker":
-        """Read a whisker from quantities with units.
-
-        All but contact and section may have a tolerance: ``"85 ± 0.1 mm"``, ``"210 GPa +/- 2 %"``.
+    def read(cls, theta: Quantity, eta: Quantity, **properties: Any) -> "Whisker":
+        """Read a whisker from quantities with units and tolerances.
 
         Parameters
         ----------
         theta : str or number
             Taper factor, at least 1.
         eta : str or number
-            Height: ``"85 mm"``, or 0.85 in units of the length.
-        contact : Contact
-        section : RodSection
-        modulus, diameter, length : str, optional
-            Of the rod: ``"210 GPa"``, ``"1 mm"``, ``"100 mm"``; all three or none.
-        clamp_angle, stage_angle : str or number
-            ``"2 deg"``, or 0.035 in rad; see `vibrissa.Mounting`.
-        clamp_compliance, clamp_stiffness : str or number, optional
-            ``"0.05 rad/(N*m)"`` or ``"20 N*m/rad"``; one of them, or none where the clamp is rigid.
-        curvature : str or number
-            ``"2 m^-1"``, or 0.2 in units of 1/L; or, separated by commas, the coefficients of the
-            powers of s, lowest first, as numbers.
-
-        Returns
-        -------
-        Whisker
+            Height: ``"85 ± 0.1 mm"``, or 0.85 in units of the length.
+        **properties
+            ``modulus``, ``diameter`` and ``length``, all three or none; ``contact``, ``section``,
+            ``clamp_angle``, ``clamp_compliance`` or ``clamp_stiffness``, ``curvature`` and
+            ``stage_angle``: see `vibrissa.sensor.Setup`.
 
         Raises
         ------
         ArgumentError
-            If an argument is no such quantity.
+            With a line for each argument that is not allowed.
 
         Examples
         --------
@@ -129,50 +91,16 @@ class Whisker:
         >>> print(whisker.eta, f"{whisker.rod.force_unit:.3f} N")
         0.85 1.031 N
         """
-        given = {
-            "theta": theta,
-            "eta": eta,
-            "modulus": modulus,
-            "diameter": diameter,
-            "length": length,
-            "clamp_angle": clamp_angle,
-            "clamp_compliance": clamp_compliance,
-            "clamp_stiffness": clamp_stiffness,
-            "curvature": curvature,
-            "stage_angle": stage_angle,
-        }
-        parts = {name: Given.read(one, name) for name, one in given.items() if one is not None}
-        value = {name: one.value for name, one in parts.items()}
-        rod = read_rod(*(_text(value.get(name)) for name in ("modulus", "diameter", "length")))
-        units = Units(rod, wished_units([Kind.LENGTH], length, eta, diameter))
-        mounting = Mounting(
-            clamp_angle=float(units.read(value["clamp_angle"], Kind.ANGLE, "clamp_angle")),
-            clamp_compliance=_compliance(
-                units, value.get("clamp_compliance"), value.get("clamp_stiffness")
-            ),
-            curvature=_curvature(units, value["curvature"]),
-            stage_angle=float(units.read(value["stage_angle"], Kind.ANGLE, "stage_angle")),
-        )
-        whisker = cls(
-            theta=float(units.read(value["theta"], Kind.NUMBER, "theta")),
-            eta=_height(units, value["eta"]),
-            contact=chosen(Contact, contact, "contact"),
-            section=chosen(RodSection, section, "section"),
-            rod=rod,
-            mounting=mounting,
-            wished=units.wished,
-        )
-        tolerances = {name: one.tolerance for name, one in parts.items() if one.tolerance}
-        if stiffness := tolerances.pop("clamp_stiffness", None):
-            tolerances["clamp_compliance"] = _of_stiffness(units, value, stiffness)
-        return replace(whisker, tolerances=read_tolerances(whisker.units, tolerances, whisker))
+        from vibrissa.sensor.setup import Setup
+
+        return Setup.read(theta=theta, eta=eta, **properties).whisker
 
     def tolerating(self, tolerances: Mapping[str, float]) -> "Whisker":
-        """Return the same whisker with more tolerances."""
+        """Return the same whisker with more tolerances, as `read_tolerances` returns them."""
         return replace(self, tolerances={**self.tolerances, **tolerances})
 
     def wishing(self, *given: object) -> "Whisker":
-        """Return the same whisker with results in the units of these texts."""
+        """Give the same whisker, whose results are told in the units of these texts, too."""
         return replace(self, wished={**wished_units(MEASURED, *given), **self.wished})
 
     @property
@@ -270,46 +198,3 @@ class Whisker:
                 raise
             heights = solved(pull=False)
         return ObliqueStage(heights=heights, eta=self.eta, angle=angle)
-
-
-def _height(units: Units, eta: Quantity) -> float:
-    """Height of the surface (L); a rod of a length must reach it."""
-    height = float(units.read(eta, Kind.LENGTH, "eta"))
-    if units.rod is not None and not 0.0 < height < 1.0:
-        length = units.spelled(1.0, Kind.LENGTH)
-        raise ArgumentError(
-            f"eta must lie between 0 and the length of the rod, {length}: write a height with its "
-            f"unit, as in '85 mm', got {eta!r}"
-        )
-    return height
-
-
-def _compliance(units: Units, compliance: Quantity | None, stiffness: Quantity | None) -> float:
-    """Compliance of a clamp, given by itself or by its inverse; 0 without either."""
-    if stiffness is None:
-        given = 0 if compliance is None else compliance
-        return float(units.read(given, Kind.COMPLIANCE, "clamp_compliance"))
-    if compliance is not None:
-        raise ArgumentError("give clamp_compliance or clamp_stiffness, not both")
-    return 1.0 / float(units.read_positive(stiffness, Kind.STIFFNESS, "clamp_stiffness"))
-
-
-def _of_stiffness(units: Units, value: Mapping[str, Quantity], tolerance: str) -> str:
-    """Tolerance of a compliance, in per cent, from that of the stiffness that was given."""
-    if tolerance.endswith("%"):
-        return tolerance
-    what = "the tolerance of clamp_stiffness"
-    size = units.read(tolerance, Kind.STIFFNESS, what)
-    return f"{100 * size / units.read(value['clamp_stiffness'], Kind.STIFFNESS, what)} %"
-
-
-def _text(value: Quantity | None) -> str | None:
-    return None if value is None else str(value)
-
-
-def _curvature(units: Units, curvature: Quantity) -> float | tuple[float, ...]:
-    """Natural curvature: a quantity, or coefficients without units."""
-    if not isinstance(curvature, str) or "," not in curvature:
-        return float(units.read(curvature, Kind.CURVATURE, "curvature"))
-    parts = curvature.split(",")
-    return tuple(float(units.read(part, Kind.NUMBER, "curvature")) for part in parts)

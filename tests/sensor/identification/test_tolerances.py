@@ -12,8 +12,8 @@ from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Whisker, series, surfaces
 from vibrissa.sensor import identify as identify_with
-from vibrissa.sensor.given.tolerances import read_tolerances
 from vibrissa.sensor.simulation.scanning import path, simulate
+from vibrissa.sensor.tolerances import read_tolerances
 
 GIVEN = Whisker(theta=2.0, eta=0.85)
 STEEL = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
@@ -175,8 +175,8 @@ def test_tolerances_are_read_with_units_and_in_per_cent():
         ({"theta": "x"}, "the tolerance of theta must be a number"),
         ({"theta": -0.1}, "the tolerance of theta must not be negative"),
         ({"eta": "2 deg"}, "the tolerance of eta must be a length"),
-        ({"zero_force_x": "2 %"}, "has no value of which it could be 2 %"),
-        ({"clamp_angle": "2 %"}, "the tolerance of clamp_angle has no value of which it could be"),
+        ({"zero_force_x": "2 %"}, "is 2 %, but zero_force_x is 0 or not known"),
+        ({"clamp_angle": "2 %"}, "the tolerance of clamp_angle is 2 %, but clamp_angle is 0"),
     ],
 )
 def test_what_is_no_tolerance_is_refused(given, message):

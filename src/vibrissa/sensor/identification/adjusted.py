@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from vibrissa.sensor.given.tolerances import told
 from vibrissa.sensor.identification.fit import Fit
 from vibrissa.sensor.quantities import Units
+from vibrissa.sensor.tolerances import told
 
 # So many standard deviations are far from what was given, and an adjustment as a whole of a lower
 # probability; and less of a variance than this is not told by a recording.

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.special import chdtrc, fdtrc
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.given.tolerances import told
 from vibrissa.sensor.identification.fit import Fit
 from vibrissa.sensor.quantities import Units
+from vibrissa.sensor.tolerances import told
 from vibrissa.sensor.transducer import CHANNELS
 
 # Those that have the effect of another one, or would explain anything.

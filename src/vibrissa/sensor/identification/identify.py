@@ -18,7 +18,6 @@ from vibrissa.errors import (
     WrongRodError,
 )
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.given.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.identification.adjusted import FAR, Tolerance, far_of, tolerances_of
 from vibrissa.sensor.identification.checks import Check, Grade
 from vibrissa.sensor.identification.compare import Beside, Read, beside
@@ -39,6 +38,7 @@ from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import Slipped, spikes
 from vibrissa.sensor.identification.summary import Setting
 from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen, in_si
+from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
 from vibrissa.sensor.transducer import CHANNELS, Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 
@@ -138,7 +138,7 @@ def identify(
     tolerances : mapping of str to str or number, optional
         Standard deviations of what was given, as in ``{"clamp_angle": "0.5 deg", "modulus":
         "2 %"}``, or ``"exact"``: it is adjusted within them, and within those of the whisker; see
-        `vibrissa.sensor.given.tolerances.TOLERABLE`.
+        `vibrissa.sensor.tolerances.TOLERABLE`.
     assume : bool
         Whether what nothing is stated about has the tolerance that is assumed for it; otherwise it
         is exact.

@@ -11,7 +11,7 @@ from itertools import permutations
 import numpy as np
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.given.tolerances import TOLERABLE
+from vibrissa.sensor.tolerances import TOLERABLE
 from vibrissa.sensor.transducer import CHANNELS
 
 # Those that need another rod solved, and those that move it against the surface.
@@ -95,7 +95,7 @@ def parameters_of(
     Parameters
     ----------
     sizes : mapping of str to float
-        Standard deviations, as from `vibrissa.sensor.given.tolerances.read_tolerances`.
+        Standard deviations, as from `vibrissa.sensor.tolerances.read_tolerances`.
     stated : frozenset of str
         Names of those that were stated.
     full_scale : ndarray, shape (3,)
