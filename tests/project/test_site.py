@@ -120,7 +120,7 @@ def test_the_reference_says_what_each_command_prints():
         assert len(options) > 4
         assert {option for option in options if option not in section} == set()
         assert f"\nvibrissa {name} " in section
-    assert "One of `point`, `line`. Default: `point`. |" in page
+    assert "it may lie flat." in page
     assert "| `--mu0` | Coefficient of static friction. **Required.** |" in page
 
 
