@@ -97,7 +97,7 @@ def test_what_python_looks_for_by_its_name_ends_with_a_line(monkeypatch):
 @pytest.mark.parametrize(
     ("module", "line"),
     [
-        ("tables.store", "this needs pandas, pyarrow: pip install 'vibrissa[tables]'"),
+        ("tables.store", "this needs pyarrow: pip install 'vibrissa[tables]'"),
         ("figures.draw", "this needs matplotlib: pip install 'vibrissa[plots]'"),
         ("report.page", "this needs jinja2: pip install 'vibrissa[workflow]'"),
     ],
