@@ -119,6 +119,10 @@ export class Explorer {
       introduce: () => introduction.show(0),
     };
     for (const [name, act] of Object.entries(buttons)) this.at(name).addEventListener("click", act);
+    const menu = /** @type {HTMLDetailsElement} */ (this.at("menu"));
+    menu.addEventListener("click", ({ target }) => {
+      if (/** @type {Element} */ (target).matches("button, input")) menu.open = false;
+    });
     this.presets.forEach((preset, i) => {
       this.choice.append(element("option", { value: String(i) }, preset.name));
     });

@@ -28,8 +28,8 @@ export class Plot {
     this.frame = { left: 0, right: 1, low: 0, high: 1 };
     /** Names and units of x and y, for the values at the pointer. */
     this.axes = { x: ["", ""], y: ["", ""] };
-    /** @type {Point[]} Of the line that shows its values. */
-    this.curve = [];
+    /** @type {{ x: number[], y: number[] }} The line that shows its values. */
+    this.curve = { x: [], y: [] };
     /** @type {Point | null} */
     this.pointer = null;
     [this.width, this.height] = [300, 150];
@@ -116,7 +116,7 @@ export class Plot {
     const [px, py] = [x.map((value) => this.x(value)), seen.map((value) => this.y(value))];
     this.lines.path(name, pathThrough(px, py));
     if (name !== "curve") return;
-    this.curve = x.map((value, i) => ({ x: value, y: y[i] }));
+    this.curve = { x, y };
     if (this.pointer) this.hover(this.pointer);
   }
 
@@ -158,14 +158,11 @@ export class Plot {
   /** Show the values of the curve next to the pointer. @type {(pointer: Point | null) => void} */
   hover(pointer) {
     this.pointer = pointer;
-    /** @type {Point | null} */
-    let best = null;
-    let least = POINTED;
-    for (const point of pointer ? this.curve : []) {
-      const away = Math.hypot(this.x(point.x) - (pointer?.x ?? 0), this.y(point.y) - (pointer?.y ?? 0));
-      if (away < least) [best, least] = [point, away];
+    let [x, y, least] = [NaN, NaN, POINTED];
+    for (let i = 0; pointer && i < this.curve.x.length; i += 1) {
+      const away = Math.hypot(this.x(this.curve.x[i]) - pointer.x, this.y(this.curve.y[i]) - pointer.y);
+      if (away < least) [x, y, least] = [this.curve.x[i], this.curve.y[i], away];
     }
-    const { x, y } = best ?? { x: NaN, y: NaN };
     this.mark("hovermark", x, y, 3);
     const texts = Object.entries(this.axes).map(([key, [name, unit]]) => {
       return `${name} = ${significant(withoutNoise(key === "x" ? x : y))} ${unit}`.trim();

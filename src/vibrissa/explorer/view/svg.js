@@ -32,7 +32,7 @@ export class Parts {
     /** @type {Map<string, SVGElement>} */
     this.known = new Map();
     /** @type {Map<string, string>} */
-    this.paths = new Map();
+    this.drawn = new Map();
   }
 
   /** The class is the name without its number. @type {(name: string, kind: string) => SVGElement} */
@@ -46,13 +46,19 @@ export class Parts {
 
   /** Draw a path where it is another one than before. @type {(name: string, d: string) => void} */
   path(name, d) {
-    if (this.paths.get(name) === d) return;
-    this.paths.set(name, d);
-    set(this.part(name, "path"), { d });
+    if (this.isNew(name, d)) set(this.part(name, "path"), { d });
+  }
+
+  /** @type {(name: string, look: string) => boolean} */
+  isNew(name, look) {
+    const known = this.drawn.get(name) === look;
+    this.drawn.set(name, look);
+    return !known;
   }
 
   /** @type {(name: string, x: number, y: number, text: string, anchor?: string) => void} */
   text(name, x, y, text, anchor = "start") {
+    if (!this.isNew(name, [x, y, text, anchor].join())) return;
     const node = this.part(name, "text");
     write(node, text);
     if (text) set(node, { x, y, "text-anchor": anchor });
