@@ -227,7 +227,7 @@ def test_a_data_frame_may_have_its_units_in_titles_in_attrs_or_be_in_si_units(wh
 @pytest.mark.slow
 def test_results_print_and_are_drawn(whisker, signals):
     onset = solve(whisker, 0.4)
-    assert ["mu_lock", "0.47757141"] in [line.split() for line in repr(onset).splitlines()]
+    assert "critical friction, mu_lock 0.47757141" in " ".join(repr(onset).split())
     assert repr(signals).startswith("801 steps, ")
     found = identify(whisker, signals.to_pandas(), transducer=SENSOR)
     assert "mu0 = " in repr(found)
