@@ -42,10 +42,7 @@ export function inadmissible(rod, state) {
   return high - lowest >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
 }
 
-/**
- * Height of the highest point before the contact point, where the rod begins to fall.
- * @type {(rod: Rod, state: State) => number}
- */
+/** Height of the highest point before the contact point. @type {(rod: Rod, state: State) => number} */
 function archHeight(rod, state) {
   let highest = -Infinity;
   const { s, y, phi } = rod.shape(state, PLACES.map((part) => part * state.sc));

@@ -136,7 +136,7 @@ export function backOnset(path, mu0) {
 }
 
 /**
- * The first state in which the rod lies down on the surface, or its tip would pass through it.
+ * The first state in which the rod lies down, or would penetrate the surface.
  * @type {(path: Path) => State | null}
  */
 export function touch(path) {
@@ -187,10 +187,7 @@ function partOf(from, to, offset) {
   return bracketedRoot(away, 0, 1, start - offset, stop - offset, CLOSELY);
 }
 
-/**
- * Sample a path from the last pulled state to its end, each step in so many parts.
- * @type {(path: Path, parts: number) => Curve}
- */
+/** Sample a path from end to end, each step in so many parts. @type {(path: Path, parts: number) => Curve} */
 export function sampled({ branch, pulled, pushed }, parts) {
   const behind = samples(branch, pulled.knots, parts).reverse();
   const rows = [...behind.slice(0, -1), ...samples(branch, pushed.knots, parts)];

@@ -90,14 +90,14 @@ export class Plot {
     this.ticks.replaceChildren();
     const { margin, width, height } = this;
     const bottom = height - margin.bottom;
-    const down = ticks(frame.low, frame.high, Math.max(2, Math.floor(height / 38)));
+    const down = ticks(frame.low, frame.high, Math.max(2, Math.min(6, height / 38)));
     for (const value of down.values) {
       const y = this.y(value);
       drawn(this.grid, "path", { d: `M${margin.left} ${y}H${width - margin.right}` });
       const text = drawn(this.ticks, "text", { x: margin.left - 6, y: y + 3.5, "text-anchor": "end" });
       text.textContent = spelled(value, down.digits);
     }
-    const along = ticks(frame.left, frame.right, Math.max(2, Math.floor(width / 58)));
+    const along = ticks(frame.left, frame.right, Math.max(2, Math.min(6, width / 58)));
     for (const value of along.values) {
       const x = this.x(value);
       drawn(this.grid, "path", { d: `M${x} ${margin.top}V${bottom}` });

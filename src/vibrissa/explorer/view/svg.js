@@ -66,7 +66,7 @@ export class Parts {
 }
 
 /**
- * Path through points; a point that is not a number lifts the pen.
+ * Path through points; one that is NaN lifts the pen.
  * @type {(x: ArrayLike<number>, y: ArrayLike<number>) => string}
  */
 export function pathThrough(x, y) {

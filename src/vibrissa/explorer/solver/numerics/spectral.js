@@ -12,10 +12,7 @@ export function legendre(count, at) {
   return values;
 }
 
-/**
- * Their integrals from 0 to the place, one fewer than the values.
- * @type {(values: Float64Array, at: number) => Float64Array}
- */
+/** Their integrals from 0 to the place, one fewer. @type {(values: Float64Array, at: number) => Float64Array} */
 export function legendreIntegrals(values, at) {
   const integrals = new Float64Array(values.length - 1);
   integrals[0] = at;
@@ -65,10 +62,7 @@ function madeRule(count) {
   return { count, nodes, weights, fromStart, toCoefficients, kernels };
 }
 
-/**
- * Node and weight on [0, 1], by Newton's iteration for a root of P_count.
- * @type {(count: number, i: number) => [number, number]}
- */
+/** A root of P_count as a node on [0, 1], and its weight. @type {(count: number, i: number) => [number, number]} */
 function gaussNode(count, i) {
   let at = 0.5 - 0.5 * Math.cos((Math.PI * (i + 0.75)) / (count + 0.5));
   let slope = 1;

@@ -57,10 +57,7 @@ export function arcLength(theta, sc, tau) {
   return (theta * sc * tau) / (g + b * tau);
 }
 
-/**
- * Derivative of `arcLength` with respect to s_c at a fixed τ.
- * @type {(theta: number, sc: number, tau: number) => number}
- */
+/** Derivative of `arcLength` by s_c at a fixed τ. @type {(theta: number, sc: number, tau: number) => number} */
 export function arcLengthGrowth(theta, sc, tau) {
   const { g, b } = inverseDiameter(theta, sc);
   return (theta ** 2 * tau) / (g + b * tau) ** 2;

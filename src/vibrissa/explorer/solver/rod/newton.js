@@ -12,10 +12,7 @@ const LARGEST_CORRECTION = 4;
 /** A correction this much smaller than the one before was found with a Jacobian that still serves. */
 const GOOD_CONTRACTION = 0.1;
 
-/**
- * Residuals of (E1) to (E4).
- * @type {(parts: NodeValues, unknowns: Float64Array, closure: Closure) => Float64Array}
- */
+/** Residuals (E1) to (E4). @type {(parts: NodeValues, unknowns: Float64Array, closure: Closure) => Float64Array} */
 function residualOf({ natural, turned, height, reach }, unknowns, { surface, contact, condition }) {
   const count = turned.length - 1;
   const residual = new Float64Array(count + 3);

@@ -47,10 +47,7 @@ export function slidesStably(rod, state) {
   return isPositive(within(matrix, held), size);
 }
 
-/**
- * Stiffness against a turn at the contact point of a rod that lies on the surface.
- * @type {(rod: Rod, state: State) => number}
- */
+/** Stiffness against a turn at the contact point of a lying rod. @type {(rod: Rod, state: State) => number} */
 function touchStiffness({ mounting }, { fy, sc }) {
   const curvature = naturalCurvature(mounting, sc);
   return curvature < 0 ? Math.min(RIGID, Math.max(0, fy / curvature)) : RIGID;
