@@ -98,10 +98,7 @@ export function isMirrored(path) {
   return isIdealRod(path.branch.rod.mounting) && !isOblique(path);
 }
 
-/**
- * What ends sticking on the way to a displacement.
- * @type {(sticking: Sticking, aim: number) => { x0: number, by: Limit } | null}
- */
+/** What ends sticking on the way. @type {(sticking: Sticking, aim: number) => { x0: number, by: Limit } | null} */
 function limitOf({ low, lowBy, high, highBy }, aim) {
   if (aim > high + TOLERANCE) return { x0: high, by: highBy };
   return aim < low - TOLERANCE ? { x0: low, by: lowBy } : null;
