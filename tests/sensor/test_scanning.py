@@ -202,6 +202,15 @@ def test_path_goes_to_each_turn():
     assert positions.tolist() == [0.0, 0.1, 0.2, 0.3, 0.2, 0.1, 0.0, -0.1, -0.2, -0.1, 0.0]
 
 
+@pytest.mark.parametrize("length", [0.1, 0.11, 0.15, 0.18, 0.2])
+@pytest.mark.parametrize("step", [1e-3, 5e-5, 2e-5])
+def test_path_in_units_of_a_rod_has_all_its_steps(length, step):
+    positions = path(step / length, [0.04 / length, 0.01 / length])
+    ends = np.array([positions.max(), positions[-1]]) * length
+    assert ends == pytest.approx([0.04, 0.01], abs=1e-9 * step)
+    assert len(positions) == 1 + round(0.07 / step)
+
+
 @pytest.mark.parametrize(("step", "turns"), [("0", ["1"]), ("0.1", ["0.05"]), ("-1", ["1"])])
 def test_impossible_paths_are_refused(step, turns):
     with pytest.raises(ValueError, match="step"):

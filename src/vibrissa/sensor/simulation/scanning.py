@@ -29,6 +29,8 @@ from vibrissa.sensor.surfaces import Surface
 
 # More steps than these fill the memory.
 MOST_STEPS = 10**8
+# Lengths that are converted to L are rounded, by far less than this part of a step.
+ROUNDED_AWAY = 1e-6
 # Steps that are searched together for the end of a period.
 BLOCK = 4096
 
@@ -154,7 +156,7 @@ def path(
     if not size > 0:
         raise ArgumentError(f"step must be positive, got {step}")
     length = told(float(size))
-    counts = [0, *(int(exact(turn) / size) for turn in turns)]
+    counts = [0, *(_steps_to(turn, size) for turn in turns)]
     total = sum(abs(end - begin) for begin, end in pairwise(counts))
     if total > MOST_STEPS:
         raise ArgumentError(f"a step of {length} is too small: the path has {total:.3g} steps")
@@ -165,6 +167,13 @@ def path(
         sign = int(np.sign(end - begin))
         parts.append(np.arange(begin + sign, end + sign, sign))
     return step_position(np.concatenate(parts), size)
+
+
+def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
+    """Whole steps up to a turn; one that a conversion of units rounded away counts."""
+    quotient = exact(turn) / size
+    nearest = round(quotient)
+    return nearest if abs(quotient - nearest) < ROUNDED_AWAY else int(quotient)
 
 
 @dataclass(frozen=True, kw_only=True)
