@@ -47,6 +47,10 @@ class Verdict(StrEnum):
     AMBIGUOUS = "ambiguous"
     CONTRADICTED = "contradicted"
 
+    def counted(self, number: int) -> str:
+        """Write how many statements have this verdict, as in ``1 holds`` and ``2 hold``."""
+        return f"{number} {self if number == 1 else self.replace('holds', 'hold')}"
+
 
 # What a judging function returns; the reason, if it is not the one in statements.toml.
 Judged: TypeAlias = tuple[Verdict, Quantities] | tuple[Verdict, Quantities, str]
@@ -192,7 +196,7 @@ def markdown(table: pa.Table) -> str:
 def summary(table: pa.Table) -> str:
     """How many statements there are, and how many of them have which verdict, as text."""
     counts = verdict_counts(table.column("verdict").to_pylist())
-    return f"{len(table)} statements: {', '.join(f'{n} {name}' for name, n in counts.items())}"
+    return f"{len(table)} statements: {', '.join(one.counted(n) for one, n in counts.items())}"
 
 
 def verdict_counts(verdicts: Iterable[str]) -> dict[Verdict, int]:

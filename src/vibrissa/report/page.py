@@ -116,7 +116,9 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
         summary=facts.summary(found),
         troubles=facts.troubles(found),
         reproduced=parts,
-        counts=lambda names: Counter(row["verdict"] for row in claims if row["claim"] in names),
+        counts=lambda names: Counter(
+            Verdict(row["verdict"]) for row in claims if row["claim"] in names
+        ),
         pictures=shown(pictures),
         places={picture.name: picture.key for picture in pictures},
         verdicts=verdict_counts(row["verdict"] for row in claims),
