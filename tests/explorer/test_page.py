@@ -150,12 +150,27 @@ def frames(browser):
     browser.evaluate("new Promise((done) => setTimeout(() => requestAnimationFrame(done), 60))")
 
 
+def at_rest(browser, selector):
+    """Middle of an element, as soon as three frames have left it where it is."""
+    return browser.evaluate(f"""new Promise((done, fail) => {{
+        const end = Date.now() + 20000;
+        let [before, frames] = ['', 0];
+        const look = () => {{
+            const b = document.querySelector({json.dumps(selector)})?.getBoundingClientRect();
+            const now = JSON.stringify(b);
+            frames = b && now === before ? frames + 1 : 0;
+            before = now;
+            if (frames === 3) done([b.x + b.width / 2, b.y + b.height / 2]);
+            else if (Date.now() > end) fail({json.dumps(selector)} + ' does not come to rest');
+            else requestAnimationFrame(look);
+        }};
+        look();
+    }})""")
+
+
 def drag(browser, right, selector=".stage .clamp", down=0):
     """Drag something by pixels, in steps as a hand does."""
-    x, y = browser.evaluate(
-        f"(() => {{ const b = document.querySelector('{selector}').getBoundingClientRect();"
-        "return [b.x + b.width / 2, b.y + b.height / 2]; })()"
-    )
+    x, y = at_rest(browser, selector)
     mouse = {"button": "left", "buttons": 1, "clickCount": 1}
     for kind, part in [("mousePressed", 0), *(("mouseMoved", k / 20) for k in range(1, 21))]:
         place = {"x": x + part * right, "y": y + part * down}
