@@ -63,22 +63,14 @@ TASKS = {
         module("validation.sensor.costs"), "what each tolerance costs in friction", "1 min"
     ),
     "fuzz": Task(module("validation.fuzzing"), "read damaged recordings", "15 min"),
-    "designs": Task(module("validation.designs"), "the best rod of each material", "5 min"),
-    "taper": Task(module("validation.taper"), "does taper measure friction better?", "5 min"),
     # The explorer
     "explorer-agreement": Task(
         module("validation.explorer_agreement"), "random points, in the page and in Python", "1 min"
     ),
-    "explorer-speed": Task(
-        module("validation.explorer_speed"), "frames per second while the clamp is dragged", "90 s"
-    ),
     # Speed
     "bench": Task(module("benchmarks.table"), "states per second, beside other methods", "2 min"),
     "growth": Task(module("benchmarks.growth"), "studies of 10^4 to 10^6 points", "20 min"),
-    # Do checks and tests notice faults?
-    "physics": Task(
-        module("validation.mutations"), "does make check notice broken physics?", "15 min"
-    ),
+    # Do the tests notice faults?
     "mutants": Task(module("validation.mutants"), "do tests notice small faults?", "1 h"),
     # Tests that `make test` leaves out
     "tests": Task(tests("tests/nightly"), "proofs, and whatever takes long", "1 min"),
