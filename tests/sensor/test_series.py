@@ -58,9 +58,19 @@ def test_a_parquet_file_says_unit_and_meaning_of_each_column(tmp_path):
 
 
 def test_lines_are_those_of_the_file_whatever_stands_between(tmp_path):
-    table = read(tmp_path, '\ufeffa [N] ,"b\nc"\n1,2\n\n"3","4\n"\n5,6\n')
+    table = read(tmp_path, '\ufeff# a line\na [N] ,"b,c"\r\n1,2\n\n"3","4,"\r5,6\n')
     assert table.columns["a"].tolist() == [1.0, 3.0, 5.0] and table.units == {"a": "N"}
-    assert table.line.tolist() == [3, 6, 7]
+    assert table.line.tolist() == [3, 5, 6] and table.header == {}
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
+def test_quantities_of_the_whole_table_are_read_as_they_are_written(tmp_path, name):
+    header = {"zero_force_x": "310.254 ± 0.27 mN", "zero_force_y": "1 ± 2 N"}
+    series.write(tmp_path / name, COLUMNS, header)
+    assert series.read(tmp_path / name, ["footpoint"]).header == header
+    frame = pd.DataFrame({"footpoint [mm]": [1.0]})
+    frame.attrs["header"] = header
+    assert series.read(frame, ["footpoint"]).header == header
 
 
 def test_standard_input_is_read(monkeypatch):
@@ -77,7 +87,7 @@ def test_a_frame_has_units_in_its_titles_or_beside_them():
     assert np.isnan(table.columns["a"]).tolist() == [False, True]
     assert np.isnan(table.columns["b"]).tolist() == [False, True]
     with pytest.raises(
-        RecordingError, match=r"the DataFrame, line 1: c must be a number, got True"
+        RecordingError, match=r"the DataFrame, line 1: c must be a finite number.*got 'True'"
     ):
         series.read(frame, ["c"])
 
@@ -88,22 +98,34 @@ def test_a_frame_has_units_in_its_titles_or_beside_them():
         ("b,c\n1,2\n", "r.csv: column a is missing; there are: b, c"),
         ("", "r.csv: column a is missing; there are: none"),
         ("a\n", "r.csv: the table has no rows"),
-        ("a,b\n1,2\n3\n", "r.csv, line 3: 1 values, but the header has 2"),
-        ("a,b\n1,2,3\n", "r.csv, line 2: 3 values, but the header has 2"),
-        ("a [N],b,a [m]\n1,2,3\n", "r.csv, line 1: a column stands there twice: a, b, a"),
+        ("a,b\n1,2\n3\n", "r.csv, line 3: 1 value, but line 1 has 2"),
+        ("a,b\n1,2,3\n", "r.csv, line 2: 3 values, but line 1 has 2"),
+        ("a [N],b,a [m]\n1,2,3\n", "r.csv: column a stands there twice"),
         (b"a\n\xff\n", "r.csv: not a text file in UTF-8"),
         ('a\n"1"2\n', "r.csv, line 2: ',' expected after '\"'"),
-        ("a\n1\ninf\n", "r.csv, line 3: a must be finite, got 'inf'"),
-        ("a\n1_0\n", "r.csv, line 2: a must be a number, got '1_0'"),
-        ("a\n1 2\n", "r.csv, line 2: a must be a number, got '1 2'"),
-        ("a\n1..\n", "r.csv, line 2: a must be a number, got '1..'"),
-        ("a\n١\n", "r.csv, line 2: a must be a number, got '١'"),
     ],
 )
 def test_a_mistake_is_named_with_its_place(tmp_path, text, message):
     with pytest.raises(RecordingError) as raised:
         read(tmp_path, text)
     assert str(raised.value) == f"{tmp_path}/{message}"
+
+
+@pytest.mark.parametrize("cell", ["inf", "1_0", "1 2", "1..", "١", "1e999", "0x1", "True", "+"])
+def test_all_wrong_cells_are_named(tmp_path, cell):
+    with pytest.raises(RecordingError) as raised:
+        read(tmp_path, f"a,b\n1,{cell}\n{cell},2\n", ["a", "b"])
+    must = f"must be a finite number, or empty where it is missing, got {cell!r}"
+    where = f"{tmp_path / 'r.csv'}, line"
+    assert str(raised.value).splitlines() == [f"{where} 2: b {must}", f"{where} 3: a {must}"]
+
+
+def test_of_many_wrong_lines_some_are_named(tmp_path):
+    with pytest.raises(RecordingError) as raised:
+        read(tmp_path, "a\n" + 50 * "x\n")
+    assert len(str(raised.value).splitlines()) == 11 and str(raised.value).endswith("and 40 more")
+    with pytest.raises(RecordingError, match=r"(?s)line 3: 1 value, .*line 4: 3 values"):
+        read(tmp_path, "a,b\n1,2\n3\n1,2,3\n")
 
 
 @pytest.mark.parametrize(
@@ -129,7 +151,7 @@ def test_a_file_that_cannot_be_is_refused_before_any_work(tmp_path):
     (tmp_path / "a.parquet").write_text("a\n1\n")
     with pytest.raises(RecordingError, match=r"a\.parquet: not a Parquet file: "):
         series.read(tmp_path / "a.parquet", ["a"])
-    with pytest.raises(ValueError, match="zip"):
+    with pytest.raises(ValueError, match="length"):
         series.write(tmp_path / "b.csv", COLUMNS | {"more": Column([1.0], "", "")})
     assert not (tmp_path / "b.csv").exists()
 
@@ -156,6 +178,7 @@ def test_a_result_is_a_frame_with_its_units():
     frame = Result().to_pandas()
     assert list(frame) == list(COLUMNS) and frame["side"].tolist() == ["ahead", "behind", ""]
     assert frame.attrs == {
+        "header": {},
         "units": {"footpoint": "mm", "period": "1", "side": ""},
         "descriptions": {name: one.description for name, one in COLUMNS.items()},
     }

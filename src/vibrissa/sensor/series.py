@@ -1,8 +1,9 @@
 """Tables of the sensor: CSV or Parquet by the file's ending, each column with its unit.
 
-A CSV file has one header line; each name is followed by its unit in brackets, as in
-``footpoint [mm],force_x [N]``. The columns of a DataFrame have the same titles, or
-their units are in its ``attrs``. A Parquet file has the unit in each column's metadata.
+A CSV file has one line of titles; each name is followed by its unit in brackets, as in
+``footpoint [mm],force_x [N]``. Lines above it, such as ``# zero_force_x = 310 ± 0.3 mN``, are
+quantities that hold for the whole table. The columns of a DataFrame have the same titles, or their
+units are in its ``attrs``. A Parquet file has the unit in each column's metadata.
 """
 
 import csv
@@ -11,10 +12,10 @@ import json
 import re
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
@@ -23,11 +24,21 @@ from vibrissa.extras import require
 from vibrissa.files import write_atomically
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.sensor.quantities import Units
+from vibrissa.wording import counted
 
 if TYPE_CHECKING:
-    from pandas import DataFrame
+    from pandas import DataFrame, Series
 
 ENDINGS = (".csv", ".parquet")
+NO_HEADER: Mapping[str, str] = {}
+# A cell without a value.
+MISSING = ("", "nan", "na", "null", "none", "-")
+NUMBER = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"
+# So many errors of one kind are listed.
+LISTED = 10
+HEADER = re.compile(r"#\s*(\w+)\s*=\s*(.+)")
+# Between cells that were in quotes, in which every other separator may stand.
+UNIT_SEPARATOR = "\x1f"
 # Standard input or output, as CSV.
 STANDARD = Path("-")
 
@@ -88,27 +99,29 @@ class Tabular(ABC):
     def columns(self) -> dict[str, Column]:
         """Columns by name, with units."""
 
+    def header(self) -> dict[str, str]:
+        """Quantities that hold for the whole table, as texts by name."""
+        return {}
+
     def to_pandas(self) -> "DataFrame":
         """Make a DataFrame of the columns.
 
         Returns
         -------
         DataFrame
-            Its ``attrs`` are ``units`` and ``descriptions``, by column.
+            Its ``attrs`` are ``units`` and ``descriptions``, by column, and the ``header``.
         """
-        require("tables", "pandas")
-        import pandas as pd  # takes half a second to load
-
         columns = self.columns()
-        frame = pd.DataFrame({name: column.values for name, column in columns.items()})
+        frame = _frame(columns, list(columns))
         frame.attrs = {
+            "header": self.header(),
             "units": {name: column.unit for name, column in columns.items()},
             "descriptions": {name: column.description for name, column in columns.items()},
         }
         return frame
 
 
-def write(path: Path, columns: Mapping[str, Column]) -> None:
+def write(path: Path, columns: Mapping[str, Column], header: Mapping[str, str] = NO_HEADER) -> None:
     """Write a table as a whole.
 
     Parameters
@@ -117,6 +130,9 @@ def write(path: Path, columns: Mapping[str, Column]) -> None:
         With the ending ``.csv`` or ``.parquet``; ``-`` for standard output.
     columns : mapping
         Name to column; all of one length.
+    header : mapping of str to str
+        Quantities that hold for the whole table: lines ``# name = text`` above that of the titles,
+        or metadata of a Parquet file.
 
     Raises
     ------
@@ -125,14 +141,14 @@ def write(path: Path, columns: Mapping[str, Column]) -> None:
     """
     check_ending(path)
     if path == STANDARD:
-        _write_csv(sys.stdout, columns)
+        _write_csv(sys.stdout, columns, header)
         return
     with write_atomically(path) as temporary:
         if path.suffix.lower() == ".csv":
             with temporary.open("w", encoding="utf-8", newline="") as file:
-                _write_csv(file, columns)
+                _write_csv(file, columns, header)
         else:
-            _write_parquet(temporary, columns)
+            _write_parquet(temporary, columns, header)
 
 
 def as_json(columns: Mapping[str, Column]) -> str:
@@ -149,13 +165,19 @@ def as_json(columns: Mapping[str, Column]) -> str:
     return json.dumps({"units": units, "rows": rows}, ensure_ascii=False, indent=1)
 
 
-def _write_csv(file: TextIO, columns: Mapping[str, Column]) -> None:
-    table = csv.writer(file, lineterminator="\n")
-    table.writerow(titles(columns))
-    table.writerows(zip(*(_as_text(c.values) for c in columns.values()), strict=True))
+def _frame(columns: Mapping[str, Column], names: Sequence[str]) -> "DataFrame":
+    import pandas as pd  # takes half a second to load
+
+    values = (column.values for column in columns.values())
+    return pd.DataFrame(dict(zip(names, values, strict=True)))
 
 
-def _write_parquet(path: Path, columns: Mapping[str, Column]) -> None:
+def _write_csv(file: TextIO, columns: Mapping[str, Column], header: Mapping[str, str]) -> None:
+    file.writelines(f"# {name} = {text}\n" for name, text in header.items())
+    _frame(columns, titles(columns)).to_csv(file, index=False, na_rep="nan", lineterminator="\n")
+
+
+def _write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, str]) -> None:
     import pyarrow as pa  # takes a fifth of a second to load, and CSV is the rule
     import pyarrow.parquet as pq
 
@@ -164,21 +186,18 @@ def _write_parquet(path: Path, columns: Mapping[str, Column]) -> None:
         pa.field(name, a.type, metadata={"unit": c.unit, "description": c.description})
         for (name, c), a in zip(columns.items(), arrays, strict=True)
     ]
-    pq.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields)), path)
-
-
-def _as_text(values: Any) -> list[str]:
-    return [repr(v) if isinstance(v, float) else str(v) for v in np.asarray(values).tolist()]
+    schema = pa.schema(fields, metadata=dict(header))
+    pq.write_table(pa.Table.from_arrays(arrays, schema=schema), path)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Table:
-    """A table that was read.
+    """Columns of numbers that were read.
 
     Attributes
     ----------
     source : str
-        Where from, for messages.
+        Name of the file, for messages.
     columns : dict
         Name to values; NaN where a value is missing.
     units : dict
@@ -186,50 +205,19 @@ class Table:
     line : ndarray of int
         Line of the file in which each row stands; number of the row, from 1, in a Parquet file or
         a DataFrame.
+    header : dict
+        Quantities that hold for the whole table, by name: texts such as ``310 ± 0.3 mN``.
     """
 
     source: str
     columns: dict[str, FloatArray]
     units: dict[str, str]
     line: IntArray
+    header: dict[str, str]
 
     def place(self, row: int) -> str:
         """Name a row in a message."""
         return f"{self.source}, line {self.line[row]}"
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Cells(Table):
-    """A table whose cells may still be anything."""
-
-    columns: dict[str, Sequence[Any]]  # type: ignore[assignment]
-
-    def numbers(self, name: str) -> FloatArray:
-        """Convert a column; NaN where a value is missing."""
-        values = np.empty(len(self.line))
-        for row, cell in enumerate(self.columns[name]):
-            number = _number(cell)
-            if number is None:
-                raise RecordingError(f"{self.place(row)}: {name} must be a number, got {cell!r}")
-            if np.isinf(number):
-                raise RecordingError(f"{self.place(row)}: {name} must be finite, got {cell!r}")
-            values[row] = number
-        return values
-
-
-MISSING = frozenset({"", "nan", "na", "null", "none", "-"})
-# Narrower than Python's float, which also takes 1_0 and digits of other scripts.
-NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+|inf(inity)?)(e[-+]?\d+)?\s*", re.ASCII | re.I)
-
-
-def _number(cell: Any) -> float | None:
-    """Value of a cell: NaN where it is missing, None where it is no number."""
-    text = str(cell)
-    if cell is None or text.strip().lower() in MISSING:
-        return float("nan")
-    if isinstance(cell, bool) or NUMBER.fullmatch(text) is None:
-        return None
-    return float(text)
 
 
 def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[str] = ()) -> Table:
@@ -250,87 +238,198 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     Raises
     ------
     RecordingError
-        If it cannot be read as such a table; the message names the file and the line. An
-        OtherTableError if columns, separators or the encoding are others.
+        If it cannot be read as such a table, with a line for each wrong cell. An OtherTableError
+        if columns, separators or the encoding are others.
     ArgumentError
         If the ending is another one or the folder is missing.
     """
-    cells = _read_cells(source)
-    missing = [name for name in names if name not in cells.columns]
+    where, frame = _cells(source)
+    there, units = _columns(frame, where)
+    missing = [name for name in names if name not in there]
     if missing:
         raise OtherTableError(
-            f"{cells.source}: column {', '.join(missing)} is missing; there are: "
-            f"{', '.join(cells.columns) or 'none'}"
+            f"{where}: column {', '.join(missing)} is missing; there are: "
+            f"{', '.join(there) or 'none'}"
         )
-    if not len(cells.line):
-        raise RecordingError(f"{cells.source}: the table has no rows")
-    wanted = [*names, *(name for name in optional if name in cells.columns)]
+    if frame.empty:
+        raise RecordingError(f"{where}: the table has no rows")
+    wanted = [*names, *(name for name in optional if name in there)]
     return Table(
-        source=cells.source,
-        columns={name: cells.numbers(name) for name in wanted},
-        units={name: unit for name, unit in cells.units.items() if name in wanted},
-        line=cells.line,
+        source=where,
+        columns=numbers({name: there[name] for name in wanted}, where),
+        units={name: unit for name, unit in units.items() if name in wanted},
+        line=frame.index.to_numpy(),
+        header=frame.attrs.get("header", {}),
     )
 
 
-def _read_cells(source: "Path | DataFrame") -> _Cells:
+def numbers(
+    columns: Mapping[str, "Series[Any]"], source: str, number: str = NUMBER
+) -> dict[str, FloatArray]:
+    """Convert columns of cells to numbers; NaN where a value is missing.
+
+    Parameters
+    ----------
+    columns : mapping of str to Series
+        Of numbers or of texts, with the line of each row as their index.
+    source : str
+        Name of the file, for messages.
+    number : str
+        Regular expression of a number.
+
+    Raises
+    ------
+    RecordingError
+        With a line for each cell that is no finite number.
+    """
+    values, wrong = {}, []
+    for name, column in columns.items():
+        if column.dtype.kind in "iuf":
+            values[name] = column.to_numpy(dtype=float, na_value=np.nan)
+            bad = np.isinf(values[name])
+        else:
+            text = column.fillna("").astype(str).str.strip()
+            good = text.str.fullmatch(number).to_numpy(dtype=bool)
+            values[name] = text.where(good, "nan").to_numpy(dtype=object).astype(float)
+            missing = text.str.lower().isin(MISSING).to_numpy()
+            bad = ~(good | missing) | np.isinf(values[name])
+        wrong += [
+            (line, f"{name} must be a finite number, or empty where it is missing, got {cell!r}")
+            for line, cell in column[bad].astype(str).items()
+        ]
+    if wrong:
+        wrong.sort(key=lambda one: one[0])
+        raise RecordingError(listed(f"{source}, line {line}: {what}" for line, what in wrong))
+    return values
+
+
+def listed(messages: Iterable[str]) -> str:
+    """Join messages line by line; of many, say how many more there are."""
+    every = list(messages)
+    more = [f"and {len(every) - LISTED} more"] if len(every) > LISTED else []
+    return "\n".join([*every[:LISTED], *more])
+
+
+def _cells(source: "Path | DataFrame") -> tuple[str, "DataFrame"]:
+    """Read cells that may be anything; the index is the line of each row."""
     if not isinstance(source, Path):
         if not hasattr(source, "attrs"):
             raise RecordingError(
                 f"a recording is a file or a DataFrame, not a {type(source).__name__}"
             )
-        return _from_frame(source)
+        return "the DataFrame", source.rename(columns=str).set_axis(range(1, len(source) + 1))
     check_ending(source)
     if source == STANDARD:
-        return _read_csv(io.BytesIO(sys.stdin.buffer.read()), "standard input")
+        return "standard input", _read_csv(sys.stdin.buffer.read(), "standard input")
     if not source.is_file():
         raise RecordingError(f"{source}: there is no such file")
     if source.suffix.lower() == ".parquet":
-        return _read_parquet(source)
-    with source.open("rb") as file:
-        return _read_csv(file, str(source))
+        return str(source), _read_parquet(source)
+    return str(source), _read_csv(source.read_bytes(), str(source))
 
 
-def _names_and_units(header: Sequence[str], place: str) -> tuple[list[str], dict[str, str]]:
-    """Take titles such as ``footpoint [mm]`` apart."""
-    # Between other separators a line is one title.
-    one = [title for title in header if ";" in title or "\t" in title]
-    parts = [(title, "", "") if title in one else title.partition("[") for title in header]
-    names = [name.strip() for name, _, _ in parts]
-    units = {name.strip(): rest.partition("]")[0].strip() for name, _, rest in parts if rest}
-    if len(set(names)) < len(names):
-        raise RecordingError(f"{place}: a column stands there twice: {', '.join(names)}")
-    return names, units
+def _columns(frame: "DataFrame", source: str) -> tuple[dict[str, "Series[Any]"], dict[str, str]]:
+    """Take titles such as ``footpoint [mm]`` apart: columns by name, and their units."""
+    units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if unit}
+    columns: dict[str, Series[Any]] = {}
+    for title, column in frame.items():
+        name, _, unit = str(title).partition("[")
+        if {";", "\t"} & set(title):  # between other separators a line is one title
+            name, unit = title, ""
+        if name.strip() in columns:
+            raise RecordingError(f"{source}: column {name.strip()} stands there twice")
+        columns[name.strip()] = column
+        if unit:
+            units[name.strip()] = unit.partition("]")[0].strip()
+    return columns, units
 
 
-def _read_csv(file: BinaryIO, source: str) -> _Cells:
-    rows, lines = [], []
-    with io.TextIOWrapper(file, encoding="utf-8-sig", newline="") as text:
-        reader = csv.reader(text, strict=True)
-        try:
-            header = next(reader, [])
-            for row in filter(None, reader):
-                if len(row) != len(header):
-                    raise OtherTableError(
-                        f"{source}, line {reader.line_num}: {len(row)} values, but the header "
-                        f"has {len(header)}"
-                    )
-                rows.append(row)
-                lines.append(reader.line_num)
-        except UnicodeDecodeError:
-            raise OtherTableError(f"{source}: not a text file in UTF-8") from None
-        except csv.Error as error:
-            raise RecordingError(f"{source}, line {reader.line_num}: {error}") from None
-    names, units = _names_and_units(header, f"{source}, line 1")
-    return _Cells(
-        source=source,
-        columns={name: [row[i] for row in rows] for i, name in enumerate(names)},
-        units=units,
-        line=np.array(lines, dtype=np.int64),
+def _read_csv(data: bytes, source: str) -> "DataFrame":
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise OtherTableError(f"{source}: not a text file in UTF-8") from None
+    lines = lines_of(text)
+    rows = lines[~lines.str.startswith("#").cummin()]
+    frame = split(rows, source)
+    if len(rows):
+        frame = frame.iloc[1:].set_axis(frame.iloc[0], axis=1)
+    told = (HEADER.fullmatch(line) for line in lines.drop(rows.index))
+    frame.attrs = {"header": {one[1]: one[2] for one in told if one}}
+    return frame
+
+
+def lines_of(text: str) -> "Series[str]":
+    """Split a text into lines, with their numbers as index, without those that are blank."""
+    import pandas as pd  # takes half a second to load
+
+    lines = pd.Series(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), dtype=str)
+    lines.index += 1
+    return lines[lines.str.strip() != ""]
+
+
+def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame":
+    """Split lines into cells, which are texts.
+
+    Parameters
+    ----------
+    lines : Series of str
+        With their numbers as index; all with as many cells as the first.
+    source : str
+        Name of the file, for messages.
+    separator : str
+        One character.
+
+    Raises
+    ------
+    OtherTableError
+        With a line for each that has another number of cells.
+    RecordingError
+        If a quote is not closed.
+    """
+    import pandas as pd
+
+    if lines.empty:
+        return pd.DataFrame()
+    if lines.str.contains('"', regex=False).any():
+        lines = _unquoted(lines, source, separator)
+        separator = UNIT_SEPARATOR
+    counts = lines.str.count(re.escape(separator)) + 1
+    others = counts[counts != counts.iloc[0]]
+    if len(others):
+        than = f"but line {lines.index[0]} has {counts.iloc[0]}"
+        raise OtherTableError(
+            listed(
+                f"{source}, line {line}: {counted(count, 'value')}, {than}"
+                for line, count in others.items()
+            )
+        )
+    frame = pd.read_csv(
+        io.BytesIO("\n".join(lines).encode()),
+        sep=separator,
+        header=None,
+        dtype=str,
+        na_filter=False,
+        quoting=csv.QUOTE_NONE,
+        skip_blank_lines=False,
     )
+    return frame.set_axis(lines.index)
 
 
-def _read_parquet(path: Path) -> _Cells:
+def _unquoted(lines: "Series[str]", source: str, separator: str) -> "Series[str]":
+    """Put another sign in the place of separators, so that no cell needs quotes."""
+    import pandas as pd
+
+    cells: list[list[str]] = []
+    for number, line in lines.items():
+        try:
+            cells += csv.reader([line], delimiter=separator, strict=True)
+        except csv.Error as error:
+            raise RecordingError(f"{source}, line {number}: {error}") from None
+    return pd.Series(map(UNIT_SEPARATOR.join, cells), index=lines.index, dtype=str)
+
+
+def _read_parquet(path: Path) -> "DataFrame":
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -338,26 +437,13 @@ def _read_parquet(path: Path) -> _Cells:
         table = pq.read_table(path)
     except (pa.ArrowException, OSError) as error:
         raise RecordingError(f"{path}: not a Parquet file: {str(error).splitlines()[0]}") from None
-    units = {
-        field.name: field.metadata[b"unit"].decode()
-        for field in table.schema
-        if field.metadata and field.metadata.get(b"unit")
+    frame = table.to_pandas(ignore_metadata=True).set_axis(range(1, len(table) + 1))
+    frame.attrs = {
+        "units": {field.name: _texts(field.metadata).get("unit") for field in table.schema},
+        "header": _texts(table.schema.metadata),
     }
-    return _Cells(
-        source=str(path),
-        columns={name: table[name].to_pylist() for name in table.column_names},
-        units=units,
-        line=np.arange(1, len(table) + 1),
-    )
+    return frame
 
 
-def _from_frame(frame: "DataFrame") -> _Cells:
-    source = "the DataFrame"
-    names, units = _names_and_units([str(title) for title in frame.columns], source)
-    units = {**frame.attrs.get("units", {}), **units}
-    return _Cells(
-        source=source,
-        columns={name: frame.iloc[:, i].tolist() for i, name in enumerate(names)},
-        units=units,
-        line=np.arange(1, len(frame) + 1),
-    )
+def _texts(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
+    return {name.decode(): text.decode() for name, text in (metadata or {}).items()}

@@ -138,7 +138,8 @@ def identify(
     tolerances : mapping of str to str or number, optional
         Standard deviations of what was given, as in ``{"clamp_angle": "0.5 deg", "modulus":
         "2 %"}``, or ``"exact"``: it is adjusted within them, and within those of the whisker; see
-        `vibrissa.sensor.tolerances.TOLERABLE`.
+        `vibrissa.sensor.tolerances.TOLERABLE`. Those of the zeros may be in the header of the
+        recording, where `vibrissa import` writes them.
     assume : bool
         Whether what nothing is stated about has the tolerance that is assumed for it; otherwise it
         is exact.
@@ -180,10 +181,14 @@ def identify(
     check_size(len(recording), recording.notes)
     known = checked_noise(noise_of(recording.readings) if given is None else given, recording)
     if whisker is None:
-        sizes = _bearing_tolerances(tolerances or {}, units, known, assume)
-        stated = frozenset(tolerances or {})
+        zeros = {name: size for name, size in recording.zeros.items() if name in BEARING}
+        told = {**zeros, **(tolerances or {})}
+        sizes, stated = _bearing_tolerances(told, units, known, assume), frozenset(told)
     else:
-        whisker = whisker.tolerating(read_tolerances(units, tolerances or {}, whisker))
+        zeros = {n: size for n, size in recording.zeros.items() if n not in whisker.tolerances}
+        whisker = whisker.tolerating(
+            read_tolerances(units, {**zeros, **(tolerances or {})}, whisker)
+        )
         assumed = assumed_tolerances(units, known) if assume else {}
         sizes, stated = {**assumed, **whisker.tolerances}, frozenset(whisker.tolerances)
     task = _Task(

@@ -1,7 +1,7 @@
 """A recording: what was measured, in the rod's own units, and what of it is left out."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from vibrissa.sensor.quantities import (
     MEASURED,
     OWN,
     Kind,
+    Measured,
     Units,
     in_si,
     wished_units,
@@ -80,6 +81,8 @@ class Recording(Batch):
         Usual time from one sample to the next (s); NaN if it is not known.
     unloaded : bool
         Whether rows without a load were found at an end: the channels were tared.
+    zeros : dict of str to str
+        Standard deviations of the zeros that a tare took off, as the header of the table has them.
     """
 
     clamp: FloatArray
@@ -88,6 +91,7 @@ class Recording(Batch):
     notes: tuple[str, ...] = ()
     interval: float = np.nan
     unloaded: bool = False
+    zeros: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_recording(
@@ -140,7 +144,9 @@ def read_recording(
     notes += dropped
     notes += left_out(table.line[missing], "a value is missing")
     notes += left_out(table.line[at_limit], "the transducer is saturated")
-    recording = Recording(clamp=clamp, readings=readings, line=table.line, notes=notes)
+    recording = Recording(
+        clamp=clamp, readings=readings, line=table.line, notes=notes, zeros=_zeros(table)
+    )
     complete = ~(missing | at_limit)
     recording = recording.take(complete)
     if "time" in table.columns:
@@ -199,6 +205,13 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
     notes = left_out(free, "no load: nothing touches the surface")
     notes += left_out(rest, "the clamp rests before or after the scan")
     return replace(recording.take(kept), notes=recording.notes + notes, unloaded=bool(len(free)))
+
+
+def _zeros(table: series.Table) -> dict[str, str]:
+    """Read the errors of the zeros from lines such as ``# zero_force_x = 310 ± 0.3 mN``."""
+    names = [name for name in (f"zero_{channel}" for channel in CHANNELS) if name in table.header]
+    read = {name: Measured.read(table.header[name], f"{table.source}: {name}") for name in names}
+    return {name: one.tolerance for name, one in read.items() if one.tolerance is not None}
 
 
 def _time_unit(table: series.Table) -> float:

@@ -18,7 +18,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.series import MISSING
 
 # A cell without a value, besides those of our own files.
-NO_VALUE = MISSING | {"#nv", "#n/a", "n/a", "-nan", "1.#qnan", "-1.#ind", "nan(ind)"}
+NO_VALUE = {*MISSING, "#nv", "#n/a", "n/a", "-nan", "1.#qnan", "-1.#ind", "nan(ind)"}
 # What may be a number in one notation or another.
 BLANKS = "'’\u00a0\u202f "
 LIKE_A_NUMBER = re.compile(
