@@ -53,7 +53,6 @@ TASKS = {
         module("validation.trailing"), "retracted rods, by multiple shooting", "5 min"
     ),
     "proof": Task(module("validation.proof.study"), "prove the numbers of a study", "1 h"),
-    "proof-sample": Task(module("validation.proof.sample"), "prove 300 random onsets", "1 h"),
     # The sensor
     "roundtrip": Task(module("validation.roundtrip"), "friction from simulated signals", "4 min"),
     "laboratory": Task(

@@ -1,8 +1,6 @@
 """Numbers that others published: what is compared, that it agrees, and that it need not."""
 
-from dataclasses import replace
 from decimal import Decimal
-from functools import cache
 
 import numpy as np
 import pytest
@@ -10,8 +8,9 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import OptimizeResult, brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-from validation import published, records
-from validation.published import Rounding, compare, dead_load, printed
+from validation import published, published_quantities, records
+from validation.published import bounds, compare
+from validation.published_quantities import dead_load
 
 SOURCES = {source.title: source for source in published.read_sources()}
 NUMBERS = [number for source in SOURCES.values() for number in source.numbers]
@@ -19,9 +18,8 @@ NUMBERS = [number for source in SOURCES.values() for number in source.numbers]
 pytestmark = pytest.mark.slow
 
 
-@cache
-def compared(title):
-    return [compare(number) for number in SOURCES[title].numbers]
+# The others have 78 numbers each; tests/nightly compares all.
+FEW = [title for title, source in SOURCES.items() if len(source.numbers) < 30]
 
 
 def test_there_are_enough_numbers_and_sources():
@@ -33,29 +31,22 @@ def test_there_are_enough_numbers_and_sources():
     assert all(number.place for number in NUMBERS)
 
 
-@pytest.mark.parametrize("title", SOURCES)
-def test_published_numbers_are_ours(title):
-    assert [one for one in compared(title) if not one.expected] == []
+@pytest.mark.parametrize("title", FEW)
+def test_published_numbers_are_ours_and_doctored_ones_are_not(title):
+    for number in SOURCES[title].numbers:
+        assert compare(number).expected, number
+        value = Decimal(number.value)
+        last = Decimal(number.digit or Decimal(1).scaleb(value.as_tuple().exponent))
+        change = 2 * last if number.argument_rounding == "exact" else value / 10
+        for doctored in (value + change, value - change):
+            wrong = number._replace(value=str(doctored), digit=str(last))
+            assert not compare(wrong).agrees, wrong
 
 
 def test_the_one_number_that_differs_is_named():
     (number,) = (number for number in NUMBERS if number.known_difference)
-    assert (number.quantity, number.argument.text, number.value.text) == (
-        "conical_column",
-        "0.1",
-        "1.202",
-    )
+    assert (number.quantity, number.argument, number.value) == ("conical_column", "0.1", "1.202")
     assert compare(number).difference == pytest.approx(0.00102, abs=5e-6)
-
-
-@pytest.mark.parametrize("title", SOURCES)
-def test_a_doctored_number_turns_red(title):
-    for number in SOURCES[title].numbers:
-        exact = number.argument.rounding is Rounding.EXACT
-        change = 2 * number.value.digit if exact else number.value.value / 10
-        for doctored in (number.value.value + change, number.value.value - change):
-            value = replace(number.value, text=str(doctored))
-            assert not compare(replace(number, value=value)).agrees, (number, doctored)
 
 
 @pytest.fixture
@@ -88,11 +79,6 @@ def test_the_command_fails_if_a_known_difference_is_none(one_source, capsys):
     assert "agrees, which was not expected" in capsys.readouterr().err
 
 
-def test_the_page_holds_the_verdicts_of_today():
-    verdicts = [(source, compared(title)) for title, source in SOURCES.items()]
-    assert "\n".join(published.summary(verdicts)) in (records.FOLDER / "published.md").read_text()
-
-
 @pytest.mark.parametrize(
     ("text", "rounding", "low", "high"),
     [
@@ -105,21 +91,22 @@ def test_the_page_holds_the_verdicts_of_today():
     ],
 )
 def test_the_last_digit_says_what_is_allowed(text, rounding, low, high):
-    assert printed(text, rounding).bounds() == pytest.approx((low, high), rel=1e-12)
+    assert bounds(text, rounding) == pytest.approx((low, high), rel=1e-12)
 
 
 def test_a_rounded_argument_widens_what_is_allowed(monkeypatch):
-    monkeypatch.setitem(published.QUANTITIES, "conical_column", lambda x: 3.0 * float(x))
-    number = replace(
-        NUMBERS[0],
+    monkeypatch.setattr(published_quantities, "conical_column", lambda x: 3.0 * float(x))
+    number = NUMBERS[0]._replace(
         quantity="conical_column",
-        argument=printed("2.0", "nearest"),
-        value=printed("6.1", "nearest"),
+        argument="2.0",
+        argument_rounding="nearest",
+        value="6.1",
+        rounding="nearest",
+        digit="",
     )
     assert compare(number).allowed == pytest.approx((-0.2, 0.2))
-    assert compare(replace(number, argument=printed("2.0", "exact"))).allowed == pytest.approx(
-        (-0.05, 0.05)
-    )
+    exact = number._replace(argument_rounding="exact")
+    assert compare(exact).allowed == pytest.approx((-0.05, 0.05))
 
 
 # --- Our side of the comparison, by closed forms and integrations that share no code with it. ---
@@ -160,7 +147,7 @@ def test_dead_load_is_the_elastica(load, direction):
 
 def test_a_dead_load_that_is_not_found_is_an_error(monkeypatch):
     lost = OptimizeResult(x=np.array([0.1, 0.6]), fun=np.array([0.0, 1e-3]), message="no progress")
-    monkeypatch.setattr(published, "root", lambda *_, **__: lost)
+    monkeypatch.setattr(published_quantities, "root", lambda *_, **__: lost)
     with pytest.raises(ArithmeticError, match=r"load 0\.123 at 90\.0°: no progress"):
         dead_load(1.0, Decimal("0.123"), 90.0)
 
@@ -170,9 +157,9 @@ def test_post_buckled_states_are_the_elastica(angle):
     k = np.sin(np.radians(float(angle)) / 2.0)
     complete, second = ellipk(k**2), ellipe(k**2)
     found = (
-        published.post_buckled_load(Decimal(angle)),
-        published.post_buckled_deflection(Decimal(angle)),
-        published.post_buckled_shortening(Decimal(angle)),
+        published_quantities.post_buckled_load(Decimal(angle)),
+        published_quantities.post_buckled_deflection(Decimal(angle)),
+        published_quantities.post_buckled_shortening(Decimal(angle)),
     )
     expected = (
         4.0 * complete**2 / np.pi**2,
@@ -181,8 +168,12 @@ def test_post_buckled_states_are_the_elastica(angle):
     )
     assert found == pytest.approx(expected, rel=1e-9)
     load = Decimal(repr(found[0]))
-    assert published.post_buckled_deflection_under(load) == pytest.approx(found[1] / 200, rel=1e-8)
-    assert published.post_buckled_shortening_under(load) == pytest.approx(found[2] / 200, rel=1e-8)
+    assert published_quantities.post_buckled_deflection_under(load) == pytest.approx(
+        found[1] / 200, rel=1e-8
+    )
+    assert published_quantities.post_buckled_shortening_under(load) == pytest.approx(
+        found[2] / 200, rel=1e-8
+    )
 
 
 @pytest.mark.parametrize("ratio", ["0.1", "0.5", "0.9"])
@@ -198,7 +189,7 @@ def test_conical_column_is_a_root_of_the_linear_beam(ratio):
         return solve_ivp(beam, (1.0, 0.0), (0.0, 1.0), rtol=1e-11, atol=1e-13).y[1, -1]
 
     load = brentq(slope_at_clamp, 0.8, 2.6, xtol=1e-12)
-    assert published.conical_column(Decimal(ratio)) == pytest.approx(load, abs=1e-9)
+    assert published_quantities.conical_column(Decimal(ratio)) == pytest.approx(load, abs=1e-9)
 
 
 def test_small_forces_are_linear_beam_theory():
@@ -208,13 +199,17 @@ def test_small_forces_are_linear_beam_theory():
 
     rotation = quad(curvature, 0.0, 1.0, epsabs=0.0, epsrel=1e-12)[0]
     deflection = quad(lambda s: (1.0 - s) * curvature(s), 0.0, 1.0, epsabs=0.0, epsrel=1e-12)[0]
-    assert published.small_rotation(Decimal(100)) == pytest.approx(rotation, rel=1e-8)
-    assert published.small_deflection(Decimal(100)) == pytest.approx(deflection, rel=1e-8)
-    assert published.small_stress(Decimal(100)) == pytest.approx(
+    assert published_quantities.small_rotation(Decimal(100)) == pytest.approx(rotation, rel=1e-8)
+    assert published_quantities.small_deflection(Decimal(100)) == pytest.approx(
+        deflection, rel=1e-8
+    )
+    assert published_quantities.small_stress(Decimal(100)) == pytest.approx(
         2e11 * 0.1 * curvature(0.0), rel=1e-8
     )
 
 
 def test_clamped_hinged_column_is_eulers():
     wave_number = brentq(lambda kappa: np.sin(kappa) - kappa * np.cos(kappa), 4.0, 4.7, xtol=1e-14)
-    assert published.clamped_hinged_column(Decimal(1)) == pytest.approx(wave_number**2, rel=2e-7)
+    assert published_quantities.clamped_hinged_column(Decimal(1)) == pytest.approx(
+        wave_number**2, rel=2e-7
+    )

@@ -23,7 +23,6 @@ from flint import arb, arb_mat
 from validation.proof.equilibrium import Equilibrium, Rod, described
 from validation.proof.flow import PAIRS, Load, Shot, shoot
 from validation.proof.krawczyk import System, solution
-from vibrissa.outcomes import Contact
 
 # m(1) and y(1), differentiated.
 Pair = tuple[arb, arb]
@@ -41,14 +40,13 @@ def prove_critical(rod: Rod, near: Sequence[arb | float]) -> Equilibrium:
     Returns
     -------
     Equilibrium
-        No other load in its `box` gives a critical state.
 
     Raises
     ------
     NotProvedError
         If Newton's method does not converge, or Krawczyk's test fails.
     """
-    return described(rod, Contact.POINT, *solution(stationary(rod), near))
+    return described(rod, solution(stationary(rod), near))
 
 
 def stationary(rod: Rod) -> System:

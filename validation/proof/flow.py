@@ -34,7 +34,6 @@ from typing import Any, NamedTuple
 from flint import arb, arb_series, ctx
 
 from validation.proof import NotProvedError
-from vibrissa.errors import ArgumentError
 
 # A box of a step is made larger by this, as often as this.
 GROWTH, ATTEMPTS = 1.25, 40
@@ -57,11 +56,6 @@ class Effort:
     bits: int = 128
     order: int = 32
     steps: int = 16
-
-    def __post_init__(self) -> None:
-        """Refuse what is no effort."""
-        if not (self.bits >= 32 and self.order >= 2 and self.steps >= 1):
-            raise ArgumentError(f"at least 32 bits, order 2 and one step, got {self}")
 
     @contextmanager
     def spent(self) -> Iterator[None]:
@@ -108,9 +102,6 @@ class Shot(NamedTuple):
     Attributes
     ----------
     tip : Sections
-        Where the rod ends.
-    onward : Sections
-        Derivatives of these with respect to the arc length.
     passed : list of Section
         For each step, a box that holds the sections on it.
     ends : list of Section
@@ -118,7 +109,6 @@ class Shot(NamedTuple):
     """
 
     tip: Sections
-    onward: Sections
     passed: list[Section]
     ends: list[Section]
 
@@ -148,8 +138,6 @@ def shoot(
     load: Load,
     steps: int,
     vicinity: Vicinity | None = None,
-    *,
-    end: arb | None = None,
     second: bool = False,
 ) -> Shot:
     """Integrate a rod from its clamp to its tip.
@@ -164,8 +152,6 @@ def shoot(
         Number of steps.
     vicinity : Vicinity, optional
         Of all loads in the box those that are meant. The result is narrower then.
-    end : arb, optional
-        Arc length at which the rod ends, instead of 1; a ball holds all ends that are meant.
     second : bool, optional
         Whether to integrate the second derivatives, too.
 
@@ -178,10 +164,8 @@ def shoot(
     NotProvedError
         If a step is too long.
     """
-    length = arb(1) if end is None else end
-    taper = 1 / diameter(theta, length.mid())
-    inner = (length.mid() * place(taper, arb(k) / steps) for k in range(steps))
-    grid = [*(s.mid() for s in inner), length]
+    inner = (place(theta, arb(k) / steps).mid() for k in range(steps))
+    grid = [*inner, arb(1)]
     sections = at_clamp(load.m0, second)
     passed, ends = [], []
     for number, (s, next_s) in enumerate(pairwise(grid)):
@@ -190,9 +174,7 @@ def shoot(
             sections = narrowed(sections, vicinity.shot.ends[number], vicinity)
         passed.append(box[0])
         ends.append(sections[0])
-    compliance = diameter(theta, length) ** -4
-    onward = tuple(rate._replace(phi=compliance * rate.phi) for rate in rates(sections, load))
-    return Shot(tip=sections, onward=onward, passed=passed, ends=ends)
+    return Shot(tip=sections, passed=passed, ends=ends)
 
 
 def narrowed(sections: Sections, middle: Section, vicinity: Vicinity) -> Sections:

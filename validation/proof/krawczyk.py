@@ -16,7 +16,7 @@ REACH = 2
 CORRECTIONS = 10
 
 
-def solution(system: System, near: Sequence[arb | float]) -> tuple[arb_mat, arb_mat]:
+def solution(system: System, near: Sequence[arb | float]) -> arb_mat:
     """Find a solution, and prove that it is one.
 
     Parameters
@@ -27,8 +27,8 @@ def solution(system: System, near: Sequence[arb | float]) -> tuple[arb_mat, arb_
 
     Returns
     -------
-    image, box : arb_mat, shape (n, 1)
-        `box` holds exactly one solution, and `image` holds it.
+    arb_mat, shape (n, 1)
+        Enclosure of the solution.
 
     Raises
     ------
@@ -41,61 +41,33 @@ def solution(system: System, near: Sequence[arb | float]) -> tuple[arb_mat, arb_
         correction = middle_inverse(slopes) * values
         # Until it cannot be told from the errors of the integration.
         if all(change.contains(0) for change in correction.entries()):
-            return examined(system, centre, values, reached(correction))
+            return krawczyk(system, centre, reached(correction))
         centre = (centre - correction).mid()
     raise NotProvedError("Newton's method does not converge")
 
 
-def examined(
-    system: System, centre: arb_mat, values: arb_mat, reach: arb_mat
-) -> tuple[arb_mat, arb_mat]:
-    """Prove that there is exactly one solution in a box.
-
-    Parameters
-    ----------
-    system : callable
-    centre, values, reach : arb_mat, shape (n, 1)
-        Middle of the box, by how much it misses the equations, and half the box's widths.
-
-    Returns
-    -------
-    image, box : arb_mat, shape (n, 1)
-        As `solution` returns them.
-
-    Raises
-    ------
-    NotProvedError
-        If Krawczyk's test fails.
-    """
-    box = arb_mat([[arb(c, r)] for c, r in zip(centre.entries(), reach.entries(), strict=True)])
-    _, slopes = system(box)
-    return krawczyk(centre, values, box, slopes), box
-
-
-def reached(correction: arb_mat) -> arb_mat:
+def reached(correction: arb_mat) -> list[arb]:
     """Say how far a box should reach, given Newton's correction at its centre."""
     sizes = [abs(change).upper() for change in correction.entries()]
     # A part that happens to change little is not known better than the others.
     least = max(sizes, key=float) / 8
-    return arb_mat([[REACH * max(size, least, key=float)] for size in sizes])
+    return [REACH * max(size, least, key=float) for size in sizes]
 
 
-def krawczyk(centre: arb_mat, values: arb_mat, box: arb_mat, slopes: arb_mat) -> arb_mat:
+def krawczyk(system: System, centre: arb_mat, reach: Sequence[arb | float]) -> arb_mat:
     """Prove that F(z) = 0 has exactly one solution in a box, and enclose it.
 
-    If Krawczyk's operator, the box K that `operator` returns, lies in the interior of Z, then F has
-    exactly one zero in Z, and K holds it [1]_, [2]_.
+    If Krawczyk's operator, the box K that `operator` returns, lies in the interior of the box Z,
+    then F has exactly one zero in Z, and K holds it [1]_, [2]_.
 
     Parameters
     ----------
+    system : callable
+        F and F'.
     centre : arb_mat, shape (n, 1)
-        Point c of the box.
-    values : arb_mat, shape (n, 1)
-        F(c), or balls that hold it.
-    box : arb_mat, shape (n, 1)
-        Z.
-    slopes : arb_mat, shape (n, n)
-        Balls that hold F'(z) for every z of the box.
+        Middle of the box.
+    reach : sequence of float, length n
+        Half the box's widths.
 
     Returns
     -------
@@ -114,22 +86,34 @@ def krawczyk(centre: arb_mat, values: arb_mat, box: arb_mat, slopes: arb_mat) ->
     .. [2] S. M. Rump, *Verification methods: Rigorous results using floating-point arithmetic*,
        Acta Numerica 19, 287-449 (2010), doi:10.1017/S096249291000005X.
     """
-    image = operator(centre, values, box, slopes)
-    if not inside(image, box):
+    more = arb_mat([[arb(0, one)] for one in reach])
+    values, _ = system(centre)
+    _, slopes = system(centre + more)
+    image = operator(values, more, slopes)
+    if not inside(image, more):
         raise NotProvedError("Krawczyk's test fails")
-    return image
+    return centre + image
 
 
-def operator(centre: arb_mat, values: arb_mat, box: arb_mat, slopes: arb_mat) -> arb_mat:
-    """Return Krawczyk's operator, whose arguments are those of `krawczyk`.
+def operator(values: arb_mat, more: arb_mat, slopes: arb_mat) -> arb_mat:
+    """Return Krawczyk's operator for the box c + more, less c.
 
     With any matrix A, here the inverse of the middle of the slopes, it is
 
-        K = c − A·F(c) + (I − A·F'(Z))·(Z − c).
+        K − c = −A·F(c) + (I − A·F'(Z))·(Z − c).
+
+    Parameters
+    ----------
+    values : arb_mat, shape (n, 1)
+        F(c), or balls that hold it.
+    more : arb_mat, shape (n, 1)
+        Z − c: balls around zero.
+    slopes : arb_mat, shape (n, n)
+        Balls that hold F'(z) for every z of the box Z.
     """
     inverse = middle_inverse(slopes)
     unity = arb_mat(slopes.nrows(), slopes.ncols(), 1)
-    return centre - inverse * values + (unity - inverse * slopes) * (box - centre)
+    return (unity - inverse * slopes) * more - inverse * values
 
 
 def inside(image: arb_mat, box: arb_mat) -> bool:

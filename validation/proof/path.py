@@ -12,7 +12,9 @@ their signs tell whether the clamp advances, and whether −tan α rises. Where 
 and the sign of its derivative is open, the next derivative tells that it has no other one there.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from flint import arb, arb_mat
 
@@ -39,20 +41,33 @@ CORRECTIONS = 6
 NOTHING = Load(arb(0), arb(0), arb(0))
 
 
+class Line(NamedTuple):
+    """A straight line in the space of loads; its direction has 1 for fx.
+
+    Attributes
+    ----------
+    centre, direction : Load
+    """
+
+    centre: Load
+    direction: Load
+
+    def at(self, way: arb, more: Load = NOTHING) -> Load:
+        """Return the loads whose fx is that of the centre and `way`; and what may be added."""
+        return Load(*(c + d * way + m for c, d, m in zip(*self, more, strict=True)))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Tube:
     """A part of an equilibrium path: for each fx in it exactly one equilibrium.
 
     Attributes
     ----------
-    centre, direction : Load
-        The straight line.
+    line : Line
     reach : arb
         How far fx may be from that of the centre.
     more : Load
         Balls around zero: how far loads of the tube may be from the line.
-    found : Load
-        The same for the equilibria, which is narrower.
     last : Load
         Enclosure of the equilibrium where the tube ends, at the fx farthest from α = 0.
     mu : arb
@@ -63,30 +78,25 @@ class Tube:
         Where the sign of `rise` is open: derivative of `turning` with respect to fx.
     """
 
-    centre: Load
-    direction: Load
+    line: Line
     reach: arb
     more: Load
-    found: Load
     last: Load
     mu: arb
     rise: arb
     advance: arb
     bend: arb | None
 
-    def loads_at(self, fx: arb, more: Load) -> Load:
-        """Return the loads at some fx on the line, and what may be added."""
-        along = fx - self.centre.fx
-        return Load(
-            *(c + d * along + m for c, d, m in zip(self.centre, self.direction, more, strict=True))
-        )
+    def on_line(self, fx: arb) -> Load:
+        """Return the load of an fx on the line."""
+        return self.line.at(fx - self.line.centre.fx)
 
     def holds(self, load: Load) -> bool:
         """Whether all loads of a box lie in the tube: proved, if true."""
-        if not abs(load.fx - self.centre.fx) <= self.reach:
+        if not abs(load.fx - self.line.centre.fx) <= self.reach:
             return False
-        line = self.loads_at(load.fx, NOTHING)
-        return self.more.fy.contains(load.fy - line.fy) and self.more.m0.contains(load.m0 - line.m0)
+        _, fy, m0 = self.on_line(load.fx)
+        return self.more.fy.contains(load.fy - fy) and self.more.m0.contains(load.m0 - m0)
 
     def meets(self, other: "Tube") -> bool:
         """Whether the other tube goes on where this one ends: proved, if true."""
@@ -139,8 +149,8 @@ class Path:
         return False
 
 
-def follow(rod: Rod, init: Equilibrium, *, beyond: arb | None = None, over: bool = False) -> Path:
-    """Cover the path from the state α = 0 on with tubes.
+def follow(rod: Rod, init: Equilibrium, beyond: arb | None = None) -> Path:
+    """Cover the path from the state α = 0 on with tubes, until −tan α falls.
 
     Parameters
     ----------
@@ -148,9 +158,7 @@ def follow(rod: Rod, init: Equilibrium, *, beyond: arb | None = None, over: bool
     init : Equilibrium
         The state α = 0.
     beyond : arb, optional
-        −tan α at which the path may end. Up to there tubes are so short that −tan α rises.
-    over : bool, optional
-        Whether to go on from there until −tan α falls.
+        −tan α up to which tubes are so short that it rises in each.
 
     Returns
     -------
@@ -164,8 +172,7 @@ def follow(rod: Rod, init: Equilibrium, *, beyond: arb | None = None, over: bool
     scale = abs(init.load.fy).mid()
     tubes: list[Tube] = []
     reach = scale * FIRST
-    ends = None if over else beyond
-    while not (tubes and _ends(tubes[-1], ends)):
+    while not (tubes and tubes[-1].rise < 0):
         if reach < scale * SHORTEST:
             raise NotProvedError(f"the path could not be followed beyond fx = {_end(tubes)}")
         try:
@@ -180,11 +187,6 @@ def follow(rod: Rod, init: Equilibrium, *, beyond: arb | None = None, over: bool
         tubes.append(tube)
         reach = (reach * LONGER).mid()
     return Path(tubes=tubes)
-
-
-def _ends(tube: Tube, beyond: arb | None) -> bool:
-    """Whether a path needs no more tubes."""
-    return bool(tube.rise < 0) or (beyond is not None and bool(tube.mu > beyond))
 
 
 def _decided(tube: Tube, beyond: arb | None) -> bool:
@@ -208,7 +210,7 @@ def next_tube(rod: Rod, init: Equilibrium, tubes: list[Tube], reach: arb) -> Tub
         If it is none, or does not meet the one before.
     """
     fx = (_end(tubes) - reach * (1 - OVERLAP)).mid()
-    _, fy, m0 = tubes[-1].loads_at(fx, NOTHING) if tubes else init.load
+    _, fy, m0 = tubes[-1].on_line(fx) if tubes else init.load
     tube = proved_tube(rod, Load(fx, fy.mid(), m0.mid()), reach, reach / 8)
     joined = tubes[-1].meets(tube) if tubes else tube.holds(init.load)
     if not joined:
@@ -240,83 +242,65 @@ def proved_tube(rod: Rod, near: Load, reach: arb, width: arb) -> Tube:
     centre, shot = corrected(rod, near, reach)
     values, of_fx, slopes = moment_and_height(rod, shot)
     along = (-(middle_inverse(slopes) * of_fx)).mid()
-    direction = Load(arb(1), *along.entries())
-    multiple, zero = arb(0, reach), arb_mat([[0], [0]])
+    line, multiple = Line(centre, Load(arb(1), *along.entries())), arb(0, reach)
     more = arb_mat([[arb(0, width)], [arb(0, width)]])
     for _ in range(ATTEMPTS):
         extra = Load(arb(0), *more.entries())
-        box = Load(
-            *(c + d * multiple + e for c, d, e in zip(centre, direction, extra, strict=True))
-        )
-        wide = shoot(rod.theta, box, rod.steps, Vicinity(shot, direction, multiple, extra))
+        vicinity = Vicinity(shot, line.direction, multiple, extra)
+        wide = shoot(rod.theta, line.at(multiple, extra), rod.steps, vicinity)
         _, of_fx, slopes = moment_and_height(rod, wide)
         # On the line the conditions are missed by what the mean value theorem says.
         missed = values + (of_fx + slopes * along) * multiple
-        image = operator(zero, missed, more, slopes)
+        image = operator(missed, more, slopes)
         if inside(image, more):
-            image = _narrowed(missed, image, slopes)
-            found = Load(arb(0), *image.entries())
-            end = Load(*(c - d * reach for c, d in zip(centre, direction, strict=True)))
-            missed, _, _ = moment_and_height(rod, shoot(rod.theta, end, rod.steps))
-            _, fy, m0 = end
-            fy, m0 = (arb_mat([[fy], [m0]]) + _narrowed(missed, image, slopes)).entries()
-            last = Load(end.fx, fy, m0)
-            tube = _described(centre, direction, reach, extra, found, last, wide, of_fx, slopes)
-            if tube.rise > 0 or tube.rise < 0:
-                return tube
-            meant = Vicinity(shot, direction, multiple, extra)
-            return replace(tube, bend=_bend(rod, tube, box, meant))
+            return _described(rod, line, vicinity, wide, _narrowed(missed, image, slopes))
         more = arb_mat([[arb(0, SLACK * abs(part).upper())] for part in image.entries()])
     raise NotProvedError("Krawczyk's test fails")
 
 
 def _narrowed(missed: arb_mat, more: arb_mat, slopes: arb_mat) -> arb_mat:
     """Narrow where the equilibria are: what is outside of the operator's image is none."""
-    zero = arb_mat([[0], [0]])
     for _ in range(REPEATED):
-        more = operator(zero, missed, more, slopes)
+        more = operator(missed, more, slopes)
     return more
 
 
-def _described(
-    centre: Load,
-    direction: Load,
-    reach: arb,
-    more: Load,
-    found: Load,
-    last: Load,
-    wide: Shot,
-    of_fx: arb_mat,
-    slopes: arb_mat,
-) -> Tube:
-    """Enclose what changes along the path: the derivatives with respect to fx, by Cramer's rule."""
-    multiple = arb(0, reach)
-    fy_rate, m0_rate = slopes.solve(-of_fx, algorithm="precond").entries()
-    fx = centre.fx + multiple
-    fy = centre.fy + direction.fy * multiple + found.fy
-    rise = (fx * fy_rate - fy) / fy**2
-    _, x_fx, x_fy, x_m0 = (section.x for section in wide.tip)
+def _described(rod: Rod, line: Line, vicinity: Vicinity, wide: Shot, found: arb_mat) -> Tube:
+    """Enclose what changes along the path: the derivatives with respect to fx, by Cramer's rule.
+
+    `wide` is shot with all loads of the tube, and `found` says how far the equilibria may be from
+    the line.
+    """
+    _, of_fx, slopes = moment_and_height(rod, wide)
+    rates = slopes.solve(-of_fx, algorithm="precond").entries()
+    loads = line.at(vicinity.multiple, Load(arb(0), *found.entries()))
+    rise = (loads.fx * rates[0] - loads.fy) / loads.fy**2
+    reach = vicinity.multiple.rad()
+    end = line.at(-reach)
+    missed, _, _ = moment_and_height(rod, shoot(rod.theta, end, rod.steps))
+    fy, m0 = (arb_mat([[end.fy], [end.m0]]) + _narrowed(missed, found, slopes)).entries()
+    _, x_fx, *x_others = (section.x for section in wide.tip)
+    bend = None
+    if not (rise > 0 or rise < 0):
+        box = line.at(vicinity.multiple, vicinity.more)
+        shot = shoot(rod.theta, box, rod.steps, vicinity, second=True)
+        _, (change, *others) = turning(loads, shot)
+        bend = change + _along(others, rates)
     return Tube(
-        centre=centre,
-        direction=direction,
+        line=line,
         reach=reach,
-        more=more,
-        found=found,
-        last=last,
-        mu=centre.fx / (centre.fy + found.fy) + rise * multiple,
+        more=vicinity.more,
+        last=Load(end.fx, fy, m0),
+        mu=line.centre.fx / (line.centre.fy + found[0, 0]) + rise * vicinity.multiple,
         rise=rise,
-        advance=x_fx + x_fy * fy_rate + x_m0 * m0_rate,
-        bend=None,
+        advance=x_fx + _along(x_others, rates),
+        bend=bend,
     )
 
 
-def _bend(rod: Rod, tube: Tube, box: Load, vicinity: Vicinity) -> arb:
-    """Enclose the derivative of `turning` along the path, with respect to fx."""
-    shot = shoot(rod.theta, box, rod.steps, vicinity, second=True)
-    _, of_fx, slopes = moment_and_height(rod, shot)
-    rates = slopes.solve(-of_fx, algorithm="precond").entries()
-    _, change = turning(tube.loads_at(box.fx, tube.found), shot)
-    return change.fx + sum((c * r for c, r in zip(change[1:], rates, strict=True)), arb(0))
+def _along(changes: Sequence[arb], rates: Sequence[arb]) -> arb:
+    """Add changes with fy and m0, which change with fx at these rates."""
+    return sum((change * rate for change, rate in zip(changes, rates, strict=True)), arb(0))
 
 
 def corrected(rod: Rod, near: Load, reach: arb) -> tuple[Load, Shot]:

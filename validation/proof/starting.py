@@ -11,7 +11,6 @@ from flint import arb, fmpq
 from validation.proof.equilibrium import Closing, Equilibrium, Rod, prove
 from validation.proof.flow import Effort
 from validation.proof.path import Path, follow
-from vibrissa.outcomes import Contact
 from vibrissa.sticking.curve import StickingCurve
 
 
@@ -37,22 +36,11 @@ def load_at(curve: StickingCurve, x0: float) -> list[float]:
 
 
 def prove_at(rod: Rod, closing: Closing, curve: StickingCurve, x0: float) -> Equilibrium:
-    """Prove the state that the solver has at a displacement, in its kind of contact."""
-    (contact,) = map(Contact, curve.contact(x0))
-    near = load_at(curve, x0)
-    if contact is Contact.LINE:
-        near.append(float(curve.state(x0).s_c))
-    return prove(rod, closing, near, contact)
+    """Prove the state that the solver has at a displacement."""
+    return prove(rod, closing, load_at(curve, x0))
 
 
-def path_of(
-    theta: Decimal,
-    eta: Decimal,
-    init: Equilibrium,
-    *,
-    beyond: Decimal | None = None,
-    over: bool = False,
-) -> Path:
+def path_of(theta: Decimal, eta: Decimal, init: Equilibrium, beyond: Decimal | None) -> Path:
     """Cover the path from a proved state α = 0 on; see `validation.proof.path.follow`.
 
     Tubes are so wide that few digits are enough.
@@ -60,4 +48,4 @@ def path_of(
     effort = Effort(bits=64, order=12, steps=max(12, round(7 * float(theta) ** 0.75)))
     with effort.spent():
         rod = rod_of(theta, eta, effort)
-        return follow(rod, init, beyond=None if beyond is None else ball(beyond), over=over)
+        return follow(rod, init, None if beyond is None else ball(beyond))

@@ -6,8 +6,7 @@ import pytest
 from flint import arb
 
 from validation.proof import NotProvedError
-from validation.proof.flow import Effort, Load, Vicinity, at_clamp, box_on_step, holds, shoot, step
-from vibrissa.errors import ArgumentError
+from validation.proof.flow import Load, Vicinity, at_clamp, box_on_step, holds, shoot, step
 
 LOAD = Load(arb(-0.9), arb(-2.3), arb(-0.05))
 
@@ -106,9 +105,3 @@ def test_a_box_that_is_too_small_is_caught():
 def test_a_step_that_is_too_long_is_refused():
     with pytest.raises(NotProvedError, match="more steps"):
         step(arb(2), Load(arb(-40), arb(-60), arb(-20)), at_clamp(arb(-20)), arb(0), arb(1))
-
-
-@pytest.mark.parametrize("wrong", [{"bits": 8}, {"order": 1}, {"steps": 0}])
-def test_what_is_no_effort_is_refused(wrong):
-    with pytest.raises(ArgumentError, match="at least 32 bits"):
-        Effort(**wrong)

