@@ -7,11 +7,12 @@ import pytest
 from matplotlib.colors import to_hex
 
 import made_tables
-from figure_rows import ROWS, THETA, combined, slipping, states
+from figure_rows import ROWS, THETA, both_contacts, combined, slipping, states
 from vibrissa import solve_curve, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
-from vibrissa.figures import regimes, style
+from vibrissa.figures import style
 from vibrissa.figures.draw import KINDS, draw
+from vibrissa.figures.regimes import REGIMES
 from vibrissa.sticking.comparison import compare
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.tables import records, schemas, store
@@ -57,12 +58,6 @@ def scans():
     return store.joined([*made, scan_table(FAILED, 1.0, 0.3)], schemas.SCANS)
 
 
-@cache
-def both_states():
-    found = {"inside": solve_state(1, 0.55, 0.15), "outside": solve_state(2, 0.85, 0.3)}
-    return records.states_table(found, "a")
-
-
 def rows(table, **values):
     """Rows of a table with the given values, as pandas has them."""
     frame = table.to_pandas()
@@ -85,33 +80,41 @@ def legend_of(figure):
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
-def test_taper_figure_shows_marks_and_onset_of_each_friction():
-    figure = draw("taper", points(), {"grid": "main", "dx0": [0.001]})
+def test_taper_figure_shows_marks_and_onset_of_each_friction_that_is_chosen():
+    chosen = {"grid": "main", "dx0": [0.001], "mu0": [0.2, 0.4], "theta": [1.0, 2.0]}
+    figure = draw("taper", points(), chosen)
     lines = drawn(figure.axes[0])
-    assert [line.get_marker() for line in lines[1::3]] == ["s", "D", "^"]
-    for mu0, onset, marks in zip(MU0, lines[::3], lines[1::3], strict=False):
-        found = rows(points(), grid="main", dx0=0.001, mu0=mu0).sort_values("theta")
+    assert [line.get_marker() for line in lines] == ["", "", "s", "D"]
+    for mu0, onset, marks in zip((0.2, 0.4), lines[:2], lines[2:], strict=True):
+        found = rows(points(), grid="main", dx0=0.001, mu0=mu0).sort_values("theta")[:2]
         assert is_line(onset, found["theta"], found["x0_slip"])
         assert is_line(marks, found["theta"], found["x0_max"])
         assert rf"$\mu_0 = {mu0:g}$" in legend_of(figure)
 
 
-def test_a_choice_of_values_leaves_the_others_out():
-    chosen = {"grid": "main", "dx0": [0.001], "mu0": [0.2, 0.4], "theta": [1.0, 2.0]}
-    lines = drawn(draw("taper", points(), chosen).axes[0])
-    assert len(lines) == 6 and list(lines[0].get_xdata()) == [1.0, 2.0]
+def lost(made, columns):
+    """Some points without an onset, in one of some columns with a status."""
+    for column, place, status in zip(
+        columns, range(3), ("lock", "failed", "out_of_reach"), strict=True
+    ):
+        made.loc[made.index[place], column] = status
+    return made
 
 
-def test_failed_locked_and_out_of_reach_look_different():
-    made = slipping(combined(theta=THETA, mu0=[0.2, 0.4], eta=[0.85], dx0=[0.001]))
-    status = np.array(["slip"] * len(made), dtype=object)
-    status[:3] = ["lock", "failed", "out_of_reach"]
-    figure = KINDS["taper"].plot(made.assign(status=status))
-    strip, _ = figure.axes
-    markers = {tuple(np.ravel(one.get_paths()[0].vertices)) for one in strip.collections}
-    assert len(markers) == 3 and [len(one.get_offsets()) for one in strip.collections] == [1] * 3
+TWICE = ("status_line", "status_point", "status_line")
+
+
+@pytest.mark.parametrize(("kind", "columns"), [("taper", ["status"] * 3), ("models", TWICE)])
+def test_failed_locked_and_out_of_reach_look_different(kind, columns):
+    axes = combined(theta=THETA, mu0=[0.2, 0.4], eta=[0.85], dx0=[0.001])
+    made = slipping(axes).assign(status="slip") if kind == "taper" else both_contacts(2)
+    plot = KINDS[kind].plot
+    assert not plot(made).axes[0].child_axes
+    figure = plot(lost(made, columns))
+    (strip,) = figure.axes[0].child_axes
+    assert {line.get_marker() for line in strip.lines} == {"|", "x", "_"}
+    assert sum(len(line.get_xdata()) for line in strip.lines) == 3
     assert {"locks", "failed", "out of reach"} < set(legend_of(figure))
-    assert len(KINDS["taper"].plot(made.assign(status="slip")).axes) == 1
 
 
 @pytest.mark.parametrize("largest", [0.5, 0.9])
@@ -180,26 +183,21 @@ def test_period_figure_shows_the_first_period_of_sticking(mu0):
     assert len(every) == len(found)
     assert np.array_equal(begin[:, 0], found["shape_x"].iloc[0])
     assert np.array_equal(end[:, 0], found["shape_x"].iloc[-1])
-    # A rod that locks has no x0,max.
-    last = "last step of sticking" if mu0 == 0.9 else "last sticking state"
-    assert last in legend_of(figure)
+    assert "last sticking state" in legend_of(figure)
 
 
-@pytest.mark.parametrize("names", [["inside"], ["outside"], ["inside", "outside"]])
-def test_state_figure_shows_shape_contact_and_clamp(names):
-    table = records.states_table(
-        {n: solve_state(1, 0.55, 0.15 + 0.3 * (n == "outside")) for n in names}, "a"
-    )
-    figure = draw("state", table, {"state": names})
+def test_state_figure_shows_shape_contact_and_clamp_to_scale():
+    found = {"inside": solve_state(1, 0.55, 0.15), "outside": solve_state(1, 0.55, 0.45)}
+    table = records.states_table(found, "a")
+    figure = draw("state", table, {"state": [*found]})
     (axes,) = figure.axes
-    assert axes.get_aspect() == 1
+    assert axes.get_aspect() == 1 and {*found} < set(legend_of(figure))
     lines = drawn(axes)
     for i, row in enumerate(table.to_pylist()):
         shape, contact = lines[1 + 2 * i : 3 + 2 * i]
         assert is_line(shape, row["shape_x"], row["shape_y"])
         assert is_line(contact, [row["x1"]], [row["eta"]])
         assert (contact.get_markerfacecolor() == "white") == row["penetrates"]
-        assert any(f"{row['f']:.3f}" in text for text in legend_of(figure))
     assert is_line(lines[-1], [0], [0])
     (x_low, x_high), (y_low, y_high) = axes.get_xlim(), axes.get_ylim()
     for line in lines[1:]:
@@ -271,36 +269,19 @@ def test_regime_map_colours_each_point_and_nothing_beyond_the_grid():
             seen.add(expected)
     assert seen == {0, 1, 6}
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert shown == [regimes.REGIMES[i] for i in (0, 1, 6)]
+    assert shown == [REGIMES[i] for i in (0, 1, 6)]
 
 
-def test_the_law_near_the_lock_is_a_square_root_except_in_a_kink():
+def test_the_law_is_drawn_beside_powers_and_follows_a_square_root():
     mu0 = tuple(round(0.4 + 0.0005 * i, 4) for i in range(160))
-    curves = {t: solve_curve(float(t), 0.85, contact="line") for t in (2.0, 2.8)}
-    figure = draw(
-        "law", points_table({"lock": grid(tuple(curves), mu0, (0.001,))}, curves), {"grid": "lock"}
-    )
-    labels = [text for text in legend_of(figure) if "exponent" in text]
-    exponents = [float(label.split("exponent $")[1].split()[0]) for label in labels]
-    assert exponents == pytest.approx([0.5, 1.0], abs=0.06)
-    assert all(r"\pm" in label for label in labels)
-
-
-@pytest.mark.parametrize(("count", "fitted"), [(1, False), (4, False), (5, True), (40, True)])
-def test_an_exponent_needs_five_points_near_the_lock(count, fitted):
-    gap = np.append(np.geomspace(1e-5, 4e-2, count), [0.0, -1e-5, 0.1])
-    distance = 3.0 * np.sqrt(np.maximum(gap, 0.0)) * (1.0 + np.sqrt(np.maximum(gap, 0.0))) ** 0.7
-    law = regimes.fitted_law(gap, distance, 0.5)
-    assert (law is not None) == fitted
-    if law:
-        found = law.scale, law.exponent, law.correction
-        assert found == pytest.approx((3.0, 0.5, 0.7), rel=1e-4) and law.uncertainty < 1e-4
-
-
-def test_an_exponent_that_the_points_leave_open_is_not_given():
-    noise = np.exp(np.random.default_rng(3).normal(0.0, 0.3, 8))
-    gap = np.linspace(1e-2, 4e-2, 8)
-    assert regimes.fitted_law(gap, np.sqrt(gap) * noise, 0.5) is None
+    table = points_table({"lock": grid((2.0,), mu0, (0.001,))}, {2.0: curve_of(2.0)})
+    _, near = draw("law", table, {"grid": "lock"}).axes
+    dots, half, one = near.lines
+    slopes = []
+    for line in (dots, half, one):
+        x, y = np.log(line.get_xdata()), np.log(line.get_ydata())
+        slopes.append((y[1] - y[0]) / (x[1] - x[0]))
+    assert slopes == pytest.approx([0.5, 0.5, 1.0], abs=0.03)
 
 
 def test_past_the_lock_sticking_ends_where_a_trailing_or_a_planar_rod_slips():
@@ -308,9 +289,10 @@ def test_past_the_lock_sticking_ends_where_a_trailing_or_a_planar_rod_slips():
         curve = solve_curve(2.0, 0.85, section=section)
         table = points_table({"g": grid((2.0,), (0.3, 0.6, 0.9), (0.001,))}, {2.0: curve})
         first, later = draw("past_lock", table, {"grid": "g"}).axes
-        slips, locked, asymptote, swing, *_ = (line.get_ydata() for line in drawn(first))
+        slips, locked, swing, *_ = (line.get_ydata() for line in drawn(first))
         assert slips == pytest.approx(curve.onset([0.3]))
-        assert asymptote[0] == pytest.approx(curve.x0_lock)
+        (asymptote,) = first.collections[0].get_segments()
+        assert asymptote[:, 1] == pytest.approx([curve.x0_lock, locked[0]])
         if section == "round":
             trail = curve.trailing_end([0.6, 0.9]).x0
             assert locked == pytest.approx(trail) and swing == pytest.approx([curve.x0_end] * 2)
@@ -319,16 +301,10 @@ def test_past_the_lock_sticking_ends_where_a_trailing_or_a_planar_rod_slips():
             assert locked == pytest.approx([curve.x0_end] * 2) and np.isnan(swing).all()
 
 
-def test_the_margin_out_of_the_plane_is_marked_as_zero_under_the_contact_point():
+def test_margins_are_those_of_the_first_period():
     axes = draw("margins", scans(), {"scan": "runs", "mu0": [0.9], "theta": [2.0]}).axes[1]
-    curve, _, mark = drawn(axes)[:3]
     found = rows(scans(), theta=2, mu0=0.9, cycle=1, phase="stick").sort_values("footpoint")
-    assert is_line(curve, found["footpoint"], found["stability_aside"])
-    assert mark.get_xdata() == pytest.approx([curve_of(2.0).x1_init], abs=1e-12)
-    # In line contact it is where the clamp is under the contact point, not under the tip.
-    lying = solve_curve(5.0, 0.33, contact="line")
-    mark = drawn(draw("margins", scan_table(lying, 5.0, 0.9), {"scan": "runs"}).axes[1])[2]
-    assert mark.get_xdata() == pytest.approx([lying.x0_end], abs=1e-4)
+    assert is_line(drawn(axes)[0], found["footpoint"], found["stability_aside"])
 
 
 @pytest.mark.slow
@@ -349,16 +325,15 @@ def test_a_rod_that_swings_aside_keeps_its_shape_while_its_plane_turns():
     upright = [line for line in oblique.lines if line.get_color() == turned[3].get_color()]
     assert upright[0].get_ydata() - 0.3 * out == pytest.approx(before["shape_y"])
     (text,) = draw("swing", scans(), chosen | {"mu0": [0.3]}).axes[0].texts
-    assert text.get_text() == "the rod does not swing aside in this scan"
+    assert text.get_text() == "the rod does not buckle laterally in this scan"
 
 
 def test_models_figure_marks_what_penetrates():
     table = records.comparison_table("models", compare([1, 4, 8], [0.2], [0.85]), "a")
     figure = draw("models", table, {"comparison": "models"})
     line, marks = drawn(figure.axes[0])
-    assert np.isfinite(line.get_ydata()).all()
+    assert np.isfinite(line.get_ydata()).all() and marks.get_ydata()[2] > 30
     assert np.isfinite(marks.get_ydata()).tolist() == [False, False, True]
-    assert marks.get_ydata()[2] > 30
     locks = [table.to_pandas()[name] for name in ("mu_lock_point", "mu_lock_line")]
     assert all(
         is_line(line, [1, 4, 8], known)
@@ -385,16 +360,12 @@ def test_a_mounting_is_shown_in_its_unit_and_what_no_rod_has_takes_no_room(axis,
     assert np.unique(drawn(panels[0])[0].get_xdata()) == pytest.approx(np.unique(values) * unit)
 
 
-@pytest.mark.parametrize(
-    ("ahead", "lines"), [([-0.1, 0.1, 0.2], 1), ([0.1, 0.2, 0.3], 0), ([0.0, 0.1, 0.2], 0)]
-)
+@pytest.mark.parametrize(("ahead", "lines"), [([-0.1, 0.1, 0.2], 1), ([0.0, 0.1, 0.2], 0)])
 def test_a_line_shows_where_neither_cone_nor_cylinder_is_ahead(ahead, lines):
     made = ROWS["versus"](2)
-    made = made[made.theta <= 2.0]
-    made = made[made.clamp_angle.isin(sorted(set(made.clamp_angle))[:3])]
-    order = {
-        angle: value for angle, value in zip(sorted(set(made.clamp_angle)), ahead, strict=True)
-    }
+    angles = sorted(set(made.clamp_angle))[:3]
+    made = made[(made.theta <= 2.0) & made.clamp_angle.isin(angles)]
+    order = dict(zip(angles, ahead, strict=True))
     lock = np.where(made.theta == 2.0, 0.5 + made.clamp_angle.map(order), 0.5)
     panel = KINDS["versus"].plot(made.assign(mu_lock=lock)).axes[0]
     assert len(panel.collections) == 1 + lines
@@ -403,9 +374,9 @@ def test_a_line_shows_where_neither_cone_nor_cylinder_is_ahead(ahead, lines):
 
 def test_a_change_is_in_per_cent_of_the_ideal_mounting():
     made = ROWS["change"](3)
-    made = made.assign(mu_lock=np.where(made.clamp_angle == 0.0, 0.5, 0.55))
-    mesh = KINDS["change"].plot(made).axes[0].collections[0]
-    assert mesh.get_array().filled() == pytest.approx(10.0)
+    made = made.assign(mu_lock=np.where(made.clamp_angle == 0.0, 0.5, 0.55), x0_slip=np.nan)
+    lock, onset = (panel.collections[0] for panel in KINDS["change"].plot(made).axes[:2])
+    assert lock.get_array().filled() == pytest.approx(10.0) and onset.get_array().mask.all()
 
 
 SCRIPT = "import matplotlib.pyplot as plt\n\n\ndef draw(table):\n"
@@ -436,16 +407,7 @@ def test_a_script_gets_the_rows_and_the_style(tmp_path):
     assert axes.get_xlim() == (0.5, 9.0) and axes.get_yscale() == "log"
 
 
-def test_single_points_are_seen():
-    for kind in ("locking", "models", "past_lock", "margins"):
-        made = ROWS[kind](1)
-        line = drawn(
-            KINDS[kind]
-            .plot(
-                made[made.status == "lock"].head(1)
-                if "status" in made and kind == "margins"
-                else made.head(1)
-            )
-            .axes[0]
-        )[0]
-        assert line.get_marker() == "o"
+@pytest.mark.parametrize("kind", ["locking", "models", "past_lock", "margins"])
+def test_single_points_are_seen(kind):
+    line = drawn(KINDS[kind].plot(ROWS[kind](1).head(1)).axes[0])[0]
+    assert line.get_marker() == "o"

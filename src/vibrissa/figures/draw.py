@@ -13,7 +13,7 @@ import pyarrow.compute as pc
 from matplotlib.figure import Figure
 
 from vibrissa.errors import ArgumentError
-from vibrissa.figures import aside, comparisons, mountings, points, regimes, scans, states, style
+from vibrissa.figures import comparisons, lateral, mountings, points, regimes, scans, states, style
 from vibrissa.figures.kinds import KINDS
 from vibrissa.study.axes import sortable
 from vibrissa.study.chunks import spell_powers
@@ -21,7 +21,7 @@ from vibrissa.study.figures import DRAW
 from vibrissa.tables import query
 
 # Importing them registers their kinds.
-FAMILIES = (points, regimes, aside, mountings, scans, states, comparisons)
+FAMILIES = (points, regimes, lateral, mountings, scans, states, comparisons)
 NO_RESULT = ("failed", "out_of_reach")
 
 
@@ -116,14 +116,11 @@ def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
     """Give a figure the size, and its first panel the axes, that the study file asks for."""
     if size := look.get("size"):
         figure.set_size_inches(size)
-    axes = look.get("axes", {})
-    if not axes:
-        return
-    panel = figure.axes[0]
-    for axis in axes.get("log", ()):
-        panel.set(**{f"{axis}scale": "log"})
-    # Whatever a kind does with its data, the limits are those of the study file.
-    panel.set(**{f"{axis}lim": axes[axis] for axis in "xy" if axis in axes})
+    if axes := look.get("axes"):
+        scales = {f"{axis}scale": "log" for axis in axes.get("log", ())}
+        # Whatever a kind does with its data, the limits are those of the study file.
+        limits = {f"{axis}lim": axes[axis] for axis in "xy" if axis in axes}
+        figure.axes[0].set(**scales | limits)
 
 
 def _failure(rows: pd.DataFrame) -> Figure:

@@ -34,12 +34,10 @@ def _figure(rows: pd.DataFrame, linewidth: float) -> Figure:
         if len(scans) > 1:
             text = rf"({'abcdef'[i]}) $\theta = {steps['theta'].iloc[0]:g}$"
             panel.text(1.0, 0.03, text, transform=panel.transAxes, ha="right")
-    locks = rows["status"].iloc[0] == "lock"
-    last = "last step of sticking" if locks else "last sticking state"
     for label, color, width in (
         (r"$\alpha = 0$: sticking begins", START, linewidth),
         ("sticking", SHAPE, 0.6),
-        (last, END, linewidth),
+        ("last sticking state", END, linewidth),
     ):
         style.mean(panels[0], label, color=color, linewidth=width)
     style.legend(figure, beside=is_narrow)
@@ -67,19 +65,18 @@ def signals(rows: pd.DataFrame) -> Figure:
     rows = rows.sort_values("footpoint")
     x, mu0 = rows["footpoint"], rows["mu0"].iloc[0]
     inclination.plot(x, np.tan(rows["alpha"]), color="black")
-    for bound in (-mu0, mu0):
-        inclination.axhline(bound, color=SURFACE, linewidth=0.8, linestyle="--")
+    cone: Look = {"color": SURFACE, "linewidth": 0.8, "linestyle": "--"}
+    inclination.axhline(mu0, label=r"friction cone $\pm\mu_0$", **cone)
+    inclination.axhline(-mu0, **cone)
     inclination.set_ylabel(r"$\tan\alpha$")
-    style.mean(inclination, r"friction cone $\pm\mu_0$", color=SURFACE, linestyle="--")
     for (name, label), color in zip(REACTIONS.items(), COLORS, strict=False):
         reactions.plot(x, rows[name], color=color, label=label)
     reactions.set_ylabel("load on the clamp")
     stability.plot(x, rows["stability"], color=COLORS[3], label="stability in the plane")
     if rows["stability_aside"].notna().any():
-        aside: Look = {"color": COLORS[4], "label": "stability out of the plane"}
-        stability.plot(x, rows["stability_aside"], **aside)
-    stability.set_ylabel("smallest eigenvalue")
+        label = "stability out of the plane"
+        stability.plot(x, rows["stability_aside"], color=COLORS[4], label=label)
+    stability.set(xlabel="clamp position / $L$", ylabel="smallest eigenvalue")
     stability.set_ylim(bottom=min(0.0, rows["stability"].min()))
-    stability.set_xlabel("clamp position / $L$")
     style.legend(figure)
     return figure

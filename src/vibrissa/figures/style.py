@@ -28,6 +28,8 @@ SURFACE, SHAPE, START, END = "#555555", "#a9bccb", "#00487a", "#d55e00"
 WITHOUT_ONSET = {"lock": ("|", "locks"), "out_of_reach": ("_", "out of reach")} | {
     "failed": ("x", "failed")
 }
+HOLLOW: Look = {"marker": "o", "color": "black", "markerfacecolor": "white", "linestyle": "none"}
+THIN: Look = {"color": "black", "linewidth": 0.8}
 
 TAPER = r"taper factor $\theta$"
 FRICTION = r"coefficient of static friction $\mu_0$"
@@ -41,11 +43,7 @@ SETTINGS: Any = {
     "font.family": ["STIXGeneral", "DejaVu Serif"],
     "mathtext.fontset": "stix",
     "font.size": 8,
-    "axes.labelsize": 8,
-    "axes.titlesize": 8,
-    "figure.titlesize": 8,
     "legend.fontsize": 7,
-    "legend.title_fontsize": 7,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
     "axes.prop_cycle": cycler(color=COLORS),
@@ -88,14 +86,9 @@ def axes(height: float = 2.6, width: float = COLUMN) -> tuple[Figure, Axes]:
 def message(text: str) -> Figure:
     """Make a figure that gives the reason why there is nothing to show."""
     figure, panel = axes(1.2)
-    say(panel, text)
-    return figure
-
-
-def say(panel: Axes, text: str) -> None:
-    """Give the reason why axes have nothing to show."""
     panel.set_axis_off()
     panel.text(0.5, 0.5, text, ha="center", va="center", wrap=True, transform=panel.transAxes)
+    return figure
 
 
 def legend(figure: Figure | SubFigure, beside: bool = False, **look: Any) -> None:
