@@ -11,12 +11,13 @@ from matplotlib import image
 
 from validation.browser import CHROMIUM, chromium
 from vibrissa import paper as papers
+from vibrissa.explorer.page import MOUNTED, PAPER
 from vibrissa.paper import claims, ledger
 from vibrissa.paper.evidence import gather
 from vibrissa.paper.reproduction import reproduced
 from vibrissa.report import facts, tables
 from vibrissa.report import motion as motions
-from vibrissa.report.motion import motion, of_points, of_scans
+from vibrissa.report.motion import motion
 from vibrissa.report.page import About, Picture, page, shown
 from vibrissa.report.spelling import spell, spell_counts
 from vibrissa.tables import schemas
@@ -187,38 +188,9 @@ def test_of_many_reasons_the_most_frequent_are_listed():
     assert len(told) == 41 and told[-1] == "states: and 3 more reasons; see its table"
 
 
-def test_a_study_without_scans_offers_corners_of_its_grids(study_tables):
-    points = study_tables["stiction"]
-    found = motion({"stiction": points}, {})
-    assert (found.what, found.notes) == ("a point of the study", ())
-    names = [preset.name for preset in found.presets]
-    assert names[0] == "Friction: θ = 2, μ0 = 0.1, η = 0.85, Δx0 = 0.001"
-    assert names[2].endswith("(self-locking)") and len(names) == 3 + 9
-    rows = points.to_pandas()
-    for preset in found.presets:
-        settings = preset.settings
-        where = (rows["theta"] == settings["theta"]) & (rows["mu0"] == settings["mu0"])
-        row = rows[where & (rows["grid"] == preset.name.partition(":")[0].lower())].iloc[0]
-        slips = row["status"] == "slip"
-        assert preset.clamp == (row["x0_max"] if slips else 0.0)
-        assert f"{row['x0_slip'] if slips else row['mu_lock']:.5g}" in preset.note
-        assert (settings["beta"], settings["contact"], settings["section"]) == (0, "point", "round")
-
-
-def test_points_are_offered_as_their_study_has_them(study_tables):
-    points = study_tables["stiction"].slice(0, 9)
-    other = {b"vibrissa.study": b"{study: a, contact: line, section: planar}"}
-    presets = of_points(points.replace_schema_metadata(other)).presets
-    assert presets
-    for key, value in (("contact", "line"), ("section", "planar")):
-        assert {preset.settings[key] for preset in presets} == {value}
-    for others in ({"clamp_angle": 0.1}, {"theta": 30.0}, {"status": "failed"}):
-        assert of_points(changed(points, **others)).presets == ()
-
-
 def test_the_scans_are_presets_with_names_of_figures_and_the_tables_rows(study_tables, paper):
     figures = {f"Figure {key[3:]}": figure.selection() for key, figure in paper.figures.items()}
-    found = of_scans(study_tables["scans"], figures)
+    found = motion(study_tables, figures)
     rows = study_tables["scans"].to_pandas()
     names = [preset.name.partition(":")[0] for preset in found.presets]
     assert sorted(names) == [f"Figure {name}" for name in ("3", "4a", "4b", "4c", "5a", "5c")]
@@ -229,22 +201,27 @@ def test_the_scans_are_presets_with_names_of_figures_and_the_tables_rows(study_t
         for name in ("fx", "fy", "m"):
             values = chosen[f"reaction_{name}"].to_list()
             assert list(getattr(preset.recording, name)) == pytest.approx(values, abs=0.51e-5)
-    assert of_scans(study_tables["scans"], {}).presets[0].name.startswith("Nine cycles: θ = ")
+        assert (preset.settings["contact"], preset.settings["section"]) == ("point", "round")
+    assert motion(study_tables, {}).presets[0].name.startswith("Nine cycles: θ = ")
+    other = {b"vibrissa.study": b"{study: a, contact: line, section: planar}"}
+    scans = study_tables["scans"].replace_schema_metadata(other)
+    settings = motion({"scans": scans}, {}).presets[0].settings
+    assert (settings["contact"], settings["section"]) == ("line", "planar")
 
 
 def test_scans_that_the_page_cannot_repeat_are_counted(study_tables, monkeypatch):
     scans = study_tables["scans"]
     tilted, steep = changed(scans, clamp_angle=0.1), changed(scans, theta=30.0, scan="steep")
     both = scans.from_batches([*scans.to_batches(), *tilted.to_batches(), *steep.to_batches()])
-    found = of_scans(both, {})
-    assert len(found.presets) == 6
-    assert "not mounted as in the paper: 6 scans" in found.notes[0]
-    assert "outside of the fields' range: 2 scans" in found.notes[1]
+    found = motion({"scans": both}, {})
+    assert len(found.presets) == 6 and "Not offered: 8 scans" in found.note
     monkeypatch.setattr(motions, "MOST_SCANS", 2)
     monkeypatch.setattr(motions, "MOST_ROWS", 60)
-    found = of_scans(scans, {})
-    assert len(found.presets) == 2 and "the first 2 of 6 scans" in found.notes[0]
+    found = motion(study_tables, {})
+    assert len(found.presets) == 2 and "Not offered: 4 scans" in found.note
     assert all(len(preset.recording.clamp) == 30 for preset in found.presets)
+    alone = motion({"scans": tilted}, {})
+    assert alone.presets == (*PAPER, *MOUNTED) and "6 scans" in alone.note
 
 
 def test_tables_have_the_corners_of_grids_and_say_once_what_is_the_same(study_tables):
@@ -255,7 +232,8 @@ def test_tables_have_the_corners_of_grids_and_say_once_what_is_the_same(study_ta
     assert pairs == [(theta, mu0) for theta in "123" for mu0 in ("0.2", "0.3", "0.4")]
     assert "In all rows: η = 0.85, Δx0 = 0.001" in taper.note
     scans = {column.name: column.cells for column in by_title["Scans"].columns}
-    assert set(scans["states"]) > {"91"} and all(" … " in cell for cell in scans["Fx"])
+    assert cells["x0,max"][3] == "0.013" and all(" … " in cell for cell in scans["Fx"])
+    assert "cycle = 9" in by_title["Scans"].note
 
 
 @pytest.mark.parametrize(
@@ -306,6 +284,15 @@ def opened(browser, text, tmp_path):
     return open_in
 
 
+def wait_until(page, condition):
+    page.evaluate(f"""new Promise((done, fail) => {{
+        const end = Date.now() + 20000;
+        const look = () => ({condition}) ? done(true)
+            : Date.now() > end ? fail('never') : setTimeout(look, 20);
+        look();
+    }})""")
+
+
 X0 = "Number(document.querySelector('[data-value=x0]').textContent)"
 
 
@@ -314,12 +301,7 @@ X0 = "Number(document.querySelector('[data-value=x0]').textContent)"
 def test_nothing_is_asked_of_the_network_and_nothing_goes_wrong(opened):
     page = opened()
     page.evaluate("document.querySelector('[data-x=play]').click()")
-    page.evaluate(f"""new Promise((done, fail) => {{
-        const end = Date.now() + 20000;
-        const look = () => {X0} > 0.002 ? done(true)
-            : Date.now() > end ? fail('never') : setTimeout(look, 20);
-        look();
-    }})""")
+    wait_until(page, f"{X0} > 0.002")
     asked = [event["request"]["url"] for event in page.params("Network.requestWillBeSent")]
     assert [url for url in asked if not url.startswith("data:")] == [asked[0]]
     problems = ("Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded")
@@ -340,10 +322,8 @@ def test_filters_filter_and_links_show_what_is_folded(opened):
     page.evaluate("document.querySelector('[data-verdict=holds]').click()")
     assert len(page.evaluate(statements)) == 4
     page.evaluate("document.querySelector('[data-verdict=ambiguous]').click()")
-    page.evaluate(
-        "location.hash = '#statement-pushed'; new Promise((done) => setTimeout(done, 200))"
-    )
-    assert "holds" in page.evaluate(statements)
+    page.evaluate("location.hash = '#statement-pushed'; 0")
+    wait_until(page, f"{statements}.includes('holds')")
 
 
 @needs_chromium

@@ -4,7 +4,6 @@ import platform
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from typing import Any
@@ -46,31 +45,27 @@ def summary(found: Mapping[str, Readable]) -> dict[str, str]:
 
 
 def troubles(found: Mapping[str, Readable]) -> list[str]:
-    """List the rows without a result with their reasons, the most frequent of each table first."""
-    return [line for name, table in found.items() for line in _troubles(name, table)]
-
-
-def _troubles(name: str, table: Readable) -> list[str]:
-    reasons: Counter[str] = Counter()
-    columns = set(table.schema.names)
-    for status in sorted(columns & {"status", "status_point", "status_line"}):
-        said = [status, *(columns & {"message"})]
-        rows = query.frame(table, said, query.one_of(status, NO_RESULT))
-        for texts, count in rows.value_counts().items():
-            reasons[": ".join(spell(text) for text in texts if text)] += count
-    lines = [
-        f"{name}: {counted(count, 'row')} {reason}"
-        for reason, count in reasons.most_common(MOST_REASONS)
-    ]
-    if len(reasons) > MOST_REASONS:
-        lines.append(f"{name}: and {len(reasons) - MOST_REASONS} more reasons; see its table")
+    """List the reasons for rows without a result, the most frequent of each table first."""
+    lines = []
+    for name, table in found.items():
+        reasons: Counter[str] = Counter()
+        columns = set(table.schema.names)
+        for status in sorted(columns & {"status", "status_point", "status_line"}):
+            said = [status, *(columns & {"message"})]
+            rows = query.frame(table, said, query.one_of(status, NO_RESULT))
+            for texts, count in rows.value_counts().items():
+                reasons[": ".join(spell(text) for text in texts if text)] += count
+        most = reasons.most_common(MOST_REASONS)
+        lines += [f"{name}: {counted(count, 'row')} {reason}" for reason, count in most]
+        if others := len(reasons) - len(most):
+            lines.append(f"{name}: and {others} more reasons; see its table")
     return lines
 
 
 def claim_rows(claims: Readable) -> list[dict[str, Any]]:
     """Rows of the ledger, with the texts of ``quantities``, ``figures`` and an ``anchor``."""
     figures = {claim.name: claim.figures for claim in CLAIMS}
-    rows = [row for part in query.parts(claims, claims.schema.names) for row in part.to_pylist()]
+    rows = query.frame(claims, claims.schema.names).to_dict("records")
     for row in rows:
         row["figures"] = figures.get(row["claim"], ())
         row["anchor"] = anchor(row["claim"])
@@ -86,30 +81,16 @@ def anchor(claim: str) -> str:
     return "statement-" + re.sub(r"\W+", "-", claim)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Origin:
-    """Which code made a table: its version and commit."""
-
-    table: str
-    rows: int
-    version: str
-    commit: str
-
-    @property
-    def short(self) -> str:
-        """Commit by its short name."""
-        return re.sub("^([0-9a-f]{12})[0-9a-f]+", r"\1", self.commit)
-
-
-def origin(name: str, table: Readable) -> Origin:
-    """Read from a table's file which code made it."""
-    told = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
-    return Origin(
-        table=name,
-        rows=query.count(table),
-        version=told.get(store.PROGRAM, "unknown"),
-        commit=told.get(store.COMMIT, "unknown"),
-    )
+def origins(found: Mapping[str, Readable]) -> list[tuple[str, int, str, str]]:
+    """Read from the tables' files which code made them: name, rows, version and commit of each."""
+    rows = []
+    for name, table in found.items():
+        told = table.schema.metadata or {}
+        made = (
+            told.get(key.encode(), b"unknown").decode() for key in (store.PROGRAM, store.COMMIT)
+        )
+        rows.append((name, query.count(table), *made))
+    return rows
 
 
 def environment() -> dict[str, str]:

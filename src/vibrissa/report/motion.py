@@ -1,7 +1,7 @@
-"""Scans and points of a study as presets of the explorer: the page solves what the tables hold."""
+"""Scans of a study as presets of the explorer: the page solves what the table holds."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,16 +10,15 @@ import yaml
 
 from vibrissa.explorer.page import IDEAL, MOUNTED, PAPER, Preset, Recording, fits
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.report.spelling import spell, symbol
-from vibrissa.report.tables import POINT, SCAN, corners
+from vibrissa.report.spelling import symbol
+from vibrissa.report.tables import POINT, SCAN
+from vibrissa.study.axes import MOUNTING_AXES
 from vibrissa.tables import query
 from vibrissa.tables.query import Readable
 from vibrissa.wording import counted, figure_name
 
 # What a page can carry: rows of all scans together, and scans.
-MOST_ROWS = 12_000
-MOST_SCANS = 60
-MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
+MOST_ROWS, MOST_SCANS = 12_000, 60
 # Positions (L), forces and moments have as many decimals as can be seen.
 DECIMALS = 5
 COLUMNS = {"clamp": "footpoint", "fx": "reaction_fx", "fy": "reaction_fy", "m": "reaction_m"}
@@ -29,157 +28,94 @@ Selections: TypeAlias = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """What a page offers of the scans.
+    """What a page offers to move.
 
     Attributes
     ----------
     what : str
         What a preset is, such as ``a scan of the study``.
     presets : tuple of Preset
-    notes : tuple of str
-        What is not offered, and why.
+        At least one.
+    note : str
+        How much is not offered, and why.
     """
 
     what: str
     presets: tuple[Preset, ...]
-    notes: tuple[str, ...] = ()
-
-
-NOTHING = Motion(what="", presets=())
+    note: str
 
 
 def motion(found: Mapping[str, Readable], figures: Selections) -> Motion:
-    """Choose what the explorer of a study's page offers, so that there is something always.
+    """Choose what the explorer of a study's page offers.
 
     Parameters
     ----------
     found : mapping of pyarrow.Table or Dataset
         The study's tables by name.
     figures : mapping
-        Rows that the study's figures show.
-
-    Returns
-    -------
-    Motion
-        The study's scans; without any, points of its grids; without any, the explorer's own.
-    """
-    scans = of_scans(found["scans"], figures) if "scans" in found else NOTHING
-    chosen = scans
-    if not chosen.presets and "stiction" in found:
-        chosen = of_points(found["stiction"])
-    if not chosen.presets:
-        chosen = Motion(what="a figure of the paper", presets=(*PAPER, *MOUNTED))
-    return replace(chosen, notes=scans.notes)
-
-
-def of_points(points: Readable) -> Motion:
-    """Choose the points of a study's grids that the explorer can show.
-
-    Parameters
-    ----------
-    points : pyarrow.Table or Dataset
-        With the schema `STICTION`.
-
-    Returns
-    -------
-    Motion
-        Of the corners and the middle of each grid, as far as they slip or lock, are mounted as in
-        the paper and lie within the range of the page's fields.
-    """
-    text = (points.schema.metadata or {}).get(b"vibrissa.study", b"")
-    study = yaml.safe_load(text) or {}
-    same = {
-        "contact": study.get("contact", Contact.POINT.value),
-        "section": study.get("section", RodSection.ROUND.value),
-        "law": "free",
-        "units": "none",
-        **IDEAL,
-    }
-    columns = (*POINT, *MOUNTING, "status", "x0_max", "x0_slip", "mu_lock")
-    presets = []
-    for name, rows in corners(points, columns).items():
-        ideal = rows[~rows[list(MOUNTING)].any(axis=1) & rows["status"].isin(("slip", "lock"))]
-        for row in ideal.to_dict("records"):
-            settings = {**{axis: float(row[axis]) for axis in POINT}, **same}
-            if fits(settings):
-                presets.append(_of_point(figure_name(name), row, settings))
-    return Motion(what="a point of the study", presets=tuple(presets[:MOST_SCANS]))
-
-
-def _of_point(grid: str, row: Mapping[str, Any], settings: Mapping[str, float | str]) -> Preset:
-    if row["status"] == "lock":
-        note = f"In the study’s table the tip locks: μ_lock = {spell(row['mu_lock'])}."
-        clamp = 0.0
-    else:
-        clamp = float(row["x0_max"])
-        onset = f"exact onset {spell(row['x0_slip'])}"
-        note = f"In the study’s table: x0,max = {spell(clamp)}, {onset}."
-    return Preset(name=_named(grid, row), note=note, settings=settings, clamp=clamp)
-
-
-def _named(source: str, row: Mapping[str, Any]) -> str:
-    """Name of the preset of a scan or of a point of a grid."""
-    axes = ", ".join(f"{symbol(name)} = {row[name]:g}" for name in POINT)
-    return f"{source}: {axes}{' (self-locking)' * (row['status'] == 'lock')}"
-
-
-def of_scans(scans: Readable, figures: Selections) -> Motion:
-    """Choose the scans that the explorer can repeat.
-
-    Parameters
-    ----------
-    scans : pyarrow.Table or Dataset
-        With the schema `SCANS`.
-    figures : mapping
         Rows that the study's figures show: a scan has the name of the one that shows the least.
 
     Returns
     -------
     Motion
-        Of the first `MOST_SCANS` scans that are mounted as in the paper and within the range of the
-        page's fields. Each carries its rows, thinned out where there are many.
+        The first `MOST_SCANS` scans that are mounted as in the paper and within the range of the
+        page's fields, with their rows, thinned out where there are many; without any, the
+        explorer's own presets.
     """
-    table = query.frame(scans, scans.schema.names)
-    table = table[table["footpoint"].notna()]
-    groups = [rows for _, rows in table.groupby([*SCAN, *MOUNTING], sort=False, dropna=False)]
-    ideal = [rows for rows in groups if not rows[list(MOUNTING)].any(axis=None)]
-    offered = [rows for rows in ideal if fits(_settings(rows))]
-    notes = []
-    if others := len(groups) - len(ideal):
-        notes.append(f"Not offered, as not mounted as in the paper: {counted(others, 'scan')}.")
-    if others := len(ideal) - len(offered):
-        notes.append(f"Not offered, as outside of the fields' range: {counted(others, 'scan')}.")
-    if len(offered) > MOST_SCANS:
-        notes.append(f"These are the first {MOST_SCANS} of {len(offered)} scans.")
-    offered = offered[:MOST_SCANS]
-    presets = tuple(_of_scan(rows, MOST_ROWS // len(offered), figures) for rows in offered)
-    return Motion(what="a scan of the study", presets=presets, notes=tuple(notes))
+    scans = _solved(found["scans"]) if "scans" in found else []
+    others = _others(found["scans"]) if scans else {}
+    fitting = [rows for rows in scans if _is_ideal(rows) and fits(_settings(rows, others))]
+    offered = fitting[:MOST_SCANS]
+    lost = len(scans) - len(offered)
+    why = f"they are mounted in another way, beyond the fields, or more than {MOST_SCANS}"
+    note = f"Not offered: {counted(lost, 'scan')}, as {why}." if lost else ""
+    if not offered:
+        return Motion(what="a figure of the paper", presets=(*PAPER, *MOUNTED), note=note)
+    presets = tuple(
+        _preset(rows, _settings(rows, others), MOST_ROWS // len(offered), figures)
+        for rows in offered
+    )
+    return Motion(what="a scan of the study", presets=presets, note=note)
 
 
-def _settings(rows: pd.DataFrame) -> dict[str, float | str]:
-    """Values of the page's fields."""
-    lies = bool((rows["s_c"] < 1.0).any())
-    # Only a round rod has a margin out of its plane; shooting does not tell.
-    planar = rows["stability_aside"].isna().all() and bool((rows["method"] == "collocation").all())
-    return {
-        **{name: float(rows.iloc[0][name]) for name in POINT},
-        "contact": "line" if lies else "point",
-        "section": "planar" if planar else "round",
-        "law": "free",
-        "units": "none",
-    }
+def _solved(scans: Readable) -> list[pd.DataFrame]:
+    """Rows of each scan that has a result."""
+    rows = query.frame(scans, scans.schema.names)
+    rows = rows[rows["footpoint"].notna()]
+    groups = rows.groupby([*SCAN, *MOUNTING_AXES], sort=False, dropna=False)
+    return [scan for _, scan in groups]
 
 
-def _of_scan(rows: pd.DataFrame, most: int, figures: Selections) -> Preset:
-    first = rows.iloc[0]
-    kept = rows.iloc[np.linspace(0, len(rows) - 1, min(len(rows), most)).astype(int)]
+def _is_ideal(scan: pd.DataFrame) -> bool:
+    return not scan[list(MOUNTING_AXES)].any(axis=None)
+
+
+def _others(table: Readable) -> dict[str, float | str]:
+    """Fields of the page that the whole study has in common."""
+    study = yaml.safe_load((table.schema.metadata or {}).get(b"vibrissa.study", b"")) or {}
+    kinds = {"contact": Contact.POINT.value, "section": RodSection.ROUND.value}
+    chosen = {name: study.get(name, default) for name, default in kinds.items()}
+    return {**chosen, "law": "free", "units": "none", **IDEAL}
+
+
+def _settings(scan: pd.DataFrame, others: Mapping[str, float | str]) -> dict[str, float | str]:
+    return {**{name: float(scan.iloc[0][name]) for name in POINT}, **others}
+
+
+def _preset(
+    scan: pd.DataFrame, settings: Mapping[str, float | str], most: int, figures: Selections
+) -> Preset:
+    first = scan.iloc[0]
+    kept = scan.iloc[np.linspace(0, len(scan) - 1, min(len(scan), most)).astype(int)]
     values = {
         name: (kept[column].round(DECIMALS) + 0.0).tolist() for name, column in COLUMNS.items()
     }
+    axes = ", ".join(f"{symbol(name)} = {first[name]:g}" for name in POINT)
+    locks = " (self-locking)" if first["status"] == "lock" else ""
     return Preset(
-        name=_named(_figure_of(first, figures), first),
+        name=f"{_figure_of(first, figures)}: {axes}{locks}",
         note="Green: stored study values.",
-        settings=_settings(rows),
+        settings=settings,
         recording=Recording(name=figure_name(str(first["scan"])), **values),
         play=True,
     )

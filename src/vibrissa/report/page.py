@@ -130,7 +130,7 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
         moves=motion(found, {picture.name: picture.selection for picture in pictures}),
         explorer=explorer,
         tables=tables.sections(found),
-        origins=[facts.origin(name, table) for name, table in found.items()],
+        origins=facts.origins(found),
     )
 
 
