@@ -45,6 +45,12 @@ def has_locked(branches, knots):
     return change[:, -3] * states.fy < states.fx * change[:, -2]
 
 
+def combined(weights, inverse):
+    """Combine what corrects the states along each path, as `along` does the states."""
+    each = inverse.reshape(weights.shape[1], -1)
+    return (weights @ each).reshape(-1, *inverse.shape[1:])
+
+
 @pytest.fixture(scope="module")
 def curve():
     return solve_curves(np.array([THETA]), np.array([ETA]))[0]
@@ -97,9 +103,10 @@ def test_states_on_random_curves(benchmark):
         unknowns = guess.reshape(-1, guess.shape[2])
         line = np.zeros(len(unknowns), dtype=bool)
         path = RodStates(rods=np.tile(rods, (FEW, 1)), unknowns=unknowns, line=line)
-        path = solve(path.on_nodes(NODES), parts.closing_at(chebyshev_nodes(FEW))).states
-        path = along(interpolation(FEW, chebyshev_nodes(ENOUGH)), path)
-        path = solve(path, parts.closing_at(chebyshev_nodes(ENOUGH))).states
+        few = solve(path.on_nodes(NODES), parts.closing_at(chebyshev_nodes(FEW)))
+        more = interpolation(FEW, chebyshev_nodes(ENOUGH))
+        path, inverse = along(more, few.states), combined(more, few.inverse)
+        path = solve(path, parts.closing_at(chebyshev_nodes(ENOUGH)), inverse).states
         found = along(interpolation(ENOUGH, position), path)
         return branches, parts, found, largest_residual(found, parts.closing_at(position))
 

@@ -9,13 +9,15 @@ import numpy as np
 
 from vibrissa.mechanics.equations import bending_moment, ends
 from vibrissa.mechanics.mounting import CLAMP_SLOPE
-from vibrissa.mechanics.stability import smallest_eigenvalue
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.eigenvalues import smallest_eigenvalue
 from vibrissa.numerics.spectral import gauss_rule
 
 # Bending over torsional stiffness of a round section is 1 + POISSON_RATIO.
 POISSON_RATIO = 0.3
+# Part of every unknown in the vector from which an eigenvector is sought.
+A_LITTLE = 0.03
 
 
 def stability_aside(states: RodStates) -> FloatArray:
@@ -43,32 +45,52 @@ def stability_aside(states: RodStates) -> FloatArray:
     (F·t)·(ω·n)² − (F·n)·(ω·t)(ω·n), and −M·(ω×ω')_z is M·((ω·n)·(ω'·t) − (ω·t)·(ω'·n)).
     """
     nodes, rule = states.nodes, gauss_rule(states.nodes)
-    density, compliance = states.densities(rule.nodes)
-    cos, sin = np.cos(states.phi), np.sin(states.phi)
+    # Columns are states: an integral along the rod is one product of matrices for all of them.
+    length, compliance = (np.ascontiguousarray(d.T) for d in states.densities(rule.nodes))
+    length *= rule.weights[:, None]
+    phi, moment = np.ascontiguousarray(states.phi.T), 0.5 * bending_moment(states).T
+    cos, sin = np.cos(phi), np.sin(phi)
     # ω'·t and ω'·n at the nodes for u = 1, times their weights.
-    bend = np.sqrt(rule.weights * compliance)
+    bend = np.sqrt(rule.weights[:, None] * compliance)
     twist = np.sqrt(1.0 + POISSON_RATIO) * bend
-    # ω in the directions of the surface, and along the rod and across it, by u.
-    integral, clamp = rule.from_start / rule.weights, _clamp_turn(states)[:, :, None, None]
-    x, y = (
-        np.concatenate([integral * one[:, None], integral * other[:, None], turn], axis=2)
-        for one, other, turn in (
-            (cos * twist, -sin * bend, np.broadcast_to(clamp[0], (len(states), nodes, 1))),
-            (sin * twist, cos * bend, np.broadcast_to(clamp[1], (len(states), nodes, 1))),
+    pull = length * (states.fx * cos + states.fy * sin)
+    shear = 0.5 * length * (states.fy * cos - states.fx * sin)
+    integral, clamp = rule.from_start / rule.weights, _clamp_turn(states)
+
+    def transposed(
+        along: FloatArray, across: FloatArray, twisted: FloatArray, bent: FloatArray
+    ) -> FloatArray:
+        """Differentiate by u what depends on ω·t, ω·n, and their derivatives."""
+        x, y = cos * along - sin * across, sin * along + cos * across
+        sum_x, sum_y = integral.T @ x, integral.T @ y
+        return np.concatenate(
+            [
+                twist * (cos * sum_x + sin * sum_y + twisted),
+                bend * (cos * sum_y - sin * sum_x + bent),
+                (clamp[0] * x + clamp[1] * y).sum(axis=0, keepdims=True),
+            ]
         )
-    )
-    along = cos[:, :, None] * x + sin[:, :, None] * y
-    across = cos[:, :, None] * y - sin[:, :, None] * x
-    length, moment = rule.weights * density, 0.5 * bending_moment(states)
-    fx, fy = 0.5 * states.fx[:, None], 0.5 * states.fy[:, None]
-    pull, shear = length * (fx * cos + fy * sin), length * (fy * cos - fx * sin)
-    transposed = np.swapaxes(across, 1, 2)
-    half = transposed @ (pull[:, :, None] * across - shear[:, :, None] * along)
-    half[:, :, :nodes] += transposed * (moment * twist)[:, None]
-    half[:, nodes : 2 * nodes] -= (moment * bend)[:, :, None] * along
+
+    def load_variation(u: FloatArray) -> FloatArray:
+        """Halve the derivative of (D1) without the elastic energy."""
+        twisted, bent = twist * u[:nodes], bend * u[nodes:-1]
+        x = integral @ (cos * twisted - sin * bent) + clamp[0] * u[-1]
+        y = integral @ (sin * twisted + cos * bent) + clamp[1] * u[-1]
+        along, across = cos * x + sin * y, cos * y - sin * x
+        return transposed(
+            -moment * bent - shear * across,
+            moment * twisted + pull * across - shear * along,
+            moment * across,
+            -moment * along,
+        )
+
     # (D2): the contact point stays in the plane.
-    held = np.vecmat(length, across)
-    return 1.0 + smallest_eigenvalue(half + np.swapaxes(half, 1, 2), [held])
+    nothing = np.zeros_like(phi)
+    held = transposed(nothing, length, nothing, nothing)
+    # Begin with the rotation of (D4), which is the mode where the clamp passes under the contact.
+    start = np.full_like(held, A_LITTLE)
+    start[nodes:-1] += moment * bend / np.linalg.norm(moment * bend, axis=0)
+    return 1.0 + smallest_eigenvalue(load_variation, start, [held])
 
 
 def _clamp_turn(states: RodStates) -> FloatArray:

@@ -38,11 +38,13 @@ from vibrissa.mechanics.mounting import polynomial, tail
 from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_length_growth, bending_coordinate, density_growth
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.batch import Batch
+from vibrissa.numerics.batch import Batch, slices
 from vibrissa.numerics.spectral import gauss_rule, legendre_series
 
 # The contact point, as a place along the free part.
 END = np.ones(1)
+# States whose residuals are computed together: what belongs to them stays in the cache.
+STATES_AT_ONCE = 128
 # Order of the quantities that E3 weighs.
 OFFSET, FX, FY, S_C, PHI1 = range(5)
 
@@ -180,8 +182,11 @@ def largest_residual(states: RodStates, closing: ClosingCondition) -> FloatArray
     Collocation satisfies the equations at its own nodes whatever their number. On a finer rule
     the residual shows whether the polynomial satisfies them between the nodes.
     """
-    fine = states.on_nodes(2 * states.nodes + 7)
-    return np.asarray(np.abs(residuals(fine, closing)).max(axis=1))
+    largest = np.empty(len(states))
+    for some in slices(len(states), STATES_AT_ONCE):
+        fine = states.take(some).on_nodes(2 * states.nodes + 7)
+        largest[some] = np.abs(residuals(fine, closing.take(some))).max(axis=1)
+    return largest
 
 
 class Derivatives(NamedTuple):

@@ -8,7 +8,6 @@ import numpy as np
 
 from vibrissa.mechanics.admissibility import TOLERANCE, Clearance, clearances
 from vibrissa.mechanics.aside import stability_aside
-from vibrissa.mechanics.equations import ends
 from vibrissa.mechanics.stability import stability
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
@@ -163,8 +162,9 @@ def _buckling(found: Resolved, piece: Piece) -> float:
 
 def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
     """Clearances at fractions of parts, of shape (places, parts)."""
-    states = along(interpolation(found.count, at), found.path)
-    clearance = clearances(states, ends(states).height)
+    to_places, parts = interpolation(found.count, at), found.parts
+    height = parts.height + parts.tilt * (to_places @ found.loads[:, :, 0])
+    clearance = clearances(along(to_places, found.path), height.ravel())
     return clearance.each(lambda values: values.reshape(len(at), -1))
 
 

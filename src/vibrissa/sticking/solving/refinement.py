@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.mechanics.equations import coefficient_decay, ends, largest_residual
-from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.newton import coarse_inverse, solve
 from vibrissa.mechanics.states import RodStates, transfer
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import (
@@ -135,7 +135,8 @@ def resolve(parts: Parts, rods: FloatArray, guess: FloatArray) -> Iterator[Resol
     tasks = []
     for nodes in np.unique(needed):
         rows = np.flatnonzero(needed == nodes)
-        tasks.append(_on_nodes(_Task(parts, guess, None, HALVINGS).take(rows), int(nodes)))
+        task = _on_nodes(_Task(parts, guess, None, HALVINGS).take(rows), int(nodes))
+        tasks.append(task._replace(inverse=_inverses(task, rods)))
     while tasks:
         task = tasks.pop()
         count, nodes, number = len(task.unknowns), task.unknowns.shape[2] - 3, len(task.parts)
@@ -181,6 +182,15 @@ def _states(parts: Parts, rods: FloatArray, unknowns: FloatArray) -> RodStates:
         unknowns=unknowns.reshape(-1, unknowns.shape[2]),
         line=np.tile(parts.line, count),
     )
+
+
+def _inverses(task: _Task, rods: FloatArray) -> FloatArray:
+    """Compute what corrects the states, for every second one, and interpolate it to all."""
+    some, position = task.unknowns[::2], chebyshev_nodes(len(task.unknowns))
+    closing = task.parts.closing_at(position[::2])
+    inverse = coarse_inverse(_states(task.parts, rods, some), closing)
+    matrix = interpolation(len(some), position)
+    return np.tensordot(matrix, inverse.reshape(*some.shape[:2], *inverse.shape[1:]), 1)
 
 
 def _selected(found: Resolved, rows: IntArray) -> Resolved:
