@@ -68,7 +68,8 @@ def reading_options(
 
         @wraps(command)
         def run(**values: Any) -> None:
-            read_files = [values.get(name) for name in ("rod", "material", "transducer")]
+            names = ("rod", "settings_file", "material", "transducer")
+            read_files = [values.get(name) for name in names]
             check_not_read([values.get("output"), values.get("picture")], read_files)
             value = read(**{option.name: values.pop(option.name) for option in options})
             command(**{parameter: value}, **values)

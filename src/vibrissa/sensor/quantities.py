@@ -64,7 +64,11 @@ SI = {
 USUAL: dict[Kind, dict[str, str]] = {
     Kind.LENGTH: {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "µm": "1e-6", "nm": "1e-9"},
     Kind.FORCE: {"N": "1", "mN": "1e-3", "uN": "1e-6"},
-    Kind.MOMENT: {"N*m": "1", "N*mm": "1e-3", "mN*m": "1e-3", "uN*m": "1e-6", "mN*mm": "1e-6"},
+    # Without a sign between, as many write, pint reads something else.
+    Kind.MOMENT: {
+        **{"N*m": "1", "N*mm": "1e-3", "mN*m": "1e-3", "uN*m": "1e-6", "mN*mm": "1e-6"},
+        **{"Nm": "1", "Nmm": "1e-3", "mNm": "1e-3", "uNm": "1e-6", "µNm": "1e-6", "mNmm": "1e-6"},
+    },
     Kind.STRESS: {"Pa": "1", "MPa": "1e6", "GPa": "1e9"},
 }
 # Smaller and larger magnitudes are refused: products and squares of the others are numbers.

@@ -15,7 +15,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
 
 import numpy as np
 
@@ -31,9 +31,11 @@ if TYPE_CHECKING:
 
 ENDINGS = (".csv", ".parquet")
 NO_HEADER: Mapping[str, str] = {}
-# A cell without a value.
-MISSING = ("", "nan", "na", "null", "none", "-")
-NUMBER = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"
+# Cells without a value.
+MISSING = (
+    *("", "-", "nan", "na", "n/a", "#n/a", "#nv", "null", "none"),
+    *("-nan", "1.#qnan", "-1.#ind", "nan(ind)"),
+)
 # So many errors of one kind are listed.
 LISTED = 10
 HEADER = re.compile(r"#\s*(\w+)\s*=\s*(.+)")
@@ -41,6 +43,21 @@ HEADER = re.compile(r"#\s*(\w+)\s*=\s*(.+)")
 UNIT_SEPARATOR = "\x1f"
 # Standard input or output, as CSV.
 STANDARD = Path("-")
+
+
+class Notation(NamedTuple):
+    """A way to write numbers: a regular expression, the decimal sign, the sign between groups."""
+
+    number: str
+    decimal: str
+    groups: str = ""
+
+    def value(self, cell: str) -> float:
+        """Value of a number that is written so."""
+        return float(cell.replace(self.groups, "").replace(self.decimal, "."))
+
+
+POINT = Notation(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", ".")
 
 
 @dataclass(frozen=True)
@@ -264,7 +281,7 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
 
 
 def numbers(
-    columns: Mapping[str, "Series[Any]"], source: str, number: str = NUMBER
+    columns: Mapping[str, "Series[Any]"], source: str, notation: Notation = POINT
 ) -> dict[str, FloatArray]:
     """Convert columns of cells to numbers; NaN where a value is missing.
 
@@ -274,8 +291,8 @@ def numbers(
         Of numbers or of texts, with the line of each row as their index.
     source : str
         Name of the file, for messages.
-    number : str
-        Regular expression of a number.
+    notation : Notation
+        How numbers are written.
 
     Raises
     ------
@@ -289,8 +306,12 @@ def numbers(
             bad = np.isinf(values[name])
         else:
             text = column.fillna("").astype(str).str.strip()
-            good = text.str.fullmatch(number).to_numpy(dtype=bool)
-            values[name] = text.where(good, "nan").to_numpy(dtype=object).astype(float)
+            good = text.str.fullmatch(notation.number).to_numpy(dtype=bool)
+            plain = text.where(good, "nan")
+            if notation.groups:
+                plain = plain.str.replace(notation.groups, "", regex=False)
+                plain = plain.str.replace(notation.decimal, ".", regex=False)
+            values[name] = plain.to_numpy(dtype=object).astype(float)
             missing = text.str.lower().isin(MISSING).to_numpy()
             bad = ~(good | missing) | np.isinf(values[name])
         wrong += [

@@ -7,13 +7,13 @@ quantities without a value of their own, by the names of `vibrissa.sensor.tolera
 
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import cached_property
 from numbers import Real
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -144,11 +144,7 @@ class Setup(BaseModel):
         0.85 ± 0.001
         """
         keys = {} if path is None else read_keys(path)
-        try:
-            return cls.model_validate(with_options(keys, options))
-        except ValidationError as error:
-            lines = [_line(each, path if _key(each) in keys else None) for each in error.errors()]
-            raise ArgumentError("\n".join(dict.fromkeys(lines))) from None
+        return validated(cls, with_options(keys, options), path, keys)
 
     @field_validator("*", mode="before")
     @classmethod
@@ -360,20 +356,51 @@ def _assignments(keys: Mapping[str, Any]) -> list[str]:
     return [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in keys.items()]
 
 
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def validated(
+    model: type[Model], given: Mapping[str, Any], path: Path | str | None, keys: Container[str]
+) -> Model:
+    """Validate keys and their values.
+
+    Parameters
+    ----------
+    model : type
+    given : mapping
+    path : Path or str, optional
+        File in which some of them stand, for messages.
+    keys : container of str
+        Those that stand there.
+
+    Raises
+    ------
+    ArgumentError
+        With a line for each key or value that is not allowed.
+    """
+    try:
+        return model.model_validate(given)
+    except ValidationError as error:
+        lines = [_line(each, model) for each in error.errors()]
+        places = [f"{path}: " if _key(each) in keys else "" for each in error.errors()]
+    told = dict.fromkeys(place + line for place, line in zip(places, lines, strict=True))
+    raise ArgumentError("\n".join(told))
+
+
 def _key(error: Any) -> str:
     return str(error["loc"][0]) if error["loc"] else ""
 
 
-def _line(error: Any, path: Path | str | None) -> str:
+def _line(error: Any, model: type[BaseModel]) -> str:
     """Message of one error of pydantic's."""
-    name, place = _key(error), "" if path is None else f"{path}: "
+    name = _key(error)
     if error["type"] == "extra_forbidden":
-        allowed = tuple(Setup.model_fields)
+        allowed = [field.alias or key for key, field in model.model_fields.items()]
         near = get_close_matches(name, allowed, 1)
         hint = f"did you mean {near[0]}?" if near else f"the keys are {', '.join(allowed)}"
-        return f"{place}there is no key {name}; {hint}"
+        return f"there is no key {name}; {hint}"
     if error["type"] == "value_error":
-        return f"{place}{error['ctx']['error']}"
-    if name == TOLERANCES:
-        return f"{place}{TOLERANCES} is a table: [{TOLERANCES}], then name = size"
-    return f"{place}{name}: {error['msg'].lower()}, got {error['input']!r}"
+        return str(error["ctx"]["error"])
+    if error["type"] == "dict_type":
+        return f"{name} is a table: [{name}], then lines name = value"
+    return f"{name}: {error['msg'].lower()}, got {error['input']!r}"

@@ -5,6 +5,9 @@ import pytest
 
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Whisker, identify, scan, series, surfaces
+from vibrissa.sensor.importing import Settings, import_recording
+from vibrissa.sensor.importing.preparing import zeros_of
+from vibrissa.sensor.transducer import CHANNELS
 
 ROD = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
 WHISKER = Whisker.read(2, "85 mm", **ROD)
@@ -57,3 +60,79 @@ def test_a_wrong_line_of_the_header_is_named(tmp_path, signals):
     series.write(tmp_path / "a.csv", signals, {"zero_force_x": "1 ± 2 ± 3 mN"})
     with pytest.raises(ArgumentError, match=r"a\.csv: zero_force_x has one tolerance at most"):
         identify(WHISKER, tmp_path / "a.csv")
+
+
+def laboratory(free, lowered, signals, offset=(0.3, -0.1, 5e-3), seed=1):
+    """A file: the rod in air, lowered, at rest on the surface, and moved; zeros are not zero."""
+    loads = np.stack([signals[name].values for name in CHANNELS], axis=1)
+    first = loads[0]
+    rest = np.concatenate(
+        [
+            np.zeros((free, 3)),
+            np.linspace(0, 1, lowered)[:, None] * first,
+            np.tile(first, (60, 1)),
+        ]
+    )
+    noise = np.random.default_rng(seed).normal(0.0, [3e-3, 3e-3, 1e-4], (len(rest), 3))
+    readings = np.concatenate([rest + noise, loads]) + offset
+    clamp = np.concatenate([np.zeros(len(rest)), signals["footpoint"].values])
+    lines = ["time [s];footpoint [m];force_x [N];force_y [N];moment_z [N*m]"]
+    lines += [
+        ";".join(map(repr, [row / 100, *map(float, (x, *reading))]))
+        for row, (x, reading) in enumerate(zip(clamp, readings, strict=True))
+    ]
+    return "\n".join(lines).encode()
+
+
+@pytest.mark.parametrize("lowered", [2, 30, 300])
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_before_the_rod_is_lowered_are_the_tare(signals, lowered, seed):
+    found = import_recording(laboratory(120, lowered, signals, seed=seed), Settings.read())
+    for name, wanted in zip(CHANNELS, (0.3, -0.1, 5e-3), strict=True):
+        zero = found.zeros[name]
+        assert 50 <= zero.rows <= 120
+        assert abs(zero.value - wanted) < 5 * zero.deviation
+    begin = {"from": f"{(180 + lowered) / 100} s"}
+    told = import_recording(laboratory(120, lowered, signals), Settings.read(**begin))
+    assert told.zeros.keys() == found.zeros.keys()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_rod_that_rests_on_the_surface_is_no_tare(signals, seed):
+    """Neither as it relaxes, nor where one reading is a spike."""
+    text = laboratory(0, 1, signals, seed=seed).decode().split("\n")
+    rows = [line.split(";") for line in text]
+    for row in range(1, 60):
+        relaxed = 0.02 * np.exp(-row / 20) + (0.5 if row == 30 else 0.0)
+        rows[row][2:4] = [str(float(cell) + relaxed) for cell in rows[row][2:4]]
+    data = "\n".join(map(";".join, rows)).encode()
+    assert not import_recording(data, Settings.read()).zeros
+
+
+def test_an_imported_recording_has_the_friction_of_one_that_was_tared(tmp_path, signals):
+    found = import_recording(laboratory(400, 30, signals), Settings.read())
+    series.write(tmp_path / "imported.csv", found.columns(), found.header())
+    series.write(tmp_path / "tared.csv", signals)
+    imported, tared = (
+        identify(WHISKER, tmp_path / name, noise="3 mN, 3 mN, 0.1 mN*m").periods
+        for name in ("imported.csv", "tared.csv")
+    )
+    slipped = tared.status == "slip"
+    assert slipped.sum() > 3 and (imported.status == tared.status).all()
+    assert imported.mu0[slipped] == pytest.approx(tared.mu0[slipped], abs=3e-3)
+    frame = found.to_pandas()
+    assert identify(WHISKER, frame).periods.mu0 == pytest.approx(
+        identify(WHISKER, tmp_path / "imported.csv").periods.mu0, nan_ok=True, rel=1e-6
+    )
+
+
+def test_a_zero_is_known_as_well_as_its_mean_scatters():
+    rng, told, errors = np.random.default_rng(5), [], []
+    for _ in range(60):
+        noise = np.convolve(rng.standard_normal(427), np.ones(8) / 8, "valid")
+        zero = zeros_of({"force_x": 0.4 + noise}, np.ones(len(noise), dtype=bool))["force_x"]
+        told.append(zero.deviation)
+        errors.append(zero.value - 0.4)
+    # The readings share their noise; as if they did not, it would be told too small by a factor 3.
+    assert np.sqrt(np.mean(np.square(told))) == pytest.approx(np.std(errors), rel=0.35)
+    assert np.mean(told) > 2.0 * 0.35 / np.sqrt(420)

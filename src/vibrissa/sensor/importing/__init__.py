@@ -1,6 +1,6 @@
 """The lenient door: a laboratory's file becomes a recording as `vibrissa identify` reads it.
 
-What the file leaves open is found and said; where two readings are possible it is refused.
+What the file leaves open is found and reported; an ambiguous file is rejected.
 """
 
 from vibrissa.sensor.importing.importing import Imported, import_recording

@@ -1,43 +1,38 @@
-"""A laboratory's file as a recording, and what was taken from it."""
+"""A laboratory's file as a recording, and what was read from it."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError, RecordingError
-from vibrissa.numerics.arrays import FloatArray, IntArray
-from vibrissa.sensor.identification.ends import moving, touching
-from vibrissa.sensor.importing.columns import KINDS, columns_of
-from vibrissa.sensor.importing.decoding import decoded
-from vibrissa.sensor.importing.layout import Layout, layout_of
-from vibrissa.sensor.importing.onset import Motion, moving_by_readings
+from vibrissa.errors import RecordingError
+from vibrissa.numerics.arrays import BoolArray, IntArray
+from vibrissa.sensor.identification.ends import FEWEST
+from vibrissa.sensor.importing.layout import Layout, decoded, layout_of
 from vibrissa.sensor.importing.preparing import (
     Values,
     Zero,
     about_clamp,
-    inside,
     turned,
-    with_time,
+    unloaded,
     zeros_of,
 )
-from vibrissa.sensor.importing.settings import NAMES, Settings, Window
-from vibrissa.sensor.quantities import SI, Units
-from vibrissa.sensor.series import Column, Tabular
+from vibrissa.sensor.importing.settings import Place, Settings
+from vibrissa.sensor.importing.titles import KINDS, FileColumn, columns_of
+from vibrissa.sensor.quantities import MEASURED, SI, Units, wished_units
+from vibrissa.sensor.series import Column, Tabular, listed, numbers, split
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
-WORDS = {
+DESCRIPTIONS = {
     "time": "time",
     "footpoint": "position of the clamp",
     "force_x": "clamp force along the surface",
     "force_y": "clamp force normal to the surface",
     "moment_z": "clamp moment",
 }
-# What a stage without a recorded position is taken to do.
-STEADY = "the clamp position is the speed times the time since the first sample that is kept"
-
-UNTARED = "no tare: readings without load are taken as 0"
+# Later times are those of a clock (s): they are counted from the first row.
+CLOCK = 1e8
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -49,25 +44,44 @@ class Imported(Tabular):
     values : dict of str to ndarray
         In SI units; NaN where a value is missing.
     zeros : dict of str to Zero
-        What was taken off the channels.
-    said : tuple of str
-        What was found in the file and taken from it.
+        Readings without load, which were subtracted from the channels.
+    notes : tuple of str
+        What was found in the file and done with it.
     units : Units
-        In which messages tell values: those of the file.
+        In which zeros are told: those of the file.
     """
 
     values: Values
     zeros: dict[str, Zero]
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
     units: Units
 
     def columns(self) -> dict[str, Column]:
         """Columns as `vibrissa identify` reads them."""
         return {
-            name: Column(self.values[name], SI[KINDS[name]], WORDS[name])
-            for name in NAMES
+            name: Column(self.values[name], SI[kind], DESCRIPTIONS[name])
+            for name, kind in KINDS.items()
             if name in self.values
         }
+
+    def header(self) -> dict[str, str]:
+        """Zeros as ``310.254 ± 0.27 mN``; `vibrissa identify` reads their errors."""
+        return {
+            f"zero_{name}": f"{self.units.told(zero.value, KINDS[name])[0]:.6g} ± {size}"
+            for name, zero in self.zeros.items()
+            if (size := self._deviation(name))
+        }
+
+    @property
+    def tolerances(self) -> dict[str, str]:
+        """Errors of the zeros, as the table ``[tolerances]`` of a set-up file has them."""
+        sizes = {f"zero_{name}": self._deviation(name) for name in self.zeros}
+        return {name: size for name, size in sizes.items() if size}
+
+    def _deviation(self, name: str) -> str:
+        """Error of a zero; empty if all readings were alike."""
+        size = self.zeros[name].deviation
+        return self.units.spelled(size, KINDS[name], 2) if size else ""
 
 
 def import_recording(source: Path | bytes, settings: Settings) -> Imported:
@@ -86,163 +100,145 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
     Raises
     ------
     RecordingError
-        If it cannot be read as a recording, or in more than one way; the message names the line.
-    ArgumentError
-        If a setting does not fit the file or another setting.
+        If it cannot be read as a recording, or in more than one way; a line for each error.
     """
-    name = "the input" if isinstance(source, bytes) else str(source)
-    _check(settings)
-    data = source if isinstance(source, bytes) else _bytes_of(source)
-    text = decoded(data, name, settings.encoding)
-    layout = layout_of(text.text, name, settings.separator, settings.titles)
-    made = [target for target, given in _made(settings).items() if given is not None]
-    columns = columns_of(layout, name, settings.columns, settings.decimal, made)
-    place = [f"{name}, line {line}" for line in layout.line]
-    values = with_time(columns.values, settings.rate, place)
-    values = about_clamp(turned(values, settings.turn), settings.moment_origin)
-    zeros = zeros_of(values, settings.tare)
+    name = "standard input" if isinstance(source, bytes) else str(source)
+    if isinstance(source, Path) and not source.is_file():
+        raise RecordingError(f"{source}: there is no such file")
+    text = decoded(source if isinstance(source, bytes) else source.read_bytes(), name)
+    layout = layout_of(text, name, settings.separator, settings.decimal, settings.titles)
+    found, values = _read(layout, name, settings)
+    values = _with_time(values, settings, name, layout.rows.index.to_numpy())
+    if settings.turn:
+        values = turned(values, settings.turn)
+    if any(settings.moment_origin):
+        values = about_clamp(values, settings.moment_origin)
+    kept = _inside(values, settings.begin, settings.end)
+    if not kept.any():
+        raise RecordingError(f"{name}: no row is left between --from and --to")
+    zeros = _zeros(values, settings, kept)
     values = {
-        key: each - zeros[key].value if key in zeros else each for key, each in values.items()
+        key: (each - zeros[key].value if key in zeros else each)[kept]
+        for key, each in values.items()
     }
-    scan = _scan(values, settings, name)
-    kept, why = _kept(values, scan.rows, settings, name)
-    values = _with_clamp({key: each[kept] for key, each in values.items()}, settings, name)
-    found = f"{text.encoding}, separator {layout.separator}, {columns.notation.spelled}"
+    outside = int(np.count_nonzero(~kept))
+    units = [f"1 {one.unit}" for one in found.values()]
+    if settings.speed is not None:
+        values["footpoint"] = settings.speed * (values["time"] - values["time"][0])
     return Imported(
-        values={key: values[key] for key in NAMES if key in values},
+        values=values,
         zeros=zeros,
-        units=columns.units,
-        said=(
-            f"read as {found}, {_where(layout)}",
-            *columns.said,
-            *([STEADY] if settings.speed is not None else []),
-            *_begin(scan, settings, layout.line),
-            *(_spelled(key, zero, columns.units) for key, zero in zeros.items()),
-            *([] if zeros else [UNTARED]),
-            *_left_out(layout.line[kept], layout, why),
-            *_missing(values),
+        notes=(
+            *layout.notes,
+            *(f"{target}: {one.note}" for target, one in found.items()),
+            *(["footpoint: speed times the time since --from"] if settings.speed else []),
+            *_missing_values(values),
+            *([f"outside --from and --to: {counted(outside, 'row')}"] if outside else []),
         ),
+        units=Units(si=True, wished=wished_units(MEASURED, *units)),
     )
 
 
-def _made(settings: Settings) -> dict[str, float | None]:
-    """Columns that are made from something else."""
-    return {"time": settings.rate, "footpoint": settings.speed}
+def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, FileColumn], Values]:
+    """Read the columns of a recording in SI units; all errors are reported together."""
+    cells = split(layout.rows, name, layout.sign)
+    replaced = {"time": settings.rate, "footpoint": settings.speed}
+    made = {target for target, given in replaced.items() if given is not None}
+    wanted = [target for target in KINDS if target not in made]
+    found, errors = columns_of(layout, cells.shape[1], wanted, settings.column)
+    errors += _lacking({*found, *made, *settings.column}, settings)
+    if "time" in found and cells[found["time"].number].str.contains(":").any():
+        clock = found.pop("time")
+        errors.append(f"column {clock.title} has times of day: add --rate, as in --rate '50 Hz'")
+    if errors:
+        there = ", ".join(layout.titles) or f"no titles, columns #1 to #{cells.shape[1]}"
+        errors.append(f"the columns are: {there} (--titles names another line of titles)")
+    errors = [f"{name}: {error}" for error in errors]
+    labels = {f"{one.title} ({target})": cells[one.number] for target, one in found.items()}
+    try:
+        read = numbers(labels, name, layout.notation)
+    except RecordingError as error:
+        errors.append(str(error))
+    if errors:
+        raise RecordingError("\n".join(errors))
+    values = (one.factor * each for one, each in zip(found.values(), read.values(), strict=True))
+    return found, dict(zip(found, values, strict=True))
 
 
-def _check(settings: Settings) -> None:
-    for (name, given), other in zip(_made(settings).items(), ("rate", "speed"), strict=True):
-        if given is not None and name in settings.columns:
-            raise ArgumentError(f"give the {other} or the column {name}, not both")
-
-
-def _bytes_of(path: Path) -> bytes:
-    if not path.is_file():
-        raise RecordingError(f"{path}: there is no such file")
-    return path.read_bytes()
-
-
-def _where(layout: Layout) -> str:
-    head = f"titles in line {layout.title_line}" if layout.titles else "no titles"
-    units = f", units in line {layout.unit_line}" if layout.units else ""
-    return f"{head}{units}, {counted(len(layout.rows), 'row')} from line {layout.line[0]} on"
-
-
-def _begin(scan: Motion, settings: Settings, lines: IntArray) -> list[str]:
-    """Say where the stage begins to move, if the readings have told it."""
-    if settings.begin is not None or scan.spread == 0:
-        return []
-    return [
-        f"by the readings the stage begins to move in line {lines[scan.rows.start]}, or up to "
-        f"{counted(scan.spread, 'line')} before: if you know when, give --from"
+def _lacking(there: set[str], settings: Settings) -> list[str]:
+    """Name the columns without which the settings cannot be followed."""
+    places = [*(settings.tare or ()), settings.begin, settings.end]
+    needs = {
+        "the tare, --from or --to": {place.column for place in places if place},
+        "speed": {"time"} if settings.speed is not None else set(),
+        "turn": {"force_x", "force_y"} if settings.turn else set(),
+        "moment_origin": set(CHANNELS) if any(settings.moment_origin) else set(),
+    }
+    errors = [
+        f"{what} needs the column {target}: add --column '{target}=...'"
+        + " or --rate '50 Hz'" * (target == "time")
+        for what, needed in needs.items()
+        for target in sorted(needed - there)
     ]
+    if not there & set(CHANNELS):
+        errors.append(
+            f"none of {', '.join(CHANNELS)} is there: say which column is which, as in "
+            '--column "force_x=Fz [mN]"'
+        )
+    if "footpoint" not in there:
+        errors.append(
+            "the clamp position is missing: say which column it is, as in --column "
+            "'footpoint=x [mm]', or add --speed '1 mm/s' and --from '2 s'"
+        )
+    return errors
 
 
-def _kept(values: Values, found: slice, settings: Settings, name: str) -> tuple[slice, str]:
-    """Find which rows are kept, of a scan, and say why the others are not."""
-    begin, end = settings.begin, settings.end
-    first = found.start if begin is None else _row(values, begin, "from")
-    stop = found.stop if end is None else _row(values, end, "to", last=True)
-    if first >= stop:
-        raise RecordingError(f"{name}: no row is left between from and to")
-    given = begin is not None, end is not None
-    return slice(first, stop), {
-        (True, True): "as given",
-        (False, False): "the clamp rests, or no force acts",
-    }.get(given, "as given, or the clamp rests, or no force acts")
+def _with_time(values: Values, settings: Settings, name: str, line: IntArray) -> Values:
+    """Give each sample its time, by the rate or as recorded.
 
-
-def _row(values: Values, window: Window, what: str, last: bool = False) -> int:
-    """Find the first row from a time or position on, or the one after the last up to it."""
-    inside(values, window, what)
-    where = values[window.column]
-    if last:
-        rows = np.flatnonzero(where <= window.high)
-        return int(rows[-1]) + 1 if len(rows) else 0
-    rows = np.flatnonzero(where >= window.low)
-    return int(rows[0]) if len(rows) else len(where)
-
-
-def _scan(values: Values, settings: Settings, name: str) -> Motion:
-    """Find the rows in which the clamp moves and the rod touches the surface."""
-    size = len(next(iter(values.values())))
-    there = ~np.isnan(np.stack(list(values.values()))).any(axis=0)
-    rows = np.flatnonzero(there)
-    both = settings.begin is not None and settings.end is not None
-    if both or len(rows) == 0:
-        return Motion(slice(0, size), 0)
-    rows = rows[touching(_readings(values)[rows])]
-    if settings.speed is None and "footpoint" in values:
-        kept = Motion(moving(values["footpoint"][rows]), 0)
-    else:
-        kept = moving_by_readings(_readings(values)[rows], name)
-    rows = rows[kept.rows]
-    # Rows that miss a value stay at an end where nothing was cut.
-    begin = 0 if rows[0] == np.flatnonzero(there)[0] else int(rows[0])
-    end = size if rows[-1] == np.flatnonzero(there)[-1] else int(rows[-1]) + 1
-    return Motion(slice(begin, end), kept.spread)
-
-
-def _readings(values: Values) -> FloatArray:
-    return np.stack([values[channel] for channel in CHANNELS if channel in values], axis=1)
-
-
-def _with_clamp(values: Values, settings: Settings, name: str) -> Values:
-    """Give each sample its clamp position, by the speed or as recorded."""
-    if settings.speed is None:
-        if "footpoint" not in values:
-            raise RecordingError(
-                f"{name}: the clamp position is missing: say which column it is, "
-                "--column 'footpoint=...', or give --speed '1 mm/s'"
-            )
-        return values
+    Raises
+    ------
+    RecordingError
+        If time was recorded and does not increase.
+    """
+    if settings.rate is not None:
+        size = len(next(iter(values.values())))
+        return {"time": np.arange(size) / settings.rate, **values}
     if "time" not in values:
-        raise ArgumentError("speed needs the column time, or the rate")
-    return values | {"footpoint": settings.speed * (values["time"] - values["time"][0])}
+        return values
+    time = values["time"]
+    late = line[1:][~(np.diff(time) > 0.0)]
+    if len(late):
+        raise RecordingError(
+            listed(
+                f"{name}, line {each}: time does not increase; --rate replaces it" for each in late
+            )
+        )
+    return values | {"time": time - time[0] if time[0] > CLOCK else time}
 
 
-def _spelled(name: str, zero: Zero, units: Units) -> str:
-    value, _ = units.told(zero.value, KINDS[name])
-    deviation = units.spelled(zero.deviation, KINDS[name], 2)
-    return (
-        f"zero of {name}: {value:.6g} ± {deviation} by {counted(zero.samples, 'sample')}, taken off"
-    )
+def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray:
+    """Tell which samples lie between two places."""
+    rows = np.ones(len(next(iter(values.values()))), dtype=bool)
+    if begin is not None:
+        rows &= np.maximum.accumulate(values[begin.column] >= begin.value)
+    if end is not None:
+        after = values[end.column] > end.value
+        rows &= ~np.minimum.accumulate(after[::-1])[::-1]
+    return rows
 
 
-def _left_out(kept: IntArray, layout: Layout, why: str) -> list[str]:
-    """Say which lines are left out at the ends."""
-    parts = []
-    if kept[0] > layout.line[0]:
-        parts.append(f"lines {layout.line[0]} to {kept[0] - 1}")
-    if kept[-1] < layout.line[-1]:
-        parts.append(f"lines {kept[-1] + 1} to {layout.line[-1]}")
-    said = [f"left out, {why}: {' and '.join(parts)}"] if parts else []
-    for reason, lines in layout.left_out.items():
-        some = ", ".join(map(str, lines[:5])) + ", ..." * (len(lines) > 5)
-        said.append(f"left out, {reason}: line {some}")
-    return said
+def _zeros(values: Values, settings: Settings, kept: BoolArray) -> dict[str, Zero]:
+    """Find the zeros in the window that was given, or in rows that are certainly without load."""
+    if settings.tare is not None:
+        begin, end = settings.tare
+        where = values[begin.column]
+        return zeros_of(values, (where >= begin.value) & (where <= end.value))
+    first = int(np.argmax(kept)) if settings.begin is not None else None
+    free = unloaded(values, first)
+    return zeros_of(values, np.arange(len(kept)) < free) if free >= FEWEST else {}
 
 
-def _missing(values: Values) -> list[str]:
+def _missing_values(values: Values) -> list[str]:
     counts = {name: int(np.isnan(each).sum()) for name, each in values.items()}
     return [f"{name} is missing in {counted(n, 'row')}" for name, n in counts.items() if n]

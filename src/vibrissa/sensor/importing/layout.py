@@ -1,27 +1,26 @@
-"""The table in a text file: its separator, its titles, its row of units and its rows of numbers.
+"""The layout of a laboratory's text file: separator, decimal sign, titles, units, rows of numbers.
 
-Every separator is tried. The rows of numbers are the longest stretch of lines with one number of
-cells, half of them numbers at least; the titles are the line above with as many cells. Of a wrong
-separator, cells are left that are no numbers. Python's own csv.Sniffer looks at the frequency of
-letters alone, and reads a decimal comma as a separator. A line that begins with a sign of comment
-is none of the rows, but may hold titles or units.
+Each separator is tried with each decimal sign. The best pair turns the largest part of the cells
+into numbers; the rows are the longest stretch of lines with one number of cells, half of them
+numbers at least. Python's own csv.Sniffer looks at the frequency of letters alone, and reads a
+decimal comma as a separator.
 """
 
+import codecs
 import csv
 import re
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
-from itertools import groupby
-
-import numpy as np
+from itertools import groupby, product
+from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import RecordingError
-from vibrissa.numerics.arrays import IntArray
-from vibrissa.sensor.importing.notation import like_a_number
-from vibrissa.sensor.importing.units import is_unit
+from vibrissa.sensor.importing.titles import NO_UNIT, is_unit
+from vibrissa.sensor.series import MISSING, Notation, lines_of
 from vibrissa.wording import counted
+
+if TYPE_CHECKING:
+    from pandas import Index, Series
 
 
 class Separator(StrEnum):
@@ -39,22 +38,29 @@ SIGNS = {
     Separator.TAB: "\t",
     Separator.COMMA: ",",
     Separator.BAR: "|",
+    Separator.BLANK: " ",
 }
-LINE_END = re.compile("\r\n|\n|\r")
-# Titles between blanks: a unit in brackets belongs to the word before.
-TITLE = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
-# Before a comment (not a missing value), which may hold titles or units.
-COMMENT = re.compile(r"\s*(?!#n/a|#nv)(?:[#%]+|//+)", re.I)
-# Why lines are left out.
-BETWEEN = "words between the titles and the rows"
-COMMENTS = "comments"
-FOOTER = "no numbers below the table"
-# About so many rows tell how well a separator fits.
+_EXPONENT = "([eE][-+]?[0-9]+)?"
+# Numbers by their decimal sign. The other sign may stand between groups of three digits.
+NOTATIONS = {
+    ".": Notation(
+        r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+|[1-9][0-9]{0,2}(,[0-9]{3})+(\.[0-9]*)?)" + _EXPONENT,
+        decimal=".",
+        groups=",",
+    ),
+    ",": Notation(
+        r"[-+]?([0-9]+(,[0-9]+)?|,[0-9]+|[1-9][0-9]{0,2}(\.[0-9]{3})+(,[0-9]+)?)" + _EXPONENT,
+        decimal=",",
+        groups=".",
+    ),
+}
+COMMENT = re.compile(r"\s*([#%]|//)+")
+# Lines that show the layout, unless no number among them decides what the decimal sign is.
 SAMPLE = 1000
 # Fewer rows are no recording, fewer columns no table.
 FEWEST_ROWS, FEWEST_COLUMNS = 3, 2
-
-Cells = list[str]
+# LabVIEW's title of a column that its rows do not have.
+REMARKS = "Comment"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -64,42 +70,74 @@ class Layout:
     Attributes
     ----------
     separator : Separator
-    titles : tuple of str
-        Of the columns; empty if there are none.
-    units : tuple of str
-        Of the row of units below the titles; empty if there is none.
-    title_line, unit_line : int
-        Line of the titles and of the units, from 1; 0 if there are none.
-    rows : list of list of str
-        Cells of the rows of numbers, all of one length.
-    line : ndarray of int
-        Line of each row.
-    left_out : dict of str to tuple of int
-        Lines that are left out from the titles on, by the reason.
-    mistake : str
-        Why it is no table after all; empty if it is.
+    notation : Notation
+    titles, units : tuple of str
+        One for each column; no titles, or no units, where the file has none.
+    rows : Series of str
+        Lines of the rows, with their numbers as index and `sign` between the cells.
+    notes : tuple of str
+        What was found and left out.
     """
 
     separator: Separator
+    notation: Notation
     titles: tuple[str, ...]
     units: tuple[str, ...]
-    title_line: int
-    unit_line: int
-    rows: list[Cells]
-    line: IntArray
-    left_out: dict[str, tuple[int, ...]]
-    mistake: str
+    rows: "Series[str]"
+    notes: tuple[str, ...]
 
-    @cached_property
-    def rank(self) -> tuple[float, bool, bool]:
-        """How well this separator fits: the part of cells with numbers, titles, no mistake."""
-        some = self.rows[:: len(self.rows) // SAMPLE + 1]
-        share = float(np.mean([like_a_number(cell) for row in some for cell in row]))
-        return share, bool(self.titles), not self.mistake
+    @property
+    def sign(self) -> str:
+        """What separates the cells of a row."""
+        return "\t" if self.separator is Separator.BLANK else SIGNS[self.separator]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Try:
+    """What the sampled lines are with a separator and a decimal sign.
+
+    Attributes
+    ----------
+    first, width : int
+        Number of the first row, and how many columns there are.
+    values : list
+        Numbers in the rows, one after the other.
+    share : float
+        Part of the cells that are numbers.
+    """
+
+    separator: Separator
+    notation: Notation
+    first: int
+    width: int
+    values: list[float]
+    share: float
+
+
+def decoded(data: bytes, name: str) -> str:
+    """Decode a text file: UTF-8, UTF-16 with its mark, or else the Western letters of Windows.
+
+    Raises
+    ------
+    RecordingError
+        If it is no text.
+    """
+    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        text = data.decode("utf-16" if marked else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", errors="replace")
+    if "\0" in text:
+        raise RecordingError(f"{name}: not a text file: save the table as text (CSV)")
+    return text.replace("−", "-")
 
 
 def layout_of(
-    text: str, name: str, separator: Separator | None = None, title_line: int | None = None
+    text: str,
+    name: str,
+    separator: Separator | None = None,
+    decimal: str | None = None,
+    title_line: int | None = None,
 ) -> Layout:
     """Find the table in a text.
 
@@ -108,7 +146,7 @@ def layout_of(
     text : str
     name : str
         Of the file, for messages.
-    separator : Separator, optional
+    separator, decimal
         Found by default.
     title_line : int, optional
         Line of the titles, from 1; 0 if there are none. Found by default.
@@ -116,226 +154,187 @@ def layout_of(
     Raises
     ------
     RecordingError
-        If there is no table, or two separators make different ones; the message says why.
+        If there is no table, or more than one reading of it; the message has the choices to type.
     """
-    lines = LINE_END.split(text)
-    if title_line is not None and not 0 <= title_line <= len(lines):
-        raise RecordingError(f"{name}: there is no line {title_line} for the titles")
-    tried = list(Separator) if separator is None else [separator]
-    found = [_of(lines, each, title_line) for each in tried]
-    layouts = sorted((one for one in found if one is not None), key=lambda one: one.rank)
-    if layouts:
-        return _best(layouts, name)
-    raise RecordingError(
-        f"{name}: no table with at least {FEWEST_COLUMNS} columns and {FEWEST_ROWS} rows of "
-        "numbers was found; if there is one, give the separator"
-    )
+    lines = lines_of(text)
+    signs = product([separator] if separator else Separator, [decimal] if decimal else NOTATIONS)
+    pairs = [(one, NOTATIONS[point]) for one, point in signs if SIGNS[one] != point]
+    below = lines[lines.index > (title_line or 0)]
+    found = _best(below[:SAMPLE], pairs)
+    if len(found) != 1:
+        found = _best(below, pairs)
+    if not found:
+        raise RecordingError(
+            f"{name}: no table of {FEWEST_COLUMNS} columns and {FEWEST_ROWS} rows of numbers at "
+            "least was found; if there is one, add --separator and --decimal"
+        )
+    if len(found) > 1:
+        raise RecordingError(_ambiguous(found, lines, name))
+    return _laid_out(found[0], lines, name, title_line)
 
 
-def _best(layouts: Sequence[Layout], name: str) -> Layout:
-    best = layouts[-1]
-    if best.mistake:
-        raise RecordingError(f"{name}, {best.mistake}")
-    equals = [one.separator for one in layouts if one.rank == best.rank]
-    if len(equals) > 1:
-        raise RecordingError(f"{name}: the separator may be {' or '.join(equals)}: give it")
+def _best(lines: "Series[str]", pairs: list[tuple[Separator, Notation]]) -> list[_Try]:
+    """Try separators and decimal signs; of those that fit best, the first of each reading."""
+    tried = [one for pair in pairs if (one := _tried(lines, *pair)) is not None]
+    best: list[_Try] = []
+    for one in tried:
+        same = any(one.values == other.values for other in best)
+        if one.share == max(each.share for each in tried) and not same:
+            best.append(one)
     return best
 
 
-def _of(lines: Sequence[str], separator: Separator, title_line: int | None) -> Layout | None:
-    """Find the table that a separator makes; None if it makes none."""
-    cells = [[] if COMMENT.match(line) else _cells(line, separator) for line in lines]
-    blocks = _blocks(cells, title_line or 0)
+def _tried(lines: "Series[str]", separator: Separator, notation: Notation) -> _Try | None:
+    number = re.compile(notation.number)
+    rows = [
+        (line, cells_of(text, separator)) for line, text in lines.items() if not COMMENT.match(text)
+    ]
+    groups = groupby(rows, lambda row: len(row[1]) if _has_numbers(row[1], number) else 0)
+    blocks = [list(group) for width, group in groups if width >= FEWEST_COLUMNS]
+    blocks = [block for block in blocks if len(block) >= FEWEST_ROWS]
     if not blocks:
         return None
     block = max(blocks, key=len)
-    heads = _heads(lines, cells, block[0], separator, (title_line or 1) - 1)
-    titles_at = _titles_at(heads) if title_line is None else title_line - 1
-    if titles_at is None or titles_at < 0:
-        titles_at, titles, below = None, [], {}
-    else:
-        titles = _titles(lines[titles_at], separator, len(cells[block[0]]))
-        below = {row: head for row, head in heads.items() if row > titles_at}
-    units_at = _units_at(below)
-    between = [row for row in sorted(below) if below[row].plain and row != units_at]
-    width = max(_width(cells, block), len(titles))
-    from_titles = range(block[0] if titles_at is None else titles_at + 1, len(lines))
-    comments = [row for row in from_titles if COMMENT.match(lines[row]) and row != units_at]
-    footer = [row for row in range(block[-1] + 1, len(lines)) if any(cells[row])]
-    left_out = {BETWEEN: between, COMMENTS: comments, FOOTER: footer}
-    return Layout(
+    width = len(block[0][1])
+    filled = [cell for _, cells in block for cell in cells if cell.lower() not in MISSING]
+    values = [notation.value(cell) for cell in filled if number.fullmatch(cell)]
+    return _Try(
         separator=separator,
-        titles=tuple(titles),
-        units=() if units_at is None else tuple(_padded(below[units_at].cells, width)),
-        title_line=_number(titles_at),
-        unit_line=_number(units_at),
-        rows=[cells[row][:width] for row in block],
-        line=np.array(block) + 1,
-        left_out={why: tuple(map(_number, rows)) for why, rows in left_out.items() if rows},
-        mistake=_heads_mistake(cells, titles_at, between)
-        or _mistake(cells, blocks, width, titles_at, len(titles)),
+        notation=notation,
+        # A line between that fits neither is named later.
+        first=next(line for [(line, cells), *_] in blocks if len(cells) == width),
+        width=width,
+        values=values,
+        share=len(values) / max(len(filled), 1),
     )
 
 
-def _number(row: int | None) -> int:
-    """Line of a row, from 1; 0 if there is none."""
-    return 0 if row is None else row + 1
+def _has_numbers(cells: list[str], number: re.Pattern[str]) -> bool:
+    """Whether half of the cells that are not empty are numbers."""
+    filled = [cell for cell in cells if cell.lower() not in MISSING]
+    found = sum(bool(number.fullmatch(cell)) for cell in filled)
+    return 2 * found >= len(filled) and any(cells)
 
 
-def _cells(line: str, separator: Separator) -> Cells:
-    """Cells of a line; of one with lone quotes it is one."""
+def cells_of(line: str, separator: Separator) -> list[str]:
+    """Split a line; of one with lone quotes it is one cell."""
     if separator is Separator.BLANK:
-        return re.findall("[^ ]+", line)
-    if '"' not in line:
-        return [cell.strip() for cell in line.split(SIGNS[separator])] if line else []
+        return line.split()
     try:
-        rows = list(csv.reader([line], delimiter=SIGNS[separator], strict=True))
+        cells = next(csv.reader([line], delimiter=SIGNS[separator], strict=True), [])
     except csv.Error:
         return [line]
-    return [cell.strip() for cell in rows[0]] if rows else []
+    return [cell.strip() for cell in cells]
 
 
-def _blocks(cells: Sequence[Cells], start: int) -> list[list[int]]:
-    """Stretches of rows with one number of cells, half of them numbers; blank lines are none."""
-    rows = (row for row in range(start, len(cells)) if any(cells[row]))
-    groups = groupby(rows, key=lambda row: len(cells[row]) if _has_numbers(cells[row]) else 0)
-    blocks = [list(group) for width, group in groups if width >= FEWEST_COLUMNS]
-    return [block for block in blocks if len(block) >= FEWEST_ROWS]
-
-
-def _has_numbers(cells: Cells) -> bool:
-    return 2 * sum(map(like_a_number, cells)) >= sum(map(bool, cells))
-
-
-def _width(cells: Sequence[Cells], block: Sequence[int]) -> int:
-    """Count the columns without those that a separator at the end of each line makes."""
-    return max(_filled(cells[row]) for row in block)
-
-
-def _filled(cells: Cells) -> int:
-    return max((i for i, cell in enumerate(cells, 1) if cell), default=0)
-
-
-def _padded(cells: Cells, width: int) -> Cells:
-    return [*cells, *[""] * width][:width]
-
-
-def _heads(
-    lines: Sequence[str], cells: Sequence[Cells], first: int, separator: Separator, top: int
-) -> dict[int, "_Head"]:
-    """Lines from the top to the first row of numbers, upwards, without those that are blank."""
-    columns = len(cells[first])
-    return {
-        row: _Head(cells=_titles(lines[row], separator, columns), plain=any(cells[row]))
-        for row in range(first - 1, top - 1, -1)
-        if any(cells[row]) or COMMENT.match(lines[row])
-    }
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Head:
-    """A line above the rows of numbers.
-
-    Attributes
-    ----------
-    cells : list of str
-        As many as there are columns; none if the line has another number.
-    plain : bool
-        Whether it is no comment.
-    """
-
-    cells: Cells
-    plain: bool
-
-    @property
-    def is_words(self) -> bool:
-        """Whether these may be titles or units."""
-        return self.is_units or (bool(self.cells) and not any(map(like_a_number, self.cells)))
-
-    @property
-    def is_units(self) -> bool:
-        """Whether these are units alone, some of which, such as -, may look like missing values."""
-        return all(map(is_unit, self.cells)) and not all(map(like_a_number, self.cells))
-
-
-def _titles_at(heads: Mapping[int, _Head]) -> int | None:
-    """Find the line of titles, the nearest line above the rows or its units first."""
-    plain = [row for row, head in heads.items() if head.plain]
-    # Titles are in a comment only if they are nowhere else.
-    nearest = plain if plain and heads[plain[0]].is_words else list(heads)
-    words = [row for row in nearest if heads[row].plain or heads[row].is_words][:2]
-    if not words or not heads[words[0]].is_words:
-        return None
-    named = len(words) == 2 and heads[words[1]].is_words and heads[words[0]].is_units
-    return words[1] if named else words[0]
-
-
-def _units_at(heads: Mapping[int, _Head]) -> int | None:
-    """Find the line of units between the titles and the rows; some may be none that are known."""
-    units = [row for row, head in heads.items() if head.is_units]
-    some = [row for row, head in heads.items() if head.plain and _has_units(head)]
-    return next(iter([*units, *some]), None)
-
-
-def _has_units(head: _Head) -> bool:
-    return head.is_words and any(is_unit(cell) for cell in head.cells if cell)
-
-
-def _titles(line: str, separator: Separator, width: int) -> Cells:
-    """Titles in a line, as many as there are columns; none if the line has another number."""
-    line = COMMENT.sub("", line, count=1)
-    choices = [_cells(line, separator)]
-    if separator is Separator.BLANK:
-        choices = [re.split(r"\s{2,}", line.strip()), TITLE.findall(line)]
-    for titles in choices:
-        if len(titles) == width or _filled(titles) == width:
-            return titles[:width]
-        if len(titles) == width - 1 and separator is not Separator.BLANK:
-            # The rows end with a separator, the titles do not.
-            return titles
-    return []
-
-
-def _heads_mistake(cells: Sequence[Cells], titles_at: int | None, between: Sequence[int]) -> str:
-    """Say which line has numbers where titles and units are; empty if none has."""
-    if titles_at is not None and _has_numbers(cells[titles_at]) and cells[titles_at]:
-        return f"line {titles_at + 1}: these are numbers, not titles; without titles give 0"
-    row = next((row for row in between if any(map(like_a_number, cells[row]))), None)
-    if row is None:
-        return ""
+def _ambiguous(found: list[_Try], lines: "Series[str]", name: str) -> str:
+    """Say what may be read in two ways, and what to type for each."""
+    one, other = found[:2]
+    if one.separator is not other.separator:
+        return f"{name}: add --separator {one.separator} or --separator {other.separator}"
+    line, cell = next(
+        (line, cell)
+        for line, text in lines.loc[one.first :].items()
+        for cell in cells_of(text, one.separator)
+        if all(re.fullmatch(each.notation.number, cell) for each in (one, other))
+        and one.notation.value(cell) != other.notation.value(cell)
+    )
+    values = (each.notation.value(cell) for each in (one, other))
     return (
-        f"line {row + 1}: numbers stand between the titles and the rows, which begin below: "
-        "correct the line, or begin it with # to leave it out"
+        f"{name}, line {line}: {cell!r} may be {' or '.join(map(repr, values))}, and no number of "
+        f"the file decides: add --decimal '{one.notation.decimal}' or "
+        f"--decimal '{other.notation.decimal}'"
     )
 
 
-def _mistake(
-    cells: Sequence[Cells],
-    blocks: Sequence[Sequence[int]],
-    width: int,
-    titles_at: int | None,
-    titles: int,
-) -> str:
-    """Say which line does not fit a table; empty if all do."""
-    block = max(blocks, key=len)
-    same = [one for one in blocks if len(cells[one[0]]) == len(cells[block[0]])]
-    lost: int | None
-    if len(same) > 1:
-        lost = next(row for row in range(same[0][-1] + 1, len(cells)) if any(cells[row]))
-        if not any(map(like_a_number, cells[lost])):
-            return (
-                f"line {lost + 1}: the table ends, but one more begins: give the line of titles, "
-                "or begin such a line with #"
-            )
-    else:
-        rest = range(block[-1] + 1, len(cells))
-        lost = next((row for row in rest if any(map(like_a_number, cells[row]))), None)
-    if lost is not None:
-        return f"line {lost + 1}: {counted(len(cells[lost]), 'value')}, but the table has {width}"
-    above = titles_at
-    if titles_at is None:
-        above = next((row for row in range(block[0] - 1, -1, -1) if any(cells[row])), None)
-        titles = 0 if above is None else len(cells[above])
-    if above is None or titles == width or (titles_at is None and titles < FEWEST_COLUMNS):
-        return ""
-    return f"line {above + 1}: {counted(titles, 'title')}, but there are {width} columns"
+def _laid_out(found: _Try, lines: "Series[str]", name: str, title_line: int | None) -> Layout:
+    """Find the titles above the rows, and what is no row below them."""
+    rows = lines.loc[found.first :]
+    comments = rows.index[rows.str.match(COMMENT)]
+    rows = rows.drop(comments)
+    number = re.compile(found.notation.number)
+    end = len(rows)
+    while not any(map(number.fullmatch, cells_of(rows.iloc[end - 1], found.separator))):
+        end -= 1
+    footer, rows = rows.index[end:], rows.iloc[:end]
+    ends_empty = bool(rows.str.rstrip(" ").str.endswith(SIGNS[found.separator]).all())
+    heads = _heads(lines.loc[: found.first - 1], found, ends_empty)
+    titles_at, units_at = _titles_at(heads, found, name, title_line)
+    if found.separator is Separator.BLANK:
+        rows = rows.str.strip().str.replace(r"\s+", "\t", regex=True)
+    head = f"titles in line {titles_at}" if titles_at else "no titles"
+    units = f", units in line {units_at}" if units_at else ""
+    size = f"{counted(len(rows), 'row')} from line {found.first} on"
+    sign = {".": "decimal point", ",": "decimal comma"}[found.notation.decimal]
+    return Layout(
+        separator=found.separator,
+        notation=found.notation,
+        titles=tuple(heads[titles_at]) if titles_at else (),
+        units=tuple(heads[units_at]) if units_at else (),
+        rows=rows,
+        notes=(
+            f"separator {found.separator}, {sign}, {head}{units}, {size}",
+            *_left_out(comments, "comments"),
+            *_left_out(footer, "no numbers below the table"),
+        ),
+    )
+
+
+def _left_out(lines: "Index[Any]", what: str) -> list[str]:
+    some = ", ".join(map(str, lines[:5])) + ", ..." * (len(lines) > 5)
+    return [f"left out, {what}: line {some}"] if len(lines) else []
+
+
+def _heads(above: "Series[str]", found: _Try, ends_empty: bool) -> dict[int, list[str]]:
+    """Cells of the lines above the rows, without comments that have not one for each column."""
+    heads = {}
+    for line, text in above.items():
+        plain = COMMENT.sub("", text, count=1)
+        if found.separator is Separator.BLANK:  # a unit in brackets belongs to the word before
+            plain = re.sub(r"\s+(?=[\[(])", "", plain)
+        cells = cells_of(plain, found.separator)
+        while len(cells) > found.width and cells[-1] in ("", REMARKS):
+            cells.pop()
+        if ends_empty and len(cells) == found.width - 1:
+            cells.append("")
+        if plain == text or len(cells) == found.width:
+            heads[line] = cells
+    return heads
+
+
+def _titles_at(
+    heads: dict[int, list[str]], found: _Try, name: str, title_line: int | None
+) -> tuple[int, int]:
+    """Find the lines of titles and units; 0 where there is none.
+
+    Raises
+    ------
+    RecordingError
+        If the titles are not as many as the columns.
+    """
+    if title_line == 0 or not heads:
+        return 0, 0
+    below = [line for line in heads if line > (title_line or 0)]
+    units_at = below[-1] if below and _are_units(heads[below[-1]]) else 0
+    named = [line for line in heads if line != units_at]
+    titles_at = title_line or (named[-1] if named else 0)
+    cells = heads.get(titles_at, [])
+    if len(cells) == found.width and not any(map(_like_a_number, cells)):
+        return titles_at, units_at
+    if units_at and not title_line:  # units, and no titles above: they are the titles
+        return units_at, 0
+    if title_line is None and len(cells) < FEWEST_COLUMNS:
+        return 0, 0
+    raise RecordingError(
+        f"{name}, line {titles_at}: {counted(len(cells), 'title')}, but line {found.first} has "
+        f"{counted(found.width, 'value')}: correct it, or add --titles with the line of the titles "
+        "(0: none)"
+    )
+
+
+def _are_units(cells: list[str]) -> bool:
+    return all(map(is_unit, cells)) and any(cell not in NO_UNIT for cell in cells)
+
+
+def _like_a_number(cell: str) -> bool:
+    return any(re.fullmatch(one.number, cell) for one in NOTATIONS.values())

@@ -1,30 +1,34 @@
-"""From the readings of a transducer to the load on the clamp, along and normal to the surface."""
+"""From the readings of a transducer to the load on the clamp: axes, origin of the moment, zeros."""
 
-from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.importing.settings import Window
+from vibrissa.sensor.identification.ends import FEWEST, moving, touching
+from vibrissa.sensor.identification.recording import noise_of
 from vibrissa.sensor.transducer import CHANNELS
 
-# Successive readings may share an error (a filter, hum), so that of a mean is told by means of
-# blocks. Fewer samples than these have too few blocks.
-BLOCKS, FEWEST = 20, 100
-# Fewer samples do not tell a zero with its error.
-FEWEST_AT_ALL = 3
+# Successive readings may share an error (a filter, hum): that of a mean is estimated from means of
+# so many blocks, if there are enough readings.
+BLOCKS, FEWEST_IN_BLOCKS = 20, 100
+# Fewer readings do not give a zero with its error.
+FEWEST_READINGS = 3
+# A reading that is so many standard deviations off has changed: by chance one of 10^6 has.
+CHANGED = 5.0
+# So much of the usual load of the motion is a load; of the rows before it, so many are taken.
+LOADED, TAKEN = 0.3, 0.8
 
 Values = dict[str, FloatArray]
 
 
 class Zero(NamedTuple):
-    """Reading of a channel without load, its standard deviation, and how many samples told it."""
+    """Reading of a channel without load, its standard deviation, and of how many rows it is."""
 
     value: float
     deviation: float
-    samples: int
+    rows: int
 
 
 def turned(values: Values, angle: float) -> Values:
@@ -35,15 +39,7 @@ def turned(values: Values, angle: float) -> Values:
     values : dict of str to ndarray
     angle : float
         By which the transducer's axes are turned from x to y (rad).
-
-    Raises
-    ------
-    ArgumentError
-        If one of the forces is missing.
     """
-    if not angle:
-        return values
-    _need(values, ("force_x", "force_y"), "turn")
     x, y = values["force_x"], values["force_y"]
     cos, sin = np.cos(angle), np.sin(angle)
     return values | {"force_x": cos * x - sin * y, "force_y": sin * x + cos * y}
@@ -59,104 +55,67 @@ def about_clamp(values: Values, origin: tuple[float, float]) -> Values:
         same force, with an arm that is shorter by (a, b).
     origin : tuple of float
         That point, from the clamp (m).
-
-    Raises
-    ------
-    ArgumentError
-        If a channel is missing.
     """
     a, b = origin
-    if not (a or b):
-        return values
-    _need(values, CHANNELS, "moment_origin")
     moment = values["moment_z"] + a * values["force_y"] - b * values["force_x"]
     return values | {"moment_z": moment}
 
 
-def _need(values: Mapping[str, FloatArray], names: Sequence[str], what: str) -> None:
-    missing = [name for name in names if name not in values]
-    if missing:
-        raise ArgumentError(f"{what} needs the columns {', '.join(names)}: no {missing[0]}")
-
-
-def inside(values: Values, window: Window, what: str) -> BoolArray:
-    """Tell which samples lie in a window.
-
-    Raises
-    ------
-    ArgumentError
-        If there is no such column.
-    """
-    if window.column not in values:
-        needed = "column time, or rate" if window.column == "time" else "column footpoint"
-        raise ArgumentError(f"{what} needs the {needed}")
-    where = values[window.column]
-    return np.asarray((where >= window.low) & (where <= window.high))
-
-
-def zeros_of(values: Values, windows: Sequence[Window]) -> dict[str, Zero]:
-    """Find the readings without load in the windows in which there is none.
-
-    Parameters
-    ----------
-    values : dict of str to ndarray
-    windows : sequence of Window
-
-    Returns
-    -------
-    dict of str to Zero
-        For each channel.
+def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
+    """Find the mean reading of each channel in the rows without load, and its error.
 
     Raises
     ------
     RecordingError
-        If there are too few samples.
+        If there are too few rows.
     """
-    if not windows:
-        return {}
-    rows = np.any([inside(values, window, "tare") for window in windows], axis=0)
     found = {}
     for name in CHANNELS:
         if name in values:
             readings = values[name][rows]
             readings = readings[~np.isnan(readings)]
-            if len(readings) < FEWEST_AT_ALL:
+            if len(readings) < FEWEST_READINGS:
                 raise RecordingError(f"tare: {len(readings)} readings of {name} are too few")
-            found[name] = Zero(float(readings.mean()), _error_of_mean(readings), len(readings))
+            blocks = BLOCKS if len(readings) >= FEWEST_IN_BLOCKS else len(readings)
+            means = np.array([part.mean() for part in np.array_split(readings, blocks)])
+            error = means.std(ddof=1) / np.sqrt(blocks)
+            found[name] = Zero(float(readings.mean()), float(error), len(readings))
     return found
 
 
-def _error_of_mean(readings: FloatArray) -> float:
-    parts: Sequence[FloatArray] = [readings]
-    if len(readings) >= FEWEST:
-        parts = np.array_split(readings, BLOCKS)
-    means = readings if len(parts) == 1 else np.array([part.mean() for part in parts])
-    return float(means.std(ddof=1) / np.sqrt(len(means)))
+def unloaded(values: Values, begin: int | None) -> int:
+    """Count the rows at the beginning in which no load acts, if that is certain; else 0.
 
-
-def with_time(values: Values, rate: float | None, place: Sequence[str]) -> Values:
-    """Give each sample its time, by the rate or as recorded.
+    It is where the normal force (without it the moment) jumps while the clamp still rests, as the
+    rod is lowered, and stays away from its first level all through the motion.
 
     Parameters
     ----------
     values : dict of str to ndarray
-    rate : float or None
-        Samples in a second.
-    place : sequence of str
-        Name of each row, for messages.
-
-    Raises
-    ------
-    RecordingError
-        If time was recorded and does not increase.
+    begin : int, optional
+        First row of the motion; found by the clamp position by default.
     """
-    if rate is not None:
-        size = len(next(iter(values.values())))
-        return {"time": np.arange(size) / rate, **values}
-    if "time" in values:
-        late = ~(np.diff(values["time"]) > 0.0)
-        if late.any():
-            raise RecordingError(
-                f"{place[int(np.argmax(late)) + 1]}: time does not increase: give the rate instead"
-            )
-    return values
+    channel = next((name for name in ("force_y", "moment_z") if name in values), None)
+    if channel is None:
+        return 0
+    names = [channel, "footpoint"] if begin is None else [channel]
+    whole = ~np.isnan([values[name] for name in names]).any(axis=0)
+    if not whole.all():
+        return 0
+    if begin is None:
+        begin = moving(values["footpoint"]).start
+    readings = values[channel]
+    if not FEWEST < begin < len(readings) - FEWEST:
+        return 0
+    load = readings - np.median(readings[:FEWEST])
+    moved = load[begin:]
+    moved = moved[touching(moved[:, None])]
+    usual = np.median(moved)
+    if usual == 0.0:
+        return 0
+    lowered = np.median(load[begin - FEWEST : begin]) / usual > LOADED
+    pressed = np.quantile(moved / usual, 0.05) > LOADED
+    if not (lowered and pressed):
+        return 0
+    changed = np.abs(load) > CHANGED * noise_of(readings[:, None])
+    return int(TAKEN * np.argmax(changed))
