@@ -61,7 +61,6 @@ TASKS = {
     "costs": Task(
         module("validation.sensor.costs"), "what each tolerance costs in friction", "1 min"
     ),
-    "fuzz": Task(module("validation.fuzzing"), "read damaged recordings", "15 min"),
     # The explorer
     "explorer-agreement": Task(
         module("validation.explorer_agreement"), "random points, in the page and in Python", "1 min"
