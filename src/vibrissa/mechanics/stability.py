@@ -1,11 +1,12 @@
 """Stability: whether an equilibrium is a minimum of the energy."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vibrissa.mechanics.mounting import polynomial
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.eigenvalues import smallest_eigenvalue
 from vibrissa.numerics.spectral import gauss_rule
 
 # Stiffness that stands for a rigid constraint: larger ones lose the digits of the margin.
@@ -38,33 +39,58 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
         is stable, zero where it stops being so.
     """
     rule = gauss_rule(states.nodes)
-    # Columns are states: an integral along the rod is one product of matrices for all of them.
-    length, compliance = (np.ascontiguousarray(d.T) for d in states.densities(rule.nodes))
-    length *= rule.weights[:, None]
-    phi = np.ascontiguousarray(states.phi.T)
-    sin, cos = length * np.sin(phi), length * np.cos(phi)
-    load_slope = states.fx * cos + states.fy * sin
+    density, compliance = states.densities(rule.nodes)
     # ψ from u, the square root of its bending energy density: ∫ B·ψ'² ds = Σ u². One more
     # variable is the turn of the clamp, in units of the root of its energy.
-    root = np.sqrt(rule.weights[:, None] * compliance)
-    turn = np.sqrt(states.clamp_compliance)
-    integral, touch = rule.from_start / rule.weights, np.vstack([root, turn])
+    root = np.sqrt(rule.weights * compliance)
+    turn = np.sqrt(states.clamp_compliance)[:, None]
+    slope = rule.from_start * (compliance / root)[:, None, :]
+    clamp = np.broadcast_to(turn[:, None], (*slope.shape[:2], 1))
+    slope, touch = np.concatenate([slope, clamp], axis=2), np.hstack([root, turn])
+    load = rule.weights * density
+    sin, cos = np.sin(states.phi), np.cos(states.phi)
+    load_slope = load * (states.fx[:, None] * cos + states.fy[:, None] * sin)
+    quadratic = np.swapaxes(slope, 1, 2) @ (load_slope[:, :, None] * slope)
     # At a tip nothing holds the slope. Where the rod lies down a turn costs energy, or is held.
     curvature = polynomial(states.curvature, states.s_c[:, None])[:, 0]
     yields = states.line & (curvature < 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         held = np.where(yields, np.clip(states.fy / curvature, 0.0, RIGID), 0.0)
-
-    def transposed(psi: FloatArray) -> FloatArray:
-        """Differentiate by u what depends on ψ."""
-        return np.vstack([root * (integral.T @ psi), turn * psi.sum(axis=0)])
-
-    def load_variation(u: FloatArray) -> FloatArray:
-        """Halve the derivative of the second variation without the elastic energy."""
-        psi = integral @ (root * u[:-1]) + turn * u[-1]
-        return transposed(load_slope * psi) + held * (touch * u).sum(axis=0) * touch
-
-    constraints = [transposed(cos), touch * (states.line & ~yields)]
+    quadratic += held[:, None, None] * touch[:, :, None] * touch[:, None, :]
+    constraints = [np.vecmat(load * cos, slope), touch * (states.line & ~yields)[:, None]]
     if not slides:
-        constraints.append(transposed(sin))
-    return 1.0 + smallest_eigenvalue(load_variation, np.ones_like(touch), constraints)
+        constraints.append(np.vecmat(load * sin, slope))
+    return 1.0 + smallest_eigenvalue(quadratic, constraints)
+
+
+def smallest_eigenvalue(matrices: FloatArray, normals: Sequence[FloatArray]) -> FloatArray:
+    """Smallest eigenvalues of symmetric operators in the spaces normal to some vectors.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (n, k, k)
+        Overwritten.
+    normals : sequence of ndarray, shape (n, k)
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        At most 0, which is an eigenvalue in the limit of many nodes; NaN where a matrix is not
+        finite.
+    """
+    known: list[FloatArray] = []
+    for normal in normals:
+        for other in known:
+            normal = normal - np.vecdot(other, normal)[:, None] * other
+        # A vector of zeros holds nothing.
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+        known.append(normal)
+        moved = np.matvec(matrices, normal)
+        moved -= 0.5 * np.vecdot(normal, moved)[:, None] * normal
+        matrices -= normal[:, :, None] * moved[:, None]
+        matrices -= moved[:, :, None] * normal[:, None]
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    found = np.full(len(matrices), np.nan)
+    found[finite] = np.linalg.eigvalsh(matrices[finite])[:, 0]
+    return found

@@ -13,7 +13,7 @@ from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.batch import slices
 
 # Places at which series are evaluated together: what belongs to them stays in the cache.
-PLACES_AT_ONCE = 256
+PLACES_AT_ONCE = 1024
 # Distance from the real line, or from its end, within which a root counts as one on it.
 ROOT_TOLERANCE = 1e-8
 

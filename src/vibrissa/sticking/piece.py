@@ -174,8 +174,10 @@ class PieceArray:
     @cached_property
     def last(self) -> StickingState:
         """Last states of the pieces."""
-        rows = [[column[-1] for column in piece.states.columns.values()] for piece in self.pieces]
-        return StickingState.from_matrix(np.array(rows).reshape(-1, len(StickingState.names())))
+        matrix = np.empty((len(self.pieces), len(StickingState.names())))
+        for rows, series in self._grouped:
+            matrix[rows] = series.states[:, -1]
+        return StickingState.from_matrix(matrix)
 
     @cached_property
     def line(self) -> BoolArray:
@@ -194,7 +196,8 @@ class PieceArray:
         groups = []
         for count in np.unique(counts):
             rows = np.flatnonzero(counts == count)
-            states = np.stack([self.pieces[row].states.matrix() for row in rows])
+            columns = [c for row in rows for c in self.pieces[row].states.columns.values()]
+            states = np.concatenate(columns).reshape(len(rows), -1, count).swapaxes(1, 2)
             length = self.stop[rows] - self.start[rows]
             groups.append((rows, _Series(states=states, start=self.start[rows], length=length)))
         return groups

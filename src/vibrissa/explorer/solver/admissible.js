@@ -8,7 +8,7 @@ const EVENLY = Float64Array.from({ length: LOOKS }, (_, i) => i / (LOOKS - 1));
 const NEAR = 0.05;
 const HALF_TURN = Math.PI - 0.3;
 /** Slope that is none, where the rod comes to lie on the surface. */
-const LEVEL = 1e-6;
+const LEVEL = 1e-9;
 /** Height by which a shape must pass its limit to count, as it is looked at in points alone. */
 const PASSED = 1e-6;
 /** The same of an arch, whose highest point is found, in a state that is solved exactly. */

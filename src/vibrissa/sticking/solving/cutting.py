@@ -6,7 +6,6 @@ the forces change faster or the displacement turns back. The ends of the parts a
 nodes as they need: unlike the knots, they have to be exact.
 """
 
-# Least share of the displacement in the direction of a path that it is the parameter of.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -228,8 +227,10 @@ def _exact_knots(branches: Branches, followed: Followed, sections: list[Section]
     """Offset, fx, fy and s_c of all knots, exact where sections meet, shape (knots, 4)."""
     knots = followed.knots
     quantities = end_quantities(knots.states)
+    # The displacement begins with 0, and the last knots lie beyond the ends of the paths.
+    known = followed.first & np.isin(np.arange(len(knots)), [s.first for s in sections if s.by_x0])
     rows = np.unique([at for s in sections for at in (s.first, s.last)]).astype(np.int64)
-    rows = rows[~followed.last[rows]]
+    rows = rows[~followed.last[rows] & ~known[rows]]
     some, chosen = branches.take(knots.branch[rows]), knots.take(rows)
     upright, switch = followed.first[rows], followed.kinks[rows]
     value = np.vecdot(chosen.direction, some.units * quantities[rows])
