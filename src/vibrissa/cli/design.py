@@ -14,7 +14,7 @@ from vibrissa.cli.options import (
     progress_bars,
     save_picture,
 )
-from vibrissa.cli.requirements import takes_requirements
+from vibrissa.cli.setup import ROD, SIGNALS, takes
 from vibrissa.design import Design, DesignStatus, Requirements
 from vibrissa.design import design as find_design
 from vibrissa.sensor import series
@@ -22,6 +22,15 @@ from vibrissa.sensor.setup import write_keys
 
 app = typer.Typer(**ALONE)
 
+PANELS = {
+    "Task": ("step", "mu0"),
+    ROD: (
+        *("material", "modulus", "yield_strain", "density"),
+        *("theta", "eta", "diameter", "length", "contact"),
+    ),
+    SIGNALS: ("transducer", "noise", "range"),
+    "Limits": ("tip", "safety", "lock_factor", "steps", "weight", "load", "spacing"),
+}
 # Ending of a set-up file.
 ROD_FILE = ".toml"
 Written = Annotated[
@@ -44,7 +53,7 @@ Written = Annotated[
     "steel-s235 --diameter '5 mm' --length '100 mm' --theta 2 --eta 0.85 --transducer "
     "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`",
 )
-@takes_requirements
+@takes("requirements", Requirements, PANELS, tolerances=True)
 def design(
     requirements: Requirements, output: Written = None, picture: Picture = None, json: Json = False
 ) -> None:
@@ -77,6 +86,6 @@ def _write(found: Design, output: Path) -> None:
     if output.suffix.lower() != ROD_FILE:
         series.write(output, found.columns())
     elif found.status is DesignStatus.FOUND:
-        write_keys(output, found.rod_file(), f"vibrissa design: {found.message}")
+        write_keys(output, found.best.setup.stated(), f"vibrissa design: {found.message}")
     else:
         typer.echo(f"{output} is not written: the rod violates constraints", err=True)

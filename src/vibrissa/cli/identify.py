@@ -18,13 +18,16 @@ from vibrissa.cli.options import (
     progress_bars,
     save_picture,
 )
-from vibrissa.cli.setup import SIGNALS, takes_setup
-from vibrissa.cli.yielding import elastic_limit, end_of, warn_of_yield
+from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, takes
+from vibrissa.cli.yielding import end_of, warn_of_yield
+from vibrissa.design.materials import likely_material
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup, series
 from vibrissa.sensor.identification.adjusted import FAR
 from vibrissa.wording import counted, see_page
 
 app = typer.Typer(**ALONE)
+
+PANELS = {ROD: (*SIZES, "material"), MOUNTING: ANGLES, SIGNALS: ("transducer", "noise")}
 
 
 @app.command(
@@ -32,7 +35,7 @@ app = typer.Typer(**ALONE)
     epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
     "0.0002' -o friction.csv`",
 )
-@takes_setup("material", "transducer", "noise", "tolerances")
+@takes("setup", Setup, PANELS, tolerances=True)
 def identify(
     recording: Annotated[
         Path,
@@ -90,9 +93,7 @@ def identify(
     check_files(output, picture)
     check_not_read([output, picture], [recording])
     whisker = setup.whisker if setup.has_whisker else None
-    limit = None
-    if whisker is not None:
-        limit = elastic_limit(whisker, setup.material, setup.yield_strain)
+    material = likely_material(setup)
     found = sensor.identify(
         whisker,
         recording,
@@ -113,9 +114,9 @@ def identify(
     if json:
         print_json(found.columns())
     _print(found, output, verbose, err=json or output == series.STANDARD)
-    if whisker is not None and limit is not None:
+    if whisker is not None:
         slips = (found.periods.status == PeriodStatus.SLIP) & (found.periods.grade != Grade.WRONG)
-        warn_of_yield(whisker, end_of(whisker, found.periods.mu0[slips]), limit)
+        warn_of_yield(whisker, end_of(whisker, found.periods.mu0[slips]), material)
 
 
 def _print(found: Identification, output: Path | None, verbose: bool, err: bool) -> None:

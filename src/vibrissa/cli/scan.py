@@ -15,8 +15,9 @@ from vibrissa.cli.options import (
     progress_bars,
     save_picture,
 )
-from vibrissa.cli.setup import say_exact, takes_setup
-from vibrissa.cli.yielding import elastic_limit, warn_of_yield
+from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, say_exact, takes
+from vibrissa.cli.yielding import warn_of_yield
+from vibrissa.design.materials import likely_material
 from vibrissa.sensor import Setup, SlipLaw, series, surfaces
 from vibrissa.wording import see_page
 
@@ -24,16 +25,15 @@ app = typer.Typer(**ALONE)
 
 # Of scans for which none is given.
 KINETIC_RATIO = 0.8
-
-
 SURFACE, MOTION = "Surface", "Motion"
+PANELS = {ROD: (*SIZES, "material"), MOUNTING: ANGLES, SIGNALS: ("transducer",)}
 
 
 @app.command(
     context_settings=HELP,
     epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`",
 )
-@takes_setup("material", "transducer")
+@takes("setup", Setup, PANELS)
 def scan(
     setup: Setup,
     step: Annotated[
@@ -114,7 +114,7 @@ def scan(
     check_not_read([output, picture], [profile])
     whisker = setup.whisker
     say_exact(whisker, "scan")
-    limit = elastic_limit(whisker, setup.material, setup.yield_strain)
+    material = likely_material(setup)
     if law is SlipLaw.FREE and kinetic_ratio is not None:
         typer.echo(
             "the law free uses no kinetic ratio; --law kinetic and --law energy do", err=True
@@ -137,4 +137,4 @@ def scan(
     if picture is not None:
         save_picture(signals.plot(), picture)
     typer.echo(f"{output}: {signals}", err=output == series.STANDARD)
-    warn_of_yield(whisker, float(signals.truth.x0.max()), limit)
+    warn_of_yield(whisker, float(signals.truth.x0.max()), material)

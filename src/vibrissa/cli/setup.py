@@ -1,52 +1,40 @@
-"""Options that describe a set-up: those that are typed often, and ``--set`` for the others."""
+"""Options that are fields of a model: of a `Setup`, or of the `Requirements` of a design."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from enum import Enum
+from functools import partial
 from inspect import Parameter
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_origin
 
 import typer
+from pydantic.fields import FieldInfo
 
 from vibrissa.cli.options import reading_options
 from vibrissa.errors import ArgumentError
-from vibrissa.outcomes import Contact
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 from vibrissa.sensor.whisker import Whisker
 
+Command = Callable[..., None]
+# Panels in which `--help` shows options, each with names of fields.
+Panels = Mapping[str, Sequence[str]]
+
 ROD, MOUNTING, SIGNALS = "Rod", "Mounting", "Signals"
-# Keys of a set-up that are options, with the panel in which `--help` shows them.
-COMMON = {
-    "theta": ROD,
-    "eta": ROD,
-    "modulus": ROD,
-    "diameter": ROD,
-    "length": ROD,
-    "contact": ROD,
-    "clamp_angle": MOUNTING,
-    "stage_angle": MOUNTING,
-}
-# Options of some commands.
-FURTHER = {"material": ROD, "transducer": SIGNALS, "noise": SIGNALS}
-OTHERS = tuple(name for name in Setup.model_fields if name not in (*COMMON, TOLERANCES, "assume"))
+# Fields of a set-up that are typed often; `--set` has the others.
+SIZES = ("theta", "eta", "modulus", "diameter", "length", "contact")
+ANGLES = ("clamp_angle", "stage_angle")
+
+# What fields are that measure nothing.
+METAVARS = {"noise": "list", "range": "list", "material": "name", "transducer": "name"}
 
 Rod = Annotated[
     Path | None,
     typer.Option(
-        "--rod",
         help="Set-up file (.toml). An option takes the place of what stands in it.",
         metavar="<file>",
         rich_help_panel=ROD,
-    ),
-]
-Assignments = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        help=f"Another key of a set-up file; repeat it. {', '.join(OTHERS)}.",
-        metavar="<name>=<value>",
-        rich_help_panel=MOUNTING,
     ),
 ]
 Tolerances = Annotated[
@@ -61,43 +49,81 @@ Tolerances = Annotated[
 ]
 
 
-def setup_option(name: str, panel: str) -> Any:
-    """Describe an option by the field of the set-up of that name."""
-    field = Setup.model_fields[name]
-    other = "list" if name == "noise" else "name"
-    kind = next((each for each in field.metadata if isinstance(each, Kind)), other)
-    metavar = "|".join(Contact) if field.annotation is Contact else f"<{kind}>"
-    return typer.Option(help=field.description, metavar=metavar, rich_help_panel=panel)
-
-
-def takes_setup(*further: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the options of a set-up in place of its parameter ``setup``.
+def takes(
+    parameter: str, model: Any, panels: Panels, tolerances: bool = False
+) -> Callable[[Command], Command]:
+    """Give a command options in place of one parameter, a model that is read from them.
 
     Parameters
     ----------
-    *further : str
-        Keys of `FURTHER`, or ``tolerances``, that are options of this command.
+    parameter : str
+    model : type
+        With a method ``read(path, **fields)``.
+    panels : mapping of str to sequence of str
+        Fields of the model and of a `Setup` that are options, by panel.
+    tolerances : bool
+        Whether tolerances are an option, too.
     """
-    panels = COMMON | {name: FURTHER[name] for name in further if name != TOLERANCES}
-    types: dict[str, Any] = {"rod": Rod, "assignments": Assignments}
-    for name, panel in panels.items():
-        types[name] = Annotated[str | None, setup_option(name, panel)]
-    if TOLERANCES in further:
+    fields = Setup.model_fields | model.model_fields
+    names = [name for some in panels.values() for name in some]
+    others = [one for one in Setup.model_fields if one not in (*names, TOLERANCES, "assume")]
+    types: dict[str, Any] = {"rod": Rod, "assignments": _assignments(others)}
+    for panel, some in panels.items():
+        types |= {name: _annotation(name, fields[name], panel) for name in some}
+    if tolerances:
         types[TOLERANCES] = Tolerances
     options = [
-        Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+        Parameter(
+            name,
+            Parameter.KEYWORD_ONLY,
+            annotation=annotation,
+            default=Parameter.empty if name in names and fields[name].is_required() else None,
+        )
         for name, annotation in types.items()
     ]
-    return reading_options("setup", options, read_setup)
+
+    return reading_options(parameter, options, partial(_read, model))
 
 
-def read_setup(
-    rod: Path | None = None,
-    assignments: Sequence[str] | None = None,
+def _assignments(others: Sequence[str]) -> Any:
+    option = typer.Option(
+        "--set",
+        help=f"Another key of a set-up file; repeat it. {', '.join(others)}.",
+        metavar="<name>=<value>",
+        rich_help_panel=MOUNTING,
+    )
+    return Annotated[list[str] | None, option]
+
+
+def _annotation(name: str, field: FieldInfo, panel: str) -> Any:
+    """Describe an option by its field; what it is, pydantic checks."""
+    default = field.default if isinstance(field.default, str | float | int) else None
+    option = typer.Option(
+        f"--{name.replace('_', '-')}",
+        help=field.description,
+        metavar=_metavar(name, field),
+        show_default=str(default) if default not in (None, float("inf")) else False,
+        rich_help_panel=panel,
+    )
+    return Annotated[str | None, option]
+
+
+def _metavar(name: str, field: FieldInfo) -> str:
+    if isinstance(field.annotation, type) and issubclass(field.annotation, Enum):
+        return "|".join(field.annotation)
+    kind = next((mark for mark in field.metadata if isinstance(mark, Kind)), None)
+    other = "range" if get_origin(field.annotation) is tuple else Kind.NUMBER
+    return f"<{kind or METAVARS.get(name, other)}>"
+
+
+def _read(
+    model: Any,
+    rod: Path | None,
+    assignments: Sequence[str] | None,
     tolerances: Sequence[str] | None = None,
     **options: Any,
-) -> Setup:
-    """Read a set-up from the options of a command and its set-up file."""
+) -> Any:
+    """Read a model from the options of a command and its set-up file."""
     given = {name: value for name, value in options.items() if value is not None}
     for name, value in read_pairs(assignments or (), "--set").items():
         if name in given:
@@ -107,7 +133,7 @@ def read_setup(
     given[TOLERANCES] = read_pairs(sizes, "--tolerance")
     if EXACT in (tolerances or ()):
         given["assume"] = False
-    return Setup.read(rod, **given)
+    return model.read(rod, **given)
 
 
 def read_pairs(given: Sequence[str], option: str) -> dict[str, str]:

@@ -14,8 +14,7 @@ from vibrissa.cli.options import (
     print_json,
     save_picture,
 )
-from vibrissa.cli.setup import say_exact, takes_setup
-from vibrissa.design.materials import material as material_named
+from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIZES, say_exact, takes
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Status
 from vibrissa.sensor import Setup, series
@@ -27,7 +26,7 @@ app = typer.Typer(**ALONE)
     context_settings=HELP,
     epilog="Example: `vibrissa solve --theta 2 --eta 0.85 --mu0 0.4 --step 0.001`",
 )
-@takes_setup("material")
+@takes("setup", Setup, {ROD: (*SIZES, "material"), MOUNTING: ANGLES})
 def solve(
     setup: Setup,
     mu0: Annotated[str, typer.Option(help="Coefficient of static friction.", metavar="<number>")],
@@ -66,5 +65,8 @@ def _yield_strain(setup: Setup) -> float | None:
         return setup.yield_strain
     if setup.whisker.rod is None:
         raise ArgumentError("a material needs the rod: give modulus, diameter and length")
-    material = material_named(setup.material)
-    return material.with_modulus(setup.whisker.rod.youngs_modulus).yield_strain
+    # What designs a rod takes a second to load.
+    from vibrissa.design.materials import stated_material
+
+    material = stated_material(setup)
+    return None if material is None else material.yield_strain

@@ -9,7 +9,7 @@ from vibrissa.sensor.quantities import NUMBER_AND_UNIT, Kind, Units, in_si, rang
 
 Choice = tuple[float, ...]
 
-# A rod as it is sold, and tapers to which one is turned, ground or printed.
+# Tapers to which a rod as it is sold, the first, is turned, ground or printed.
 TAPERS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 10.0)
 # Diameters in which wire and rods are sold (m).
 DIAMETERS = tuple(
@@ -21,22 +21,8 @@ DIAMETERS = tuple(
 )
 # Lengths to which a rod is cut (m).
 LENGTHS = tuple(1e-3 * mm for mm in range(20, 210, 10))
-# Least and largest height (L), and how many are tried.
-LOWEST, HIGHEST, HEIGHTS = 0.5, 0.98, 15
-
-
-def heights(low: float = LOWEST, high: float = HIGHEST) -> Choice:
-    """Give heights of a range (L), the closer to each other the less the gap 1 − η is.
-
-    Examples
-    --------
-    >>> heights(0.8, 0.8)
-    (0.8,)
-    """
-    if low == high or not 0.0 < low < high < 1.0:
-        return (low,) if low == high else (low, high)
-    between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, HEIGHTS), 3)[1:-1]
-    return tuple(np.unique([low, *between, high]).tolist())
+# How many heights of a range are tried.
+HEIGHTS = 15
 
 
 def choices_of(text: str, read: Callable[[str], float], sold: Choice) -> Choice:
@@ -56,7 +42,10 @@ def choices_of(text: str, read: Callable[[str], float], sold: Choice) -> Choice:
 
 
 def heights_of(text: str, length: Choice) -> Choice:
-    """Read heights in units of the length, or with a unit where the rod has a single length."""
+    """Read heights in units of the length, or with a unit where the rod has a single length.
+
+    Heights of a range are the closer to each other the less the gap 1 − η is.
+    """
 
     def read(part: str) -> float:
         if NUMBER_AND_UNIT.fullmatch(part) is None:
@@ -69,4 +58,8 @@ def heights_of(text: str, length: Choice) -> Choice:
         return float(in_si(part, Kind.LENGTH, "eta")) / length[0]
 
     found = choices_of(text, read, ())
-    return found if "," in text else heights(found[0], found[-1])
+    low, high = found[0], found[-1]
+    if "," in text or low == high or not 0.0 < low < high < 1.0:
+        return found
+    between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, HEIGHTS), 3)[1:-1]
+    return tuple(np.unique([low, *between, high]).tolist())

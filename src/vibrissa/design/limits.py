@@ -1,12 +1,15 @@
 """What limits a rod: each constraint as a value and a bound, for many rods at once.
 
-Strains grow with the size of the rod as d0/L, forces as E·d0⁴/L², moments as E·d0⁴/L.
+Strains grow with the size of the rod as d0/L, forces as E·d0⁴/L², moments as E·d0⁴/L. Up to the
+lock a rod is stable, in its plane and laterally, so that nothing limits that.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
+from vibrissa.design.choices import Choice
 from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import Requirements
 from vibrissa.numerics.arrays import FloatArray
@@ -19,8 +22,6 @@ GRAVITY = 9.80665
 # readings. The shortest period must exceed that by the second factor: one slip in 1,000 is missed
 # then, and one in two at a factor of 1.
 JUMP, CLEARLY = 6.0, 1.5
-# Error of the smallest eigenvalue: a rod with a smaller one does not count as stable.
-STABLE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,65 +53,62 @@ class Limit:
         with np.errstate(divide="ignore"):
             return np.asarray(self.value / self.bound if self.upper else self.bound / self.value)
 
-    def at(self, rod: tuple[np.intp, ...], shape: tuple[int, ...]) -> "Limit":
-        """Take the constraint on one rod of many."""
-        return replace(self, value=np.broadcast_to(self.value, shape)[rod])
 
-
-def limits_of(
-    r: Requirements, pairs: Pairs, diameter: FloatArray, length: FloatArray
-) -> list[Limit]:
-    """Constraints on rods of n pairs (θ, η) with all sizes.
-
-    Parameters
-    ----------
-    r : Requirements
-    pairs : Pairs
-    diameter, length : ndarray
-        Sizes (m); shape (d,) and (l,).
+def limits_of(r: Requirements, pairs: Pairs, diameter: Choice, length: Choice) -> list[Limit]:
+    """Constraints on rods of n pairs (θ, η) with d diameters and l lengths (m).
 
     Returns
     -------
     list of Limit
         With values that broadcast to (n, d, l); without those that allow everything.
     """
-
-    def of(values: FloatArray) -> FloatArray:
-        return np.asarray(values[:, None, None])
-
-    d, length = diameter[:, None], length[None, :]
-    theta, shortest = of(pairs.theta), of(np.nan_to_num(pairs.x0_slip[:, 0], nan=0.0))
-    force = r.rigidity * d**4 / length**2
-    units = {Kind.FORCE: force, Kind.MOMENT: force * length}
-    volume = np.pi / 12.0 * (1.0 + 1.0 / theta + 1.0 / theta**2) * d**2 * length
-    weight = (r.density or 0.0) * GRAVITY * volume / (of(pairs.least_normal_force) * force)
-    resolved = np.linalg.norm(pairs.least_slope / np.array(r.noise[:2]), axis=1)
-    slips = shortest * of(resolved) * force / (np.sqrt(2.0) * JUMP)
-    touch = of(pairs.x0_touch / pairs.longest)
-    stable = of(np.maximum(pairs.stability, 0.0))
-    steps = shortest * length / r.step
-    spacing = of(pairs.longest) * length
-    strain = of(pairs.strain) * d / length
-    number, size = Kind.NUMBER, Kind.LENGTH
-    channels = [
-        Limit(name, f"largest {kind}", of(largest) * units[kind], r.load * most, kind)
-        for name, kind, largest, most in zip(
-            CHANNELS, CHANNEL_KINDS, pairs.largest_reaction.T, r.range, strict=True
-        )
-    ]
-    found = [
-        Limit("strain", "largest strain of a period", strain, r.yield_strain / r.safety),
-        *channels,
-        Limit("lock", "mu_lock", of(pairs.mu_lock), r.lock_factor * r.mu0[-1], number, False),
-        Limit("steps", "steps of the shortest period", steps, r.steps, number, False),
-        Limit("slips", "shortest period over a noticed slip", slips, CLEARLY, number, False),
-        Limit("spacing", "largest clamp travel between slips", spacing, r.spacing, size),
-        Limit("tip", "diameter of the tip", d / theta, r.tip, size, False),
-        Limit("stability", "smallest eigenvalue of a period", stable, STABLE, number, False),
-    ]
-    if r.density is not None:
-        found.append(Limit("weight", "weight over the least normal force", weight, r.weight))
-    if r.contact is Contact.POINT:
-        what = "displacement at which more than the tip touches, over the longest period"
-        found.append(Limit("touch", what, touch, 1.0, number, False))
+    d, along = np.array(diameter)[:, None], np.array(length)
+    force = r.rigidity * d**4 / along**2
+    found = [*_of_rod(r, pairs, d, along, force), *_of_readings(r, pairs, along, force)]
     return [limit for limit in found if limit.bound != (np.inf if limit.upper else 0.0)]
+
+
+def _column(values: FloatArray) -> FloatArray:
+    """Put values of pairs where they broadcast to all rods."""
+    return np.asarray(values[:, None, None])
+
+
+def _of_rod(
+    r: Requirements, pairs: Pairs, d: FloatArray, length: FloatArray, force: FloatArray
+) -> Iterator[Limit]:
+    """Limits of the material and of the rod's shape; `force` is E·I0/L² (N)."""
+    theta = _column(pairs.theta)
+    strain = _column(pairs.strain) * d / length
+    most = r.material.yield_strain / r.safety
+    yield Limit("strain", "largest strain of a period", strain, most)
+    lock = r.lock_factor * r.mu0[-1]
+    yield Limit("lock", "mu_lock", _column(pairs.mu_lock), lock, upper=False)
+    yield Limit("tip", "diameter of the tip", d / theta, r.tip, Kind.LENGTH, upper=False)
+    if r.material.density is not None:
+        volume = np.pi / 12.0 * (1.0 + 1.0 / theta + 1.0 / theta**2) * d**2 * length
+        normal = _column(pairs.least_normal_force) * force
+        weight = r.material.density * GRAVITY * volume / normal
+        yield Limit("weight", "weight over the least normal force", weight, r.weight)
+    if r.setup.contact is Contact.POINT:
+        what = "displacement at which more than the tip touches, over the longest period"
+        yield Limit("touch", what, _column(pairs.x0_touch / pairs.longest), 1.0, upper=False)
+
+
+def _of_readings(
+    r: Requirements, pairs: Pairs, length: FloatArray, force: FloatArray
+) -> Iterator[Limit]:
+    """Limits of the transducer and of what must show in its readings."""
+    units = {Kind.FORCE: force, Kind.MOMENT: force * length}
+    channels = zip(CHANNELS, CHANNEL_KINDS, pairs.largest_reaction.T, r.largest, strict=True)
+    for name, kind, reaction, most in channels:
+        value = _column(reaction) * units[kind]
+        yield Limit(name, f"largest {kind}", value, r.load * most, kind)
+    shortest = _column(np.nan_to_num(pairs.x0_slip[:, 0], nan=0.0))
+    steps = shortest * length / r.step
+    yield Limit("steps", "steps of the shortest period", steps, r.steps, upper=False)
+    resolved = np.linalg.norm(pairs.least_slope / np.array(r.noise[:2]), axis=1)
+    slips = shortest * _column(resolved) * force / (np.sqrt(2.0) * JUMP)
+    yield Limit("slips", "shortest period over a noticed slip", slips, CLEARLY, upper=False)
+    spacing = _column(pairs.longest) * length
+    what = "largest clamp travel between slips"
+    yield Limit("spacing", what, spacing, r.spacing, Kind.LENGTH)

@@ -9,11 +9,12 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor.cards import is_card, read_card
 from vibrissa.sensor.quantities import Kind, Units, in_si
+from vibrissa.sensor.setup import Setup
 
 # A modulus that was measured is that of a material up to this factor.
 OTHER = 1.5
@@ -21,7 +22,7 @@ OTHER = 1.5
 ALIKE = 0.1
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Material:
     """A material.
 
@@ -33,39 +34,35 @@ class Material:
         Young's modulus (Pa).
     yield_strain : float
         Strain up to which it is linear and elastic.
-    density : float
-        In kg/m³.
+    density : float or None
+        In kg/m³, if it is known.
     """
 
     name: str
     source: str
     modulus: float
     yield_strain: float
-    density: float
+    density: float | None
 
     def __post_init__(self) -> None:
         """Refuse what no material has."""
         for name in ("modulus", "yield_strain", "density"):
             value = getattr(self, name)
-            if not 0.0 < value < float("inf"):
+            if value is not None and not 0.0 < value < float("inf"):
                 raise ArgumentError(
                     f"{name} of a material must be positive and finite, got {value!r}"
                 )
 
     @classmethod
-    def read(cls, card: Mapping[str, Any], name: str, where: str) -> Self:
+    def read(cls, card: Mapping[str, str], name: str, where: str) -> Self:
         """Read a material from the texts of a file."""
-        density = card["density"]
-        if isinstance(density, str):
-            density = float(in_si(density, Kind.DENSITY, f"{where}: density"))
+        strain = Units().read(card["yield_strain"], Kind.NUMBER, f"{where}: yield_strain")
         return cls(
             name=card.get("name", name),
             source=card.get("source", where),
             modulus=float(in_si(card["modulus"], Kind.STRESS, f"{where}: modulus")),
-            yield_strain=float(
-                Units().read(card["yield_strain"], Kind.NUMBER, f"{where}: yield_strain")
-            ),
-            density=density,
+            yield_strain=float(strain),
+            density=float(in_si(card["density"], Kind.DENSITY, f"{where}: density")),
         )
 
     def with_modulus(self, modulus: float) -> Self:
@@ -87,10 +84,10 @@ class Material:
         )
 
 
-_PRESETS = Path(__file__).with_name("materials.toml")
+_FILE = Path(__file__).with_name("materials.toml")
 MATERIALS = {
-    name: Material.read(card, name, str(_PRESETS.name))
-    for name, card in tomllib.loads(_PRESETS.read_text(encoding="utf-8")).items()
+    name: Material.read(card, name, _FILE.name)
+    for name, card in tomllib.loads(_FILE.read_text(encoding="utf-8")).items()
 }
 
 
@@ -113,21 +110,40 @@ def material(name: str) -> Material:
     return MATERIALS[name.lower()]
 
 
-def bears(
-    modulus: float, material_name: str | None = None, yield_strain: float | None = None
-) -> tuple[float, str]:
-    """Look up the strain up to which a rod is elastic, and of what it is that.
+def stated_material(setup: Setup) -> Material | None:
+    """Give the material that a set-up names, or whose modulus and yield strain it states.
 
-    Without a material and a yield strain it is that of the strongest material with such a modulus;
-    infinite if there is none.
+    A modulus and a density that are stated take the place of those of a named material.
+
+    Raises
+    ------
+    ArgumentError
+        If both are given, or the modulus is not that of the material.
     """
-    if yield_strain is not None:
-        return yield_strain, "its material"
-    if material_name is not None:
-        found = material(material_name).with_modulus(modulus)
-        return found.yield_strain, found.name
+    modulus, density = (
+        None if one is None else float(in_si(str(one.value), kind, name))
+        for one, kind, name in (
+            (setup.modulus, Kind.STRESS, "modulus"),
+            (setup.density, Kind.DENSITY, "density"),
+        )
+    )
+    if setup.material is None:
+        if modulus is None or setup.yield_strain is None:
+            return None
+        return Material("its material", "", modulus, setup.yield_strain, density)
+    if setup.yield_strain is not None:
+        raise ArgumentError("give the material or its yield strain, not both")
+    found = material(setup.material)
+    found = found if modulus is None else found.with_modulus(modulus)
+    return found if density is None else replace(found, density=density)
+
+
+def likely_material(setup: Setup) -> Material | None:
+    """Give the stated material, or else the strongest one with the modulus that is stated."""
+    found = stated_material(setup)
+    if found is not None or setup.modulus is None:
+        return found
+    modulus = float(in_si(str(setup.modulus.value), Kind.STRESS, "modulus"))
     alike = [one for one in MATERIALS.values() if abs(one.modulus / modulus - 1.0) < ALIKE]
-    if not alike:
-        return float("inf"), "no known material"
-    found = max(alike, key=lambda one: one.yield_strain)
-    return found.yield_strain, f"even {found.name}"
+    strongest = max(alike, key=lambda one: one.yield_strain, default=None)
+    return strongest and replace(strongest, name=f"even {strongest.name}")

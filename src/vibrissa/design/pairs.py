@@ -51,8 +51,6 @@ class Pairs(Batch):
         longest period.
     strain : ndarray, shape (n,)
         Largest strain in the longest period (d0/L).
-    stability : ndarray, shape (n,)
-        Smallest eigenvalue of the second variation in the longest period.
     sensitivity : Sensitivity
         How readings and friction change with the set-up.
     """
@@ -67,7 +65,6 @@ class Pairs(Batch):
     least_normal_force: FloatArray
     least_slope: FloatArray
     strain: FloatArray
-    stability: FloatArray
     sensitivity: Sensitivity
 
 
@@ -120,7 +117,6 @@ def _longest_period(response: Response, frictions: FloatArray) -> dict[str, Any]
         "largest_reaction": np.abs(reactions).max(axis=0),
         "least_normal_force": np.abs(reactions[:, 1]).min(),
         "least_slope": slopes[np.argmin((slopes**2).sum(axis=1))],
-        "stability": curve.state(x0).stability.min(),
     }
 
 

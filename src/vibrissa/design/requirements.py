@@ -1,137 +1,111 @@
 """What a rod is to measure, with what, and the constraints it must meet.
 
-Quantities are text with a unit, or numbers in SI units.
+Each requirement is a field; the command line makes an option of it. What the requirements share
+with other commands, material, transducer and tolerances, is a `Setup`.
 """
 
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from pydantic import (
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
-    ValidationError,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 
-from vibrissa.design.choices import (
-    DIAMETERS,
-    LENGTHS,
-    TAPERS,
-    Choice,
-    choices_of,
-    heights,
-    heights_of,
-)
-from vibrissa.design.materials import material as material_named
+from vibrissa.design.choices import DIAMETERS, LENGTHS, TAPERS, Choice, choices_of, heights_of
+from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
-from vibrissa.mechanics.rod import Rod
+from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.outcomes import Contact
-from vibrissa.sensor.quantities import (
-    CHANNEL_KINDS,
-    PLUS_MINUS,
-    Kind,
-    Measured,
-    Quantity,
-    Units,
-    channels_of,
-    chosen,
-    in_si,
-    wished_units,
-)
-from vibrissa.sensor.setup import TOLERANCES, read_keys, with_options
-from vibrissa.sensor.tolerances import TOLERABLE, read_tolerances
+from vibrissa.sensor.quantities import PLUS_MINUS, Kind, Measured, Units, channels_of, in_si
+from vibrissa.sensor.setup import TOLERANCES, Setup, read_keys, validated, with_options
 from vibrissa.sensor.transducer import preset
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import MOST_TAPER
 
 # Values of μ0 in its range at which the uncertainty is computed.
 FRICTIONS = 5
-# What may have a tolerance, as in "210 ± 5 GPa".
-TOLERATED = ("theta", "eta", "modulus", "diameter", "length")
-# A design is of a rod in the ideal mounting: of these only the tolerance counts.
-MOUNTING = ("clamp_angle", "clamp_compliance", "clamp_stiffness", "curvature", "stage_angle")
+# What is chosen.
+SIZES = ("theta", "eta", "diameter", "length")
+# No limit: of force_x, force_y and moment_z.
+UNLIMITED = (np.inf, np.inf, np.inf)
 
 
-def _read(text: str, kind: Kind, name: str) -> float:
-    return float(Units().read(text, kind, name) if kind is Kind.NUMBER else in_si(text, kind, name))
+def _default(text: str, description: str, **limits: Any) -> Any:
+    """Make a field with a default that is written as by a person."""
+    return Field(text, description=description, **limits)
 
 
-def _quantity(kind: Kind) -> BeforeValidator:
-    def read(value: Any, info: ValidationInfo) -> Any:
-        return _read(value, kind, str(info.field_name)) if isinstance(value, str) else value
-
-    return BeforeValidator(read)
-
-
-def _channels(value: Any, info: ValidationInfo) -> Any:
-    name = str(info.field_name)
-    if not isinstance(value, str):
-        return value
-    return tuple(_read(part, kind, name) for part, kind in channels_of(value, name))
-
-
-def _choice(kind: Kind, sold: Choice) -> BeforeValidator:
-    def read(value: Any, info: ValidationInfo) -> Any:
-        name = str(info.field_name)
-        if not isinstance(value, str):
-            return (value,) if isinstance(value, float | int) else value
-        return choices_of(value, lambda text: _read(text, kind, name), sold)
-
-    return BeforeValidator(read)
-
-
-FINITE = Field(gt=0.0, allow_inf_nan=False)
 Positive = Annotated[float, Field(gt=0.0)]
-Size = Annotated[float, FINITE]
-Length = Annotated[float, _quantity(Kind.LENGTH)]
-# A value each for force_x, force_y and moment_z.
-Channels = tuple[Positive, Positive, Positive]
-Lengths = Annotated[tuple[Size, ...], Field(min_length=1)]
+Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Factor = Annotated[float, Field(ge=1.0, allow_inf_nan=False)]
+Height = Annotated[float, Field(gt=0.0, lt=1.0)]
+Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
+
+
+class Chosen(NamedTuple):
+    """A quantity that is a value, a list or a range, and the values in it that can be had."""
+
+    kind: Kind
+    sold: Choice = ()
 
 
 class Requirements(BaseModel):
     """What a rod is to measure, with what, and the constraints it must meet; see `read`.
 
     Of `theta`, `eta` (L), `diameter` and `length` (m) these are the values to choose from, and of
-    `mu0` the ends of its range. `carried` are further keys for the set-up file of the result.
+    `mu0` the ends of its range.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
 
-    mu0: Annotated[tuple[Size, ...], Field(max_length=2), _choice(Kind.NUMBER, ())]
-    step: Annotated[Length, FINITE]
-    modulus: Annotated[Size, _quantity(Kind.STRESS)]
-    yield_strain: Annotated[Positive, _quantity(Kind.NUMBER)]
-    density: Annotated[Size, _quantity(Kind.DENSITY)] | None = None
-    noise: Annotated[tuple[Size, Size, Size], BeforeValidator(_channels)]
-    range: Annotated[Channels, BeforeValidator(_channels)] = (np.inf, np.inf, np.inf)
-    load: float = Field(0.8, gt=0.0, le=1.0)
-    contact: Contact = Contact.POINT
-    theta: Annotated[
-        tuple[Annotated[float, Field(ge=1.0, le=MOST_TAPER)], ...], _choice(Kind.NUMBER, TAPERS)
-    ] = TAPERS
-    diameter: Annotated[Lengths, _choice(Kind.LENGTH, DIAMETERS)] = DIAMETERS
-    length: Annotated[Lengths, _choice(Kind.LENGTH, LENGTHS)] = LENGTHS
-    eta: tuple[Annotated[float, Field(gt=0.0, lt=1.0)], ...] = heights()
-    tip: Annotated[Length, Field(ge=0.0, allow_inf_nan=False)] = 1e-4
-    safety: float = Field(1.5, ge=1.0, allow_inf_nan=False)
-    lock_factor: float = Field(1.1, ge=1.0, allow_inf_nan=False)
-    steps: Size = 10.0
-    weight: Positive = 0.1
-    spacing: Annotated[Length, Field(gt=0.0)] = np.inf
-    tolerances: dict[str, Quantity] = Field(default_factory=dict)
-    assume: bool = True
-    carried: dict[str, Quantity] = Field(default_factory=dict)
-    wished: dict[Kind, str] = Field(default_factory=dict)
+    mu0: Annotated[tuple[Size, ...], Chosen(Kind.NUMBER)] = Field(
+        max_length=2, description="Friction coefficients to be measured: '0.2 to 0.4'."
+    )
+    step: Annotated[Size, Kind.LENGTH] = Field(description="Step of the stage: '20 um'.")
+    range: tuple[Positive, Positive, Positive] = Field(
+        UNLIMITED,
+        description="Largest force_x, force_y and moment_z that are measured, without a "
+        "transducer: '10 N, 10 N, 0.1 N*m'.",
+    )
+    theta: Annotated[tuple[Taper, ...], Chosen(Kind.NUMBER, TAPERS)] = _default(
+        "1 to 10", "Taper, as it is turned: a value, a list or a range."
+    )
+    length: Annotated[tuple[Size, ...], Chosen(Kind.LENGTH, LENGTHS)] = _default(
+        "20 to 200 mm", "Length of the rod: a value, a list or a range."
+    )
+    eta: Annotated[tuple[Height, ...], Chosen(Kind.NUMBER)] = _default(
+        "0.5 to 0.98",
+        "Height in units of the length, or '85 mm': a value, a list or a range.",
+    )
+    diameter: Annotated[tuple[Size, ...], Chosen(Kind.LENGTH, DIAMETERS)] = _default(
+        "0.1 to 10 mm", "Diameter at the clamp, as sold: a value, a list or a range."
+    )
+    tip: Annotated[float, Kind.LENGTH] = _default(
+        "0.1 mm", "Least diameter of the tip.", ge=0.0, allow_inf_nan=False
+    )
+    safety: Factor = Field(1.5, description="Least ratio of yield strain to largest strain.")
+    lock_factor: Factor = Field(1.1, description="Least ratio of mu_lock to the largest mu0.")
+    steps: Size = Field(10.0, description="Least number of steps in a period of sticking.")
+    weight: Positive = Field(
+        0.1, description="Largest ratio of the rod's weight to the normal force."
+    )
+    load: float = Field(
+        0.8, gt=0.0, lt=1.0, description="Largest part of the transducer's range that is used."
+    )
+    spacing: Annotated[Positive, Kind.LENGTH] = Field(
+        np.inf, description="Largest clamp travel between two measurements: '5 mm'."
+    )
+    setup: Setup
 
     @classmethod
-    def read(cls, path: Path | str | None = None, **asked: Any) -> "Requirements":
+    def read(cls, path: Path | str | None = None, **asked: Any) -> Self:
         """Read requirements from text, and from a set-up file.
 
         Parameters
@@ -139,66 +113,95 @@ class Requirements(BaseModel):
         path : Path or str, optional
             Set-up file; what is asked for takes the place of what it states.
         **asked
-            Fields, None for the default; ``material`` in place of modulus and yield strain, and
-            ``transducer`` in place of noise and range. ``theta``, ``eta``, ``diameter`` and
-            ``length`` are a value, a list, ``"0.8 mm, 1 mm"``, or a range, ``"20 to 100 mm"``, of
-            what can be had. Tolerances are standard deviations, as in ``modulus="210 ± 5 GPa"`` or
-            ``tolerances={"clamp_angle": "0.5 deg"}``.
+            Fields of requirements and of a `Setup`, None for the default. Quantities are text with
+            a unit, or numbers in SI units. ``theta``, ``eta``, ``diameter`` and ``length`` are a
+            value, a list, ``"0.8 mm, 1 mm"``, or a range, ``"20 to 100 mm"``, of what can be had.
 
         Raises
         ------
         ArgumentError
             With a line for each value that is missing, given twice, or not allowed.
         """
-        keys = with_options({} if path is None else read_keys(path), asked)
-        try:
-            return cls.model_validate(_named(_ideal(keys, path)))
-        except ValidationError as error:
-            raise ArgumentError("\n".join(map(_line, error.errors()))) from None
+        stated = {} if path is None else read_keys(path)
+        keys = with_options(stated, asked)
+        own = {name: keys.pop(name) for name in cls.model_fields if name in keys}
+        for name in SIZES:
+            if isinstance(own.get(name), str):
+                own[name], tolerance = _apart(name, own[name])
+                keys[TOLERANCES] = tolerance | keys[TOLERANCES]
+        own["setup"] = validated(Setup, keys, path, stated)
+        return validated(cls, own, path, stated)
 
-    @model_validator(mode="before")
+    @field_validator("*", mode="before")
     @classmethod
-    def _split_tolerances(cls, data: Any) -> Any:
-        """Take tolerances off the values."""
-        stated = {}
-        for name in set(TOLERATED) & data.keys():
-            text = data[name]
-            if not isinstance(text, str):
-                continue
-            if PLUS_MINUS.search(text) and ("," in text or " to " in text):
-                raise ArgumentError(
-                    f"{name} is a range: give its tolerance apart, as in --tolerance "
-                    f"'{name}=1 %', got {text!r}"
-                )
-            given = Measured.read(text, name)
-            data = {**data, name: str(given.value)}
-            if given.tolerance is not None:
-                stated[name] = given.tolerance
-        return {**data, TOLERANCES: {**stated, **data.get(TOLERANCES, {})}}
-
-    @field_validator("contact", mode="before")
-    @classmethod
-    def _check_contact(cls, value: Any) -> Contact:
-        return chosen(Contact, value, "contact")
-
-    @field_validator("eta", mode="before")
-    @classmethod
-    def _read_heights(cls, value: Any, info: ValidationInfo) -> Any:
+    def _read_field(cls, value: Any, info: ValidationInfo) -> Any:
+        name = str(info.field_name)
+        marks = cls.model_fields[name].metadata
+        chosen = next((mark for mark in marks if isinstance(mark, Chosen)), None)
+        if chosen is not None and isinstance(value, float | int):
+            return (value,)
         if not isinstance(value, str):
-            return (value,) if isinstance(value, float | int) else value
-        return heights_of(value, info.data.get("length", ()))
+            return value
+        if name == "range":
+            return tuple(_read(part, kind, name) for part, kind in channels_of(value, name))
+        if name == "eta":
+            return heights_of(value, info.data.get("length", ()))
+        if chosen is not None:
+            return choices_of(value, lambda text: _read(text, chosen.kind, name), chosen.sold)
+        kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind.NUMBER)
+        return _read(value, kind, name)
 
     @model_validator(mode="after")
-    def _check_tolerances(self) -> "Requirements":
-        """Refuse what is no tolerance of a rod, before any rod is looked for."""
-        whisker = Whisker(theta=2.0, eta=0.85, rod=Rod(self.modulus, 1e-3, 0.1))
-        read_tolerances(whisker.units, self.tolerances, whisker)
+    def _check_setup(self) -> Self:
+        """Refuse, before any rod is looked for, a set-up of which no rod could be designed."""
+        setup = self.setup
+        if setup.transducer is not None and (setup.noise or self.range != UNLIMITED):
+            raise ArgumentError("give the transducer, or its noise and range, not both")
+        if setup.transducer is None and setup.noise is None:
+            raise ArgumentError("noise is not given, nor a transducer")
+        if min(self.noise) <= 0.0:
+            raise ArgumentError(f"noise must be positive, got {setup.noise!r}")
+        first = self.whisker(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
+        if first.mounting != IDEAL:
+            raise ArgumentError(
+                "a design is of a straight rod in a rigid, upright clamp on a level stage; of its "
+                f"mounting give the tolerances alone, in the table [{TOLERANCES}]"
+            )
         return self
+
+    @cached_property
+    def material(self) -> Material:
+        """Material of the rod.
+
+        Raises
+        ------
+        ArgumentError
+            If it is not given.
+        """
+        found = stated_material(self.setup)
+        if found is None:
+            missing = "yield_strain" if self.setup.modulus is not None else "modulus"
+            raise ArgumentError(f"{missing} is not given, nor a material")
+        return found
+
+    @cached_property
+    def noise(self) -> tuple[float, ...]:
+        """Standard deviation of one reading of each channel, in SI units."""
+        if self.setup.noise is None:
+            return preset(str(self.setup.transducer)).deviation
+        parts = channels_of(self.setup.noise, "noise")
+        return tuple(float(in_si(part, kind, "noise")) for part, kind in parts)
+
+    @property
+    def largest(self) -> tuple[float, float, float]:
+        """Largest reading of each channel, in SI units."""
+        named = self.setup.transducer
+        return self.range if named is None else preset(named).limit
 
     @property
     def rigidity(self) -> float:
         """Bending stiffness at the clamp over the fourth power of the diameter, E·I0/d0⁴ (Pa)."""
-        return np.pi / 64.0 * self.modulus
+        return np.pi / 64.0 * self.material.modulus
 
     @property
     def frictions(self) -> FloatArray:
@@ -208,55 +211,37 @@ class Requirements(BaseModel):
     @property
     def given(self) -> bool:
         """Whether the whole rod is given, so that it is only checked."""
-        return all(len(one) == 1 for one in (self.theta, self.eta, self.diameter, self.length))
+        return all(len(getattr(self, name)) == 1 for name in SIZES)
+
+    def rod_setup(self, theta: float, eta: float, diameter: float, length: float) -> Setup:
+        """Complete the set-up by the sizes of one rod (m), in millimetres."""
+        stated = self.setup.modulus
+        modulus = Measured(f"{1e-9 * self.material.modulus:.10g} GPa", stated and stated.tolerance)
+        return self.setup.model_copy(
+            update={
+                "theta": Measured(theta),
+                "eta": Measured(eta),
+                "modulus": modulus,
+                "diameter": Measured(f"{1e3 * diameter:.10g} mm"),
+                "length": Measured(f"{1e3 * length:.10g} mm"),
+            }
+        )
+
+    def whisker(self, theta: float, eta: float, diameter: float, length: float) -> Whisker:
+        """One rod under the surface, with the tolerances that were stated."""
+        return self.rod_setup(theta, eta, diameter, length).whisker
 
 
-def _ideal(keys: dict[str, Any], path: Path | str | None) -> dict[str, Any]:
-    """Take a mounting off the keys; only its tolerances count."""
-    for name in MOUNTING:
-        if name not in keys:
-            continue
-        given = Measured.read(keys.pop(name), name)
-        kind = Kind.STIFFNESS if name == "clamp_stiffness" else TOLERABLE[name].kind
-        if Units(Rod(1.0, 1.0, 1.0)).read(given.value, kind, name):
-            raise ArgumentError(
-                f"{path}: a design is of a straight rod in a rigid, upright clamp on a level "
-                f"stage; of {name} give the tolerance alone, in the table [{TOLERANCES}]"
-            )
-        if given.tolerance is not None:
-            keys[TOLERANCES] = {name: given.tolerance} | keys[TOLERANCES]
-    return keys
+def _read(text: str, kind: Kind, name: str) -> float:
+    return float(Units().read(text, kind, name) if kind is Kind.NUMBER else in_si(text, kind, name))
 
 
-def _named(keys: dict[str, Any]) -> dict[str, Any]:
-    """Put the values of a material and of a transducer in the place of their names."""
-    told = (keys.get("noise"), keys.get("range"), *keys[TOLERANCES].values())
-    named = {name: keys.pop(name, None) for name in ("material", "transducer", "section")}
-    keys["wished"] = wished_units(CHANNEL_KINDS, *told)
-    keys["carried"] = {name: value for name, value in named.items() if value is not None}
-    if named["material"] is not None:
-        if "yield_strain" in keys:
-            raise ArgumentError("give the material or its yield strain, not both")
-        found = material_named(named["material"])
-        if "modulus" in keys:
-            measured = Measured.read(keys["modulus"], "modulus").value
-            found = found.with_modulus(_read(str(measured), Kind.STRESS, "modulus"))
-        own = {"modulus": found.modulus, "density": found.density}
-        keys = {**own, **keys, "yield_strain": found.yield_strain}
-    if named["transducer"] is not None:
-        if "noise" in keys or "range" in keys:
-            raise ArgumentError("give the transducer, or its noise and range, not both")
-        sensor = preset(named["transducer"])
-        keys |= {"noise": sensor.deviation, "range": sensor.limit}
-    return keys
-
-
-def _line(error: Any) -> str:
-    """Write one error of pydantic's."""
-    name = str(error["loc"][0]) if error["loc"] else ""
-    if error["type"] == "value_error":
-        return str(error["ctx"]["error"])
-    if error["type"] == "missing":
-        instead = {"modulus": "material", "yield_strain": "material", "noise": "transducer"}
-        return f"{name} is not given" + (f", nor a {instead[name]}" if name in instead else "")
-    return f"{name}: {error['msg'].lower()}, got {error['input']!r}"
+def _apart(name: str, text: str) -> tuple[str, dict[str, str]]:
+    """Take the tolerance off a value; a list or a range has none."""
+    if PLUS_MINUS.search(text) and ("," in text or " to " in text):
+        raise ArgumentError(
+            f"{name} is a range: give its tolerance apart, as in --tolerance '{name}=1 %', got "
+            f"{text!r}"
+        )
+    given = Measured.read(text, name)
+    return str(given.value), {} if given.tolerance is None else {name: given.tolerance}

@@ -70,6 +70,7 @@ USUAL: dict[Kind, dict[str, str]] = {
         **{"Nm": "1", "Nmm": "1e-3", "mNm": "1e-3", "uNm": "1e-6", "µNm": "1e-6", "mNmm": "1e-6"},
     },
     Kind.STRESS: {"Pa": "1", "MPa": "1e6", "GPa": "1e9"},
+    Kind.DENSITY: {"kg/m^3": "1", "g/cm^3": "1e3"},
 }
 # Smaller and larger magnitudes are refused: products and squares of the others are numbers.
 LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
@@ -130,6 +131,11 @@ class Measured(NamedTuple):
 
     value: Quantity
     tolerance: str | None = None
+
+    @property
+    def text(self) -> str:
+        """Both as `read` takes them."""
+        return f"{self.value}" if self.tolerance is None else f"{self.value} ± {self.tolerance}"
 
     @classmethod
     def read(cls, given: Quantity, what: str) -> Self:

@@ -101,13 +101,17 @@ class Setup(BaseModel):
     stage_angle: Annotated[Measured, Kind.ANGLE] = Field(
         Measured(0), description="Angle of the stage to the surface: '1 deg'."
     )
-    transducer: str | None = Field(None, description="Transducer under the clamp.")
+    transducer: str | None = Field(
+        None, description="Transducer, such as nano17-si-12-0.12, or a file (.toml)."
+    )
     noise: str | None = Field(
         None,
         description="Standard deviation of one reading of force_x, force_y and moment_z: "
         "'3 mN, 3 mN, 10 uN*m'.",
     )
-    material: str | None = Field(None, description="Material of the rod.")
+    material: str | None = Field(
+        None, description="Material of the rod, such as music-wire, or a file (.toml)."
+    )
     yield_strain: float | None = Field(
         None, gt=0.0, description="Yield strain, without a modulus in units of d0/L."
     )
@@ -183,6 +187,16 @@ class Setup(BaseModel):
             for part, kind in channels_of(self.noise, "noise"):
                 Measured(part).check(kind, "noise")
         return self
+
+    def stated(self) -> dict[str, Any]:
+        """Give the keys of a set-up file that states the same."""
+        return {
+            name: (value.text if value.tolerance else value.value)
+            if isinstance(value, Measured)
+            else value
+            for name, value in self
+            if name in self.model_fields_set
+        }
 
     @property
     def has_whisker(self) -> bool:
@@ -401,6 +415,8 @@ def _line(error: Any, model: type[BaseModel]) -> str:
         return f"there is no key {name}; {hint}"
     if error["type"] == "value_error":
         return str(error["ctx"]["error"])
+    if error["type"] == "missing":
+        return f"{name} is not given"
     if error["type"] == "dict_type":
         return f"{name} is a table: [{name}], then lines name = value"
     return f"{name}: {error['msg'].lower()}, got {error['input']!r}"

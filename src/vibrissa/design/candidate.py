@@ -1,4 +1,4 @@
-"""The uncertainty of μ0 that one rod reads, by its sources.
+"""One rod among which is chosen, and the uncertainty of μ0 that it reads, by its sources.
 
 The equations are in `vibrissa.design.sensitivity`; here a rod of a pair (θ, η) has a size.
 """
@@ -14,7 +14,9 @@ from vibrissa.design.sensitivity import PARAMETERS, PART_WEIGHTS, PERIODS
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
-from vibrissa.sensor.tolerances import assumed_tolerances, read_tolerances
+from vibrissa.sensor.identification.uncertainty import step_deviation
+from vibrissa.sensor.setup import Setup
+from vibrissa.sensor.tolerances import assumed_tolerances
 from vibrissa.sensor.whisker import Whisker
 
 
@@ -29,8 +31,6 @@ class TolerancePart:
         Standard deviation, in units of the rod, rad, or relative.
     stated : bool
         Whether it was stated; otherwise it is the default.
-    alone : float
-        Standard deviation of μ0 by it, if nothing is fitted to the recording.
     halved : float
         By which part the uncertainty of μ0 falls if it is halved.
     """
@@ -38,13 +38,14 @@ class TolerancePart:
     name: str
     size: float
     stated: bool
-    alone: float
     halved: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Uncertainty:
-    """Standard deviation of μ0 from one period of sticking, at k frictions, as `identify` gives it.
+class Candidate:
+    """One rod, and the standard deviation of μ0 from one of its periods, as `identify` gives it.
+
+    Deviations are at the k friction coefficients of the requirements, shape (k,).
 
     Attributes
     ----------
@@ -61,10 +62,45 @@ class Uncertainty:
     length: float
 
     @property
+    def theta(self) -> float:
+        """Taper."""
+        return float(self.pair.theta[0])
+
+    @property
+    def eta(self) -> float:
+        """Height of the surface (L)."""
+        return float(self.pair.eta[0])
+
+    @property
+    def mu_lock(self) -> float:
+        """Critical friction coefficient."""
+        return float(self.pair.mu_lock[0])
+
+    @property
+    def x0_slip(self) -> FloatArray:
+        """Clamp travel in a period of sticking (m), shape (k,); NaN where the tip locks."""
+        return self.pair.x0_slip[0] * self.length
+
+    @property
+    def setup(self) -> Setup:
+        """Set-up with this rod."""
+        return self.requirements.rod_setup(self.theta, self.eta, self.diameter, self.length)
+
+    @cached_property
+    def whisker(self) -> Whisker:
+        """The rod under the surface, with the tolerances that were stated."""
+        return self.setup.whisker
+
+    @property
+    def rod(self) -> Rod:
+        """The rod."""
+        return Rod(self.requirements.material.modulus, self.diameter, self.length)
+
+    @property
     def by_step(self) -> FloatArray:
         """Random, by the step of the stage, in which the onset is uniform."""
-        step = self.requirements.step / self.length
-        return np.asarray(np.abs(self.pair.sensitivity.slope[0]) * step / np.sqrt(12.0))
+        slope = self.pair.sensitivity.slope[0]
+        return step_deviation(slope, self.requirements.step / self.length)
 
     @property
     def by_reading(self) -> FloatArray:
@@ -78,7 +114,7 @@ class Uncertainty:
 
         No reading tells a local slope of the surface from friction.
         """
-        effect, covariance = self._fit
+        effect, covariance = self._fit()
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
 
@@ -92,21 +128,16 @@ class Uncertainty:
         """Whole uncertainty at that friction where it is largest."""
         return float(self.whole.max())
 
-    @cached_property
-    def _whisker(self) -> Whisker:
-        rod = Rod(self.requirements.modulus, self.diameter, self.length)
-        return Whisker(theta=float(self.pair.theta[0]), eta=float(self.pair.eta[0]), rod=rod)
-
-    @cached_property
+    @property
     def _noise(self) -> FloatArray:
-        return np.array(self.requirements.noise) / self._whisker.units.channels
+        return np.array(self.requirements.noise) / self.whisker.units.channels
 
     @cached_property
     def tolerances(self) -> dict[str, float]:
         """Tolerances, stated or by default, in units of the rod."""
-        units = self._whisker.units
-        assumed = assumed_tolerances(units, self._noise) if self.requirements.assume else {}
-        return assumed | read_tolerances(units, self.requirements.tolerances, self._whisker)
+        assume = self.requirements.setup.assume
+        assumed = assumed_tolerances(self.whisker.units, self._noise) if assume else {}
+        return assumed | dict(self.whisker.tolerances)
 
     @property
     def _of_slope(self) -> FloatArray:
@@ -122,22 +153,21 @@ class Uncertainty:
     def _contact(self) -> FloatArray:
         return np.asarray((self._weight * self.pair.sensitivity.of_contact[0]).sum(axis=-1))
 
-    @cached_property
     def _sigma(self) -> FloatArray:
         """Tolerances of all parameters, shape (q,); crosstalk is a part of full scale."""
-        full = np.array(self.requirements.range) / self._whisker.units.channels
+        full = np.array(self.requirements.largest) / self.whisker.units.channels
         full = np.where(np.isfinite(full), full, self.pair.largest_reaction[0])
-        found = parameters_of(self.tolerances, frozenset(), full)
-        mixed = {k: one.mixing for k, one in enumerate(found) if one.of == "crosstalk"}
-        sigma = np.array([one.deviation for one in found])
-        for k, mixing in mixed.items():
-            sigma[k] *= np.max(mixing) if mixing is not None else 1.0
-        return sigma
+        return np.array(
+            [
+                one.deviation
+                * (1.0 if one.mixing is None or one.of != "crosstalk" else one.mixing.max())
+                for one in parameters_of(self.tolerances, frozenset(), full)
+            ]
+        )
 
-    @cached_property
     def _fit(self) -> tuple[FloatArray, FloatArray]:
         """Effect D, shape (k, q), and covariance C, shape (k, q, q), both in tolerances."""
-        of, sigma = self.pair.sensitivity.take(0), self._sigma
+        of, sigma = self.pair.sensitivity.take(0), self._sigma()
         both = np.einsum("kc,kcpq->kpq", self._weight, of.of_both) * sigma
         setup = np.einsum("kc,kcqr->kqr", self._weight, of.of_setup) * np.outer(sigma, sigma)
         with np.errstate(invalid="ignore"):
@@ -150,7 +180,7 @@ class Uncertainty:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """Tell what each tolerance costs where the uncertainty is largest, what to measure first.
+        """Tell what halving each tolerance brings where the uncertainty is largest, most first.
 
         Notes
         -----
@@ -158,25 +188,18 @@ class Uncertainty:
         of its variance S. By then the variance D·C·Dᵀ falls by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, with the
         columns k of these quantities in C. So correlations are kept.
         """
+        if not np.isfinite(self.largest):
+            return []
         worst = int(np.argmax(self.whole))
-        effect, covariance = (one[worst] for one in self._fit)
+        effect, covariance = (one[worst] for one in self._fit())
         found = []
         for name, size in self.tolerances.items():
             own = np.flatnonzero([one.of == name for one in PARAMETERS])
-            alone, shared = float(np.linalg.norm(effect[own])), covariance[own] @ effect
-            measured = np.eye(len(own)) / 3.0 + covariance[np.ix_(own, own)]
-            falls = float(shared @ np.linalg.solve(measured, shared))
+            shared, remaining = covariance[own] @ effect, covariance[np.ix_(own, own)]
+            falls = float(shared @ np.linalg.solve(np.eye(len(own)) / 3.0 + remaining, shared))
             if name == SLOPE:
-                alone = float(self._of_slope[worst])
-                falls = 0.75 * alone**2
-            left = 1.0 - falls / self.largest**2
-            found.append(
-                TolerancePart(
-                    name=name,
-                    size=size,
-                    stated=name in self.requirements.tolerances,
-                    alone=alone,
-                    halved=1.0 - float(np.sqrt(max(left, 0.0))),
-                )
-            )
+                falls = 0.75 * float(self._of_slope[worst]) ** 2
+            halved = 1.0 - float(np.sqrt(max(1.0 - falls / self.largest**2, 0.0)))
+            stated = name in self.whisker.tolerances
+            found.append(TolerancePart(name=name, size=size, stated=stated, halved=halved))
         return sorted(found, key=lambda one: -one.halved)
