@@ -52,7 +52,21 @@ def test_the_best_of_all_is_chosen_and_each_meets_all_constraints(best):
     found = [other for other in others if other.status is DesignStatus.FOUND]
     assert found and all(other.best.largest >= best.best.largest for other in found)
     assert best.rods[0].largest == best.best.largest and len(best.rods) == count
-    assert best.plot().axes
+
+
+@pytest.mark.slow
+def test_the_picture_shows_the_uncertainty_and_where_rods_are(best):
+    left, right, *_ = best.plot().axes
+    drawn = {line.get_label(): line.get_ydata() for line in left.lines}
+    assert list(drawn) == ["whole", "by the step", "by the noise", "by the tolerances"]
+    assert (drawn["whole"] == best.best.whole).all() and (
+        left.lines[0].get_xdata() == best.mu0
+    ).all()
+    (dots,) = right.collections
+    # What is drawn last is seen.
+    assert dots.get_array()[-1] == best.best.largest and len(dots.get_array()) == len(best.rods)
+    assert list(dots.get_offsets()[-1]) == [best.best.theta, best.best.eta]
+    assert len(right.lines[0].get_xdata()) == len(best.pairs)
 
 
 @pytest.mark.slow
