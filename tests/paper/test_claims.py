@@ -428,7 +428,7 @@ def test_a_grid_on_which_no_tip_slips_by_itself_is_not_one_on_which_none_slips(e
     locked = changed("friction", status=lambda rows: "lock")(evidence)
     swung = locked.friction[locked.friction["x0_trail"].notna()]
     finding = named("end of sticking").judge(replace(locked, friction=swung))
-    assert finding.verdict == CONDITION and "swings aside" in finding.reason
+    assert finding.verdict == CONDITION and "buckles laterally" in finding.reason
 
 
 # Statements on what is beyond the lock: what is said of round rods, and of guided ones.
@@ -436,7 +436,7 @@ BEYOND = {
     "event frequency": ("one that a pushed rod has", "some tips do not slip at all"),
     "end of sticking": ("slips when it is pulled", "some tips never slip"),
     "longer with μ0": ("less deformed where its tip slips", "some tips never slip"),
-    "non-linear in μ0": ("only after the rod has swung aside", "a vertical tangent"),
+    "non-linear in μ0": ("only after the rod has buckled laterally", "a vertical tangent"),
     "more events with μ0": ("where rods are dragged", "each event takes longer"),
 }
 

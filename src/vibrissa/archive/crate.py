@@ -71,7 +71,6 @@ def write_archive(
         ``results/<study>``, with the results that the code and the study file of today make.
     made : iterable of str
         Their names, as `vibrissa.study.model.Study.results`; anything else is left out.
-    study_file : Path
     commit : str
         Commit of the code.
     output : Path

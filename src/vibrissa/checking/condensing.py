@@ -18,23 +18,11 @@ _ROD = ["theta", "eta", *MOUNTING_AXES, schemas.CURVATURE_POWERS.name]
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     """Condense the tables of a folder of results.
 
-    Parameters
-    ----------
-    folder : Path
-        ``results/<study>``.
-
     Returns
     -------
     dict of DataFrame
         ``stiction``, all rows; ``curves``, a row for each rod; ``scans``, a row for each cycle;
         ``states``. Those that the study does not have are left out.
-
-    Raises
-    ------
-    ComparisonError
-        If there are no results.
-    TableError
-        If a table is damaged.
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])

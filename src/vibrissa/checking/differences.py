@@ -34,8 +34,6 @@ class Difference:
 
     Attributes
     ----------
-    table : str
-    problem : Problem
     text : str
         One line for people.
     column : str
@@ -69,9 +67,6 @@ def compare(
     ----------
     reference, found : DataFrame of str
         As `vibrissa.checking.texts.as_text` makes them.
-    layout : Layout
-    name : str
-        Name of the table.
 
     Yields
     ------

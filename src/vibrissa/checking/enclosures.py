@@ -27,7 +27,6 @@ class Enclosed:
 
     Attributes
     ----------
-    table, column : str
     row : mapping of str
         Keys of the row.
     value : float
@@ -134,10 +133,6 @@ def _rows_by_key(frame: pd.DataFrame, keys: Sequence[str]) -> dict[str, list[dic
 def histogram(numbers: Sequence[Enclosed]) -> dict[str, int]:
     """Count the numbers by how many units in the last place they are off.
 
-    Parameters
-    ----------
-    numbers : sequence of Enclosed
-
     Returns
     -------
     dict of int
@@ -169,10 +164,6 @@ def verdict(numbers: Sequence[Enclosed]) -> str:
 
 def refuted(numbers: Sequence[Enclosed]) -> list[Difference]:
     """Find the numbers that are further from their proofs than they may move.
-
-    Parameters
-    ----------
-    numbers : sequence of Enclosed
 
     Returns
     -------

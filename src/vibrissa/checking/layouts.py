@@ -42,15 +42,6 @@ def parse_layouts(text: str, where: str) -> dict[str, Layout]:
         relative: r}``.
     where : str
         Name of the file, for messages.
-
-    Returns
-    -------
-    dict of Layout
-        By table.
-
-    Raises
-    ------
-    ComparisonError
     """
     try:
         content = yaml.safe_load(text)

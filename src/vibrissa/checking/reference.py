@@ -34,7 +34,6 @@ class Comparison:
         By table.
     stored, found : mapping of DataFrame of str
         Tables of the reference and of the results.
-    differences : sequence of Difference
     enclosed : sequence of Enclosed
         Numbers of the results for which the reference has an enclosure.
     """
@@ -147,8 +146,6 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
     ------
     ComparisonError
         If there are no results, or a reference table cannot be read.
-    TableError
-        If a table is damaged.
     """
     frames = condensed(results)
     found = _as_texts(frames, layouts)

@@ -34,7 +34,6 @@ class Recording:
 
     Attributes
     ----------
-    name : str
     clamp, fx, fy, m : sequence of float
         Position of the clamp (L), its reactions (E·I0/L²) and moment (E·I0/L).
     """
@@ -52,7 +51,6 @@ class Preset:
 
     Attributes
     ----------
-    name : str
     note : str
         What the page then says.
     settings : mapping
@@ -61,7 +59,6 @@ class Preset:
         Where the clamp is moved (L).
     play : bool
         Whether the clamp then moves on by itself.
-    recording : Recording, optional
     """
 
     name: str

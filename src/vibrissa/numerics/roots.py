@@ -84,7 +84,6 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
         Sequences.
     which : ndarray of int, shape (m,)
         Sequence of each level.
-    level : ndarray, shape (m,)
 
     Returns
     -------

@@ -50,10 +50,6 @@ def gauss_rule(n: int) -> GaussRule:
     ----------
     n : int
         Number of nodes, at least 1.
-
-    Returns
-    -------
-    GaussRule
     """
     t, _ = legendre.leggauss(n)
     vandermonde = legendre.legvander(t, n)
@@ -132,11 +128,6 @@ def chebyshev_nodes(k: int) -> FloatArray:
 def chebyshev_transform(k: int) -> FloatArray:
     """Matrix from values at `chebyshev_nodes(k)` to Chebyshev coefficients on [0, 1].
 
-    Parameters
-    ----------
-    k : int
-        Number of nodes.
-
     Returns
     -------
     ndarray, shape (k, k)
@@ -189,10 +180,6 @@ def interpolation(count: int, position: FloatArray) -> FloatArray:
 
 def chebyshev_roots(coefficients: FloatArray) -> FloatArray:
     """Roots of a Chebyshev series, as positions in [0, 1].
-
-    Parameters
-    ----------
-    coefficients : ndarray, shape (k,)
 
     Returns
     -------

@@ -25,8 +25,6 @@ def step_position(step: IntArray, dx0: Decimal) -> FloatArray:
     ----------
     step : ndarray of int
         Numbers of steps.
-    dx0 : Decimal
-        Step size, in units of L.
 
     Returns
     -------
@@ -44,11 +42,6 @@ def step_position(step: IntArray, dx0: Decimal) -> FloatArray:
 def passes(x0: FloatArray, onset: FloatArray | float) -> BoolArray:
     """Whether displacements lie beyond an onset of slip, so that the tip slips.
 
-    Parameters
-    ----------
-    x0, onset : ndarray
-        Displacements (L).
-
     Returns
     -------
     ndarray of bool
@@ -60,17 +53,6 @@ def passes(x0: FloatArray, onset: FloatArray | float) -> BoolArray:
 
 def last_step_within(x0: FloatArray, dx0: Decimal) -> IntArray:
     """Largest number of steps whose displacement does not pass `x0`.
-
-    Parameters
-    ----------
-    x0 : ndarray
-        Displacements, not negative, in units of L.
-    dx0 : Decimal
-        Step size, in units of L.
-
-    Returns
-    -------
-    ndarray of int
 
     Raises
     ------

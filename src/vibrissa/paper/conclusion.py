@@ -82,10 +82,10 @@ def longer_with_friction(evidence: Evidence) -> Judged:
     if not rises(np.concatenate([onset, until])):
         return CONTRADICTED, quantities, "the displacement does not get longer at the lock"
     if rises(np.concatenate([bent.energy, after.energy])):
-        return HOLDS, quantities, f"{reason}; so it is after the rod has swung aside"
+        return HOLDS, quantities, f"{reason}; so it is after the rod has buckled laterally"
     reason += (
         "; up to the critical friction coefficient; beyond, the clamp moves farther still, as the "
-        "rod swings aside and trails, but the rod is less deformed where its tip slips"
+        "rod buckles laterally and trails, but the rod is less deformed where its tip slips"
     )
     if trailing["dragged"].max() < onset[-1]:
         reason += ", and its later periods are shorter"

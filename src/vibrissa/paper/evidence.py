@@ -58,7 +58,7 @@ class Evidence:
         return self.friction[self.friction["status"] == "lock"]
 
     def trailing(self) -> pd.DataFrame:
-        """Grid points of Figure 7 whose rod swings aside, trails, and slips when it is pulled.
+        """Grid points of Figure 7 whose rod buckles laterally, trails, and slips when it is pulled.
 
         Column ``dragged`` is the length of each of their later periods (L).
         """
@@ -102,10 +102,6 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     names : mapping
         Which grids, scan and state are Figures 6, 7, 3 to 5, and 8: ``taper``, ``friction``,
         ``scan`` and ``state``.
-
-    Returns
-    -------
-    Evidence
 
     Raises
     ------
@@ -153,7 +149,7 @@ def bending_of_steps(rows: pd.DataFrame) -> Bending:
 
 
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
-    """Bending of grid points whose rod has swung aside, in the last sticking state.
+    """Bending of grid points whose rod has buckled laterally, in the last sticking state.
 
     It is that of the mirror image, in which the clamp pulls the tip from the other side.
     """

@@ -52,16 +52,7 @@ class Line:
 
 
 def line_fit(x: FloatArray, y: FloatArray) -> Line:
-    """Fit a straight line by least squares.
-
-    Parameters
-    ----------
-    x, y : ndarray, shape (n,)
-
-    Returns
-    -------
-    Line
-    """
+    """Fit a straight line by least squares."""
     line = np.polynomial.Polynomial.fit(x, y, 1)
     off = y - line(x)
     return Line(
@@ -87,11 +78,6 @@ def by_bending(what: str, before: Bending, after: Bending) -> tuple[Verdict, str
         What holds if they are bent more.
     before, after : Bending
         Of the same number of rods.
-
-    Returns
-    -------
-    verdict : Verdict
-    reason : str
     """
     measures = {
         "bending energy": after.energy > before.energy,

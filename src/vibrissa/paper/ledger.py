@@ -62,7 +62,6 @@ class Finding:
 
     Attributes
     ----------
-    verdict : Verdict
     reason : str
         The condition or the reason.
     quantities : mapping
@@ -138,17 +137,7 @@ def claims_table(
     study: str,
     method: Solver,
 ) -> pa.Table:
-    """Judge claims; return a table with the schema `CLAIMS`.
-
-    Parameters
-    ----------
-    claims : iterable of Claim
-    evidence : Evidence
-    study : str
-        Name of the study.
-    method : Solver
-        Its solver of the sticking equilibria.
-    """
+    """Judge claims; return a table with the schema `CLAIMS`."""
     rows = []
     for one in claims:
         finding = one.judge(evidence)

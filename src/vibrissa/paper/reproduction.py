@@ -19,7 +19,6 @@ class Reproduced:
 
     Attributes
     ----------
-    name : str
     outcome : str
         Whether it is reproduced, and what came out.
     difference : str
@@ -36,10 +35,6 @@ class Reproduced:
 
 def reproduced(evidence: Evidence) -> list[Reproduced]:
     """Compare the figures of the paper, and the force of its example rod, with the study.
-
-    Parameters
-    ----------
-    evidence : Evidence
 
     Returns
     -------

@@ -359,7 +359,7 @@ def nonlinear_in_friction(evidence: Evidence) -> Judged:
         reason = "but not like a square root at the lock"
     if len(trailing := evidence.trailing()):
         quantities["x0_trail at the smallest μ0 above μ_lock"] = (trailing["x0_trail"].iloc[0], "L")
-        reason += "; above the lock sticking ends only after the rod has swung aside"
+        reason += "; above the lock sticking ends only after the rod has buckled laterally"
     return HOLDS, quantities, reason
 
 

@@ -36,8 +36,6 @@ class Picture:
     ----------
     key : str
         Its key in the study file.
-    caption : str
-    png : bytes
     selection : mapping
         Rows that it shows, as in `vibrissa.figures.draw.draw`.
     """
@@ -93,11 +91,9 @@ def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture
 
     Parameters
     ----------
-    about : About
     found : mapping of pyarrow.Table or Dataset
         The study's tables by name: ``stiction`` and, where there are any, ``scans``, ``states``,
         ``comparisons`` and ``claims``. Of one in a file as much is held as the page shows.
-    pictures : sequence of Picture
 
     Returns
     -------

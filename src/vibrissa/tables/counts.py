@@ -18,18 +18,7 @@ _NOUNS = {
 
 
 def counts_by_status(tables: Mapping[str, query.Readable]) -> dict[str, Counter[str]]:
-    """Count grid points, scans, states and comparisons by their status.
-
-    Parameters
-    ----------
-    tables : mapping of pyarrow.Table or Dataset
-        By name.
-
-    Returns
-    -------
-    dict of Counter
-        By name of the table.
-    """
+    """Count grid points, scans, states and comparisons by their status."""
     counts: dict[str, Counter[str]] = {}
     for name, table in tables.items():
         if name == "scans":

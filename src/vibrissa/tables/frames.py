@@ -37,17 +37,7 @@ class Entry:
 
 
 def entries(schema: pa.Schema) -> list[Entry]:
-    """Return what the columns of a table are.
-
-    Parameters
-    ----------
-    schema : pyarrow.Schema
-        One of `vibrissa.tables.schemas`.
-
-    Returns
-    -------
-    list of Entry
-    """
+    """Return what the columns of a table are."""
     return [_entry(column) for column in schema]
 
 

@@ -33,18 +33,6 @@ def solved_points(
 ) -> Iterator[pa.Table]:
     """Solve the rods of a chunk and read its points off them, some rods at a time.
 
-    Parameters
-    ----------
-    grid : str
-        Name of the grid.
-    axes : mapping of tuple
-        Values of all axes of the chunk.
-    study : str
-        Name of the study.
-    method : Solver
-    contact : Contact
-    section : RodSection
-
     Yields
     ------
     pyarrow.Table
@@ -70,21 +58,10 @@ def points_table(
 
     Parameters
     ----------
-    grid : str
-        Name of the grid.
-    axes : mapping of tuple
-        Values of all axes of the chunk.
     rows : ndarray of int
         Numbers of the points in the chunk.
     curves : sequence of StickingCurve
         Solutions of the rods that these points belong to, in their order.
-    study : str
-        Name of the study.
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `STICTION`.
     """
     keys = columns_at(axes, rows)
     index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
@@ -134,17 +111,6 @@ def chunk_rows(
 ) -> Iterator[pa.Table]:
     """Read the file of a chunk, and refuse one that is not complete or not of this study file.
 
-    Parameters
-    ----------
-    path : str or Path
-        Parquet file.
-    grid : str
-        Name of the chunk's grid.
-    axes : mapping of tuple
-        Values of all axes of the chunk.
-    study_part : str
-        How it was to be solved.
-
     Yields
     ------
     pyarrow.Table
@@ -154,8 +120,6 @@ def chunk_rows(
     ------
     DamagedTableError
         If the file must be made anew.
-    TableError
-        If it cannot be opened.
     """
     file = store.opened(path, STICTION)
     store.need_study(path, study_part)

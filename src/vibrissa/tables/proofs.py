@@ -27,7 +27,6 @@ class Proof:
 
     Attributes
     ----------
-    table : str
     row : mapping of str
         Keys of the row.
     quantity : str
@@ -37,7 +36,6 @@ class Proof:
     on_path : bool
         Whether it is proved, too, that the path from α = 0 leads there first, or that the tip
         locks.
-    note : str
     """
 
     table: str
@@ -54,13 +52,8 @@ def read(path: Path, keys: Mapping[str, Sequence[str]]) -> list[Proof]:
 
     Parameters
     ----------
-    path : Path
     keys : mapping
         Columns that tell the rows of each table apart; other tables are left out.
-
-    Returns
-    -------
-    list of Proof
 
     Raises
     ------

@@ -30,24 +30,10 @@ FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "frag
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
     """Open a table whose rows are read when they are asked for.
 
-    Parameters
-    ----------
-    path : str or Path
-        Parquet file.
-    schema : pyarrow.Schema
-        The schema that it must have.
-    study_part : str, optional
-        Part of the study file that it must answer.
-
     Returns
     -------
     pyarrow.dataset.Dataset
         Its schema has the metadata of the file.
-
-    Raises
-    ------
-    TableError
-        If the file is damaged, holds another kind of table or cannot be opened.
     """
     # It imports pandas, which takes time.
     from pyarrow import dataset
@@ -70,10 +56,6 @@ def opened_tables(paths: Mapping[str, Any], study_parts: Mapping[str, str]) -> d
         Files by the name of their table; other names are left out.
     study_parts : mapping of str
         Part of the study file that each table must answer.
-
-    Returns
-    -------
-    dict of Dataset
     """
     return {
         name: opened(path, TABLES[name], study_parts[name])
@@ -99,20 +81,8 @@ def parts(
 
     Parameters
     ----------
-    table : pyarrow.Table or Dataset
     columns : sequence of str
         Columns that are wanted.
-    where : Expression, optional
-        Rows that are wanted, instead of all. Row groups whose statistics exclude it are not read.
-
-    Yields
-    ------
-    pyarrow.Table
-
-    Raises
-    ------
-    TableError
-        If the file is damaged or cannot be opened.
     """
     if isinstance(table, pa.Table):
         yield rows(table, columns, where)

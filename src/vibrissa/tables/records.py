@@ -60,15 +60,8 @@ def scan_table(
 
     Parameters
     ----------
-    name : str
-        Name of the set of scans.
     point : mapping
         Its values of the axes.
-    scan : Scan
-    study : str
-        Name of the study.
-    method : Solver
-        By which its path was solved.
 
     Returns
     -------
@@ -106,21 +99,7 @@ def scan_table(
 
 
 def comparison_table(name: str, comparison: Comparison, study: str) -> pa.Table:
-    """Table of points in both contact models.
-
-    Parameters
-    ----------
-    name : str
-        Name of the comparison.
-    comparison : Comparison
-    study : str
-        Name of the study.
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `COMPARISONS`.
-    """
+    """Table of points in both contact models."""
     n = len(comparison.theta)
     columns: dict[str, Any] = {"comparison": [name] * n, "study": [study] * n}
     columns["method"] = [Solver.COLLOCATION] * n
@@ -132,20 +111,7 @@ def comparison_table(name: str, comparison: Comparison, study: str) -> pa.Table:
 
 
 def states_table(states: Mapping[str, EquilibriumState], study: str) -> pa.Table:
-    """Table of single equilibria with their shapes.
-
-    Parameters
-    ----------
-    states : mapping of EquilibriumState
-        By name.
-    study : str
-        Name of the study.
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `STATES`.
-    """
+    """Table of single equilibria with their shapes."""
     columns: dict[str, list[Any]] = {field.name: [] for field in STATES}
     s = np.linspace(0.0, 1.0, 101)
     for name, state in states.items():

@@ -21,14 +21,8 @@ def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
 
     Parameters
     ----------
-    axes : mapping of tuple
-        Values of all axes.
     by_step : bool
         Whether the solver walks along the steps of the clamp: each step then has its own solution.
-
-    Returns
-    -------
-    list of dict
     """
     order = ("eta", "theta", *MOUNTING_AXES, "dx0")
     values: list[Sequence[Any]] = [
@@ -40,20 +34,7 @@ def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
 def solve(
     rods: Sequence[Rod], *, method: Solver, contact: Contact, section: RodSection
 ) -> list[StickingCurve]:
-    """Solve the equilibrium paths of some rods, and print how each came out.
-
-    Parameters
-    ----------
-    rods : sequence of dict
-    method : Solver
-    contact : Contact
-    section : RodSection
-
-    Returns
-    -------
-    list of StickingCurve
-        In the order of the rods.
-    """
+    """Solve the equilibrium paths of some rods, and print how each came out."""
     # A job imports the solver that it uses alone.
     if method is Solver.COLLOCATION:
         from vibrissa.sticking.solving.collocation import solve_curves

@@ -44,12 +44,6 @@ def write_parts(
     ----------
     parts : iterable of pyarrow.Table
         No more is held in memory than a part and a row group.
-    schema : pyarrow.Schema
-        One of `vibrissa.tables.schemas`.
-    path : str or Path
-        Parquet file.
-    study_part : str
-        Part of the study file that the table answers, as `Study.part` returns it.
     rows : int, optional
         How many rows there are, as far as known: long tables get larger row groups.
 
@@ -118,13 +112,7 @@ def reading(path: str | Path) -> Iterator[None]:
 
 
 def metadata(path: str | Path) -> dict[str, str]:
-    """Return the metadata of a Parquet file.
-
-    Raises
-    ------
-    TableError
-        If the file is damaged or cannot be opened.
-    """
+    """Return the metadata of a Parquet file."""
     with reading(path):
         found = pq.read_metadata(path).metadata or {}
     return {key.decode(): value.decode(errors="replace") for key, value in found.items()}
@@ -132,13 +120,6 @@ def metadata(path: str | Path) -> dict[str, str]:
 
 def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
     """Open a file and refuse one that holds another kind of table.
-
-    Parameters
-    ----------
-    path : str or Path
-        Parquet file.
-    schema : pyarrow.Schema
-        The schema that it must have.
 
     Returns
     -------
@@ -149,8 +130,6 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
     ------
     DamagedTableError
         If it is no table of this kind.
-    TableError
-        If it cannot be opened.
     """
     held = metadata(path)
     with reading(path):
@@ -186,13 +165,6 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
 
 def need_study(path: str | Path, study_part: str) -> None:
     """Refuse a table that does not answer a study file.
-
-    Parameters
-    ----------
-    path : str or Path
-        Parquet file.
-    study_part : str
-        As `Study.part` returns it.
 
     Raises
     ------
