@@ -90,8 +90,6 @@ def check_files(output: Path | None, picture: Path | None, *endings: str) -> Non
     ----------
     output : Path or None
         A table; its ending may also be one of `endings`.
-    picture : Path or None
-    *endings : str
     """
     if output is not None:
         check_ending(output, *endings)

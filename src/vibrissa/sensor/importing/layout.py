@@ -69,8 +69,6 @@ class Layout:
 
     Attributes
     ----------
-    separator : Separator
-    notation : Notation
     titles, units : tuple of str
         One for each column; no titles, or no units, where the file has none.
     rows : Series of str
@@ -143,9 +141,6 @@ def layout_of(
 
     Parameters
     ----------
-    text : str
-    name : str
-        Of the file, for messages.
     separator, decimal
         Found by default.
     title_line : int, optional
