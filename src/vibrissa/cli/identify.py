@@ -9,11 +9,13 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
+    OUTPUT,
     Json,
     MaybeOut,
     Picture,
     check_files,
     check_not_read,
+    option,
     print_json,
     progress_bars,
     save_picture,
@@ -47,40 +49,27 @@ def identify(
     setup: Setup,
     method: Annotated[
         Method | None,
-        typer.Option(
-            help="model: all channels, through the model of the rod; ratio: both forces, without a "
-            "rod. The other one is read as well, and compared.",
+        option(
+            "model: all channels, through the model of the rod; ratio: both forces, without a rod. "
+            "The other one is read as well, and compared.",
+            *("", SIGNALS),
             show_default="model with a rod, else ratio",
-            rich_help_panel=SIGNALS,
         ),
     ] = None,
     slip_time: Annotated[
         str | None,
-        typer.Option(
-            help="Duration of a slip, whose samples are left out: '10 ms'.",
-            metavar="<time>",
-            rich_help_panel=SIGNALS,
-        ),
+        option("Duration of a slip, whose samples are left out: '10 ms'.", "<time>", SIGNALS),
     ] = None,
     delay: Annotated[
         str | None,
-        typer.Option(
-            help="Delay of the readings, as by a low-pass filter: '4 ms'.",
-            metavar="<time>",
-            rich_help_panel=SIGNALS,
-        ),
+        option("Delay of the readings, as by a low-pass filter: '4 ms'.", "<time>", SIGNALS),
     ] = None,
     output: MaybeOut = None,
     picture: Picture = None,
     json: Json = False,
     verbose: Annotated[
         bool,
-        typer.Option(
-            "--verbose",
-            "-v",
-            help="Print what was assumed, and what was adjusted.",
-            rich_help_panel="Output",
-        ),
+        option("Print what was assumed, and what was adjusted.", "", OUTPUT, "--verbose", "-v"),
     ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -92,7 +81,7 @@ def identify(
     """
     check_files(output, picture)
     check_not_read([output, picture], [recording])
-    whisker = setup.whisker if setup.has_whisker else None
+    whisker = None if setup.theta is None and setup.eta is None else setup.whisker
     material = likely_material(setup)
     found = sensor.identify(
         whisker,
