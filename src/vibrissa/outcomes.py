@@ -1,4 +1,4 @@
-"""Enumerations: the outcomes of results, and kinds of contact, section, solver and parameter.
+"""Words with one meaning: what a result's `status` can be, and the kinds that results name.
 
 Light enough for a Snakefile.
 """
@@ -31,22 +31,24 @@ class Status(StrEnum):
 
 
 class End(StrEnum):
-    """How sticking ends after self-locking.
+    """How sticking ends that goes on past the lock.
 
     Attributes
     ----------
     SLIPS_BACK
         tan α = +μ0: the tip slips against the direction in which the clamp moves.
     SWINGS_ASIDE
-        A round rod buckles laterally, where the contact point lies on the clamp's axis
-        (docs/lateral.md). It then trails behind the clamp until its tip slips. In other mountings
-        what follows is not computed.
+        The contact point lies on the clamp's axis: a round rod leaves its plane, and swings round
+        to the other side (docs/lateral.md). It then trails behind the clamp until its tip slips. A
+        naturally curved one leaves its plane elsewhere; where it goes then is not computed.
     SNAPS
-        Limit point: a rod that stays in its plane snaps through, as x0 has a maximum.
+        The equilibrium of a rod that cannot leave its plane loses its stability: the branch turns
+        back in x0, the rod snaps through.
     OUT_OF_REACH
         The shape is not admissible (see `vibrissa.mechanics.admissibility`).
     LIFTS_OFF
-        The normal force vanishes.
+        The surface would have to pull. Where μ_lock is infinite the tip has slipped ahead before,
+        for every μ0; else it has slipped back.
     NOT_FOLLOWED
         The curve was not followed, or not resolved, to its end.
     """
@@ -75,14 +77,14 @@ class Contact(StrEnum):
 
 
 class RodSection(StrEnum):
-    """Cross-section of the rod.
+    """What the rod's cross-section lets it do.
 
     Attributes
     ----------
     ROUND
-        Equally stiff in every direction: the rod may buckle laterally.
+        It bends as easily in every direction: the rod may leave its plane.
     PLANAR
-        A strip, or a guided rod, which stays in its plane.
+        It keeps the rod in its plane: a strip, or a rod that is guided.
     """
 
     ROUND = "round"
@@ -110,15 +112,15 @@ class Solver(StrEnum):
 
 
 class Parameter(StrEnum):
-    """Continuation parameter of a piece of a curve.
+    """What counts the states along a piece of a curve.
 
     Attributes
     ----------
     X0
         The footpoint displacement.
     ADVANCE
-        Equation E3c of `vibrissa.mechanics.equations`: where the force changes fast or x0 turns
-        back.
+        The way along a direction in which displacement and force change (equation E3c of
+        `vibrissa.mechanics.equations`): where the force changes fast or x0 turns back.
     """
 
     X0 = "x0"

@@ -24,7 +24,6 @@ from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, takes
 from vibrissa.cli.yielding import end_of, warn_of_yield
 from vibrissa.design.materials import likely_material
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup, series
-from vibrissa.sensor.identification.adjusted import FAR
 from vibrissa.wording import counted, see_page
 
 app = typer.Typer(**ALONE)
@@ -134,7 +133,7 @@ def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:
             yield f"assumed: {', '.join(assumed)}"
     left = found.summary().if_exact
     for one in found.tolerances:
-        moved = not one.wave and one.surprise > FAR
+        moved = one.far
         if (verbose and one.stated and not one.wave) or moved:
             exact = f"; if it were exact, mu0 ± {left[one.of]:.2g}" if one.of in left else ""
             yield f"{one.spelled(found.units)}{exact}"

@@ -30,8 +30,10 @@ class Limit:
 
     Attributes
     ----------
+    name, meaning : str
     value : ndarray
         What is limited.
+    bound : float
     kind : Kind
         What is measured.
     upper : bool

@@ -1,7 +1,7 @@
-"""Pairs (θ, η), each solved once for all sizes of rods.
+"""What a design needs to know of pairs (θ, η), each solved once.
 
-With lengths in L, forces in E·I0/L², moments in E·I0/L and strains in d0/L, a period of sticking
-depends on θ and η alone.
+A period of sticking depends on θ and η alone if lengths are in units of L, forces in E·I0/L²,
+moments in E·I0/L and strains in d0/L.
 """
 
 from collections.abc import Sequence
@@ -75,8 +75,10 @@ def survey(
 
     Parameters
     ----------
+    theta, eta : ndarray, shape (n,)
     frictions : ndarray, shape (k,)
         Friction coefficients, increasing.
+    contact : Contact
 
     Returns
     -------

@@ -144,6 +144,7 @@ def save(figure: Figure, paths: Sequence[str | Path]) -> None:
 
     Parameters
     ----------
+    figure : matplotlib.figure.Figure
     paths : sequence of path
         Ending in ``.pdf``, ``.svg`` or ``.png``.
     """

@@ -1,4 +1,4 @@
-"""Measures of bending of a known shape: curvature, energy, strain, rotation of the tip."""
+"""How much a rod is bent: curvature, energy, strain and turn of a known shape."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ STRAIN_POINTS = 201
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Bending(Batch):
-    """Measures of bending of n rods.
+    """Measures of how much each of a number of rods is bent.
 
     Attributes
     ----------
@@ -42,14 +42,14 @@ class Bending(Batch):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Strains(Batch):
-    """Largest strains of n rods.
+    """Where each of a number of rods is strained most.
 
     Attributes
     ----------
     largest : ndarray, shape (n,)
         Largest strain |φ' − κ0|·d/2 at the rod's surface, in units of d0/L.
     place : ndarray, shape (n,)
-        Its arc length from the clamp, to half a per cent of the rod, in units of L.
+        Arc length from the clamp at which it is, to half a percent of the rod, in units of L.
     """
 
     largest: FloatArray
@@ -79,6 +79,10 @@ def measure(
         Equally spaced arc lengths (L).
     x, y : ndarray, shape (n, points)
         Shapes, in the frame of the contact points (L).
+
+    Returns
+    -------
+    Bending
     """
     from scipy.integrate import simpson  # half a second to load
 
@@ -108,6 +112,10 @@ def solve_and_measure(
     ----------
     theta, f, alpha, x1, y1 : ndarray, shape (n,)
         With the clamp at the origin.
+
+    Returns
+    -------
+    Bending
     """
     s = np.linspace(0.0, 1.0, POINTS)
     rows = list(zip(theta, f, alpha, x1, y1, strict=True))
@@ -131,6 +139,12 @@ def strains(
     theta, f, alpha, x_c, y_c, s_c : ndarray, shape (n,)
         Taper factor, contact force (E·I0/L²), its inclination (rad), contact point relative to the
         clamp (L) and its arc length (L).
+    mounting : Mounting
+        Of all rods.
+
+    Returns
+    -------
+    Strains
 
     Notes
     -----
@@ -175,7 +189,7 @@ def _integrated(
 def _peak(values: FloatArray) -> FloatArray:
     """Largest values over equally spaced points, shape (points, n), and between them.
 
-    A parabola through three points around the largest one, unless that is at an end.
+    Around the largest one a parabola goes through three, unless it stands at an end.
     """
     largest = values.argmax(axis=0)
     middle = np.clip(largest, 1, len(values) - 2)

@@ -1,4 +1,4 @@
-"""Newton's iteration for batches of states: residuals on all nodes, corrections from few."""
+"""Newton's iteration for batches of states, corrected on few nodes and measured on all."""
 
 from typing import NamedTuple
 
@@ -49,12 +49,17 @@ def solve(
     ----------
     guess : RodStates
         Starting states; not modified.
+    closing : ClosingCondition
     inverse : ndarray, shape (n, k + 3, k + 3), optional
         Of the Jacobian on few nodes near each state, where the caller has it already.
     tolerance : float
-        Change at which the iteration ends; the error is then a hundredth of it.
+        Change at which the iteration ends; the error is then about a hundredth of it.
     iterations : int
         Most corrections.
+
+    Returns
+    -------
+    Solution
     """
     states = guess.copy()
     states.s_c[~states.line] = 1.0
@@ -87,9 +92,9 @@ def solve(
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
     """Correction of states on two grids.
 
-    The residual is on all nodes, the correction from few: the integral operator of E1 makes the
-    difference smooth (K. E. Atkinson, The Numerical Solution of Integral Equations of the Second
-    Kind, 1997, §6.2).
+    The residual is that on all nodes, but the correction comes from few. What it has beyond the
+    residual itself is integrated twice in equation E1, hence smooth (K. E. Atkinson, The Numerical
+    Solution of Integral Equations of the Second Kind, 1997, §6.2).
     """
     nodes, few = states.nodes, inverse.shape[1] - SCALARS
     values = residuals(states, closing)
@@ -109,7 +114,7 @@ def _size(unknowns: FloatArray, change: FloatArray) -> FloatArray:
 
 
 def coarse_nodes(nodes: int) -> int:
-    """Choose the number of nodes for corrections of states on `nodes` nodes."""
+    """Few nodes: those on which corrections of states on `nodes` nodes are found."""
     return min(nodes, max(FEWEST_COARSE_NODES, round(COARSE_NODES * nodes)))
 
 
@@ -130,7 +135,7 @@ def _inverted(matrices: FloatArray) -> FloatArray:
 
 
 class Tangent(NamedTuple):
-    """Derivatives of states with respect to the value of E3.
+    """How states change with the value that E3 prescribes.
 
     Attributes
     ----------

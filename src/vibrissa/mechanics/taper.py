@@ -3,9 +3,11 @@
 Lengths are in units of the rod's length L, diameters in units of the base diameter d0 and
 bending stiffness in units of E·I0 with I0 = π·d0⁴/64.
 
-The *bending coordinate* ``tau`` ∈ [0, 1] is defined by ds/dτ = θ·d(s)². It is the phase of the
-bending waves of a cone, whose wavelength is proportional to d², so that shapes are equally smooth
-everywhere in τ. At θ = 1 it is s.
+Besides the arc length s the module knows one other coordinate along the rod, the *bending
+coordinate* ``tau`` ∈ [0, 1], defined by ds/dτ = θ·d(s)². It is the phase of the bending waves of
+a cone (their wavelength is proportional to d²), so that a deflected shape is about equally
+smooth everywhere in τ however strong the taper is; polynomials in τ need far fewer terms than
+polynomials in s. At θ = 1 the two coordinates are the same.
 """
 
 import numpy as np
@@ -21,6 +23,8 @@ def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     ----------
     s : array_like
         Arc length from the clamp, in units of L.
+    theta : array_like
+        Taper factor θ = d0/d1, broadcast against `s`.
 
     Returns
     -------
@@ -48,6 +52,8 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     ----------
     s : array_like
         Arc length from the clamp, in units of L.
+    theta : array_like
+        Taper factor, broadcast against `s`.
 
     Returns
     -------
@@ -71,6 +77,8 @@ def bending_coordinate(s: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> 
     ----------
     s : array_like
         Arc length from the clamp, up to s_c, in units of L.
+    theta : array_like
+        Taper factor, broadcast against `s`.
     s_c : array_like
         Arc length of the contact point, where the free part ends, in units of L.
 
@@ -90,6 +98,8 @@ def arc_length(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatA
     ----------
     tau : array_like
         Bending coordinate in [0, 1].
+    theta, s_c : array_like
+        As in `bending_coordinate`.
 
     Returns
     -------
@@ -113,6 +123,8 @@ def arc_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> Float
     ----------
     tau : array_like
         Bending coordinate in [0, 1].
+    theta, s_c : array_like
+        As in `bending_coordinate`.
 
     Returns
     -------
@@ -131,6 +143,8 @@ def densities(
     ----------
     tau : array_like
         Bending coordinate in [0, 1].
+    theta, s_c : array_like
+        As in `bending_coordinate`.
 
     Returns
     -------
@@ -155,6 +169,8 @@ def density_growth(
     ----------
     tau : array_like
         Bending coordinate in [0, 1].
+    theta, s_c : array_like
+        As in `bending_coordinate`.
 
     Returns
     -------

@@ -11,6 +11,7 @@ def need_tables_of(study: Study, results: Path) -> None:
 
     Parameters
     ----------
+    study : Study
     results : Path
         ``results/<study>``.
 

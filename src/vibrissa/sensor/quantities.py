@@ -1,4 +1,4 @@
-"""Units: texts with a unit are read to nondimensional numbers; results are in SI units.
+"""Units at the border: text with a unit in, nondimensional numbers inside, SI out.
 
 Nondimensional are lengths in units of L, forces in E·I0/L², moments in E·I0/L.
 """
@@ -120,10 +120,11 @@ def _registry() -> "pint.UnitRegistry[Any]":
 
 
 class Measured(NamedTuple):
-    """A quantity and its tolerance, as texts.
+    """A quantity with its tolerance, both as they were written.
 
     Attributes
     ----------
+    value : str or number
     tolerance : str or None
         Standard deviation, with a unit or in per cent; None where none was stated.
     """
@@ -142,6 +143,7 @@ class Measured(NamedTuple):
 
         Parameters
         ----------
+        given : str or number
         what : str
             Name of the quantity, for messages.
 
@@ -195,7 +197,12 @@ class Measured(NamedTuple):
         return cls(value, tolerance)
 
     def check(self, kind: Kind, what: str) -> None:
-        """Refuse what does not measure a kind, or has no number."""
+        """Refuse what does not measure a kind, or has no number.
+
+        Raises
+        ------
+        ArgumentError
+        """
         _read_number(self.value, kind, what)
         if self.tolerance is not None:
             size, of = self.tolerance, f"the tolerance of {what}"
@@ -226,14 +233,18 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
     text : str
         Number and unit.
     kind : Kind
-        Required kind of quantity.
+        What it must measure.
     what : str
-        Name for messages.
+        How a message names it.
+
+    Returns
+    -------
+    Decimal
 
     Raises
     ------
     ArgumentError
-        If it is not such a quantity.
+        If it is no such quantity.
 
     Examples
     --------
@@ -273,7 +284,7 @@ def _checked(value: Decimal, what: str) -> Decimal:
 
 
 def chosen(kind: type[Choice], value: str, what: str) -> Choice:
-    """Look up a choice by its name.
+    """Look up one of the choices that there are.
 
     Raises
     ------
@@ -344,6 +355,7 @@ def wished_units(kinds: Iterable[Kind], *given: object) -> dict[Kind, str]:
 
     Parameters
     ----------
+    kinds : iterable of Kind
     *given : object
         What is text, such as ``"85 ± 0.1 mm"`` or ``"3 mN, 3 mN, 10 uN*m"``, may have units.
     """

@@ -13,10 +13,11 @@ STATES = 17
 
 
 def strains_in(curve: StickingCurve, states: StickingState) -> Strains:
-    """Largest strain in each of n states, and its place along the rod.
+    """Largest strain in each of some states, and where along the rod it is.
 
     Parameters
     ----------
+    curve : StickingCurve
     states : StickingState
         On it, one or n.
 
@@ -38,10 +39,11 @@ def largest_strain(curve: StickingCurve, state: StickingState) -> float:
 
 
 def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
-    """Largest strain at the end of a period of sticking, and in the whole period.
+    """Largest strain where a period of sticking ends, and in the whole period.
 
     Parameters
     ----------
+    curve : StickingCurve
     end : float
         Displacement x0 at which the period ends (L).
 
@@ -58,16 +60,16 @@ def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
 
 @dataclass(frozen=True, kw_only=True)
 class Yield:
-    """Place where a rod yields.
+    """Where a rod is bent beyond what its material bears elastically.
 
     Attributes
     ----------
     strain : float
         Largest strain, in units of d0/L.
     place : float
-        Its arc length from the clamp (L).
+        Where along the rod it is: arc length from the clamp (L).
     x0 : float
-        Displacement at which the rod begins to yield (L).
+        Displacement from which on the rod yields (L).
     """
 
     strain: float
@@ -80,6 +82,7 @@ def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | Non
 
     Parameters
     ----------
+    curve : StickingCurve
     end : float
         Displacement x0 at which the period ends (L).
     yield_strain : float
@@ -88,7 +91,7 @@ def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | Non
     Returns
     -------
     Yield or None
-        None where it does not yield.
+        None where the material bears the strain.
     """
     x0 = np.linspace(0.0, end, STATES)
     found = strains_in(curve, curve.state(x0))

@@ -32,7 +32,8 @@ def quiet(what: str, done: int, total: int) -> None:
 class Whisker:
     """A rod, the height of the surface above its clamp, and how it may touch the surface.
 
-    Its response is solved once, when it is first used; SciPy is imported only then.
+    Its response is solved when it is first used, once. What solves it is imported then, as it
+    needs SciPy, which takes half a second to load.
 
     Attributes
     ----------
@@ -45,11 +46,11 @@ class Whisker:
     section : RodSection
         ``round``: the rod may leave its plane; ``planar``: a strip or a guided rod stays in it.
     rod : Rod or None
-        The rod in SI units; None: all quantities are nondimensional.
+        The real rod; without it everything is nondimensional.
     mounting : Mounting
         Clamp, natural shape and stage.
     tolerances : mapping of str to float
-        Stated standard deviations, as from `read_tolerances`.
+        Standard deviations that were stated, as from `read_tolerances`.
     wished : dict of Kind to str
         Units in which its results are told, see `Units`.
     """
@@ -99,7 +100,7 @@ class Whisker:
         return replace(self, tolerances={**self.tolerances, **tolerances})
 
     def wishing(self, *given: object) -> "Whisker":
-        """Return the same whisker, with results in the units of these texts, too."""
+        """Give the same whisker, whose results are told in the units of these texts, too."""
         return replace(self, wished={**wished_units(MEASURED, *given), **self.wished})
 
     @property
@@ -134,12 +135,12 @@ class Whisker:
         return respond(self.theta, self.eta, self.contact, pull, self.mounting, self.section)
 
     def response(self, backward: bool) -> "Response":
-        """Response, with retraction (x0 < 0) where it is resolved: a long slip ends there.
+        """Give the response with x0 < 0 if it has been found: after a long slip the tip is pulled.
 
         Raises
         ------
         NoResponseError
-            If there is none, or retraction is needed and not resolved.
+            If it was not found although the clamp went backward, or there is no response at all.
         """
         try:
             return self.pulled
@@ -161,7 +162,8 @@ class Whisker:
         positions : ndarray
             Of the clamp along the stage (L).
         backward : bool
-            Whether retraction is needed, as where the stage leaves the surface.
+            Whether the states in which the tip is pulled are needed. They are where the stage
+            leaves the surface, too.
         progress : callable
 
         Returns

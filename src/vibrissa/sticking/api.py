@@ -1,4 +1,4 @@
-"""One state, one equilibrium path, one onset: the functions for a notebook."""
+"""One state, one curve, one onset: what a person uses in a notebook."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -91,7 +91,7 @@ class EquilibriumState(ContactState):
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Onset:
-    """Onset of slip of one period of sticking; prints as a short table.
+    """End of a period of sticking; printed as a short table.
 
     Attributes
     ----------
@@ -107,15 +107,17 @@ class Onset:
     x0_max : float
         Last state of stiction on the step grid, the paper's x0,max (L); NaN likewise.
     mu_lock : float
-        Critical friction coefficient, above which the tip is self-locking.
+        Largest friction coefficient at which the tip slips.
     slip : StickingState
-        State at the exact onset of slip.
+        State at the exact onset.
     end : str
-        How sticking ends after self-locking (`vibrissa.outcomes.End`); else empty.
+        How sticking ends past the lock where the tip locks
+        (`vibrissa.outcomes.End`); else empty.
     ended : StickingState
-        The state in which sticking then ends.
+        The state in which it does, with its displacement x0.
     trail : StickingState
-        Last sticking state after lateral buckling, x0 counted from the first α = 0 state; else NaN.
+        Last sticking state after the rod has swung aside, with the displacement of the clamp since
+        the α = 0 state before; NaN unless it does.
     residual : float
         Largest equilibrium residual of the curve.
     """
@@ -133,7 +135,7 @@ class Onset:
     residual: float
 
     def __repr__(self) -> str:
-        """Return a line for each known quantity: name, value, unit and meaning."""
+        """Return what is known, a line for each quantity: name, value, unit and meaning."""
         slip = self.slip
         rows = [
             ("x0_slip", self.x0_slip, "L", "exact onset of slip"),
@@ -214,12 +216,13 @@ def solve_state(
         ``point``: the tip alone touches, as in the paper; ``line``: the rod lies along the
         surface where it would pass through it.
     mounting : Mounting
-        Clamp and natural shape of the rod; the stage does not matter.
+        Clamp and natural shape of the rod; the stage has no part in a single state.
 
     Returns
     -------
     EquilibriumState
-        The state on the path from α = 0. For x1 > 0 it has the lowest force.
+        The state on the branch that begins at α = 0. With the tip ahead of the clamp, x1 > 0, it is
+        the one of lowest force; for x1 < 0 another branch may need less.
 
     Raises
     ------
@@ -245,6 +248,17 @@ def solve_states(
     mounting: Mounting = IDEAL,
 ) -> list[EquilibriumState]:
     """Solve several equilibria of one rod at one height together; see `solve_state`.
+
+    Parameters
+    ----------
+    theta, eta, contact, mounting
+        As for `solve_state`.
+    x1 : sequence of float
+        Distances of the tip from the clamp along the surface (L).
+
+    Returns
+    -------
+    list of EquilibriumState
 
     Raises
     ------
@@ -310,7 +324,24 @@ def solve_curves(
     mountings: Sequence[Mounting],
     section: str,
 ) -> list[StickingCurve]:
-    """Solve the sticking curves of several rods together by collocation; see `solve_curve`."""
+    """Solve the sticking curves of several rods together by collocation; see `solve_curve`.
+
+    Parameters
+    ----------
+    theta, eta : sequence of float, length n
+    contact, section
+        As for `solve_curve`.
+    mountings : sequence of Mounting, length n
+
+    Returns
+    -------
+    list of StickingCurve
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range.
+    """
     for taper, height, mounting in zip(theta, eta, mountings, strict=True):
         _check(taper, height, contact=contact, mounting=mounting, section=section)
     return collocation.solve_curves(
@@ -348,13 +379,14 @@ def solve_curve(
     mounting : Mounting
         Clamp, natural shape and stage; other than ideal by collocation alone.
     section : str
-        ``round``: the rod buckles laterally; ``planar``: a strip or a guided rod, which does not.
+        ``round``: the rod may leave its plane, and does so at the end of the curve; ``planar``: a
+        strip or a guided rod, which stays in it.
 
     Returns
     -------
     StickingCurve
-        ``out_of_reach`` also where no state with α = 0 exists. Its arrays are read-only, and the
-        last 256 curves are kept.
+        ``out_of_reach`` also where there is no state with α = 0 to begin with. By collocation it is
+        the same object again where it was solved before, and its arrays cannot be changed.
 
     Raises
     ------
@@ -460,7 +492,7 @@ class FrictionRange(NamedTuple):
     Attributes
     ----------
     low, high : float
-        For low ≤ μ0 < high the tip slips within the next step.
+        The tip slips within the step after the travel for each μ0 with low ≤ μ0 < high.
     """
 
     low: float
@@ -498,7 +530,8 @@ def friction_from_travel(
     Returns
     -------
     FrictionRange
-        `high` is μ_lock where the tip may lock within the step.
+        The narrower the smaller the step is. `high` is μ_lock where the tip may lock within the
+        step.
 
     Raises
     ------
@@ -544,8 +577,15 @@ def onset_on(
 
     Parameters
     ----------
+    curve : StickingCurve
+    mu0, dx0
+        As in `solve_onset`.
     told : callable
         How the message writes a length (L).
+
+    Returns
+    -------
+    Onset
 
     Raises
     ------

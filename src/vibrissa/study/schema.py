@@ -3,6 +3,7 @@
 from functools import cache
 from typing import Any
 
+from vibrissa.study.axes import AXES
 from vibrissa.study.model import Study
 
 Schema = dict[str, Any]
@@ -11,9 +12,21 @@ Schema = dict[str, Any]
 @cache
 def study_schema() -> Schema:
     """JSON Schema of study files (draft 2020-12)."""
+    schema = Study.model_json_schema()
+    for definition in schema["$defs"].values():
+        definition["description"] = definition.get("description", "").partition("\n\n")[0]
+        for name, axis in AXES.items():
+            if name in definition.get("properties", {}):
+                described = definition["properties"][name]
+                forms = {
+                    "Figure": "the values that are shown, one or a list",
+                    "StateSection": axis.allowed,
+                }
+                form = forms.get(definition["title"], axis.forms)
+                described["description"] = f"{axis.meaning}: {form}"
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **Study.model_json_schema(),
+        **schema,
         "patternProperties": {"^x-": {"description": "anything; holds what anchors name"}},
         "title": "Study file",
     }
@@ -31,12 +44,21 @@ def allowed_at(location: tuple[str | int, ...]) -> str:
     -------
     str
     """
-    root = schema = study_schema()
+    root = study_schema()
+    schema = root
     for step in location:
-        named = [*schema.get("patternProperties", {}).values(), schema.get("additionalProperties")]
-        schema = schema.get("properties", {}).get(step) or named[0] or {}
-        # A section where a key may be left out is one of two.
-        (schema,) = [one for one in schema.get("anyOf", ()) if "$ref" in one] or [schema]
-        if "$ref" in schema:
-            schema = root["$defs"][schema["$ref"].rpartition("/")[2]]
+        found = schema.get("properties", {}).get(step) or next(
+            iter(schema.get("patternProperties", {}).values()), schema.get("additionalProperties")
+        )
+        schema = _resolved(root, found or {})
     return ", ".join(sorted(schema.get("properties", {})))
+
+
+def _resolved(root: Schema, schema: Schema) -> Schema:
+    """Follow a reference, and choose the section where a key may be left out."""
+    for option in schema.get("anyOf", ()):
+        if "$ref" in option:
+            schema = option
+    if "$ref" in schema:
+        return root["$defs"][schema["$ref"].rpartition("/")[2]]
+    return schema

@@ -49,6 +49,7 @@ class Parameter:
 
     Attributes
     ----------
+    name : str
     of : str
         Name of the tolerance, which may have several parts.
     deviation : float
@@ -95,6 +96,8 @@ def parameters_of(
     ----------
     sizes : mapping of str to float
         Standard deviations, as from `vibrissa.sensor.tolerances.read_tolerances`.
+    stated : frozenset of str
+        Names of those that were stated.
     full_scale : ndarray, shape (3,)
         Of the channels, of which crosstalk is a part; NaN for one that was not recorded.
     """

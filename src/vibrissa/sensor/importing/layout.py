@@ -69,6 +69,8 @@ class Layout:
 
     Attributes
     ----------
+    separator : Separator
+    notation : Notation
     titles, units : tuple of str
         One for each column; no titles, or no units, where the file has none.
     rows : Series of str
@@ -141,6 +143,9 @@ def layout_of(
 
     Parameters
     ----------
+    text : str
+    name : str
+        Of the file, for messages.
     separator, decimal
         Found by default.
     title_line : int, optional

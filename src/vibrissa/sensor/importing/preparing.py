@@ -36,6 +36,7 @@ def turned(values: Values, angle: float) -> Values:
 
     Parameters
     ----------
+    values : dict of str to ndarray
     angle : float
         By which the transducer's axes are turned from x to y (rad).
     """
@@ -90,6 +91,7 @@ def unloaded(values: Values, begin: int | None) -> int:
 
     Parameters
     ----------
+    values : dict of str to ndarray
     begin : int, optional
         First row of the motion; found by the clamp position by default.
     """

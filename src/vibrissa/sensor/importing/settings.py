@@ -111,6 +111,7 @@ class Settings(BaseModel):
 
         Parameters
         ----------
+        path : Path, optional
         **options
             As the keys of a file; they take the place of those. None is not given.
 

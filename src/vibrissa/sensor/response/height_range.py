@@ -1,7 +1,7 @@
-"""One rod at all heights of a range: for an oblique stage.
+"""One rod at all heights of a wide range: for a stage that changes the height as it moves.
 
-On each part of the range the branch is interpolated over the height to `EXACT`. Where this fails,
-the range ends.
+The range is divided into parts. On each of them the branch is interpolated over the height, as
+closely as it is solved (`EXACT`). Where it cannot be, the range ends.
 """
 
 from collections.abc import Callable
@@ -40,7 +40,7 @@ class HeightRange:
     parts : tuple of Heights
         From low to high, each beginning where the one before ends.
     below, above : str
-        Why the range ends before the requested heights; empty where it does not.
+        Why the range ends before the heights that were asked for; empty where it does not.
     """
 
     parts: tuple[Heights, ...]
@@ -72,16 +72,17 @@ class HeightRange:
         return self.parts[int(self.part_of(eta))].at(eta)
 
     def states(self, eta: ArrayLike) -> "HeightStates":
-        """States at heights, which are clipped to the range."""
+        """States each at a height of its own; heights out of the range become its ends."""
         return HeightStates(heights=self, eta=np.clip(eta, self.low, self.high))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeightStates(States):
-    """States of a rod, one height for each displacement.
+    """States of a rod, each at a height of its own; displacements have the shape of the heights.
 
     Attributes
     ----------
+    heights : HeightRange
     eta : ndarray
         Heights (L).
     """
@@ -169,14 +170,18 @@ def respond_over(
     section: str = RodSection.ROUND,
     progress: Callable[[float], None] = lambda done: None,
 ) -> HeightRange:
-    """Solve a rod at all heights around η that have a response.
+    """Solve a rod at all heights of a range, as far from a height as there is a response.
 
     Parameters
     ----------
+    theta, eta : float
+        Taper factor, and the height from which to go (L).
     low, high : float
         Range of heights, with `eta` in it (L).
+    contact, pull, mounting, section
+        As in `respond`.
     progress : callable
-        Called after each part of the range.
+        Told which part of the range is done.
 
     Returns
     -------
@@ -208,7 +213,7 @@ def respond_over(
 def _marched(
     solve: Solve, start: float, stop: float, progress: Callable[[float], None]
 ) -> tuple[list[Heights], str]:
-    """Parts between two heights, up to the first failure, and its reason."""
+    """Parts from one height to another, or to where one is not resolved, and why it is not."""
     parts: list[Heights] = []
     width, at, upwards = WIDEST, start, stop > start
     while at != stop:

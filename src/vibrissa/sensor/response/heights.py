@@ -97,6 +97,15 @@ class Heights:
     def at(self, eta: float) -> Branch:
         """Interpolate the branch at a height.
 
+        Parameters
+        ----------
+        eta : float
+            From `low` to `high` (L).
+
+        Returns
+        -------
+        Branch
+
         Raises
         ------
         ArgumentError
@@ -152,16 +161,21 @@ def interpolated(
     Parameters
     ----------
     solve : callable
-        Returns the responses at given heights.
+        Gives the responses at some heights.
     low, high : float
         Range of heights (L).
     tolerance : float
         Error allowed between the nodes, of the largest reaction.
 
+    Returns
+    -------
+    Heights
+
     Raises
     ------
     NoResponseError
-        If a branch is not solved, landmarks differ, or the tolerance is not met.
+        If one of the branches is not solved, they do not have the same landmarks, or a branch
+        between them is not met.
     """
     nodes = low + (high - low) * chebyshev_nodes(NODES)
     # Between the nodes the interpolation must agree with a branch that it has not seen.
@@ -181,7 +195,7 @@ def interpolated(
 
 
 def _agrees(found: Branch, solved: Branch, tolerance: float) -> bool:
-    """Whether an interpolated branch agrees with the solved one up to the lock."""
+    """Whether an interpolated branch is, up to the lock, the one that was solved there."""
     x = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
     error = np.abs(found(found.clip(x)) - solved(x))
     return bool(error.max() <= tolerance * np.abs(solved(x)).max())

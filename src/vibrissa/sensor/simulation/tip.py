@@ -37,6 +37,7 @@ class Tip:
 
     Attributes
     ----------
+    stage : LevelStage or ObliqueStage
     contact, mu0 : float
         Where it is (L), and the friction that holds it.
     side : int

@@ -1,9 +1,11 @@
 """Where branches begin: α = 0 states of rods in any mounting.
 
-In the ideal mounting the first buckling mode starts Newton's iteration. Any other rod bends from
-the first touch. Its state bent towards +x is followed from the ideal rod at the same height by a
-homotopy, in which all deviations of the mounting grow together. It exists while it is a minimum of
-the energy for a tip without friction and presses on the surface.
+In the ideal mounting the first buckling mode starts Newton's iteration. In another one there is no
+buckling: a rod that is inclined, curved or turned by a yielding clamp bends from the first touch,
+and the state that is bent towards +x may not exist at all. It is followed from the ideal rod at the
+same height by a homotopy, in which all deviations grow together from nothing to the whole mounting.
+It exists as long as it is a minimum of the energy for a tip that slides without friction, and
+presses on the surface.
 """
 
 from collections.abc import Callable
@@ -54,6 +56,7 @@ class Beginning(NamedTuple):
 
     Attributes
     ----------
+    branches : Branches
     states : RodStates
         The α = 0 states of those that have one.
     rows : ndarray of int
@@ -75,8 +78,18 @@ def begin(
 
     Parameters
     ----------
+    rods : ndarray, shape (n, 3 + k)
+        Properties of the rods (`vibrissa.mechanics.mounting.rod_columns`).
     eta, stage_angle : ndarray, shape (n,)
         Heights of the surface (L), and angles of the clamp's way (rad).
+    nodes : int
+        Number of collocation nodes.
+    model : Contact
+        POINT for contact with the tip alone, LINE for the kind that is possible.
+
+    Returns
+    -------
+    Beginning
     """
     ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
@@ -168,9 +181,9 @@ Way = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
 def _homotopy(
     first: RodStates, way: Way, model: Contact, step: float
 ) -> tuple[RodStates, FloatArray]:
-    """Follow α = 0 states along the homotopy in adapted steps, as far as they exist.
+    """Follow α = 0 states along a way, in steps that adapt, as far as they exist.
 
-    Returns the last states and their homotopy parameters.
+    Returns the last states and the shares of the way.
     """
     count = len(first)
     states, before = first.copy(), first.unknowns.copy()
@@ -209,7 +222,14 @@ def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
 def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
-    """Solve states with the possible kind of contact, beginning with that of the guess.
+    """Solve states with the kind of contact that is possible, first with that of the guess.
+
+    Parameters
+    ----------
+    guess : RodStates
+    closing : ClosingCondition
+    model : Contact
+        POINT for contact with the tip alone, LINE for the kind that is possible.
 
     Returns
     -------
