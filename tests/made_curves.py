@@ -3,8 +3,9 @@
 from numpy.polynomial import Polynomial
 
 from vibrissa.numerics.spectral import chebyshev_nodes
-from vibrissa.outcomes import Contact, Parameter, RodSection
-from vibrissa.sticking.assembly import Solved, assembled_curves
+from vibrissa.outcomes import Contact, Parameter, RodSection, Status
+from vibrissa.sticking.assembly import assembled_curves
+from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import Piece, StickingState
 
 # Columns of the parameter t.
@@ -46,11 +47,12 @@ def made(
     )
 
 
-def curve_of(*pieces, **more):
+def curve_of(*pieces, events=(), **more):
     """A curve of pieces that begins at x1 = 0.6."""
     given = {"theta": 2.0, "eta": 0.8, "method": "made", "x1_init": 0.6, "residual": 1e-13}
-    given |= {"section": RodSection.PLANAR, "no_end": "not followed"}
-    (curve,) = assembled_curves([Solved(**given | more, pieces=pieces)])
+    given |= {"status": Status.SOLVED, "section": RodSection.PLANAR, "end_message": "not followed"}
+    followed = StickingCurve(**given | more, pieces=pieces)
+    (curve,) = assembled_curves([followed], [events or [()] * len(pieces)])
     return curve
 
 

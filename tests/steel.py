@@ -5,13 +5,13 @@ import numpy as np
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import Recording, Units, preset
 
-ROD = Rod(2.1e11, 1e-3, 0.1)
+ROD = Rod(2.1e11, 0.8e-3, 0.1)
 SENSOR = preset("nano17-si-12-0.12")
 SCALE = Units(ROD).channels
 NOISE = np.array(SENSOR.deviation) / SCALE
 
 # The same on the command line.
-SI = ["--modulus", "210 GPa", "--diameter", "1 mm", "--length", "100 mm"]
+SI = ["--modulus", "210 GPa", "--diameter", "0.8 mm", "--length", "100 mm"]
 WHISKER = ["--theta", "2", "--eta", "0.85"]
 NANO = ["--transducer", "nano17-si-12-0.12"]
 

@@ -27,7 +27,7 @@ def whisker():
 @pytest.fixture(scope="module")
 def signals(whisker):
     surface = surfaces.random(5, 0.3, 0.04, 0.02)
-    return scan(whisker, surface, step="50 um", to=["40 mm"], transducer=SENSOR, seed=5)
+    return scan(whisker, surface, step="50 um", to=["40 mm"]).measured(SENSOR, seed=5)
 
 
 def test_every_public_name_is_there_and_units_and_tables_are_loaded_when_used():
@@ -38,7 +38,7 @@ def test_every_public_name_is_there_and_units_and_tables_are_loaded_when_used():
 
 
 def test_a_whisker_is_read_with_units():
-    steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    steel = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
     assert Whisker.read(2.0, "85 mm", **steel) == Whisker(theta=2.0, eta=0.85, rod=ROD)
     assert Whisker.read(2.0, 0.85) == Whisker(theta=2.0, eta=0.85)
 
@@ -53,7 +53,7 @@ def test_an_onset_is_in_the_units_of_the_rod(whisker):
 
 
 def test_results_are_told_in_the_units_in_which_the_rod_was_given(whisker):
-    steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    steel = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
     given = Whisker.read(2.0, "8.5 cm", **steel)
     found, plain = solve(given, 0.4), solve(whisker, 0.4)
     lines = dict(re.split("  +", line) for line in repr(found).splitlines())
@@ -70,7 +70,7 @@ def test_results_are_told_in_the_units_in_which_the_rod_was_given(whisker):
 
 
 def test_a_recording_is_told_in_the_units_of_what_was_given(whisker):
-    steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    steel = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
     given = Whisker.read(2.0, "85 mm", **steel).wishing("3 mN, 4 mN, 10 N*mm", 0.3, "5 %")
     units = given.units
     force = 0.25 / units.unit(Kind.FORCE)
@@ -97,7 +97,7 @@ def test_a_channel_that_is_saturated_everywhere_is_not_used(angle, signals):
 
 
 def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
-    steel = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
+    steel = {"modulus": "210 GPa", "diameter": "0.8 mm", "length": "100 mm"}
     asked = {"step": "0.2 mm", "to": ["60 mm"], "law": "energy"}
     level = Whisker.read(2.0, "85 mm", **steel)
     ended = repr(scan(level, surfaces.constant(0.8), **asked))
@@ -170,6 +170,7 @@ def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, 
         ({"noise": "0 N, 0 N, 0 N*m"}, "not all 0, got '0 N, 0 N, 0 N.m'"),
         ({"noise": [np.nan, 1.0, 1.0]}, "noise must be three values, none negative"),
         ({"transducer": replace(SENSOR, resolution=(0, 0, 0), noise=(0, 0, 0))}, "not all 0, got"),
+        ({"noise": "1e-3, 4.9e-8, 0"}, "noise must be at least 5e-08 in units of the rod, or 0"),
     ],
 )
 def test_impossible_arguments_are_refused(whisker, signals, asked, message):
@@ -258,7 +259,7 @@ def test_of_a_tip_that_locks_the_critical_state_is_drawn():
 def test_a_transducer_needs_a_rod():
     bare = Whisker(theta=2.0, eta=0.85)
     with pytest.raises(ArgumentError, match="a transducer needs the rod"):
-        scan(bare, surfaces.constant(0.3), step=0.01, to=[0.1], transducer=SENSOR)
+        scan(bare, surfaces.constant(0.3), step=0.01, to=[0.1]).measured(SENSOR)
 
 
 @pytest.mark.parametrize("step", [1e-12, "1e-400 m", 0, -1])
@@ -272,7 +273,7 @@ def test_a_mounting_is_read_with_units():
         2.0,
         0.85,
         modulus="210 GPa",
-        diameter="1 mm",
+        diameter="0.8 mm",
         length="100 mm",
         clamp_angle="-2 deg",
         clamp_stiffness="1000 N*m/rad",

@@ -30,7 +30,7 @@ def measured():
     """Rows of a recording of the known surface, as texts."""
     _ = WHISKER.pulled  # solved once, for all examples
     surface = surfaces.constant(FRICTION)
-    signals = scan(WHISKER, surface, step="0.1 mm", to=["12 mm"], law="kinetic", transducer=SENSOR)
+    signals = scan(WHISKER, surface, step="0.1 mm", to=["12 mm"], law="kinetic").measured(SENSOR)
     clamp = signals.truth.clamp * 100.0
     table = np.column_stack([np.arange(len(clamp)) / 100, clamp, signals.readings])
     return [list(map(repr, row)) for row in table.tolist()]

@@ -127,7 +127,7 @@ def test_a_solution_is_the_same_in_all_units(rod, mu0):
 @pytest.mark.parametrize("method", Method)
 def test_a_recording_in_other_units_is_the_same_recording(method):
     """Units of a table are those of its titles: millinewtons and inches, say."""
-    rod = Rod(2.1e11, 1e-3, 0.1)
+    rod = Rod(2.1e11, 0.8e-3, 0.1)
     whisker = Whisker(theta=2.0, eta=0.85, rod=rod)
     signals = scan(whisker, surfaces.constant(0.3), step="50 um", to=["12 mm"])
     asked = {
@@ -145,7 +145,7 @@ def test_a_recording_in_other_units_is_the_same_recording(method):
 
 
 def test_units_of_a_rod_are_those_of_its_beam_equation():
-    rod = Rod(2.1e11, 1e-3, 0.1)
+    rod = Rod(2.1e11, 0.8e-3, 0.1)
     stiffness = rod.youngs_modulus * np.pi * rod.base_diameter**4 / 64.0
     expected = [stiffness / rod.length**2, stiffness / rod.length**2, stiffness / rod.length]
     assert Units(rod).channels == pytest.approx(expected, rel=1e-12)

@@ -8,17 +8,16 @@ from numpy.polynomial import Polynomial
 
 from made_curves import COLUMNS, NEEDS, curve_of, made, rising
 from vibrissa.numerics.spectral import chebyshev_nodes
-from vibrissa.outcomes import Contact, End, Parameter
+from vibrissa.outcomes import Contact, End, Parameter, RodSection
 from vibrissa.sticking.assembly import (
     NO_MAXIMUM,
     NOT_IN_PLANE,
     Event,
-    Solved,
     _demand_slope,
-    assembled_curves,
 )
-from vibrissa.sticking.curve import SAME, beside, failed_curve
+from vibrissa.sticking.curve import SAME, failed_curve
 from vibrissa.sticking.piece import DISPLACEMENT, SAMPLES, PieceArray, StickingState
+from vibrissa.sticking.reading import CurveArray
 
 # From α = 0 on, and further along the advance, on which x0 turns back at t = 2.
 BACK = COLUMNS | {"x0": Polynomial([-3.0, 4.0, -1.0])}
@@ -315,13 +314,13 @@ def test_a_limit_at_the_end_of_a_piece_cuts_nothing_off():
 def test_a_round_rod_swings_aside_where_the_clamp_passes_under_its_contact_point():
     """At x0 = x1_init, also before its lock; in line contact at x0 − s_c = x1_init − 1."""
     for x1_init in (0.6, 1.25):
-        curve = curve_of(rising(1.5), passes_under=True, x1_init=x1_init)
+        curve = curve_of(rising(1.5), section=RodSection.ROUND, x1_init=x1_init)
         assert (curve.status, curve.end, curve.end_message) == ("solved", "swings_aside", "")
         assert curve.x0_end == x1_init
         assert curve.x0_lock == pytest.approx(min(x1_init, 1.0), abs=1e-12)
     lies = made(0.0, 1.5, NEEDS | {"s_c": Polynomial([0.9, -0.2])}, contact=Contact.LINE)
     # x0 − 0.9 + 0.2 x0 = −0.1
-    lying = curve_of(lies, passes_under=True, x1_init=0.9)
+    lying = curve_of(lies, section=RodSection.ROUND, x1_init=0.9)
     assert lying.x0_end == pytest.approx(0.8 / 1.2, abs=1e-12)
 
 
@@ -372,16 +371,7 @@ def read():
     no states. Friction holds a pulled tip up to tan α = |t|·(2 + |t|).
     """
     pulled = [rising(-0.4, start=-0.8), rising(0.0, start=-0.4)]
-    (swings,) = assembled_curves(
-        [
-            Solved(
-                **{"theta": 2.0, "eta": 0.8, "method": "made", "x1_init": 2.5, "residual": 0.0},
-                pieces=[rising(2.75)],
-                pulled=pulled,
-                passes_under=True,
-            )
-        ]
-    )
+    swings = curve_of(rising(2.75), pulled=pulled, section=RodSection.ROUND, x1_init=2.5)
     goes_on = curve_of(rising(1.25), rising(3.0, start=1.25), events=[[], breaks_at(3.0)])
     fails = failed_curve(theta=1.0, eta=0.5, method="made", message="nothing")
     return swings, goes_on, fails
@@ -399,7 +389,7 @@ def slips_ahead(mu0):
 def test_onsets_on_curves_side_by_side(read):
     of = np.array([2, 0, 1, 0, 1, 1])
     mu0 = np.array([0.5, 0.5, 0.97, 1.1, 1e-6, 1.0 + 1e-9])
-    x0, status = beside(read).outcomes(of, mu0)
+    x0, status = CurveArray(curves=read).outcomes(of, mu0)
     expected = [np.nan, slips_ahead(0.5), slips_ahead(0.97), np.nan, slips_ahead(1e-6), np.nan]
     assert x0 == pytest.approx(expected, abs=1e-9, nan_ok=True)
     assert status == ["failed", "slip", "slip", "lock", "slip", "lock"]
@@ -408,7 +398,7 @@ def test_onsets_on_curves_side_by_side(read):
 def test_how_sticking_ends_past_the_lock(read):
     """It slips back where tan α has grown to μ0, if the curve does not end before."""
     of, mu0 = np.array([0, 0, 1, 1, 1]), np.array([1.1, 1.3, 1.1, 2.99, 3.01])
-    ends, states = beside(read).motion_end(of, mu0)
+    ends, states = CurveArray(curves=read).motion_end(of, mu0)
     assert ends == ["slips_back", "swings_aside", "slips_back", "slips_back", "out_of_reach"]
     expected = [slips_back(1.1), 2.5, slips_back(1.1), slips_back(2.99), 3.0]
     assert states.x0 == pytest.approx(expected, abs=1e-10)
@@ -434,12 +424,12 @@ def test_a_rod_trails_no_farther_than_is_known(read):
     """With the most friction it slips beyond the last pulled state, where nothing is known."""
     most = 0.8 * 2.8
     of, mu0 = np.array([0, 0, 1, 2]), np.array([most - 1e-6, most + 1e-6, 1.1, 1.1])
-    x0 = beside(read).trailing_end(of, mu0).x0
+    x0 = CurveArray(curves=read).trailing_end(of, mu0).x0
     assert np.isfinite(x0).tolist() == [True, False, False, False]
 
 
 def test_states_and_contacts_on_curves_side_by_side(read):
-    curves = beside(read)
+    curves = CurveArray(curves=read)
     of, x0 = np.array([0, 1, 1, 0, 1, 2]), np.array([-0.4, 1.25, 1.3, -0.6, 3.0, np.nan])
     states = curves.states(of, x0)
     assert states.x0 == pytest.approx(x0, abs=1e-12, nan_ok=True)

@@ -9,13 +9,11 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
-    OUTPUT,
     Json,
     MaybeOut,
     Picture,
     check_files,
     check_not_read,
-    option,
     print_json,
     progress_bars,
     save_picture,
@@ -24,6 +22,7 @@ from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, takes
 from vibrissa.cli.yielding import end_of, warn_of_yield
 from vibrissa.design.materials import likely_material
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup, series
+from vibrissa.sensor.identification.adjusted import FAR
 from vibrissa.wording import counted, see_page
 
 app = typer.Typer(**ALONE)
@@ -48,27 +47,40 @@ def identify(
     setup: Setup,
     method: Annotated[
         Method | None,
-        option(
-            "model: all channels, through the model of the rod; ratio: both forces, without a rod. "
-            "The other one is read as well, and compared.",
-            *("", SIGNALS),
+        typer.Option(
+            help="model: all channels, through the model of the rod; ratio: both forces, without a "
+            "rod. The other one is read as well, and compared.",
             show_default="model with a rod, else ratio",
+            rich_help_panel=SIGNALS,
         ),
     ] = None,
     slip_time: Annotated[
         str | None,
-        option("Duration of a slip, whose samples are left out: '10 ms'.", "<time>", SIGNALS),
+        typer.Option(
+            help="Duration of a slip, whose samples are left out: '10 ms'.",
+            metavar="<time>",
+            rich_help_panel=SIGNALS,
+        ),
     ] = None,
     delay: Annotated[
         str | None,
-        option("Delay of the readings, as by a low-pass filter: '4 ms'.", "<time>", SIGNALS),
+        typer.Option(
+            help="Delay of the readings, as by a low-pass filter: '4 ms'.",
+            metavar="<time>",
+            rich_help_panel=SIGNALS,
+        ),
     ] = None,
     output: MaybeOut = None,
     picture: Picture = None,
     json: Json = False,
     verbose: Annotated[
         bool,
-        option("Print what was assumed, and what was adjusted.", "", OUTPUT, "--verbose", "-v"),
+        typer.Option(
+            "--verbose",
+            "-v",
+            help="Print what was assumed, and what was adjusted.",
+            rich_help_panel="Output",
+        ),
     ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -80,7 +92,7 @@ def identify(
     """
     check_files(output, picture)
     check_not_read([output, picture], [recording])
-    whisker = None if setup.theta is None and setup.eta is None else setup.whisker
+    whisker = setup.whisker if setup.has_whisker else None
     material = likely_material(setup)
     found = sensor.identify(
         whisker,
@@ -133,7 +145,7 @@ def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:
             yield f"assumed: {', '.join(assumed)}"
     left = found.summary().if_exact
     for one in found.tolerances:
-        moved = one.far
+        moved = not one.wave and one.surprise > FAR
         if (verbose and one.stated and not one.wave) or moved:
             exact = f"; if it were exact, mu0 ± {left[one.of]:.2g}" if one.of in left else ""
             yield f"{one.spelled(found.units)}{exact}"

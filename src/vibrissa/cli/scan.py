@@ -12,7 +12,6 @@ from vibrissa.cli.options import (
     Picture,
     check_files,
     check_not_read,
-    option,
     progress_bars,
     save_picture,
 )
@@ -20,6 +19,7 @@ from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, say_exact,
 from vibrissa.cli.yielding import warn_of_yield
 from vibrissa.design.materials import likely_material
 from vibrissa.sensor import Setup, SlipLaw, series, surfaces
+from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
 
 app = typer.Typer(**ALONE)
@@ -37,39 +37,71 @@ PANELS = {ROD: (*SIZES, "material"), MOUNTING: ANGLES, SIGNALS: ("transducer",)}
 @takes("setup", Setup, PANELS)
 def scan(
     setup: Setup,
-    step: Annotated[str, option("Step of the stage: '20 um'.", "<length>", MOTION)],
+    step: Annotated[
+        str,
+        typer.Option(
+            help="Step of the stage: '20 um'.", metavar="<length>", rich_help_panel=MOTION
+        ),
+    ],
     to: Annotated[
         list[str],
-        option(
-            "Where the stage stops. Repeat it for where it turns: --to 1 --to 0.",
-            "<length>",
-            MOTION,
+        typer.Option(
+            help="Where the stage stops. Repeat it for where it turns: --to 1 --to 0.",
+            metavar="<length>",
+            rich_help_panel=MOTION,
         ),
     ],
     output: Out,
-    mu0: Annotated[str | None, option("The same friction everywhere.", "<number>", SURFACE)] = None,
+    mu0: Annotated[
+        str | None,
+        typer.Option(
+            help="The same friction everywhere.", metavar="<number>", rich_help_panel=SURFACE
+        ),
+    ] = None,
     patches: Annotated[
-        str | None, option("Patches: '0 mm: 0.3, 50 mm: 0.4'.", "<list>", SURFACE)
+        str | None,
+        typer.Option(
+            help="Patches: '0 mm: 0.3, 50 mm: 0.4'.", metavar="<list>", rich_help_panel=SURFACE
+        ),
     ] = None,
     profile: Annotated[
-        Path | None, option("Measured surface: a table with columns x and mu0.", "<file>", SURFACE)
+        Path | None,
+        typer.Option(
+            help="Measured surface: a table with columns x and mu0.",
+            metavar="<file>",
+            rich_help_panel=SURFACE,
+        ),
     ] = None,
     texture: Annotated[
         str | None,
-        option("Random friction: 'mean, deviation, correlation length'.", "<list>", SURFACE),
+        typer.Option(
+            help="Random friction: 'mean, deviation, correlation length'.",
+            metavar="<list>",
+            rich_help_panel=SURFACE,
+        ),
     ] = None,
     seed: Annotated[
-        int, option("Seed of the texture and of the noise.", "<number>", SURFACE, min=0)
+        int,
+        typer.Option(
+            min=0,
+            help="Seed of the texture and of the noise.",
+            metavar="<number>",
+            rich_help_panel=SURFACE,
+        ),
     ] = 0,
     law: Annotated[
-        SlipLaw, option(f"Where a slip ends: {see_page('Simulate a sensor')}.", "", MOTION)
+        SlipLaw,
+        typer.Option(
+            help=f"Where a slip ends: {see_page('Simulate a sensor')}.", rich_help_panel=MOTION
+        ),
     ] = SlipLaw.FREE,
     kinetic_ratio: Annotated[
         float | None,
-        option(
-            "Kinetic over static friction, for the laws kinetic and energy.",
-            *("<number>", MOTION),
+        typer.Option(
+            help="Kinetic over static friction, for the laws kinetic and energy.",
             show_default=str(KINETIC_RATIO),
+            metavar="<number>",
+            rich_help_panel=MOTION,
         ),
     ] = None,
     picture: Picture = None,
@@ -91,6 +123,8 @@ def scan(
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
+    named = setup.transducer
+    transducer = None if named is None else transducer_of(named, whisker.units)
     signals = sensor.scan(
         whisker,
         surface,
@@ -98,10 +132,10 @@ def scan(
         to=to,
         law=law,
         kinetic_ratio=KINETIC_RATIO if kinetic_ratio is None else kinetic_ratio,
-        transducer=setup.transducer,
-        seed=seed,
         progress=progress_bars(),
     )
+    if transducer is not None:
+        signals = signals.measured(transducer, seed)
     series.write(output, signals.columns())
     if picture is not None:
         save_picture(signals.plot(), picture)

@@ -11,7 +11,6 @@ from vibrissa.cli.options import (
     MaybeOut,
     Picture,
     check_files,
-    option,
     print_json,
     save_picture,
 )
@@ -22,8 +21,6 @@ from vibrissa.sensor import Setup, series
 
 app = typer.Typer(**ALONE)
 
-TASK = "Task"
-
 
 @app.command(
     context_settings=HELP,
@@ -32,8 +29,10 @@ TASK = "Task"
 @takes("setup", Setup, {ROD: (*SIZES, "material"), MOUNTING: ANGLES})
 def solve(
     setup: Setup,
-    mu0: Annotated[str, option("Coefficient of static friction.", "<number>", TASK)],
-    step: Annotated[str | None, option("Step of the stage: '20 um'.", "<length>", TASK)] = None,
+    mu0: Annotated[str, typer.Option(help="Coefficient of static friction.", metavar="<number>")],
+    step: Annotated[
+        str | None, typer.Option(help="Step of the stage: '20 um'.", metavar="<length>")
+    ] = None,
     output: MaybeOut = None,
     picture: Picture = None,
     json: Json = False,

@@ -15,7 +15,6 @@ def warn_of_yield(whisker: Whisker, end: float, material: Material | None) -> No
 
     Parameters
     ----------
-    whisker : Whisker
     end : float
         Largest displacement x0 of a period (L).
     material : Material or None

@@ -26,7 +26,6 @@ class TolerancePart:
 
     Attributes
     ----------
-    name : str
     size : float
         Standard deviation, in units of the rod, rad, or relative.
     stated : bool

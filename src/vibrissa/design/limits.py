@@ -30,10 +30,8 @@ class Limit:
 
     Attributes
     ----------
-    name, meaning : str
     value : ndarray
         What is limited.
-    bound : float
     kind : Kind
         What is measured.
     upper : bool

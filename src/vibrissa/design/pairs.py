@@ -75,10 +75,8 @@ def survey(
 
     Parameters
     ----------
-    theta, eta : ndarray, shape (n,)
     frictions : ndarray, shape (k,)
         Friction coefficients, increasing.
-    contact : Contact
 
     Returns
     -------

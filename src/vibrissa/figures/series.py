@@ -30,7 +30,6 @@ class Series:
 
     Parameters
     ----------
-    rows : DataFrame
     column : str
         Has one value in all rows of a series; a key of `SYMBOLS`.
 
@@ -38,7 +37,6 @@ class Series:
     ----------
     values : list of float
         Each once, increasing.
-    few : bool
     """
 
     def __init__(self, rows: pd.DataFrame, column: str) -> None:

@@ -36,7 +36,6 @@ def panels(parts: Sequence[pd.DataFrame]) -> tuple[Figure, list[Axes], bool]:
     -------
     figure : Figure
         As wide as a column or a page, and as high as the shapes need.
-    panels : list of Axes
     is_narrow : bool
         Whether there is room for a legend beside the panel.
     """

@@ -144,7 +144,6 @@ def save(figure: Figure, paths: Sequence[str | Path]) -> None:
 
     Parameters
     ----------
-    figure : matplotlib.figure.Figure
     paths : sequence of path
         Ending in ``.pdf``, ``.svg`` or ``.png``.
     """

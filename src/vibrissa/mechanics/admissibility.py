@@ -93,18 +93,7 @@ class Clearance(Batch):
 
 
 def clearances(states: RodStates, eta: FloatArray) -> Clearance:
-    """Find how far shapes are from being inadmissible.
-
-    Parameters
-    ----------
-    states : RodStates
-    eta : ndarray, shape (n,)
-        Height of the surface (L).
-
-    Returns
-    -------
-    Clearance
-    """
+    """Find how far shapes are from being inadmissible."""
     found = Clearance(**{name: np.full(len(states), np.inf) for name in Clearance.names()})
     high, low = states.phi.max(axis=1), states.phi.min(axis=1)
     curved, curls = states.curvature.shape[1] > 0, np.zeros(len(states), dtype=bool)

@@ -28,10 +28,6 @@ def stability_aside(states: RodStates) -> FloatArray:
     keeps the contact point in the plane. At a rigid clamp ω(0) = 0. A yielding one turns out of the
     plane by q, which adds (sin γ/γ)·q²/c, where γ is its turn in the plane (D9).
 
-    Parameters
-    ----------
-    states : RodStates
-
     Returns
     -------
     ndarray, shape (n,)

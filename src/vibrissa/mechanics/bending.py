@@ -79,10 +79,6 @@ def measure(
         Equally spaced arc lengths (L).
     x, y : ndarray, shape (n, points)
         Shapes, in the frame of the contact points (L).
-
-    Returns
-    -------
-    Bending
     """
     from scipy.integrate import simpson  # half a second to load
 
@@ -112,10 +108,6 @@ def solve_and_measure(
     ----------
     theta, f, alpha, x1, y1 : ndarray, shape (n,)
         With the clamp at the origin.
-
-    Returns
-    -------
-    Bending
     """
     s = np.linspace(0.0, 1.0, POINTS)
     rows = list(zip(theta, f, alpha, x1, y1, strict=True))
@@ -139,12 +131,6 @@ def strains(
     theta, f, alpha, x_c, y_c, s_c : ndarray, shape (n,)
         Taper factor, contact force (E·I0/L²), its inclination (rad), contact point relative to the
         clamp (L) and its arc length (L).
-    mounting : Mounting
-        Of all rods.
-
-    Returns
-    -------
-    Strains
 
     Notes
     -----

@@ -30,11 +30,6 @@ def buckling_load(theta: FloatArray) -> FloatArray:
     It is the limit of the contact force f as η → 1: the first root of
     tan(θ·√f) = −θ·√f/(θ − 1).
 
-    Parameters
-    ----------
-    theta : ndarray, shape (n,)
-        Taper factors.
-
     Returns
     -------
     ndarray, shape (n,)
@@ -59,8 +54,6 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
     ----------
     tau : ndarray, shape (points,)
         Bending coordinate.
-    theta : ndarray, shape (n,)
-        Taper factors.
 
     Returns
     -------
@@ -76,13 +69,6 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
 
 def buckled_unknowns(theta: FloatArray, eta: FloatArray, nodes: int) -> FloatArray:
     """Guess α = 0 states: the buckling mode, scaled to shorten the rod's height to about η.
-
-    Parameters
-    ----------
-    theta, eta : ndarray, shape (n,)
-        Taper factors and heights.
-    nodes : int
-        Number of collocation nodes.
 
     Returns
     -------

@@ -23,10 +23,6 @@ def rod_equations(
 
     Parameters
     ----------
-    theta : float
-        Taper factor.
-    f, alpha : float
-        Contact force magnitude (E·I0/L²) and inclination (rad).
     x1, y1 : float
         Contact point, in units of L.
     curvature : tuple of float
@@ -66,17 +62,12 @@ def deformed_shape(
 
     Parameters
     ----------
-    theta : float
-        Taper factor.
-    f, alpha : float
-        Contact force magnitude (E·I0/L²) and inclination (rad).
     x1, y1 : float
         Position of the tip relative to the clamp, in units of L.
     s : ndarray, shape (points,)
         Arc lengths from 0 to 1, increasing, in units of L.
     s_c : float
         Arc length of the contact point; what lies beyond it has its natural shape.
-    mounting : Mounting
 
     Returns
     -------

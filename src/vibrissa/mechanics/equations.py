@@ -265,7 +265,6 @@ def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
 
     Parameters
     ----------
-    states : RodStates
     s : ndarray, shape (points,)
         Arc lengths from the clamp in [0, 1], in units of L.
 

@@ -91,6 +91,11 @@ class Mounting:
         """Whether the clamp is upright and rigid and the rod straight."""
         return not (self.clamp_angle or self.clamp_compliance or any(self.coefficients))
 
+    @property
+    def is_ideal(self) -> bool:
+        """Whether the stage, too, moves along the surface: the paper's mounting."""
+        return self.is_ideal_rod and self.stage_angle == 0.0
+
 
 def _number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(float(value)):

@@ -49,17 +49,12 @@ def solve(
     ----------
     guess : RodStates
         Starting states; not modified.
-    closing : ClosingCondition
     inverse : ndarray, shape (n, k + 3, k + 3), optional
         Of the Jacobian on few nodes near each state, where the caller has it already.
     tolerance : float
         Change at which the iteration ends; the error is then about a hundredth of it.
     iterations : int
         Most corrections.
-
-    Returns
-    -------
-    Solution
     """
     states = guess.copy()
     states.s_c[~states.line] = 1.0

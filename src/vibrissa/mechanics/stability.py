@@ -27,7 +27,6 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
 
     Parameters
     ----------
-    states : RodStates
     slides : bool
         Whether the contact point is free to slide along the surface, as if without friction: only
         its height is held.
@@ -70,7 +69,6 @@ def smallest_eigenvalue(matrices: FloatArray, normals: Sequence[FloatArray]) -> 
     ----------
     matrices : ndarray, shape (n, k, k)
         Overwritten.
-    normals : sequence of ndarray, shape (n, k)
 
     Returns
     -------

@@ -23,8 +23,6 @@ def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     ----------
     s : array_like
         Arc length from the clamp, in units of L.
-    theta : array_like
-        Taper factor θ = d0/d1, broadcast against `s`.
 
     Returns
     -------
@@ -52,8 +50,6 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
     ----------
     s : array_like
         Arc length from the clamp, in units of L.
-    theta : array_like
-        Taper factor, broadcast against `s`.
 
     Returns
     -------
@@ -77,8 +73,6 @@ def bending_coordinate(s: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> 
     ----------
     s : array_like
         Arc length from the clamp, up to s_c, in units of L.
-    theta : array_like
-        Taper factor, broadcast against `s`.
     s_c : array_like
         Arc length of the contact point, where the free part ends, in units of L.
 
@@ -98,8 +92,6 @@ def arc_length(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatA
     ----------
     tau : array_like
         Bending coordinate in [0, 1].
-    theta, s_c : array_like
-        As in `bending_coordinate`.
 
     Returns
     -------
@@ -123,8 +115,6 @@ def arc_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> Float
     ----------
     tau : array_like
         Bending coordinate in [0, 1].
-    theta, s_c : array_like
-        As in `bending_coordinate`.
 
     Returns
     -------
@@ -143,8 +133,6 @@ def densities(
     ----------
     tau : array_like
         Bending coordinate in [0, 1].
-    theta, s_c : array_like
-        As in `bending_coordinate`.
 
     Returns
     -------
@@ -169,8 +157,6 @@ def density_growth(
     ----------
     tau : array_like
         Bending coordinate in [0, 1].
-    theta, s_c : array_like
-        As in `bending_coordinate`.
 
     Returns
     -------

@@ -26,7 +26,6 @@ def smallest_eigenvalue(
         Applies the operators to vectors, shape (size, n).
     start : ndarray, shape (size, n)
         Vectors near the eigenvectors: what is orthogonal to them is not found.
-    normal : ndarray, shape (size, n)
 
     Returns
     -------

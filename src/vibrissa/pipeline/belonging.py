@@ -11,7 +11,6 @@ def need_tables_of(study: Study, results: Path) -> None:
 
     Parameters
     ----------
-    study : Study
     results : Path
         ``results/<study>``.
 

@@ -18,7 +18,6 @@ def check(results: str, study_file: Path) -> None:
     ----------
     results : str
         Folder of the results, named by the study.
-    study_file : Path
 
     Raises
     ------

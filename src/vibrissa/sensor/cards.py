@@ -19,18 +19,8 @@ def read_card(path: Path, needed: Sequence[str], optional: Sequence[str] = ()) -
 
     Parameters
     ----------
-    path : Path
     needed, optional : sequence of str
         Keys that must and that may be there.
-
-    Returns
-    -------
-    dict of str to str
-
-    Raises
-    ------
-    ArgumentError
-        If it cannot be read, or a key is missing or unknown.
     """
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))

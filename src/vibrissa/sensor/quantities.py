@@ -124,7 +124,6 @@ class Measured(NamedTuple):
 
     Attributes
     ----------
-    value : str or number
     tolerance : str or None
         Standard deviation, with a unit or in per cent; None where none was stated.
     """
@@ -143,7 +142,6 @@ class Measured(NamedTuple):
 
         Parameters
         ----------
-        given : str or number
         what : str
             Name of the quantity, for messages.
 
@@ -197,12 +195,7 @@ class Measured(NamedTuple):
         return cls(value, tolerance)
 
     def check(self, kind: Kind, what: str) -> None:
-        """Refuse what does not measure a kind, or has no number.
-
-        Raises
-        ------
-        ArgumentError
-        """
+        """Refuse what does not measure a kind, or has no number."""
         _read_number(self.value, kind, what)
         if self.tolerance is not None:
             size, of = self.tolerance, f"the tolerance of {what}"
@@ -236,10 +229,6 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
         What it must measure.
     what : str
         How a message names it.
-
-    Returns
-    -------
-    Decimal
 
     Raises
     ------
@@ -355,7 +344,6 @@ def wished_units(kinds: Iterable[Kind], *given: object) -> dict[Kind, str]:
 
     Parameters
     ----------
-    kinds : iterable of Kind
     *given : object
         What is text, such as ``"85 ± 0.1 mm"`` or ``"3 mN, 3 mN, 10 uN*m"``, may have units.
     """

@@ -28,7 +28,6 @@ from pydantic import (
 from vibrissa.errors import ArgumentError
 from vibrissa.files import write_atomically
 from vibrissa.mechanics.mounting import Mounting
-from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.quantities import (
     Kind,
@@ -37,7 +36,7 @@ from vibrissa.sensor.quantities import (
     Units,
     channels_of,
     chosen,
-    in_si,
+    read_rod,
     wished_units,
 )
 from vibrissa.sensor.tolerances import check_name, read_tolerances
@@ -50,7 +49,6 @@ EITHER = (
     ("transducer", "noise"),
     ("material", "yield_strain"),
 )
-ROD = ("modulus", "diameter", "length")
 
 
 class Setup(BaseModel):
@@ -198,6 +196,11 @@ class Setup(BaseModel):
             if name in self.model_fields_set
         }
 
+    @property
+    def has_whisker(self) -> bool:
+        """Whether taper and height are stated, without which no rod can be solved."""
+        return self.theta is not None and self.eta is not None
+
     @cached_property
     def whisker(self) -> Whisker:
         """The whisker, with the tolerances that were stated.
@@ -210,7 +213,11 @@ class Setup(BaseModel):
         if self.theta is None or self.eta is None:
             name = "theta" if self.theta is None else "eta"
             raise ArgumentError(f"{name} is not given: neither as an option nor in a set-up file")
-        rod = self._rod()
+        modulus, diameter, length = (
+            None if one is None else str(one.value)
+            for one in (self.modulus, self.diameter, self.length)
+        )
+        rod = read_rod(modulus, diameter, length)
         lengths = [each.value for each in (self.length, self.eta, self.diameter) if each]
         units = Units(rod, wished_units([Kind.LENGTH], *lengths))
         whisker = Whisker(
@@ -226,40 +233,21 @@ class Setup(BaseModel):
         whisker = whisker.tolerating(read_tolerances(units, stated, whisker))
         return whisker.wishing(self.noise, *self.tolerances.values())
 
-    def _rod(self) -> Rod | None:
-        given = {name: getattr(self, name) for name in ROD}
-        missing = [name for name, one in given.items() if one is None]
-        if len(missing) == len(ROD):
-            return None
-        if missing:
-            raise ArgumentError(
-                f"a rod needs modulus, diameter and length: {', '.join(missing)} missing"
-            )
-
-        def read(name: str, kind: Kind) -> float:
-            return float(in_si(str(given[name].value), kind, name))
-
-        return Rod(
-            read("modulus", Kind.STRESS),
-            read("diameter", Kind.LENGTH),
-            read("length", Kind.LENGTH),
-        )
-
     def _mounting(self, units: Units) -> Mounting:
         def read(measured: Measured | None, kind: Kind, name: str) -> float:
             return 0.0 if measured is None else float(units.read(measured.value, kind, name))
 
         compliance = read(self.clamp_compliance, Kind.COMPLIANCE, "clamp_compliance")
-        if self.clamp_stiffness is not None:
-            stiffness = self.clamp_stiffness.value
-            compliance = 1 / float(
-                units.read_positive(stiffness, Kind.STIFFNESS, "clamp_stiffness")
+        if (stiffness := self.clamp_stiffness) is not None:
+            compliance = 1.0 / float(
+                units.read_positive(stiffness.value, Kind.STIFFNESS, "clamp_stiffness")
             )
-        curvature: float | tuple[float, ...]
-        if "," in str(self.curvature.value):
-            curvature = tuple(map(float, str(self.curvature.value).split(",")))
-        else:
-            curvature = read(self.curvature, Kind.CURVATURE, "curvature")
+        powers = str(self.curvature.value).split(",")
+        curvature = (
+            read(self.curvature, Kind.CURVATURE, "curvature")
+            if len(powers) == 1
+            else tuple(map(float, powers))
+        )
         return Mounting(
             clamp_angle=read(self.clamp_angle, Kind.ANGLE, "clamp_angle"),
             clamp_compliance=compliance,

@@ -17,7 +17,6 @@ def strains_in(curve: StickingCurve, states: StickingState) -> Strains:
 
     Parameters
     ----------
-    curve : StickingCurve
     states : StickingState
         On it, one or n.
 
@@ -43,7 +42,6 @@ def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
 
     Parameters
     ----------
-    curve : StickingCurve
     end : float
         Displacement x0 at which the period ends (L).
 
@@ -82,7 +80,6 @@ def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | Non
 
     Parameters
     ----------
-    curve : StickingCurve
     end : float
         Displacement x0 at which the period ends (L).
     yield_strain : float

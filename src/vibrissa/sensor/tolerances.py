@@ -3,10 +3,12 @@
 A tolerance is a standard deviation, in units of the rod, in rad, or relative to the value.
 """
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -23,7 +25,7 @@ EXACT = "exact"
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerable:
-    """A quantity that has a tolerance.
+    """A quantity that has a tolerance; see tolerances.toml.
 
     Attributes
     ----------
@@ -51,6 +53,13 @@ class Tolerable:
     relative: bool = False
     channel: int = -1
 
+    @classmethod
+    def read(cls, entry: Mapping[str, Any]) -> Self:
+        """Read an entry of the file, whose angles are in degrees."""
+        kind, size = Kind(entry["kind"]), float(entry["size"])
+        radians = float(np.deg2rad(size))
+        return cls(**{**entry, "kind": kind, "size": radians if kind is Kind.ANGLE else size})
+
     def default(self, unit: float, noise: FloatArray) -> float:
         """Default tolerance, for a unit of the rod in SI units and the noise of the channels."""
         if self.channel >= 0:
@@ -58,130 +67,10 @@ class Tolerable:
         return self.si / unit if self.si and unit != 1.0 else self.size
 
 
-def _noisy(kind: Kind, channel: int, what: str, reason: str) -> Tolerable:
-    return Tolerable(kind=kind, what=what, size=3.0, reason=reason, channel=channel)
-
-
-_TARED = "no sheet; a tare is the mean of few readings, and the zero moves after it"
-_WARM = (
-    "ME-Messsysteme, sheet of the K3D40 (5 Oct 2016): 0.05 % of full scale per kelvin, as much "
-    "creep; of 12 N that is 6 mN for a change by 1 K, two deviations of a Nano17"
-)
+_FILE = Path(__file__).with_name("tolerances.toml")
 TOLERABLE = {
-    "theta": Tolerable(
-        kind=Kind.NUMBER,
-        what="taper",
-        size=0.02,
-        reason="5 um of each of two diameters of about 1 and 0.5 mm, as for the diameter",
-    ),
-    "eta": Tolerable(
-        kind=Kind.LENGTH,
-        what="height of the surface above the clamp",
-        size=0.002,
-        si=2e-4,
-        reason="no sheet; touched off with a feeler gauge or by eye. ISO 2768-1, class m: "
-        "±0.3 mm on 30 to 120 mm",
-    ),
-    "clamp_angle": Tolerable(
-        kind=Kind.ANGLE,
-        what="inclination of the clamp",
-        size=np.deg2rad(0.5),
-        reason="ISO 2768-1, classes f and m: ±0.5° where the shorter side has 10 to 50 mm; a "
-        "hole with 0.1 mm of play over 10 mm",
-    ),
-    "clamp_compliance": Tolerable(
-        kind=Kind.COMPLIANCE,
-        what="rotational compliance of the clamp",
-        size=0.005,
-        reason="no sheet; half a diameter more of rod in the collet, of 1 on 100 mm",
-    ),
-    "curvature": Tolerable(
-        kind=Kind.CURVATURE,
-        what="natural curvature, at the clamp",
-        size=0.02,
-        reason="no sheet; a wire whose tip is 1 % of the length off the axis",
-    ),
-    "stage_angle": Tolerable(
-        kind=Kind.ANGLE,
-        what="angle of the stage to the surface",
-        size=np.deg2rad(0.5),
-        reason="no sheet; a surface laid on the stage: 0.9 mm on 100",
-    ),
-    "surface_slope": Tolerable(
-        kind=Kind.ANGLE,
-        what="slope of the surface from place to place, alike over 5 mm",
-        size=np.deg2rad(0.5),
-        reason="no sheet; ±1° over some mm of a ground or milled surface are two deviations",
-    ),
-    "modulus": Tolerable(
-        kind=Kind.STRESS,
-        what="Young's modulus",
-        size=0.03,
-        reason="of the same spring wire EN 10270-1 says 206 GPa, and Shigley (table 10-5) 200",
-        relative=True,
-    ),
-    "creep": Tolerable(
-        kind=Kind.NUMBER,
-        what="fall of Young's modulus per decade of time, from the first sample",
-        size=0.001,
-        reason="no sheet; of steel less, of polymers some per cent: state it",
-        relative=True,
-    ),
-    "diameter": Tolerable(
-        kind=Kind.LENGTH,
-        what="diameter at the clamp",
-        size=0.005,
-        reason="a micrometer: 5 um of 1 mm. ISO 286-2: a rod of 1 mm to h7 is up to 10 um thinner",
-        relative=True,
-    ),
-    "length": Tolerable(
-        kind=Kind.LENGTH,
-        what="length",
-        size=0.003,
-        reason="ISO 2768-1, class m: ±0.3 mm on 30 to 120 mm; a calliper, and where the clamp "
-        "begins",
-        relative=True,
-    ),
-    "zero_force_x": _noisy(Kind.FORCE, 0, "reading of force_x without load", _TARED),
-    "zero_force_y": _noisy(Kind.FORCE, 1, "reading of force_y without load", _TARED),
-    "zero_moment_z": _noisy(Kind.MOMENT, 2, "reading of moment_z without load", _TARED),
-    "drift_force_x": _noisy(Kind.FORCE, 0, "change of that zero over the recording", _WARM),
-    "drift_force_y": _noisy(Kind.FORCE, 1, "change of that zero over the recording", _WARM),
-    "drift_moment_z": _noisy(Kind.MOMENT, 2, "change of that zero over the recording", _WARM),
-    "transducer_angle": Tolerable(
-        kind=Kind.ANGLE,
-        what="rotation of the transducer's axes from x to y",
-        size=np.deg2rad(0.5),
-        reason="ISO 273, fine: M2 in holes of 2.2 mm; 0.2 mm of play on 20 mm",
-    ),
-    "crosstalk": Tolerable(
-        kind=Kind.NUMBER,
-        what="share of each other channel, of full scale, that a channel shows as well",
-        size=0.002,
-        reason="ME-Messsysteme, sheet of the K3D40 (5 Oct 2016): 0.5 to 1 % as delivered; a "
-        "part of it is left after a calibration with weights",
-    ),
-    "moment_origin_x": Tolerable(
-        kind=Kind.LENGTH,
-        what="origin of the moment along the surface, from the clamp",
-        size=0.002,
-        si=2e-4,
-        reason="ISO 2768-1, class m: ±0.2 mm on 6 to 30 mm, by drawings of clamp and transducer",
-    ),
-    "moment_origin_y": Tolerable(
-        kind=Kind.LENGTH,
-        what="origin of the moment along the normal, from the clamp",
-        size=0.002,
-        si=2e-4,
-        reason="ISO 2768-1, class m: ±0.2 mm on 6 to 30 mm, by drawings of clamp and transducer",
-    ),
-    "stage_scale": Tolerable(
-        kind=Kind.NUMBER,
-        what="scale of the clamp positions",
-        size=0.001,
-        reason="JIS B 1192: ball screws of grade C7 50 um on 300 mm, of C10 210 um",
-        relative=True,
-    ),
+    name: Tolerable.read(entry)
+    for name, entry in tomllib.loads(_FILE.read_text(encoding="utf-8")).items()
 }
 # Property of the rod that turns such a tolerance with a unit into a relative one.
 _OF_ROD = {"modulus": "youngs_modulus", "diameter": "base_diameter", "length": "length"}

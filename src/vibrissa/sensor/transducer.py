@@ -92,9 +92,9 @@ class Transducer:
         return x, y, z
 
 
-def transducer_of(given: Transducer | str | None, units: Units) -> Transducer | None:
+def transducer_of(given: Transducer | str, units: Units) -> Transducer:
     """Look up a transducer. It reads forces in N, so that the rod has to be known."""
-    if given is not None and units.nondimensional:
+    if units.nondimensional:
         raise ArgumentError("a transducer needs the rod: give modulus, diameter and length")
     return preset(given) if isinstance(given, str) else given
 

@@ -249,17 +249,6 @@ def solve_states(
 ) -> list[EquilibriumState]:
     """Solve several equilibria of one rod at one height together; see `solve_state`.
 
-    Parameters
-    ----------
-    theta, eta, contact, mounting
-        As for `solve_state`.
-    x1 : sequence of float
-        Distances of the tip from the clamp along the surface (L).
-
-    Returns
-    -------
-    list of EquilibriumState
-
     Raises
     ------
     ArgumentError
@@ -324,24 +313,7 @@ def solve_curves(
     mountings: Sequence[Mounting],
     section: str,
 ) -> list[StickingCurve]:
-    """Solve the sticking curves of several rods together by collocation; see `solve_curve`.
-
-    Parameters
-    ----------
-    theta, eta : sequence of float, length n
-    contact, section
-        As for `solve_curve`.
-    mountings : sequence of Mounting, length n
-
-    Returns
-    -------
-    list of StickingCurve
-
-    Raises
-    ------
-    ArgumentError
-        If an argument is out of range.
-    """
+    """Solve the sticking curves of several rods together by collocation; see `solve_curve`."""
     for taper, height, mounting in zip(theta, eta, mountings, strict=True):
         _check(taper, height, contact=contact, mounting=mounting, section=section)
     return collocation.solve_curves(
@@ -577,15 +549,8 @@ def onset_on(
 
     Parameters
     ----------
-    curve : StickingCurve
-    mu0, dx0
-        As in `solve_onset`.
     told : callable
         How the message writes a length (L).
-
-    Returns
-    -------
-    Onset
 
     Raises
     ------

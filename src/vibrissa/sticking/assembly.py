@@ -1,7 +1,7 @@
 """Curves are put together from what was solved: their locks, first contacts along a line, ends."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sticking.curve import SAME, StickingCurve, failed_curve
-from vibrissa.sticking.piece import Piece, PieceArray
+from vibrissa.sticking.piece import PieceArray
 
 NO_MAXIMUM = (
     "the path could not be followed up to a maximum of -tan alpha; try a larger eta or a theta "
@@ -38,60 +38,6 @@ def _demand_slope(
     return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Solved:
-    """What was solved of one curve, to be put together by `assembled_curves`.
-
-    Attributes
-    ----------
-    theta, eta : float
-        Taper factor and height of the contact point (L).
-    method : str
-        ``collocation`` or ``shooting``.
-    x1_init : float
-        Contact point in the α = 0 state (L).
-    pieces : sequence of Piece
-        From displacement 0 to beyond the lock, each beginning where the one before ends; then
-        those counted by the advance, to beyond where x0 turns back. At least one.
-    residual : float
-        Largest equilibrium residual.
-    events : sequence of sequences of Event
-        For each piece, those that its shapes show: where they are inadmissible, and where a mounted
-        rod buckles laterally.
-    pulled : sequence of Piece
-        Pieces at x0 < 0, in the order of x0.
-    section : RodSection
-    passes_under : bool
-        Whether the rod buckles laterally where the clamp passes under the contact point, as a round
-        one does in the ideal mounting.
-    turned : bool
-        Whether x0 turns back where the last piece ends, in a kink.
-    no_end : str
-        What to say if the pieces do not lead to an end.
-    """
-
-    theta: float
-    eta: float
-    method: str
-    x1_init: float
-    pieces: Sequence[Piece]
-    residual: float
-    events: Sequence[Sequence[Event]] = ()
-    pulled: Sequence[Piece] = ()
-    section: RodSection = RodSection.ROUND
-    passes_under: bool = False
-    turned: bool = False
-    no_end: str = ""
-
-
-class _Kept(NamedTuple):
-    """Pieces of a curve up to where it ends, why it ends there, and more about it."""
-
-    pieces: Sequence[Piece]
-    end: End
-    message: str
-
-
 class _Extremes(NamedTuple):
     """What is sought on each piece, as displacements (L); NaN where it is not there.
 
@@ -108,12 +54,20 @@ class _Extremes(NamedTuple):
     touch: FloatArray
 
 
-def assembled_curves(solved: Sequence[Solved]) -> list[StickingCurve]:
-    """Build curves from solved pieces: locate their locks, first contacts along a line, ends.
+def assembled_curves(
+    followed: Sequence[StickingCurve], events: Sequence[Sequence[Sequence[Event]]]
+) -> list[StickingCurve]:
+    """Cut curves off where they end, and locate their locks and first contacts along a line.
 
     Parameters
     ----------
-    solved : sequence of Solved
+    followed : sequence of StickingCurve
+        Each with pieces from displacement 0 to beyond the lock, each beginning where the one before
+        ends; then those counted by the advance, to beyond where x0 turns back. At least one.
+        `end` and `end_message` hold where no event comes before.
+    events : sequence of sequences of sequences of Event
+        For each piece of each curve, those that its shapes show: where they are inadmissible, and
+        where a mounted rod buckles laterally.
 
     Returns
     -------
@@ -121,78 +75,66 @@ def assembled_curves(solved: Sequence[Solved]) -> list[StickingCurve]:
         ``failed`` if −tan α has no maximum inside the given displacements, ``out_of_reach`` and up
         to there if the shape becomes inadmissible before.
     """
-    kept = _until_end(solved)
-    pieces = PieceArray(pieces=tuple(piece for one in kept for piece in one.pieces))
-    extremes = _extremes(pieces)
+    kept = _until_end(followed, events)
+    extremes = _extremes(PieceArray(pieces=tuple(piece for one in kept for piece in one.pieces)))
     return [
-        _assembled_curve(one, up_to, _Extremes(*(values[rows] for values in extremes)))
-        for one, up_to, rows in zip(
-            solved, kept, _rows([up_to.pieces for up_to in kept]), strict=True
-        )
+        _with_lock(curve, _Extremes(*(values[rows] for values in extremes)))
+        for curve, rows in zip(kept, _rows(kept), strict=True)
     ]
 
 
-def _rows(parts: Iterable[Sequence[Piece]]) -> Iterator[slice]:
-    """Rows of each part where all stand below each other."""
+def _rows(curves: Iterable[StickingCurve]) -> Iterator[slice]:
+    """Rows of the pieces of each curve where all stand below each other."""
     start = 0
-    for part in parts:
-        yield slice(start, start + len(part))
-        start += len(part)
+    for curve in curves:
+        yield slice(start, start + len(curve.pieces))
+        start += len(curve.pieces)
 
 
-def _assembled_curve(solved: Solved, kept: _Kept, extremes: _Extremes) -> StickingCurve:
-    """Build a curve of which all is known; see `assembled_curves`."""
-    pieces, end, message = kept
-    x0_lock, mu_lock = _lock(kept, extremes)
-    within = bool(pieces) and 0.0 < x0_lock < pieces[-1].last_x0 - SAME
-    if not pieces or not (within or mu_lock == np.inf or end is End.SWINGS_ASIDE):
-        if end is not End.OUT_OF_REACH or not pieces:
-            status = Status.OUT_OF_REACH if message else Status.FAILED
+def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
+    """Add to a curve that is cut off what the extremes of its pieces tell."""
+    message = "" if curve.end is End.NOT_FOLLOWED else curve.end_message
+    x0_lock, mu_lock = _lock(curve, extremes)
+    within = 0.0 < x0_lock < curve.x0_end - SAME
+    if not curve.pieces or not (within or mu_lock == np.inf or curve.end is End.SWINGS_ASIDE):
+        if curve.end is not End.OUT_OF_REACH or not curve.pieces:
             return failed_curve(
-                theta=solved.theta,
-                eta=solved.eta,
-                method=solved.method,
+                theta=curve.theta,
+                eta=curve.eta,
+                method=curve.method,
                 message=message or NO_MAXIMUM,
-                status=status,
+                status=Status.OUT_OF_REACH if message else Status.FAILED,
             )
         x0_lock = mu_lock = np.nan
     locks = not np.isnan(mu_lock)
-    touch = _first_touch(pieces, extremes)
-    return StickingCurve(
-        theta=solved.theta,
-        eta=solved.eta,
-        method=solved.method,
+    touch = _first_touch(curve, extremes)
+    return replace(
+        curve,
         status=Status.SOLVED if locks else Status.OUT_OF_REACH,
         message="" if locks else message,
-        x1_init=solved.x1_init,
-        pieces=tuple(pieces),
-        pulled=tuple(solved.pulled),
-        section=solved.section,
-        residual=solved.residual,
         x0_lock=x0_lock,
         mu_lock=mu_lock,
-        x0_touch=touch if touch <= (x0_lock if locks else pieces[-1].last_x0) else np.nan,
-        end=end,
-        end_message=solved.no_end if end is End.NOT_FOLLOWED else message,
+        x0_touch=touch if touch <= (x0_lock if locks else curve.x0_end) else np.nan,
     )
 
 
-def _until_end(solved: Sequence[Solved]) -> list[_Kept]:
-    """Cut pieces off at the first event that ends their curve."""
-    pieces = PieceArray(pieces=tuple(piece for one in solved for piece in one.pieces))
+def _until_end(
+    followed: Sequence[StickingCurve], events: Sequence[Sequence[Sequence[Event]]]
+) -> list[StickingCurve]:
+    """Cut curves off at the first event that ends them."""
+    pieces = PieceArray(pieces=tuple(piece for one in followed for piece in one.pieces))
     found = {
-        End.SWINGS_ASIDE: _passes_under(solved, pieces),
+        End.SWINGS_ASIDE: _passes_under(followed, pieces),
         End.SNAPS: pieces.turning_points(),
         End.LIFTS_OFF: _lifts(pieces),
     }
     ends, cuts = [], {}
-    for one, rows in zip(solved, _rows([one.pieces for one in solved]), strict=True):
+    for curve, some, rows in zip(followed, events, _rows(followed), strict=True):
         kept: list[int] = []
-        first = Event(np.inf, End.SNAPS if one.turned else End.NOT_FOLLOWED)
-        shown = one.events or [()] * len(one.pieces)
-        for row, some in zip(range(rows.start, rows.stop), shown, strict=True):
-            events = [*some, *(Event(at[row], end) for end, at in found.items())]
-            known = [event for event in events if np.isfinite(event.at)]
+        first = Event(np.inf, curve.end, curve.end_message)
+        for row, shown in zip(range(rows.start, rows.stop), some, strict=True):
+            known = [*shown, *(Event(at[row], end) for end, at in found.items())]
+            known = [event for event in known if np.isfinite(event.at)]
             stop = min((event.at for event in known), default=np.inf)
             if stop > pieces.start[row] + SAME:
                 kept.append(row)
@@ -207,8 +149,13 @@ def _until_end(solved: Sequence[Solved]) -> list[_Kept]:
     shorter = pieces.restricted(np.array([*cuts], dtype=np.int64), np.array([*cuts.values()]))
     cut = dict(zip(cuts, shorter, strict=True))
     return [
-        _Kept([cut.get(row, pieces.pieces[row]) for row in kept], first.end, first.reason)
-        for kept, first in ends
+        replace(
+            curve,
+            pieces=tuple(cut.get(row, pieces.pieces[row]) for row in kept),
+            end=first.end,
+            end_message=first.reason,
+        )
+        for curve, (kept, first) in zip(followed, ends, strict=True)
     ]
 
 
@@ -221,11 +168,11 @@ def _lifts(pieces: PieceArray) -> FloatArray:
     return lifts
 
 
-def _passes_under(solved: Sequence[Solved], pieces: PieceArray) -> FloatArray:
-    """Where clamps pass under the contact point, x0 = x1_init − (1 − s_c); NaN if nowhere."""
-    x1_init = np.array(
-        [one.x1_init if one.passes_under else np.nan for one in solved for _ in one.pieces]
-    )
+def _passes_under(curves: Sequence[StickingCurve], pieces: PieceArray) -> FloatArray:
+    """Where ideal round rods buckle: x0 = x1_init − (1 − s_c), under the contact point; or NaN."""
+    passes = [c.section is RodSection.ROUND and c.mounting.is_ideal for c in curves]
+    each = np.where(passes, [curve.x1_init for curve in curves], np.nan)
+    x1_init = np.repeat(each, [len(curve.pieces) for curve in curves])
     # In tip contact that is x1_init itself. A piece may end there, up to rounding.
     inside = (pieces.start <= x1_init) & (x1_init <= pieces.stop + SAME)
     at = np.where(inside, np.minimum(x1_init, pieces.stop), np.nan)
@@ -254,16 +201,16 @@ def _extremes(pieces: PieceArray) -> _Extremes:
     return _Extremes(top=top, demand=demand, touch=touch)
 
 
-def _lock(kept: _Kept, extremes: _Extremes) -> tuple[float, float]:
+def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
     """Locate where −tan α is largest on a curve, and its value there.
 
     Where the tip lifts off while it is pulled back, −tan α is infinite.
     """
-    pieces, end, _ = kept
+    pieces = curve.pieces
     if not pieces:
         return np.nan, -np.inf
-    if end is End.LIFTS_OFF and pieces[-1].states.reaction_fx[-1] < 0.0:
-        return pieces[-1].last_x0, np.inf
+    if curve.end is End.LIFTS_OFF and pieces[-1].states.reaction_fx[-1] < 0.0:
+        return curve.x0_end, np.inf
     row = int(np.argmax(extremes.demand))
     x0_lock = float(extremes.top[row])
     # A maximum in a kink belongs to both pieces: put it where the second one begins.
@@ -273,10 +220,9 @@ def _lock(kept: _Kept, extremes: _Extremes) -> tuple[float, float]:
     return x0_lock, float(extremes.demand[row])
 
 
-def _first_touch(pieces: Sequence[Piece], extremes: _Extremes) -> float:
+def _first_touch(curve: StickingCurve, extremes: _Extremes) -> float:
     """First displacement at which φ1 = 0 on a curve; NaN if there is none."""
-    lying = [piece.contact is Contact.LINE for piece in pieces]
-    touches = extremes.touch[: len(pieces)]
+    lying = [piece.contact is Contact.LINE for piece in curve.pieces]
     # Where the rod lies down, it touches the surface for the first time.
-    sought = touches[lying] if any(lying) else touches[np.isfinite(touches)]
+    sought = extremes.touch[lying if any(lying) else np.isfinite(extremes.touch)]
     return float(sought[0]) if len(sought) else np.nan

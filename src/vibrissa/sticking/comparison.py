@@ -45,7 +45,6 @@ class Comparison:
     penetrates : ndarray of bool, shape (n,)
         Whether the point-contact shape passes through the surface up to the onset (up to the lock
         where the tip locks).
-    point, line : ModelResult
     """
 
     theta: FloatArray
@@ -58,11 +57,6 @@ class Comparison:
 
 def compare(theta: Sequence[float], mu0: Sequence[float], eta: Sequence[float]) -> Comparison:
     """Solve all combinations of three axes in both contact models.
-
-    Parameters
-    ----------
-    theta, mu0, eta : sequence of float
-        Taper factors, friction coefficients and heights (L).
 
     Returns
     -------

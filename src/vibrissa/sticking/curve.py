@@ -9,7 +9,6 @@ limit and there is no locking. Where the contact changes its kind the curve has 
 of smooth pieces.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -20,7 +19,7 @@ from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.outcomes import End, RodSection, Status
-from vibrissa.sticking.piece import Piece, PieceArray, StickingState
+from vibrissa.sticking.piece import Piece, StickingState
 from vibrissa.sticking.reading import CurveArray, mirrored
 
 # Displacements that are nearer to each other are one: where two pieces meet, and at the end. A
@@ -127,7 +126,7 @@ class StickingCurve:
     @cached_property
     def _alone(self) -> CurveArray:
         """The curve as an array of one."""
-        return beside([self])
+        return CurveArray(curves=(self,))
 
     def contact(self, x0: ArrayLike) -> list[str]:
         """Kind of contact at given displacements on the curve; empty at NaN."""
@@ -278,25 +277,6 @@ class StickingCurve:
             Their mirror images, with the displacement of the clamp at which they come.
         """
         return mirrored(states, self.x0_end)
-
-
-def beside(curves: Sequence[StickingCurve]) -> CurveArray:
-    """Put curves side by side, so that places on all of them are asked together."""
-    pulled = np.array([len(curve.pulled) for curve in curves], dtype=np.int64)
-    count = pulled + np.array([len(curve.pieces) for curve in curves], dtype=np.int64)
-    stop = np.cumsum(count)
-    return CurveArray(
-        pieces=PieceArray(
-            pieces=tuple(piece for curve in curves for piece in (*curve.pulled, *curve.pieces))
-        ),
-        begin=stop - count,
-        pushed=stop - count + pulled,
-        stop=stop,
-        x0_lock=np.array([curve.x0_lock for curve in curves]),
-        mu_lock=np.array([curve.mu_lock for curve in curves]),
-        end=[curve.end for curve in curves],
-        status=[curve.status for curve in curves],
-    )
 
 
 def _first(rows: FloatArray) -> IntArray:

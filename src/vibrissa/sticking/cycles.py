@@ -25,8 +25,9 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.curve import StickingCurve, beside
+from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.reading import CurveArray
 from vibrissa.sticking.solving.collocation import solve_curves
 
 
@@ -257,7 +258,7 @@ class _Until(NamedTuple):
 def _end_of_sticking(curve: StickingCurve, mu0: float) -> tuple[Status, _Until]:
     """Whether the tip slips or locks, and where its periods end."""
     only = np.zeros(1, dtype=np.int64)
-    (until,), (status,) = beside([curve]).outcomes(only, np.array([mu0]))
+    (until,), (status,) = CurveArray(curves=(curve,)).outcomes(only, np.array([mu0]))
     if status is not Status.LOCK:
         return status, _Until(float(until), float(until))
     trail = float(curve.trailing_end(mu0).x0[0])

@@ -143,10 +143,6 @@ class PieceArray:
     """Pieces of one or several curves.
 
     An argument `index`, ndarray of int of shape (n,), is that of the piece of each place or level.
-
-    Attributes
-    ----------
-    pieces : tuple of Piece
     """
 
     pieces: tuple[Piece, ...]
@@ -314,10 +310,8 @@ class PieceArray:
 
         Parameters
         ----------
-        index : ndarray of int, shape (n,)
         sampled : ndarray, shape (pieces, samples)
             The quantity at `places`; it may fall again behind a level.
-        levels : ndarray, shape (n,)
         weights : mapping of ndarray, shape (n,), or float
             Of columns, the weighted sum of which has a certain value where the quantity reaches
             the level.
@@ -368,7 +362,6 @@ class PieceArray:
 
         Parameters
         ----------
-        index : ndarray of int, shape (n,)
         sampled : ndarray, shape (n, SAMPLES)
             The quantity at the `sample_places` of these pieces.
         columns : sequence of str

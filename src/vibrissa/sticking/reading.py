@@ -4,9 +4,10 @@ Curves stand side by side, so that places on all of them are asked together. Wha
 curve does not depend on which others stand beside it, bit for bit.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.roots import first_reached
 from vibrissa.outcomes import Contact, End, Status
 from vibrissa.sticking.piece import PieceArray, StickingState
+
+if TYPE_CHECKING:
+    from vibrissa.sticking.curve import StickingCurve
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -25,24 +29,40 @@ class CurveArray:
 
     Attributes
     ----------
-    pieces : PieceArray
-        Of all curves, in the order of the curves and of x0.
-    begin, pushed, stop : ndarray of int, shape (n,)
-        Number of the first piece of each curve, of the first one where the clamp pushes, and of
-        the one behind the last.
-    x0_lock, mu_lock : ndarray, shape (n,)
-    end : sequence of End, length n
-    status : sequence of Status, length n
+    curves : tuple of StickingCurve
     """
 
-    pieces: PieceArray
-    begin: IntArray
-    pushed: IntArray
-    stop: IntArray
-    x0_lock: FloatArray
-    mu_lock: FloatArray
-    end: Sequence[End]
-    status: Sequence[Status]
+    curves: tuple["StickingCurve", ...]
+
+    @cached_property
+    def pieces(self) -> PieceArray:
+        """Pieces of all curves, in the order of the curves and of x0."""
+        return PieceArray(pieces=tuple(p for c in self.curves for p in (*c.pulled, *c.pieces)))
+
+    @cached_property
+    def stop(self) -> IntArray:
+        """Number of the piece behind the last of each curve."""
+        return np.cumsum([len(curve.pulled) + len(curve.pieces) for curve in self.curves])
+
+    @cached_property
+    def begin(self) -> IntArray:
+        """Number of the first piece of each curve."""
+        return np.append(0, self.stop[:-1])
+
+    @cached_property
+    def pushed(self) -> IntArray:
+        """Number of the first piece of each curve where the clamp pushes."""
+        return self.stop - np.array([len(curve.pieces) for curve in self.curves], dtype=np.int64)
+
+    @cached_property
+    def x0_lock(self) -> FloatArray:
+        """Displacements at the lock (L)."""
+        return np.array([curve.x0_lock for curve in self.curves])
+
+    @cached_property
+    def mu_lock(self) -> FloatArray:
+        """Largest mobilised friction."""
+        return np.array([curve.mu_lock for curve in self.curves])
 
     @cached_property
     def has_states(self) -> BoolArray:
@@ -52,7 +72,7 @@ class CurveArray:
     @cached_property
     def locks(self) -> BoolArray:
         """Whether the tips lock where friction is large enough."""
-        return np.array([status is Status.SOLVED for status in self.status], dtype=bool)
+        return np.array([curve.status is Status.SOLVED for curve in self.curves], dtype=bool)
 
     @cached_property
     def x0_end(self) -> FloatArray:
@@ -108,7 +128,7 @@ class CurveArray:
     def outcomes(self, index: IntArray, mu0: FloatArray) -> tuple[FloatArray, list[Status]]:
         """Exact onsets of slip, and what becomes of the tip, also on curves without states."""
         x0_slip = self.onset(index, mu0)
-        otherwise = np.array(self.status, dtype=object)
+        otherwise = np.array([curve.status for curve in self.curves], dtype=object)
         otherwise[self.locks] = Status.LOCK
         status = otherwise[index]
         status[np.isfinite(x0_slip)] = Status.SLIP
@@ -133,7 +153,7 @@ class CurveArray:
     def motion_end(self, index: IntArray, mu0: FloatArray) -> tuple[list[End], StickingState]:
         """How and where sticking ends that goes on past the lock, for μ0 above μ_lock."""
         states = StickingState.unknown(len(mu0))
-        ends = np.array(self.end, dtype=object)[index]
+        ends = np.array([curve.end for curve in self.curves], dtype=object)[index]
         followed = np.flatnonzero(ends != End.NOT_FOLLOWED)
         states.put(followed, self.pieces.last.take(self.stop[index[followed]] - 1))
         place, pieces, sampled = self.pushed[index], self.pieces, self._alpha_past_the_lock
@@ -158,7 +178,7 @@ class CurveArray:
     def trailing_end(self, index: IntArray, mu0: FloatArray) -> StickingState:
         """Last sticking states of rods that trail behind their clamps; NaN where they do not."""
         states = StickingState.unknown(len(mu0))
-        swings = np.array([end is End.SWINGS_ASIDE for end in self.end], dtype=bool)
+        swings = np.array([curve.end is End.SWINGS_ASIDE for curve in self.curves], dtype=bool)
         # The part next to α = 0 comes first for the tip.
         place = self.pushed[index] - 1
         while True:

@@ -13,8 +13,9 @@ import numpy as np
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.numerics.steps import last_step_within, step_position
 from vibrissa.outcomes import Contact, Status
-from vibrissa.sticking.curve import StickingCurve, beside
+from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.piece import StickingState
+from vibrissa.sticking.reading import CurveArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -88,7 +89,7 @@ def read_curves(
         In the order of the curves and of their pairs; each period is the same, bit for bit,
         whatever else is read with it.
     """
-    together = beside(curves)
+    together = CurveArray(curves=tuple(curves))
     of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])
     friction = np.concatenate(mu0)
     x0_slip, status = together.outcomes(of, friction)

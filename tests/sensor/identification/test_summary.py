@@ -8,8 +8,8 @@ from scipy import stats
 
 from steel import ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
+from vibrissa.sensor.identification.adjusted import Tolerance
 from vibrissa.sensor.identification.checks import Grade
-from vibrissa.sensor.identification.goodness import Tolerance
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus
 from vibrissa.sensor.identification.summary import Setting, summary_of
 from vibrissa.sensor.quantities import Units
@@ -142,9 +142,7 @@ def test_the_mean_of_a_surface_is_as_far_off_as_it_says():
             surface = surfaces.constant(mu0)
             if kind == "random":
                 surface = surfaces.random(seed, mu0, 0.03, 0.02)
-            signals = scan(
-                WHISKER, surface, step="50 um", to=["40 mm"], transducer=SENSOR, seed=seed
-            )
+            signals = scan(WHISKER, surface, step="50 um", to=["40 mm"]).measured(SENSOR, seed)
             found = identify(WHISKER, signals.to_pandas(), transducer=SENSOR, assume=False)
             places = found.periods.contact[found.periods.status == PeriodStatus.SLIP]
             summary = found.summary()
@@ -158,7 +156,7 @@ def test_the_mean_of_a_surface_is_as_far_off_as_it_says():
 
 @pytest.mark.slow
 def test_coarse_sampling_says_so_and_nothing_of_diameters():
-    signals = scan(WHISKER, surfaces.constant(0.3), step="1 mm", to=["80 mm"], transducer=SENSOR)
+    signals = scan(WHISKER, surfaces.constant(0.3), step="1 mm", to=["80 mm"]).measured(SENSOR)
     found = identify(WHISKER, signals.to_pandas(), transducer=SENSOR)
     lines = str(found).splitlines()
     assert sum("sample more finely" in line for line in lines) == 1 and len(lines) <= 5

@@ -55,10 +55,6 @@ def touching(loads: FloatArray) -> slice:
     ----------
     loads : ndarray, shape (n, k)
         Channels without offsets, in any units.
-
-    Returns
-    -------
-    slice
     """
     if not len(loads):
         return slice(0, 0)

@@ -49,7 +49,6 @@ class Parameter:
 
     Attributes
     ----------
-    name : str
     of : str
         Name of the tolerance, which may have several parts.
     deviation : float
@@ -96,8 +95,6 @@ def parameters_of(
     ----------
     sizes : mapping of str to float
         Standard deviations, as from `vibrissa.sensor.tolerances.read_tolerances`.
-    stated : frozenset of str
-        Names of those that were stated.
     full_scale : ndarray, shape (3,)
         Of the channels, of which crosstalk is a part; NaN for one that was not recorded.
     """

@@ -33,13 +33,7 @@ class Separator(StrEnum):
     BLANK = "blank"
 
 
-SIGNS = {
-    Separator.SEMICOLON: ";",
-    Separator.TAB: "\t",
-    Separator.COMMA: ",",
-    Separator.BAR: "|",
-    Separator.BLANK: " ",
-}
+SIGNS = dict(zip(Separator, ";\t,| ", strict=True))
 _EXPONENT = "([eE][-+]?[0-9]+)?"
 # Numbers by their decimal sign. The other sign may stand between groups of three digits.
 NOTATIONS = {
@@ -69,8 +63,6 @@ class Layout:
 
     Attributes
     ----------
-    separator : Separator
-    notation : Notation
     titles, units : tuple of str
         One for each column; no titles, or no units, where the file has none.
     rows : Series of str
@@ -143,9 +135,6 @@ def layout_of(
 
     Parameters
     ----------
-    text : str
-    name : str
-        Of the file, for messages.
     separator, decimal
         Found by default.
     title_line : int, optional
@@ -232,18 +221,16 @@ def _ambiguous(found: list[_Try], lines: "Series[str]", name: str) -> str:
     one, other = found[:2]
     if one.separator is not other.separator:
         return f"{name}: add --separator {one.separator} or --separator {other.separator}"
-    line, cell = next(
-        (line, cell)
+    cells = (
+        (f"{name}, line {line}: {cell!r}", [each.notation.value(cell) for each in (one, other)])
         for line, text in lines.loc[one.first :].items()
         for cell in cells_of(text, one.separator)
         if all(re.fullmatch(each.notation.number, cell) for each in (one, other))
-        and one.notation.value(cell) != other.notation.value(cell)
     )
-    values = (each.notation.value(cell) for each in (one, other))
+    place, (value, other_value) = next(cell for cell in cells if len(set(cell[1])) > 1)
     return (
-        f"{name}, line {line}: {cell!r} may be {' or '.join(map(repr, values))}, and no number of "
-        f"the file decides: add --decimal '{one.notation.decimal}' or "
-        f"--decimal '{other.notation.decimal}'"
+        f"{place} may be {value!r} or {other_value!r}, and no number of the file decides: add "
+        f"--decimal '{one.notation.decimal}' or --decimal '{other.notation.decimal}'"
     )
 
 

@@ -36,7 +36,6 @@ def turned(values: Values, angle: float) -> Values:
 
     Parameters
     ----------
-    values : dict of str to ndarray
     angle : float
         By which the transducer's axes are turned from x to y (rad).
     """
@@ -91,7 +90,6 @@ def unloaded(values: Values, begin: int | None) -> int:
 
     Parameters
     ----------
-    values : dict of str to ndarray
     begin : int, optional
         First row of the motion; found by the clamp position by default.
     """

@@ -111,7 +111,6 @@ class Settings(BaseModel):
 
         Parameters
         ----------
-        path : Path, optional
         **options
             As the keys of a file; they take the place of those. None is not given.
 

@@ -89,7 +89,6 @@ def columns_of(
 
     Parameters
     ----------
-    layout : Layout
     width : int
         How many columns there are.
     targets : sequence of str
@@ -100,7 +99,6 @@ def columns_of(
 
     Returns
     -------
-    columns : dict of str to FileColumn
     errors : list of str
         For each column that is not there, or has no unit.
     """

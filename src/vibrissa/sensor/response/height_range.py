@@ -82,7 +82,6 @@ class HeightStates(States):
 
     Attributes
     ----------
-    heights : HeightRange
     eta : ndarray
         Heights (L).
     """
@@ -174,12 +173,8 @@ def respond_over(
 
     Parameters
     ----------
-    theta, eta : float
-        Taper factor, and the height from which to go (L).
     low, high : float
         Range of heights, with `eta` in it (L).
-    contact, pull, mounting, section
-        As in `respond`.
     progress : callable
         Told which part of the range is done.
 

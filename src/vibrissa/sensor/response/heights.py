@@ -97,15 +97,6 @@ class Heights:
     def at(self, eta: float) -> Branch:
         """Interpolate the branch at a height.
 
-        Parameters
-        ----------
-        eta : float
-            From `low` to `high` (L).
-
-        Returns
-        -------
-        Branch
-
         Raises
         ------
         ArgumentError
@@ -166,10 +157,6 @@ def interpolated(
         Range of heights (L).
     tolerance : float
         Error allowed between the nodes, of the largest reaction.
-
-    Returns
-    -------
-    Heights
 
     Raises
     ------

@@ -39,6 +39,12 @@ class Signals(Tabular):
     readings: FloatArray
     units: Units
 
+    def measured(self, transducer: Transducer | str, seed: int = 0) -> "Signals":
+        """Replace the exact reactions by the readings of a transducer, with noise of this seed."""
+        sensor = transducer_of(transducer, self.units)
+        generator = np.random.default_rng([seed, 1])
+        return replace(self, readings=sensor.measured(self.readings, generator))
+
     def plot(self) -> "Figure":
         """Draw the readings over the position of the clamp."""
         require("plots", "matplotlib")
@@ -81,8 +87,6 @@ def scan(
     to: Sequence[Quantity],
     law: SlipLaw | str = SlipLaw.FREE,
     kinetic_ratio: float = 0.8,
-    transducer: Transducer | str | None = None,
-    seed: int = 0,
     progress: Progress = quiet,
 ) -> Signals:
     """Move the clamp over a surface and record the signals.
@@ -99,15 +103,12 @@ def scan(
         Where a slip ends.
     kinetic_ratio : float
         μk/μ0, for the laws ``kinetic`` and ``energy``.
-    transducer : Transducer or str, optional
-        Without one the signals are the exact reactions.
-    seed : int
-        Of the noise.
     progress : callable
 
     Returns
     -------
     Signals
+        The exact reactions; `Signals.measured` makes them readings.
 
     Raises
     ------
@@ -115,7 +116,6 @@ def scan(
         If an argument is out of range, or the tip comes to where the surface is not known.
     """
     units = whisker.units
-    sensor = transducer_of(transducer, units)
     positions = path(
         units.read_positive(step, Kind.LENGTH, "step"),
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
@@ -134,7 +134,4 @@ def scan(
         kinetic_ratio,
         lambda done: told(done, len(positions)),
     )
-    readings = truth.reactions * units.channels
-    if sensor is not None:
-        readings = sensor.measured(readings, np.random.default_rng([seed, 1]))
-    return Signals(truth=truth, readings=readings, units=units)
+    return Signals(truth=truth, readings=truth.reactions * units.channels, units=units)

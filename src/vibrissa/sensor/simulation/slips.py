@@ -116,9 +116,6 @@ class Slips:
 
     Attributes
     ----------
-    response : Branch
-    surface : Surface
-    law : SlipLaw
     ratio : float
         Kinetic over static friction, above 0 and up to 1.
     """
@@ -140,8 +137,6 @@ class Slips:
         ----------
         clamp : float
             Position of the clamp (L).
-        x0 : float
-            Displacement at which the slip begins (L).
         side : int
             1 where the tip is ahead of the clamp, −1 where it is behind: then the displacements are
             those of the mirror image.

@@ -37,7 +37,6 @@ class Tip:
 
     Attributes
     ----------
-    stage : LevelStage or ObliqueStage
     contact, mu0 : float
         Where it is (L), and the friction that holds it.
     side : int

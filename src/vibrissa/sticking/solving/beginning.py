@@ -56,7 +56,6 @@ class Beginning(NamedTuple):
 
     Attributes
     ----------
-    branches : Branches
     states : RodStates
         The α = 0 states of those that have one.
     rows : ndarray of int
@@ -78,18 +77,8 @@ def begin(
 
     Parameters
     ----------
-    rods : ndarray, shape (n, 3 + k)
-        Properties of the rods (`vibrissa.mechanics.mounting.rod_columns`).
     eta, stage_angle : ndarray, shape (n,)
         Heights of the surface (L), and angles of the clamp's way (rad).
-    nodes : int
-        Number of collocation nodes.
-    model : Contact
-        POINT for contact with the tip alone, LINE for the kind that is possible.
-
-    Returns
-    -------
-    Beginning
     """
     ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
@@ -223,13 +212,6 @@ def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
     """Solve states with the kind of contact that is possible, first with that of the guess.
-
-    Parameters
-    ----------
-    guess : RodStates
-    closing : ClosingCondition
-    model : Contact
-        POINT for contact with the tip alone, LINE for the kind that is possible.
 
     Returns
     -------

@@ -19,7 +19,7 @@ from vibrissa.mechanics.newton import solve
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.outcomes import Contact, End, RodSection, Solver, Status
-from vibrissa.sticking.assembly import Solved, assembled_curves
+from vibrissa.sticking.assembly import assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import CONTACT_SLACK, PieceArray
 from vibrissa.sticking.solving.beginning import begin
@@ -107,7 +107,7 @@ def _batches(rows: Sequence[int], mounted: Sequence[Mounting]) -> Iterator[list[
     """Rods that are solved together: all mounted as in the paper or none, and stages likewise."""
     kinds: dict[tuple[bool, bool], list[int]] = defaultdict(list)
     for row in rows:
-        kinds[mounted[row].is_ideal_rod, mounted[row].stage_angle == 0.0].append(row)
+        kinds[mounted[row].is_ideal_rod, mounted[row].is_ideal].append(row)
     for some in kinds.values():
         yield from (some[start : start + BATCH] for start in range(0, len(some), BATCH))
 
@@ -134,10 +134,9 @@ def _solved(
     }
     known = np.flatnonzero(np.isfinite(x1_init))
     if len(known):
-        branches = replace(begun.branches, x1_init=x1_init).take(known)
-        ideal = mountings[0].is_ideal_rod and mountings[0].stage_angle == 0.0
-        some = branches, begun.states.take(known), model, section, closeness
-        curves |= zip(begun.rows[known].tolist(), _curves(*some, ideal=ideal), strict=True)
+        branches, rows = replace(begun.branches, x1_init=x1_init).take(known), begun.rows[known]
+        some = branches, begun.states.take(known), [mountings[row] for row in rows]
+        curves |= zip(rows.tolist(), _curves(*some, model, section, closeness), strict=True)
     return [replace(curves[row], mounting=mountings[row]) for row in range(len(eta))]
 
 
@@ -150,14 +149,13 @@ def _failed(
 def _curves(
     branches: Branches,
     states: RodStates,
+    mountings: Sequence[Mounting],
     model: Contact,
     section: RodSection,
     closeness: Closeness,
-    *,
-    ideal: bool,
 ) -> list[StickingCurve]:
     """Follow branches from their first states and resolve them."""
-    count, round_rods = len(states), section is RodSection.ROUND
+    count, round_rods, ideal = len(states), section is RodSection.ROUND, mountings[0].is_ideal
     # A round rod that is retracted is followed, too.
     both = ideal and round_rods
     which = np.tile(np.arange(count), 2 if both else 1)
@@ -167,19 +165,16 @@ def _curves(
     followed = follow(branches, states, side, model, ended, closeness.longest)
     followed = followed._replace(knots=_up_to_steep(branches, followed, side))
     resolved, whole = _resolved(branches, followed, side, round_rods=round_rods, ideal=ideal)
-    solved: dict[int, Solved] = {}
-    for row in np.flatnonzero([bool(parts) for parts in resolved[:count]]).tolist():
+    curves, rows = {}, [row for row in range(count) if resolved[row]]
+    for row in rows:
         retraction = resolved[count + row] if both and whole[count + row] else []
-        solved[row] = _to_assemble(
-            branches,
-            row,
-            resolved[row],
-            retraction,
-            turned=bool(followed.turned[row] and whole[row]),
-            section=section,
-            ideal=ideal,
-        )
-    curves = dict(zip(solved, assembled_curves(list(solved.values())), strict=True))
+        curve = _uncut(branches, row, resolved[row], retraction)
+        turned = bool(followed.turned[row] and whole[row])
+        end, message = (End.SNAPS, "") if turned else (End.NOT_FOLLOWED, NO_END)
+        curve = replace(curve, section=section, mounting=mountings[row])
+        curves[row] = replace(curve, end=end, end_message=message)
+    events = [[part.events for part in resolved[row]] for row in rows]
+    curves |= zip(rows, assembled_curves(list(curves.values()), events), strict=True)
     for row in range(count):
         theta, eta = float(branches.rods[row, 0]), float(branches.eta[row])
         if row not in curves:
@@ -187,6 +182,26 @@ def _curves(
         elif model is Contact.LINE and not _is_possible(curves[row]):
             curves[row] = _failed(theta, eta, NO_SWITCH)
     return [curves[row] for row in range(count)]
+
+
+def _uncut(
+    branches: Branches, row: int, parts: Sequence[Finished], retraction: Sequence[Finished]
+) -> StickingCurve:
+    """Put the resolved parts of one path together, to beyond its end."""
+    # By definition, not up to rounding.
+    parts[0].piece.states.x0[0] = 0.0
+    if any(np.isfinite(event.at) for part in retraction for event in part.events):
+        retraction = []
+    return StickingCurve(
+        theta=float(branches.rods[row, 0]),
+        eta=float(branches.eta[row]),
+        method=METHOD,
+        status=Status.SOLVED,
+        x1_init=float(branches.x1_init[row]),
+        pieces=tuple(part.piece for part in parts),
+        pulled=tuple(part.piece for part in retraction),
+        residual=max(part.residual for part in (*parts, *retraction)),
+    )
 
 
 def _ended(side: FloatArray, section: RodSection, ideal: bool) -> Ended:
@@ -258,37 +273,6 @@ def _resolved(
         if whole[branch]:
             pieces[branch] += solved[number]
     return [sorted(some, key=lambda one: one.piece.first_x0) for some in pieces], whole
-
-
-def _to_assemble(
-    branches: Branches,
-    row: int,
-    parts: Sequence[Finished],
-    retraction: Sequence[Finished],
-    *,
-    turned: bool,
-    section: RodSection,
-    ideal: bool,
-) -> Solved:
-    """Put the resolved parts of one path together."""
-    # By definition, not up to rounding.
-    parts[0].piece.states.x0[0] = 0.0
-    if any(np.isfinite(event.at) for part in retraction for event in part.events):
-        retraction = []
-    return Solved(
-        theta=float(branches.rods[row, 0]),
-        eta=float(branches.eta[row]),
-        method=METHOD,
-        x1_init=float(branches.x1_init[row]),
-        pieces=[part.piece for part in parts],
-        residual=max(part.residual for part in (*parts, *retraction)),
-        events=[part.events for part in parts],
-        pulled=[part.piece for part in retraction],
-        section=section,
-        passes_under=ideal and section is RodSection.ROUND,
-        turned=turned,
-        no_end=NO_END,
-    )
 
 
 def _is_possible(curve: StickingCurve) -> bool:

@@ -158,7 +158,6 @@ def resolved_states(
     ------
     rows : ndarray of int
         Which of them have enough nodes.
-    states : RodStates
     residual : ndarray
         Largest residuals.
     """
@@ -192,8 +191,6 @@ def cut(branches: Branches, followed: Followed, side: FloatArray, sections: list
         With exact contact points of the α = 0 states.
     followed : Followed
         The last knots of its paths need not be exact: they lie beyond the ends of the paths.
-    side : ndarray, shape (branches,)
-    sections : list of Section
     """
     knots = followed.knots
     first, last = (np.array([s[i] for s in sections], dtype=np.int64) for i in (0, 1))

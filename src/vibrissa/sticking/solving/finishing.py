@@ -110,10 +110,10 @@ def finished(
         if found.path.curvature.shape[1] and not parts.line[row]:
             level = _level(states.phi1[:, row])
         if len(level) or nearest[:, row].min() < CLOSE:
-            share, how = _limit(found.of(row), np.union1d(position, level))
+            share, how = _limit(found.take(np.array([row])), np.union1d(position, level))
             events.append(Event(start + share * length, End.OUT_OF_REACH, how))
         if round_rods and not ideal:
-            events.append(Event(_buckling(found.of(row), piece), End.SWINGS_ASIDE))
+            events.append(Event(_buckling(found.take(np.array([row])), piece), End.SWINGS_ASIDE))
         if side[parts.branch[row]] < 0.0:
             # In the order of x0: Chebyshev points are so, too, from the other end.
             backwards = piece.states.take(slice(None, None, -1))

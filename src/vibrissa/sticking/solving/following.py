@@ -61,7 +61,6 @@ class Knots(Batch):
     ----------
     branch : ndarray of int, shape (n,)
         Index of the branch.
-    states : RodStates
     change : ndarray, shape (n, nodes + 3)
         Derivatives of the unknowns along the path.
     direction : ndarray, shape (n, 4)
@@ -127,20 +126,12 @@ def follow(
 
     Parameters
     ----------
-    branches : Branches
     states : RodStates
         The first states.
     side : ndarray, shape (n,)
         1 where the clamp pushes the rod, -1 where it retracts.
-    model : Contact
-        POINT for contact with the tip alone, LINE for the kind that is possible.
-    ended : callable
     longest : float
         Longest step.
-
-    Returns
-    -------
-    Followed
     """
     count = len(side)
     first = np.arange(count), states
@@ -291,7 +282,6 @@ def hermite(
     ----------
     share, step : ndarray, shape (...)
         Part of the way between the places, and its length.
-    low, high, low_change, high_change : ndarray, shape (..., k)
     """
     t, step = share[..., None], step[..., None]
     s = 1.0 - t

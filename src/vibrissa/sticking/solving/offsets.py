@@ -71,20 +71,8 @@ def solve_offsets(
 
     Parameters
     ----------
-    theta, eta : ndarray, shape (n,)
-        Taper factors and heights of the surface (L).
-    of : ndarray of int, shape (m,)
-        Index of the rod of each state.
     offsets : ndarray, shape (m,)
         Distances of the tip from the clamp along the surface (L).
-    model : Contact
-        POINT for contact with the tip alone, LINE for the kind of contact that is possible.
-    mountings : sequence of Mounting, length n
-        Their stages have no part in a single state.
-
-    Returns
-    -------
-    list of StateSolution
     """
     rods = rod_columns(theta, mountings)
     solutions = [StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)] * len(offsets)

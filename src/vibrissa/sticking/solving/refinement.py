@@ -66,15 +66,14 @@ class Resolved:
         """States at fractions of the parts' length, all parts at the first place first."""
         return along(interpolation(self.count, position), self.path)
 
-    def of(self, row: int) -> "Resolved":
-        """One of the parts."""
-        one = np.arange(self.count) * len(self.parts) + row
-        only = slice(row, row + 1)
+    def take(self, rows: IntArray) -> "Resolved":
+        """Select parts."""
+        flat = (np.arange(self.count)[:, None] * len(self.parts) + rows).ravel()
         return Resolved(
-            parts=self.parts.take(only),
-            path=self.path.take(one),
-            loads=self.loads[:, only],
-            residual=self.residual[only],
+            parts=self.parts.take(rows),
+            path=self.path.take(flat),
+            loads=self.loads[:, rows],
+            residual=self.residual[rows],
         )
 
 
@@ -149,14 +148,15 @@ def resolve(parts: Parts, rods: FloatArray, guess: FloatArray) -> Iterator[Resol
         rod, decay = _rod_decay(path, number) < DECAY_TOLERANCE, _decay_along(loads)
         smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
         found = Resolved(parts=task.parts, path=path, loads=loads, residual=np.full(number, np.inf))
-        found.residual[smooth] = _residual_between(found, smooth)
+        middle = chebyshev_nodes(2 * count - 1)[1::2]
+        found.residual[smooth] = _residuals(found, smooth, middle)
         resolved = found.residual < residual_tolerance(nodes)
         if resolved.any():
-            yield _selected(found, np.flatnonzero(resolved))
+            yield found.take(np.flatnonzero(resolved))
         # More states help only where the rod itself is resolved.
         fine = rod & ~resolved
         doubtful = smooth[~resolved[smooth]]
-        fine[doubtful] = _residual_at(found, doubtful) < 0.5 * residual_tolerance(nodes)
+        fine[doubtful] = _residuals(found, doubtful, position) < 0.5 * residual_tolerance(nodes)
         coarse = np.flatnonzero(~fine & ~resolved)
         finer = [n for n in NODES_ALONG_ROD if n > nodes]
         solved = path.unknowns.reshape(task.unknowns.shape)
@@ -191,19 +191,6 @@ def _inverses(task: _Task, rods: FloatArray) -> FloatArray:
     inverse = coarse_inverse(_states(task.parts, rods, some), closing)
     matrix = interpolation(len(some), position)
     return np.tensordot(matrix, inverse.reshape(*some.shape[:2], *inverse.shape[1:]), 1)
-
-
-def _selected(found: Resolved, rows: IntArray) -> Resolved:
-    count, number = found.count, len(found.parts)
-    if len(rows) == number:
-        return found
-    flat = (np.arange(count)[:, None] * number + rows).ravel()
-    return Resolved(
-        parts=found.parts.take(rows),
-        path=found.path.take(flat),
-        loads=found.loads[:, rows],
-        residual=found.residual[rows],
-    )
 
 
 def _on_nodes(task: _Task, nodes: int) -> _Task:
@@ -257,26 +244,12 @@ def _rod_decay(path: RodStates, number: int) -> FloatArray:
     return np.nan_to_num(decays, nan=np.inf)
 
 
-def _residual_between(found: Resolved, rows: IntArray) -> FloatArray:
-    """Largest residuals of some parts half-way between their states."""
+def _residuals(found: Resolved, rows: IntArray, position: FloatArray) -> FloatArray:
+    """Largest residuals of some parts at fractions of their length."""
     if not len(rows):
         return np.empty(0)
-    some = _selected(found, rows)
-    middle = chebyshev_nodes(2 * some.count - 1)[1::2]
-    path = along(interpolation(some.count, middle), some.path)
-    return _largest(path, some.parts, middle)
-
-
-def _residual_at(found: Resolved, rows: IntArray) -> FloatArray:
-    """Largest residuals of some parts in their states."""
-    if not len(rows):
-        return np.empty(0)
-    some = _selected(found, rows)
-    return _largest(some.path, some.parts, chebyshev_nodes(some.count))
-
-
-def _largest(path: RodStates, parts: Parts, position: FloatArray) -> FloatArray:
-    residual = largest_residual(path, parts.closing_at(position))
+    some = found.take(rows)
+    residual = largest_residual(some.at(position), some.parts.closing_at(position))
     # NaN marks a state that was not found
     return np.nan_to_num(residual, nan=np.inf).reshape(len(position), -1).max(axis=0)
 

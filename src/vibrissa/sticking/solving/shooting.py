@@ -24,8 +24,8 @@ from vibrissa.mechanics.states import RodStates
 from vibrissa.mechanics.taper import arc_density
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.spectral import chebyshev_nodes, gauss_rule
-from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver
-from vibrissa.sticking.assembly import Event, Solved, assembled_curves
+from vibrissa.outcomes import Contact, End, Parameter, RodSection, Solver, Status
+from vibrissa.sticking.assembly import Event, assembled_curves
 from vibrissa.sticking.curve import StickingCurve, failed_curve
 from vibrissa.sticking.piece import Piece, StickingState
 
@@ -39,6 +39,7 @@ CONTINUATION_STEPS, CONTINUATION_START = 12, 0.98
 STEPS_BEYOND_LOCK = 4
 # The walk ends here at the latest, in units of x1_init.
 WALK_LIMIT = 1.5
+NO_END = "shooting ends at the lock; use method: collocation to follow the motion past it"
 # Points of a shape at which it is looked at.
 NODES = 48
 # States of a path, and the order of the spline through those on the step grid.
@@ -349,19 +350,18 @@ def solve_curve(
         stop=stop,
         states=replace(smooth, stability=unknown, stability_aside=unknown),
     )
-    solved = Solved(
+    followed = StickingCurve(
         theta=theta,
         eta=eta,
         method=METHOD,
+        status=Status.SOLVED,
         x1_init=states[0].x1,
-        pieces=[piece],
+        pieces=(piece,),
         residual=worst,
-        events=[limit],
-        passes_under=section is RodSection.ROUND,
         section=section,
-        no_end="shooting ends at the lock; use method: collocation to follow the motion past it",
+        end_message=NO_END,
     )
-    return assembled_curves([solved])[0]
+    return assembled_curves([followed], [[limit]])[0]
 
 
 def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) -> list[Event]:
