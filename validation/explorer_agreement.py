@@ -2,7 +2,7 @@
 
 Both solve the same equations and share no code. For each point are compared: the displacement at
 which the tip slips, force, slope and contact point there, the critical friction coefficient, and
-where a locked rod swings aside. Most points are of the ideal mounting, and some of mountings with
+where a locked rod buckles laterally. Most points are of the ideal mounting, some of mountings with
 all deviations at once. Fails if a number differs by more than 1e-8, or if one solver finds
 a state that the other does not.
 """
@@ -35,7 +35,7 @@ QUANTITIES = {
     "s_c": "s_c at the onset",
     "m": "m(0) at the onset",
     "mu_lock": "μ_lock",
-    "x0_end": "x0 where the rod swings aside",
+    "x0_end": "x0 where the rod buckles laterally",
 }
 PROGRAM = """
 function answer({ theta, eta, contact, mu0, mounting }) {

@@ -1,7 +1,7 @@
-"""Vibrissa: how a whisker-like tactile sensor sticks to and slips over a surface.
+"""Vibrissa: a whisker-like tactile sensor that sticks to a surface and slips.
 
-The names below are loaded when first used: whoever needs only the study grid or the table schema
-does not wait for the solvers.
+The names below are loaded when first used, so that the study grid or the table schema need not wait
+for the solvers.
 """
 
 from importlib import import_module

@@ -64,7 +64,7 @@ def test_results_are_told_in_the_units_in_which_the_rod_was_given(whisker):
     assert lines["meaning of the status"] == "the tip slips at x0 = 5.2838 mm"
     assert "x0 = 0.0052838 m" in repr(plain)
     locked = repr(solve(given, 0.6))
-    assert "swings aside at x0 = 41.7329 mm" in locked and "slips at x0 = 84.7969 mm" in locked
+    assert "buckles laterally at x0 = 41.7329 mm" in locked and "slips at x0 = 84.7969 mm" in locked
     # Tables stay in SI units.
     assert found.columns()["x0_slip"] == plain.columns()["x0_slip"]
 
@@ -101,7 +101,7 @@ def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
     asked = {"step": "0.2 mm", "to": ["60 mm"], "law": "energy"}
     level = Whisker.read(2.0, "85 mm", **steel)
     ended = repr(scan(level, surfaces.constant(0.8), **asked))
-    assert "with the clamp at 41.8 mm the rod swings aside" in ended
+    assert "with the clamp at 41.8 mm the rod buckles laterally" in ended
     inclined = Whisker.read(2.0, "99.98 mm", stage_angle=-0.05, **steel)
     ended = repr(scan(inclined, surfaces.constant(0.2), step="0.05 mm", to=["2 mm"]))
     assert "the stage takes the clamp at 0.25 mm to the height 99.9925 mm" in ended

@@ -269,7 +269,7 @@ def test_a_path_has_so_many_steps_at_most(monkeypatch):
         path("0.1", ["0.5", "0.3"])
 
 
-# --- A round rod that swings aside, and is dragged ---
+# --- A round rod that buckles laterally, and is dragged ---
 
 MIRROR = np.array([-1.0, 1.0, -1.0])
 
@@ -291,7 +291,7 @@ def test_free_slips_of_a_dragged_rod_are_those_of_a_study(name, request):
     response = request.getfixturevalue(name)
     study = stick_slip(response.curve, Decimal("0.9"), Decimal("0.009"), cycles=4)
     result = simulate(response, surfaces.constant(0.9), study.footpoint)
-    assert result.outcome is Outcome.COMPLETE and "swings aside" in result.message
+    assert result.outcome is Outcome.COMPLETE and "buckles laterally" in result.message
     assert (result.phase == TipPhase.SLIP).tolist() == [phase == "slip" for phase in study.phase]
     assert result.contact == pytest.approx(study.x1, abs=1e-12)
     state = study.state
@@ -302,7 +302,7 @@ def test_free_slips_of_a_dragged_rod_are_those_of_a_study(name, request):
 
 @pytest.mark.parametrize("law", list(SlipLaw))
 def test_on_any_surface_it_is_the_mirror_image_of_a_tip_that_is_pulled_back(response, law):
-    # Held by a rough patch until the rod has swung aside, then over random friction and stripes.
+    # Held by a rough patch until lateral buckling, then over random friction and stripes.
     rough, swing = response.x1_init + 0.001, response.x0_end
     edges = [0.0, rough, 0.45, 0.455, 0.47, 0.4701, 0.5]
     patched = surfaces.patches(edges, [1.5, 0.2, 0.6, 0.1, 0.3, 4.0, 0.25])
@@ -353,5 +353,5 @@ def test_signals_and_the_command_go_on_past_the_swing(tmp_path):
     words = ["--theta", "2", "--eta", "0.85", "--mu0", "0.8", "--step", "0.002", "--to", "1"]
     result = CliRunner().invoke(app, ["scan", *words, "--law", "energy", "-o", str(out)])
     assert result.exit_code == 0 and "complete" in result.output
-    assert "with the clamp at 0.418 L the rod swings aside" in result.output
+    assert "with the clamp at 0.418 L the rod buckles laterally" in result.output
     assert out.read_text().splitlines()[-1].endswith(",behind")

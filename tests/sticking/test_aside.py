@@ -1,4 +1,4 @@
-"""What a locked round rod does: where it swings aside, and where it slips at last."""
+"""What a locked round rod does: where it buckles laterally, and where it slips at last."""
 
 import numpy as np
 import pytest
@@ -75,7 +75,7 @@ def test_the_last_sticking_state_grows_with_friction():
 def test_an_onset_that_locks_says_where_the_rod_swings_and_slips():
     onset = solve_onset(1.0, 0.9, 0.85)
     assert (onset.status, onset.end) == (Status.LOCK, "swings_aside")
-    assert "swings aside at x0 = 0.469441" in onset.message
+    assert "buckles laterally at x0 = 0.469441" in onset.message
     assert "slips at x0 = 0.944303" in onset.message
     assert float(onset.trail.x0) == pytest.approx(0.944303, abs=1e-6)
     assert np.isnan(solve_onset(1.0, 0.3, 0.85).trail.x0)

@@ -21,7 +21,7 @@ LOCKS = {
     "snaps": "locks, then snaps through",
     "out_of_reach": "locks, then out of reach",
     "not_followed": "locks, not followed further",
-    "swings_aside": "locks, then swings aside",
+    "swings_aside": "locks, then buckles laterally",
 }
 NO_RESULT = "no result"
 REGIMES = (*SLIPS.values(), *LOCKS.values(), NO_RESULT)

@@ -591,11 +591,11 @@ def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float],
     x0, trail = told(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
     then = f" and trails behind the clamp until it slips at x0 = {told(trail)}"
     if curve.mounting != IDEAL:
-        then = "; where it comes to rest is computed in the ideal mounting alone"
+        then = "; what follows is computed in the ideal mounting only"
     elif np.isnan(trail):
         then = " and trails behind the clamp as long as it was followed"
     return {
-        End.SWINGS_ASIDE: f"the rod swings aside at x0 = {x0}{then}",
+        End.SWINGS_ASIDE: f"the rod buckles laterally at x0 = {x0}{then}",
         End.SLIPS_BACK: f"it slips back at x0 = {x0}",
         End.SNAPS: f"the rod snaps through at x0 = {x0}",
         End.OUT_OF_REACH: f"{curve.end_message} from x0 = {x0} on",

@@ -264,7 +264,7 @@ class StickingCurve:
         return self._alone.trailing_end(_first(mu0), mu0)
 
     def mirrored(self, states: StickingState) -> StickingState:
-        """States after the rod has swung aside that were, or could be, passed before.
+        """States after the rod has buckled laterally that were, or could be, passed before.
 
         Parameters
         ----------

@@ -4,8 +4,8 @@ The tip sticks until the first step of the footpoint at which −tan α > μ0. T
 paper until α = 0 is reached again: the contact point has then moved by the clamp's own travel and
 the next period is the same, translated. `vibrissa.sensor.simulation.slips` has other laws of slip.
 
-Where the tip locks, a round rod swings aside, trails behind the clamp, and slips at last. From then
-on it is dragged: in the α = 0 state into which it slips the contact point is behind the clamp.
+Where the tip locks, a round rod buckles laterally, trails behind the clamp, and slips. From then on
+it is dragged: the contact point is behind the clamp.
 
 On an oblique stage each period begins at the height that the clamp has there, and has a curve of
 its own.
@@ -45,9 +45,8 @@ class Scan:
     Attributes
     ----------
     status : Status
-        ``slip``, or ``lock``: then a rod that swings aside is dragged after its first period, and
-        of others the scan is one period of sticking, past the lock to where it ends (or to the
-        lock, where it was not followed); without states as the curve.
+        ``slip``, or ``lock``: a rod that buckles laterally is then dragged; other scans end with
+        their first period. Without states as the curve.
     cycle : ndarray of int, shape (n,)
         Number of the stick-slip cycle, from 1; it ends with the slip.
     step : ndarray of int, shape (n,)
@@ -295,7 +294,7 @@ def _joined(periods: Sequence[_Period]) -> _Period:
 
 
 def _first_period(curve: StickingCurve, displacement: FloatArray, s: FloatArray) -> _Period:
-    """States at displacements since α = 0, also after the rod has swung aside."""
+    """States at displacements since α = 0, also after the rod has buckled laterally."""
     behind = displacement > curve.x0_end
     x0 = np.where(behind, 2.0 * curve.x0_end - displacement, displacement)
     return _period(curve, x0, behind, displacement, s)

@@ -196,7 +196,7 @@ class CurveArray:
 
 
 def mirrored(states: StickingState, x0_end: FloatArray | float) -> StickingState:
-    """States after a rod has swung aside at `x0_end`; see `StickingCurve.mirrored`."""
+    """States after a rod has buckled laterally at `x0_end`; see `StickingCurve.mirrored`."""
     return replace(
         states,
         x0=2.0 * x0_end - states.x0,

@@ -45,7 +45,7 @@ class Stiction:
     ended : StickingState
         The state in which it does; NaN elsewhere and where the curve was not followed.
     trail : StickingState
-        Last sticking state of a rod that has swung aside; NaN elsewhere.
+        Last sticking state of a rod that has buckled laterally; NaN elsewhere.
     """
 
     status: list[Status]

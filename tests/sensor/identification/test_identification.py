@@ -184,7 +184,7 @@ def test_a_tip_that_locks_gives_a_bound_and_no_number(section, stop):
 @pytest.mark.parametrize("turn", ["0.55", "0.9"])
 def test_pulled_back_from_past_the_lock_a_tip_slips_and_tells_its_friction(turn):
     # Until it is let go its moment turns back at x0 = 0.56 at the latest: 0.9 is past that, where
-    # a rod that may leave its plane has swung aside.
+    # a rod that may leave its plane has buckled laterally.
     response = respond(2.0, 0.85, section="planar")
     surface = surfaces.patches([0.0, 0.75], [0.3, 0.8])
     truth, periods, last = measured_over(response, surface, (turn, "0.1"), section="planar")

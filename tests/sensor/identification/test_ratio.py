@@ -108,7 +108,7 @@ def test_a_locked_tip_and_a_rod_that_swings_aside_give_bounds_alone():
     found = read_ratio(recording_of(truth.clamp, truth.reactions + noise), NOISE)
     assert found.status.tolist() == [PeriodStatus.LOCK]
     assert found.low[0] < response.mu_lock and np.isnan(found.mu0[0])
-    assert any("the rod swings aside in line" in note for note in found.notes)
+    assert any("the rod buckles laterally in line" in note for note in found.notes)
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ class PeriodStatus(StrEnum):
         Its end was not recorded: μ0 is at least `low`.
     LOCK
         The tip stuck past the lock: μ0 is above `low`, which is at most μ_lock. It did not slip, or
-        the rod swung aside; a recording is read up to there.
+        the rod buckled laterally; a recording is read up to there.
     UNSURE
         By the ratio of the forces of too few samples: `low` alone is known.
     BEYOND

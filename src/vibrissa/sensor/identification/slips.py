@@ -215,8 +215,8 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans, 
     kept = int(np.argmax(turned)) + 1
     end = int(spans.ends[kept - 1]) + 1
     note = (
-        f"the rod swings aside in line {recording.line[end]}: what follows is not read; begin a "
-        "new recording there"
+        f"the rod buckles laterally in line {recording.line[end]}: what follows is not read; "
+        "begin a new recording there"
     )
     recording = replace(recording.take(slice(end)), notes=(*recording.notes, note))
     spans = spans.take(slice(kept))
@@ -252,11 +252,11 @@ class Slipped:
     Attributes
     ----------
     recording : Recording
-        Without lone spikes, up to where the rod swings aside.
+        Without lone spikes, up to where the rod buckles laterally.
     spans : Spans
         p periods.
     swung : ndarray of bool, shape (p,)
-        Whether the rod swings aside at the end of the period.
+        Whether the rod buckles laterally at the end of the period.
     position : float
         Standard deviation of one clamp position (L).
     row : ndarray of int

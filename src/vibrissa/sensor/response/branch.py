@@ -71,8 +71,8 @@ class Branch(States):
     bounds : ndarray
         Ends of the smooth stretches: where pulling ends, kinks, α = 0, the lock, the end (L).
     swings : bool
-        Whether a tip that locks is dragged in the end: pushing ends where the rod swings aside,
-        round to the mirror image of its state, and the states in which it is pulled are known.
+        Whether a locked tip is dragged in the end: pushing ends with lateral buckling, and
+        retraction is resolved.
     """
 
     reactions: PPoly

@@ -323,7 +323,7 @@ def _part(tip: Tip, positions: FloatArray, begin: int, clamp: float, slipped: bo
     rest = positions[begin:]
     low, high = tip.interval(clamp, float(rest.min()), float(rest.max()))
     end, until = len(positions), np.nan
-    # A tip that has just slipped rests; one whose rod has swung aside may have to slip at once.
+    # A tip that has just slipped rests; after lateral buckling it may have to slip at once.
     for first in range(begin + int(slipped), len(positions), BLOCK):
         some = positions[first : first + BLOCK]
         out = np.flatnonzero(passes(some, high) | passes(-some, -low))
@@ -342,12 +342,12 @@ def _part(tip: Tip, positions: FloatArray, begin: int, clamp: float, slipped: bo
 
 
 def _swings(parts: Sequence[_Part], positions: FloatArray, told: Callable[[float], str]) -> str:
-    """Say where the rod swings aside first; empty if it does not."""
+    """Say where the rod buckles laterally first; empty if it does not."""
     for part, after in pairwise(parts):
         if not after.slipped:
             return (
                 f"{_locks(part, told)}; with the clamp at {told(float(positions[part.end]))} the "
-                "rod swings aside, and its tip is dragged behind"
+                "rod buckles laterally, and its tip is dragged behind"
             )
     return ""
 
@@ -391,7 +391,7 @@ def _assembled(
     contact = np.repeat([part.tip.contact for part in parts], counts)
     side = np.repeat([part.tip.side for part in parts], counts)
     states, x0 = stage.states(clamp, contact, side)
-    # A rod that swings aside and slips within one step leaves a part without rows.
+    # A rod that buckles laterally and slips within one step leaves a part without rows.
     later = (begins > 0) & (counts > 0)
     slip, swing = np.zeros((2, len(clamp)), dtype=bool)
     slip[begins[later & slipped]] = True

@@ -121,8 +121,8 @@ def scan(
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
         lambda length: units.spelled(length, Kind.LENGTH),
     )
-    # By the energy law a tip may come to rest where the clamp pulls. A rod that swings aside is
-    # pulled, too: that is not known before.
+    # By the energy law a tip may come to rest in retraction, and so does a tip after lateral buckling,
+    # which is not known before.
     backward = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
     told = partial(progress, "scanning")
     oblique = whisker.mounting.stage_angle != 0.0
