@@ -121,7 +121,7 @@ def scan(
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
         lambda length: units.spelled(length, Kind.LENGTH),
     )
-    # By the energy law a tip may come to rest in retraction, and so does a tip after lateral buckling,
+    # By the energy law a tip may come to rest in retraction; so does a tip after lateral buckling,
     # which is not known before.
     backward = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
     told = partial(progress, "scanning")
