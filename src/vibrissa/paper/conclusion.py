@@ -18,14 +18,17 @@ from vibrissa.paper.judging import (
     AMBIGUOUS,
     CONDITION,
     CONTRADICTED,
+    ENERGY,
     HOLDS,
     NEGLIGIBLE,
     by_bending,
+    ends,
     holds_if,
     neighbours,
     rises,
+    spread,
 )
-from vibrissa.paper.ledger import Judged, judges
+from vibrissa.paper.ledger import Judged, Quantities, judges
 from vibrissa.sticking.api import solve_curve, solve_state
 
 
@@ -39,10 +42,7 @@ def step_size_analysed(evidence: Evidence) -> Judged:
     quantities = {
         "different steps in the figures": (len(used), "1"),
         "exact onset": (onset, "L"),
-        **{
-            f"x0,max with steps of {step:f}": (x, "L")
-            for step, x in zip(steps, stepped, strict=True)
-        },
+        **spread("x0,max with steps of 0.01 to 0.00001", stepped, "L"),
         "largest error in units of the step": (share.max(), "1"),
     }
     if not ((share >= 0.0) & (share < 1.0)).all():
@@ -52,95 +52,68 @@ def step_size_analysed(evidence: Evidence) -> Judged:
 
 @judges("longer with μ0")
 def longer_with_friction(evidence: Evidence) -> Judged:
-    rows = evidence.slipping()
-    onset, stepped = rows["x0_slip"].to_numpy(), rows["x0_max"].to_numpy()
+    rows, locked, trailing = evidence.slipping(), evidence.locking(), evidence.trailing()
+    onset, until = rows["x0_slip"].to_numpy(), trailing["x0_trail"].to_numpy()
     # Points on one level are in one state.
     bent = bending_at_the_last_state(rows.drop_duplicates("x0_max"))
-    locked, trailing = len(evidence.locking()), evidence.trailing()
-    quantities = {
-        "exact onset at the smallest μ0": (onset[0], "L"),
-        "exact onset at the largest μ0 that slips": (onset[-1], "L"),
-        "energy at the smallest μ0": (bent.energy[0], "E*I0/L"),
-        "energy at the largest μ0 that slips": (bent.energy[-1], "E*I0/L"),
-        "points that lock": (locked, "1"),
-    }
-    if not rises(onset) or (np.diff(stepped) < 0.0).any():
+    quantities = ends("exact onset", onset, "L") | ends("energy", bent.energy, ENERGY)
+    if not rises(onset) or (np.diff(rows["x0_max"]) < 0.0).any():
         return CONTRADICTED, quantities
     verdict, reason = by_bending("the deformation is stronger", *neighbours([bent]))
-    if verdict is not HOLDS or not locked:
+    if verdict is not HOLDS or locked.empty:
         return verdict, quantities, reason
-    if len(trailing) < locked:
+    if len(trailing) < len(locked):
         reason += "; up to the critical friction coefficient; beyond, some tips never slip"
         return CONDITION, quantities, reason
-    until, after = trailing["x0_trail"].to_numpy(), bending_at_the_end_of_trailing(trailing)
-    quantities |= {
-        "x0_trail at the smallest μ0 that locks": (until[0], "L"),
-        "x0_trail at the largest μ0": (until[-1], "L"),
-        "energy there": (after.energy[-1], "E*I0/L"),
-        "length of a later period at the largest μ0": (trailing["dragged"].iloc[-1], "L"),
-    }
+    after = bending_at_the_end_of_trailing(trailing).energy
+    quantities |= ends("x0_trail above the lock,", until, "L")
+    quantities |= ends("energy above the lock,", after, ENERGY)
     if not rises(np.concatenate([onset, until])):
         return CONTRADICTED, quantities, "the displacement does not get longer at the lock"
-    if rises(np.concatenate([bent.energy, after.energy])):
+    if rises(np.concatenate([bent.energy, after])):
         return HOLDS, quantities, f"{reason}; so it is after the rod has buckled laterally"
     reason += (
         "; up to the critical friction coefficient; beyond, the clamp moves farther still, as the "
         "rod buckles laterally and trails, but the rod is less deformed where its tip slips"
     )
-    if trailing["dragged"].max() < onset[-1]:
-        reason += ", and its later periods are shorter"
     return CONDITION, quantities, reason
 
 
 @judges("μ0 from the moment")
 def friction_from_moment(evidence: Evidence) -> Judged:
-    quantities, monotone, sign_changes = {}, [], 0
+    quantities: Quantities = {}
+    monotone, sign_changes = [], 0
     for theta in (1.0, 2.0, 3.0):
         curve = solve_curve(theta, evidence.eta)
         state = curve.state(np.linspace(0.0, curve.x0_lock, 401))
         monotone.append(rises(state.reaction_m) and rises(curve.friction_demand(state.x0)))
         sign_changes += int((np.diff(np.sign(state.reaction_m)) != 0).sum())
-        quantities[f"moment at α = 0, θ = {theta:g}"] = (state.reaction_m[0], "E*I0/L")
-        quantities[f"moment at the lock, θ = {theta:g}"] = (state.reaction_m[-1], "E*I0/L")
+        quantities |= spread(f"moment up to the lock, θ = {theta:g}", state.reaction_m, ENERGY)
     quantities["curves on which the moment changes its sign"] = (sign_changes, "1")
-    if not all(monotone):
-        return CONTRADICTED, quantities
-    return CONDITION, quantities
+    return (CONDITION if all(monotone) else CONTRADICTED), quantities
 
 
 @judges("longer periods with θ and μ0")
 def longer_periods(evidence: Evidence) -> Judged:
     slides = evidence.slip_lengths()
     sticks = evidence.by_theta("x0_max").loc[slides.index, slides.columns]
-    quantities = {
-        "shortest sticking": (sticks.to_numpy().min(), "L"),
-        "longest sticking": (sticks.to_numpy().max(), "L"),
-        "shortest slide": (slides.to_numpy().min(), "L"),
-        "longest slide": (slides.to_numpy().max(), "L"),
-    }
-    return holds_if(
-        all(rises(table, axis) for table in (sticks, slides) for axis in (0, 1))
-    ), quantities
+    quantities = spread("period of sticking", sticks, "L") | spread("slide", slides, "L")
+    rising = [rises(table, axis) for table in (sticks, slides) for axis in (0, 1)]
+    return holds_if(all(rising)), quantities
 
 
 @judges("longer way")
 def longer_way(evidence: Evidence) -> Judged:
     lengths = evidence.scan_lengths()
-    quantities = {
-        "shortest distance": (lengths.to_numpy().min(), "L"),
-        "longest distance": (lengths.to_numpy().max(), "L"),
-        "events in each": (evidence.cycle_counts().to_numpy().min(), "1"),
-    }
+    events = evidence.cycle_counts().to_numpy().min()
+    quantities = {**spread("distance", lengths, "L"), "events in each": (events, "1")}
     return holds_if(rises(lengths, 0) and rises(lengths, 1)), quantities
 
 
 @judges("more steps")
 def more_steps(evidence: Evidence) -> Judged:
     counts = evidence.of_scans(lambda rows: len(rows) - 1)
-    quantities = {
-        "fewest steps": (counts.to_numpy().min(), "1"),
-        "most steps": (counts.to_numpy().max(), "1"),
-    }
+    quantities = spread("number of steps", counts, "1")
     if not (rises(counts, 0) and rises(counts, 1)):
         return CONTRADICTED, quantities
     return (HOLDS if evidence.scan["dx0"].nunique() == 1 else AMBIGUOUS), quantities
@@ -151,46 +124,33 @@ def more_events(evidence: Evidence) -> Judged:
     distance = evidence.scan_lengths().to_numpy().max()
     # The slip takes a step, too.
     events = round(distance / evidence.dx0) // (evidence.by_theta("n_steps") + 1)
-    quantities = {"distance": (distance, "L")} | {
-        f"events at θ = {theta:g}, μ0 = {mu0:g}": (events.loc[theta, mu0], "1")
-        for theta in (1.0, 2.0, 3.0)
-        for mu0 in events.columns
-    }
+    quantities = {"distance": (distance, "L"), **ends("events at θ = 2", events.loc[2.0], "1")}
     more = np.diff(events.to_numpy(), axis=1)
+    if not (more < 0).all():
+        return (HOLDS if (more > 0).all() else AMBIGUOUS), quantities
     reason = (
         "on a given distance there are fewer for each θ, as follows from the paper's own "
         "sentences before it: each event takes longer"
     )
     if len(trailing := evidence.trailing()):
-        pushed = 1.0 / float(evidence.slipping()["x0_slip"].iloc[-1])
-        dragged = 1.0 / float(trailing["dragged"].iloc[0])
-        quantities["events per L just below μ_lock"] = (pushed, "1/L")
-        quantities["events per L of the dragged rod just above it"] = (dragged, "1/L")
-        if dragged > pushed:
+        pushed, dragged = evidence.slipping()["x0_slip"].iloc[-1], trailing["dragged"].iloc[0]
+        quantities["length of a period just below μ_lock"] = (pushed, "L")
+        quantities["length of a period of the dragged rod just above it"] = (dragged, "L")
+        if dragged < pushed:
             reason += "; there are more only from below μ_lock to above it, where rods are dragged"
-    if (more > 0).all():
-        return HOLDS, quantities
-    if (more < 0).all():
-        return CONTRADICTED, quantities, reason
-    return AMBIGUOUS, quantities
+    return CONTRADICTED, quantities, reason
 
 
 @judges("negative φ1 in Figure 8")
 def negative_slope(evidence: Evidence) -> Judged:
-    phi1 = float(evidence.state["phi1"])
-    quantities = {
-        "φ1": (phi1, "rad"),
-        "f": (evidence.state["f"], "E*I0/L^2"),
-        "−tan α": (-math.tan(evidence.state["alpha"]), "1"),
-    }
-    return holds_if(phi1 < 0.0), quantities
+    phi1, alpha = float(evidence.state["phi1"]), float(evidence.state["alpha"])
+    return holds_if(phi1 < 0.0), {"φ1": (phi1, "rad"), "−tan α": (-math.tan(alpha), "1")}
 
 
 @judges("penetration in Figure 8")
 def penetration(evidence: Evidence) -> Judged:
     height = float(np.max(evidence.state["shape_y"])) - float(evidence.state["eta"])
-    quantities = {"height above the surface": (height, "L")}
-    return holds_if(height > NEGLIGIBLE), quantities
+    return holds_if(height > NEGLIGIBLE), {"height above the surface": (height, "L")}
 
 
 @judges("correct in theory")
@@ -209,11 +169,9 @@ def line_contact(evidence: Evidence) -> Judged:
     theta, eta, x1 = (float(evidence.state[name]) for name in ("theta", "eta", "x1"))
     lying = solve_state(theta, eta, x1, Contact.LINE)
     quantities = {
-        "points of Figures 6 and 7 that penetrate": (passing, "1"),
-        "points": (len(points), "1"),
+        f"of {len(points)} points of Figures 6 and 7, those that penetrate": (passing, "1"),
         "f in tip contact": (evidence.state["f"], "E*I0/L^2"),
         "f in line contact": (lying.f, "E*I0/L^2"),
-        "free length in line contact": (lying.s_c, "L"),
     }
     if passing:
         return HOLDS, quantities

@@ -153,21 +153,15 @@ def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
 
     It is that of the mirror image, in which the clamp pulls the tip from the other side.
     """
-    return solve_and_measure(
-        theta=rows["theta"].to_numpy(),
-        f=rows["f_trail"].to_numpy(),
-        alpha=-rows["alpha_trail"].to_numpy(),
-        x1=(rows["x1_init"] - 2.0 * rows["x0_end"] + rows["x0_trail"]).to_numpy(),
-        y1=rows["eta"].to_numpy(),
-    )
+    x0 = 2.0 * rows["x0_end"] - rows["x0_trail"]
+    return _bending(rows, rows["f_trail"], -rows["alpha_trail"], x0)
 
 
 def bending_at_the_last_state(rows: pd.DataFrame) -> Bending:
     """Bending of grid points at their last sticking state."""
-    return solve_and_measure(
-        theta=rows["theta"].to_numpy(),
-        f=rows["f_last"].to_numpy(),
-        alpha=rows["alpha_last"].to_numpy(),
-        x1=(rows["x1_init"] - rows["x0_max"]).to_numpy(),
-        y1=rows["eta"].to_numpy(),
-    )
+    return _bending(rows, rows["f_last"], rows["alpha_last"], rows["x0_max"])
+
+
+def _bending(rows: pd.DataFrame, f: pd.Series, alpha: pd.Series, x0: pd.Series) -> Bending:
+    state = (rows["theta"], f, alpha, rows["x1_init"] - x0, rows["eta"])
+    return solve_and_measure(*(values.to_numpy() for values in state))

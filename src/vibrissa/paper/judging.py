@@ -3,15 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from operator import attrgetter
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from vibrissa.mechanics.bending import Bending
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Status
-from vibrissa.paper.ledger import Verdict
+from vibrissa.paper.ledger import Quantities, Verdict
 from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving import collocation
 
@@ -19,8 +21,17 @@ HOLDS, CONDITION, AMBIGUOUS, CONTRADICTED = Verdict
 
 # The paper's example of a rod: steel, E = 2.1e5 MPa, d0 = 5 mm, L = 100 mm.
 EXAMPLE = Rod(youngs_modulus=2.1e11, base_diameter=5e-3, length=0.1)
+# Unit of energies and moments.
+ENERGY = "E*I0/L"
 # Residual of a state, and of what follows from it, that counts as none.
 NEGLIGIBLE = 1e-9
+# Measures of bending, by their names.
+MEASURES = {
+    "bending energy": attrgetter("energy"),
+    "turn of the tip": attrgetter("turn"),
+    "largest curvature": attrgetter("curvature"),
+    "largest strain": attrgetter("strain"),
+}
 # Tapers of the sweep beyond Figure 6.
 WIDE_TAPERS = np.arange(1.0, 20.5, 0.5)
 
@@ -30,6 +41,18 @@ def wide_sweep(eta: float) -> tuple[StickingCurve, ...]:
     """Sticking curves of the tapers of `WIDE_TAPERS` in tip contact."""
     curves = collocation.solve_curves(WIDE_TAPERS, np.full_like(WIDE_TAPERS, eta))
     return tuple(curve for curve in curves if curve.status is Status.SOLVED)
+
+
+def spread(what: str, values: ArrayLike, unit: str) -> Quantities:
+    """Smallest and largest of some values, as quantities."""
+    found = np.asarray(values)
+    return {f"smallest {what}": (found.min(), unit), f"largest {what}": (found.max(), unit)}
+
+
+def ends(what: str, values: ArrayLike, unit: str) -> Quantities:
+    """First and last of values over μ0, as quantities."""
+    first, *_, last = np.asarray(values)
+    return {f"{what} at the smallest μ0": (first, unit), f"{what} at the largest": (last, unit)}
 
 
 def holds_if(condition: bool) -> Verdict:
@@ -79,21 +102,13 @@ def by_bending(what: str, before: Bending, after: Bending) -> tuple[Verdict, str
     before, after : Bending
         Of the same number of rods.
     """
-    measures = {
-        "bending energy": after.energy > before.energy,
-        "turn of the tip": after.turn > before.turn,
-        "largest curvature": after.curvature > before.curvature,
-        "largest strain": after.strain > before.strain,
-    }
-    more = [name for name, is_more in measures.items() if is_more.all()]
-    others = [name for name in measures if name not in more]
+    more = [name for name, one in MEASURES.items() if (one(after) > one(before)).all()]
+    others = [name for name in MEASURES if name not in more]
     if not others:
         return HOLDS, f"{what} by every measure: {', '.join(more)}"
     if not more:
         return CONTRADICTED, f"no measure ({', '.join(others)}) shows throughout that {what}"
     # The energy belongs to the whole rod, the other measures to one place of it.
     verdict = CONDITION if "bending energy" in more else AMBIGUOUS
-    return (
-        verdict,
-        f"{what} as measured by {', '.join(more)}, but not throughout by {', '.join(others)}",
-    )
+    but = f"but not throughout by {', '.join(others)}"
+    return verdict, f"{what} as measured by {', '.join(more)}, {but}"

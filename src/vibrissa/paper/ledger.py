@@ -23,7 +23,7 @@ UNITS = (
 )
 HEAD = ("§", "statement", "what was computed", "quantities", "verdict")
 # Value and unit of each computed quantity by its name.
-Quantities: TypeAlias = Mapping[str, tuple[float, str]]
+Quantities: TypeAlias = dict[str, tuple[Any, str]]
 
 
 class Verdict(StrEnum):
@@ -64,7 +64,7 @@ class Finding:
     ----------
     reason : str
         The condition or the reason.
-    quantities : mapping
+    quantities : dict
         Value and unit of each computed quantity by its name.
     """
 

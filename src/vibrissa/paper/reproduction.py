@@ -48,7 +48,7 @@ def reproduced(evidence: Evidence) -> list[Reproduced]:
     )
     tapers, slips = evidence.taper, evidence.slipping()
     force, phi1 = EXAMPLE_F * EXAMPLE.force_unit, evidence.state["phi1"]
-    off = force - EXAMPLE_FORCE
+    off, sign = force - EXAMPLE_FORCE, "agrees" if phi1 < 0.0 else "differs"
     outcomes = {
         3: f"yes: x0,max = {first['x0'].max():.3f} L",
         4: _cycles(evidence.scan, 0.3),
@@ -57,24 +57,21 @@ def reproduced(evidence: Evidence) -> list[Reproduced]:
         7: f"yes, at μ0 of our choice: {len(slips)} points slip, {len(evidence.locking())} lock",
         8: f"yes: φ1 = {phi1:.3f} rad".replace("-", "−"),
     }
-    sign = "agrees" if phi1 < 0.0 else "differs"
-    differences = dict.fromkeys(outcomes, NOT_PRINTED) | {
-        8: f"the sign of φ1, negative, {sign}; the paper prints no number"
-    }
+    of_figure_8 = f"the sign of φ1, negative, {sign}; the paper prints no number"
     rows = [
         Reproduced(
             name=f"Figure {number}",
-            outcome=outcomes[number],
-            difference=differences[number],
+            outcome=outcome,
+            difference=of_figure_8 if number == 8 else NOT_PRINTED,
             claims=[claim.name for claim in CLAIMS if number in claim.figures],
         )
-        for number in outcomes
+        for number, outcome in outcomes.items()
     ]
+    share = f"{off:.1f} N of {EXAMPLE_FORCE:.0f} N ({100 * off / EXAMPLE_FORCE:.2f} %), by rounding"
     example = Reproduced(
         name="Force on the example rod (Section III)",
         outcome=f"yes: {force:.1f} N",
-        difference=f"{off:.1f} N of {EXAMPLE_FORCE:.0f} N ({100 * off / EXAMPLE_FORCE:.2f} %), by "
-        "rounding".replace("-", "−"),
+        difference=share.replace("-", "−"),
         claims=["force unit", "example rod"],
     )
     return [*rows, example]

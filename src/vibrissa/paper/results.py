@@ -15,15 +15,18 @@ from vibrissa.paper.judging import (
     CONTRADICTED,
     EXAMPLE,
     HOLDS,
+    MEASURES,
     NEGLIGIBLE,
     by_bending,
+    ends,
     holds_if,
     line_fit,
     neighbours,
     rises,
+    spread,
     wide_sweep,
 )
-from vibrissa.paper.ledger import Judged, judges
+from vibrissa.paper.ledger import Judged, Quantities, judges
 from vibrissa.sticking.api import solve_curve
 
 # "A few" steps are at most so many.
@@ -40,11 +43,8 @@ def sign_of_alpha(evidence: Evidence) -> Judged:
     alpha = evidence.scan["alpha"].to_numpy()
     moved = evidence.scan["x0"].to_numpy() > 0.0
     at_first = np.abs(alpha[~moved]).max()
-    quantities = {
-        "largest |α| at x0 = 0": (at_first, "rad"),
-        "largest α at x0 > 0": (alpha[moved].max(), "rad"),
-        "smallest α": (alpha[moved].min(), "rad"),
-    }
+    quantities = spread("α at x0 > 0", alpha[moved], "rad")
+    quantities["largest |α| at x0 = 0"] = (at_first, "rad")
     return holds_if(at_first < NEGLIGIBLE and (alpha[moved] < 0.0).all()), quantities
 
 
@@ -53,16 +53,10 @@ def further_deformed(evidence: Evidence) -> Judged:
     periods = evidence.first_periods()
     bent = [bending_of_steps(rows) for rows in periods]
     growth = np.array([rods.energy[-1] / rods.energy[0] for rods in bent]) - 1.0
-    force = np.array([rows["f"].iloc[-1] / rows["f"].iloc[0] for rows in periods]) - 1.0
     moments = (rows["reaction_m"].abs() for rows in periods)
     fall = 1.0 - np.array([moment.iloc[-1] / moment.iloc[0] for moment in moments])
-    quantities = {
-        "smallest growth of the energy in a period": (100 * growth.min(), "%"),
-        "largest growth of the energy": (100 * growth.max(), "%"),
-        "smallest growth of the force": (100 * force.min(), "%"),
-        "smallest fall of the clamp moment": (100 * fall.min(), "%"),
-        "largest fall of the clamp moment": (100 * fall.max(), "%"),
-    }
+    quantities = spread("growth of the energy in a period", 100 * growth, "%")
+    quantities |= spread("fall of the clamp moment", 100 * fall, "%")
     verdict, reason = by_bending("the rod is deformed further", *neighbours(bent))
     if (fall > 0.0).all():
         reason += "; the force on the clamp grows, but the moment falls in all periods"
@@ -74,22 +68,18 @@ def end_of_sticking(evidence: Evidence) -> Judged:
     slipping, locked, trailing = evidence.slipping(), evidence.locking(), evidence.trailing()
     quantities = {
         "critical friction coefficient at θ = 2": (evidence.friction["mu_lock"].iloc[0], "1"),
-        "largest μ0 of Figure 7": (evidence.friction["mu0"].max(), "1"),
         "points that never slip forward": (len(locked), "1"),
         "of these, points that slip after a swing": (len(trailing), "1"),
     }
-    if not len(locked):
+    if locked.empty:
         return HOLDS, quantities
-    if not len(slipping) and not len(trailing):
+    if slipping.empty and trailing.empty:
         return CONTRADICTED, quantities
     if len(trailing) < len(locked):
         return CONDITION, quantities, UP_TO_THE_LOCK + "some tips never slip"
     reached = np.abs(np.tan(trailing["alpha_trail"].to_numpy()))
     away = np.abs(reached / trailing["mu0"].to_numpy() - 1.0).max()
-    quantities |= {
-        "first x0 at which a tip slips after a swing": (trailing["x0_trail"].min(), "L"),
-        "largest deviation of |tan α| from μ0 there": (away, "1"),
-    }
+    quantities["largest deviation of |tan α| from μ0 there"] = (away, "1")
     if away > NEGLIGIBLE:
         return CONTRADICTED, quantities, "tips that trail slip at another friction"
     return CONDITION, quantities
@@ -98,7 +88,6 @@ def end_of_sticking(evidence: Evidence) -> Judged:
 @judges("μ0 from the load")
 def friction_from_forces(evidence: Evidence) -> Judged:
     rows = pd.concat([evidence.taper, evidence.slipping()])
-    rows = rows[rows["status"] == "slip"]
 
     def error(suffix: str, rows: pd.DataFrame = rows) -> FloatArray:
         ratio = (rows[f"reaction_fx{suffix}"] / rows[f"reaction_fy{suffix}"]).to_numpy()
@@ -109,8 +98,7 @@ def friction_from_forces(evidence: Evidence) -> Judged:
     quantities = {
         "largest error at the exact onset": (onset, "1"),
         "largest error where a trailing tip slips": (trailing, "1"),
-        "largest underestimate at the last state": (-100 * last.min(), "%"),
-        "median underestimate": (-100 * float(np.median(last)), "%"),
+        **spread("underestimate at the last state", -100 * last, "%"),
     }
     if max(onset, trailing, last.max()) > NEGLIGIBLE:
         return CONTRADICTED, quantities
@@ -137,14 +125,10 @@ def longer_with_taper(evidence: Evidence) -> Judged:
 def deformed_with_taper(evidence: Evidence) -> Judged:
     bent = [bending_at_the_last_state(rows) for _, rows in evidence.taper.groupby("mu0")]
     first, last = (Bending.concatenate([r.take(np.array([i])) for r in bent]) for i in (0, -1))
-    energy = last.energy / first.energy
-    quantities = {
-        "energy at θ = 3 to that at 1, smallest ratio": (energy.min(), "1"),
-        "energy, largest ratio": (energy.max(), "1"),
-        "curvature, smallest ratio": ((last.curvature / first.curvature).min(), "1"),
-        "strain, smallest ratio": ((last.strain / first.strain).min(), "1"),
-        "turn of the tip, smallest ratio": ((last.turn / first.turn).min(), "1"),
-    }
+    quantities: Quantities = {}
+    for name, one in MEASURES.items():
+        ratio = f"{name}, ratio of θ = 3 to 1"
+        quantities |= spread(ratio, one(last) / one(first), "1")
     verdict, reason = by_bending("the deformation is stronger", *neighbours(bent))
     return verdict, quantities, reason
 
@@ -155,11 +139,8 @@ def friction_compared(evidence: Evidence) -> Judged:
     low, high = (ends[ends["mu0"] == mu0] for mu0 in (ends["mu0"].min(), ends["mu0"].max()))
     less, more = bending_of_steps(low), bending_of_steps(high)
     ratio = high["x0"].to_numpy() / low["x0"].to_numpy()
-    quantities = {
-        "smallest ratio of x0,max, 0.4 to 0.3": (ratio.min(), "1"),
-        "largest ratio of x0,max": (ratio.max(), "1"),
-        "smallest ratio of the energies": ((more.energy / less.energy).min(), "1"),
-    }
+    quantities = spread("ratio of x0,max, μ0 = 0.4 to 0.3", ratio, "1")
+    quantities |= spread("ratio of the energies", more.energy / less.energy, "1")
     if ratio.min() <= 1.0:
         return CONTRADICTED, quantities
     verdict, reason = by_bending("the rod is deformed less", less, more)
@@ -174,8 +155,7 @@ def few_steps(evidence: Evidence) -> Judged:
     finer = int(last_step_within(np.array(onset), exact(evidence.dx0) / 10))
     quantities = {
         "steps at μ0 = 0.3": (cylinder, "1"),
-        "steps at μ0 = 0.4": (steps.loc[1.0, 0.4], "1"),
-        "steps at μ0 = 0.3 of a tenth of the size": (finer, "1"),
+        "steps of a tenth of the size": (finer, "1"),
         "share of the steps at θ = 2": (100 * cylinder / steps.loc[2.0, 0.3], "%"),
     }
     if cylinder > FEW:
@@ -189,10 +169,9 @@ def accurate_drive(evidence: Evidence) -> Judged:
     missed = (last_step_within(onset.to_numpy(), Decimal("0.01")) == 0).sum(axis=1)
     shortest = onset.loc[1.0].min()
     quantities = {
-        "values missed at θ = 1": (missed[0], "1"),
+        "values of μ0 missed at θ = 1": (missed[0], "1"),
         "values missed at θ = 3": (missed[-1], "1"),
-        "largest step that misses none at θ = 1": (shortest, "L"),
-        "the same for the example rod": (1e3 * EXAMPLE.length * shortest, "mm"),
+        "largest step of the example rod that misses none": (1e3 * EXAMPLE.length * shortest, "mm"),
     }
     return holds_if(missed[0] > missed[-1]), quantities
 
@@ -207,13 +186,11 @@ def taper_compensates(evidence: Evidence) -> Judged:
         slope[theta] = (curve.friction_demand(at + h) - curve.friction_demand(at - h)) / (2 * h)
     least = {theta: (slope[1.0] / slope[theta]).min() for theta in (2.0, 3.0)}
     quantities = {
-        "rise at θ = 1, μ0 = 0.3": (slope[1.0][frictions == 0.3][0], "1/L"),
-        "smallest ratio of the rise at θ = 1 to θ = 2": (least[2.0], "1"),
-        "smallest ratio of the rise at θ = 1 to θ = 3": (least[3.0], "1"),
+        f"smallest ratio of the rise at θ = 1 to θ = {theta:g}": (ratio, "1")
+        for theta, ratio in least.items()
     }
-    if least[2.0] > 1.0 and least[3.0] > least[2.0]:
-        return CONDITION, quantities
-    return CONTRADICTED, quantities
+    rising = least[2.0] > 1.0 and least[3.0] > least[2.0]
+    return (CONDITION if rising else CONTRADICTED), quantities
 
 
 @judges("longer slides with θ")
@@ -222,8 +199,7 @@ def longer_slides(evidence: Evidence) -> Judged:
     travel = evidence.scan_lengths() / evidence.cycle_counts()
     difference = (slides - travel).abs().to_numpy().max()
     quantities = {
-        "slide at θ = 1, μ0 = 0.3": (slides.loc[1.0, 0.3], "L"),
-        "slide at θ = 3, μ0 = 0.3": (slides.loc[3.0, 0.3], "L"),
+        **spread("slide", slides, "L"),
         "largest difference from the clamp's travel": (difference, "L"),
     }
     if not rises(slides):
@@ -234,11 +210,7 @@ def longer_slides(evidence: Evidence) -> Judged:
 @judges("longer scan with θ")
 def longer_scan(evidence: Evidence) -> Judged:
     lengths = evidence.scan_lengths()
-    quantities = {
-        f"distance at θ = {theta:g}, μ0 = {mu0:g}": (lengths.loc[theta, mu0], "L")
-        for theta in lengths.index
-        for mu0 in lengths.columns
-    }
+    quantities = spread("distance", lengths, "L")
     return holds_if(rises(lengths)), quantities
 
 
@@ -246,29 +218,21 @@ def longer_scan(evidence: Evidence) -> Judged:
 def linear_in_taper(evidence: Evidence) -> Judged:
     stepped, onset = evidence.by_theta("x0_max"), evidence.by_theta("x0_slip")
     tapers, frictions = onset.index.to_numpy(), onset.columns
-    lines = {mu0: line_fit(tapers, onset[mu0].to_numpy()) for mu0 in frictions}
+    deviation = max(line_fit(tapers, onset[mu0].to_numpy()).deviation for mu0 in frictions)
     worst = min(line_fit(tapers, stepped[mu0].to_numpy()).r_squared for mu0 in frictions)
-    deviation = max(line.deviation for line in lines.values())
     curves = wide_sweep(evidence.eta)
     wide_tapers = np.array([curve.theta for curve in curves])
     wide = np.array([curve.onset(frictions.to_numpy()) for curve in curves])
     beyond = min(line_fit(wide_tapers, column).r_squared for column in wide.T)
-    steepest = frictions.max()
-    slope = np.polynomial.Polynomial.fit(tapers, onset[steepest].to_numpy(), 2).deriv()
     quantities = {
         "smallest R²": (worst, "1"),
         "largest deviation of the exact onset from a line": (deviation, "L"),
         "deviation in steps": (deviation / evidence.dx0, "1"),
-        **{f"slope at μ0 = {mu0:g}": (line.slope, "L") for mu0, line in lines.items()},
-        f"slope of the parabola at μ0 = {steepest:g}, smallest θ": (slope(tapers[0]), "L"),
-        "slope of the parabola, largest θ": (slope(tapers[-1]), "L"),
         "smallest R² up to θ = 20": (beyond, "1"),
     }
     if worst < SEEMS_LINEAR:
         return CONTRADICTED, quantities
-    if deviation < evidence.dx0 and beyond > SEEMS_LINEAR:
-        return HOLDS, quantities
-    return CONDITION, quantities
+    return (HOLDS if deviation < evidence.dx0 and beyond > SEEMS_LINEAR else CONDITION), quantities
 
 
 @judges("μ0 strengthens the taper's effect")
@@ -277,10 +241,7 @@ def friction_strengthens(evidence: Evidence) -> Judged:
     tapers = onset.index.to_numpy()
     slopes = np.array([line_fit(tapers, onset[mu0].to_numpy()).slope for mu0 in onset.columns])
     ratios = (onset.iloc[-1] / onset.iloc[0]).to_numpy()
-    quantities = {}
-    for mu0, slope, ratio in zip(onset.columns, slopes, ratios, strict=True):
-        quantities[f"slope at μ0 = {mu0:g}"] = (slope, "L")
-        quantities[f"ratio at μ0 = {mu0:g}"] = (ratio, "1")
+    quantities = ends("slope", slopes, "L") | ends("ratio of θ = 3 to 1", ratios, "1")
     if rises(slopes) and rises(ratios):
         return HOLDS, quantities
     return (CONDITION if rises(slopes) else CONTRADICTED), quantities
@@ -291,10 +252,8 @@ def levels(evidence: Evidence) -> Judged:
     rows = evidence.slipping()
     groups = rows.groupby("x0_max").size().to_numpy()
     quantities = {
-        "points": (len(rows), "1"),
-        "levels": (len(groups), "1"),
-        "most points on a level": (groups.max(), "1"),
-        "levels with one point": ((groups == 1).sum(), "1"),
+        f"levels of {len(rows)} points": (len(groups), "1"),
+        **spread("number of points on a level", groups, "1"),
     }
     if len(groups) == len(rows):
         return CONTRADICTED, quantities
@@ -305,12 +264,11 @@ def levels(evidence: Evidence) -> Judged:
 def cause_of_levels(evidence: Evidence) -> Judged:
     onset = evidence.slipping()["x0_slip"].to_numpy()
     step = exact(evidence.dx0)
-    parts = {"the step": 1, "half the step": 2, "a fifth of the step": 5, "a tenth of the step": 10}
-    counts = [len(np.unique(last_step_within(onset, step / n))) for n in parts.values()]
+    counts = [len(np.unique(last_step_within(onset, step / part))) for part in (1, 2, 5, 10)]
     distinct = len(np.unique(onset))
     quantities = {
-        "points": (len(onset), "1"),
-        **{f"values with {name}": (n, "1") for name, n in zip(parts, counts, strict=True)},
+        f"values of {len(onset)} points with the step": (counts[0], "1"),
+        "values with a tenth of the step": (counts[-1], "1"),
         "exact values": (distinct, "1"),
     }
     return holds_if(
@@ -326,7 +284,6 @@ def no_exact_trend(evidence: Evidence) -> Judged:
     deviation = line_fit(rows["mu0"].to_numpy(), stepped).deviation
     quantities = {
         "largest error of the stepped value": (error.max(), "L"),
-        "largest relative error": (100 * (error / onset).max(), "%"),
         "deviation of the stepped values from a line, in steps": (deviation / evidence.dx0, "1"),
     }
     if error.max() < NEGLIGIBLE:
@@ -345,20 +302,17 @@ def nonlinear_in_friction(evidence: Evidence) -> Judged:
     left = curve.x0_lock - curve.onset(curve.mu_lock - below)
     power = line_fit(np.log(below), np.log(left)).slope
     quantities = {
-        "slope at the smallest μ0": (slope[0], "L"),
-        "slope at the largest μ0": (slope[-1], "L"),
+        **ends("slope", slope, "L"),
         "deviation from a line, in steps": (deviation / evidence.dx0, "1"),
         "power of x0_lock − x0 at the lock": (power, "1"),
         "μ_lock, where the trend ends": (curve.mu_lock, "1"),
-        "x0_lock": (curve.x0_lock, "L"),
     }
     if deviation <= evidence.dx0:
         return CONTRADICTED, quantities
     reason = "it gets steeper and steeper, at the end like a square root with a vertical tangent"
     if abs(power - 0.5) > 0.01:
         reason = "but not like a square root at the lock"
-    if len(trailing := evidence.trailing()):
-        quantities["x0_trail at the smallest μ0 above μ_lock"] = (trailing["x0_trail"].iloc[0], "L")
+    if len(evidence.trailing()):
         reason += "; above the lock sticking ends only after the rod has buckled laterally"
     return HOLDS, quantities, reason
 
