@@ -13,6 +13,7 @@ from vibrissa.cli.setup import read_pairs
 from vibrissa.sensor import series
 from vibrissa.sensor.importing import Imported, Settings, import_recording
 from vibrissa.sensor.importing.layout import Separator
+from vibrissa.sensor.quantities import Measured
 from vibrissa.sensor.series import STANDARD
 from vibrissa.wording import counted
 
@@ -81,15 +82,17 @@ def _report(found: Imported, output: Path) -> None:
     """Report what was read; beside the table if that goes to standard output."""
     for text in found.notes:
         typer.echo(text, err=True)
-    for name, text in found.header().items():
+    header = found.header()
+    for name, text in header.items():
         size = counted(found.zeros[name.removeprefix("zero_")].rows, "row")
         typer.echo(f"{name} = {text}, mean of {size}, subtracted", err=True)
     rows = len(next(iter(found.values.values())))
     typer.echo(f"{output}: {rows} rows", err=output == STANDARD)
-    if found.tolerances:
+    if header:
         typer.echo("identify reads the errors of the zeros; for a set-up file:", err=True)
-        table = (f'{name} = "{size}"' for name, size in found.tolerances.items())
-        typer.echo("\n".join(["[tolerances]", *table]), err=True)
+        typer.echo("[tolerances]", err=True)
+        for name, text in header.items():
+            typer.echo(f'{name} = "{Measured.read(text, name).tolerance}"', err=True)
     else:
         typer.echo(
             "no tare: readings without load are taken as 0; if the rod was free for a while, add "

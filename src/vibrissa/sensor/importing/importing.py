@@ -66,22 +66,13 @@ class Imported(Tabular):
 
     def header(self) -> dict[str, str]:
         """Zeros as ``310.254 ± 0.27 mN``; `vibrissa identify` reads their errors."""
-        return {
-            f"zero_{name}": f"{self.units.told(zero.value, KINDS[name])[0]:.6g} ± {size}"
-            for name, zero in self.zeros.items()
-            if (size := self._deviation(name))
-        }
-
-    @property
-    def tolerances(self) -> dict[str, str]:
-        """Errors of the zeros, as the table ``[tolerances]`` of a set-up file has them."""
-        sizes = {f"zero_{name}": self._deviation(name) for name in self.zeros}
-        return {name: size for name, size in sizes.items() if size}
-
-    def _deviation(self, name: str) -> str:
-        """Error of a zero; empty if all readings were alike."""
-        size = self.zeros[name].deviation
-        return self.units.spelled(size, KINDS[name], 2) if size else ""
+        header = {}
+        for name, zero in self.zeros.items():
+            value, _ = self.units.told(zero.value, KINDS[name])
+            if zero.deviation:  # else all readings were alike, and the error is not known
+                error = self.units.spelled(zero.deviation, KINDS[name], 2)
+                header[f"zero_{name}"] = f"{value:.6g} ± {error}"
+        return header
 
 
 def import_recording(source: Path | bytes, settings: Settings) -> Imported:
@@ -188,7 +179,7 @@ def _lacking(there: set[str], settings: Settings) -> list[str]:
     if "footpoint" not in there:
         errors.append(
             "the clamp position is missing: say which column it is, as in --column "
-            "'footpoint=x [mm]', or add --speed '1 mm/s' and --from '2 s'"
+            "'footpoint=x [mm]', or add --speed, --from and --to"
         )
     return errors
 
