@@ -72,7 +72,7 @@ def figure_kinds() -> str:
             f"`{name}`",
             kind.shows,
             f"`{kind.source}` (table `{TABLES[kind.source]}`)" if kind.source else "any of them",
-            ", ".join(f"`{key}`" for key in (*kind.required, *kind.single)),
+            ", ".join(f"`{key}`" for key in (kind.required, *kind.single) if key),
         )
         for name, kind in KINDS.items()
     ]

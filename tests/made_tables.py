@@ -7,7 +7,7 @@ import numpy as np
 from vibrissa import stick_slip
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.study.axes import MOUNTING_AXES
-from vibrissa.study.chunks import number_of_points
+from vibrissa.study.chunks import number_of_points, points_of
 from vibrissa.tables import records, schemas, store
 from vibrissa.tables.points import points_table
 from vibrissa.tables.rods import rods_of, solve
@@ -29,7 +29,7 @@ def points(name, axes: Mapping, study="paper", curves=None, **solver):
 
 def scans(name, section, study="paper"):
     """Table of a set of scans."""
-    points = list(section.points())
+    points = points_of(section.axes)
     return store.joined(
         [
             records.scan_table(

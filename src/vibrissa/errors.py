@@ -1,14 +1,14 @@
-"""What can go wrong, as types: one base class and its kinds.
+"""Exceptions: one base class and its kinds.
 
-A person reads the message. Code that handles an error acts on its type and its attributes, never on
-its words. What is none of these is a mistake in the program and is shown as one.
+Code acts on the type and the attributes of an error, never on the words of its message. Any other
+exception is a fault of the program and is shown as a traceback.
 """
 
 from pathlib import Path
 
 
 class VibrissaError(Exception):
-    """Something outside the program is not as it should be; the message says what to do."""
+    """Invalid input or environment; the message gives a remedy."""
 
 
 class MissingExtraError(VibrissaError, ImportError):
@@ -20,11 +20,11 @@ class ArgumentError(VibrissaError, ValueError):
 
 
 class UnknownNameError(ArgumentError):
-    """A name that is none of those that there are; the message spells them as they stand there."""
+    """An unknown name; the message lists the known ones."""
 
 
 class StudyError(VibrissaError):
-    """A study file that cannot be run; the message is that of its first mistake.
+    """An invalid study file; the message is its first mistake.
 
     Attributes
     ----------
@@ -38,11 +38,11 @@ class StudyError(VibrissaError):
 
 
 class TableError(VibrissaError):
-    """A table that cannot be read or is not what it should be."""
+    """A table that cannot be read, or has other columns or another study."""
 
 
 class DamagedTableError(TableError):
-    """A table whose file must be deleted, so that it is made anew.
+    """A table whose file must be deleted, so that the next run makes it again.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class DamagedTableError(TableError):
 
 
 class ClusterError(VibrissaError):
-    """A cluster that does not answer or does not take the jobs; the message has its words."""
+    """A cluster that does not answer or refuses the jobs; the message quotes it."""
 
 
 class ComparisonError(VibrissaError):
@@ -73,15 +73,15 @@ class RecordingError(VibrissaError, ValueError):
 
 
 class OtherTableError(RecordingError):
-    """A table that has not the columns that are needed, or is no CSV: of another program, maybe."""
+    """A table without the required columns, or no CSV; perhaps of another program."""
 
 
 class UndeterminedError(RecordingError):
-    """A recording that does not determine what is to be estimated from it."""
+    """A recording that does not determine the quantity to be estimated."""
 
 
 class WrongRodError(RecordingError):
-    """A recording whose readings are not those of the rod that was given."""
+    """A recording that does not fit the given rod."""
 
 
 class MixedColumnsError(RecordingError):
@@ -89,4 +89,4 @@ class MixedColumnsError(RecordingError):
 
 
 class NoResponseError(ArgumentError):
-    """A rod whose response was not found, or not found where the clamp pulls."""
+    """A rod whose response, or its retraction, was not found."""

@@ -1,4 +1,4 @@
-"""Words with one meaning: what a result's `status` can be, and the kinds that results name.
+"""Enumerations: the outcomes of results, and kinds of contact, section, solver and parameter.
 
 Light enough for a Snakefile.
 """
@@ -31,24 +31,22 @@ class Status(StrEnum):
 
 
 class End(StrEnum):
-    """How sticking ends that goes on past the lock.
+    """How sticking ends after self-locking.
 
     Attributes
     ----------
     SLIPS_BACK
         tan α = +μ0: the tip slips against the direction in which the clamp moves.
     SWINGS_ASIDE
-        The contact point lies on the clamp's axis: a round rod leaves its plane, and swings round
-        to the other side (docs/lateral.md). It then trails behind the clamp until its tip slips. A
-        naturally curved one leaves its plane elsewhere; where it goes then is not computed.
+        A round rod buckles laterally, where the contact point lies on the clamp's axis
+        (docs/lateral.md). It then trails behind the clamp until its tip slips. In other mountings
+        what follows is not computed.
     SNAPS
-        The equilibrium of a rod that cannot leave its plane loses its stability: the branch turns
-        back in x0, the rod snaps through.
+        Limit point: a rod that stays in its plane snaps through, as x0 has a maximum.
     OUT_OF_REACH
         The shape is not admissible (see `vibrissa.mechanics.admissibility`).
     LIFTS_OFF
-        The surface would have to pull. Where μ_lock is infinite the tip has slipped ahead before,
-        for every μ0; else it has slipped back.
+        The normal force vanishes.
     NOT_FOLLOWED
         The curve was not followed, or not resolved, to its end.
     """
@@ -77,14 +75,14 @@ class Contact(StrEnum):
 
 
 class RodSection(StrEnum):
-    """What the rod's cross-section lets it do.
+    """Cross-section of the rod.
 
     Attributes
     ----------
     ROUND
-        It bends as easily in every direction: the rod may leave its plane.
+        Equally stiff in every direction: the rod may buckle laterally.
     PLANAR
-        It keeps the rod in its plane: a strip, or a rod that is guided.
+        A strip, or a guided rod, which stays in its plane.
     """
 
     ROUND = "round"
@@ -112,15 +110,15 @@ class Solver(StrEnum):
 
 
 class Parameter(StrEnum):
-    """What counts the states along a piece of a curve.
+    """Continuation parameter of a piece of a curve.
 
     Attributes
     ----------
     X0
         The footpoint displacement.
     ADVANCE
-        The way along a direction in which displacement and force change (equation E3c of
-        `vibrissa.mechanics.equations`): where the force changes fast or x0 turns back.
+        Equation E3c of `vibrissa.mechanics.equations`: where the force changes fast or x0 turns
+        back.
     """
 
     X0 = "x0"

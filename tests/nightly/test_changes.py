@@ -23,7 +23,7 @@ axes = {"theta": [1, 2], "mu0": [0.3], "eta": [0.85], "dx0": [0.001]}
 figure = {"kind": "steps", "grid": "g", "mu0": 0.3}
 study = parse_study({"study": "a", "grids": {"g": axes}, "figures": {"f": figure}})
 table = points("g", study.grids["g"].axes)
-drawn = draw("steps", table, study.figures["f"].selection())
+drawn = draw("steps", table, study.figures["f"].params()["selection"])
 assert len(drawn.axes[0].lines[0].get_xdata()) == 2
 """,
     "A new column": """

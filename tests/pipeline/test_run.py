@@ -16,7 +16,7 @@ from vibrissa.pipeline import jobs, ownership, places, run
 @pytest.mark.parametrize(
     ("arguments", "study", "words"),
     [
-        ([], "none.yaml", "No such study file: none.yaml"),
+        ([], "none.yaml", "none.yaml cannot be read: No such file"),
         ([], ".", ". cannot be read: Is a directory"),
         (["--config", "contact=tip"], "tiny.yaml", "--config: contact: 'tip' is not allowed"),
         (["--workflow-profile", "none"], "tiny.yaml", "No such profile: none; there are: cluster"),

@@ -11,7 +11,6 @@ from vibrissa.study.axes import AXES, MOUNTING_AXES, sortable
 from vibrissa.study.chunks import (
     ROW_ORDER,
     SIZES,
-    axes_of,
     chunks_of,
     columns_at,
     number_of_points,
@@ -67,7 +66,6 @@ def test_names_are_readable():
     curved = grid(theta=1, eta=1) | {"curvature": ((-0.1, 1e-5),), "stage_angle": (-0.2,)}
     (chunk,) = chunks_of("g", curved, SIZES)
     assert chunk.name == "g/theta1_eta0.1_curvature-0.1,0.00001_stage_angle-0.2"
-    assert axes_of(chunk.params) == chunk.axes
 
 
 def test_rows_are_in_one_order():

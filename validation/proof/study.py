@@ -26,6 +26,7 @@ from vibrissa.errors import ArgumentError, VibrissaError
 from vibrissa.files import write_atomically
 from vibrissa.outcomes import Contact
 from vibrissa.study.axes import MOUNTING_AXES
+from vibrissa.study.chunks import points_of
 from vibrissa.study.model import GridSection, Study
 from vibrissa.study.reading import read_study
 
@@ -98,7 +99,7 @@ def cycles(study: Study, found: Sequence[Line]) -> Iterator[Line]:
         if line["on_path"] == "yes" and "quantity" in line:
             known[row_of(line)][line["quantity"]] = line
     for name, scan in study.scans.items():
-        for point in scan.points():
+        for point in points_of(scan.axes):
             keys = {axis: spell(exact(point[axis])) for axis in AXES}
             rod = {"table": "curves", "eta": keys["eta"], "theta": keys["theta"]}
             curve, period = known[row_of(rod)], known[row_of({"table": "stiction", **keys})]

@@ -1,4 +1,5 @@
 # What all rules share: the study, its folder, and the version of the program.
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -21,6 +22,9 @@ except ImportError as error:
 # folder with a space in its name, too. A quoted path names no file.
 if Path(sys.executable).is_file():
     sys.executable = shlex.quote(sys.executable)
+
+# With --sdm conda the environment of a job finds the package by it (envs/vibrissa.post-deploy.sh).
+os.environ.update(VIBRISSA_PACKAGES=str(places.PACKAGE.parent))
 
 
 # For --sdm apptainer; docs/study.md says how the image is made.

@@ -17,7 +17,7 @@ rule chunk:
     params:
         study=STUDY.name,
         grid=lambda wildcards: STUDY.chunks[wildcards.chunk].grid,
-        axes=lambda wildcards: STUDY.chunks[wildcards.chunk].params,
+        axes=lambda wildcards: STUDY.chunks[wildcards.chunk].axes,
         solver=SOLVER,
         code=SOLVING_CODE,
     message:
@@ -40,7 +40,7 @@ rule stiction:
         "../envs/vibrissa.yaml"
     threads: 1
     params:
-        chunks=[(chunk.grid, chunk.params) for chunk in STUDY.chunks.values()],
+        chunks=[(chunk.grid, chunk.axes) for chunk in STUDY.chunks.values()],
         solver=SOLVER,
         study_part=STUDY.part("stiction"),
         code=SOLVING_CODE,
@@ -64,7 +64,7 @@ rule scans:
         runtime=lambda wildcards, attempt: attempt * 60,
     params:
         study=STUDY.name,
-        scans=STUDY.plain("scans"),
+        scans={name: (scan.axes, scan.cycles) for name, scan in STUDY.scans.items()},
         solver=SOLVER,
         study_part=STUDY.part("scans"),
         code=SOLVING_CODE,
@@ -86,7 +86,7 @@ rule states:
     threads: 1
     params:
         study=STUDY.name,
-        states=STUDY.plain("states"),
+        states={name: state.params(STUDY.contact) for name, state in STUDY.states.items()},
         solver=SOLVER,
         study_part=STUDY.part("states"),
         code=SOLVING_CODE,
@@ -110,7 +110,7 @@ rule comparisons:
         runtime=lambda wildcards, attempt: attempt * 60,
     params:
         study=STUDY.name,
-        comparisons=STUDY.plain("comparisons"),
+        comparisons={name: one.axes for name, one in STUDY.comparisons.items()},
         study_part=STUDY.part("comparisons"),
         code=SOLVING_CODE,
     message:

@@ -4,7 +4,6 @@ import yaml
 
 from vibrissa.outcomes import Contact, RodSection, Solver
 from vibrissa.pipeline import jobs
-from vibrissa.study.chunks import axes_of
 from vibrissa.tables import schemas, store
 from vibrissa.tables.points import solved_points
 
@@ -12,7 +11,7 @@ with jobs.logged(snakemake.log[0]):
     params = snakemake.params
     parts = solved_points(
         params.grid,
-        axes_of(params.axes),
+        params.axes,
         params.study,
         method=Solver(params.solver["method"]),
         contact=Contact(params.solver["contact"]),

@@ -3,12 +3,12 @@
 import yaml
 
 from vibrissa.pipeline import jobs
-from vibrissa.study.chunks import axes_of, number_of_points
+from vibrissa.study.chunks import number_of_points
 from vibrissa.tables import schemas, store
 from vibrissa.tables.points import chunk_rows
 
 with jobs.logged(snakemake.log[0]):
-    chunks = [(grid, axes_of(axes)) for grid, axes in snakemake.params.chunks]
+    chunks = snakemake.params.chunks
     solver = yaml.safe_dump(snakemake.params.solver)
     parts = (
         part

@@ -22,7 +22,7 @@ from vibrissa.sensor.whisker import Whisker
 
 @dataclass(frozen=True, kw_only=True)
 class TolerancePart:
-    """What one tolerance costs in the uncertainty of μ0.
+    """Part of one tolerance in the uncertainty of μ0.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class TolerancePart:
     stated : bool
         Whether it was stated; otherwise it is the default.
     halved : float
-        By which part the uncertainty of μ0 falls if it is halved.
+        Relative fall of the uncertainty of μ0 if this tolerance is halved.
     """
 
     name: str
@@ -97,7 +97,7 @@ class Candidate:
 
     @property
     def by_step(self) -> FloatArray:
-        """Random, by the step of the stage, in which the onset is uniform."""
+        """Random part by the step of the stage, in which the onset is uniform."""
         slope = self.pair.sensitivity.slope[0]
         return step_deviation(slope, self.requirements.step / self.length)
 
@@ -109,9 +109,9 @@ class Candidate:
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
-        """Common to all periods: by what the fit of `identify` leaves of the tolerances.
+        """Part common to all periods: tolerances after the fit of `identify`, and surface slope.
 
-        No reading tells a local slope of the surface from friction.
+        No reading distinguishes a local slope of the surface from friction.
         """
         effect, covariance = self._fit()
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
@@ -179,7 +179,7 @@ class Candidate:
         )
 
     def parts(self) -> list[TolerancePart]:
-        """Tell what halving each tolerance brings where the uncertainty is largest, most first.
+        """List the effect of halving each tolerance, at the largest uncertainty, most first.
 
         Notes
         -----

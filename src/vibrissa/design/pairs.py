@@ -1,7 +1,7 @@
-"""What a design needs to know of pairs (θ, η), each solved once.
+"""Pairs (θ, η), each solved once for all sizes of rods.
 
-A period of sticking depends on θ and η alone if lengths are in units of L, forces in E·I0/L²,
-moments in E·I0/L and strains in d0/L.
+With lengths in L, forces in E·I0/L², moments in E·I0/L and strains in d0/L, a period of sticking
+depends on θ and η alone.
 """
 
 from collections.abc import Sequence

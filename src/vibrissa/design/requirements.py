@@ -38,7 +38,7 @@ UNLIMITED = (np.inf, np.inf, np.inf)
 
 
 def _default(text: str, description: str, **limits: Any) -> Any:
-    """Make a field with a default that is written as by a person."""
+    """Make a field with a default in a user's notation."""
     return Field(text, description=description, **limits)
 
 
@@ -50,7 +50,7 @@ Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
 
 
 class Chosen(NamedTuple):
-    """A quantity that is a value, a list or a range, and the values in it that can be had."""
+    """A quantity as a value, a list or a range, and its available values."""
 
     kind: Kind
     sold: Choice = ()
@@ -111,7 +111,7 @@ class Requirements(BaseModel):
         Parameters
         ----------
         path : Path or str, optional
-            Set-up file; what is asked for takes the place of what it states.
+            Set-up file; arguments override its keys.
         **asked
             Fields of requirements and of a `Setup`, None for the default. Quantities are text with
             a unit, or numbers in SI units. ``theta``, ``eta``, ``diameter`` and ``length`` are a
@@ -153,7 +153,7 @@ class Requirements(BaseModel):
 
     @model_validator(mode="after")
     def _check_setup(self) -> Self:
-        """Refuse, before any rod is looked for, a set-up of which no rod could be designed."""
+        """Refuse a set-up for which no rod can be designed, before the search."""
         setup = self.setup
         if setup.transducer is not None and (setup.noise or self.range != UNLIMITED):
             raise ArgumentError("give the transducer, or its noise and range, not both")
@@ -237,7 +237,7 @@ def _read(text: str, kind: Kind, name: str) -> float:
 
 
 def _apart(name: str, text: str) -> tuple[str, dict[str, str]]:
-    """Take the tolerance off a value; a list or a range has none."""
+    """Split a value and its tolerance; a list or a range has none."""
     if PLUS_MINUS.search(text) and ("," in text or " to " in text):
         raise ArgumentError(
             f"{name} is a range: give its tolerance apart, as in --tolerance '{name}=1 %', got "

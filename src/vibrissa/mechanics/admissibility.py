@@ -1,17 +1,16 @@
 """Admissible shapes: those that stay between clamp and surface and do not cross themselves.
 
-A solution of the equations of equilibrium need not be a shape that a rod beside a surface can have.
-Nothing is returned as a number where the rod
+A solution of the equations of equilibrium may be impossible for a rod beside a surface. A state is
+rejected where the rod
 
 - dips below the level of its clamp, where the sensor's housing is;
 - crosses itself: the model is plane;
-- crosses the surface line: where the rod lies or touches from below it has to stay there. (A shape
-  that passes through the surface just before its tip, φ1 < 0, is the paper's own and is marked
-  ``penetrates``; ``contact: line`` replaces it.)
+- crosses the surface away from its contact. (A shape with φ1 < 0, which passes through the surface
+  next to its tip, is the paper's model: it is marked ``penetrates``.)
 
-Each is judged by a *clearance*, a length that is negative where the shape is inadmissible. It is
-found on the continuous shape, not on points of it: a lowest or highest point lies where sin φ = 0,
-two parts of the rod are nearest to each other where their connection is normal to both.
+Each has a *clearance*, a length that is negative where the shape is inadmissible. It is computed on
+the continuous shape: extreme heights are at sin φ = 0, and the shortest connection of two parts is
+normal to both.
 
 The free part needs no bound of its own: it reaches up to η, so that s_c > η, and a beam of 0.3 rod
 lengths or more is slender wherever the whole rod is. In line contact of a curved rod the *tail*,
@@ -64,17 +63,16 @@ CROSSES_ITSELF = "the rod crosses itself"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Clearance(Batch):
-    """How far shapes are from being inadmissible, negative where they are.
+    """Clearances of shapes; negative where inadmissible, infinite where they are large.
 
     Attributes
     ----------
     clamp : ndarray, shape (n,)
-        Height of the lowest point behind a bend above the level of the clamp (L); infinite where
-        the rod does not come near it.
+        Height of the lowest point behind a bend above the clamp (L).
     surface : ndarray, shape (n,)
-        Distance of the highest point of an arch from the surface above it (L); likewise.
+        Distance of the highest point of an arch below the surface (L).
     itself : ndarray, shape (n,)
-        Distance between the two parts of the rod that come nearest to each other (L); likewise.
+        Least distance between two parts of the rod (L).
     """
 
     clamp: FloatArray
@@ -128,7 +126,7 @@ def _tail(states: RodStates) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _surface_over_tail(states: RodStates, up: FloatArray) -> FloatArray:
-    """Clearance of a tail below the surface; infinite where it keeps away from it.
+    """Clearance of a tail below the surface; infinite where it is large.
 
     It rises at once where it is curved towards the surface. A level tip is the limit of line
     contact with a tail of no length.
@@ -139,7 +137,7 @@ def _surface_over_tail(states: RodStates, up: FloatArray) -> FloatArray:
 
 
 def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolArray:
-    """Which shapes may come near a limit, by a look at their nodes alone."""
+    """Which shapes may come near a limit, judged by their nodes."""
     rule = gauss_rule(states.nodes)
     density, _ = states.densities(rule.nodes)
     x = (density * np.cos(states.phi)) @ rule.from_start.T
@@ -271,8 +269,7 @@ class _Shapes(Batch):
     def gaps(self) -> FloatArray:
         """Distance between two parts of each shape, negative where they overlap; infinite if far.
 
-        The rod turns from the one part to the other, by half a circle and more, to the side on
-        which the other part then is.
+        Between the parts the rod turns by half a circle or more, towards the second part.
         """
         tau = np.append(gauss_rule(self.slope.shape[1]).nodes[::STRIDE], 1.0)
         if self.curvature.shape[1]:
@@ -294,10 +291,10 @@ class _Shapes(Batch):
         return found
 
     def nearest(self, start: FloatArray, *, tip: bool) -> FloatArray:
-        """Signed distance of two parts that begin to look for each other at two places.
+        """Signed shortest distance of two parts, found from two starting places.
 
-        The way from the one to the other is normal to both tangents; or only to the first, where
-        the other part is the tip. NaN where there is no such pair.
+        The connection is normal to both tangents, at the tip only to that of the other part. NaN
+        where there is none.
         """
         tau = start.copy()
         if tip:

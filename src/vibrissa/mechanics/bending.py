@@ -1,4 +1,4 @@
-"""How much a rod is bent: curvature, energy, strain and turn of a known shape."""
+"""Measures of bending of a known shape: curvature, energy, strain, rotation of the tip."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ STRAIN_POINTS = 201
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Bending(Batch):
-    """Measures of how much each of a number of rods is bent.
+    """Measures of bending of n rods.
 
     Attributes
     ----------
@@ -42,14 +42,14 @@ class Bending(Batch):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Strains(Batch):
-    """Where each of a number of rods is strained most.
+    """Largest strains of n rods.
 
     Attributes
     ----------
     largest : ndarray, shape (n,)
         Largest strain |φ' − κ0|·d/2 at the rod's surface, in units of d0/L.
     place : ndarray, shape (n,)
-        Arc length from the clamp at which it is, to half a percent of the rod, in units of L.
+        Its arc length from the clamp, to half a per cent of the rod, in units of L.
     """
 
     largest: FloatArray
@@ -175,7 +175,7 @@ def _integrated(
 def _peak(values: FloatArray) -> FloatArray:
     """Largest values over equally spaced points, shape (points, n), and between them.
 
-    Around the largest one a parabola goes through three, unless it stands at an end.
+    A parabola through three points around the largest one, unless that is at an end.
     """
     largest = values.argmax(axis=0)
     middle = np.clip(largest, 1, len(values) - 2)

@@ -1,4 +1,4 @@
-"""Newton's iteration for batches of states, corrected on few nodes and measured on all."""
+"""Newton's iteration for batches of states: residuals on all nodes, corrections from few."""
 
 from typing import NamedTuple
 
@@ -52,7 +52,7 @@ def solve(
     inverse : ndarray, shape (n, k + 3, k + 3), optional
         Of the Jacobian on few nodes near each state, where the caller has it already.
     tolerance : float
-        Change at which the iteration ends; the error is then about a hundredth of it.
+        Change at which the iteration ends; the error is then a hundredth of it.
     iterations : int
         Most corrections.
     """
@@ -87,9 +87,9 @@ def solve(
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
     """Correction of states on two grids.
 
-    The residual is that on all nodes, but the correction comes from few. What it has beyond the
-    residual itself is integrated twice in equation E1, hence smooth (K. E. Atkinson, The Numerical
-    Solution of Integral Equations of the Second Kind, 1997, §6.2).
+    The residual is on all nodes, the correction from few: the integral operator of E1 makes the
+    difference smooth (K. E. Atkinson, The Numerical Solution of Integral Equations of the Second
+    Kind, 1997, §6.2).
     """
     nodes, few = states.nodes, inverse.shape[1] - SCALARS
     values = residuals(states, closing)
@@ -109,7 +109,7 @@ def _size(unknowns: FloatArray, change: FloatArray) -> FloatArray:
 
 
 def coarse_nodes(nodes: int) -> int:
-    """Few nodes: those on which corrections of states on `nodes` nodes are found."""
+    """Choose the number of nodes for corrections of states on `nodes` nodes."""
     return min(nodes, max(FEWEST_COARSE_NODES, round(COARSE_NODES * nodes)))
 
 
@@ -130,7 +130,7 @@ def _inverted(matrices: FloatArray) -> FloatArray:
 
 
 class Tangent(NamedTuple):
-    """How states change with the value that E3 prescribes.
+    """Derivatives of states with respect to the value of E3.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""States of rods: shapes with the contact forces that bend them, and the loads they show."""
+"""States of rods: shapes with their contact forces, and loads on the clamp."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -111,7 +111,7 @@ class RodStates(Batch):
 
 @lru_cache
 def transfer(nodes: int, other: int) -> FloatArray:
-    """Interpolation of unknowns from some nodes to others, from the right; forces stay."""
+    """Matrix that interpolates unknowns to other nodes, applied from the right."""
     matrix = np.eye(nodes + SCALARS, other + SCALARS, k=other - nodes)
     matrix[:, :other] = 0.0
     matrix[:nodes, :other] = (
@@ -136,10 +136,9 @@ class ContactState(Batch):
         Arc length of the contact point, in units of L; 1 in point contact.
     stability : ndarray or float
         Smallest eigenvalue of the second variation of the energy, clamp and contact point held:
-        positive where the equilibrium is stable; NaN where the method does not give it.
+        positive where the equilibrium is stable; NaN by shooting.
     stability_aside : ndarray or float
-        The same out of the plane, of a rod with a round section; NaN also where the rod cannot
-        leave its plane.
+        The same out of the plane; NaN also for a planar section.
     """
 
     reaction_fx: Values
@@ -162,6 +161,6 @@ class ContactState(Batch):
 
     @property
     def friction_demand(self) -> Values:
-        """Mobilised friction −tan α, which the contact needs to stick; infinite without load."""
+        """Mobilised friction −tan α; infinite without load."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.reaction_fx / self.reaction_fy

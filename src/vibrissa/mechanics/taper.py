@@ -3,11 +3,9 @@
 Lengths are in units of the rod's length L, diameters in units of the base diameter d0 and
 bending stiffness in units of E·I0 with I0 = π·d0⁴/64.
 
-Besides the arc length s the module knows one other coordinate along the rod, the *bending
-coordinate* ``tau`` ∈ [0, 1], defined by ds/dτ = θ·d(s)². It is the phase of the bending waves of
-a cone (their wavelength is proportional to d²), so that a deflected shape is about equally
-smooth everywhere in τ however strong the taper is; polynomials in τ need far fewer terms than
-polynomials in s. At θ = 1 the two coordinates are the same.
+The *bending coordinate* ``tau`` ∈ [0, 1] is defined by ds/dτ = θ·d(s)². It is the phase of the
+bending waves of a cone, whose wavelength is proportional to d², so that shapes are equally smooth
+everywhere in τ. At θ = 1 it is s.
 """
 
 import numpy as np

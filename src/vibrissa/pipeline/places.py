@@ -4,9 +4,9 @@ from pathlib import Path
 
 from vibrissa.tables.proofs import FILE
 
-_PACKAGE = Path(__file__).resolve().parents[1]
+PACKAGE = Path(__file__).resolve().parents[1]
 # A wheel has below the package what a clone has in its root; hatch_build.py puts it there.
-HOME = _PACKAGE if (_PACKAGE / "Snakefile").is_file() else _PACKAGE.parents[1]
+HOME = PACKAGE if (PACKAGE / "Snakefile").is_file() else PACKAGE.parents[1]
 SNAKEFILE = HOME / "Snakefile"
 PAPER = HOME / "config.yaml"
 PROFILES = HOME / "workflow/profiles"

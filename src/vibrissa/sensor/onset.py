@@ -34,7 +34,7 @@ class WhiskerOnset(Tabular):
     strain : float
         Largest strain at the onset (d0/L); NaN unless the tip slips.
     most : Strains or None
-        Largest strain of the whole period, and where along the rod it is; None unless it slips.
+        Largest strain of the whole period and its place; None unless the tip slips.
     whisker : Whisker
     yield_strain : float or None
         Strain up to which the material is elastic; in units of d0/L without a real rod.
@@ -52,7 +52,7 @@ class WhiskerOnset(Tabular):
         return self.whisker.units
 
     def __repr__(self) -> str:
-        """Print each quantity in a line, in the units in which the rod was given."""
+        """Print a line for each quantity, in the units of the rod."""
         columns = self.columns()
         width = max(len(column.description) for column in columns.values()) + 2
         lines = [
@@ -79,7 +79,7 @@ class WhiskerOnset(Tabular):
         return plots.shapes(self.whisker, self.onset)
 
     def columns(self) -> dict[str, Column]:
-        """One row, with units, of what the tip does: it slips, or the rod swings aside before."""
+        """Table of one row, with units: onset of slip, or lateral buckling."""
         onset, units = self.onset, self.units
         columns = {
             "status": Column([onset.status.value], "", "status"),
@@ -118,7 +118,7 @@ class WhiskerOnset(Tabular):
         return columns
 
     def _strength(self, most: Strains, slenderness: float, unit: str) -> dict[str, Column]:
-        """Largest strain of the period, where it is, and how much of what the material bears."""
+        """Largest strain of the period, its place, and its part of the yield strain."""
         strain, place = float(most.largest[0]) * slenderness, float(most.place[0])
         length = self.units.name(Kind.LENGTH)
         place *= self.units.unit(Kind.LENGTH)
@@ -132,7 +132,7 @@ class WhiskerOnset(Tabular):
         return columns
 
     def _swing(self) -> dict[str, Column]:
-        """Where the rod swings aside, and the state in which the trailing tip slips, if known."""
+        """Place of lateral buckling, and the state in which the trailing tip slips, if known."""
         onset, units, when = self.onset, self.units, "when the trailing tip slips"
         measured = {
             "x0_swing": (onset.ended.x0, Kind.LENGTH, "clamp travel at lateral buckling, x0"),
@@ -177,12 +177,12 @@ def solve(
     Returns
     -------
     WhiskerOnset
-        A tip that locks is a result, too: its status says so.
+        Self-locking is a result, with the status ``lock``.
 
     Raises
     ------
     ArgumentError
-        If an argument is out of range or no such quantity.
+        If an argument is out of range.
 
     Examples
     --------

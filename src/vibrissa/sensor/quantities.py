@@ -1,4 +1,4 @@
-"""Units at the border: text with a unit in, nondimensional numbers inside, SI out.
+"""Units: texts with a unit are read to nondimensional numbers; results are in SI units.
 
 Nondimensional are lengths in units of L, forces in E·I0/L², moments in E·I0/L.
 """
@@ -120,7 +120,7 @@ def _registry() -> "pint.UnitRegistry[Any]":
 
 
 class Measured(NamedTuple):
-    """A quantity with its tolerance, both as they were written.
+    """A quantity and its tolerance, as texts.
 
     Attributes
     ----------
@@ -226,14 +226,14 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
     text : str
         Number and unit.
     kind : Kind
-        What it must measure.
+        Required kind of quantity.
     what : str
-        How a message names it.
+        Name for messages.
 
     Raises
     ------
     ArgumentError
-        If it is no such quantity.
+        If it is not such a quantity.
 
     Examples
     --------
@@ -273,7 +273,7 @@ def _checked(value: Decimal, what: str) -> Decimal:
 
 
 def chosen(kind: type[Choice], value: str, what: str) -> Choice:
-    """Look up one of the choices that there are.
+    """Look up a choice by its name.
 
     Raises
     ------

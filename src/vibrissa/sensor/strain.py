@@ -13,7 +13,7 @@ STATES = 17
 
 
 def strains_in(curve: StickingCurve, states: StickingState) -> Strains:
-    """Largest strain in each of some states, and where along the rod it is.
+    """Largest strain in each of n states, and its place along the rod.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def largest_strain(curve: StickingCurve, state: StickingState) -> float:
 
 
 def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
-    """Largest strain where a period of sticking ends, and in the whole period.
+    """Largest strain at the end of a period of sticking, and in the whole period.
 
     Parameters
     ----------
@@ -58,16 +58,16 @@ def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
 
 @dataclass(frozen=True, kw_only=True)
 class Yield:
-    """Where a rod is bent beyond what its material bears elastically.
+    """Place where a rod yields.
 
     Attributes
     ----------
     strain : float
         Largest strain, in units of d0/L.
     place : float
-        Where along the rod it is: arc length from the clamp (L).
+        Its arc length from the clamp (L).
     x0 : float
-        Displacement from which on the rod yields (L).
+        Displacement at which the rod begins to yield (L).
     """
 
     strain: float
@@ -88,7 +88,7 @@ def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | Non
     Returns
     -------
     Yield or None
-        None where the material bears the strain.
+        None where it does not yield.
     """
     x0 = np.linspace(0.0, end, STATES)
     found = strains_in(curve, curve.state(x0))

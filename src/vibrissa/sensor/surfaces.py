@@ -23,16 +23,16 @@ class Surface:
     Attributes
     ----------
     name : str
-        What kind of surface it is.
+        Name for messages.
     mu0 : callable
         Maps positions (L) to coefficients of static friction.
     start, stop : float
-        Where it is known (L).
+        Ends of the known part (L).
     units : Units
-        In which messages tell positions.
+        Units of positions in messages.
     edges : ndarray, shape (n,)
-        Where μ0 jumps or has a kink, as far as known (L). Between two edges that are near to each
-        other, a slip does not miss μ0; without edges it may miss what is narrower than 1e-4 L.
+        Positions of jumps and kinks of μ0 (L). Without them a slip may miss stripes narrower than
+        1e-4 L.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Surface:
         Raises
         ------
         ArgumentError
-            If a position lies where the surface is not known or the friction is not positive.
+            If a position is outside of the known part, or the friction is not positive.
         """
         x = np.asarray(x, dtype=float)
         outside = ~((x >= self.start) & (x <= self.stop))
@@ -183,7 +183,7 @@ def read_surface(
     texture: str | None = None,
     seed: int = 0,
 ) -> Surface:
-    """Read a surface that is given in one of four ways.
+    """Read a surface from one of four descriptions.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def read_surface(
     Raises
     ------
     ArgumentError
-        If it is given in no or in several ways, or an argument is out of range.
+        If there is not exactly one description, or an argument is out of range.
     RecordingError
         If the table cannot be read.
     """

@@ -32,8 +32,7 @@ def quiet(what: str, done: int, total: int) -> None:
 class Whisker:
     """A rod, the height of the surface above its clamp, and how it may touch the surface.
 
-    Its response is solved when it is first used, once. What solves it is imported then, as it
-    needs SciPy, which takes half a second to load.
+    Its response is solved once, when it is first used; SciPy is imported only then.
 
     Attributes
     ----------
@@ -46,11 +45,11 @@ class Whisker:
     section : RodSection
         ``round``: the rod may leave its plane; ``planar``: a strip or a guided rod stays in it.
     rod : Rod or None
-        The real rod; without it everything is nondimensional.
+        The rod in SI units; None: all quantities are nondimensional.
     mounting : Mounting
         Clamp, natural shape and stage.
     tolerances : mapping of str to float
-        Standard deviations that were stated, as from `read_tolerances`.
+        Stated standard deviations, as from `read_tolerances`.
     wished : dict of Kind to str
         Units in which its results are told, see `Units`.
     """
@@ -100,7 +99,7 @@ class Whisker:
         return replace(self, tolerances={**self.tolerances, **tolerances})
 
     def wishing(self, *given: object) -> "Whisker":
-        """Give the same whisker, whose results are told in the units of these texts, too."""
+        """Return the same whisker, with results in the units of these texts, too."""
         return replace(self, wished={**wished_units(MEASURED, *given), **self.wished})
 
     @property
@@ -135,12 +134,12 @@ class Whisker:
         return respond(self.theta, self.eta, self.contact, pull, self.mounting, self.section)
 
     def response(self, backward: bool) -> "Response":
-        """Give the response with x0 < 0 if it has been found: after a long slip the tip is pulled.
+        """Response, with retraction (x0 < 0) where it is resolved: a long slip ends there.
 
         Raises
         ------
         NoResponseError
-            If it was not found although the clamp went backward, or there is no response at all.
+            If there is none, or retraction is needed and not resolved.
         """
         try:
             return self.pulled
@@ -162,8 +161,7 @@ class Whisker:
         positions : ndarray
             Of the clamp along the stage (L).
         backward : bool
-            Whether the states in which the tip is pulled are needed. They are where the stage
-            leaves the surface, too.
+            Whether retraction is needed, as where the stage leaves the surface.
         progress : callable
 
         Returns

@@ -1,4 +1,4 @@
-"""One state, one curve, one onset: what a person uses in a notebook."""
+"""One state, one equilibrium path, one onset: the functions for a notebook."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -91,7 +91,7 @@ class EquilibriumState(ContactState):
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Onset:
-    """End of a period of sticking; printed as a short table.
+    """Onset of slip of one period of sticking; prints as a short table.
 
     Attributes
     ----------
@@ -107,17 +107,15 @@ class Onset:
     x0_max : float
         Last state of stiction on the step grid, the paper's x0,max (L); NaN likewise.
     mu_lock : float
-        Largest friction coefficient at which the tip slips.
+        Critical friction coefficient, above which the tip is self-locking.
     slip : StickingState
-        State at the exact onset.
+        State at the exact onset of slip.
     end : str
-        How sticking ends past the lock where the tip locks
-        (`vibrissa.outcomes.End`); else empty.
+        How sticking ends after self-locking (`vibrissa.outcomes.End`); else empty.
     ended : StickingState
-        The state in which it does, with its displacement x0.
+        The state in which sticking then ends.
     trail : StickingState
-        Last sticking state after the rod has swung aside, with the displacement of the clamp since
-        the α = 0 state before; NaN unless it does.
+        Last sticking state after lateral buckling, x0 counted from the first α = 0 state; else NaN.
     residual : float
         Largest equilibrium residual of the curve.
     """
@@ -135,7 +133,7 @@ class Onset:
     residual: float
 
     def __repr__(self) -> str:
-        """Return what is known, a line for each quantity: name, value, unit and meaning."""
+        """Return a line for each known quantity: name, value, unit and meaning."""
         slip = self.slip
         rows = [
             ("x0_slip", self.x0_slip, "L", "exact onset of slip"),
@@ -216,13 +214,12 @@ def solve_state(
         ``point``: the tip alone touches, as in the paper; ``line``: the rod lies along the
         surface where it would pass through it.
     mounting : Mounting
-        Clamp and natural shape of the rod; the stage has no part in a single state.
+        Clamp and natural shape of the rod; the stage does not matter.
 
     Returns
     -------
     EquilibriumState
-        The state on the branch that begins at α = 0. With the tip ahead of the clamp, x1 > 0, it is
-        the one of lowest force; for x1 < 0 another branch may need less.
+        The state on the path from α = 0. For x1 > 0 it has the lowest force.
 
     Raises
     ------
@@ -351,14 +348,13 @@ def solve_curve(
     mounting : Mounting
         Clamp, natural shape and stage; other than ideal by collocation alone.
     section : str
-        ``round``: the rod may leave its plane, and does so at the end of the curve; ``planar``: a
-        strip or a guided rod, which stays in it.
+        ``round``: the rod buckles laterally; ``planar``: a strip or a guided rod, which does not.
 
     Returns
     -------
     StickingCurve
-        ``out_of_reach`` also where there is no state with α = 0 to begin with. By collocation it is
-        the same object again where it was solved before, and its arrays cannot be changed.
+        ``out_of_reach`` also where no state with α = 0 exists. Its arrays are read-only, and the
+        last 256 curves are kept.
 
     Raises
     ------
@@ -464,7 +460,7 @@ class FrictionRange(NamedTuple):
     Attributes
     ----------
     low, high : float
-        The tip slips within the step after the travel for each μ0 with low ≤ μ0 < high.
+        For low ≤ μ0 < high the tip slips within the next step.
     """
 
     low: float
@@ -502,8 +498,7 @@ def friction_from_travel(
     Returns
     -------
     FrictionRange
-        The narrower the smaller the step is. `high` is μ_lock where the tip may lock within the
-        step.
+        `high` is μ_lock where the tip may lock within the step.
 
     Raises
     ------

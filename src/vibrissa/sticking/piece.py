@@ -1,8 +1,7 @@
-"""Smooth pieces of sticking curves, and the one search for where something happens on them.
+"""Smooth parts of equilibrium paths, and searches for levels and maxima on them.
 
-Pieces of many curves stand side by side in one array (`PieceArray`), so that a call of NumPy
-serves all of them. What is found on one piece does not depend on which others stand beside it, bit
-for bit.
+The pieces of many curves are one array (`PieceArray`). The result on one piece does not depend on
+the others, bit for bit.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -63,7 +62,7 @@ class Piece:
     contact : Contact
         Kind of contact of its states.
     parameter : Parameter
-        What the states are counted by.
+        Continuation parameter of the states.
     start, stop : float
         First and last value of the parameter (x0 in L).
     states : StickingState, columns of shape (k,)
@@ -97,7 +96,7 @@ class Piece:
 
 
 def rounded_contact(s_c: FloatArray) -> FloatArray:
-    """Contact points of line contact, 1 where they are beyond the tip by rounding alone."""
+    """Contact points of line contact, limited to 1, as rounding may move them beyond the tip."""
     return np.where(s_c > 1.0 + CONTACT_SLACK, s_c, np.minimum(s_c, 1.0))
 
 
@@ -109,7 +108,7 @@ class _Series:
     ----------
     states : ndarray, shape (n, k, columns)
     start, length : ndarray, shape (n,)
-        First value of the parameter, and how far the pieces go.
+        First value of the parameter, and length of the pieces.
     """
 
     states: FloatArray
@@ -306,21 +305,19 @@ class PieceArray:
         places: FloatArray | None = None,
         derivative: int = 0,
     ) -> FloatArray:
-        """Find where a quantity first reaches given levels.
+        """Find where a quantity first reaches levels: where weights·columns = value.
 
         Parameters
         ----------
         sampled : ndarray, shape (pieces, samples)
             The quantity at `places`; it may fall again behind a level.
         weights : mapping of ndarray, shape (n,), or float
-            Of columns, the weighted sum of which has a certain value where the quantity reaches
-            the level.
+            Of the columns.
         value : ndarray, shape (n,), or float
-            That value.
         places : ndarray, shape (pieces, samples), optional
             Increasing values of the parameters, by default `sample_places`.
         derivative : int
-            Which derivative of the states the sum is taken of.
+            Order of the derivative of the columns in that sum.
 
         Returns
         -------
@@ -367,8 +364,8 @@ class PieceArray:
         columns : sequence of str
             What the quantity depends on.
         slope : callable
-            Maps these columns, their slopes and their second derivatives to what has the sign of
-            the quantity's slope, and to its slope.
+            Maps the columns and their first two derivatives to a function with the sign of the
+            quantity's slope, and to the derivative of that function.
 
         Returns
         -------
@@ -391,7 +388,7 @@ class PieceArray:
         return found
 
     def turning_points(self) -> FloatArray:
-        """Values of the parameters from which on x0 no longer increases; NaN if it always does."""
+        """Values of the parameters at which x0 is largest; NaN if it always increases."""
         turns, index = np.full(len(self.pieces), np.nan), np.flatnonzero(~self.by_x0)
         if len(index):
             slopes, none = self._sampled(1).x0, np.zeros(len(index))

@@ -7,12 +7,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NoReturn, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import BeforeValidator
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, Field
 
 from vibrissa.decimals import exact, spell
+from vibrissa.study.sections import Mistakes
 
 Value: TypeAlias = float | tuple[float, ...]
 Values: TypeAlias = tuple[Value, ...]
@@ -22,7 +22,7 @@ LONGEST_AXIS = 1_000_000
 SHOWN_VALUES, SHOWN_CHARACTERS = 10, 60
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Axis:
     """One axis of the grids, or one number of a section.
 
@@ -38,8 +38,8 @@ class Axis:
         Whether the bounds themselves are excluded.
     default : float or None
         Value where the file has no such key; None where it must have one.
-    is_polynomial : bool
-        Whether a value may be a list of coefficients.
+    powers : bool
+        Whether a value may be a list of the coefficients of 1, s, s², ...
     """
 
     name: str
@@ -48,152 +48,93 @@ class Axis:
     high: float = math.inf
     is_open: bool = False
     default: float | None = None
-    is_polynomial: bool = False
+    powers: bool = False
 
     @property
     def allowed(self) -> str:
         """What a value may be, in words."""
-        left, right = "()" if self.is_open else "[]"
-        low, high = (spell(exact(b)) if math.isfinite(b) else f"{b}" for b in (self.low, self.high))
-        interval = f"{left if low != '-inf' else '('}{low}, {high}{right if high != 'inf' else ')'}"
-        polynomial = ", or a list of the coefficients of 1, s, s^2, ..." * self.is_polynomial
-        return f"a number in {interval}{polynomial}"
+        low, high = (spell(exact(b)) if math.isfinite(b) else str(b) for b in (self.low, self.high))
+        left = "(" if self.is_open or math.isinf(self.low) else "["
+        right = ")" if self.is_open or math.isinf(self.high) else "]"
+        coefficients = ", or a list of the coefficients of 1, s, s^2, ..." * self.powers
+        return f"a number in {left}{low}, {high}{right}{coefficients}"
 
     @property
     def forms(self) -> str:
         """How its values may be written, in words."""
         return f"a list, each {self.allowed}; or {{start, stop, step}} with stop included"
 
-    def value(self, written: Any) -> Value:
-        """Check one value; a `ValueError` says what is wrong with it."""
-        if self.is_polynomial and isinstance(written, list) and written:
-            first, *powers = (self._number(coefficient) for coefficient in written)
-            while powers and not powers[-1]:
-                powers.pop()
-            return (first, *powers) if powers else first
-        return self._number(written)
-
-    def _number(self, written: Any) -> float:
+    def number(self, written: Any) -> float:
+        """Check one number; a `ValueError` reports what is allowed."""
+        # YAML 1.1, as Snakemake reads it, takes 2e-3 for a text; a flag is a number to Python.
+        is_number = isinstance(written, int | float | str) and not isinstance(written, bool)
         try:
-            if isinstance(written, bool) or not isinstance(written, int | float | str):
-                raise ValueError
-            # YAML 1.1, as Snakemake reads it, takes 2e-3 for a text.
-            number = float(exact(written))
-        except ValueError:
-            raise ValueError(f"{shown(written)} is not allowed; allowed: {self.allowed}") from None
-        inside = self.low < number < self.high or (
-            not self.is_open and number in (self.low, self.high)
-        )
-        if not inside:
+            number = float(written) if is_number else math.nan
+        except (ValueError, OverflowError):
+            number = math.nan
+        ends = () if self.is_open else (self.low, self.high)
+        inside = self.low < number < self.high or number in ends
+        if not inside or math.isinf(number):
             raise ValueError(f"{shown(written)} is not allowed; allowed: {self.allowed}")
         return number + 0.0  # turns -0.0 into 0.0
 
+    def value(self, written: Any) -> Value:
+        """Check one value, a number or coefficients without the zeros at their end."""
+        if not (self.powers and isinstance(written, list) and written):
+            return self.number(written)
+        first, *powers = map(self.number, written)
+        while powers and not powers[-1]:
+            powers.pop()
+        return (first, *powers) if powers else first
+
     def values(self, written: Any) -> Values:
         """Check the values of an axis; return them without repetition, in increasing order."""
-        mistakes: list[Mistake] = []
-        found: list[Value] = []
+        mistakes = Mistakes()
         if isinstance(written, Mapping):
-            return self._range(written)
+            if set(written) != {"start", "stop", "step"}:
+                keys = ", ".join(map(str, written))
+                raise ValueError(f"has the keys {keys}; allowed: start, stop and step")
+            axes = {"start": self, "stop": self, "step": _STEP}
+            ends = {key: mistakes.check(key, axes[key].number, written[key]) for key in axes}
+            mistakes.refuse()
+            return equal_steps(**ends)
         if not isinstance(written, list) or not written:
-            mistakes.append(((), f"{shown(written)} is not allowed; allowed: {self.forms}"))
-        else:
-            for place, value in enumerate(written):
-                try:
-                    found.append(self.value(value))
-                except ValueError as error:
-                    mistakes.append(((place,), str(error)))
-        if mistakes:
-            refuse(mistakes)
+            raise ValueError(f"{shown(written)} is not allowed; allowed: {self.forms}")
+        found = [mistakes.check(place, self.value, one) for place, one in enumerate(written)]
+        mistakes.refuse()
         return tuple(sorted(set(found), key=sortable))
 
-    def _range(self, written: Mapping[str, Any]) -> Values:
-        mistakes: list[Mistake] = []
-        keys = ("start", "stop", "step")
-        if set(written) != set(keys):
-            text = f"has the keys {', '.join(map(str, written))}; allowed: start, stop and step"
-            refuse([((), text)])
-        found: dict[str, Any] = {}
-        step = Axis(name="step", meaning="distance of two values", low=0.0, is_open=True)
-        for key in keys:
-            try:
-                found[key] = (step if key == "step" else self)._number(written[key])
-            except ValueError as error:
-                mistakes.append(((key,), str(error)))
-        if not mistakes:
-            try:
-                return equal_steps(**found)
-            except ValueError as error:
-                mistakes.append(((), str(error)))
-        refuse(mistakes)
 
-
+_STEP = Axis("step", "distance of two values", low=0.0, is_open=True)
 # The four numbers of a grid point, and how its rod is mounted (in the paper: 0).
 _ALL = (
-    Axis(name="theta", meaning="taper factor, diameter of base over tip", low=1.0),
-    Axis(name="mu0", meaning="coefficient of static friction", low=0.0, is_open=True),
-    Axis(
-        name="eta",
-        meaning="distance between clamp and surface in units of L",
-        low=0.0,
-        high=1.0,
-        is_open=True,
-    ),
-    Axis(name="dx0", meaning="step of the clamp in units of L", low=1e-9),
-    Axis(
-        name="clamp_angle", meaning="inclination of the clamp in rad", low=-1.5, high=1.5, default=0
-    ),
-    Axis(
-        name="clamp_compliance",
-        meaning="rotational compliance of the clamp in L/(E*I0)",
-        low=0.0,
-        default=0,
-    ),
-    Axis(
-        name="curvature",
-        meaning="natural curvature of the rod in 1/L",
-        low=-10.0,
-        high=10.0,
-        default=0,
-        is_polynomial=True,
-    ),
-    Axis(
-        name="stage_angle",
-        meaning="angle of the stage to the surface in rad",
-        low=-1.5,
-        high=1.5,
-        default=0,
-    ),
+    Axis("theta", "taper factor, diameter of base over tip", low=1.0),
+    Axis("mu0", "coefficient of static friction", low=0.0, is_open=True),
+    Axis("eta", "distance between clamp and surface in units of L", 0.0, 1.0, is_open=True),
+    Axis("dx0", "step of the clamp in units of L", low=1e-9),
+    Axis("clamp_angle", "inclination of the clamp in rad", -1.5, 1.5, default=0),
+    Axis("clamp_compliance", "rotational compliance of the clamp in L/(E*I0)", 0.0, default=0),
+    Axis("curvature", "natural curvature of the rod in 1/L", -10.0, 10.0, default=0, powers=True),
+    Axis("stage_angle", "angle of the stage to the surface in rad", -1.5, 1.5, default=0),
 )
 AXES: Mapping[str, Axis] = {axis.name: axis for axis in _ALL}
 MOUNTING_AXES = tuple(axis.name for axis in _ALL if axis.default is not None)
-X1 = Axis(
-    name="x1",
-    meaning="position of the contact point along the surface in units of L, the clamp at 0",
-    low=-1.0,
-    high=1.0,
-    is_open=True,
-)
-
-# Where in a section a mistake is, and what it is.
-Mistake: TypeAlias = tuple[tuple[str | int, ...], str]
-_RANGE_SCHEMA = dict[str, float]
-
-
-def refuse(mistakes: list[Mistake]) -> NoReturn:
-    """Refuse a part of a study file for one or more mistakes below it."""
-    raise PydanticCustomError("mistakes", "mistakes", {"mistakes": mistakes})
+_X1 = "position of the contact point along the surface in units of L, the clamp at 0"
+X1 = Axis("x1", _X1, -1.0, 1.0, is_open=True)
 
 
 def on(name: str) -> BeforeValidator:
     """Return the validator of the values of an axis."""
     axis = AXES[name]
-    return BeforeValidator(axis.values, json_schema_input_type=list[Any] | _RANGE_SCHEMA)
+    written = Field(description=f"{axis.meaning}: {axis.forms}")
+    schema = Annotated[list[Any] | dict[str, float], written]
+    return BeforeValidator(axis.values, json_schema_input_type=schema)
 
 
 def at(axis: Axis) -> BeforeValidator:
     """Return the validator of a single value of an axis."""
-    kind: Any = float | list[float] if axis.is_polynomial else float
-    return BeforeValidator(axis.value, json_schema_input_type=kind)
+    schema = Annotated[float, Field(description=f"{axis.meaning}: {axis.allowed}")]
+    return BeforeValidator(axis.value, json_schema_input_type=schema)
 
 
 def equal_steps(start: float, stop: float, step: float) -> tuple[float, ...]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vibrissa.study.axes import AXES, MOUNTING_AXES, Values, sortable, spell_value
+from vibrissa.study.axes import MOUNTING_AXES, Values, sortable, spell_value
 
 # The axes in the order of the rows of a table, the last one runs fastest.
 ROW_ORDER = ("eta", "theta", *MOUNTING_AXES, "dx0", "mu0")
@@ -43,19 +43,9 @@ class Chunk:
     @property
     def name(self) -> str:
         """Grid and first values, as in ``taper/theta1_eta0.85``: appended values change no name."""
-        shown = [axis for axis in AXES if axis in ("theta", "eta") or self.axes[axis] != (0.0,)]
-        shown = [axis for axis in shown if axis not in ("mu0", "dx0")]
-        return (
-            f"{self.grid}/{'_'.join(f'{axis}{spell_value(self.axes[axis][0])}' for axis in shown)}"
-        )
-
-    @property
-    def params(self) -> dict[str, list[Any]]:
-        """The axes as plain values, which Snakemake compares with those of the last run."""
-        return {
-            axis: [list(v) if isinstance(v, tuple) else v for v in values]
-            for axis, values in self.axes.items()
-        }
+        mounted = [axis for axis in MOUNTING_AXES if self.axes[axis] != (0.0,)]
+        first = {axis: spell_value(self.axes[axis][0]) for axis in ("theta", "eta", *mounted)}
+        return f"{self.grid}/{'_'.join(axis + value for axis, value in first.items())}"
 
     def minutes(self, by_step: bool) -> int:
         """Return the minutes to ask a cluster for; `by_step` is that each step has a solution."""
@@ -90,12 +80,9 @@ def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -
         yield Chunk(grid=grid, axes=dict(zip(axes, part, strict=True)))
 
 
-def axes_of(params: Mapping[str, list[Any]]) -> dict[str, Values]:
-    """Return the axes that `Chunk.params` spelled."""
-    return {
-        axis: tuple(tuple(v) if isinstance(v, list) else v for v in values)
-        for axis, values in params.items()
-    }
+def points_of(axes: Mapping[str, Values]) -> list[dict[str, Any]]:
+    """All points of a grid, by axis."""
+    return [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]
 
 
 def number_of_rods(axes: Mapping[str, Values]) -> int:

@@ -1,13 +1,14 @@
 """The data by which the paper's statements are judged, and what these data must contain."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
 from vibrissa.outcomes import Contact
-from vibrissa.study.axes import Mistake, Values, refuse, spell_values
+from vibrissa.study.axes import Values, spell_values
 from vibrissa.study.figures import unknown_name
-from vibrissa.study.sections import Section
+from vibrissa.study.sections import Mistakes, Section
 
 # A copy of the paper's study that is changed in another way than the statements allow.
 REMEDY = "or remove the key `claims`: a study needs none"
@@ -40,25 +41,27 @@ class Claims(Section):
     @model_validator(mode="after")
     def _fits(self, info: ValidationInfo) -> Self:
         context: dict[str, Any] = info.context or {}
-        mistakes: list[Mistake] = []
+        mistakes = Mistakes()
         if context.get("contact", Contact.POINT) is not Contact.POINT:
-            mistakes.append(((), f"the paper has contact: point; take that, {REMEDY}"))
+            mistakes.add(f"the paper has contact: point; take that, {REMEDY}")
         for key, source in self.sources.items():
+            # Sections that have mistakes of their own are not here.
             name, sections = getattr(self, key), context.get(f"{source}s")
-            if sections is None:  # it has mistakes of its own
-                continue
-            if name not in sections:
-                text = f"{unknown_name(name, source, sections)}, {REMEDY}"
-                mistakes.append(((key,), text))
-                continue
-            for axis, needed in self.needed[key].items():
-                values, only = sections[name].axes[axis], axis in self.setup
-                if set(needed) - set(values) or (only and len(values) > 1):
-                    text = (
-                        f"{name!r} has {axis} = {spell_values(values)}, and the paper's statements "
-                        f"need {'only ' * only}{spell_values(needed)}; change that, {REMEDY}"
-                    )
-                    mistakes.append(((key,), text))
-        if mistakes:
-            refuse(mistakes)
+            if sections is not None and name not in sections:
+                mistakes.add(f"{unknown_name(name, source, sections)}, {REMEDY}", key)
+            elif sections is not None:
+                self._check_data(mistakes, key, sections[name].axes)
+        mistakes.refuse()
         return self
+
+    def _check_data(self, mistakes: Mistakes, key: str, axes: Mapping[str, Values]) -> None:
+        """Find axes without the values that the statements need."""
+        for axis, needed in self.needed[key].items():
+            only = axis in self.setup
+            if set(needed) - set(axes[axis]) or (only and len(axes[axis]) > 1):
+                mistakes.add(
+                    f"{getattr(self, key)!r} has {axis} = {spell_values(axes[axis])}, and the "
+                    f"paper's statements need {'only ' * only}{spell_values(needed)}; change that, "
+                    f"{REMEDY}",
+                    key,
+                )

@@ -1,10 +1,8 @@
 """Figures of a study file: what each kind is drawn from, and the keys that it takes."""
 
-import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from string import Formatter
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, create_model, model_validator
@@ -13,14 +11,12 @@ from vibrissa.study.axes import (
     AXES,
     MOUNTING_AXES,
     Axis,
-    Mistake,
     Values,
-    refuse,
     sortable,
     spell_value,
     spell_values,
 )
-from vibrissa.study.sections import OptionalKey, Section
+from vibrissa.study.sections import Mistakes, Section
 
 # What a figure is drawn from: key in the study file, and table. With an s the key is the section.
 TABLES = {
@@ -33,13 +29,11 @@ TABLES = {
 FORMATS = ("pdf", "svg", "png")
 # Function of a user's script that draws.
 DRAW = "draw"
-# Axes of a comparison.
-COMPARED = ("theta", "mu0", "eta")
 # Values of an axis that a caption lists; of more it has the first and the last.
 LISTED = 4
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class FigureKind:
     """A kind of figure; `vibrissa.figures` has the function that draws it, under the same name.
 
@@ -51,85 +45,68 @@ class FigureKind:
         What it is drawn from: a key of `TABLES`; empty if any may be given.
     single : tuple of str
         Axes of which it shows one value. The key may be left out where the data have one.
-    required : tuple of str
-        Further keys that must be given.
-    panels : int
-        Largest number of values of θ, where each has a panel of its own; 0 where there is none.
-    is_to_scale : bool
-        Whether it shows shapes, whose axes cannot be logarithmic.
+    required : str
+        A further key that must be given.
     """
 
     shows: str
     source: str = "grid"
     single: tuple[str, ...] = ()
-    required: tuple[str, ...] = ()
-    panels: int = 0
-    is_to_scale: bool = False
+    required: str = ""
 
 
 _RUN = ("mu0", "eta", "dx0")
 _MOUNTED = ("mu0", "dx0", *MOUNTING_AXES)
-
-
-def _of_scan(shows: str, *single: str, panels: int = 0) -> FigureKind:
-    return FigureKind(
-        shows=shows,
-        source="scan",
-        single=(*single, *_RUN),
-        panels=panels,
-        is_to_scale=shows.startswith("shapes"),
-    )
-
-
 KINDS: Mapping[str, FigureKind] = {
     "taper": FigureKind(
-        shows="clamp displacement x0,max over theta, a series for each mu0", single=("eta", "dx0")
+        "clamp displacement x0,max over theta, a series for each mu0", "grid", ("eta", "dx0")
     ),
-    "friction": FigureKind(
-        shows="clamp displacement x0,max over mu0", single=("theta", "eta", "dx0")
-    ),
-    "locking": FigureKind(shows="critical friction mu_lock over theta, a series for each eta"),
-    "regimes": FigureKind(shows="slip, lying and locking over theta and mu0, a map for each eta"),
+    "friction": FigureKind("clamp displacement x0,max over mu0", "grid", ("theta", "eta", "dx0")),
+    "locking": FigureKind("critical friction mu_lock over theta, a series for each eta"),
+    "regimes": FigureKind("slip, lying and locking over theta and mu0, a map for each eta"),
     "law": FigureKind(
-        shows="onset x0_slip and its law near mu_lock, a series for each theta",
-        single=("eta", "dx0"),
+        "onset x0_slip and its law near mu_lock, a series for each theta", "grid", ("eta", "dx0")
     ),
     "past_lock": FigureKind(
-        shows="onset x0_slip and sticking past mu_lock over mu0, a series for each theta",
-        single=("eta", "dx0"),
+        "onset x0_slip and sticking past mu_lock over mu0, a series for each theta",
+        "grid",
+        ("eta", "dx0"),
     ),
     "mounting": FigureKind(
-        shows="onset x0_slip, mu_lock and the loads on the clamp over an axis of the mounting",
-        single=("eta", *_MOUNTED),
-        required=("over",),
+        "onset x0_slip, mu_lock and the loads on the clamp over an axis of the mounting",
+        "grid",
+        ("eta", *_MOUNTED),
+        required="over",
     ),
     "change": FigureKind(
-        shows="per cent by which a mounting changes mu_lock and x0_slip, over theta and eta",
-        single=_MOUNTED,
-        required=("over",),
+        "per cent by which a mounting changes mu_lock and x0_slip, over theta and eta",
+        "grid",
+        _MOUNTED,
+        required="over",
     ),
     "versus": FigureKind(
-        shows="difference of mu_lock from that of the least taper, over the mounting and eta",
-        single=_MOUNTED,
-        required=("over",),
+        "difference of mu_lock from that of the least taper, over the mounting and eta",
+        "grid",
+        _MOUNTED,
+        required="over",
     ),
-    "scan": _of_scan("shapes of scans, step by step, a panel for each theta", panels=6),
-    "period": _of_scan("shapes in the first period of scans, a panel for each theta", panels=6),
-    "signals": _of_scan("loads on the clamp in one scan", "theta"),
-    "swing": _of_scan("shapes of one rod in space while it buckles laterally", "theta"),
-    "margins": _of_scan("stability in the plane and out of it over x0, for each theta"),
-    "state": FigureKind(
-        shows="shapes of one or more states of the same eta", source="state", is_to_scale=True
+    "scan": FigureKind("shapes of scans, step by step, a panel for each theta", "scan", _RUN),
+    "period": FigureKind(
+        "shapes in the first period of scans, a panel for each theta", "scan", _RUN
     ),
-    "models": FigureKind(
-        shows="errors of tip contact over theta, for each mu0",
-        source="comparison",
-        single=("eta",),
+    "signals": FigureKind("loads on the clamp in one scan", "scan", ("theta", *_RUN)),
+    "swing": FigureKind(
+        "shapes of one rod in space while it buckles laterally", "scan", ("theta", *_RUN)
     ),
-    "script": FigureKind(
-        shows="figure drawn by a Python file of your own", source="", required=("script",)
+    "margins": FigureKind(
+        "stability in the plane and out of it over x0, for each theta", "scan", _RUN
     ),
+    "state": FigureKind("shapes of one or more states of the same eta", "state"),
+    "models": FigureKind("errors of tip contact over theta, for each mu0", "comparison", ("eta",)),
+    "script": FigureKind("figure drawn by a Python file of your own", "", required="script"),
 }
+# Axes of which a figure can choose values, where these are not all of them.
+CHOICE = {"state": (), "comparison": ("theta", "mu0", "eta")}
 
 
 def _listed(names: Any) -> Any:
@@ -140,33 +117,29 @@ def _chosen(axis: Axis) -> BeforeValidator:
     """Return the validator of some values of an axis; of polynomials one, which is a list."""
 
     def values(written: Any) -> Values:
-        if isinstance(written, list) and not axis.is_polynomial:
+        if isinstance(written, list) and not axis.powers:
             return axis.values(written)
         return (axis.value(written),)
 
-    return BeforeValidator(values, json_schema_input_type=float | list[float])
+    text = f"{axis.meaning}: the values that are shown, one or a list"
+    schema = Annotated[float | list[float], Field(description=text)]
+    return BeforeValidator(values, json_schema_input_type=schema)
 
 
 class AxesKeys(Section):
     """Limits and scale of the axes of a figure's first panel, and of those that share them."""
 
-    x: OptionalKey[tuple[float, float]] = Field(default=None, description="limits, as in [1, 3]")
-    y: OptionalKey[tuple[float, float]] = Field(default=None, description="limits")
+    x: tuple[float, float] | None = Field(default=None, description="limits, as in [1, 3]")
+    y: tuple[float, float] | None = Field(default=None, description="limits")
     log: list[Literal["x", "y"]] = Field(
         default=[], description="axes with a logarithmic scale, as in [y]"
     )
 
     @model_validator(mode="after")
     def _are_intervals(self) -> Self:
-        mistakes: list[Mistake] = []
-        for axis, limits in (("x", self.x), ("y", self.y)):
-            least = 0.0 if axis in self.log else -float("inf")
-            if limits and not least < limits[0] < limits[1] < float("inf"):
-                above = " above 0" * (axis in self.log)
-                text = f"{list(limits)} is not allowed; allowed: [low, high], low < high{above}"
-                mistakes.append(((axis,), text))
-        if mistakes:
-            refuse(mistakes)
+        for limits in filter(None, (self.x, self.y)):
+            if not -float("inf") < limits[0] < limits[1] < float("inf"):
+                raise ValueError(f"{list(limits)} is not allowed; allowed: [low, high], low < high")
         return self
 
 
@@ -177,7 +150,7 @@ _Axes = create_model(
     **{name: (Annotated[Values | None, _chosen(axis)], None) for name, axis in AXES.items()},  # type: ignore[call-overload]
 )
 _Inch = Annotated[float, Field(ge=1, le=40)]
-# Data of a figure: values of the axes by the name of a grid, a scan, a state or a comparison.
+# Data of a figure: the sections with the axes of each grid, scan, state or comparison.
 Sections = Mapping[str, Any]
 
 
@@ -192,30 +165,30 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         description="what the figure shows; {theta}, {eta} and other axes stand for the values "
         "that are shown (default: a sentence made of the kind and the values)",
     )
-    grid: OptionalKey[str] = Field(default=None, description="name of the grid it is drawn from")
-    scan: OptionalKey[str] = Field(default=None, description="name of the scan it is drawn from")
-    state: OptionalKey[Annotated[list[str], BeforeValidator(_listed, str | list[str])]] = Field(
+    grid: str | None = Field(default=None, description="name of the grid it is drawn from")
+    scan: str | None = Field(default=None, description="name of the scan it is drawn from")
+    state: Annotated[list[str] | None, BeforeValidator(_listed, str | list[str])] = Field(
         default=None, description="name of the state it is drawn from, or a list of names"
     )
-    comparison: OptionalKey[str] = Field(
+    comparison: str | None = Field(
         default=None, description="name of the comparison it is drawn from"
     )
-    over: OptionalKey[Literal[MOUNTING_AXES]] = Field(  # type: ignore[valid-type]
+    over: Literal[MOUNTING_AXES] | None = Field(  # type: ignore[valid-type]
         default=None, description="axis of the mounting that has several values"
     )
-    script: OptionalKey[str] = Field(
+    script: str | None = Field(
         default=None,
         description=f"Python file of kind script, relative to the study file; its function {DRAW} "
         "takes the rows as a pandas.DataFrame and returns a matplotlib Figure",
     )
-    size: OptionalKey[tuple[_Inch, _Inch]] = Field(
+    size: tuple[_Inch, _Inch] | None = Field(
         default=None,
         description="width and height in inch (default: 3.5 or 7.2 wide, a column or a page)",
     )
     formats: list[Literal[FORMATS[:-1]]] = Field(  # type: ignore[valid-type]
         default=list(FORMATS[:-1]), description="files that are made beside the PNG: pdf, svg"
     )
-    axes: OptionalKey[AxesKeys] = Field(
+    axes: AxesKeys | None = Field(
         default=None,
         description="limits and scale, as in {x: [1, 3], y: [0, 0.1], log: [y]}, of the first "
         "panel and those that share its axes",
@@ -224,55 +197,35 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     @property
     def source(self) -> str:
         """What it is drawn from: a key of `TABLES`; empty if that is missing."""
-        given = (key for key in TABLES if getattr(self, key) is not None)
+        given = (key for key in TABLES if getattr(self, key))
         return KINDS[self.kind].source or next(given, "")
-
-    @property
-    def table(self) -> str:
-        """Table that it is drawn from."""
-        return TABLES[self.source]
 
     @property
     def names(self) -> list[str]:
         """Names of what it is drawn from."""
-        named = getattr(self, self.source, None)
-        return named if isinstance(named, list) else [named] if named else []
+        named = getattr(self, self.source)
+        return named if isinstance(named, list) else [named]
 
     @property
     def files(self) -> tuple[str, ...]:
         """Endings of its files."""
         return (*self.formats, FORMATS[-1])
 
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """Keys that its kind takes."""
-        kind = KINDS[self.kind]
-        sources = (kind.source,) if kind.source else tuple(TABLES)
-        chosen = () if self.source == "state" else COMPARED if "comparison" == self.source else AXES
-        return ("kind", *sources, *kind.required, *chosen, "caption", "size", "formats", "axes")
-
-    def selection(self) -> dict[str, Any]:
-        """Rows of the table that are shown, as `vibrissa.figures.draw.draw` takes them."""
-        chosen = {axis: getattr(self, axis) for axis in AXES if axis != self.over}
-        plain = {
-            axis: [list(value) if isinstance(value, tuple) else value for value in values]
-            for axis, values in chosen.items()
-            if values is not None
-        }
-        return {self.source: getattr(self, self.source), **plain}
-
     def params(self) -> dict[str, Any]:
-        """All that its drawing depends on, as plain values."""
-        look = self.model_dump(mode="json", include={"size", "axes"}, exclude_none=True)
+        """All that its drawing depends on, as plain values.
+
+        The ``selection`` has the rows that are shown, as `vibrissa.figures.draw.draw` takes them.
+        """
+        shown = {self.source, *AXES} - {self.over}
         return {
             "kind": self.kind,
-            "table": self.table,
-            "selection": self.selection(),
+            "table": TABLES[self.source],
+            "selection": self.model_dump(mode="json", include=shown, exclude_none=True),
             "formats": self.files,
-            **look,
+            **self.model_dump(mode="json", include={"size", "axes"}, exclude_none=True),
         }
 
-    def values(self, sections: Sections) -> dict[str, Values]:
+    def shown_values(self, sections: Sections) -> dict[str, Values]:
         """Values of each axis that are shown of the data."""
         found: dict[str, set[Any]] = {}
         for name in self.names:
@@ -280,11 +233,17 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
                 found.setdefault(axis, set()).update(getattr(self, axis, None) or values)
         return {axis: tuple(sorted(values, key=sortable)) for axis, values in found.items()}
 
-    def told(self, sections: Sections) -> str:
+    def caption_of(self, sections: Sections) -> str:
         """Return the caption with the values that are shown, or one made of them."""
-        texts = {axis: _spelled(values) for axis, values in self.values(sections).items()}
+        texts = {axis: _spelled(shown) for axis, shown in self.shown_values(sections).items()}
         if self.caption:
-            return self.caption.format_map(texts)
+            try:
+                return self.caption.format_map(texts)
+            except (LookupError, ValueError, AttributeError) as error:
+                allowed = ", ".join(f"{{{axis}}}" for axis in texts)
+                raise ValueError(
+                    f"a placeholder is wrong ({error}); allowed: {allowed}; a brace itself is {{{{"
+                ) from None
         shows = KINDS[self.kind].shows
         mounted = [axis for axis in MOUNTING_AXES if texts.get(axis) == "0"]
         at = ", ".join(f"{axis} = {text}" for axis, text in texts.items() if axis not in mounted)
@@ -294,110 +253,75 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
     def _fits(self, info: ValidationInfo) -> Self:
         """Check the keys of the kind, and the data that it is drawn from."""
         context = info.context or {}
-        mistakes = [*self._wrong_keys(), *self._wrong_script(context.get("folder"))]
+        mistakes = Mistakes()
+        self._check_keys(mistakes)
+        if self.script:
+            mistakes.check("script", self._check_script, context.get("folder", Path()))
         # Sections that have mistakes of their own are not here.
         sections = context.get(f"{self.source}s")
         if not mistakes and sections is not None:
             for name in self.names:
-                if name not in sections:
-                    mistakes.append(((self.source,), unknown_name(name, self.source, sections)))
+                if name in sections:
+                    self._check_data(mistakes, name, sections[name].axes)
                 else:
-                    mistakes += self._misfits(name, sections[name].axes)
+                    mistakes.add(unknown_name(name, self.source, sections), self.source)
             if not mistakes:
-                mistakes += self._wrong_placeholders(self.values(sections))
-        if mistakes:
-            refuse(mistakes)
+                mistakes.check("caption", self.caption_of, sections)
+        mistakes.refuse()
         return self
 
-    def _wrong_keys(self) -> list[Mistake]:
+    def _check_keys(self, mistakes: Mistakes) -> None:
         """Find keys that the kind does not take, or needs."""
-        kind, given = KINDS[self.kind], self.model_fields_set
-        mistakes: list[Mistake] = []
-        for key in sorted(given - set(self.keys)):
-            text = f"is not a key of kind {self.kind}; allowed: {', '.join(self.keys)}"
-            mistakes.append(((key,), text))
-        for key in (kind.source, *kind.required):
-            if key and key not in given:
-                mistakes.append(((), f"missing {key!r}"))
-        if not kind.source and len(given & set(TABLES)) != 1:
-            mistakes.append(((), f"needs one of the keys {', '.join(TABLES)}"))
-        if kind.is_to_scale and self.axes and self.axes.log:
-            mistakes.append((("axes", "log"), "is not allowed for shapes, which are to scale"))
-        return mistakes
+        kind = KINDS[self.kind]
+        sources = [kind.source] if kind.source else list(TABLES)
+        chosen = CHOICE.get(self.source, AXES)
+        keys = ["kind", *sources, *chosen, "caption", "size", "formats", "axes"]
+        keys += [kind.required] if kind.required else []
+        for key in sorted(self.model_fields_set - set(keys)):
+            mistakes.add(f"is not a key of kind {self.kind}; allowed: {', '.join(keys)}", key)
+        if kind.required and not getattr(self, kind.required):
+            mistakes.add(f"missing {kind.required!r}")
+        if len([source for source in sources if getattr(self, source)]) != 1:
+            mistakes.add(f"missing {' or '.join(map(repr, sources))}: one is needed")
 
-    def _wrong_script(self, folder: Path | None) -> list[Mistake]:
+    def _check_script(self, folder: Path) -> None:
         """Check that the script can be read, and has the function that draws."""
-        if self.script is None or folder is None:
-            return []
-        path = folder / self.script
-        if Path(self.script).is_absolute() or ".." in Path(self.script).parts:
-            text = (
-                f"{self.script} is not allowed; allowed: a file in or below the study file's folder"
+        script = Path(str(self.script))
+        if script.is_absolute() or ".." in script.parts:
+            raise ValueError(
+                f"{script} is not allowed; allowed: a file in or below the study file's folder"
             )
-            return [(("script",), text)]
+        path = folder / script
         try:
-            tree = ast.parse(path.read_text(encoding="utf-8"))
+            names = compile(path.read_text(encoding="utf-8"), str(path), "exec").co_names
         except OSError as error:
-            text = f"{path} cannot be read: {error.strerror}"
+            raise ValueError(f"{path} cannot be read: {error.strerror}") from None
         except (SyntaxError, ValueError) as error:
-            line = f":{error.lineno}" if isinstance(error, SyntaxError) else ""
-            text = f"{path}{line} is not valid Python: {error}"
-        else:
-            functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-            if DRAW in functions:
-                return []
-            text = f"{path} has no function {DRAW}(table)"
-        return [(("script",), text)]
+            raise ValueError(f"{path} is not valid Python: {error}") from None
+        if DRAW not in names:
+            raise ValueError(f"{path} has no function {DRAW}(table)")
 
-    def _wrong_placeholders(self, values: Mapping[str, Values]) -> list[Mistake]:
-        """Find placeholders in the caption that stand for nothing."""
-        allowed = f"allowed: {', '.join(f'{{{axis}}}' for axis in values)}; a brace itself is {{{{"
-        try:
-            parts = list(Formatter().parse(self.caption))
-        except ValueError as error:
-            return [(("caption",), f"{error}; {allowed}")]
-        return [
-            (("caption",), f"{{{name}}} is not a placeholder; {allowed}")
-            for _, name, form, conversion in parts
-            if name is not None and (name not in values or form or conversion)
-        ]
-
-    def _misfits(self, name: str, axes: Mapping[str, Values]) -> list[Mistake]:
+    def _check_data(self, mistakes: Mistakes, name: str, axes: Mapping[str, Values]) -> None:
         """Find axes of which the data have several values, or not the value that is asked for."""
-        mistakes: list[Mistake] = []
-        kind, source = KINDS[self.kind], self.source
+        kind = KINDS[self.kind]
         for axis, values in axes.items():
-            chosen = getattr(self, axis, None)
-            for value in chosen or ():
-                if value not in values:
-                    text = f"{spell_value(value)} is not allowed; {name!r} has "
-                    mistakes.append(((axis,), text + spell_values(values)))
+            chosen = getattr(self, axis, None) or values
+            has = f"{name!r} has {spell_values(values)}"
+            for value in set(chosen) - set(values):
+                mistakes.add(f"{spell_value(value)} is not allowed; {has}", axis)
             is_single = axis in kind.single or (axis in MOUNTING_AXES and kind.source)
-            if is_single and axis != self.over and len(chosen or values) > 1:
-                text = f"; {name!r} has several: {spell_values(values)}"
-                mistakes.append(((), f"{self.kind} shows one value of {axis}{text}"))
-            if kind.panels and axis == "theta" and len(chosen or values) > kind.panels:
-                text = f"has a panel for each theta; allowed: up to {kind.panels}; choose with "
-                mistakes.append(((), f"{text}'theta: [...]'"))
-        mistakes += self._wrong_mounting(axes)
+            if is_single and axis != self.over and len(chosen) > 1:
+                mistakes.add(f"{self.kind} shows one value of {axis}; {has}")
+        over = axes.get(self.over or "", (0.0,))
+        if any(isinstance(value, tuple) for value in over):
+            mistakes.add(f"{self.over} has polynomials; allowed: numbers", "over")
+        elif self.kind == "change" and (len(over) != 2 or 0.0 not in over):
+            text = f"{self.over} has {spell_values(over)}; allowed: two values, one of them 0"
+            mistakes.add(text, "over")
         mounted = [axis for axis in MOUNTING_AXES if axes.get(axis, (0.0,)) != (0.0,)]
         if self.kind == "swing" and mounted:
             text = f"{name!r} has a {mounted[0]}; a swing is followed in the ideal mounting"
-            mistakes.append(((source,), text))
-        return mistakes
-
-    def _wrong_mounting(self, axes: Mapping[str, Values]) -> list[Mistake]:
-        """Check the values of the axis of the mounting that the figure is drawn over."""
-        if self.over is None:
-            return []
-        values = axes.get(self.over, (0.0,))
-        if polynomials := [value for value in values if isinstance(value, tuple)]:
-            text = f"{self.over} has polynomials ({spell_value(polynomials[0])}); allowed: numbers"
-            return [(("over",), text)]
-        if self.kind == "change" and (len(values) != 2 or 0.0 not in values):
-            text = f"{self.over} has {spell_values(values)}; allowed: two values, one of them 0"
-            return [(("over",), text)]
-        return []
+            mistakes.add(text, self.source)
 
 
 def _spelled(values: Values) -> str:

@@ -1,19 +1,17 @@
 """The study file: its sections with their keys, and what has to fit together among them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property
-from itertools import product
-from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
 from vibrissa.outcomes import Contact, RodSection, Solver
-from vibrissa.study.axes import AXES, MOUNTING_AXES, X1, Mistake, Value, Values, at, on, refuse
+from vibrissa.study.axes import AXES, MOUNTING_AXES, X1, Values, at, on
 from vibrissa.study.chunks import SIZES, SIZES_BY_STEP, Chunk, chunks_of, number_of_points
 from vibrissa.study.claims import Claims
 from vibrissa.study.figures import Figure
-from vibrissa.study.sections import Count, Name, OptionalKey, Section
+from vibrissa.study.sections import Count, Mistakes, Name, Section
 
 # Points of a study, if it does not say otherwise: those of a table of 1 GB.
 MAX_POINTS = 10_000_000
@@ -31,8 +29,8 @@ _SECTIONS = {
 _SOLVED_BY = ("study", "contact", "section", "method")
 
 
-class ComparisonSection(Section):
-    """Points that are solved in both kinds of contact: all combinations of three axes."""
+class _Points(Section):
+    """All combinations of the values of some axes."""
 
     theta: Annotated[Values, on("theta")]
     mu0: Annotated[Values, on("mu0")]
@@ -41,30 +39,21 @@ class ComparisonSection(Section):
     @property
     def axes(self) -> dict[str, Values]:
         """Values of each axis in increasing order."""
-        return {name: getattr(self, name) for name in type(self).model_fields}
+        return {name: getattr(self, name) for name in AXES if name in type(self).model_fields}
 
 
-class GridSection(Section):
+class ComparisonSection(_Points):
+    """Points that are solved in both kinds of contact: all combinations of three axes."""
+
+
+class GridSection(_Points):
     """Points at which a period of sticking is solved: all combinations of their axes."""
 
-    theta: Annotated[Values, on("theta")]
-    mu0: Annotated[Values, on("mu0")]
-    eta: Annotated[Values, on("eta")]
     dx0: Annotated[Values, on("dx0")]
     clamp_angle: Annotated[Values, on("clamp_angle")] = (0.0,)
     clamp_compliance: Annotated[Values, on("clamp_compliance")] = (0.0,)
     curvature: Annotated[Values, on("curvature")] = (0.0,)
     stage_angle: Annotated[Values, on("stage_angle")] = (0.0,)
-
-    @property
-    def axes(self) -> dict[str, Values]:
-        """Values of each axis in increasing order."""
-        return {name: getattr(self, name) for name in AXES}
-
-    def points(self) -> Iterator[dict[str, Value]]:
-        """All points, by axis."""
-        axes = self.axes
-        return (dict(zip(axes, values, strict=True)) for values in product(*axes.values()))
 
 
 class ScanSection(GridSection):
@@ -74,10 +63,10 @@ class ScanSection(GridSection):
 
     @model_validator(mode="after")
     def _is_short_enough(self) -> Self:
-        if (rows := (self.cycles + 1) / float(min(self.dx0))) > LONGEST_SCAN:  # type: ignore[arg-type]
+        if (self.cycles + 1) / min(self.axes["dx0"]) > LONGEST_SCAN:  # type: ignore[operator]
             raise ValueError(
-                f"{self.cycles} cycles can take {rows:.1g} steps of the clamp; allowed: "
-                f"(cycles + 1)/dx0 up to {LONGEST_SCAN:.0e}"
+                f"{self.cycles} cycles are too many; allowed: (cycles + 1)/dx0 up to "
+                f"{LONGEST_SCAN:.0e}"
             )
         return self
 
@@ -87,8 +76,8 @@ class StateSection(Section):
 
     theta: Annotated[float, at(AXES["theta"])]
     eta: Annotated[float, at(AXES["eta"])]
-    x1: Annotated[float, at(X1)] = Field(description=X1.meaning)
-    contact: OptionalKey[Contact] = Field(
+    x1: Annotated[float, at(X1)]
+    contact: Contact | None = Field(
         default=None, description="kind of contact of this state (default: the study's)"
     )
 
@@ -96,6 +85,10 @@ class StateSection(Section):
     def axes(self) -> dict[str, Values]:
         """Values of each axis."""
         return {"theta": (self.theta,), "eta": (self.eta,), "x1": (self.x1,)}
+
+    def params(self, contact: Contact) -> dict[str, Any]:
+        """Return what it is solved with in a study with this kind of contact, as plain values."""
+        return self.model_dump(mode="json") | {"contact": (self.contact or contact).value}
 
     @model_validator(mode="after")
     def _is_within_reach(self) -> Self:
@@ -130,7 +123,7 @@ class Study(Section):
         default=False,
         description="whether a point without a result (status failed) ends the run with an error",
     )
-    chunk: dict[Name, Count] = Field(
+    chunk: dict[Literal[tuple(SIZES)], Count] = Field(  # type: ignore[valid-type]
         default={},
         description="largest number of values of an axis that one job solves, as in {theta: 16} "
         "(default: "
@@ -156,7 +149,7 @@ class Study(Section):
     comparisons: dict[Name, ComparisonSection] = Field(
         default={}, description="named sets of points that are solved in both kinds of contact"
     )
-    claims: OptionalKey[Claims] = Field(
+    claims: Claims | None = Field(
         default=None,
         description="names of the grids, the scan and the state by which the paper's statements "
         "are judged",
@@ -164,9 +157,12 @@ class Study(Section):
     figures: dict[Name, Figure] = Field(
         default={}, description="named figures, each drawn from one grid, scan, state or comparison"
     )
-    _written: dict[str, Any] = PrivateAttr(default={})
-    _text: str = PrivateAttr(default="")
-    _folder: Path = PrivateAttr(default=Path())
+    # What stands in the file, as `written` values and as `text`, its `folder`, and the sections.
+    _context: dict[str, Any] = PrivateAttr(default={})
+
+    def model_post_init(self, context: Any) -> None:
+        """Keep what the study was read from."""
+        self._context = context
 
     @field_validator("contact", "grids", "scans", "states", "comparisons")
     @classmethod
@@ -185,16 +181,8 @@ class Study(Section):
     @classmethod
     def _solves_the_contact(cls, method: Solver, info: ValidationInfo) -> Solver:
         if method is Solver.SHOOTING and info.data.get("contact") is Contact.LINE:
-            text = "'shooting' is not allowed with contact: line; allowed: collocation"
-            refuse([((), text)])
+            raise ValueError("'shooting' is not allowed with contact: line; allowed: collocation")
         return method
-
-    @field_validator("chunk")
-    @classmethod
-    def _cuts_rods(cls, sizes: dict[str, int]) -> dict[str, int]:
-        if wrong := sorted(sizes.keys() - SIZES.keys()):
-            refuse([((axis,), f"cannot be cut; allowed: {', '.join(SIZES)}") for axis in wrong])
-        return sizes
 
     @field_validator("grids", "scans")
     @classmethod
@@ -202,19 +190,19 @@ class Study(Section):
         cls, named: dict[str, GridSection], info: ValidationInfo
     ) -> dict[str, GridSection]:
         """Refuse mountings that the method does not solve, and too many points."""
-        mistakes: list[Mistake] = []
-        most = info.data.get("max_points", MAX_POINTS)
-        total = sum(number_of_points(grid.axes) for grid in named.values())
+        mistakes = Mistakes()
         for name, grid in named.items():
             mounted = [axis for axis in MOUNTING_AXES if grid.axes[axis] != (0.0,)]
             if mounted and info.data.get("method") is Solver.SHOOTING:
                 text = "is not allowed with method: shooting; collocation is"
-                mistakes.append(((name, mounted[0]), text))
+                mistakes.add(text, name, mounted[0])
+        most = info.data.get("max_points", MAX_POINTS)
+        total = sum(number_of_points(grid.axes) for grid in named.values())
         if total > most:
-            text = f"{total:,} points are not allowed; allowed: max_points, which is {most:,}"
-            mistakes.append(((), text))
-        if mistakes:
-            refuse(mistakes)
+            mistakes.add(
+                f"{total:,} points are not allowed; allowed: max_points, which is {most:,}"
+            )
+        mistakes.refuse()
         return named
 
     @property
@@ -242,7 +230,7 @@ class Study(Section):
     def scripts(self) -> dict[str, str]:
         """Paths of the user's files, by the figures that they draw."""
         return {
-            name: (self._folder / figure.script).as_posix()
+            name: (self._context["folder"] / figure.script).as_posix()
             for name, figure in self.figures.items()
             if figure.script
         }
@@ -251,7 +239,7 @@ class Study(Section):
     def captions(self) -> dict[str, str]:
         """Caption of each figure, with the values that it shows."""
         return {
-            name: figure.told(getattr(self, f"{figure.source}s"))
+            name: figure.caption_of(getattr(self, f"{figure.source}s"))
             for name, figure in self.figures.items()
         }
 
@@ -266,33 +254,25 @@ class Study(Section):
     @cached_property
     def chunks(self) -> dict[str, Chunk]:
         """Parts of the grids that one job solves, by name."""
-        sizes = (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
-        found = (
+        sizes = SIZES | (SIZES_BY_STEP if self.method.by_step else {}) | self.chunk
+        found = [
             chunk
             for name, grid in self.grids.items()
-            for chunk in chunks_of(name, grid.axes, SIZES | sizes)
-        )
+            for chunk in chunks_of(name, grid.axes, sizes)
+        ]
         return {chunk.name: chunk for chunk in found}
-
-    def keep(self, written: dict[str, Any], text: str, folder: Path) -> None:
-        """Keep what stands in the file: values, text with what was changed, folder."""
-        self._written, self._text, self._folder = written, text, folder
 
     @property
     def text(self) -> str:
         """Text of the study file, and what the command line changed."""
-        return self._text
-
-    def plain(self, section: str) -> dict[str, Any]:
-        """Return a section as plain values, which Snakemake compares with those of the last run."""
-        dumped = self.model_dump(mode="json", include={section}, exclude_defaults=True)
-        return dict(dumped.get(section, {}))
+        return str(self._context["text"])
 
     def part(self, table: str) -> str:
         """Return the part of the study file that a table answers, as it stands in its metadata."""
         # It is needed by programs that read tables, too, and takes time to load.
         import yaml
 
-        keys = (*_SOLVED_BY, *_SECTIONS[table])
-        part = {key: self._written[key] for key in keys if key in self._written}
-        return yaml.safe_dump(part, sort_keys=False)
+        written, keys = self._context["written"], (*_SOLVED_BY, *_SECTIONS[table])
+        return yaml.safe_dump(
+            {key: written[key] for key in keys if key in written}, sort_keys=False
+        )

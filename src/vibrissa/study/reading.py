@@ -12,10 +12,9 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from vibrissa.errors import StudyError
 from vibrissa.study.axes import shown
-from vibrissa.study.figures import KINDS
 from vibrissa.study.model import Study
 from vibrissa.study.schema import allowed_at
-from vibrissa.study.sections import NAME_ALLOWED
+from vibrissa.study.sections import NAME_ALLOWED, Mistake
 
 # Keys at the top of the file that only hold anchors begin like this.
 FOR_ANCHORS = "x-"
@@ -42,22 +41,21 @@ def read_study(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
         If something is wrong, with a line for each mistake: file, line, key, value and what is
         allowed.
     """
-    document = _load(path)
-    written = _plain(document) | dict(changes or {})
+    changes = dict(changes or {})
+    text = _text(path)
+    written = _loaded(path, text) | changes
+    changed = "".join(f"# --config {key}={value}\n" for key, value in changes.items())
     try:
-        study = _validated(written, path.parent)
+        return _validated(written, text + changed, path.parent)
     except ValidationError as error:
-        lines = []
-        for location, text in _mistakes(error):
-            is_changed = bool(location) and location[0] in (changes or {})
+        document, lines = YAML().load(text), []
+        for location, mistake in _mistakes(error):
+            is_changed = bool(location) and location[0] in changes
             line = 0 if is_changed else _line(document, location)
             where = "--config" if is_changed else f"{path}:{line}" if line else str(path)
-            place = spell_location(location)
-            lines.append((line, f"{where}: {place + ': ' if place else ''}{text}"))
+            place = f"{spell_location(location)}: " if location else ""
+            lines.append((line, f"{where}: {place}{mistake}"))
         raise StudyError(*(text for _, text in sorted(lines, key=lambda one: one[0]))) from None
-    changed = "".join(f"# --config {key}={value}\n" for key, value in (changes or {}).items())
-    study.keep(written, path.read_text(encoding="utf-8") + changed, path.parent)
-    return study
 
 
 def parse_study(config: Mapping[str, Any]) -> Study:
@@ -68,72 +66,56 @@ def parse_study(config: Mapping[str, Any]) -> Study:
     StudyError
         If something is wrong, with a line for each mistake: key, value and what is allowed.
     """
-    written = dict(config)
-    try:
-        study = _validated(written, Path())
-    except ValidationError as error:
-        texts = [f"{spell_location(at) or 'the study'}: {text}" for at, text in _mistakes(error)]
-        raise StudyError(*texts) from None
     # It is needed here alone, and takes time to load.
     import yaml
 
-    study.keep(written, yaml.safe_dump(written, sort_keys=False), Path())
-    return study
+    try:
+        return _validated(dict(config), yaml.safe_dump(dict(config), sort_keys=False), Path())
+    except ValidationError as error:
+        texts = [f"{spell_location(at) or 'the study'}: {text}" for at, text in _mistakes(error)]
+        raise StudyError(*texts) from None
 
 
-def _validated(written: Mapping[str, Any], folder: Path) -> Study:
+def _validated(written: Mapping[str, Any], text: str, folder: Path) -> Study:
     """Validate a study; keys that only hold anchors are left out, scripts are in a folder."""
     keys = [key for key in written if not str(key).startswith(FOR_ANCHORS)]
-    return Study.model_validate({key: written[key] for key in keys}, context={"folder": folder})
+    context = {"written": written, "text": text, "folder": folder}
+    return Study.model_validate({key: written[key] for key in keys}, context=context)
 
 
 def name_in(path: Path) -> str:
     """Return the name of the study in a file; empty if it has none, or is no study file."""
     try:
-        return str(_load(path).get("study", ""))
+        return str(_loaded(path, _text(path)).get("study", ""))
     except StudyError:
         return ""
 
 
-def _load(path: Path) -> CommentedMap:
-    """Read the YAML of a file, with the lines of its keys."""
+def _text(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise StudyError(f"No such study file: {path}") from None
+        return path.read_text(encoding="utf-8")
     except OSError as error:
         raise StudyError(f"{path} cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
         raise StudyError(f"{path} is not a text in UTF-8: {error.reason}") from None
+
+
+def _loaded(path: Path, text: str) -> dict[Any, Any]:
+    """Return what stands in a study file."""
     try:
-        document = YAML().load(text)
+        document = YAML(typ="safe", pure=True).load(text)
     except MarkedYAMLError as error:
         line = f":{error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise StudyError(
-            f"{path}{line}: not valid YAML: {error.problem or error.context}"
-        ) from None
+        reason = error.problem or error.context
+        raise StudyError(f"{path}{line}: not valid YAML: {reason}") from None
     except (YAMLError, ValueError, RecursionError) as error:
         raise StudyError(f"{path}: not valid YAML: {' '.join(str(error).split())}") from None
-    if document is None:
-        raise StudyError(f"{path} is empty; a study file has at least the keys study and grids")
-    if not isinstance(document, CommentedMap):
+    if not isinstance(document, dict):
         raise StudyError(
-            f"{path}:1: {shown(_plain(document))} is not allowed; a study file has keys with "
-            "values, such as 'study: mine'"
+            f"{path}: {shown(document)} is not allowed; a study file has keys with values, such as "
+            "'study: mine'"
         )
     return document
-
-
-def _plain(value: Any) -> Any:
-    """Return plain values in place of those that know their lines."""
-    if isinstance(value, Mapping):
-        return {key: _plain(one) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_plain(one) for one in value]
-    for kind in (bool, int, float, str):
-        if isinstance(value, kind):
-            return kind(value)
-    return value
 
 
 def _line(document: Any, location: Location) -> int:
@@ -157,34 +139,28 @@ def spell_location(location: Location) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def _mistakes(error: ValidationError) -> list[tuple[Location, str]]:
+def _mistakes(error: ValidationError) -> list[Mistake]:
     """Say in plain words what pydantic found wrong, and where."""
     return [mistake for one in error.errors() for mistake in _in_words(one)]
 
 
-def _in_words(error: ErrorDetails) -> Iterator[tuple[Location, str]]:
+def _in_words(error: ErrorDetails) -> Iterator[Mistake]:
     location: Location = tuple(step for step in error["loc"] if step != "[key]")
+    *above, last = location or ("",)
     match error["type"]:
         case "mistakes":
             for path, text in error["ctx"]["mistakes"]:
                 yield (*location, *path), text
         case "extra_forbidden":
-            *above, key = location
-            yield location, f"{key!r} is not a valid key; allowed: {allowed_at(tuple(above))}"
+            yield location, f"{last!r} is not a valid key; allowed: {allowed_at(tuple(above))}"
         case "missing":
-            *above, key = location
-            yield tuple(above), f"missing {key!r}"
+            yield tuple(above), f"missing {last!r}"
         case "string_pattern_mismatch" | "invalid_key":
-            wrong = location[-1] if len(location) > 1 else error["input"]
-            yield location, f"{shown(wrong)} is not allowed; allowed: {NAME_ALLOWED}"
+            name = last if above else error["input"]
+            yield location, f"{shown(name)} is not allowed; allowed: {NAME_ALLOWED}"
         case "value_error":
             yield location, str(error["ctx"]["error"])
-        case "literal_error" if location[-1] == "kind":
-            yield location, f"{shown(error['input'])} is not allowed; allowed: {', '.join(KINDS)}"
         case _:
-            yield location, f"{shown(error['input'])} is not allowed: {_lowered(error['msg'])}"
-
-
-def _lowered(message: str) -> str:
-    """Return pydantic's words as the end of a sentence."""
-    return message[:1].lower() + message[1:]
+            # Pydantic's words as the end of a sentence.
+            words = f"{error['msg'][:1].lower()}{error['msg'][1:]}"
+            yield location, f"{shown(error['input'])} is not allowed: {words}"

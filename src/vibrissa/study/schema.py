@@ -3,7 +3,6 @@
 from functools import cache
 from typing import Any
 
-from vibrissa.study.axes import AXES
 from vibrissa.study.model import Study
 
 Schema = dict[str, Any]
@@ -12,21 +11,9 @@ Schema = dict[str, Any]
 @cache
 def study_schema() -> Schema:
     """JSON Schema of study files (draft 2020-12)."""
-    schema = Study.model_json_schema()
-    for definition in schema["$defs"].values():
-        definition["description"] = definition.get("description", "").partition("\n\n")[0]
-        for name, axis in AXES.items():
-            if name in definition.get("properties", {}):
-                described = definition["properties"][name]
-                forms = {
-                    "Figure": "the values that are shown, one or a list",
-                    "StateSection": axis.allowed,
-                }
-                form = forms.get(definition["title"], axis.forms)
-                described["description"] = f"{axis.meaning}: {form}"
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **schema,
+        **Study.model_json_schema(),
         "patternProperties": {"^x-": {"description": "anything; holds what anchors name"}},
         "title": "Study file",
     }
@@ -44,21 +31,12 @@ def allowed_at(location: tuple[str | int, ...]) -> str:
     -------
     str
     """
-    root = study_schema()
-    schema = root
+    root = schema = study_schema()
     for step in location:
-        found = schema.get("properties", {}).get(step) or next(
-            iter(schema.get("patternProperties", {}).values()), schema.get("additionalProperties")
-        )
-        schema = _resolved(root, found or {})
+        named = [*schema.get("patternProperties", {}).values(), schema.get("additionalProperties")]
+        schema = schema.get("properties", {}).get(step) or named[0] or {}
+        # A section where a key may be left out is one of two.
+        (schema,) = [one for one in schema.get("anyOf", ()) if "$ref" in one] or [schema]
+        if "$ref" in schema:
+            schema = root["$defs"][schema["$ref"].rpartition("/")[2]]
     return ", ".join(sorted(schema.get("properties", {})))
-
-
-def _resolved(root: Schema, schema: Schema) -> Schema:
-    """Follow a reference, and choose the section where a key may be left out."""
-    for option in schema.get("anyOf", ()):
-        if "$ref" in option:
-            schema = option
-    if "$ref" in schema:
-        return root["$defs"][schema["$ref"].rpartition("/")[2]]
-    return schema

@@ -1,11 +1,16 @@
 """What the sections of a study file have in common."""
 
-from typing import Annotated, Any, TypeVar
+from collections.abc import Callable
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
-T = TypeVar("T")
+# Where in a section a mistake is, and what it is.
+Mistake: TypeAlias = tuple[tuple[str | int, ...], str]
+Count = Annotated[int, Field(strict=True, ge=1)]
+Name = Annotated[str, Field(pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,99}$")]
+NAME_ALLOWED = "a name of at most 100 letters, digits, _ and -"
 
 
 class Section(BaseModel):
@@ -15,15 +20,21 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
-def _given(value: Any) -> Any:
-    """Refuse a key without a value: a key that is not needed is left out."""
-    if value is None:
-        raise PydanticCustomError("no_value", "no value; write one, or leave the key out")
-    return value
+class Mistakes(list[Mistake]):
+    """Mistakes in a part of a study file, which are reported together."""
 
+    def add(self, text: str, *place: str | int) -> None:
+        """Add one; the place counts from this part."""
+        self.append((place, text))
 
-# A key that may be left out; None stands for that.
-OptionalKey = Annotated[T | None, BeforeValidator(_given)]
-Count = Annotated[int, Field(strict=True, ge=1)]
-Name = Annotated[str, Field(pattern="^[A-Za-z0-9][A-Za-z0-9_-]{0,99}$")]
-NAME_ALLOWED = "a name of at most 100 letters, digits, _ and -"
+    def check(self, place: str | int, function: Callable[[Any], Any], written: Any) -> Any:
+        """Return what a function makes of a written value, or add the mistake that it finds."""
+        try:
+            return function(written)
+        except ValueError as error:
+            self.add(str(error), place)
+
+    def refuse(self) -> None:
+        """Refuse the part if there are any."""
+        if self:
+            raise PydanticCustomError("mistakes", "mistakes", {"mistakes": list(self)})

@@ -1,7 +1,7 @@
-"""One rod at all heights of a wide range: for a stage that changes the height as it moves.
+"""One rod at all heights of a range: for an oblique stage.
 
-The range is divided into parts. On each of them the branch is interpolated over the height, as
-closely as it is solved (`EXACT`). Where it cannot be, the range ends.
+On each part of the range the branch is interpolated over the height to `EXACT`. Where this fails,
+the range ends.
 """
 
 from collections.abc import Callable
@@ -40,7 +40,7 @@ class HeightRange:
     parts : tuple of Heights
         From low to high, each beginning where the one before ends.
     below, above : str
-        Why the range ends before the heights that were asked for; empty where it does not.
+        Why the range ends before the requested heights; empty where it does not.
     """
 
     parts: tuple[Heights, ...]
@@ -72,13 +72,13 @@ class HeightRange:
         return self.parts[int(self.part_of(eta))].at(eta)
 
     def states(self, eta: ArrayLike) -> "HeightStates":
-        """States each at a height of its own; heights out of the range become its ends."""
+        """States at heights, which are clipped to the range."""
         return HeightStates(heights=self, eta=np.clip(eta, self.low, self.high))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeightStates(States):
-    """States of a rod, each at a height of its own; displacements have the shape of the heights.
+    """States of a rod, one height for each displacement.
 
     Attributes
     ----------
@@ -169,14 +169,14 @@ def respond_over(
     section: str = RodSection.ROUND,
     progress: Callable[[float], None] = lambda done: None,
 ) -> HeightRange:
-    """Solve a rod at all heights of a range, as far from a height as there is a response.
+    """Solve a rod at all heights around η that have a response.
 
     Parameters
     ----------
     low, high : float
         Range of heights, with `eta` in it (L).
     progress : callable
-        Told which part of the range is done.
+        Called after each part of the range.
 
     Returns
     -------
@@ -208,7 +208,7 @@ def respond_over(
 def _marched(
     solve: Solve, start: float, stop: float, progress: Callable[[float], None]
 ) -> tuple[list[Heights], str]:
-    """Parts from one height to another, or to where one is not resolved, and why it is not."""
+    """Parts between two heights, up to the first failure, and its reason."""
     parts: list[Heights] = []
     width, at, upwards = WIDEST, start, stop > start
     while at != stop:

@@ -152,7 +152,7 @@ def interpolated(
     Parameters
     ----------
     solve : callable
-        Gives the responses at some heights.
+        Returns the responses at given heights.
     low, high : float
         Range of heights (L).
     tolerance : float
@@ -161,8 +161,7 @@ def interpolated(
     Raises
     ------
     NoResponseError
-        If one of the branches is not solved, they do not have the same landmarks, or a branch
-        between them is not met.
+        If a branch is not solved, landmarks differ, or the tolerance is not met.
     """
     nodes = low + (high - low) * chebyshev_nodes(NODES)
     # Between the nodes the interpolation must agree with a branch that it has not seen.
@@ -182,7 +181,7 @@ def interpolated(
 
 
 def _agrees(found: Branch, solved: Branch, tolerance: float) -> bool:
-    """Whether an interpolated branch is, up to the lock, the one that was solved there."""
+    """Whether an interpolated branch agrees with the solved one up to the lock."""
     x = np.linspace(solved.x0_pull, solved.x0_lock, KNOTS)[1:-1]
     error = np.abs(found(found.clip(x)) - solved(x))
     return bool(error.max() <= tolerance * np.abs(solved(x)).max())

@@ -1,6 +1,6 @@
-"""States in which the clamp pulls the tip, from where the normal force vanishes to α = 0.
+"""States in retraction, from zero normal force to α = 0.
 
-All rods are solved together: of one state alone the calls cost more than the arithmetic.
+All rods are solved in one batch, as calls cost more than arithmetic.
 """
 
 from collections.abc import Sequence
@@ -46,9 +46,9 @@ class Stretch(NamedTuple):
     start, stop : float
         Ends of the stretch, the lower first (L).
     grade : int
-        Above 1 the states stand more closely at the start.
+        Above 1: states are denser near the start.
     low, high : float
-        The part that is meant, between 0 and 1.
+        Ends of the part, between 0 and 1.
     """
 
     of: int
@@ -76,7 +76,7 @@ class Pulled:
     Attributes
     ----------
     curves : sequence of StickingCurve
-        What is known of the rods where their clamps push.
+        Paths of the rods while their clamps push.
     contact : Contact
         As in `vibrissa.solve_state`.
     """
@@ -147,7 +147,7 @@ class Pulled:
         return np.array([one.s_c[0] < 1.0 for one in self._solved(of, x0)])
 
     def _normal_forces(self) -> list[CubicSpline]:
-        """Interpolate fy of each rod from α = 0 to the first place at which it has vanished."""
+        """Interpolate fy of each rod from α = 0 to its first zero."""
         straight = np.array([one.x1_init - np.sqrt(1.0 - one.eta**2) for one in self.curves])
         places: list[list[float]] = [[] for _ in self.curves]
         force: list[list[float]] = [[] for _ in self.curves]

@@ -2,8 +2,8 @@
 
 While the tip sticks, its state follows from the positions of clamp and tip (`sensor.stage`). At the
 first step at which |tan α| > μ0 the tip slips while the clamp rests; the slip law determines where
-the slip ends. A self-locking tip sticks until a round rod swings aside. Then the tip is behind the
-clamp, and the states are mirror images: fx and m have the opposite sign.
+the slip ends. A self-locking tip sticks until the round rod buckles laterally. Then the tip is
+behind the clamp, and the states are mirror images: fx and m have the opposite sign.
 """
 
 from collections.abc import Callable, Sequence
@@ -41,13 +41,13 @@ class TipPhase(StrEnum):
     Attributes
     ----------
     STICK
-        It has stuck since the step before.
+        It sticks since the step before.
     LOCK
-        It sticks past the lock: it does not slip while it is pushed on.
+        It sticks past the critical state: pushing cannot make it slip.
     SLIP
         It has just slipped, and rests.
     SWING
-        It sticks, and the rod has just swung aside, round to the other side of the clamp.
+        It sticks; the rod has just buckled laterally, to the other side of the clamp.
     """
 
     STICK = "stick"
@@ -71,14 +71,12 @@ class Outcome(StrEnum):
     COMPLETE
         At the end of the path.
     LOCK
-        The tip locked, and was pushed on until it could not stick any more. A rod that swings aside
-        goes on.
+        The tip locked and was pushed until sticking ended, other than by lateral buckling.
     LOST
-        A slip left the states that are known here: it passed α = 0, and a pushed tip lifted off
-        the surface, or a pulled tip reached the end of pushing.
+        A slip left the computed states: it passed α = 0, and a pushed tip lifted off the
+        surface, or a pulled tip reached the end of pushing.
     AWAY, NEAR
-        An oblique stage took the clamp so far from the surface, or so near, that the rod has no
-        response there.
+        An oblique stage took the clamp too far from the surface, or too near, for a response.
     """
 
     COMPLETE = "complete"
@@ -96,7 +94,7 @@ class SurfaceScan(Batch):
     ----------
     outcome : Outcome
     message : str
-        Where the rod swung aside first, and where and why the scan ended before its path, if so.
+        Where the rod first buckled laterally; where and why the scan ended early.
     clamp : ndarray, shape (n,)
         Position of the clamp along its stage (L).
     contact : ndarray, shape (n,)
@@ -170,7 +168,7 @@ def path(
 
 
 def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
-    """Whole steps up to a turn; one that a conversion of units rounded away counts."""
+    """Count the whole steps up to a turn, robust to the rounding of converted units."""
     quotient = exact(turn) / size
     nearest = round(quotient)
     return nearest if abs(quotient - nearest) < ROUNDED_AWAY else int(quotient)
@@ -180,8 +178,8 @@ def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
 class _Part:
     """Sticking of one tip on one side of the clamp, from the step `begin` to before the step `end`.
 
-    Without a slip before it, the tip had stuck already and the rod has swung aside. Sticking ends
-    with the clamp at `until` (L), as `exit` gives way; at the end of the path there is none.
+    It begins with a slip, or with lateral buckling. It ends with the clamp at `until` (L) by the
+    event `exit`; None at the end of the path.
     """
 
     tip: Tip
@@ -193,16 +191,16 @@ class _Part:
 
     @property
     def locked(self) -> bool:
-        """Whether the tip was pushed on beyond the lock until it could not stick any more."""
+        """Whether the tip locked and was pushed until sticking ended."""
         states, x0 = self.tip.stage.states(self.until, self.tip.contact, self.tip.side)
         past = bool(x0 > states.x0_lock)
         return self.exit is Exit.END or (self.exit is Exit.BACKWARD and past)
 
     @property
     def swung_contact(self) -> float:
-        """Where the tip is when the rod has swung aside (L).
+        """Position of the tip after lateral buckling (L).
 
-        Where it was, unless the rod lies on the surface: its tail turns about the contact point.
+        Unchanged, unless the rod lies on the surface: its tail turns about the contact point.
         """
         tip = self.tip
         states, x0 = tip.stage.states(self.until, tip.contact, tip.side)
@@ -235,7 +233,7 @@ def simulate(
     Returns
     -------
     SurfaceScan
-        Up to where the tip sticks no more, or the height is not known any more.
+        Up to the end of sticking, or of the heights that were solved.
 
     Raises
     ------
@@ -288,7 +286,7 @@ def _check_backward(rod: Response | ObliqueStage, positions: FloatArray) -> None
 def _known(
     stage: LevelStage | ObliqueStage, positions: FloatArray, told: Callable[[float], str]
 ) -> tuple[int, Outcome, str]:
-    """Count the steps at which the height is known, and say why the next one is not."""
+    """Count the steps whose heights were solved, and say why the next one was not."""
     if isinstance(stage, LevelStage):
         return len(positions), Outcome.COMPLETE, ""
     height, heights = stage.height(positions), stage.heights
@@ -312,14 +310,14 @@ def _tip(stage: LevelStage | ObliqueStage, surface: Surface, contact: float, sid
 
 
 def _slid(tip: Tip, clamp: float, slips: Slips) -> float:
-    """Find where the tip is after its slip (L); NaN if it leaves the states that are known."""
+    """Position of the tip after its slip (L); NaN if the slip leaves the computed states."""
     _, x0 = tip.stage.states(clamp, tip.contact, tip.side)
     along = float(tip.stage.along(clamp))
     return slips.response.contact(along, slips.rest(along, float(x0), tip.side), tip.side)
 
 
 def _part(tip: Tip, positions: FloatArray, begin: int, clamp: float, slipped: bool) -> _Part:
-    """Follow the tip, which sticks with the clamp at `clamp`, to where it cannot."""
+    """Follow a sticking tip from the clamp position `clamp` to the end of sticking."""
     rest = positions[begin:]
     low, high = tip.interval(clamp, float(rest.min()), float(rest.max()))
     end, until = len(positions), np.nan

@@ -1,9 +1,9 @@
-"""Where a slip ends: the laws, and the balance of forces or energy along the way of the tip.
+"""Slip laws: where a slip ends, by the balance of forces or of energy along the path of the tip.
 
-While the tip slips the clamp rests, and x0 falls (of a pulled tip it rises). Along the way, the
-force beyond kinetic friction is a piecewise polynomial: its cells end at the knots of the rod's
-response and at the edges of the surface, so no patch is too narrow to count. Its integral is the
-kinetic energy.
+While the tip slips the clamp rests, and x0 falls (in retraction it rises). The tangential force
+less kinetic friction is a piecewise polynomial of x0, with breaks at the knots of the rod's
+response and at the edges of the surface, so that no patch is missed. Its integral is the kinetic
+energy.
 """
 
 from dataclasses import dataclass
@@ -47,10 +47,9 @@ class SlipLaw(StrEnum):
     FREE
         At α = 0, where no friction is needed (the paper's assumption).
     KINETIC
-        Where |tan α| has fallen to the kinetic friction μk: the tip creeps, without inertia.
+        Where |tan α| = μk: the tip creeps, without inertia.
     ENERGY
-        Where kinetic friction has dissipated the bending energy that was released: the tip passes
-        the state of the kinetic law and stops when its velocity is zero.
+        Where kinetic friction has dissipated the released bending energy, at zero velocity.
     """
 
     FREE = "free"
@@ -73,7 +72,7 @@ INTERPOLATION = _bernstein(BETWEEN) @ COEFFICIENTS
 
 @dataclass(frozen=True, kw_only=True)
 class _Way:
-    """The way of a tip that slips while the clamp rests, counted from where the slip begins.
+    """Path of a slipping tip, measured from the beginning of the slip.
 
     Attributes
     ----------
@@ -138,8 +137,7 @@ class Slips:
         clamp : float
             Position of the clamp (L).
         side : int
-            1 where the tip is ahead of the clamp, −1 where it is behind: then the displacements are
-            those of the mirror image.
+            1 where the tip is ahead of the clamp, −1 where it is behind (mirror image).
 
         Returns
         -------
@@ -194,14 +192,14 @@ class Slips:
         return np.nan
 
     def _longest(self, way: _Way) -> float:
-        """Way to the end of the response; creeping ends at α = 0."""
+        """Distance to the end of the response; creeping ends at α = 0."""
         if self.law is SlipLaw.KINETIC:
             return abs(way.x0)
         response = self.response
         return way.x0 - response.x0_pull if way.ahead < 0.0 else response.x0_end - way.x0
 
     def _excess_force(self, way: _Way, begin: float, end: float) -> BPoly:
-        """Force beyond kinetic friction (E·I0/L²) on a stretch of the way, cell by cell."""
+        """Tangential force less kinetic friction (E·I0/L²) on a part of the path, cell by cell."""
         start, width, mu0 = self._cells(way, self._bounds(way, begin, end))
         at = way.displacement(start[:, None] + width[:, None] * NODES)
         fx, fy, _ = np.moveaxis(self.response(at), -1, 0)
@@ -209,7 +207,7 @@ class Slips:
         return BPoly(COEFFICIENTS @ force.T, np.append(start, end))
 
     def _bounds(self, way: _Way, begin: float, end: float) -> FloatArray:
-        """Where response or friction are not smooth on a stretch, and no further apart (L)."""
+        """Find the breaks of response and friction on a part of the path (L)."""
         edges = way.to(self.surface.edges)
         edges = np.unique([begin, *edges[(edges > begin) & (edges < end)], end])
         inner = way.ahead * (self.response.reactions.x - way.x0)

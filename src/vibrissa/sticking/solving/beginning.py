@@ -1,11 +1,9 @@
 """Where branches begin: α = 0 states of rods in any mounting.
 
-In the ideal mounting the first buckling mode starts Newton's iteration. In another one there is no
-buckling: a rod that is inclined, curved or turned by a yielding clamp bends from the first touch,
-and the state that is bent towards +x may not exist at all. It is followed from the ideal rod at the
-same height by a homotopy, in which all deviations grow together from nothing to the whole mounting.
-It exists as long as it is a minimum of the energy for a tip that slides without friction, and
-presses on the surface.
+In the ideal mounting the first buckling mode starts Newton's iteration. Any other rod bends from
+the first touch. Its state bent towards +x is followed from the ideal rod at the same height by a
+homotopy, in which all deviations of the mounting grow together. It exists while it is a minimum of
+the energy for a tip without friction and presses on the surface.
 """
 
 from collections.abc import Callable
@@ -170,9 +168,9 @@ Way = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
 def _homotopy(
     first: RodStates, way: Way, model: Contact, step: float
 ) -> tuple[RodStates, FloatArray]:
-    """Follow α = 0 states along a way, in steps that adapt, as far as they exist.
+    """Follow α = 0 states along the homotopy in adapted steps, as far as they exist.
 
-    Returns the last states and the shares of the way.
+    Returns the last states and their homotopy parameters.
     """
     count = len(first)
     states, before = first.copy(), first.unknowns.copy()
@@ -211,7 +209,7 @@ def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
 def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
-    """Solve states with the kind of contact that is possible, first with that of the guess.
+    """Solve states with the possible kind of contact, beginning with that of the guess.
 
     Returns
     -------

@@ -1,9 +1,8 @@
 """Paths are cut into smooth parts, each with one continuation parameter that grows along it.
 
 A path is cut where the contact changes its kind. Between two kinks the parameter is the
-displacement as long as that grows steadily, and otherwise the way along a direction (E3c): where
-the forces change faster or the displacement turns back. The ends of the parts are solved on as many
-nodes as they need: unlike the knots, they have to be exact.
+displacement while it grows steadily, otherwise that of E3c. The ends of the parts are solved on as
+many nodes as they need, as they must be exact.
 """
 
 from collections.abc import Iterator
@@ -77,7 +76,7 @@ class Parts(Batch):
     by_x0, line : ndarray of bool, shape (n,)
         Whether the displacement is the parameter; whether the contact is along a line.
     start, length : ndarray, shape (n,)
-        First value of the parameter, and how far the part goes (x0 in L).
+        First value of the parameter, and length of the part (x0 in L).
     weights, shift : ndarray, shape (n, 5) and (n,)
         The parameter is weights·(offset, fx, fy, s_c, φ1) + shift.
     height, tilt : ndarray, shape (n,)
@@ -190,7 +189,7 @@ def cut(branches: Branches, followed: Followed, side: FloatArray, sections: list
     branches : Branches
         With exact contact points of the α = 0 states.
     followed : Followed
-        The last knots of its paths need not be exact: they lie beyond the ends of the paths.
+        The last knots of its paths lie beyond their ends and need not be exact.
     """
     knots = followed.knots
     first, last = (np.array([s[i] for s in sections], dtype=np.int64) for i in (0, 1))

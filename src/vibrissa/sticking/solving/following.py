@@ -1,14 +1,12 @@
 """Continuation: paths of equilibria are followed from α = 0, by Keller's pseudo-arclength.
 
-A path is a row of *knots*: states, each with the direction in which the path goes on. The next one
-lies on the plane normal to that direction, a step ahead. Steps are as long as the guess by the
-tangents allows. So a path is followed where the displacement or the force turns back, too.
+A path is a sequence of *knots*: states with the direction of the path. The next knot lies on the
+plane normal to that direction, one step ahead, so that the path goes on where the displacement or
+the force turns back. The step is adapted to the error of the prediction.
 
-With ``contact: point`` the tip alone touches the surface throughout. With ``contact: line`` each
-state has the kind of contact that is possible: the tip touches where φ1 ≥ 0, and the rod lies along
-the surface, s_c ≤ 1, where it would pass through it. Where one of them is violated both hold at
-once, φ1 = 0 and s_c = 1: the path has a kink there, which is solved as a state of its own, and from
-which it goes on to the other side.
+With ``contact: point`` the tip alone touches the surface. With ``contact: line`` the tip touches
+where φ1 ≥ 0, and the rod lies along the surface where s_c ≤ 1. Where the kind changes, φ1 = 0 and
+s_c = 1: the path has a kink, which is solved as a state.
 """
 
 from collections.abc import Callable
@@ -55,7 +53,7 @@ CLOSENESS = (Closeness(24, 0.6), Closeness(48, 0.15), Closeness(108, 0.04))
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Knots(Batch):
-    """States on paths, with the directions in which these go on.
+    """States on paths, with the directions of the paths.
 
     Attributes
     ----------
@@ -68,7 +66,7 @@ class Knots(Batch):
     step : ndarray, shape (n,)
         Step from the knot before; 0 where a path begins, and behind a kink.
     inverse : ndarray, shape (n, k, k)
-        What corrects states nearby.
+        Approximate inverse Jacobian, which corrects states nearby.
     """
 
     branch: IntArray
@@ -85,9 +83,9 @@ class Followed(NamedTuple):
     Attributes
     ----------
     knots : Knots
-        Of all branches, one after the other, as they were followed.
+        Of all branches, one after the other.
     turned : ndarray of bool, shape (n,)
-        Whether a path ends in a kink, as the displacement turns back there.
+        Whether a path ends in a kink where the displacement turns back.
     """
 
     knots: Knots
@@ -215,7 +213,7 @@ class _Kinks(NamedTuple):
     Attributes
     ----------
     here, ahead : Knots
-        The last ones before a kink, and the first ones behind it; the same where there is none.
+        The last knot before a kink and the first one after it; the same without a kink.
     solved : ndarray of bool, shape (n,)
         Whether they were found.
     kinks : ndarray of bool, shape (n,)
@@ -229,7 +227,7 @@ class _Kinks(NamedTuple):
 
 
 def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> _Kinks:
-    """Put kinks where the next knots have a kind of contact that is not possible."""
+    """Insert kinks where the contact of the next knots is not possible."""
     solved, kinks = np.ones(len(new), dtype=bool), np.zeros(len(new), dtype=bool)
     if model is Contact.LINE:
         before, after = _violation(last.states), _violation(new.states)
@@ -257,7 +255,7 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
 
 
 def _violation(states: RodStates) -> FloatArray:
-    """How far states are beyond what their kind of contact allows; negative where they are not."""
+    """Violation of the contact conditions; negative where they are satisfied."""
     return np.where(states.line, states.s_c - 1.0, -ends(states).phi1)
 
 
