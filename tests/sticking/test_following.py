@@ -3,18 +3,11 @@
 That one is written in another language and shares no code with this one.
 """
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
 from vibrissa import Mounting, solve_curve, solve_state
-from vibrissa.mechanics.equations import ends, largest_residual
-from vibrissa.mechanics.mounting import IDEAL, rod_columns
-from vibrissa.outcomes import Contact, End
-from vibrissa.sticking.solving import cutting
-from vibrissa.sticking.solving.beginning import begin
-from vibrissa.sticking.solving.following import CLOSENESS, LEAST_COSINE, follow
+from vibrissa.outcomes import End
 
 LEANS = 0.4
 
@@ -70,65 +63,6 @@ def test_a_rod_that_a_stage_takes_off_the_surface_lifts_off():
     assert ends == [End.SLIPS_BACK] * 2
     assert (states.x0 < curve.x0_end).all()
     assert states.reaction_fx == pytest.approx(-np.array([1.0, 100.0]) * states.reaction_fy)
-
-
-@pytest.fixture(scope="module", params=list(Contact))
-def followed(request):
-    rods = rod_columns(np.array([1.0, 2.0, 3.0, 5.0]), [IDEAL] * 4)
-    begun = begin(rods, np.array([0.85, 0.5, 0.75, 0.9]), np.zeros(4), 40, request.param)
-    both, side = np.tile(np.arange(4), 2), np.repeat([1.0, -1.0], 4)
-    branches = begun.branches.take(both)
-
-    def ended(branches, knots):
-        steep = knots.states.fx > -3.0 * knots.states.fy
-        return (knots.states.fy >= 0.0) | ((side[knots.branch] < 0.0) & steep)
-
-    longest = CLOSENESS[0].longest
-    paths = follow(branches, begun.states.take(both), side, request.param, ended, longest)
-    return branches, paths, side
-
-
-def test_knots_are_equilibria_on_the_planes_normal_to_the_path(followed):
-    branches, paths, _ = followed
-    knots = paths.knots
-    some = branches.take(knots.branch)
-    at = some.coordinates(knots.states)
-    assert np.linalg.norm(knots.direction, axis=1) == pytest.approx(1.0, abs=1e-12)
-    closing = some.along(knots.direction, np.vecdot(knots.direction, at))
-    assert (largest_residual(knots.states, closing) < 1e-5).all()
-    inside = np.flatnonzero(knots.step > 0.0)
-    way = np.vecdot(knots.direction[inside - 1], at[inside] - at[inside - 1])
-    assert way == pytest.approx(knots.step[inside], abs=1e-6)
-    bend = np.vecdot(knots.direction[inside], knots.direction[inside - 1])
-    assert (bend > LEAST_COSINE).all()
-
-
-def test_each_path_begins_at_alpha_0_and_goes_to_its_side(followed):
-    branches, paths, side = followed
-    knots, first, last = paths.knots, paths.first, paths.last
-    assert knots.branch[first].tolist() == knots.branch[last].tolist() == list(range(8))
-    assert knots.states.fx[first] == pytest.approx(0.0, abs=1e-9)
-    x0 = branches.take(knots.branch).displacement(ends(knots.states).offset)
-    assert (x0[last] * side > 0.0).all()
-    # The first ones lead beyond where x0 turns back, the others to the friction asked for.
-    assert (knots.direction[last, 0][:4] < 0.0).all()
-    assert (knots.states.fx[last] > -3.0 * knots.states.fy[last])[4:].all()
-
-
-def test_sections_cover_a_path_and_grow_along_it_and_meet_exactly(followed):
-    branches, paths, side = followed
-    knots, sections = paths.knots, cutting.sections_of(paths, side)
-    covered = [row for one in sections for row in range(one.first + 1, one.last + 1)]
-    assert covered == np.flatnonzero(knots.step > 0.0).tolist()
-    at = branches.take(knots.branch).coordinates(knots.states)
-    for one in sections:
-        assert (np.diff(at[one.first : one.last + 1] @ one.direction) > 0.0).all()
-        assert np.linalg.norm(one.direction) == pytest.approx(1.0)
-    parts = cutting.cut(branches, paths, side, sections)
-    for number, (one, other) in enumerate(pairwise(sections)):
-        if one.last == other.first and one.by_x0 and other.by_x0:
-            end = parts.start[number] + parts.length[number]
-            assert end == pytest.approx(parts.start[number + 1], abs=1e-12)
 
 
 def test_a_single_state_is_found_on_both_sides_of_a_kink_and_next_to_a_limit_point():

@@ -14,33 +14,6 @@ from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.sticking.solving import finishing
 from vibrissa.sticking.solving.finishing import STATES_LOOKED_AT
 
-
-@pytest.mark.parametrize("place", [0.004, 0.06, 0.31, 0.5, 0.93, 0.9961])
-@pytest.mark.parametrize("power", [1, 2])
-def test_a_dip_is_found_however_narrow(place, power):
-    """A parabola, or a kink, that falls below zero in a ten-thousandth of the interval."""
-
-    def depth(below):
-        return lambda at: np.abs(at - place) ** power - below
-
-    narrow = 0.5e-4**power
-    at = finishing._dip(depth(narrow), 0.0, 1.0)
-    assert abs(at - place) < 0.5e-4
-    # The same that stays above.
-    assert np.isnan(finishing._dip(depth(-narrow), 0.0, 1.0))
-    assert np.isnan(finishing._dip(depth(0.0), 0.0, 1.0))
-
-
-@pytest.mark.parametrize("place", [0.0, 0.02, 0.4999, 1.0])
-def test_the_first_inadmissible_shape(place):
-    def look(at):
-        far = np.full(len(at), np.inf)
-        return Clearance(clamp=np.where(at < place, 1.0, -1.0), surface=far, itself=far)
-
-    found = finishing._first_inadmissible(look, 0.0, 1.0)
-    assert found == pytest.approx(place, abs=1.1e-11) and found >= place
-
-
 # From the lowest point of (t - p)² - 10⁻⁸ to where it is inadmissible.
 DEPTH = np.sqrt(1e-8 - TOLERANCE)
 
@@ -71,20 +44,6 @@ def test_a_piece_ends_where_its_first_clearance_vanishes(monkeypatch, name, reas
     assert np.isnan(at) and how == ""
     at, how = limit(monkeypatch, **{name: lambda t: t - 0.5})
     assert (at, how) == (0.0, reason)
-
-
-def test_shapes_that_are_far_from_any_limit_are_not_looked_at_again(monkeypatch):
-    """A clearance that is large, that only falls or rises, or too flat to dip below zero."""
-    asked = []
-
-    def seen(clearance):
-        return lambda t: asked.append(len(t)) or clearance(t)
-
-    steep = lambda t: 0.11 + 9.0 * np.abs(t - 0.4)  # noqa: E731
-    for clearance in (steep, lambda t: 1.0 + t, lambda t: 0.05 + 0.0 * t):
-        asked.clear()
-        at, how = limit(monkeypatch, itself=seen(clearance))
-        assert np.isnan(at) and how == "" and asked == [STATES_LOOKED_AT]
 
 
 def test_of_several_limits_the_first_counts(monkeypatch):

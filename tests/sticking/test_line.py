@@ -1,6 +1,5 @@
 """Contact along a line: against an independent shooting, exact laws and the point model."""
 
-import pickle
 from decimal import Decimal
 
 import numpy as np
@@ -43,13 +42,6 @@ def test_states_agree_with_an_independent_shooting(pair):
         assert state.reaction_fx == pytest.approx(q, rel=1e-9)
         m = reference.shoot_from_line(pair[0], s_c, p, q)[3]
         assert state.reaction_m == pytest.approx(m, rel=1e-8, abs=1e-9)
-
-
-def test_first_state_that_lies_along_the_surface():
-    curve = line(3.0, 0.7)
-    first = curve.state(0.0)
-    assert (float(first.f), float(first.s_c)) == pytest.approx((0.9866, 0.9479), abs=5e-5)
-    assert first.alpha == pytest.approx(0.0, abs=1e-13)
 
 
 @pytest.mark.parametrize("eta", [0.3, 0.4, 0.5, 0.55])
@@ -130,48 +122,6 @@ def test_whole_range_is_solved_in_both_models(theta, eta):
             assert (states.s_c <= 1.0 + 1e-12).all() and (states.s_c > 0.0).all()
 
 
-@pytest.mark.parametrize("pair", [(3.0, 0.85), (3.0, 0.7), (1.0, 0.3)])
-def test_work_of_the_clamp_is_the_gain_of_bending_energy(pair):
-    curve = line(*pair)
-    end = 0.9 * curve.x0_lock
-
-    def energy(x0):
-        state = curve.state(x0)
-        s = np.linspace(0.0, float(state.s_c), 4001)
-        x1 = curve.x1_init - x0
-        where = solve_state(*pair, x1, contact="line")
-        _, _, phi = where.shape(s)
-        curvature = np.gradient(phi, s, edge_order=2)
-        stiffness = (1 - (1 - 1 / pair[0]) * s) ** 4
-        return np.trapezoid(0.5 * stiffness * curvature**2, s)
-
-    x0 = np.linspace(0.0, end, 2001)
-    work = np.trapezoid(-curve.state(x0).reaction_fx, x0)
-    assert energy(end) - energy(0.0) == pytest.approx(work, rel=1e-4)
-
-
-@pytest.mark.slow
-def test_sticking_equilibria_are_stable_up_to_the_lock():
-    for contact in Contact:
-        for theta, eta in [(1.0, 0.85), (3.0, 0.85), (3.0, 0.7), (8.0, 0.6), (1.0, 0.3)]:
-            curve = solve_curve(theta, eta, contact=contact)
-            for part in (0.0, 0.5, 1.0):
-                x1 = curve.x1_init - part * curve.x0_lock
-                assert solve_state(theta, eta, x1, contact).stability > 0
-
-
-def test_stability_is_lost_where_the_branch_turns_back():
-    # At a turning point the margin falls like a square root: its square is linear in x0 and says
-    # where the branch ends, which is where no equilibrium is found any more.
-    x1_init = solve_curve(1.0, 0.85).x1_init
-    u = np.array([1.900, 1.904])
-    margins = np.array([solve_state(1.0, 0.85, x1_init * (1 - v)).stability for v in u])
-    end = u[0] + margins[0] ** 2 * (u[1] - u[0]) / (margins[0] ** 2 - margins[1] ** 2)
-    assert end == pytest.approx(1.905, abs=1e-3)
-    beyond = solve_state(1.0, 0.85, x1_init * (1 - (end + 2e-3)))
-    assert beyond.status is Status.FAILED and "may end before" in beyond.message
-
-
 def test_scan_shows_the_rod_lying_on_the_surface():
     curve = line(3.0, 0.7)
     scan = stick_slip(curve, Decimal("0.3"), Decimal("0.005"), cycles=2)
@@ -181,14 +131,6 @@ def test_scan_shows_the_rod_lying_on_the_surface():
     assert lying.any(axis=1).all()
     assert scan.y[lying] == pytest.approx(0.7, abs=1e-9)
     assert scan.x[:, -1] == pytest.approx(scan.x1, abs=1e-9)
-
-
-def test_shape_of_a_single_state_lies_on_the_surface():
-    state = solve_state(1.0, 0.55, 0.6, contact="line")
-    x, y, phi = state.shape()
-    assert state.contact == "line" and state.s_c < 1.0
-    assert y.max() <= 0.55 + 1e-10
-    assert (x[-1], y[-1], phi[-1]) == pytest.approx((0.6, 0.55, 0.0), abs=1e-9)
 
 
 def test_unknown_contact_is_refused():
@@ -243,12 +185,6 @@ def test_a_lock_in_a_kink_lies_where_the_contact_changes(theta, eta):
     assert curve.x0_lock == curve.x0_touch == curve.pieces[1].first_x0
     assert curve.contact(curve.x0_lock) == ["line"]
     assert curve.x0_touch == pytest.approx(solve_curve(theta, eta).x0_touch, abs=1e-11)
-
-
-def test_a_solved_curve_can_be_sent_to_another_process():
-    curve = line(3.0, 0.85)
-    again = pickle.loads(pickle.dumps(curve))
-    assert np.array_equal(again.onset([0.1, 0.3]), curve.onset([0.1, 0.3]))
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev
 from scipy.integrate import cumulative_simpson, quad, solve_ivp
-from scipy.optimize import minimize
 
 from vibrissa import Mounting, solve_curve, solve_onset, solve_state, stick_slip
 from vibrissa.errors import ArgumentError
@@ -68,66 +67,6 @@ def test_an_integration_from_the_contact_meets_the_clamp(name, contact):
     for piece in found.pieces:
         state = piece.at(np.array([0.3 * piece.start + 0.7 * piece.stop])).take(0)
         assert misses(found, state) == pytest.approx([0.0] * 4, abs=5e-12)
-
-
-def chain(found, x0, links=120):
-    """Least energy of a chain of links with a spring in each joint and one at its base.
-
-    Its tip is pinned. Returns the energy and the force on the tip.
-    """
-    mounting, h = found.mounting, 1.0 / links
-    s = np.arange(1, links) * h
-    stiffness = (1 - (1 - 1 / found.theta) * s) ** 4 / h
-    turn = h * natural(mounting)(s)
-    target = np.array(found.contact_point(x0))
-    base = np.pi / 2 + mounting.clamp_angle
-    # Half a link stands between the clamp and the middle of the first one.
-    first = mounting.clamp_compliance + h / 2
-    unbent = 0.5 * h * natural(mounting)(0.25 * h)
-
-    def energy(phi):
-        bend = np.diff(phi) - turn
-        lean = phi[0] - base - unbent
-        value = 0.5 * (stiffness * bend**2).sum() + 0.5 * lean**2 / first
-        slope = np.zeros(links)
-        slope[1:] += stiffness * bend
-        slope[:-1] -= stiffness * bend
-        slope[0] += lean / first
-        return value, slope
-
-    def gap(phi):
-        return h * np.array([np.cos(phi).sum(), np.sin(phi).sum()]) - target
-
-    def gap_slope(phi):
-        return h * np.array([-np.sin(phi), np.cos(phi)])
-
-    state = found.state(x0)
-    *_, phi = deformed_shape(
-        found.theta, state.f, state.alpha, *target, (np.arange(links) + 0.5) * h, 1.0, mounting
-    )
-    # Far enough from the continuum's shape that the chain has to find its own.
-    result = minimize(
-        energy,
-        phi + 0.02 * np.sin(np.linspace(0, 9, links)),
-        jac=True,
-        method="SLSQP",
-        constraints={"type": "eq", "fun": gap, "jac": gap_slope},
-        options={"ftol": 1e-13, "maxiter": 300},
-    )
-    force = np.linalg.lstsq(gap_slope(result.x).T, energy(result.x)[1], rcond=None)[0]
-    return result.fun, force
-
-
-@pytest.mark.parametrize("name", ["clamp_angle", "clamp_compliance", "curvature", "together"])
-def test_a_chain_of_least_energy_needs_the_same_force(name):
-    found = curve(2.0, 0.85, MOUNTINGS[name])
-    x0 = 0.5 * found.x0_lock
-    state = found.state(x0)
-    exact = np.array([state.reaction_fx, state.reaction_fy])
-    coarse, fine = (chain(found, x0, links)[1] for links in (30, 60))
-    # The error of a chain falls with the square of its links.
-    assert (4 * fine - coarse) / 3 == pytest.approx(exact, abs=5e-4)
-    assert np.abs(fine - exact).max() < 0.5 * np.abs(coarse - exact).max()
 
 
 def elastic_energy(found, x0):
@@ -268,15 +207,6 @@ def test_the_ideal_mounting_is_the_paper_s_digit_by_digit():
         )
         for a, b in zip(one.pieces, other.pieces, strict=True):
             assert np.array_equal(a.states.matrix(), b.states.matrix())
-
-
-@pytest.mark.slow
-def test_a_small_deviation_changes_little():
-    ideal = curve(2.0, 0.85, Mounting())
-    for name in ("clamp_angle", "clamp_compliance", "curvature", "stage_angle"):
-        shifts = [curve(2.0, 0.85, Mounting(**{name: by})).mu_lock for by in (1e-6, 2e-6)]
-        first, second = np.array(shifts) - ideal.mu_lock
-        assert 1e-8 < abs(first) < 1e-5 and second == pytest.approx(2 * first, rel=1e-4)
 
 
 @pytest.mark.slow

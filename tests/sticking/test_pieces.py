@@ -1,22 +1,18 @@
 """Pieces whose columns are polynomials: what is found on them, and on curves of them, is known."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
 from made_curves import COLUMNS, NEEDS, curve_of, made, rising
-from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact, End, Parameter, RodSection
 from vibrissa.sticking.assembly import (
     NO_MAXIMUM,
     NOT_IN_PLANE,
     Event,
-    _demand_slope,
 )
 from vibrissa.sticking.curve import SAME, failed_curve
-from vibrissa.sticking.piece import DISPLACEMENT, SAMPLES, PieceArray, StickingState
+from vibrissa.sticking.piece import DISPLACEMENT, PieceArray
 from vibrissa.sticking.reading import CurveArray
 
 # From α = 0 on, and further along the advance, on which x0 turns back at t = 2.
@@ -42,23 +38,6 @@ def several():
 
 def of(name, count=1):
     return np.full(count, list(KINDS).index(name))
-
-
-@pytest.mark.parametrize("alone", [True, False])
-@pytest.mark.parametrize("name", KINDS)
-def test_columns_and_two_derivatives_are_those_of_the_polynomials(several, name, alone):
-    pieces = made(**KINDS[name]).alone if alone else several
-    row = np.zeros(5, dtype=int) if alone else of(name, 5)
-    t = np.linspace(KINDS[name]["start"], KINDS[name]["stop"], 5)
-    known = [name for name in StickingState.names() if not name.startswith("stability")]
-    found = pieces._values(row, t, known, (0, 1, 2))
-    for order, values in enumerate(found):
-        for column, value in zip(known, values, strict=True):
-            expected = columns_of(name).get(column)
-            expected = expected.deriv(order)(t) if order else expected(t)
-            # A derivative has the rounding of the values, times the square of their number.
-            bound = 1e-13 * len(pieces.pieces[row[0]].states) ** (2 * order)
-            assert value == pytest.approx(expected, abs=bound), (column, order)
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -93,26 +72,6 @@ def test_a_length_beyond_the_tip_is_none_if_it_is_rounding_and_is_shown_if_not()
     assert beyond.at(t).s_c == pytest.approx([0.95, 1.05], abs=1e-14)
 
 
-def test_samples_stand_at_equal_distances(several):
-    for row, name in enumerate(KINDS):
-        t = several.sample_places[row]
-        assert len(t) == SAMPLES and (t[0], t[-1]) == (KINDS[name]["start"], KINDS[name]["stop"])
-        assert np.ptp(np.diff(t)) < 1e-14
-        for column in ("x0", "reaction_fx", "reaction_m"):
-            sampled = getattr(several.samples, column)[row]
-            assert sampled == pytest.approx(columns_of(name)[column](t), abs=1e-12)
-
-
-def test_first_and_last_values(several):
-    assert several.first_x0.tolist() == [0.0, -0.5, 0.25, 0.0, 0.0]
-    assert several.last_x0.tolist() == [1.0, 0.0, 1.25, 1.0, 0.75]
-    assert several.last.reaction_fy == pytest.approx(
-        [columns_of(name)["reaction_fy"](kind["stop"]) for name, kind in KINDS.items()]
-    )
-    assert several.line.tolist() == [name == "lies" for name in KINDS]
-    assert several.by_x0.tolist() == [name != "advance" for name in KINDS]
-
-
 def test_a_displacement_on_a_piece_along_the_advance(several):
     # x0 = 1 − (t − 2)², asked for up to where the piece ends.
     x0 = np.array([0.0, 0.19, 0.51, 0.75])
@@ -142,14 +101,6 @@ def test_a_level_is_reached_where_the_polynomial_has_it(several, name, share):
     assert at == pytest.approx(place, abs=1e-13)
 
 
-def test_a_level_that_is_not_reached_and_one_that_is_passed_before(several):
-    sampled = -several.samples.reaction_m
-    beyond = -COLUMNS["reaction_m"](np.array([1.0 + 1e-9, -1e-9]))
-    at = several.first(of("x0", 2), sampled, beyond, {"reaction_m": -1.0}, beyond)
-    assert np.isnan(at[0]) and at[1] == 0.0
-    assert len(several.first(of("x0", 0), sampled, np.empty(0), DISPLACEMENT)) == 0
-
-
 def test_of_two_places_with_one_level_the_first_counts(several):
     # x0 rises to 1 and falls again.
     at = several.first(
@@ -160,56 +111,6 @@ def test_of_two_places_with_one_level_the_first_counts(several):
         np.array([0.84, 0.99]),
     )
     assert at == pytest.approx([1.6, 1.9], abs=1e-12)
-
-
-def test_where_a_quantity_is_largest(several):
-    """-(t − p)², also where p lies outside, and between an end and the sample next to it."""
-    step = 1.0 / (SAMPLES - 1)
-    tops = np.array([-0.3, 0.2 * step, 0.4321, 1.0 - 0.2 * step, 1.3])
-    for top, expected in zip(tops, np.clip(tops, 0.0, 1.0), strict=True):
-        sampled = -((several.sample_places[of("x0")] - top) ** 2)
-
-        def slope(t, rate, rise, top=top):
-            return 2.0 * (top - t[0]), -2.0 * rate[0] + rise[0]
-
-        found = several.largest(of("x0"), sampled, ["x0"], slope)
-        assert found == pytest.approx(expected, abs=1e-14)
-
-
-def test_where_x0_turns_back(several):
-    turns = several.turning_points()
-    assert turns[of("advance")] == pytest.approx([2.0], abs=1e-12)
-    assert np.isnan(turns[of("x0")]).all()
-
-
-def test_pieces_that_are_cut_off(several):
-    rows = np.concatenate([of("finer"), of("advance")])
-    finer, back = several.restricted(rows, np.array([0.75, 2.0]))
-    assert (finer.start, finer.stop, len(finer.states)) == (0.25, 0.75, 17)
-    assert (back.start, back.stop, len(back.states)) == (1.0, 2.0, 9)
-    assert finer.states.x0 == pytest.approx(0.25 + 0.5 * chebyshev_nodes(17), abs=1e-15)
-    for piece, columns in ((finer, COLUMNS), (back, BACK)):
-        t = piece.start + (piece.stop - piece.start) * chebyshev_nodes(len(piece.states))
-        assert piece.states.reaction_m == pytest.approx(columns["reaction_m"](t), abs=1e-12)
-    assert back.last_x0 == pytest.approx(1.0, abs=1e-13)
-    assert several.restricted(rows[:0], np.empty(0)) == []
-
-
-def test_a_piece_by_itself_is_read_as_beside_others(several):
-    piece = several.pieces[2]
-    t = np.array([0.3, 1.2])
-    assert piece.at(t).matrix().tolist() == several.at(of("finer", 2), t).matrix().tolist()
-    assert replace(piece, start=0.2).alone.start.tolist() == [0.2]
-
-
-def test_the_slope_of_the_friction_demand_and_its_own():
-    """Of −tan α = fx/fy, times fy²; with a slope that is not its own the lock costs more."""
-    fx, fy = Polynomial([0.5, -2.0, 0.5, 0.25]), Polynomial([-2.0, 0.5, -0.25, 0.125])
-    t = np.array([-0.3, 0.2, 0.9])
-    orders = [np.stack([fx.deriv(k)(t), fy.deriv(k)(t)]) for k in (1, 2)]
-    slope, curvature = _demand_slope(np.stack([fx(t), fy(t)]), *orders)
-    expected = fx.deriv() * fy - fx * fy.deriv()
-    assert slope == pytest.approx(expected(t)) and curvature == pytest.approx(expected.deriv()(t))
 
 
 def test_a_curve_locks_where_its_friction_demand_is_largest():
