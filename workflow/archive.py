@@ -13,7 +13,7 @@ from pathlib import Path
 
 from vibrissa.archive.crate import write_archive
 from vibrissa.errors import VibrissaError
-from vibrissa.pipeline import belonging, outdated, places
+from vibrissa.pipeline import outdated, places
 from vibrissa.provenance import commit
 from vibrissa.study.reading import read_study
 
@@ -27,8 +27,7 @@ def main(argv: list[str]) -> int:
         study = read_study(options.configfile)
         results = Path("results", study.name)
         output = options.output or results.with_name(f"{study.name}.crate.zip")
-        belonging.need_tables_of(study, results)
-        outdated.need_current(results, options.configfile, everything=True)
+        outdated.need_current(study, options.configfile, everything=True)
         files = write_archive(
             places.HOME,
             results,

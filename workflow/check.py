@@ -23,7 +23,7 @@ from vibrissa.checking.layouts import Layout, parse_layouts
 from vibrissa.checking.reference import Comparison, bless, compare_folders, need_reference
 from vibrissa.errors import StudyError, VibrissaError
 from vibrissa.files import write_atomically
-from vibrissa.pipeline import belonging, outdated, places
+from vibrissa.pipeline import outdated, places
 from vibrissa.study.reading import read_study
 
 LAYOUT = "regression.yaml"
@@ -74,8 +74,7 @@ def run(options: argparse.Namespace) -> int:
     results = options.results or Path("results", study.name)
     reference = options.reference or Path("tests/regression", study.name)
     if options.results is None:
-        belonging.need_tables_of(study, results)
-        outdated.need_current(results, options.configfile)
+        outdated.need_current(study, options.configfile)
     found = compare_folders(results, reference, layouts_of(reference))
     if options.bless:
         bless(found)

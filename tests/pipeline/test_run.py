@@ -107,6 +107,4 @@ def test_places_are_those_of_the_clone(monkeypatch):
     assert places.HOME == ROOT and places.SNAKEFILE.is_file() and places.PAPER.is_file()
     monkeypatch.chdir(ROOT)
     assert places.near(places.SNAKEFILE) == Path("Snakefile")
-    assert places.proofs("paper") == ["tests/regression/paper/enclosures.csv"]
-    assert places.proofs("none") == []
     assert run.find_profile("slurm") == ROOT / "workflow/profiles/slurm"

@@ -1,6 +1,5 @@
 """The few small tables that a folder of results is condensed to, for comparison."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -31,39 +30,33 @@ def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     }
     if "stiction" not in found:
         raise ComparisonError(f"{folder} has no tables/stiction.parquet; run the study first")
-    points = found["stiction"]
-    result = {
-        "stiction": to_pandas(query.rows(points, points.schema.names)),
-        "curves": _gathered(points, lambda rows: rows.drop_duplicates(_ROD)).drop_duplicates(_ROD),
-    }
+    points = to_pandas(query.rows(found["stiction"], found["stiction"].schema.names))
+    result = {"stiction": points, "curves": points.drop_duplicates(_ROD)}
     if "scans" in found:
         result["scans"] = _cycles(found["scans"])
     if "states" in found:
-        result["states"] = _gathered(found["states"], _with_shapes)
+        result["states"] = _without_shapes(found["states"])
     return result
 
 
-def _gathered(table: Readable, change: Callable[[pd.DataFrame], pd.DataFrame]) -> pd.DataFrame:
-    """Put what is made of each part of a table one below the other."""
-    parts = [change(to_pandas(part)) for part in query.parts(table, table.schema.names)]
-    return pd.concat(parts or [change(to_pandas(query.rows(table, table.schema.names)))])
-
-
-def _with_shapes(rows: pd.DataFrame) -> pd.DataFrame:
+def _without_shapes(table: Readable) -> pd.DataFrame:
     """Rows with the middle of each shape and its highest point, instead of the shape."""
-    middle = {
-        f"middle_{axis}": [
-            shape[len(shape) // 2] if len(shape) else np.nan for shape in rows[f"shape_{axis}"]
-        ]
-        for axis in "xy"
-    }
-    top = [max(shape, default=np.nan) for shape in rows["shape_y"]]
-    return rows.drop(columns=["shape_x", "shape_y"]).assign(**middle, top=top)
+    parts = [to_pandas(table.schema.empty_table())]
+    for part in query.parts(table, table.schema.names):
+        rows = to_pandas(part)
+        for axis in "xy":
+            shapes = rows.pop(f"shape_{axis}")
+            rows[f"middle_{axis}"] = [
+                shape[len(shape) // 2] if len(shape) else np.nan for shape in shapes
+            ]
+        rows["top"] = [max(shape, default=np.nan) for shape in shapes]
+        parts.append(rows)
+    return pd.concat(parts)
 
 
 def _cycles(table: Readable) -> pd.DataFrame:
     """One row for each cycle of each scan."""
-    rows = _gathered(table, _with_shapes)
+    rows = _without_shapes(table)
     keys = ["scan", "mu0", "dx0", *_ROD, "cycle"]
     return (
         rows.groupby(keys, dropna=False)

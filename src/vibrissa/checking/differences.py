@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 import pandas as pd
@@ -15,19 +14,6 @@ from vibrissa.wording import counted
 SHOWN = 3
 
 
-class Problem(StrEnum):
-    """What is different."""
-
-    GONE = "table gone"
-    NEW = "table new"
-    COLUMNS = "other columns"
-    DOUBLED = "rows doubled"
-    MISSING = "rows missing"
-    EXTRA = "rows extra"
-    MOVED = "moved"
-    REFUTED = "refuted"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Difference:
     """Something that is not as its reference.
@@ -38,18 +24,17 @@ class Difference:
         One line for people.
     column : str
         The column that moved, or empty.
-    rows, of : int
-        How many rows are concerned, and in how many a column was compared.
+    rows : int
+        How many rows are concerned.
     absolute, relative : float or None
-        Largest changes of a column of numbers.
+        Largest changes of a column of numbers, if they are finite.
     """
 
     table: str
-    problem: Problem
+    problem: str
     text: str
     column: str = ""
     rows: int = 0
-    of: int = 0
     absolute: float | None = None
     relative: float | None = None
 
@@ -80,18 +65,18 @@ def compare(
         text = f"{name}: other columns than the reference: new {absent}, gone {more}"
         if set(keys) - set(reference):
             text += "; its rows cannot be told apart: review the results, then make bless"
-        yield Difference(table=name, problem=Problem.COLUMNS, text=text)
+        yield Difference(table=name, problem="other columns", text=text)
         if set(keys) - set(reference):
             return
     for frame, where in ((reference, "the reference"), (found, "the results")):
         twice = frame[frame.duplicated(keys)]
-        yield from _rows(name, Problem.DOUBLED, f"twice in {where}", twice[keys])
+        yield from _rows(name, "rows doubled", f"twice in {where}", twice[keys])
     pairs = reference.drop_duplicates(keys).merge(
         found.drop_duplicates(keys), on=keys, how="outer", suffixes=("", " now"), indicator="side"
     )
     only = {side: pairs.loc[pairs["side"] == side, keys] for side in ("left_only", "right_only")}
-    yield from _rows(name, Problem.MISSING, "missing", only["left_only"])
-    yield from _rows(name, Problem.EXTRA, "not in the reference", only["right_only"])
+    yield from _rows(name, "rows missing", "missing", only["left_only"])
+    yield from _rows(name, "rows extra", "not in the reference", only["right_only"])
     both = pairs[pairs["side"] == "both"].reset_index(drop=True)
     for column, tolerance in layout.columns.items():
         if column in reference:
@@ -117,7 +102,11 @@ def _numbers(column: pd.Series) -> FloatArray:
     return pd.to_numeric(column, errors="coerce").to_numpy(dtype=float)
 
 
-def _rows(table: str, problem: Problem, words: str, rows: pd.DataFrame) -> Iterator[Difference]:
+def _finite(number: float) -> float | None:
+    return float(number) if np.isfinite(number) else None
+
+
+def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[Difference]:
     """Difference of rows that one of two tables has alone, or twice; nothing for no rows."""
     if len(rows):
         shown = "; ".join(spell_row(row) for row in rows.head(SHOWN).to_dict("records"))
@@ -153,11 +142,10 @@ def _moved_column(
     return Difference(
         table=table,
         column=column,
-        problem=Problem.MOVED,
+        problem="moved",
         rows=int(changed.sum()),
-        of=len(keys),
-        absolute=float(change[largest]) if numbers else None,
-        relative=float(np.nanmax(share)) if numbers else None,
+        absolute=_finite(change[largest]),
+        relative=_finite(np.nanmax(share)) if numbers else None,
         text=f"{table}.{column}: {changed.sum()} of {len(keys)} rows moved {how}"
         f"at {row} ({values})",
     )

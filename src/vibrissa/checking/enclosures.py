@@ -1,24 +1,29 @@
 """Results beside proofs: how far each number is from the true value.
 
-The enclosures of a study stand in ``enclosures.csv`` beside its reference tables;
+The enclosures of a study stand in ``enclosures.csv`` beside its reference tables, as decimals;
 `python -m validation proof` writes them.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from vibrissa.checking.differences import Difference, Problem
+from vibrissa.checking.differences import Difference
 from vibrissa.checking.layouts import Layout, Tolerance
-from vibrissa.tables.proofs import FILE, KEYS, read, spell_key
+from vibrissa.errors import ComparisonError
 
-# Bounds of the histogram, in units in the last place: up to 0.5 it is the nearest double.
-BOUNDS = (0.5, 1.0, 10.0, 100.0, 1000.0)
+FILE = "enclosures.csv"
+# Columns by which a proof names a row of each table.
+KEYS = {
+    "stiction": ["theta", "mu0", "eta", "dx0"],
+    "curves": ["theta", "eta"],
+    "scans": ["scan", "theta", "mu0", "eta", "dx0", "cycle"],
+    "states": ["state"],
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,19 +32,17 @@ class Enclosed:
 
     Attributes
     ----------
-    row : mapping of str
-        Keys of the row.
-    value : float
-        What was computed.
+    row : str
+        Keys of the row with their values.
     midpoint, radius : Decimal
-        Enclosure of the true value.
+        The true value lies between midpoint - radius and midpoint + radius.
     tolerance : Tolerance or None
         How far the column may move; None where it is exact.
     """
 
     table: str
     column: str
-    row: Mapping[str, str]
+    row: str
     value: float
     midpoint: Decimal
     radius: Decimal
@@ -61,14 +64,9 @@ class Enclosed:
     def refuted(self) -> bool:
         """Whether the number is further off than its column may move."""
         if self.tolerance is None:
-            return self.ulps > BOUNDS[0]
+            return self.ulps > 0.5  # it is not the nearest double
         relative = Decimal(self.tolerance.relative) * abs(self.midpoint)
         return self.off > Decimal(self.tolerance.absolute) + relative
-
-    def __str__(self) -> str:
-        """Say which number it is."""
-        row = ", ".join(f"{name} {value}" for name, value in self.row.items())
-        return f"{self.table}.{self.column} at {row}"
 
 
 def enclosed(
@@ -92,102 +90,81 @@ def enclosed(
 
     Raises
     ------
-    TableError
+    ComparisonError
         If the file is none of enclosures.
     """
     path = reference / FILE
     if not path.is_file():
         return []
-    found = []
-    proofs = read(path, {name: KEYS[name] for name in KEYS.keys() & frames.keys()})
-    rows = {name: _rows_by_key(frames[name], KEYS[name]) for name in {p.table for p in proofs}}
-    for proof in proofs:
-        columns = layouts[proof.table].columns
-        if proof.quantity in columns:
-            # A point of two grids has two rows.
-            for computed in rows[proof.table].get(spell_key(proof.row.values()), ()):
-                value = computed[proof.quantity]
-                found.append(
-                    Enclosed(
-                        table=proof.table,
-                        column=proof.quantity,
-                        row=proof.row,
-                        # What is proved and has no number here failed.
-                        value=math.nan if pd.isna(value) else float(value),
-                        midpoint=proof.midpoint,
-                        radius=proof.radius,
-                        tolerance=columns[proof.quantity],
-                    )
-                )
-    return found
+    try:
+        proofs = pd.read_csv(path, dtype=str, keep_default_na=False).groupby("table")
+        return [
+            number
+            for name, rows in proofs
+            if name in frames and name in layouts
+            for number in _enclosed_in(name, rows, frames[name], layouts[name].columns)
+        ]
+    except (ValueError, KeyError, ArithmeticError) as error:
+        raise ComparisonError(
+            f"{path} has no enclosures ({error!r}); restore it from version control, or delete it "
+            "and make it anew with: python -m validation proof"
+        ) from None
 
 
-def _rows_by_key(frame: pd.DataFrame, keys: Sequence[str]) -> dict[str, list[dict[str, Any]]]:
-    """Rows of a table by the spelling of their keys."""
-    found: dict[str, list[dict[str, Any]]] = {}
-    for row in frame.to_dict("records"):
-        found.setdefault(spell_key(row[key] for key in keys), []).append(row)
-    return found
+def _enclosed_in(
+    table: str,
+    proofs: pd.DataFrame,
+    frame: pd.DataFrame,
+    columns: Mapping[str, Tolerance | None],
+) -> Iterator[Enclosed]:
+    """Put the proofs of a table beside its rows; a point of two grids has two rows."""
+    keys = KEYS[table]
+    proofs = proofs[proofs["quantity"].isin(columns)][[*keys, "quantity", "midpoint", "radius"]]
+    proofs = proofs.astype({key: frame[key].dtype for key in keys})
+    for pair in proofs.merge(frame, on=keys).to_dict("records"):
+        column = pair["quantity"]
+        yield Enclosed(
+            table=table,
+            column=column,
+            row=", ".join(f"{key} {pair[key]}" for key in keys),
+            # What is proved and has no number here failed.
+            value=math.nan if pd.isna(pair[column]) else float(pair[column]),
+            midpoint=Decimal(pair["midpoint"]),
+            radius=Decimal(pair["radius"]),
+            tolerance=columns[column],
+        )
 
 
-def histogram(numbers: Sequence[Enclosed]) -> dict[str, int]:
-    """Count the numbers by how many units in the last place they are off.
-
-    Returns
-    -------
-    dict of int
-        By a text that names the class.
-    """
-    names = [f"at most {bound:g}" for bound in BOUNDS] + [f"more than {BOUNDS[-1]:g}"]
-    counts = dict.fromkeys(names, 0)
-    for number in numbers:
-        above = sum(number.ulps > bound for bound in BOUNDS)
-        counts[names[above]] += 1
-    return counts
-
-
-def verdict(numbers: Sequence[Enclosed]) -> str:
+def verdict(numbers: Collection[Enclosed]) -> str:
     """Whether the numbers agree with their proofs, in one line; empty without proofs."""
     if not numbers:
         return ""
     worst = max(numbers, key=lambda number: number.ulps)
     wrong = sum(number.refuted for number in numbers)
-    result = f"All {len(numbers)} proved numbers agree"
+    result = f"All {len(numbers):,} proved numbers agree"
     if wrong:
-        result = f"{wrong} of {len(numbers)} proved numbers DISAGREE"
-    classes = ", ".join(f"{count} {name}" for name, count in histogram(numbers).items() if count)
+        result = f"{wrong:,} of {len(numbers):,} proved numbers DISAGREE"
     return (
-        f"{result}. Differences in units in the last place: {classes}; largest {worst.ulps:.4g}, "
-        f"{worst}."
+        f"{result}. Largest difference: {worst.ulps:.4g} units in the last place, "
+        f"{worst.table}.{worst.column} at {worst.row}."
     )
 
 
 def refuted(numbers: Sequence[Enclosed]) -> list[Difference]:
-    """Find the numbers that are further from their proofs than they may move.
-
-    Returns
-    -------
-    list of Difference
-        One for each column.
-    """
-    by_column: dict[tuple[str, str], list[Enclosed]] = {}
-    for number in numbers:
-        by_column.setdefault((number.table, number.column), []).append(number)
-    return [
-        _difference(table, column, wrong, len(every))
-        for (table, column), every in by_column.items()
-        if (wrong := [number for number in every if number.refuted])
-    ]
-
-
-def _difference(table: str, column: str, wrong: Sequence[Enclosed], of: int) -> Difference:
-    worst = max(wrong, key=lambda number: number.off)
-    return Difference(
-        table=table,
-        column=column,
-        problem=Problem.REFUTED,
-        rows=len(wrong),
-        of=of,
-        text=f"{table}.{column}: {len(wrong)} of {of} numbers are refuted by their proofs, by up "
-        f"to {worst.off:.2g}: {worst}, computed {worst.value!r}, proved {worst.midpoint}",
-    )
+    """Return a difference for each column with numbers that their proofs refute."""
+    found = []
+    for table, column in dict.fromkeys((number.table, number.column) for number in numbers):
+        every = [one for one in numbers if (one.table, one.column) == (table, column)]
+        if wrong := [number for number in every if number.refuted]:
+            worst = max(wrong, key=lambda number: number.off)
+            text = (
+                f"{table}.{column}: {len(wrong)} of {len(every)} numbers are refuted by their "
+                f"proofs, by up to {worst.off:.2g}: at {worst.row}, computed {worst.value!r}, "
+                f"proved {worst.midpoint}"
+            )
+            found.append(
+                Difference(
+                    table=table, column=column, problem="refuted", rows=len(wrong), text=text
+                )
+            )
+    return found

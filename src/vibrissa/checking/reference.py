@@ -2,7 +2,6 @@
 
 import difflib
 import json
-import math
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -12,8 +11,8 @@ import pandas as pd
 
 from vibrissa.checking import texts
 from vibrissa.checking.condensing import condensed
-from vibrissa.checking.differences import Difference, Problem, compare, moved
-from vibrissa.checking.enclosures import Enclosed, enclosed, histogram, refuted, verdict
+from vibrissa.checking.differences import Difference, compare, moved
+from vibrissa.checking.enclosures import Enclosed, enclosed, refuted, verdict
 from vibrissa.checking.layouts import Layout
 from vibrissa.errors import ComparisonError
 from vibrissa.wording import counted, markdown_table
@@ -73,7 +72,8 @@ class Comparison:
         the folder of the reference.
         """
         new = self.blessed()
-        prefix = _place_in_repository(self.reference)
+        command = ["git", "-C", str(self.reference), "rev-parse", "--show-prefix"]
+        prefix = subprocess.run(command, capture_output=True, text=True).stdout.rstrip("\n")
         lines: list[str] = []
         for name in sorted(self.stored.keys() | new):
             before, after = (
@@ -82,12 +82,8 @@ class Comparison:
             )
             # After the tab may stand a date: with it git takes spaces for a part of the name.
             path = f"{prefix}{name}.csv\t"
-            lines += difflib.unified_diff(
-                before,
-                after,
-                f"a/{path}" if before else "/dev/null",
-                f"b/{path}" if after else "/dev/null",
-            )
+            old = f"a/{path}" if before else "/dev/null"
+            lines += difflib.unified_diff(before, after, old, f"b/{path}" if after else "/dev/null")
         return "".join(lines)
 
     def markdown(self) -> str:
@@ -106,21 +102,15 @@ class Comparison:
         return "\n".join([*lines, "", verdict(self.enclosed)]).rstrip() + "\n"
 
     def json(self) -> str:
-        """All that is different, for machines; what is no finite number is null."""
+        """All that is different, for machines."""
         content = {
             "passed": not self.differences,
             "verdict": self.verdict,
             "results": self.results.as_posix(),
             "reference": self.reference.as_posix(),
             "rows": self.rows,
-            "differences": [
-                {
-                    key: None if isinstance(value, float) and not math.isfinite(value) else value
-                    for key, value in asdict(one).items()
-                }
-                for one in self.differences
-            ],
-            "enclosed": {"numbers": len(self.enclosed), "ulps": histogram(self.enclosed)},
+            "proved": len(self.enclosed),
+            "differences": [asdict(one) for one in self.differences],
         }
         return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
@@ -155,7 +145,7 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
         paths = sorted(reference.glob("*.csv"))
         stored = {path.stem: texts.read(path) for path in paths if path.stem in layouts}
     differences = [
-        Difference(table=name, problem=Problem.GONE, text=f"{name}: the whole table is missing")
+        Difference(table=name, problem="table gone", text=f"{name}: the whole table is missing")
         for name in sorted(stored.keys() - found)
     ]
     for name, text in found.items():
@@ -163,7 +153,7 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
             differences += compare(stored[name], text, layouts[name], name)
         else:
             line = f"{name}: a new table of {len(text)} rows"
-            differences.append(Difference(table=name, problem=Problem.NEW, text=line))
+            differences.append(Difference(table=name, problem="table new", text=line))
     numbers = enclosed(frames, reference, layouts)
     return Comparison(
         results=results,
@@ -184,16 +174,6 @@ def _as_texts(
         for name, frame in frames.items()
         if name in layouts
     }
-
-
-def _place_in_repository(folder: Path) -> str:
-    """Path of a folder from the root of its git repository, with a slash; empty outside of one."""
-    command = ["git", "-C", str(folder), "rev-parse", "--show-prefix"]
-    try:
-        result = subprocess.run(command, capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return ""
-    return result.stdout.rstrip("\n")
 
 
 def bless(comparison: Comparison) -> None:

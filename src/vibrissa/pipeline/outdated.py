@@ -1,4 +1,4 @@
-"""Whether a study's tables are what the code and the study file of today would make."""
+"""Whether a study's results are what the code and the study file of today would make."""
 
 import csv
 import subprocess
@@ -9,61 +9,21 @@ from pathlib import Path
 
 from vibrissa.errors import ComparisonError
 from vibrissa.pipeline.places import PAPER, SNAKEFILE
+from vibrissa.study.model import Study
+from vibrissa.tables import store
 
 # First column of Snakemake's table of files, and what it says of a file that it would not make.
 HEAD, CURRENT = "output_file", "no update"
+COMPARED = ("stiction", "scans", "states")
 
 
-def outdated_rules(tables: Sequence[Path], configfile: Path) -> list[str]:
-    """Ask Snakemake which rules it would run to make some tables.
-
-    Parameters
-    ----------
-    tables : sequence of Path
-        Files of the study in ``results/<study>/tables``, relative to the working directory; without
-        any, all that the study makes.
-    configfile : Path
-        Study file.
-
-    Returns
-    -------
-    list of str
-        Names of rules; empty if the tables are current.
-
-    Raises
-    ------
-    ComparisonError
-        If Snakemake cannot plan the study.
-    """
-    study = ["--configfile", str(configfile)]
-    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
-    result = subprocess.run(
-        [*command, "--dry-run", "--summary", *map(str, tables), *study],
-        capture_output=True,
-        text=True,
-        check=False,
-        stdin=subprocess.DEVNULL,
-    )
-    if result.returncode:
-        reason = " ".join(f"{result.stdout} {result.stderr}".split())
-        raise ComparisonError(f"Snakemake cannot tell whether the tables are current: {reason}")
-    # Above the table stands what Snakemake is doing.
-    lines = dropwhile(lambda line: not line.startswith(HEAD), result.stdout.splitlines())
-    rows = csv.DictReader(lines, delimiter="\t")
-    return sorted({row["rule"] for row in rows if row["plan"] != CURRENT})
-
-
-def need_current(results: Path, configfile: Path, *, everything: bool = False) -> None:
-    """Refuse tables that are older than the code or the study file.
+def need_current(study: Study, configfile: Path, *, everything: bool = False) -> None:
+    """Refuse results that are older than the code or the study file, or of another study file.
 
     Parameters
     ----------
-    results : Path
-        ``results/<study>``.
-    configfile : Path
-        Study file.
     everything : bool, optional
-        Whether this goes for all results, and not for those tables alone that are compared and are
+        Whether this goes for all results, and not for the tables alone that are compared and are
         there.
 
     Raises
@@ -71,15 +31,31 @@ def need_current(results: Path, configfile: Path, *, everything: bool = False) -
     ComparisonError
         If there are any; with what to do.
     """
-    names = ("stiction", "scans", "states")
-    tables = [path for name in names if (path := results / f"tables/{name}.parquet").is_file()]
-    if everything:
-        what, rules = "results", outdated_rules([], configfile)
-    else:
-        what, rules = "tables", outdated_rules(tables, configfile) if tables else []
-    if rules:
+    results = Path("results", study.name)
+    tables = {name: results / f"tables/{name}.parquet" for name in study.tables}
+    there = {name: path for name, path in tables.items() if path.is_file()}
+    for name, path in there.items():
+        store.need_study(path, study.part(name))
+    compared = [str(path) for name, path in there.items() if name in COMPARED]
+    if not everything and not compared:
+        return
+    if rules := _outdated_rules([] if everything else compared, configfile):
         run = "make reproduce" if configfile == PAPER else f"make study STUDY={configfile}"
         raise ComparisonError(
-            f"the {what} in {results} are older than the code or the study file (to be run: "
+            f"the results in {results} are older than the code or the study file (to be run: "
             f"{', '.join(rules)}); run {run} first"
         )
+
+
+def _outdated_rules(files: Sequence[str], configfile: Path) -> list[str]:
+    """Ask Snakemake which rules it would run to make some files, or all that a study makes."""
+    command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
+    command += ["--dry-run", "--summary", *files, "--configfile", str(configfile)]
+    result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+    if result.returncode:
+        reason = " ".join(f"{result.stdout} {result.stderr}".split())
+        raise ComparisonError(f"Snakemake cannot tell whether the results are current: {reason}")
+    # Above the table stands what Snakemake is doing.
+    lines = dropwhile(lambda line: not line.startswith(HEAD), result.stdout.splitlines())
+    rows = csv.DictReader(lines, delimiter="\t")
+    return sorted({row["rule"] for row in rows if row["plan"] != CURRENT})

@@ -40,8 +40,8 @@ def show(text: str) -> None:
 
 
 def find_profile(name: str) -> Path:
-    """Find a profile by its path, also as seen from the workflow, or by its name."""
-    for path in (Path(name), places.HOME / name, places.PROFILES / name):
+    """Find a profile by its path, or by its name."""
+    for path in (Path(name), places.PROFILES / name):
         if path.is_dir():
             return path.absolute()
     there = ", ".join(path.name for path in sorted(places.PROFILES.glob("*")))
@@ -54,17 +54,18 @@ def parsed(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     Enters the folder of the option --directory.
     """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    parser.add_argument("--configfile", "--configfiles", nargs="+", default=[str(places.PAPER)])
+    parser.add_argument("--configfile", default=places.PAPER, type=Path)
     parser.add_argument("--config", "-C", nargs="+", default=[])
     parser.add_argument("--workflow-profile", default="default", type=find_profile)
     parser.add_argument("--directory", "-d", type=Path)
     known, others = parser.parse_known_args(arguments)
-    known.configfile = [Path(path).absolute() for path in known.configfile]
+    study_file = known.configfile.absolute()
     if known.directory:
         known.directory.mkdir(parents=True, exist_ok=True)
         os.chdir(known.directory)
+    known.configfile = places.near(study_file)
     return known, [
-        *("--configfile", *map(str, map(places.near, known.configfile))),
+        *("--configfile", str(known.configfile)),
         *(["--config", *known.config] if known.config else []),
         *("--snakefile", str(places.near(places.SNAKEFILE))),
         *("--workflow-profile", str(places.near(known.workflow_profile))),
@@ -72,16 +73,13 @@ def parsed(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
     ]
 
 
-def checked_study(files: list[Path], changes: list[str]) -> Study:
+def checked_study(path: Path, changes: list[str]) -> Study:
     """Read the study file, or end with all its mistakes; `changes` stand after --config."""
     import yaml
 
-    if len(files) > 1:
-        sys.exit(f"{len(files)} study files are named; allowed: one. Run them one after another")
     pairs = (change.partition("=") for change in changes)
     try:
-        values = {key: yaml.safe_load(value) for key, _, value in pairs}
-        return read_study(places.near(files[0]), values)
+        return read_study(path, {key: yaml.safe_load(value) for key, _, value in pairs})
     except StudyError as error:
         sys.exit("\n".join(error.mistakes))
 
@@ -154,23 +152,16 @@ def run_snakemake(arguments: list[str], lock: IO[str]) -> tuple[int, signal.Sign
     return status, stopped[0] if stopped else None
 
 
-def left_over(folder: Path, results: list[str]) -> list[str]:
-    """Name the files in a folder of results that its study does not make."""
-    paths = [*folder.glob("tables/[!.]*"), *folder.glob("figures/[!.]*"), folder / "claims.md"]
-    names = sorted(path.relative_to(folder).as_posix() for path in paths if path.is_file())
-    return [name for name in names if name not in results]
-
-
 def report(study: Study, folder: Path) -> None:
     """Print the counts by status, and where the results are."""
-    for name in ("summary.txt", "claims.md"):
-        path = folder / name
-        if name in study.results and path.is_file():
-            lines = path.read_text(encoding="utf-8").splitlines()
-            # The counts of verdicts are the first sentence under the title.
-            shown = [lines[2].partition(". ")[0]] if name == "claims.md" else lines
-            show("\n".join(shown))
-    if others := left_over(folder, study.results):
+    if (path := folder / "summary.txt").is_file():
+        show(path.read_text(encoding="utf-8").rstrip())
+    if study.claims and (path := folder / "claims.md").is_file():
+        # The counts of verdicts are the first sentence under the title.
+        show(path.read_text(encoding="utf-8").splitlines()[2].partition(". ")[0])
+    made = {folder / name for name in study.results}
+    there = {*folder.glob("tables/[!.]*"), *folder.glob("figures/[!.]*")}
+    if others := sorted(path.name for path in there - made):
         more = ", ..." if len(others) > 3 else ""
         show(f"Left over from an earlier study file, in {folder}: {', '.join(others[:3])}{more}")
     if study.figures:
@@ -199,7 +190,8 @@ def main(arguments: list[str]) -> int:
     points = sum(number_of_points(grid.axes) for grid in study.grids.values())
     show(f"Study '{study.name}', {points:,} points in {counted(len(study.chunks), 'chunk')}:")
     show(f"  {shlex.join(['snakemake', *arguments])}")
-    if has_terminal():
+    # The logger `rich` draws on the screen.
+    if sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb":
         arguments = [*arguments, "--logger", "rich"]
     status, stopped = run_snakemake(arguments, lock)
     if status >= 0:  # a Snakemake that was killed leaves its lock
@@ -217,11 +209,6 @@ def main(arguments: list[str]) -> int:
     elif status > 0:
         show(f"The study is not complete; {folder / 'logs'} says why. The same command continues.")
     return abs(status)
-
-
-def has_terminal() -> bool:
-    """Whether the logger `rich` can draw on the screen."""
-    return sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
 if __name__ == "__main__":
