@@ -56,15 +56,10 @@ class Enclosed:
         return max(abs(Decimal(self.value) - self.midpoint) - self.radius, Decimal(0))
 
     @property
-    def ulps(self) -> float:
-        """The same in units in the last place of the true value; 0 inside the enclosure."""
-        return float(self.off / Decimal(math.ulp(float(self.midpoint))))
-
-    @property
     def refuted(self) -> bool:
         """Whether the number is further off than its column may move."""
-        if self.tolerance is None:
-            return self.ulps > 0.5  # it is not the nearest double
+        if self.tolerance is None:  # it has to be the nearest double
+            return self.off > Decimal(math.ulp(float(self.midpoint))) / 2
         relative = Decimal(self.tolerance.relative) * abs(self.midpoint)
         return self.off > Decimal(self.tolerance.absolute) + relative
 
@@ -139,14 +134,14 @@ def verdict(numbers: Collection[Enclosed]) -> str:
     """Whether the numbers agree with their proofs, in one line; empty without proofs."""
     if not numbers:
         return ""
-    worst = max(numbers, key=lambda number: number.ulps)
+    worst = max(numbers, key=lambda number: number.off)
     wrong = sum(number.refuted for number in numbers)
-    result = f"All {len(numbers):,} proved numbers agree"
-    if wrong:
-        result = f"{wrong:,} of {len(numbers):,} proved numbers DISAGREE"
+    result = f"{wrong:,} of {len(numbers):,} proved numbers DISAGREE"
+    if not wrong:
+        result = f"All {len(numbers):,} proved numbers agree"
     return (
-        f"{result}. Largest difference: {worst.ulps:.4g} units in the last place, "
-        f"{worst.table}.{worst.column} at {worst.row}."
+        f"{result}. Largest difference: {worst.off:.1e}, {worst.table}.{worst.column} at "
+        f"{worst.row}."
     )
 
 
