@@ -9,5 +9,7 @@ try:
     from vibrissa.pipeline.run import main
 except ImportError as error:  # it says what to install
     sys.exit(str(error))
+except KeyboardInterrupt:  # while it loads, nothing is begun
+    sys.exit(130)
 
 sys.exit(main(sys.argv[1:]))
