@@ -1,7 +1,6 @@
 """Run a long check, or what brings pages in line with the code: python -m validation NAME."""
 
 import os
-import runpy
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -26,41 +25,26 @@ def module(name: str) -> Callable[[Sequence[str]], object]:
     return lambda options: import_module(name).main()
 
 
-def scripts(*paths: str) -> Callable[[Sequence[str]], object]:
-    """Return what runs scripts of the repository one after the other."""
-
-    def run(options: Sequence[str]) -> None:
-        for path in paths:
-            runpy.run_path(str(ROOT / path), run_name="__main__")
-
-    return run
-
-
-def tests(folder: str) -> Callable[[Sequence[str]], object]:
-    """Return what runs the tests of a folder that `make test` leaves out."""
-    command = [sys.executable, "-m", "pytest", folder]
+def python(*arguments: str) -> Callable[[Sequence[str]], object]:
+    """Return what runs Python with some arguments, in the root of the repository."""
+    command = [sys.executable, *arguments]
     return lambda options: subprocess.run([*command, *options], cwd=ROOT).returncode
 
 
+NIGHTLY, SLURM, FAULTS = (
+    python("-m", "pytest", f"tests/{folder}") for folder in ("nightly", "slurm", "faults")
+)
 TASKS = {
     # The rod
     "published": Task(module("validation.published"), "274 numbers of others, beside ours", "30 s"),
     "survey": Task(module("validation.survey"), "solve 100,000 random points", "10 min"),
-    "chains": Task(
-        module("validation.chains"), "chains of links in space, beside the rod", "2 min"
-    ),
-    "trailing": Task(
-        module("validation.trailing"), "retracted rods, by multiple shooting", "5 min"
-    ),
-    "proof": Task(module("validation.proof.study"), "prove the numbers of a study", "1 h"),
+    "chains": Task(module("validation.chains"), "chains of links, beside the rod", "2 min"),
+    "trailing": Task(module("validation.trailing"), "multiple shooting, retracted rods", "5 min"),
+    "proof": Task(module("validation.proof.study"), "prove the numbers of a study", "10 min"),
     # The sensor
     "roundtrip": Task(module("validation.roundtrip"), "friction from simulated signals", "4 min"),
-    "laboratory": Task(
-        module("validation.sensor.laboratory"), "a bench with a laboratory's mistakes", "2 h"
-    ),
-    "costs": Task(
-        module("validation.sensor.costs"), "what each tolerance costs in friction", "1 min"
-    ),
+    "laboratory": Task(module("validation.sensor.laboratory"), "a bench with mistakes", "2 h"),
+    "costs": Task(module("validation.sensor.costs"), "what tolerances cost in friction", "1 min"),
     # The explorer
     "explorer-agreement": Task(
         module("validation.explorer_agreement"), "random points, in the page and in Python", "1 min"
@@ -71,15 +55,15 @@ TASKS = {
     # Do the tests notice faults?
     "mutants": Task(module("validation.mutants"), "do tests notice small faults?", "1 h"),
     # Tests that `make test` leaves out
-    "tests": Task(tests("tests/nightly"), "proofs, and whatever takes long", "1 min"),
-    "slurm": Task(tests("tests/slurm"), "a study on a SLURM, set up as root on Debian", "4 min"),
-    "faults": Task(tests("tests/faults"), "kill runs, fill disks, damage files", "10 min"),
+    "tests": Task(NIGHTLY, "proofs, and whatever takes long", "10 min"),
+    "slurm": Task(SLURM, "a study on a SLURM, set up as root on Debian", "4 min"),
+    "faults": Task(FAULTS, "kill runs, fill disks, damage files", "10 min"),
     # What pages show
     "notebooks": Task(
-        scripts("examples/rerun.py"), "run the notebooks of examples/, keep their outputs", "2 min"
+        python("examples/rerun.py"), "run the notebooks, keep their outputs", "2 min"
     ),
-    "pages": Task(scripts("docs/generated.py"), "tables of the pages that the code makes", "5 s"),
-    "sketch": Task(scripts("docs/sketch.py"), "draw docs/sketch.svg with the solver", "5 s"),
+    "pages": Task(python("docs/generated.py"), "tables of the pages that the code makes", "5 s"),
+    "sketch": Task(python("docs/sketch.py"), "draw docs/sketch.svg with the solver", "5 s"),
 }
 
 

@@ -120,30 +120,22 @@ def energy_of(state) -> float:
     return float(simpson(moment**2 / 2 / (1 - (1 - 1 / state.theta) * s) ** 4, x=s))
 
 
-def compare_all(pushes: int, seed: int) -> None:
-    """Compare all rods at all distances."""
-    random = np.random.default_rng(seed)
-    worst = 0.0
-    print(
-        " theta   eta contact  distance     the rod       ahead      behind     off   in the plane"
-    )
-    for rod in RODS:
-        for distance in DISTANCES:
-            found = compare(rod, distance, pushes, random)
-            worst = max(worst, found.off, found.spread)
-            print(
-                f"{rod[0]:6g}{rod[1]:6g} {rod[2]:>7}{distance:10g}{found.rod:12.6f}"
-                f"{found.ahead:12.6f}{found.behind:12.6f}{found.off:8.0e}{found.straight_on:15.6f}"
-            )
-    chains = len(RODS) * len(DISTANCES) * 2 * pushes * len(COUNTS)
-    print(f"{chains} pushed chains; energies differ by up to {worst:.1e}")
-    if not worst < TOLERANCE:
-        sys.exit(f"allowed: {TOLERANCE:g}")
-
-
 def main() -> None:
-    """Read the options and run."""
+    """Read the options, and compare all rods at all distances."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pushes", type=int, default=5, help="for each chain, on each side")
     parser.add_argument("--seed", type=int, default=1)
-    compare_all(**vars(parser.parse_args()))
+    options = parser.parse_args()
+    random, worst = np.random.default_rng(options.seed), 0.0
+    print(" theta   eta contact  distance     the rod       ahead      behind     off    in plane")
+    for rod in RODS:
+        for distance in DISTANCES:
+            found = compare(rod, distance, options.pushes, random)
+            worst = max(worst, found.off, found.spread)
+            print(
+                f"{rod[0]:6g}{rod[1]:6g} {rod[2]:>7}{distance:10g}{found.rod:12.6f}"
+                f"{found.ahead:12.6f}{found.behind:12.6f}{found.off:8.0e}{found.straight_on:12.6f}"
+            )
+    print(f"energies differ by up to {worst:.1e}")
+    if not worst < TOLERANCE:
+        sys.exit(f"allowed: {TOLERANCE:g}")

@@ -2,16 +2,15 @@
 
 Both solve the same equations and share no code. For each point are compared: the displacement at
 which the tip slips, force, slope and contact point there, the critical friction coefficient, and
-where a locked rod buckles laterally. Most points are of the ideal mounting, some of mountings with
-all deviations at once. Fails if a number differs by more than 1e-8, or if one solver finds
-a state that the other does not.
+where a locked rod buckles laterally (`x0_end`). Most points are of the ideal mounting, and some of
+mountings with all deviations at once. Fails if a number differs by more than 1e-8, or if one solver
+finds a state that the other does not.
 """
 
 import argparse
 import json
 import sys
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,23 +19,16 @@ from validation.records import write_record
 from vibrissa.explorer.modules import bundle
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.outcomes import Contact, End
+from vibrissa.sticking.curve import StickingCurve
 from vibrissa.sticking.solving.collocation import solve_curves
+from vibrissa.wording import markdown_table
 
 TOLERATED = 1e-8
 CHUNK = 50
 THETA, ETA, MU0 = (1.0, 8.0), (0.4, 0.97), (0.02, 1.0)
 # β, c, κ0 at the clamp and at the tip, δ.
 DEVIATIONS = ((-0.2, 0.2), (0.0, 0.3), (-0.4, 0.3), (-0.4, 0.4), (-0.1, 0.1))
-QUANTITIES = {
-    "x0_slip": "x0,slip",
-    "f": "f at the onset",
-    "alpha": "α at the onset",
-    "phi1": "φ1 at the onset",
-    "s_c": "s_c at the onset",
-    "m": "m(0) at the onset",
-    "mu_lock": "μ_lock",
-    "x0_end": "x0 where the rod buckles laterally",
-}
+QUANTITIES = ("x0_slip", "f", "alpha", "phi1", "s_c", "reaction_m", "mu_lock", "x0_end")
 PROGRAM = """
 function answer({ theta, eta, contact, mu0, mounting }) {
   const { path, message } = solvedPath({ theta, eta, contact, round: true, mounting });
@@ -48,14 +40,13 @@ function answer({ theta, eta, contact, mu0, mounting }) {
   return {
     ...found,
     x0_slip: displacement(path.branch, slip),
-    f: force(slip), alpha: inclination(slip), phi1: slip.phi1, s_c: slip.sc, m: slip.m,
+    f: force(slip), alpha: inclination(slip), phi1: slip.phi1, s_c: slip.sc, reaction_m: slip.m,
   };
 }
 """
 
 
-@dataclass(frozen=True, kw_only=True)
-class Point:
+class Point(NamedTuple):
     """One rod on one surface."""
 
     theta: float
@@ -72,59 +63,50 @@ class Point:
             "curvature": self.mounting.coefficients,
             "stage": self.mounting.stage_angle,
         }
-        return vars(self) | {"mounting": mounting}
+        return self._asdict() | {"mounting": mounting}
 
 
-def points(count: int, seed: int, *, mounted: bool = False) -> list[Point]:
-    """Draw points, half of them in each kind of contact."""
+def points(count: int, seed: int, contact: Contact, *, mounted: bool = False) -> list[Point]:
+    """Draw points in a kind of contact."""
     random = np.random.default_rng(seed)
     values = np.column_stack([random.uniform(*span, count) for span in (THETA, ETA, MU0)])
     deviations = np.column_stack([random.uniform(*span, count) for span in DEVIATIONS])
-    return [
-        Point(
-            theta=theta,
-            eta=eta,
-            mu0=mu0,
-            contact=list(Contact)[number % 2],
-            mounting=_mounting(*deviations[number].tolist()) if mounted else IDEAL,
+    mountings = [
+        Mounting(
+            clamp_angle=angle,
+            clamp_compliance=compliance,
+            curvature=(bend, at_tip - bend),
+            stage_angle=stage,
         )
-        for number, (theta, eta, mu0) in enumerate(values.tolist())
+        for angle, compliance, bend, at_tip, stage in deviations.tolist()
     ]
-
-
-def _mounting(
-    angle: float, compliance: float, bend: float, at_tip: float, stage: float
-) -> Mounting:
-    return Mounting(
-        clamp_angle=angle,
-        clamp_compliance=compliance,
-        curvature=(bend, at_tip - bend),
-        stage_angle=stage,
-    )
+    drawn = zip(values.tolist(), mountings, strict=True)
+    return [Point(*value, contact, mounting if mounted else IDEAL) for value, mounting in drawn]
 
 
 def in_python(wanted: list[Point]) -> list[dict[str, float]]:
-    """Solve points of one kind of contact in Python; what is not found is left out."""
-    theta, eta = (np.array([getattr(point, name) for point in wanted]) for name in ("theta", "eta"))
+    """Solve points of one kind of contact in Python."""
     found = []
-    mountings = [point.mounting for point in wanted]
-    for point, curve in zip(
-        wanted, solve_curves(theta, eta, wanted[0].contact, mountings), strict=True
-    ):
-        if not curve.pieces:
-            found.append({})
-            continue
-        x0 = curve.onset(point.mu0)
-        answer = {"x0_slip": float(x0), "mu_lock": curve.mu_lock}
-        if curve.end is End.SWINGS_ASIDE:
-            answer["x0_end"] = curve.x0_end
-        if np.isfinite(x0):
-            state = curve.state(x0)
-            seen = ("f", "alpha", "phi1", "s_c")
-            answer |= {name: float(getattr(state, name)) for name in seen}
-            answer["m"] = float(state.reaction_m)
-        found.append({name: value for name, value in answer.items() if np.isfinite(value)})
+    for start in range(0, len(wanted), CHUNK):
+        theta, eta, mu0, contact, mountings = zip(*wanted[start : start + CHUNK], strict=True)
+        curves = solve_curves(np.array(theta), np.array(eta), contact[0], mountings)
+        found += [numbers(*pair) for pair in zip(curves, mu0, strict=True)]
     return found
+
+
+def numbers(curve: StickingCurve, mu0: float) -> dict[str, float]:
+    """Give what is found on a curve; what is not found is left out."""
+    if not curve.pieces:
+        return {}
+    x0 = curve.onset(mu0)
+    answer = {"x0_slip": float(x0), "mu_lock": curve.mu_lock}
+    if curve.end is End.SWINGS_ASIDE:
+        answer["x0_end"] = curve.x0_end
+    if np.isfinite(x0):
+        state = curve.state(x0)
+        seen = ("f", "alpha", "phi1", "s_c", "reaction_m")
+        answer |= {name: float(getattr(state, name)) for name in seen}
+    return {name: value for name, value in answer.items() if np.isfinite(value)}
 
 
 def in_javascript(page: Scripts, wanted: list[Point]) -> list[dict[str, Any]]:
@@ -149,63 +131,42 @@ def differences(python: dict[str, float], browser: dict[str, Any]) -> dict[str, 
     }
 
 
-def compared(wanted: list[Point], page: Scripts) -> dict[Contact, list[dict[str, float]]]:
-    """Compare all points."""
-    found: dict[Contact, list[dict[str, float]]] = {contact: [] for contact in Contact}
-    for contact, rows in found.items():
-        chosen = [point for point in wanted if point.contact is contact]
-        for start in range(0, len(chosen), CHUNK):
-            part = chosen[start : start + CHUNK]
-            pairs = zip(in_python(part), in_javascript(page, part), strict=True)
-            rows += [differences(*pair) for pair in pairs]
-    return found
+def compared(wanted: list[Point], page: Scripts) -> list[dict[str, float]]:
+    """Compare points of one kind of contact."""
+    pairs = zip(in_python(wanted), in_javascript(page, wanted), strict=True)
+    return [differences(*pair) for pair in pairs]
 
 
 def table(found: dict[str, list[dict[str, float]]]) -> str:
     """Write the largest differences, in Markdown; a column for each kind of points."""
-    lines = [
-        f"| largest difference | {' | '.join(found)} |",
-        f"| --- |{' --- |' * len(found)}",
-    ]
-    counts = {
-        "points": lambda row: True,
-        "of which a period begins": lambda row: "mu_lock" in row,
-        "of which the tip slips": lambda row: "x0_slip" in row,
-    }
-    for text, counted in counts.items():
-        number = " | ".join(str(sum(map(counted, rows))) for rows in found.values())
-        lines.append(f"| {text} | {number} |")
-    for name, text in QUANTITIES.items():
-        largest = [max(row.get(name, 0.0) for row in rows) for rows in found.values()]
-        lines.append(f"| {text} | {' | '.join(f'{value:.1e}' for value in largest)} |")
-    return "\n".join(lines) + "\n"
+    rows = [["points", *(str(len(points)) for points in found.values())]]
+    for name, what in (("mu_lock", "a period begins"), ("x0_slip", "the tip slips")):
+        numbers = (sum(name in point for point in points) for points in found.values())
+        rows.append([f"of which {what}", *map(str, numbers)])
+    for name in QUANTITIES:
+        largest = (max(one.get(name, 0.0) for one in points) for points in found.values())
+        rows.append([f"`{name}`", *(f"{value:.1e}" for value in largest)])
+    return markdown_table(["largest difference", *found], rows)
 
 
-def compare_all(count: int, mounted: int, seed: int, record: bool) -> None:
-    """Compare random points."""
+def main() -> None:
+    """Read the options, and compare random points."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--points", type=int, default=1000, help="in each kind of contact")
+    parser.add_argument("--mounted", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--record", action="store_true", help="write the record")
+    options = parser.parse_args()
     found = {}
     with node() as page:
         open_solver(page)
-        for name, wanted in {
-            "ideal": points(count, seed),
-            "mounted": points(mounted, seed, mounted=True),
-        }.items():
-            for contact, rows in compared(wanted, page).items():
-                kind = "tip" if contact is Contact.POINT else "line"
-                found[f"{name}, {kind} contact"] = rows
-    print(table(found), end="")
-    if record:
+        for kind, count in {"ideal": options.points, "mounted": options.mounted}.items():
+            for contact in Contact:
+                wanted = points(count, options.seed, contact, mounted=kind == "mounted")
+                found[f"{kind}, {contact}"] = compared(wanted, page)
+    print(table(found))
+    if options.record:
         write_record("explorer-agreement", __doc__, table(found))
     worst = max(value for rows in found.values() for row in rows for value in row.values())
     if not worst < TOLERATED:
         sys.exit(f"a number differs by {worst:.1e}")
-
-
-def main() -> None:
-    """Read the options and run."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--points", dest="count", type=int, default=2000)
-    parser.add_argument("--mounted", type=int, default=600)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--record", action="store_true", help="write the record")
-    compare_all(**vars(parser.parse_args()))

@@ -50,27 +50,17 @@ def cloned(folder: Path) -> Path:
     return folder
 
 
-def drawn(clone: Path, options: argparse.Namespace) -> list[WorkItem]:
+def drawn(clone: Path, sample: int, seed: int) -> list[WorkItem]:
     """Draw a mutant of each of some lines."""
-    if options.within:
-        text = (clone / CONFIG).read_text(encoding="utf-8")
-        within = text.replace(f'"{PACKAGE}"', f'"{PACKAGE}/{options.within}"')
-        (clone / CONFIG).write_text(within, encoding="utf-8")
     call(clone, "cosmic-ray", "init", CONFIG, SESSION)
     call(clone, "cr-filter-operators", SESSION, CONFIG)
-    if options.since:
-        command = ["git", "rev-parse", options.since]
-        branch = subprocess.check_output(command, cwd=ROOT, text=True).strip()
-        path = clone / "git.toml"
-        path.write_text(f'[cosmic-ray.filters.git-filter]\nbranch = "{branch}"\n')
-        call(clone, "cr-filter-git", SESSION, "--config", path)
     lines = defaultdict(list)
     with use_db(clone / SESSION, WorkDB.Mode.open) as database:
         for item in sorted(database.pending_work_items, key=place):
             path, (row, _), *_ = place(item)
             lines[path, row].append(item)
-    draw = random.Random(options.seed)
-    chosen = draw.sample(sorted(lines), min(options.sample, len(lines)))
+    draw = random.Random(seed)
+    chosen = draw.sample(sorted(lines), min(sample, len(lines)))
     return [draw.choice(lines[line]) for line in chosen]
 
 
@@ -90,13 +80,16 @@ def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
 
 
 def notice() -> int:
-    """Run in a clone: ask the tests of what is changed, and then all others."""
+    """Run in a clone: ask the tests of the changed module, of its package, and then all others."""
     command = ["git", "diff", "--name-only", PACKAGE]
-    changed = subprocess.check_output(command, text=True).splitlines()
-    names = dict.fromkeys(package(Path(path)) for path in changed)
-    own = [path for name in names for path in (f"tests/{name}", f"tests/test_{name}")]
-    asked = [path for path in own if Path(path).exists()]
-    asked += [] if asked and OWN in os.environ else ["tests"]
+    changed = [Path(path) for path in subprocess.check_output(command, text=True).splitlines()]
+    asked: list[Path] = []
+    for module in changed:
+        name = package(module)
+        asked += [*Path("tests", name).rglob(f"test_{module.stem}.py"), Path("tests", name)]
+        asked += [Path("tests", f"test_{name}")]
+    asked = [path for path in dict.fromkeys(asked) if path.exists()]
+    asked += [] if asked and OWN in os.environ else [Path("tests")]
     options = ["-x", "-q", "-p", "no:benchmark", "-p", "no:cacheprovider", "--hypothesis-seed=0"]
     return subprocess.run([sys.executable, "-m", "pytest", *options, *asked]).returncode
 
@@ -140,8 +133,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--sample", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--since", help="only in lines that differ from this commit")
-    parser.add_argument("--within", help="only in this package")
     parser.add_argument("--own", action="store_true", help="ask the tests of its package alone")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--record", action="store_true", help="write the record")
@@ -150,7 +141,7 @@ def main() -> int:
         os.environ[OWN] = "1"
     folder = Path(tempfile.mkdtemp(prefix="mutants"))
     clones = [cloned(folder / str(number)) for number in range(options.jobs)]
-    items = drawn(clones[0], options)
+    items = drawn(clones[0], options.sample, options.seed)
     baseline(clones[0], items)
     with ThreadPoolExecutor(options.jobs) as pool:
         parts = [items[number :: options.jobs] for number in range(options.jobs)]

