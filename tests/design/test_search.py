@@ -1,6 +1,5 @@
 """Design: against recordings that are simulated and read, other solvers, and other rods."""
 
-import doctest
 import re
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 
 import reference
 from vibrissa import solve_curve, solve_onset, solve_state
-from vibrissa.design import MATERIALS, DesignStatus, Requirements, design, search
+from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
 from vibrissa.design.limits import GRAVITY
 from vibrissa.design.pairs import survey
 from vibrissa.errors import NoResponseError
@@ -175,8 +174,8 @@ def test_a_rod_that_is_given_is_checked_by_what_one_onset_says():
     assert result.best.x0_slip[-1] == pytest.approx(onset.x0_slip * 0.1)
 
 
-@pytest.mark.parametrize("name", MATERIALS)
-def test_the_rod_of_the_paper_yields_whatever_it_is_made_of(name):
+def test_the_rod_of_the_paper_yields_even_if_it_is_made_of_the_most_elastic_material():
+    name = max(MATERIALS, key=lambda one: MATERIALS[one].yield_strain)
     result = design(asked(**PAPER, material=name, safety=1.0))
     assert checks_of(result)["strain"].use > 2.5
     assert result.status is DesignStatus.NONE and "strain" in result.message
@@ -218,8 +217,3 @@ def test_which_constraint_leaves_nothing():
 def test_no_curve_is_said_so():
     with pytest.raises(NoResponseError, match="no such rod could be solved"):
         design(asked(**PAPER | {"theta": "50", "eta": "0.05"}))
-
-
-def test_example_in_the_docstring():
-    result = doctest.testmod(search)
-    assert result.attempted > 0 and result.failed == 0

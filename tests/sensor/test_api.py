@@ -170,7 +170,6 @@ def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, 
         ({"noise": "0 N, 0 N, 0 N*m"}, "not all 0, got '0 N, 0 N, 0 N.m'"),
         ({"noise": [np.nan, 1.0, 1.0]}, "noise must be three values, none negative"),
         ({"transducer": replace(SENSOR, resolution=(0, 0, 0), noise=(0, 0, 0))}, "not all 0, got"),
-        ({"noise": "1e-3, 4.9e-8, 0"}, "noise must be at least 5e-08 in units of the rod, or 0"),
     ],
 )
 def test_impossible_arguments_are_refused(whisker, signals, asked, message):

@@ -49,10 +49,15 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except BrokenPipeError:
             raise
-        except (VibrissaError, OSError) as error:
+        except VibrissaError as error:
             for line in str(error).splitlines():
                 typer.echo(f"vibrissa: {line}", err=True)
             raise typer.Exit(1 if isinstance(error, UndeterminedError) else 2) from None
+        except OSError as error:
+            file = error.filename2 or error.filename
+            place = "" if file is None else f"{file}: "
+            typer.echo(f"vibrissa: {place}{error.strerror or error}", err=True)
+            raise typer.Exit(2) from None
 
 
 app = typer.Typer(

@@ -7,9 +7,11 @@ import typer
 
 from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
+    OUTPUT,
     Json,
     Picture,
     check_files,
+    option,
     print_json,
     progress_bars,
     save_picture,
@@ -35,13 +37,10 @@ PANELS = {
 ROD_FILE = ".toml"
 Written = Annotated[
     Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Write the result as a table, .csv or .parquet, or as a set-up file, .toml, that the "
-        "other commands read with --rod.",
-        metavar="<file>",
-        rich_help_panel="Output",
+    option(
+        "Write the result as a table, .csv or .parquet, or as a set-up file, .toml, that the other "
+        "commands read with --rod.",
+        *("<file>", OUTPUT, "--output", "-o"),
     ),
 ]
 

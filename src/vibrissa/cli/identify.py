@@ -9,11 +9,13 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
+    OUTPUT,
     Json,
     MaybeOut,
     Picture,
     check_files,
     check_not_read,
+    option,
     print_json,
     progress_bars,
     save_picture,
@@ -22,7 +24,6 @@ from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, takes
 from vibrissa.cli.yielding import end_of, warn_of_yield
 from vibrissa.design.materials import likely_material
 from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup, series
-from vibrissa.sensor.identification.adjusted import FAR
 from vibrissa.wording import counted, see_page
 
 app = typer.Typer(**ALONE)
@@ -47,40 +48,27 @@ def identify(
     setup: Setup,
     method: Annotated[
         Method | None,
-        typer.Option(
-            help="model: all channels, through the model of the rod; ratio: both forces, without a "
-            "rod. The other one is read as well, and compared.",
+        option(
+            "model: all channels, through the model of the rod; ratio: both forces, without a rod. "
+            "The other one is read as well, and compared.",
+            *("", SIGNALS),
             show_default="model with a rod, else ratio",
-            rich_help_panel=SIGNALS,
         ),
     ] = None,
     slip_time: Annotated[
         str | None,
-        typer.Option(
-            help="Duration of a slip, whose samples are left out: '10 ms'.",
-            metavar="<time>",
-            rich_help_panel=SIGNALS,
-        ),
+        option("Duration of a slip, whose samples are left out: '10 ms'.", "<time>", SIGNALS),
     ] = None,
     delay: Annotated[
         str | None,
-        typer.Option(
-            help="Delay of the readings, as by a low-pass filter: '4 ms'.",
-            metavar="<time>",
-            rich_help_panel=SIGNALS,
-        ),
+        option("Delay of the readings, as by a low-pass filter: '4 ms'.", "<time>", SIGNALS),
     ] = None,
     output: MaybeOut = None,
     picture: Picture = None,
     json: Json = False,
     verbose: Annotated[
         bool,
-        typer.Option(
-            "--verbose",
-            "-v",
-            help="Print what was assumed, and what was adjusted.",
-            rich_help_panel="Output",
-        ),
+        option("Print what was assumed, and what was adjusted.", "", OUTPUT, "--verbose", "-v"),
     ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -92,7 +80,7 @@ def identify(
     """
     check_files(output, picture)
     check_not_read([output, picture], [recording])
-    whisker = setup.whisker if setup.has_whisker else None
+    whisker = None if setup.theta is None and setup.eta is None else setup.whisker
     material = likely_material(setup)
     found = sensor.identify(
         whisker,
@@ -145,7 +133,7 @@ def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:
             yield f"assumed: {', '.join(assumed)}"
     left = found.summary().if_exact
     for one in found.tolerances:
-        moved = not one.wave and one.surprise > FAR
+        moved = one.far
         if (verbose and one.stated and not one.wave) or moved:
             exact = f"; if it were exact, mu0 ± {left[one.of]:.2g}" if one.of in left else ""
             yield f"{one.spelled(found.units)}{exact}"

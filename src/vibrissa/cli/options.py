@@ -1,5 +1,6 @@
 """Options that several commands have, and what they do."""
 
+import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -23,38 +24,29 @@ PICTURES = (".pdf", ".svg", ".png")
 PATIENCE = 2.0
 
 OUTPUT = "Output"
+
+
+def option(text: str, metavar: str, panel: str, *names: str, **more: Any) -> Any:
+    """Describe an option: what it is, what is typed, and its panel in the help."""
+    return typer.Option(*names, help=text, metavar=metavar or None, rich_help_panel=panel, **more)
+
+
+_WRITTEN = ("--output", "-o")
 Out = Annotated[
     Path,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Table to write: .csv or .parquet; - for standard output.",
-        metavar="<file>",
-        rich_help_panel=OUTPUT,
-    ),
+    option("Table to write: .csv or .parquet; - for standard output.", "<file>", OUTPUT, *_WRITTEN),
 ]
 MaybeOut = Annotated[
     Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Write the result as a table: .csv or .parquet; - for standard output.",
-        metavar="<file>",
-        rich_help_panel=OUTPUT,
+    option(
+        "Write the result as a table: .csv or .parquet; - for standard output.",
+        *("<file>", OUTPUT, *_WRITTEN),
     ),
 ]
 Picture = Annotated[
-    Path | None,
-    typer.Option(
-        help="Draw the result: .pdf, .svg or .png.", metavar="<file>", rich_help_panel=OUTPUT
-    ),
+    Path | None, option("Draw the result: .pdf, .svg or .png.", "<file>", OUTPUT, "--picture")
 ]
-Json = Annotated[
-    bool,
-    typer.Option(
-        "--json", help="Print the result as JSON, and nothing else.", rich_help_panel=OUTPUT
-    ),
-]
+Json = Annotated[bool, option("Print the result as JSON, and nothing else.", "", OUTPUT, "--json")]
 
 
 def reading_options(
@@ -90,16 +82,24 @@ def check_files(output: Path | None, picture: Path | None, *endings: str) -> Non
     ----------
     output : Path or None
         A table; its ending may also be one of `endings`.
+    picture : Path or None
+    *endings : str
     """
     if output is not None:
         check_ending(output, *endings)
-    if picture is None:
-        return
-    if picture.suffix.lower() not in PICTURES:
-        raise ArgumentError(f"{picture}: the ending must be one of {', '.join(PICTURES)}")
-    if not picture.parent.is_dir():
-        raise ArgumentError(f"{picture}: there is no folder {picture.parent}")
-    require("plots", "matplotlib")
+    if picture is not None:
+        if picture.suffix.lower() not in PICTURES:
+            raise ArgumentError(f"{picture}: the ending must be one of {', '.join(PICTURES)}")
+        require("plots", "matplotlib")
+    for file in (output, picture):
+        if file is None or file == STANDARD:
+            continue
+        if file.is_dir():
+            raise ArgumentError(f"{file} is a folder: write to another name")
+        if not file.parent.is_dir():
+            raise ArgumentError(f"{file}: there is no folder {file.parent}")
+        if not os.access(file.parent, os.W_OK):
+            raise ArgumentError(f"{file}: nothing can be written to the folder {file.parent}")
 
 
 def check_not_read(written: Sequence[Path | None], read: Sequence[Path | str | None]) -> None:

@@ -12,6 +12,7 @@ from vibrissa.cli.options import (
     Picture,
     check_files,
     check_not_read,
+    option,
     progress_bars,
     save_picture,
 )
@@ -37,71 +38,39 @@ PANELS = {ROD: (*SIZES, "material"), MOUNTING: ANGLES, SIGNALS: ("transducer",)}
 @takes("setup", Setup, PANELS)
 def scan(
     setup: Setup,
-    step: Annotated[
-        str,
-        typer.Option(
-            help="Step of the stage: '20 um'.", metavar="<length>", rich_help_panel=MOTION
-        ),
-    ],
+    step: Annotated[str, option("Step of the stage: '20 um'.", "<length>", MOTION)],
     to: Annotated[
         list[str],
-        typer.Option(
-            help="Where the stage stops. Repeat it for where it turns: --to 1 --to 0.",
-            metavar="<length>",
-            rich_help_panel=MOTION,
+        option(
+            "Where the stage stops. Repeat it for where it turns: --to 1 --to 0.",
+            "<length>",
+            MOTION,
         ),
     ],
     output: Out,
-    mu0: Annotated[
-        str | None,
-        typer.Option(
-            help="The same friction everywhere.", metavar="<number>", rich_help_panel=SURFACE
-        ),
-    ] = None,
+    mu0: Annotated[str | None, option("The same friction everywhere.", "<number>", SURFACE)] = None,
     patches: Annotated[
-        str | None,
-        typer.Option(
-            help="Patches: '0 mm: 0.3, 50 mm: 0.4'.", metavar="<list>", rich_help_panel=SURFACE
-        ),
+        str | None, option("Patches: '0 mm: 0.3, 50 mm: 0.4'.", "<list>", SURFACE)
     ] = None,
     profile: Annotated[
-        Path | None,
-        typer.Option(
-            help="Measured surface: a table with columns x and mu0.",
-            metavar="<file>",
-            rich_help_panel=SURFACE,
-        ),
+        Path | None, option("Measured surface: a table with columns x and mu0.", "<file>", SURFACE)
     ] = None,
     texture: Annotated[
         str | None,
-        typer.Option(
-            help="Random friction: 'mean, deviation, correlation length'.",
-            metavar="<list>",
-            rich_help_panel=SURFACE,
-        ),
+        option("Random friction: 'mean, deviation, correlation length'.", "<list>", SURFACE),
     ] = None,
     seed: Annotated[
-        int,
-        typer.Option(
-            min=0,
-            help="Seed of the texture and of the noise.",
-            metavar="<number>",
-            rich_help_panel=SURFACE,
-        ),
+        int, option("Seed of the texture and of the noise.", "<number>", SURFACE, min=0)
     ] = 0,
     law: Annotated[
-        SlipLaw,
-        typer.Option(
-            help=f"Where a slip ends: {see_page('Simulate a sensor')}.", rich_help_panel=MOTION
-        ),
+        SlipLaw, option(f"Where a slip ends: {see_page('Simulate a sensor')}.", "", MOTION)
     ] = SlipLaw.FREE,
     kinetic_ratio: Annotated[
         float | None,
-        typer.Option(
-            help="Kinetic over static friction, for the laws kinetic and energy.",
+        option(
+            "Kinetic over static friction, for the laws kinetic and energy.",
+            *("<number>", MOTION),
             show_default=str(KINETIC_RATIO),
-            metavar="<number>",
-            rich_help_panel=MOTION,
         ),
     ] = None,
     picture: Picture = None,

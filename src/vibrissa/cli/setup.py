@@ -10,7 +10,7 @@ from typing import Annotated, Any, get_origin
 import typer
 from pydantic.fields import FieldInfo
 
-from vibrissa.cli.options import reading_options
+from vibrissa.cli.options import option, reading_options
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import TOLERANCES, Setup
@@ -31,20 +31,14 @@ METAVARS = {"noise": "list", "range": "list", "material": "name", "transducer": 
 
 Rod = Annotated[
     Path | None,
-    typer.Option(
-        help="Set-up file (.toml). An option takes the place of what stands in it.",
-        metavar="<file>",
-        rich_help_panel=ROD,
-    ),
+    option("Set-up file (.toml). An option takes the place of what stands in it.", "<file>", ROD),
 ]
 Tolerances = Annotated[
     list[str] | None,
-    typer.Option(
-        "--tolerance",
-        help="Standard deviation of a quantity: 'modulus=2 %', 'theta=exact'; repeat it. 'exact' "
-        "alone: every quantity without a stated tolerance is exact.",
-        metavar="<name>=<size>",
-        rich_help_panel=SIGNALS,
+    option(
+        "Standard deviation of a quantity: 'modulus=2 %', 'theta=exact'; repeat it. 'exact' alone: "
+        "every quantity without a stated tolerance is exact.",
+        *("<name>=<size>", SIGNALS, "--tolerance"),
     ),
 ]
 
@@ -86,26 +80,16 @@ def takes(
 
 
 def _assignments(others: Sequence[str]) -> Any:
-    option = typer.Option(
-        "--set",
-        help=f"Another key of a set-up file; repeat it. {', '.join(others)}.",
-        metavar="<name>=<value>",
-        rich_help_panel=MOUNTING,
-    )
-    return Annotated[list[str] | None, option]
+    text = f"Another key of a set-up file; repeat it. {', '.join(others)}."
+    return Annotated[list[str] | None, option(text, "<name>=<value>", MOUNTING, "--set")]
 
 
 def _annotation(name: str, field: FieldInfo, panel: str) -> Any:
-    """Describe an option by its field; what it is, pydantic checks."""
-    default = field.default if isinstance(field.default, str | float | int) else None
-    option = typer.Option(
-        f"--{name.replace('_', '-')}",
-        help=field.description,
-        metavar=_metavar(name, field),
-        show_default=str(default) if default not in (None, float("inf")) else False,
-        rich_help_panel=panel,
-    )
-    return Annotated[str | None, option]
+    """Describe an option by its field; what is typed, pydantic checks."""
+    default = field.default if isinstance(field.default, str | float) else None
+    shown = str(default) if default not in (None, float("inf")) else False
+    typed = option(str(field.description), _metavar(name, field), panel, show_default=shown)
+    return Annotated[str | None, typed]
 
 
 def _metavar(name: str, field: FieldInfo) -> str:
@@ -113,7 +97,7 @@ def _metavar(name: str, field: FieldInfo) -> str:
         return "|".join(field.annotation)
     kind = next((mark for mark in field.metadata if isinstance(mark, Kind)), None)
     other = "range" if get_origin(field.annotation) is tuple else Kind.NUMBER
-    return f"<{kind or METAVARS.get(name, other)}>"
+    return f"<{METAVARS.get(name, kind or other)}>"
 
 
 def _read(

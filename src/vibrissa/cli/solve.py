@@ -11,6 +11,7 @@ from vibrissa.cli.options import (
     MaybeOut,
     Picture,
     check_files,
+    option,
     print_json,
     save_picture,
 )
@@ -21,6 +22,8 @@ from vibrissa.sensor import Setup, series
 
 app = typer.Typer(**ALONE)
 
+TASK = "Task"
+
 
 @app.command(
     context_settings=HELP,
@@ -29,10 +32,8 @@ app = typer.Typer(**ALONE)
 @takes("setup", Setup, {ROD: (*SIZES, "material"), MOUNTING: ANGLES})
 def solve(
     setup: Setup,
-    mu0: Annotated[str, typer.Option(help="Coefficient of static friction.", metavar="<number>")],
-    step: Annotated[
-        str | None, typer.Option(help="Step of the stage: '20 um'.", metavar="<length>")
-    ] = None,
+    mu0: Annotated[str, option("Coefficient of static friction.", "<number>", TASK)],
+    step: Annotated[str | None, option("Step of the stage: '20 um'.", "<length>", TASK)] = None,
     output: MaybeOut = None,
     picture: Picture = None,
     json: Json = False,

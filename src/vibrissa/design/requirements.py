@@ -66,7 +66,7 @@ class Requirements(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
 
     mu0: Annotated[tuple[Size, ...], Chosen(Kind.NUMBER)] = Field(
-        max_length=2, description="Friction coefficients to be measured: '0.2 to 0.4'."
+        description="Friction coefficients to be measured: '0.2 to 0.4'."
     )
     step: Annotated[Size, Kind.LENGTH] = Field(description="Step of the stage: '20 um'.")
     range: tuple[Positive, Positive, Positive] = Field(
@@ -146,6 +146,8 @@ class Requirements(BaseModel):
             return tuple(_read(part, kind, name) for part, kind in channels_of(value, name))
         if name == "eta":
             return heights_of(value, info.data.get("length", ()))
+        if name == "mu0" and "," in value:
+            raise ArgumentError(f"mu0 is a value or a range, as in '0.2 to 0.4', got {value!r}")
         if chosen is not None:
             return choices_of(value, lambda text: _read(text, chosen.kind, name), chosen.sold)
         kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind.NUMBER)

@@ -196,11 +196,6 @@ class Setup(BaseModel):
             if name in self.model_fields_set
         }
 
-    @property
-    def has_whisker(self) -> bool:
-        """Whether taper and height are stated, without which no rod can be solved."""
-        return self.theta is not None and self.eta is not None
-
     @cached_property
     def whisker(self) -> Whisker:
         """The whisker, with the tolerances that were stated.

@@ -41,7 +41,7 @@ def test_a_clean_recording_leaves_no_doubt(response, law, turns):
     periods = found(response, clamp, readings)
     said = {why for doubt in periods.doubt for why in doubt.split("; ")}
     # Slips of a pulled tip are so short that they follow each other within a few steps.
-    short = {one.sentence for one in periods.checks if one.name in ("few", "few after", "coarse")}
+    short = {one.sentence for one in periods.checks if "few" in one.sentence}
     assert said - (short if law == "kinetic" and len(turns) > 1 else set()) == {""}
 
 
@@ -107,8 +107,7 @@ def test_the_grade_of_a_period_is_that_of_its_worst_doubt():
     """Whatever the order in which the doubts are found."""
     rows = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1]], dtype=bool)
     checks = [
-        Check(name="", grade=grade, periods=row, sentence="")
-        for grade, row in zip(Grade, rows, strict=True)
+        Check(grade=grade, periods=row, sentence="") for grade, row in zip(Grade, rows, strict=True)
     ]
     for order in (checks, checks[::-1]):
         assert grades(order, 4).tolist() == ["", "information", "doubtful", "wrong"]
@@ -130,4 +129,4 @@ def test_a_clamp_that_turned_unseen_is_doubted(response):
     after = top + round((clamp[top] - clamp[before]) / 0.0005) - 1
     keep = np.r_[:before, after : len(clamp)]
     periods = found(response, clamp[keep], readings[keep])
-    assert any("the clamp turned" in doubt for doubt in periods.doubt)
+    assert any("or turned" in doubt for doubt in periods.doubt)

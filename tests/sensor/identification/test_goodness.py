@@ -13,7 +13,6 @@ from vibrissa.cli.app import app
 from vibrissa.errors import MixedColumnsError
 from vibrissa.sensor import Whisker, identify, series, surfaces
 from vibrissa.sensor.identification.goodness import Goodness
-from vibrissa.sensor.identification.recording import MIRROR
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 
@@ -179,7 +178,7 @@ def test_a_period_that_does_not_fit_by_itself_does_not_spoil_the_others(response
     recording = recorded(response)
     whole = found_in(recording).periods
     bumped = recording.readings.copy()
-    bumped[whole.first[3] : whole.last[3], 2] += 0.004 * MIRROR[0]
+    bumped[whole.first[3] : whole.last[3], 2] += -0.004
     found = found_in(replace(recording, readings=bumped))
     assert found.setting.goodness.fits
     doubted = np.flatnonzero(found.periods.doubt != "")

@@ -177,7 +177,7 @@ def test_a_tip_that_locks_gives_a_bound_and_no_number(section, stop):
     assert truth.phase[-1] == TipPhase.LOCK
     assert len(periods.status) == truth.period[-1]
     assert periods.status[-1] == PeriodStatus.LOCK and PeriodStatus.LOCK not in periods.status[:-1]
-    assert periods.low[-1] == pytest.approx(response.curve.mu_lock)
+    assert response.curve.mu_lock - 1e-3 < periods.low[-1] <= response.curve.mu_lock
     assert np.isnan([periods.mu0[-1], periods.deviation[-1], periods.high[-1]]).all()
 
 

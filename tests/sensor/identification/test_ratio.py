@@ -158,7 +158,7 @@ def test_samples_that_are_lost_across_a_slip_end_a_period_and_hide_none(before):
     others = np.delete(np.arange(len(whole)), [3, 4, len(whole) - 1])
     assert found.mu0[others] == pytest.approx(whole.mu0[others], abs=2e-3)
     lines = f"{found.first_line[3]}-{found.last_line[3]}"
-    why = "samples are missing after it, or the clamp jumped (measure again)"
+    why = "samples are missing after it, or the clamp jumped or turned (measure again)"
     assert f"doubtful: {why}: 1 of {len(whole)} periods, line {lines}" in found.notes
 
 
@@ -168,8 +168,9 @@ def test_few_samples_give_a_bound_and_no_number():
     error, deviation, _ = errors(found, friction)
     assert (np.abs(error) < 4.0 * deviation).all()
     unsure = found.status == PeriodStatus.UNSURE
-    assert unsure.any() and (found.low <= friction[found.last])[unsure].all()
+    assert (found.low <= friction[found.last])[unsure].all()
     assert np.isnan(found.mu0[unsure]).all() and np.isnan(found.high[unsure]).all()
+    assert "sample more finely" in found.doubt[2]
     # Slips at every other sample are no spikes, so that each period is found.
     assert len(found) == period[-1] + 1
 
@@ -258,7 +259,7 @@ def test_no_rod_is_needed_and_results_are_in_si_units(tmp_path):
     ("asked", "said"),
     [
         ({"method": "forces"}, "ratio"),
-        ({"method": "ratio", "tolerances": {"theta": "2 %"}}, "surface_slope, got 'theta'"),
+        ({"method": "ratio", "tolerances": {"thete": "2 %"}}, "did you mean theta"),
         ({"method": "ratio", "tolerances": {"zero_force_x": "-1 mN"}}, "not be negative"),
     ],
 )
@@ -266,6 +267,12 @@ def test_what_needs_a_rod_is_said(asked, said):
     run, _, _ = recorded(1)
     with pytest.raises(ArgumentError, match=said):
         identify(None, table(run), **asked)
+
+
+def test_tolerances_that_the_ratio_does_not_use_are_named():
+    sizes = {"zero_moment_z": "1 N*mm", "zero_force_x": "2 mN"}
+    found = identify(None, table(recorded(1)[0]), tolerances=sizes).periods
+    assert "the ratio of the forces does not use: zero_moment_z" in found.notes
 
 
 def test_without_a_rod_the_command_reads_the_ratio(tmp_path):

@@ -49,16 +49,9 @@ class Blocks(Batch):
         return np.asarray(np.add.reduceat(values, self.starts))
 
 
-def rows_of(spans: Spans) -> tuple[IntArray, IntArray]:
-    """Rows of all periods, and the number of the period of each."""
-    counts = spans.counts
-    period = np.repeat(np.arange(len(counts)), counts)
-    return np.arange(len(period)) + (spans.begins - np.cumsum(counts) + counts)[period], period
-
-
 def condensed(recording: Recording, spans: Spans) -> Blocks:
     """Condense the periods of a recording."""
-    rows, period = rows_of(spans)
+    rows, period = spans.rows
     limit = int(np.clip(IN_ALL // len(spans), FEWEST, MOST))
     number = np.minimum(spans.counts, limit)
     block = (rows - spans.begins[period]) * number[period] // spans.counts[period]

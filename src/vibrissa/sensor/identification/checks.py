@@ -1,9 +1,4 @@
-"""Reasons to doubt a friction: one list, each with the periods that it concerns.
-
-A tip that sticks stays at one place, and every channel fits the rod with its tip there. A slip
-follows the clamp and begins in a state that is loaded in its direction. Where the clamp jumps
-samples are missing, and a few samples may be a spike.
-"""
+"""Reasons to doubt a friction, and their words: one list, each with the periods it concerns."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -44,63 +39,102 @@ class Check:
 
     Attributes
     ----------
-    name : str
     grade : Grade
     periods : ndarray of bool, shape (p,)
         Which it concerns.
     sentence : str
-        Of which and why, for a person.
+        For a person.
+    summed : bool
+        Whether the summary of the recording says it.
+    coarse : bool
+        Whether it is that all periods have few samples.
     """
 
-    name: str
     grade: Grade
     periods: BoolArray
     sentence: str
+    summed: bool = False
+    coarse: bool = False
 
 
 def checks_of_spans(clamp: FloatArray, spans: Spans) -> list[Check]:
     """Check the way of the clamp and the number of samples."""
     ends, usual = spans.ends, usual_step(clamp)
     gap = clamp[spans.after] - clamp[ends]
-    lost = (spans.cut | (np.abs(gap) > LOST * usual)) & ~spans.passes
+    lost = spans.cut | (np.abs(gap) > LOST * usual)
     came = clamp[ends] - clamp[np.maximum(ends - FEW, spans.begins)]
     went = clamp[np.minimum(spans.after + FEW, len(clamp) - 1)] - clamp[spans.after]
+    turned = came * np.where(went == 0.0, gap, went) < 0.0
     few = spans.counts < FEW
-    # Where most periods have few samples only a finer recording helps.
-    coarse = np.full(len(few), np.median(spans.counts) < 2 * FEW)
+    coarse = bool(np.median(spans.counts) < 2 * FEW)
     return [
         Check(
-            name="gap",
             grade=Grade.DOUBTFUL,
-            periods=lost,
-            sentence="samples are missing after it, or the clamp jumped (measure again)",
+            periods=(lost | turned) & ~spans.passes,
+            sentence="samples are missing after it, or the clamp jumped or turned (measure again)",
         ),
+        # Where most periods have few samples only a finer recording helps.
         Check(
-            name="turn",
-            grade=Grade.DOUBTFUL,
-            periods=(came * np.where(went == 0.0, gap, went) < 0.0) & ~spans.passes,
-            sentence="the clamp turned beside its end",
-        ),
-        Check(
-            name="coarse",
             grade=Grade.WRONG,
             periods=few & coarse,
             sentence=f"fewer than {FEW} samples in a period: sample more finely",
+            summed=True,
+            coarse=True,
         ),
         Check(
-            name="few",
             grade=Grade.WRONG,
-            periods=few & ~coarse,
+            periods=few & (not coarse),
             sentence="too few samples: a spike, or a rest to be cut off (import --from)",
         ),
-        # If they are a spike, the period before did not end there.
+        # If they are a spike, the period before did not end there. The last one may be cut short.
         Check(
-            name="few after",
             grade=Grade.DOUBTFUL,
-            periods=np.append(few[1:], False) & ~coarse,
+            periods=np.append(few[1:-1], [False, False])[: len(few)] & (not coarse),
             sentence="too few samples after it",
         ),
     ]
+
+
+def rough(periods: BoolArray) -> Check:
+    """Doubt forces that are not smooth."""
+    why = "the forces do not follow a smooth curve: a slip may be hidden"
+    return Check(grade=Grade.WRONG, periods=periods, sentence=why)
+
+
+def backward(periods: BoolArray) -> Check:
+    """Doubt slips that do not follow the clamp."""
+    return Check(grade=Grade.WRONG, periods=periods, sentence="no slip goes that way")
+
+
+def misfit(channel: str, periods: BoolArray) -> Check:
+    """Doubt periods that do not fit the rod by themselves."""
+    why = f"{channel} does not fit a tip that stays where it is; after slow slips state --slip-time"
+    return Check(grade=Grade.WRONG, periods=periods, sentence=why)
+
+
+def unfitted(settled: bool, fits: bool, number: int) -> Check:
+    """Doubt all periods of a recording that is not of what was given."""
+    why = "the recording does not fit what was given"
+    if not settled:
+        why = "the recording is too far from what was given to be fitted"
+    elif fits:
+        why = "what was given is far off for its tolerance"
+    return Check(grade=Grade.DOUBTFUL, periods=np.full(number, True), sentence=why, summed=settled)
+
+
+def untared(number: int) -> Check:
+    """Doubt a friction without a rod where nothing is known of the zeros."""
+    why = (
+        "no reading checks the tare: state zero_force_x and zero_force_y, or record some rows "
+        "before the tip touches"
+    )
+    return Check(grade=Grade.DOUBTFUL, periods=np.full(number, True), sentence=why)
+
+
+def disagreeing(periods: BoolArray, all_together: bool) -> Check:
+    """Doubt periods of which model and ratio of the forces disagree."""
+    why = "model and ratio of the forces disagree"
+    return Check(grade=Grade.DOUBTFUL, periods=periods, sentence=why, summed=all_together)
 
 
 def grades(checks: Sequence[Check], number: int) -> StrArray:
@@ -125,14 +159,14 @@ def notes_of(checks: Sequence[Check], first: IntArray, last: IntArray) -> tuple[
     """One line for each doubt, with the lines of the first periods that it concerns."""
     notes = []
     for one in checks:
-        if one.name == "coarse":  # the summary says it
+        if one.summed or not one.periods.any():
             continue
-        lines = list(zip(first[one.periods], last[one.periods], strict=True))
-        if lines:
-            shown = ", ".join(f"{begin}-{end}" for begin, end in lines[:NAMED])
-            more = ", ..." if lines[NAMED:] else ""
-            notes.append(
-                f"{one.grade}: {one.sentence}: {len(lines)} of {len(one.periods)} periods, line "
-                f"{shown}{more}"
-            )
+        text = f"{one.grade}: {one.sentence}"
+        if not one.periods.all():
+            lines = zip(first[one.periods], last[one.periods], strict=True)
+            shown = [f"{begin}-{end}" for begin, end in lines]
+            more = ", ..." if shown[NAMED:] else ""
+            text += f": {len(shown)} of {len(one.periods)} periods, line "
+            text += ", ".join(shown[:NAMED]) + more
+        notes.append(text)
     return tuple(notes)

@@ -6,37 +6,22 @@ error R·ε; the model, with the effects M, has M·δ with the covariance C of �
 δ and ε. So the variance of the difference is R·Σ·Rᵀ + M·C·Mᵀ − 2·R·C·Mᵀ.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.sensor.identification.adjusted import Tolerance
+from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.checks import Grade
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus
+
+if TYPE_CHECKING:
+    from vibrissa.sensor.identification.result import Identification
 
 # By so many standard deviations the means differ, and the frictions of one period.
 MEANS, ONE = 4.0, 6.0
 # Fewer periods are not compared.
 FEWEST = 3
-
-
-@dataclass(frozen=True, kw_only=True)
-class Read:
-    """Periods as one way shows them, and what is not known of it.
-
-    Attributes
-    ----------
-    periods : Periods
-    tolerances : tuple of Tolerance
-        In the order of the effects of the periods.
-    covariance : ndarray, shape (k, k)
-    """
-
-    periods: Periods
-    tolerances: Sequence[Tolerance]
-    covariance: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -46,15 +31,14 @@ class Beside:
     Attributes
     ----------
     ratio, deviation : ndarray, shape (p,)
-        μ0 of each of the model's periods by the ratio, and its standard deviation; NaN where it was
-        not read.
+        μ0 of each period by the ratio, and its standard deviation; NaN where it was not read.
     difference, spread : float
         Mean of model less ratio, of periods that do not disagree by themselves unless most do, and
         its standard deviation.
     number : int
         Of how many periods.
     off : ndarray of bool, shape (p,)
-        Which of the model's periods disagree: all, where the means do.
+        Which periods disagree: all, where the means do.
     """
 
     ratio: FloatArray
@@ -74,23 +58,13 @@ class Beside:
         """Whether the means do, or are not known."""
         return not abs(self.difference) > MEANS * self.spread
 
-    @property
-    def size(self) -> str:
-        """The difference in words."""
-        return f"by {self.difference:+.2g} ± {self.spread:.1g}"
 
-
-def beside(model: Read, ratio: Read) -> Beside:
-    """Compare the model with the ratio of the forces, period by period.
-
-    Periods are the same where they end in the same sample.
-    """
-    one, rows = model.periods, _same(model.periods, ratio.periods)
-    other = ratio.periods.take(np.maximum(rows, 0))
-    known = (rows >= 0) & (one.status == PeriodStatus.SLIP) & (other.status == PeriodStatus.SLIP)
+def beside(model: "Identification", ratio: "Identification") -> Beside:
+    """Compare the model with the ratio of the forces, both of the same periods."""
+    one, other = model.periods, ratio.periods
+    known = (one.status == PeriodStatus.SLIP) & (other.status == PeriodStatus.SLIP)
     known &= other.grade != Grade.WRONG
-    mu0, deviation = (np.where(known, each, np.nan) for each in (other.mu0, other.deviation))
-    apart = one.mu0 - mu0
+    apart = one.mu0 - other.mu0
     shared = _common(one.effects, other.effects, model, ratio) + other.shared**2
     own = _own_variance(one) + _own_variance(other)
     # The onset is late by the same part of the step.
@@ -105,8 +79,8 @@ def beside(model: Read, ratio: Read) -> Beside:
         variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
         difference, spread = float(apart[kept].mean()), float(np.sqrt(variance))
     found = Beside(
-        ratio=mu0,
-        deviation=deviation,
+        ratio=np.where(known, other.mu0, np.nan),
+        deviation=np.where(known, other.deviation, np.nan),
         difference=difference,
         spread=spread,
         number=number,
@@ -121,13 +95,12 @@ def _own_variance(periods: Periods) -> FloatArray:
     return np.maximum(squares, 0.0)
 
 
-def _same(model: Periods, ratio: Periods) -> IntArray:
-    """Row of the ratio's period that ends in the same line as each of the model's; −1 if none."""
-    rows = {line: row for row, line in enumerate(ratio.last_line.tolist())}
-    return np.array([rows.get(line, -1) for line in model.last_line.tolist()], dtype=int)
-
-
-def _common(of_model: FloatArray, of_ratio: FloatArray, model: Read, ratio: Read) -> FloatArray:
+def _common(
+    of_model: FloatArray,
+    of_ratio: FloatArray,
+    model: "Identification",
+    ratio: "Identification",
+) -> FloatArray:
     """Variance of the difference by what all periods share, for effects of shape (n, k) each."""
     places = {one.name: i for i, one in enumerate(model.tolerances)}
     shared = np.zeros((len(ratio.tolerances), len(model.tolerances)))

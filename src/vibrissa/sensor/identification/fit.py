@@ -9,20 +9,17 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.special import chdtrc
 
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.sensor.identification.forward import BEYOND, Forward
-from vibrissa.sensor.identification.guide import Guide
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange
 
 # Gauss-Newton steps to the contact of a period, at first and beside one that is known.
 FIRST_STEPS, STEPS = 8, 3
-# Relative fall of the sum of squares at which the fit ends, the most evaluations of each attempt,
-# and what is near to a bound, in tolerances.
-SETTLED, EVALUATIONS, NEAR = 1e-5, (8, 8, 30), 0.1
+# Relative fall of the sum of squares at which the fit ends; the most steps, and halvings of one.
+SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
 # An inverse variance that is none.
 TINY = 1e-300
 # A period with residuals of a lower probability than this does not fit by itself, and where fewer
@@ -147,7 +144,8 @@ class Fit:
         return self._changes[1]
 
     @cached_property
-    def _rows(self) -> BoolArray:
+    def rows(self) -> BoolArray:
+        """Blocks of the periods that are kept, shape (n,)."""
         return self.kept[self.forward.blocks.period]
 
     @cached_property
@@ -165,18 +163,23 @@ class Fit:
         """Parameters that are not exact, in tolerances, shape (f,)."""
         return np.asarray(self.p[self.free] / self.sigma[self.free])
 
+    @cached_property
     def jacobian(self) -> FloatArray:
         """Change of the residuals that are kept per tolerance, shape (f, m)."""
         size, sigma = int(self.free.sum()), self.sigma[self.free]
-        return -self.changes[self.free][:, self._rows].reshape(size, -1) * sigma[:, None]
+        return -self.changes[self.free][:, self.rows].reshape(size, -1) * sigma[:, None]
+
+    @cached_property
+    def normal(self) -> FloatArray:
+        """JᵀJ + 1: half the second derivative of the sum that is minimised, shape (f, f)."""
+        return np.asarray(self.jacobian @ self.jacobian.T + np.eye(len(self.jacobian)))
 
     @cached_property
     def remaining(self) -> FloatArray:
         """Covariance of the errors that remain, in tolerances, shape (f, f)."""
         if not (self.settled and self.free.any()):
             return np.eye(int(self.free.sum()))
-        jacobian = self.jacobian()
-        return np.asarray(np.linalg.inv(jacobian @ jacobian.T + np.eye(len(jacobian))))
+        return np.asarray(np.linalg.inv(self.normal))
 
     @property
     def covariance(self) -> FloatArray:
@@ -185,9 +188,14 @@ class Fit:
         return np.asarray(self.remaining * np.outer(sigma, sigma))
 
     @property
-    def penalty(self) -> float:
-        """Sum of the squares of p, in tolerances."""
-        return float((self.scores**2).sum())
+    def total(self) -> float:
+        """The sum that is minimised: χ² of the periods that are kept, and (p/σ)²."""
+        return float(self.squares[self.kept].sum() + (self.scores**2).sum())
+
+    @property
+    def degrees(self) -> int:
+        """Degrees of freedom of the periods that are kept."""
+        return int(self.rows.sum()) * len(self.noise.used) - int(self.kept.sum())
 
     @cached_property
     def squares(self) -> FloatArray:
@@ -202,92 +210,82 @@ class Fit:
         return np.asarray(chance >= UNLIKELY)
 
 
-def started(forward: Forward, noise: Noise, guide: Guide) -> Fit:
-    """Begin with what was given, and with the states nearest to the readings."""
-    found = _started(forward, noise, guide)
-    _, x0 = forward.states(found.p, found.u, found.heights)
-    least = -BEYOND * float(found.heights.at(found.heights.low).x0_lock)
-    if x0.min() < 0.5 * least:
-        return found
-    return replace(found, forward=replace(forward, pulled=False, _solved={})).contacts()
-
-
-def _started(forward: Forward, noise: Noise, guide: Guide) -> Fit:
+def started(forward: Forward, noise: Noise, nearest: FloatArray) -> Fit:
+    """Begin with what was given, and the displacements of the states nearest to the blocks."""
     none = np.zeros(len(forward.parameters))
-    heights = forward.heights(none)[0]
-    blocks = forward.blocks
-    nearest, _ = guide.nearest(blocks.readings)
+    periods = len(forward.ends)
     # With u = 0 each block has the displacement that it has less than the last sample.
-    _, before = forward.states(none, np.zeros(len(forward.ends.clamp)), heights)
-    apart = nearest - before
-    u = np.array([np.median(of_one) for of_one in np.split(apart, blocks.starts[1:])])
-    kept = np.ones(len(u), dtype=bool)
-    return Fit(forward=forward, noise=noise, p=none, u=u, kept=kept).contacts(FIRST_STEPS)
+    _, before = forward.states(none, np.zeros(periods), forward.heights(none)[0])
+    apart = np.split(nearest - before, forward.blocks.starts[1:])
+    fit = Fit(
+        forward=forward,
+        noise=noise,
+        p=none,
+        u=np.array([np.median(of_one) for of_one in apart]),
+        kept=np.ones(periods, dtype=bool),
+    ).contacts(FIRST_STEPS)
+    _, x0 = forward.states(fit.p, fit.u, fit.heights)
+    least = -BEYOND * float(fit.heights.at(fit.heights.low).x0_lock)
+    if x0.min() < 0.5 * least:
+        return fit
+    return replace(fit, forward=replace(forward, pulled=False, _solved={})).contacts()
 
 
-def fitted(fit: Fit) -> Fit:
+def fitted(start: Fit) -> Fit:
     """Fit the set-up; periods that do not fit by themselves are left out, if they are few."""
-    found = _fitted(fit)
+    found = searched(start)
     alone = ~found.fits_alone
     if not alone.any() or alone.mean() >= MOST_ALONE:
         return found
-    return _fitted(replace(fit, kept=~alone))
+    return searched(replace(start, kept=~alone))
 
 
-def _fitted(start: Fit) -> Fit:
-    """Fit the set-up to the periods that are kept; what was given where that fails."""
-    free = np.flatnonzero(start.free)
-    best, settled = start, not len(free)
-    # Steps may go to and fro at a bound: what is at one is held there.
-    for evaluations in EVALUATIONS:
+def searched(start: Fit) -> Fit:
+    """Find the set-up by Gauss-Newton steps; what was given where that fails."""
+    best, settled = replace(start, settled=True), not start.free.any()
+    for _ in range(MOST_STEPS):
         if settled:
             break
-        try:
-            best, settled = _searched(best, free, evaluations)
-        except NoResponseError:
+        better = _better(best)
+        if better is None:
             break
-        bounds = np.array([_range(start.forward, k) for k in free.tolist()])
-        near = np.abs(best.p[free, None] - bounds) < NEAR * start.sigma[free, None]
-        free = free[~near.any(axis=1)]
+        settled = best.total - better.total < SETTLED * best.total
+        best = better
     return best if settled else replace(start, settled=False)
 
 
-def _searched(start: Fit, free: IntArray, evaluations: int) -> tuple[Fit, bool]:
-    """Search from a set-up for the best sizes of some parameters, and tell whether it settled."""
-    seen = {"fit": start}
-    sigma, rows = start.sigma[free], int(start._rows.sum()) * len(start.noise.used)
-
-    def at(scores: FloatArray) -> Fit:
-        p = start.p.copy()
-        p[free] = scores * sigma
-        if not np.array_equal(seen["fit"].p, p):
-            seen["fit"] = replace(seen["fit"], p=p).contacts()
-        return seen["fit"]
-
-    def residuals(scores: FloatArray) -> FloatArray:
+def _better(fit: Fit) -> Fit | None:
+    """Take a Gauss-Newton step, or a part of it, by which the sum does not grow."""
+    low, high = np.array([_range(fit.forward, k) for k in np.flatnonzero(fit.free).tolist()]).T
+    sigma = fit.sigma[fit.free]
+    low, high = low / sigma, high / sigma
+    try:
+        step = _step(fit, low, high)
+    except NoResponseError:
+        return None
+    for halving in range(HALVINGS):
+        p = fit.p.copy()
+        p[fit.free] = sigma * np.clip(fit.scores + 0.5**halving * step, low, high)
         try:
-            return np.append(at(scores).residuals[start._rows].ravel(), scores)
+            other = replace(fit, p=p).contacts()
+            if other.total <= fit.total * (1.0 + SETTLED):
+                return other
         except NoResponseError:
-            # The step is made shorter.
-            return np.full(rows + len(free), np.inf)
+            continue
+    return None
 
-    def jacobian(scores: FloatArray) -> FloatArray:
-        columns = at(scores).jacobian()[np.isin(np.flatnonzero(start.free), free)]
-        return np.vstack([columns.T, np.eye(len(free))])
 
-    ranges = np.array([_range(start.forward, k) for k in free.tolist()]).T / sigma
-    found = least_squares(
-        residuals,
-        start.p[free] / sigma,
-        jacobian,
-        bounds=tuple(ranges),
-        method="dogbox",
-        ftol=SETTLED,
-        xtol=SETTLED,
-        gtol=None,
-        max_nfev=evaluations,
-    )
-    return at(found.x), bool(found.success)
+def _step(fit: Fit, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Gauss-Newton step of the scores; those that are at a bound and would pass it are held."""
+    slope = fit.jacobian @ fit.residuals[fit.rows].ravel() + fit.scores
+    held = np.zeros(len(slope), dtype=bool)
+    while True:
+        step, some = np.zeros(len(slope)), ~held
+        step[some] = -np.linalg.solve(fit.normal[np.ix_(some, some)], slope[some])
+        passes = (fit.scores <= low) & (step < 0.0) | (fit.scores >= high) & (step > 0.0)
+        if not passes.any():
+            return step
+        held |= passes
 
 
 def _range(forward: Forward, k: int) -> tuple[float, float]:

@@ -19,15 +19,16 @@ from scipy.interpolate import CubicSpline
 
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.numerics.splines import joined
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.parameters import CREEP, OF_ROD, Parameter
-from vibrissa.sensor.response.branch import Response, responses
+from vibrissa.sensor.identification.slips import Ends
+from vibrissa.sensor.response.branch import Response, tabulated_together
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange, HeightStates
 from vibrissa.sensor.response.heights import Heights
 from vibrissa.sensor.whisker import Whisker
+from vibrissa.sticking.api import solve_curves
 
 # Heights per part of the range of a stage, the widest part, and how much farther it is known, as
 # parts of the gap 1 − η between the surface and an upright rod.
@@ -52,30 +53,12 @@ class Way:
         Way of the clamp per unit of what was recorded.
     length : float
         Length of the rod, in units of that which was given.
-    delay : float
-        By which the readings lag behind the clamp, in samples.
     """
 
     eta: float
     angle: float
     scale: float
     length: float
-    delay: float
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Ends(Batch):
-    """Last samples of p periods.
-
-    Attributes
-    ----------
-    clamp, gap, speed : ndarray, shape (p,)
-        Position of the clamp, its way to the first sample after the slip, its way per sample (L).
-    """
-
-    clamp: FloatArray
-    gap: FloatArray
-    speed: FloatArray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -127,7 +110,6 @@ class Forward:
             angle=self.whisker.mounting.stage_angle + self._size(p, "stage_angle"),
             scale=(1.0 + self._size(p, "stage_scale")) / length,
             length=length,
-            delay=self.delay + self._size(p, "delay"),
         )
 
     def rod(self, p: FloatArray) -> Whisker:
@@ -172,49 +154,34 @@ class Forward:
         self, p: FloatArray, u: FloatArray, heights: HeightRange
     ) -> tuple[HeightStates, FloatArray]:
         """States of the rod in all blocks, and their displacements x0 (L)."""
-        way = self.way(p)
-        at_end, along_end = self._at(self.ends.clamp, self.ends.speed, way, heights)
-        states, along = self._at(self.blocks.clamp, self.speed, way, heights)
-        start = along_end + at_end.x1_init - u
-        return states, along + states.x1_init - start[self.blocks.period]
+        states, along = self._at(self.blocks.clamp - self.delay * self.speed, p, heights)
+        place = self.contact(p, u, heights)[self.blocks.period]
+        return states, along + states.x1_init - place
 
     def _at(
-        self, clamp: FloatArray, speed: FloatArray, way: Way, heights: HeightRange
+        self, clamp: FloatArray, p: FloatArray, heights: HeightRange
     ) -> tuple[HeightStates, FloatArray]:
-        """States at clamp positions when the readings were made, and the way along the surface."""
-        moved = way.scale * (clamp - way.delay * speed)
+        """States at clamp positions, and the way along the surface."""
+        way = self.way(p)
+        moved = way.scale * clamp
         return heights.states(way.eta - moved * np.sin(way.angle)), moved * np.cos(way.angle)
-
-    def onset(
-        self,
-        p: FloatArray,
-        u: FloatArray,
-        heights: HeightRange,
-        part: FloatArray,
-        ends: Ends | None = None,
-    ) -> tuple[HeightStates, FloatArray]:
-        """States and displacements with the clamp on its way to the slip.
-
-        Parameters
-        ----------
-        u : ndarray, shape (p, q)
-            Displacement by the readings of the last sample.
-        part : ndarray, shape (q,)
-            Parts of the way of the clamp to the first sample after the slip.
-        ends : Ends, optional
-            Of these periods; of all by default.
-        """
-        ends = self.ends if ends is None else ends
-        way = replace(self.way(p), delay=0.0)
-        clamp, speed = ends.clamp[:, None], ends.speed[:, None]
-        before, along_before = self._at(clamp - self.way(p).delay * speed, speed, way, heights)
-        states, along = self._at(clamp + ends.gap[:, None] * part, speed, way, heights)
-        return states, u + along - along_before + states.x1_init - before.x1_init
 
     def contact(self, p: FloatArray, u: FloatArray, heights: HeightRange) -> FloatArray:
         """Position of the tip in each period, along the surface (L)."""
-        states, along = self._at(self.ends.clamp, self.ends.speed, self.way(p), heights)
+        states, along = self._at(self.ends.clamp, p, heights)
         return np.asarray(along + states.x1_init - u)
+
+    def onset(
+        self, p: FloatArray, u: FloatArray, heights: HeightRange
+    ) -> tuple[HeightStates, FloatArray]:
+        """States and displacements with the clamp on its way to the slip, shape (p, 3).
+
+        In the last sample, in the middle of the way to the first one after it, and there.
+        """
+        ends = self.ends
+        clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
+        states, along = self._at(clamp, p, heights)
+        return states, along + states.x1_init - self.contact(p, u, heights)[:, None]
 
     def loads(
         self, p: FloatArray, states: HeightStates, x0: FloatArray, order: int = 0
@@ -278,7 +245,9 @@ def _solved(rods: list[tuple[Whisker, float]], pulled: bool) -> list[Response]:
     """Solve rods at heights on level stages."""
     one, mountings = rods[0][0], [rod.mounting for rod, _ in rods]
     theta, eta = [rod.theta for rod, _ in rods], [eta for _, eta in rods]
-    found = responses(theta, eta, one.contact, pulled, mountings, one.section)
+    # A mounted rod that comes to lie along the surface is known up to there.
+    curves = solve_curves(theta, eta, one.contact, mountings, one.section)
+    found = tabulated_together(curves, one.contact, pulled)
     return found if pulled else [_continued(response) for response in found]
 
 

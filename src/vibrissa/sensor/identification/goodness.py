@@ -1,31 +1,103 @@
-"""Whether a recording as a whole fits what was given, and if not, what may be the cause.
+"""Whether a recording fits what was given within its tolerances, and if not, what may be other.
 
-Each period is tested by itself, too. Small misfits that all periods share show in their sum alone.
-A cause is judged by what it would explain if it were the only one: to first order, with the best
-contact of each period.
+Where a tolerance is lifted, the sum that was minimised falls: by (p/σ)²/(1 − s²/σ²) for a parameter
+p that was adjusted within σ and is known to s now, to first order. The square root of this is the
+surprise of the parameter, in standard deviations.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
+from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.fit import Fit
+from vibrissa.sensor.identification.fit import TINY, Fit, searched
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.tolerances import told
-from vibrissa.sensor.transducer import CHANNELS
 
+# So many standard deviations are far from what was given, and less of a variance than this is not
+# told by a recording.
+FAR, LITTLE = 3.0, 0.01
 # Those that have the effect of another one, or would explain anything.
-NOT_NAMED = ("diameter", "crosstalk", "drift_force_x", "drift_force_y", "drift_moment_z", "delay")
+NOT_NAMED = ("diameter", "crosstalk", "drift_force_x", "drift_force_y", "drift_moment_z")
 # Probability with which a recording that fits is said not to.
 LEVEL = 1e-3
 # Independent values per second difference of readings, from which noise is estimated: neighbours
 # are correlated by −2/3, the next ones by 1/6.
 PER_DIFFERENCE = 18.0 / 35.0
-# Readings that scatter by this factor more than their noise have another noise.
-NOISY = 1.25
+# So many causes are sought, with this tolerance, and named if they explain this part of a misfit.
+SOUGHT, WIDE, EXPLAINS = 3, 1.0, 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerance:
+    """Something that is known to a tolerance, and what the recording tells of it.
+
+    Attributes
+    ----------
+    name : str
+    of : str
+        Name of the tolerance, which may have several parts.
+    tolerance : float
+        Standard deviation of what was given.
+    adjusted, deviation : float
+        By how much it is larger by the recording, and the standard deviation that remains.
+    wave : int
+        Number of the wave of a drift; 0 for all else.
+    stated : bool
+        Whether the tolerance was stated; otherwise it was assumed.
+    """
+
+    name: str
+    of: str
+    tolerance: float
+    adjusted: float
+    deviation: float
+    wave: int = 0
+    stated: bool = True
+
+    @property
+    def surprise(self) -> float:
+        """How far the recording is from what was given, in standard deviations."""
+        known = 1.0 - (self.deviation / self.tolerance) ** 2
+        score = abs(self.adjusted) / self.tolerance
+        return float(score / np.sqrt(known)) if known > LITTLE else 0.0
+
+    @property
+    def far(self) -> bool:
+        """Whether that is far."""
+        return not self.wave and self.surprise > FAR
+
+    def spelled(self, units: Units) -> str:
+        """Say it in a person's units."""
+        adjusted, unit = told(self.of, self.adjusted, units)
+        deviation, tolerance = (
+            told(self.of, size, units)[0] for size in (self.deviation, self.tolerance)
+        )
+        text = (
+            f"{self.name}: given to ± {tolerance:.3g} {unit}, by the recording {adjusted:+.3g} ± "
+            f"{deviation:.2g} {unit} beside that"
+        )
+        return text.replace("  ", " ").replace(" ,", ",")
+
+
+def tolerances_of(fit: Fit) -> tuple[Tolerance, ...]:
+    """Say what the fit tells of each parameter that has a tolerance."""
+    left = np.sqrt(np.diag(fit.covariance))
+    parameters = [one for one in fit.forward.parameters if one.deviation > 0.0]
+    return tuple(
+        Tolerance(
+            name=one.name,
+            of=one.of,
+            tolerance=one.deviation,
+            adjusted=float(size),
+            deviation=float(deviation),
+            wave=one.wave,
+            stated=one.stated,
+        )
+        for one, size, deviation in zip(parameters, fit.p[fit.free], left, strict=True)
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,31 +111,23 @@ class Goodness:
         Means of readings, less what was fitted to them.
     noise_degrees : float
         Degrees of freedom of the noise; infinite where it was given.
-    noisier : dict of str to float
-        Channels that scatter by more than the noise that was given, and by which factor.
     """
 
     chi2: float
     degrees: int
     noise_degrees: float = np.inf
-    noisier: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(cls, fit: Fit, noise_is_given: bool) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
-        rows = int(fit.kept[fit.forward.blocks.period].sum()) * len(fit.noise.used)
-        differences = fit.forward.rows * len(fit.noise.used) * PER_DIFFERENCE
+        channels = len(fit.noise.used)
         return cls(
-            chi2=float(fit.squares[fit.kept].sum() + fit.penalty),
-            degrees=rows - int(fit.kept.sum()),
-            noise_degrees=np.inf if noise_is_given else differences,
+            chi2=fit.total,
+            degrees=fit.degrees,
+            noise_degrees=np.inf
+            if noise_is_given
+            else fit.forward.rows * channels * PER_DIFFERENCE,
         )
-
-    def with_scatter(self, scatter: FloatArray, noise: FloatArray) -> "Goodness":
-        """Name the channels that scatter by more than their noise, shape (3,) each."""
-        parts = zip(CHANNELS, scatter, noise, strict=True)
-        noisier = {n: float(own / given) for n, own, given in parts if own > NOISY * given > 0.0}
-        return replace(self, noisier=noisier)
 
     @property
     def ratio(self) -> float:
@@ -87,16 +151,16 @@ class Goodness:
 
 @dataclass(frozen=True, kw_only=True)
 class Cause:
-    """What may be other than it was given, if nothing else is.
+    """What may be other than it was given, if its tolerance is lifted and no other one.
 
     Attributes
     ----------
     name, of : str
         And the tolerance to which it belongs.
     size, deviation : float
-        By how much it would be larger, and the standard deviation of that.
+        By how much it is larger, and the standard deviation of that.
     explained : float
-        Part of χ², as far as it is too large, that this explains.
+        Part of the misfit that this explains.
     """
 
     name: str
@@ -110,26 +174,62 @@ class Cause:
         way = "larger" if self.size > 0.0 else "smaller"
         size, unit = told(self.of, abs(self.size), units)
         deviation, _ = told(self.of, self.deviation, units)
-        return f"{self.name} {way} by {size:.3g} ± {deviation:.1g} {unit}".rstrip()
+        by = f"{size:.3g} ± {deviation:.1g} {unit}".rstrip()
+        return f"{self.name} {way} by {by} (explains {self.explained:.0%} of the misfit)"
 
 
-def causes_of(fit: Fit, goodness: Goodness) -> tuple[Cause, ...]:
-    """Fit each parameter alone to the residuals, the one that explains most first."""
-    causes = []
-    rows = fit.kept[fit.forward.blocks.period]
-    for one, change in zip(fit.forward.parameters, fit.changes, strict=True):
-        with np.errstate(over="ignore"):
-            information = float((change[rows] ** 2).sum())
-        if one.of in NOT_NAMED or not 0.0 < information < np.inf:
-            continue
-        product = float((change[rows] * fit.residuals[rows]).sum())
-        causes.append(
-            Cause(
-                name=one.name,
-                of=one.of,
-                size=product / information,
-                deviation=information**-0.5,
-                explained=product * (product / information) / (goodness.chi2 - goodness.degrees),
-            )
-        )
-    return tuple(sorted(causes, key=lambda cause: -cause.explained))
+def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
+    """Lift the tolerances that hold the recording back, one by one; the likeliest cause first.
+
+    Parameters
+    ----------
+    fit : Fit
+    fits : bool
+        Whether the recording fits with the adjustments, which then are what is to be explained.
+    """
+    excess = float((fit.scores**2).sum()) if fits else fit.total - fit.degrees
+    falls = _falls(fit)
+    likely = sorted(np.flatnonzero(falls > 0.0).tolist(), key=lambda k: -falls[k])[:SOUGHT]
+    causes = [_lifted(fit, k, excess) for k in likely]
+    named = [cause for cause in causes if cause is not None and cause.explained >= EXPLAINS]
+    return tuple(sorted(named, key=lambda cause: -cause.explained))
+
+
+def _falls(fit: Fit) -> FloatArray:
+    """By how much the sum falls where a tolerance is lifted, to first order, shape (k,)."""
+    changes, miss = fit.changes[:, fit.rows], fit.residuals[fit.rows]
+    along = (changes * miss).sum(axis=(1, 2))
+    known = (changes**2).sum(axis=(1, 2))
+    adjusted = fit.settled and bool(fit.free.any())
+    if adjusted:
+        shared = fit.jacobian @ changes.reshape(len(changes), -1).T
+        known -= (shared * (fit.remaining @ shared)).sum(axis=0)
+    falls = np.where(known > TINY, along**2 / np.maximum(known, TINY), 0.0)
+    if adjusted:
+        part = 1.0 - np.diag(fit.remaining)
+        falls[fit.free] = np.where(part > LITTLE, fit.scores**2 / np.maximum(part, LITTLE), 0.0)
+    for k, one in enumerate(fit.forward.parameters):
+        if one.of in NOT_NAMED:
+            falls[k] = 0.0
+    return np.asarray(falls)
+
+
+def _lifted(fit: Fit, k: int, excess: float) -> Cause | None:
+    """Fit once more with one tolerance lifted; where nothing was adjusted, with that one alone."""
+    one, others = fit.forward.parameters[k], fit.forward.parameters
+    if not fit.settled:
+        others = tuple(replace(other, deviation=0.0) for other in others)
+    parameters = (*others[:k], replace(one, deviation=WIDE), *others[k + 1 :])
+    try:
+        found = searched(replace(fit, forward=replace(fit.forward, parameters=parameters)))
+        variance = found.covariance[(row := int(found.free[:k].sum())), row]
+    except NoResponseError:
+        return None
+    off = max(found.total / max(fit.degrees, 1), 1.0)
+    return Cause(
+        name=one.name,
+        of=one.of,
+        size=float(found.p[k]),
+        deviation=float(np.sqrt(variance * off)),
+        explained=min((fit.total - found.total) / excess, 1.0) if found.settled else 0.0,
+    )

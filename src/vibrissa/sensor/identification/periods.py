@@ -9,7 +9,8 @@ import numpy as np
 from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.checks import Check, grades, notes_of, sentences
-from vibrissa.sensor.identification.uncertainty import HALF_WIDTH
+from vibrissa.sensor.identification.slips import Slipped
+from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, Summary
 from vibrissa.wording import counted
 
 # Periods whose covariances are computed together, to save memory.
@@ -140,6 +141,52 @@ class Periods(Batch):
             low=np.maximum(middle - np.hypot(middle - self.low, HALF_WIDTH * error), 0.0),
             high=middle + np.hypot(self.high - middle, HALF_WIDTH * error),
         )
+
+
+def periods_of(
+    slipped: Slipped,
+    status: StrArray,
+    found: Summary,
+    least: FloatArray,
+    common: FloatArray,
+    effects: FloatArray,
+) -> Periods:
+    """Put periods together, of an unknown contact.
+
+    Parameters
+    ----------
+    slipped : Slipped
+    status : ndarray of str
+    found : Summary
+        Of the friction, where the tip has slipped.
+    least : ndarray
+        Lower bound of the friction where it has not.
+    common, effects : ndarray
+        As in `Periods`.
+    """
+    recording, spans = slipped.recording, slipped.spans
+    slips, none = status == PeriodStatus.SLIP, np.full(len(spans), np.nan)
+    bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
+    return Periods(
+        status=status,
+        first=slipped.row[spans.begins],
+        last=slipped.row[spans.ends],
+        first_line=recording.line[spans.begins],
+        last_line=recording.line[spans.ends],
+        contact=none,
+        footpoint=recording.clamp[spans.ends],
+        mu0=np.where(slips, found.mean, np.nan),
+        deviation=np.where(slips, found.deviation, np.nan),
+        low=np.where(slips, found.low, bound),
+        high=np.where(slips, found.high, np.nan),
+        common=np.where(slips, common, 0.0),
+        by_step=np.where(slips, found.by_step, np.nan),
+        shared=np.zeros(len(spans)),
+        effects=np.where(slips[:, None], effects, 0.0),
+        grade=np.full(len(spans), ""),
+        doubt=np.full(len(spans), ""),
+        left_out=recording.notes,
+    )
 
 
 def slope_errors(mu0: FloatArray, slope: float) -> FloatArray:

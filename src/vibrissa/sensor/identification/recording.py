@@ -35,6 +35,8 @@ IMPORT = "vibrissa import reads other titles, encodings, separators and decimal 
 FEWEST_SAMPLES = 3
 # Second differences beyond this multiple of their standard deviation are slips, not noise.
 OUTLIER = 4.0
+# A row without a load is no farther from their median than so many median deviations.
+TOUCHES = 7.0
 
 
 class Method(StrEnum):
@@ -54,8 +56,6 @@ class Method(StrEnum):
     RATIO = "ratio"
 
 
-# Signs of the channels in the mirror image of a rod.
-MIRROR = np.array([-1.0, 1.0, -1.0])
 # Numbers of the two forces, and of the moment.
 FORCES, MOMENT = [0, 1], 2
 # A channel that misses a value, or is saturated, in more than this part of the rows is not used
@@ -79,10 +79,13 @@ class Recording(Batch):
         What was left out, and why.
     interval : float
         Usual time from one sample to the next (s); NaN if it is not known.
-    unloaded : bool
-        Whether rows without a load were found at an end: the channels were tared.
     zeros : dict of str to str
         Standard deviations of the zeros that a tare took off, as the header of the table has them.
+    air : tuple of float
+        Means of the channels in the rows without a load before the scan, or else after it; empty
+        where there is none.
+    air_rows : int
+        Of how many rows.
     """
 
     clamp: FloatArray
@@ -90,8 +93,9 @@ class Recording(Batch):
     line: IntArray
     notes: tuple[str, ...] = ()
     interval: float = np.nan
-    unloaded: bool = False
     zeros: Mapping[str, str] = field(default_factory=dict)
+    air: tuple[float, ...] = ()
+    air_rows: int = 0
 
 
 def read_recording(
@@ -197,14 +201,22 @@ def suffices(channels: Sequence[int]) -> bool:
 
 def _scanned(recording: Recording, used: list[int]) -> Recording:
     """Leave out the ends of a recording that are no scan, and note them."""
-    loaded = touching(recording.readings[:, used])
+    readings = recording.readings
+    loaded = touching(readings[:, used])
     free = np.delete(recording.line, loaded)
+    air = readings[: loaded.start] if loaded.start else readings[loaded.stop :]
     recording = recording.take(loaded)
     kept = moving(recording.clamp)
     rest = np.delete(recording.line, kept)
     notes = left_out(free, "no load: nothing touches the surface")
     notes += left_out(rest, "the clamp rests before or after the scan")
-    return replace(recording.take(kept), notes=recording.notes + notes, unloaded=bool(len(free)))
+    recording = replace(recording.take(kept), notes=recording.notes + notes)
+    # As the rod touches, or leaves, the load is not zero.
+    off = np.abs(air - np.median(air, axis=0)) if len(air) else air
+    air = air[~(off > TOUCHES * np.median(off, axis=0)).any(axis=1)] if len(air) else air
+    if not len(air):
+        return recording
+    return replace(recording, air=tuple(air.mean(axis=0).tolist()), air_rows=len(air))
 
 
 def _zeros(table: series.Table) -> dict[str, str]:
@@ -314,14 +326,18 @@ def noise_of(readings: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray, shape (3,)
-        Slips do not count: they are outliers among the differences. NaN for a channel with a
-        missing value, and of fewer than three readings.
+        NaN for a channel with a missing value, and of fewer than three readings.
     """
+    return noise_of_differences(np.diff(readings, n=2, axis=0))
+
+
+def noise_of_differences(second: FloatArray) -> FloatArray:
+    """Estimate the noise from second differences, of which outliers are slips and do not count."""
     from scipy.special import ndtri  # half a second to load
 
-    second = np.abs(np.diff(readings, n=2, axis=0))
+    second = np.abs(second)
     if not len(second):
-        return np.full(readings.shape[1], np.nan)
+        return np.full(second.shape[1], np.nan)
     rough = np.median(second, axis=0) / ndtri(0.75)
     usual: BoolArray = second <= OUTLIER * rough
     squares = np.where(usual, second**2, 0.0).sum(axis=0)

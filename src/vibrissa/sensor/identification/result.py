@@ -7,9 +7,9 @@ import numpy as np
 
 from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.adjusted import Tolerance
 from vibrissa.sensor.identification.checks import Grade
-from vibrissa.sensor.identification.periods import Periods, PeriodStatus, alike, slope_errors
+from vibrissa.sensor.identification.goodness import Tolerance
+from vibrissa.sensor.identification.periods import Periods, PeriodStatus
 from vibrissa.sensor.identification.summary import FrictionSummary, Setting, summary_of
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
@@ -50,29 +50,6 @@ class Identification(Tabular):
     def covariance(self) -> FloatArray:
         """Covariance of what remains of their errors, in their order, shape (k, k)."""
         return self.setting.covariance
-
-    @property
-    def correlation(self) -> FloatArray:
-        """Correlations of what remains, shape (k, k)."""
-        deviation = np.sqrt(np.diag(self.covariance))
-        return np.asarray(self.covariance / np.outer(deviation, deviation))
-
-    @property
-    def of_periods(self) -> FloatArray:
-        """Covariance of the errors of μ0 of all p periods, shape (p, p).
-
-        Tolerances make those of different periods depend on each other.
-        """
-        periods, setting = self.periods, self.setting
-        error = slope_errors(periods.mu0, setting.slope)
-        slopes = np.outer(error, error) * alike(
-            periods.footpoint, periods.footpoint, setting.slope_length
-        )
-        own = np.diag(periods.deviation**2 - periods.common**2 - error**2)
-        shared = np.outer(periods.shared, periods.shared)
-        return np.asarray(
-            own + slopes + shared + periods.effects @ setting.covariance @ periods.effects.T
-        )
 
     def summary(self) -> FrictionSummary:
         """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""

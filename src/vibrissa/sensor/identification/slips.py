@@ -16,7 +16,14 @@ from scipy.ndimage import uniform_filter1d
 from vibrissa.errors import RecordingError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.numerics.batch import Batch
-from vibrissa.sensor.identification.recording import Recording, left_out, noise_of
+from vibrissa.sensor.identification.recording import (
+    FORCES,
+    MOMENT,
+    Recording,
+    left_out,
+    noise_of,
+    noise_of_differences,
+)
 
 # A fall by so many standard deviations of one reading is a slip: of 10^5 samples with hardly any
 # load from one to the next, one recording in ten shows it by chance.
@@ -40,6 +47,8 @@ RESTS = 0.1
 EVEN = 1e-3
 # Samples over which the speed of the clamp is averaged.
 STEPS = 9
+# A step that differs from the usual one by so many standard deviations of a position is another.
+ANOTHER = 6.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -68,6 +77,34 @@ class Spans(Batch):
     def counts(self) -> IntArray:
         """Number of rows of each period."""
         return self.ends - self.begins + 1
+
+    @property
+    def rows(self) -> tuple[IntArray, IntArray]:
+        """Rows of all periods, and the number of the period of each."""
+        counts = self.counts
+        period = np.repeat(np.arange(len(counts)), counts)
+        first = self.begins - np.cumsum(counts) + counts
+        return np.arange(len(period)) + first[period], period
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Ends(Batch):
+    """How p periods end, each field an array of shape (p,).
+
+    Attributes
+    ----------
+    clamp, gap : ndarray
+        Position of the clamp in the last sample, and its way to the first one after the slip (L).
+    speed : ndarray
+        Its way per sample (L).
+    sign : ndarray
+        1 where the clamp moves forward as the tip slips, -1 where backward.
+    """
+
+    clamp: FloatArray
+    gap: FloatArray
+    speed: FloatArray
+    sign: FloatArray
 
 
 def spikes(values: FloatArray, noise: float) -> BoolArray:
@@ -269,84 +306,94 @@ class Slipped:
     position: float
     row: IntArray
 
-    @classmethod
-    def of(
-        cls,
-        recording: Recording,
-        load: FloatArray,
-        noise: float,
-        spiky: BoolArray,
-        slip_rows: float,
-    ) -> "Slipped":
-        """Find the periods.
-
-        Parameters
-        ----------
-        recording : Recording
-        load : ndarray, shape (n,)
-            See `spans_of`, and its `noise`.
-        spiky : ndarray of bool, shape (n,)
-            Lone spikes.
-        slip_rows : float
-            How many rows a slip lasts at least.
-        """
-        position = position_noise(recording.clamp)
-        clamp = smooth(recording.clamp, position)
-        check_falls(clamp, load, noise)
-        # Where the clamp turns the load has a peak.
-        way = direction(clamp)
-        spiky = spiky & ~np.pad(way[1:] != way[:-1], 1)
-        notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
-        row = np.flatnonzero(~spiky)
-        recording = replace(recording.take(row), notes=notes)
-        spans = spans_of(clamp[row], load[row], noise)
-        recording, spans, swung = before_swing(recording, spans)
-        found = cls(
-            recording=recording,
-            spans=spans,
-            swung=swung,
-            position=position,
-            row=row,
-        )
-        lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
-        late = int(np.ceil(slip_rows))
-        # Of a slip that takes a while the first sample may not show it, nor the last one.
-        return found.trimmed(int(lasts > 1), max(late, lasts)) if late or lasts > 1 else found
-
     @property
     def clamp(self) -> FloatArray:
         """Clamp positions by which its motion is told, without their noise."""
         return smooth(self.recording.clamp, self.position)
 
     @property
-    def signs(self) -> FloatArray:
-        """Direction of the clamp as each period ends, 1 or −1."""
-        unseen = self.spans.cut | self.spans.passes
-        step = np.minimum(self.spans.ends - unseen, len(self.recording) - 2)
-        return direction(self.clamp)[np.maximum(step, 0)]
+    def ends(self) -> Ends:
+        """How the periods end.
+
+        Two positions with errors of their own tell the middle of the step to the slip better than
+        its beginning. Its length is the usual one unless it is surely another.
+        """
+        clamp, spans = self.recording.clamp, self.spans
+        last, unseen = clamp[spans.ends], spans.cut | spans.passes
+        gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)
+        step = np.minimum(spans.ends - unseen, len(clamp) - 2)
+        sign = direction(self.clamp)[np.maximum(step, 0)]
+        if self.position:
+            usual = sign * usual_step(self.clamp)
+            same = (np.abs(gap - usual) < ANOTHER * self.position) & ~unseen
+            last = np.where(same, last + 0.5 * (gap - usual), last)
+            gap = np.where(same, usual, gap)
+        return Ends(clamp=last, gap=gap, speed=speed_of(clamp)[spans.ends], sign=sign)
+
+    @property
+    def scatter(self) -> FloatArray:
+        """Noise of each channel that the readings show within periods, shape (3,)."""
+        rows, period = self.spans.rows
+        second = np.diff(self.recording.readings[rows], n=2, axis=0)
+        return noise_of_differences(second[period[2:] == period[:-2]])
 
     def joined(self, together: BoolArray) -> "Slipped":
         """Join periods with the one after them: no slip lies between."""
         first = ~np.append(False, together[:-1])
         last = ~together
-        spans = self.spans
-        joined = replace(spans.take(last), begins=spans.begins[first])
-        return replace(self, spans=joined, swung=self.swung[last])
+        spans = replace(self.spans.take(last), begins=self.spans.begins[first])
+        return replace(self, spans=spans, swung=self.swung[last])
 
-    def trimmed(self, early: int, late: int) -> "Slipped":
-        """Leave out samples before and after each slip; a note names them."""
-        spans = self.spans
-        begins = np.maximum(spans.begins, np.append(0, spans.after[:-1] + late))
-        # A filter lags behind the first steps, too.
-        begins[0] = spans.begins[0] + (late if late > LONG else 0)
-        ends = spans.ends - early
-        ends[-1] = spans.ends[-1]
-        some = ends > begins
-        kept = np.zeros(len(self.recording) + 1, dtype=int)
-        np.add.at(kept, begins[some], 1)
-        np.add.at(kept, ends[some] + 1, -1)
-        off = (np.cumsum(kept)[:-1] == 0) & (np.arange(len(self.recording)) >= spans.begins[0])
-        note = left_out(self.recording.line[off], "the readings have not settled after a slip")
-        recording = replace(self.recording, notes=(*self.recording.notes, *note))
-        spans = replace(spans, begins=begins, ends=ends).take(some)
-        return replace(self, recording=recording, spans=spans, swung=self.swung[some])
+
+def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slipped:
+    """Find the slips of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    noise : ndarray, shape (3,)
+        Standard deviation of one reading of each channel; NaN of one that is not used.
+    slip_rows : float
+        How many rows a slip lasts at least.
+    """
+    readings = recording.readings
+    used = np.flatnonzero(np.isfinite(noise)).tolist()
+    # Without both forces the moment tells the load, with the other sign.
+    both = set(FORCES) <= set(used)
+    load, deviation = (readings[:, 0], noise[0]) if both else (-readings[:, MOMENT], noise[MOMENT])
+    position = position_noise(recording.clamp)
+    clamp = smooth(recording.clamp, position)
+    check_falls(clamp, load, deviation)
+    spiky = np.any([spikes(readings[:, i], noise[i]) for i in used], axis=0)
+    # Where the clamp turns the load has a peak.
+    way = direction(clamp)
+    spiky &= ~np.pad(way[1:] != way[:-1], 1)
+    notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
+    row = np.flatnonzero(~spiky)
+    recording = replace(recording.take(row), notes=notes)
+    spans = spans_of(clamp[row], load[row], deviation)
+    recording, spans, swung = before_swing(recording, spans)
+    found = Slipped(recording=recording, spans=spans, swung=swung, position=position, row=row)
+    lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
+    late = int(np.ceil(slip_rows))
+    # Of a slip that takes a while the first sample may not show it, nor the last one.
+    return _settled(found, int(lasts > 1), max(late, lasts)) if late or lasts > 1 else found
+
+
+def _settled(found: Slipped, early: int, late: int) -> Slipped:
+    """Leave out samples before and after each slip; a note names them."""
+    spans, recording = found.spans, found.recording
+    begins = np.maximum(spans.begins, np.append(0, spans.after[:-1] + late))
+    # A filter lags behind the first steps, too.
+    begins[0] = spans.begins[0] + (late if late > LONG else 0)
+    ends = spans.ends - early
+    ends[-1] = spans.ends[-1]
+    some = ends > begins
+    kept = np.zeros(len(recording) + 1, dtype=int)
+    np.add.at(kept, begins[some], 1)
+    np.add.at(kept, ends[some] + 1, -1)
+    off = (np.cumsum(kept)[:-1] == 0) & (np.arange(len(recording)) >= spans.begins[0])
+    note = left_out(recording.line[off], "the readings have not settled after a slip")
+    spans = replace(spans, begins=begins, ends=ends).take(some)
+    recording = replace(recording, notes=(*recording.notes, *note))
+    return replace(found, recording=recording, spans=spans, swung=found.swung[some])

@@ -28,10 +28,9 @@ import numpy as np
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.identification.adjusted import Tolerance
 from vibrissa.sensor.identification.checks import Grade
 from vibrissa.sensor.identification.compare import Beside
-from vibrissa.sensor.identification.goodness import LEVEL, Cause, Goodness
+from vibrissa.sensor.identification.goodness import LEVEL, Cause, Goodness, Tolerance
 from vibrissa.sensor.identification.parameters import SLOPE
 from vibrissa.sensor.identification.periods import (
     Periods,
@@ -48,8 +47,8 @@ from vibrissa.wording import counted
 MOST_WRONG = 0.5
 # What leaves more of the standard deviation if it were exact is not to be measured first.
 HELPS = 0.95
-# So many causes of a misfit are named, of those that explain this part of it.
-NAMED, EXPLAINS = 3, 0.1
+# So many of those are named.
+NAMED = 3
 # Part of a variance that rounding leaves of a difference, and a variance that is none.
 ROUNDING, LEAST = 1e-12, 1e-200
 
@@ -71,9 +70,7 @@ class Setting:
     goodness : Goodness or None
         Whether the recording as a whole fits what was given; None without a rod.
     causes : tuple of Cause
-        What may be other than it was given, if it does not.
-    far : tuple of Tolerance
-        What is by the recording far from what was given, the farthest first.
+        What may be other than it was given, if it does not, or only far off.
     beside : Beside or None
         The model of the rod beside the ratio of the forces.
     """
@@ -85,7 +82,6 @@ class Setting:
     slope_length: float = np.inf
     goodness: Goodness | None = None
     causes: tuple[Cause, ...] = ()
-    far: tuple[Tolerance, ...] = ()
     beside: Beside | None = None
 
 
@@ -158,7 +154,8 @@ class FrictionSummary:
         beside = self.setting.beside
         if beside is not None and beside.compared:
             said = "they agree" if beside.agrees else "they disagree: one of them is wrong"
-            of = f"the model of the rod and the ratio of the forces differ {beside.size}"
+            size = f"{beside.difference:+.2g} ± {beside.spread:.1g}"
+            of = f"the model of the rod and the ratio of the forces differ by {size}"
             yield f"{of} in {counted(beside.number, 'period')}: {said}"
         if self.variation:
             yield f"mu0 differs from place to place by ± {self.variation:.2g}"
@@ -185,26 +182,17 @@ class FrictionSummary:
             yield f"measure first: {', '.join(first)}"
 
     def _fit(self) -> Iterator[str]:
-        fit, far, units = self.setting.goodness, self.setting.far, self.setting.units
-        if fit is not None and fit.degrees > 0 and not fit.fits:
-            causes = [one for one in self.setting.causes if one.explained >= EXPLAINS][:NAMED]
-            may = "What may be other, each if it alone is:"
-            found = may if causes else "No single thing that is other explains it."
+        fit, causes = self.setting.goodness, self.setting.causes
+        if fit is None or (fit.fits and not causes):
+            return
+        if fit.fits:
+            yield "Something is far off for its tolerance. What may be, each if it alone is:"
+        else:
+            found = "What may be other, each if it alone is:" if causes else ""
+            found = found or "No single thing that is other explains it."
             size = f"chi2 is {fit.ratio:.3g} per degree of freedom"
             yield f"The recording does not fit what was given ({size}). {found}"
-            for one in causes:
-                yield f"  {one.spelled(units)} (explains {one.explained:.0%} of the misfit)"
-            for name, part in fit.noisier.items():
-                yield (
-                    f"{name} scatters {part:.2g} times as much as the noise that was given: give "
-                    "that, or none, and it is estimated"
-                )
-        if far:
-            fits = fit is None or fit.fits
-            start = "The recording fits only with" if fits else "By the recording is"
-            yield (f"{start} {far[0].moved(units)}: measure it again, or give it a wider tolerance")
-            if far[1:]:
-                yield f"Others that may stand for it: {', '.join(one.name for one in far[1:])}."
+        yield from (f"  {one.spelled(self.setting.units)}" for one in causes)
 
 
 def summary_of(periods: Periods, setting: Setting) -> FrictionSummary:
@@ -213,7 +201,7 @@ def summary_of(periods: Periods, setting: Setting) -> FrictionSummary:
     used = slips & ~_left_out(periods, slips)
     others = periods.status[~slips].tolist() + periods.grade[slips & ~used].tolist()
     bounds = periods.low[np.isfinite(periods.low) & (periods.grade != Grade.WRONG)]
-    coarse = [one.sentence for one in periods.checks if one.name == "coarse" and one.periods.any()]
+    coarse = [one.sentence for one in periods.checks if one.coarse and one.periods.any()]
     known = FrictionSummary(
         periods=len(periods),
         used=int(used.sum()),

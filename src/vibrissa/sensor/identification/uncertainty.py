@@ -2,15 +2,17 @@
 
 The last sticking state of a period is at most one step before the onset. So μ0 is at least |tan α|
 in that state, and at most what the tip would have needed one step later. The onset is uniform
-within the step, all else is normal. The distribution of μ0 that follows is represented by equally
-likely values; its mean, deviation and central 95 % are returned.
+within the step, all else is normal. So the error is the sum of a uniform one, up to ±a, and a
+normal one with the deviation s. It is below h with the probability
+
+    F(h) = (s/2a)·[G((h + a)/s) − G((h − a)/s)],   G(z) = z·Φ(z) + φ(z).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
@@ -18,40 +20,70 @@ from vibrissa.numerics.batch import Batch
 # Part of a distribution that its interval holds, and half the width of that of a normal one.
 COVERAGE = 0.95
 HALF_WIDTH = float(ndtri(0.5 * (1.0 + COVERAGE)))
-# Periods that are computed together, to save memory.
-BLOCK = 512
-# Equally likely values of onset, noise and common error, spread evenly over three dimensions:
-# multiples of the powers of the inverse of the root of x⁴ = x + 1 (Roberts).
-VALUES = 1024
-EVENLY = 1.2207440846057596 ** -np.arange(1.0, 4.0)
-_PARTS = np.arange(1, VALUES + 1)[:, None] * EVENLY % 1.0
-# The onset as a part of the step, uniform from 0 to 1; noise and common error, standard normal.
-ONSET, NOISE, COMMON = _PARTS[:, 0], ndtri(_PARTS[:, 1]), ndtri(_PARTS[:, 2])
+# Bisections of the half width of an interval, which make it 10^-9 of what it may be.
+BISECTIONS = 30
+# Part of a normal deviation from which on a uniform error counts.
+LITTLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Summary(Batch):
-    """Mean, standard deviation and central 95 % of distributions; NaN where there is none."""
+    """Mean, standard deviation and central 95 % of μ0, and the part of the deviation by the step.
+
+    Each of shape (p,); NaN where there is none.
+    """
 
     mean: FloatArray
     deviation: FloatArray
     low: FloatArray
     high: FloatArray
+    by_step: FloatArray
 
 
-def summary_of(values: FloatArray) -> Summary:
-    """Summarise equally likely values, shape (n, k), of which infinite ones do not count."""
-    finite = np.where(np.isfinite(values), values, np.nan)
-    some = np.asarray(np.isfinite(values).any(axis=1))
-    found = Summary(**{name: np.full(len(values), np.nan) for name in Summary.names()})
-    tails = 0.5 * (1.0 - COVERAGE), 0.5 * (1.0 + COVERAGE)
-    whole = np.asarray(np.isfinite(values).all(axis=1))
-    for rows, quantile in ((whole, np.quantile), (some & ~whole, np.nanquantile)):
-        if rows.any():
-            low, high = quantile(finite[rows], tails, axis=1, method="hazen")
-            mean, deviation = np.nanmean(finite[rows], axis=1), np.nanstd(finite[rows], axis=1)
-            found.put(rows, Summary(mean=mean, deviation=deviation, low=low, high=high))
-    return found
+def summary_of(along: FloatArray, normal: FloatArray) -> Summary:
+    """Summarise frictions that are uniform within a step, with a normal error.
+
+    Parameters
+    ----------
+    along : ndarray, shape (p, 3)
+        μ0 if the tip slipped at the beginning, in the middle and at the end of the step.
+    normal : ndarray, shape (p,)
+        Standard deviation of the normal error.
+    """
+    mean = along @ np.array([1.0, 4.0, 1.0]) / 6.0
+    half = 0.5 * np.abs(along[:, 2] - along[:, 0])
+    by_step = step_deviation(2.0 * half, 1.0)
+    width = half_width(half, normal)
+    return Summary(
+        mean=mean,
+        deviation=np.hypot(by_step, normal),
+        low=np.maximum(mean - width, 0.0),
+        high=mean + width,
+        by_step=by_step,
+    )
+
+
+def half_width(half: FloatArray, normal: FloatArray) -> FloatArray:
+    """Half the width of the central 95 % of a uniform error, up to ±half, and a normal one."""
+    low, high = np.zeros_like(half), half + HALF_WIDTH * normal
+    sure = np.maximum(normal, LITTLE * half)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        more = _inside(middle, half, sure) < COVERAGE
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    return np.where(half > LITTLE * normal, 0.5 * (low + high), HALF_WIDTH * normal)
+
+
+def _inside(width: FloatArray, half: FloatArray, normal: FloatArray) -> FloatArray:
+    """Probability of an error up to ±width: see above."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upper, lower = (width + half) / normal, (width - half) / normal
+        return np.asarray((_integral(upper) - _integral(lower)) * normal / half - 1.0)
+
+
+def _integral(z: FloatArray) -> FloatArray:
+    """Integral G of the normal distribution function from −∞ to z."""
+    return np.asarray(z * ndtr(z) + np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi))
 
 
 def ratio_deviation(

@@ -276,6 +276,14 @@ def responses(
     for curve in curves:
         if curve.status is not Status.SOLVED:
             raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
+    return tabulated_together(curves, contact, pull)
+
+
+def tabulated_together(curves: Sequence[StickingCurve], contact: str, pull: bool) -> list[Response]:
+    """Tabulate the responses of curves that have states; see `responses`."""
+    for curve in curves:
+        if not curve.pieces:
+            raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
     pulled = Pulled(curves, Contact(contact)).splines(KNOTS) if pull else [[] for _ in curves]
     return [tabulated(curve, parts) for curve, parts in zip(curves, pulled, strict=True)]
 
@@ -303,10 +311,12 @@ def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
     reactions = joined(parts)
     kinks = [b.first_x0 for a, b in pairwise(curve.pieces) if a.contact is not b.contact]
     ends = [part.x[0] for part in parts[: -len(curve.pieces)]]
-    bounds = np.unique([*ends, 0.0, *kinks, curve.x0_lock, reactions.x[-1]])
+    # A curve that ends before a lock has its most there.
+    x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else float(reactions.x[-1])
+    bounds = np.unique([*ends, 0.0, *kinks, x0_lock, reactions.x[-1]])
     return Response(
         reactions=reactions,
-        x0_lock=curve.x0_lock,
+        x0_lock=x0_lock,
         x1_init=curve.x1_init,
         bounds=bounds,
         # The mirror image of a mounted rod is not a state of it.

@@ -1,0 +1,130 @@
+"""The state of the rod that is nearest to a reading, and columns that were mixed up."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from vibrissa.errors import MixedColumnsError
+from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.identification.recording import FORCES, Recording
+from vibrissa.sensor.response.branch import Branch
+from vibrissa.sensor.transducer import CHANNELS
+
+# Points of the branch.
+TABLE = 4001
+# So many samples tell whether a mix-up explains the readings, and so many on which side the tip
+# begins.
+SAMPLED, BEGINNING = 300, 20
+# Squared residual, in standard deviations, from which on a sample is not a state of the rod.
+MISFIT = 36.0
+# Squared residuals that are smaller by this factor are much smaller: by 15, what they are of.
+MUCH = 225.0
+# A smaller mean square is rounding: the readings of a simulation may have no noise.
+ROUNDING = 1e-9
+# Signs of the channels in the mirror image of a rod, and a unit taken for another, as mN for N.
+MIRROR, THOUSAND = np.diag([-1.0, 1.0, -1.0]), 1e3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class NearestStates:
+    """States of a rod at one height, by what the channels that are used show of them.
+
+    Attributes
+    ----------
+    branch : Branch
+    used : list of int
+        Numbers of the channels.
+    noise : ndarray, shape (c,)
+        Standard deviation of one reading of each.
+    """
+
+    branch: Branch
+    used: list[int]
+    noise: FloatArray
+
+    def weighted(self, readings: FloatArray) -> FloatArray:
+        """Channels that are used, in standard deviations, shape (n, c)."""
+        return np.asarray(readings[:, self.used] / self.noise)
+
+    @cached_property
+    def _table(self) -> tuple[FloatArray, Any]:
+        x0 = np.linspace(self.branch.x0_pull, self.branch.x0_end, TABLE)
+        values = self.weighted(self.branch(x0))
+        if len(self.used) == 1:
+            # One channel distinguishes the states only as long as it grows.
+            back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
+            x0 = x0[: int(back[0]) + 1] if len(back) else x0
+        return x0, KDTree(values[: len(x0)])
+
+    def __call__(self, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacements of the nearest states (L), and the squared misfits to them, each (n,)."""
+        table, tree = self._table
+        weighted = self.weighted(readings)
+        x0 = table[tree.query(weighted)[1]]
+        slope = self.weighted(self.branch.slope(x0))
+        miss = weighted - self.weighted(self.branch(x0))
+        x0 = self.branch.clip(x0 + (slope * miss).sum(axis=1) / (slope**2).sum(axis=1))
+        return x0, ((weighted - self.weighted(self.branch(x0))) ** 2).sum(axis=1)
+
+
+def check_columns(nearest: NearestStates, recording: Recording) -> None:
+    """Refuse a recording that comes much nearer to the rod if its columns were mixed up.
+
+    Nothing that is known to a tolerance makes up for that: it would be fitted to nonsense.
+
+    Raises
+    ------
+    MixedColumnsError
+        If so; the message names the likeliest mix-up.
+    """
+    rows = np.linspace(0, len(recording) - 1, SAMPLED).astype(int)
+    some = np.nan_to_num(recording.readings[rows])
+
+    def misfits(mixed: FloatArray) -> FloatArray:
+        return nearest(some @ mixed.T)[1]
+
+    ahead, behind = misfits(np.eye(3)), misfits(MIRROR)
+    if np.median(ahead[:BEGINNING]) <= np.median(behind[:BEGINNING]):
+        # The rod may swing aside later on.
+        ahead = np.minimum(ahead, behind)
+    given = float(np.median(ahead))
+    if given <= MISFIT:
+        return
+    least, text, mixed = min(
+        (float(np.median(misfits(mixed))), text, mixed.tolist())
+        for text, mixed in _mix_ups(nearest.used)
+    )
+    size = (nearest.weighted(some @ np.array(mixed).T) ** 2).sum(axis=1)
+    # A rod that is quite another one is not near to the readings, however they are mixed.
+    if least < min(given, float(np.median(size))) / MUCH:
+        raise MixedColumnsError(
+            f"the columns seem to be mixed up: {text}. The readings would be "
+            f"{np.sqrt(given / max(least, ROUNDING)):.3g} times as near to this rod. Say which is "
+            "which with vibrissa import --column, a minus before a title turns the sign: "
+            "'moment_z=-Mz'"
+        )
+
+
+def _mix_ups(used: list[int]) -> Iterator[tuple[str, FloatArray]]:
+    """Mix-ups of the channels that are used, with what undoes each, shape (3, 3)."""
+    both = set(FORCES) <= set(used)
+    for swapped, signs in product((False, True)[: 1 + both], product((1.0, -1.0), repeat=3)):
+        other = [i for i in used if signs[i] < 0.0]
+        said = ["force_x and force_y swapped"] * swapped
+        said += [f"{_named(other)} with the other sign"] if other else []
+        if said:
+            yield ", ".join(said), np.diag(signs) @ np.eye(3)[[1, 0, 2] if swapped else [0, 1, 2]]
+    for rows in filter(None, ([i for i in used if i in FORCES], [i for i in used if i == 2])):
+        for factor, size in ((THOUSAND, "larger"), (1.0 / THOUSAND, "smaller")):
+            each = np.ones(3)
+            each[rows] = factor
+            yield f"{_named(rows)} in a unit 1000 times {size}", np.diag(each)
+
+
+def _named(channels: list[int]) -> str:
+    return " and ".join(CHANNELS[i] for i in channels)
