@@ -309,16 +309,8 @@ class _Shapes(Batch):
             matrix[:, [0, 1], [0, 1]] += lever * place.bend
             if tip:
                 matrix[:, 1], miss[:, 1] = (0.0, 1.0), 0.0
-            determinant = matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] * matrix[:, 1, 0]
-            adjugate = np.stack(
-                [
-                    matrix[:, 1, 1] * miss[:, 0] - matrix[:, 0, 1] * miss[:, 1],
-                    matrix[:, 0, 0] * miss[:, 1] - matrix[:, 1, 0] * miss[:, 0],
-                ],
-                axis=-1,
-            )
-            with np.errstate(divide="ignore", invalid="ignore"):
-                step = adjugate / determinant[:, None]
+            # Where the matrix is singular the parts are parallel: any step will do.
+            step = np.matvec(np.linalg.pinv(matrix), miss)
             tau = np.clip(tau - np.clip(step, -LONGEST_STEP, LONGEST_STEP), 0.0, self.end)
         turn = place.phi[:, 1] - place.phi[:, 0]
         found = (np.abs(step).max(axis=1) < CONVERGED) & (np.abs(turn) > HALF_TURN)

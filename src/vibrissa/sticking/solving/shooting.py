@@ -91,8 +91,6 @@ class ShotState:
         Contact point relative to the clamp (L).
     phi1 : float
         Slope at the contact point (rad).
-    m : float
-        Clamp moment φ'(0), in units of E·I0/L.
     miss : float
         Distance between the rod's tip and the contact point (L).
     searches : int
@@ -103,7 +101,6 @@ class ShotState:
     alpha: float
     x1: float
     phi1: float
-    m: float
     miss: float
     searches: int
 
@@ -156,24 +153,14 @@ def _search(
         x, y, _ = shoot(theta, f, inclination, contact, y1, tolerances)
         return math.hypot(x - contact, y - y1)
 
-    best = np.asarray(start, dtype=float)
-    size = np.asarray(spread, dtype=float)
+    best, size = np.asarray(start, dtype=float), np.asarray(spread, dtype=float)
+    options = {"xatol": tolerances.simplex, "fatol": tolerances.simplex, "maxiter": 400}
     searches = 0
     while True:
         searches += 1
         simplex = best + np.array([[0.0, 0.0], [size[0], 0.0], [0.0, size[1]]])
-        result = minimize(
-            miss,
-            best,
-            method="Nelder-Mead",
-            options={
-                "initial_simplex": simplex,
-                "xatol": tolerances.simplex,
-                "fatol": tolerances.simplex,
-                "maxiter": 400,
-                "maxfev": 800,
-            },
-        )
+        more = {"initial_simplex": simplex, "maxfev": 800}
+        result = minimize(miss, best, method="Nelder-Mead", options=options | more)
         best = result.x
         if result.fun <= tolerances.miss or searches > tolerances.restarts:
             break
@@ -182,13 +169,11 @@ def _search(
         size = -np.sign(size) * np.maximum(np.abs(size), 10.0 * result.fun)
     f, inclination, contact = state(best)
     _, _, phi1 = shoot(theta, f, inclination, contact, y1, tolerances)
-    m = -f * (math.cos(inclination) * contact + math.sin(inclination) * y1)
     return ShotState(
         f=f,
         alpha=inclination,
         x1=contact,
         phi1=phi1,
-        m=m,
         miss=float(result.fun),
         searches=searches,
     )
@@ -326,49 +311,57 @@ def solve_curve(
             message=f"the search missed the contact point by {worst:.1e} at x0 = "
             f"{step * (len(states) - 1):.6g}; use a smaller dx0 or method: collocation",
         )
-    f, alpha, m, phi1 = np.array([(s.f, s.alpha, s.m, s.phi1) for s in states]).T
-    known = StickingState(
+    known = _stepped(states, step, eta)
+    followed = StickingCurve(
+        theta=theta,
+        eta=eta,
+        method=METHOD,
+        status=Status.SOLVED,
+        x1_init=start.x1,
+        pieces=(_smooth_piece(known),),
+        residual=worst,
+        section=section,
+        end_message=NO_END,
+    )
+    return assembled_curves([followed], [[_limit(theta, eta, known, start.x1)]])[0]
+
+
+def _stepped(states: list[ShotState], step: float, eta: float) -> StickingState:
+    """States of a walk as columns."""
+    f, alpha, x1, phi1 = np.array([(s.f, s.alpha, s.x1, s.phi1) for s in states]).T
+    unknown = np.full_like(f, np.nan)
+    return StickingState(
         x0=step * np.arange(len(states), dtype=np.float64),
         reaction_fx=f * np.sin(alpha),
         reaction_fy=-f * np.cos(alpha),
-        reaction_m=m,
+        reaction_m=-f * (np.cos(alpha) * x1 + np.sin(alpha) * eta),
         phi1=phi1,
         s_c=np.ones_like(f),
-        stability=np.full_like(f, np.nan),
-        stability_aside=np.full_like(f, np.nan),
+        stability=unknown,
+        stability_aside=unknown,
     )
-    limit = _limit(theta, eta, known, states[0].x1 - known.x0)
-    # A spline through the states on the step grid has states at Chebyshev points.
+
+
+def _smooth_piece(known: StickingState) -> Piece:
+    """Put a spline through states on the step grid; it has states at Chebyshev points."""
     stop, degree = float(known.x0[-1]), min(SPLINE_DEGREE, len(known) - 1)
     spline = make_interp_spline(known.x0, np.nan_to_num(known.matrix()), k=degree)
     smooth = StickingState.from_matrix(spline(stop * chebyshev_nodes(STATES)))
     unknown = np.full(STATES, np.nan)
-    piece = Piece(
+    return Piece(
         contact=Contact.POINT,
         parameter=Parameter.X0,
         start=0.0,
         stop=stop,
         states=replace(smooth, stability=unknown, stability_aside=unknown),
     )
-    followed = StickingCurve(
-        theta=theta,
-        eta=eta,
-        method=METHOD,
-        status=Status.SOLVED,
-        x1_init=states[0].x1,
-        pieces=(piece,),
-        residual=worst,
-        section=section,
-        end_message=NO_END,
-    )
-    return assembled_curves([followed], [[limit]])[0]
 
 
-def _limit(theta: float, eta: float, states: StickingState, offset: FloatArray) -> list[Event]:
+def _limit(theta: float, eta: float, states: StickingState, x1_init: float) -> list[Event]:
     """First of some states whose shape is inadmissible, to the step."""
     rule = gauss_rule(NODES)
     s = rule.from_start @ arc_density(rule.nodes, theta)
-    rows = zip(states.f, states.alpha, offset, strict=True)
+    rows = zip(states.f, states.alpha, x1_init - states.x0, strict=True)
     phi = np.stack([deformed_shape(theta, f, alpha, x1, eta, s)[2] for f, alpha, x1 in rows])
     shapes = RodStates(
         rods=rod_columns(np.full(len(states), theta), [IDEAL] * len(states)),
