@@ -1,6 +1,7 @@
 """The command that designs a rod."""
 
 import csv
+import json
 import re
 
 import pyarrow.parquet as pq
@@ -56,6 +57,13 @@ def test_a_rod_that_violates_constraints_is_not_written(tmp_path):
     result = run("--material", "steel-s235", *NANO, *SHAPE, *size, "-o", path)
     assert result.exit_code == 1 and not path.exists()
     assert f"{path} is not written: the rod violates constraints\n" in result.stderr
+
+
+def test_json_is_alone_on_standard_output():
+    size = ["--diameter", "5 mm", "--length", "100 mm"]
+    result = run("--material", "steel-s235", *NANO, *SHAPE, *size, "--json")
+    assert json.loads(result.stdout)["rows"][0]["status"] == "none"
+    assert result.stderr.startswith("this rod cannot be used")
 
 
 @pytest.mark.parametrize(

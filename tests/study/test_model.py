@@ -294,7 +294,7 @@ def test_all_mistakes_are_told_at_once(read):
         ("[]", "has keys with values"),
         ("just words", "has keys with values"),
         ("study: [", "not valid YAML"),
-        ("study: a\nstudy: b\n", "duplicate key"),
+        ("study: a\nstudy: b\n", "2: not valid YAML: found duplicate key"),
     ],
 )
 def test_a_file_that_is_no_study_is_refused(read, text, words):
