@@ -35,7 +35,6 @@ def frame_of(truth, readings=None, interval=0.01):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", list(Method))
-# Noise of the encoder makes the intervals wider than they need be: 97 to 99 % hold the truth.
 @pytest.mark.parametrize(("encoder", "most"), [(0.0, 0.97), (5e-5, 0.99)])
 def test_intervals_hold_the_truth_as_often_as_they_say(method, encoder, most):
     """Of some 600 periods 95 % have a standard error of 0.9 %."""
@@ -91,7 +90,7 @@ def test_rows_without_load_check_the_tare():
 @pytest.mark.slow
 def test_a_fit_that_fails_keeps_the_tolerances(monkeypatch):
     frame, truth = recorded(TITLES["clamp inclined by 2°"], Said.NOTHING, 1)
-    monkeypatch.setattr(fit, "EVALUATIONS", (1,))
+    monkeypatch.setattr(fit, "MOST_STEPS", 1)
     found = identify(believed(), frame, noise=NOISE)
     error, hold = seen(found, truth)
     assert hold.all() and np.abs(error).mean() > 1e-3

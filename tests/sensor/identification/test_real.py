@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.optimize import brentq
-from scipy.signal import butter, sosfilt, sosfreqz
+from scipy.signal import butter, sosfilt
 
 from steel import NOISE, ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
@@ -136,12 +136,9 @@ def filtered(signals, sections):
 FIRST_ORDER = np.array([[1 - np.exp(-1 / 40), 0.0, 0.0, 1.0, -np.exp(-1 / 40), 0.0]])
 BUTTERWORTH = butter(2, 2 * 0.004, output="sos")
 SMEARED = {
-    "flight": (None, {}),
-    "flight, told": (None, {"slip_time": "60 ms"}),
-    "first order": (FIRST_ORDER, {}),
-    "first order, told": (FIRST_ORDER, {"delay": "40 ms"}),
-    "Butterworth": (BUTTERWORTH, {}),
-    "Butterworth, told": (BUTTERWORTH, {"delay": "56.3 ms"}),
+    "flight": (None, {"slip_time": "60 ms"}),
+    "first order": (FIRST_ORDER, {"slip_time": "200 ms", "delay": "40 ms"}),
+    "Butterworth": (BUTTERWORTH, {"slip_time": "250 ms", "delay": "56.3 ms"}),
 }
 
 
@@ -173,31 +170,24 @@ def test_friction_is_right_though_slips_are_smeared(whisker, fine, case):
 
 
 @pytest.mark.slow
-def test_a_filter_that_is_told_lags_and_what_is_not_told_may(whisker, fine):
+def test_a_filter_that_is_told_moves_the_onset_by_its_lag(whisker, fine):
     """A lag of d moves the onset by speed·d: 40 um for 40 ms at 1 mm/s."""
     frame = smeared(whisker, fine, FIRST_ORDER, 1)
-    told, none, either = (
-        found_in(whisker, frame, **options)[1]
-        for options in ({"delay": "40 ms"}, {"slip_time": "60 ms"}, {})
+    told, none = (
+        found_in(whisker, frame, slip_time="300 ms", **options)[1]
+        for options in ({"delay": "40 ms"}, {})
     )
     states = whisker.pulled
     onset = np.array(
         [brentq(lambda x, mu0=mu0: states.demand(x) - mu0, 0, 0.05) for mu0 in told.mu0]
     )
     assert told.mu0 - none.mu0 == pytest.approx(states.demand_slope(onset) * 4e-4, rel=0.1)
-    assert either.mu0 == pytest.approx(0.5 * (told.mu0 + none.mu0), abs=2e-4)
-    assert (either.low < none.mu0).all() and (told.mu0 < either.high).all()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sections", [FIRST_ORDER, BUTTERWORTH])
-def test_the_delay_of_a_filter_is_told_by_the_slips(whisker, fine, sections):
-    periods, _ = found_in(whisker, smeared(whisker, fine, sections, 1))
-    (note,) = [note for note in periods.notes if "lag behind" in note]
-    assert "by 0 to" in note
-    frequency, gain = sosfreqz(sections, worN=[1e-6, 2e-6])
-    delay = -np.diff(np.angle(gain))[0] / np.diff(frequency)[0]  # ms
-    assert float(note.split()[-2]) == pytest.approx(delay / EVERY, rel=0.08)
+def test_a_filter_that_is_not_told_is_not_silent(whisker, fine):
+    periods, _ = found_in(whisker, smeared(whisker, fine, FIRST_ORDER, 1))
+    assert set(periods.grade) <= {"doubtful", "wrong"}
 
 
 @pytest.mark.slow
@@ -205,8 +195,6 @@ def test_slips_within_one_sample_stay_as_they_are(whisker, fine):
     frame = frame_of(clamp_of(fine)[::EVERY], fine.readings[::EVERY], 1, rate=100.0)
     periods, slips = found_in(whisker, frame)
     assert periods.notes == () and slips.deviation.max() < 1e-3
-    delayed, _ = found_in(whisker, frame, delay="10 ms")
-    assert any("lag behind" in note for note in delayed.notes)
 
 
 @pytest.mark.parametrize("told", [{"slip_time": "-1 ms"}, {"delay": "1 mm"}])
