@@ -1,4 +1,3 @@
-const narrow = matchMedia("(max-width: 48rem)");
 const all = (selector) => [...document.querySelectorAll(selector)];
 
 // On a phone: the explorer is folded, and one figure is shown, chosen by its tab.
@@ -13,7 +12,7 @@ if (tabs.length) {
   document.documentElement.classList.add("tabbed");
   choose(tabs[0].dataset.tab);
 }
-if (narrow.matches) document.querySelector("#motion details").open = false;
+if (matchMedia("(max-width: 48rem)").matches) document.querySelector("#motion details").open = false;
 
 // A filter shows the statements of one verdict; pressed again, or another one, all of them.
 const filters = all("[data-verdict]");
@@ -24,8 +23,7 @@ function filter(verdict) {
   if (folded && verdict) folded.open = Boolean(folded.querySelector("article:not([hidden])"));
 }
 for (const one of filters) {
-  one.addEventListener("click", () =>
-    filter(one.getAttribute("aria-pressed") === "true" ? "" : one.dataset.verdict));
+  one.addEventListener("click", () => filter(one.ariaPressed === "true" ? "" : one.dataset.verdict));
 }
 
 // A link to a statement or a figure shows it, if it is folded, filtered out or behind another tab.

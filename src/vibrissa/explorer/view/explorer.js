@@ -1,7 +1,7 @@
 // The page: what a user does moves the model, and each frame shows where it is.
 
 import { isOblique, placed } from "../solver/motion.js";
-import { divisions } from "../solver/regimes.js";
+import { RegimeMap } from "../solver/regimes.js";
 import { Controls, element } from "./controls.js";
 import { listenToClamp, listenToCurve, listenToFiles, listenToMap } from "./hands.js";
 import { Introduction, showHelp } from "./help.js";
@@ -10,7 +10,7 @@ import { EnergyPlot, MOST_PINS, RegimePlot, SignalPlot, StickingPlot } from "./p
 import { Readouts } from "./readouts.js";
 import { DEFAULTS, fromAddress, MOUNTING_NUMBERS, toAddress } from "./settings.js";
 import { Stage } from "./stage.js";
-import { set, significant, spelled, withoutNoise, write } from "./svg.js";
+import { set, significant, withoutNoise, write } from "./svg.js";
 import { NONDIMENSIONAL, unitsOf } from "./units.js";
 import { condition, mounted, parameters, rodName, told } from "./words.js";
 
@@ -21,9 +21,6 @@ const BUDGET = 5;
 const PATIENCE = 350;
 /** Milliseconds after which the address follows. */
 const ADDRESS_AFTER = 300;
-/** Tapers of the map: up to 8, or up to 20 where the rod itself has more. */
-const TAPERS = Array.from({ length: 29 }, (_, k) => 1 + 0.25 * k);
-const MORE_TAPERS = Array.from({ length: 39 }, (_, k) => 1 + 0.5 * k);
 /** Milliseconds between steps of a clamp that moves by itself, how many there are, and those of a slip. */
 const PACES = {
   slow: { pause: 80, steps: 1, slip: 1500 },
@@ -47,9 +44,7 @@ export class Explorer {
     this.recording = null;
     /** @type {Pin[]} */
     this.pins = [];
-    /** @type {Division[]} */
-    this.map = [];
-    this.mapKey = "";
+    this.map = new RegimeMap();
     /** @type {Preset[]} */
     this.presets = JSON.parse(this.at("presets").textContent || "[]");
     this.stage = new Stage(this.graphic("stage"));
@@ -139,8 +134,7 @@ export class Explorer {
   }
 
   get units() {
-    const { settings } = this.model;
-    return settings.units === "si" ? unitsOf(settings) : NONDIMENSIONAL;
+    return this.model.settings.units === "si" ? unitsOf(this.model.settings) : NONDIMENSIONAL;
   }
 
   get pace() {
@@ -241,8 +235,8 @@ export class Explorer {
 
   get address() {
     const { settings, place, x0 } = this.model;
-    const pins = this.pins.map((pin) => pin.settings);
-    return toAddress({ settings, clamp: this.clampPlace, x0, side: place?.side ?? 1, pins });
+    const [side, pins] = [place?.side ?? 1, this.pins.map((pin) => pin.settings)];
+    return toAddress({ settings, clamp: this.clampPlace, x0, side, pins });
   }
 
   writeAddress() {
@@ -308,12 +302,11 @@ export class Explorer {
     requestAnimationFrame((next) => this.frame(next));
     const start = performance.now();
     this.moveOn(now);
-    const solved = performance.now() - start;
     if (this.dirty) {
       this.dirty = false;
-      this.show(solved);
+      this.show();
       this.writeAddress();
-    } else if (this.mapOn(start)) this.dirty = true;
+    } else if (this.map.solve(this.model.rod, start + BUDGET)) this.dirty = true;
     if (this.unspoken !== null && now - this.spokenAt > PATIENCE) {
       write(this.at("event"), this.unspoken);
       this.unspoken = null;
@@ -366,28 +359,7 @@ export class Explorer {
     return model.reading(placed(model.sticking, clamp, at, side)) ?? model.now;
   }
 
-  /** Go on with the map of regimes while there is time; true where more is to be seen. @type {(start: number) => boolean} */
-  mapOn(start) {
-    const { theta, ...rod } = this.model.rod;
-    const tapers = theta > 8 ? MORE_TAPERS : TAPERS;
-    const key = JSON.stringify([rod, tapers.length]);
-    if (key !== this.mapKey) {
-      this.mapKey = key;
-      this.map = [];
-      this.solving = divisions(rod, tapers);
-    }
-    let found = false;
-    while (this.solving && performance.now() - start < BUDGET) {
-      const { value, done } = this.solving.next();
-      if (done || !value) this.solving = undefined;
-      else this.map.push(value);
-      found = true;
-    }
-    return found;
-  }
-
-  /** @param {number} solved Milliseconds that the rod took. */
-  show(solved) {
+  show() {
     const { model, root } = this;
     const { settings, sticking, curve, message } = model;
     const now = this.shown;
@@ -406,18 +378,13 @@ export class Explorer {
     if (!message) write(this.at("state"), said);
     this.showStage(now, said);
     const { units, recording, pins } = this;
-    const view = { settings, units, sticking, curve, now, trace: model.trace, recording, divisions: this.map, pins };
+    const view = { settings, units, sticking, curve, now, trace: model.trace, recording, divisions: this.map.divisions, pins };
     for (const part of [...this.plots, this.readouts]) part.show(view);
     for (const [key, quantity] of /** @type {[string, Quantity][]} */ ([
       ["sticking", "length"], ["fx", "force"], ["fy", "force"], ["m", "moment"], ["energy", "energy"],
     ])) {
       write(this.at(`${key}-unit`), units.name[quantity]);
     }
-    root.dataset.solved = String(solved);
-    const time = performance.now();
-    if (solved < 0.05 || time - (this.toldSolved ?? -Infinity) < PATIENCE) return;
-    this.toldSolved = time;
-    write(this.at("solved"), `Solved in ${spelled(solved, 1)} ms on ${sticking.path.branch.rod.nodes} nodes`);
   }
 
   /** @type {(now: Reading, said: string) => void} */

@@ -48,7 +48,7 @@ export const MOUNTING_NUMBERS = [
   { key: "kappa1", symbol: "κ1", label: "increase of κ0 up to the tip", min: -1, max: 1, step: 0.01, unit: "1/L",
     help: "The natural curvature changes linearly from κ0 at the clamp to κ0 + κ1 at the tip." },
   { key: "delta", symbol: "δ", label: "angle of the stage", min: -6, max: 6, step: 0.1, unit: "°",
-    help: "Positive where the clamp approaches the surface as it moves. Each period then differs." },
+    help: "Positive where the clamp approaches the surface as it moves. Each period then differs; its slip is not animated." },
 ];
 
 /** @type {NumberField[]} */

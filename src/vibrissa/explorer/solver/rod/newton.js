@@ -1,7 +1,7 @@
 // Newton's iteration for one state: residuals of (E1) to (E4) of docs/model.md and their Jacobian.
 
 import { arcGrowth, arcLengthGrowth, arcLength, complianceGrowths } from "./cone.js";
-import { naturalCurvature } from "./mounting.js";
+import { isStraight, naturalCurvature } from "./mounting.js";
 import { factorised, product, solved } from "../numerics/linear.js";
 
 const MOST_ITERATIONS = 14;
@@ -37,44 +37,15 @@ function residualOf({ natural, turned, height, reach }, unknowns, { surface, con
  * @type {(rod: Rod, parts: NodeValues, unknowns: Float64Array, closure: Closure) => Factors}
  */
 function jacobian(rod, parts, unknowns, { surface, contact, condition }) {
-  const { kernel, arc, sin, cos } = parts;
+  const { arc, sin, cos } = parts;
   const { nodes: count, rule, theta } = rod;
-  const size = count + 3;
-  const fx = unknowns[count];
-  const fy = unknowns[count + 1];
-  const sc = unknowns[count + 2];
+  const [size, sc, lies] = [count + 3, unknowns[count + 2], contact === "line"];
   const rows = new Float64Array(size * size);
-  // Slopes at the nodes and, one row more, at the contact point: E1.
-  const ofTurned = new Float64Array(size);
-  const lies = contact === "line";
-  const ofSc = lies ? turnedGrowth(rod, sc, parts) : null;
-  const stiffness = new Float64Array(count);
-  const byFx = new Float64Array(count);
-  const byFy = new Float64Array(count);
-  for (let k = 0; k < count; k += 1) {
-    stiffness[k] = arc[k] * (fx * cos[k] + fy * sin[k]);
-    byFx[k] = arc[k] * sin[k];
-    byFy[k] = -arc[k] * cos[k];
-  }
-  for (let i = 0; i <= count; i += 1) {
-    const row = i < count ? rows : ofTurned;
-    const start = i < count ? i * size : 0;
-    let ofFx = 0;
-    let ofFy = 0;
-    for (let k = 0; k < count; k += 1) {
-      const weight = kernel[i * count + k];
-      row[start + k] = weight * stiffness[k];
-      ofFx += weight * byFx[k];
-      ofFy += weight * byFy[k];
-    }
-    row[start + count] = ofFx;
-    row[start + count + 1] = ofFy;
-    if (ofSc) row[start + count + 2] = ofSc[i];
-    if (i < count) row[start + i] += 1;
-  }
-  const e2 = count * size;
-  const e3 = e2 + size;
-  const e4 = e3 + size;
+  const turned = turnedChange(rod, parts, unknowns, lies);
+  const ofTurned = turned.subarray(count * size);
+  rows.set(turned.subarray(0, count * size));
+  for (let i = 0; i < count; i += 1) rows[i * size + i] += 1;
+  const [e2, e3, e4] = [count * size, (count + 1) * size, (count + 2) * size];
   const { offset = 0, phi1 = 0 } = condition;
   for (let k = 0; k < count; k += 1) {
     const weight = rule.weights[k] * arc[k];
@@ -98,6 +69,39 @@ function jacobian(rod, parts, unknowns, { surface, contact, condition }) {
 }
 
 /**
+ * Derivatives of `turned` by all unknowns, row by row: at the nodes and, last, at the contact point.
+ * @type {(rod: Rod, parts: NodeValues, unknowns: Float64Array, lies: boolean) => Float64Array}
+ */
+function turnedChange(rod, parts, unknowns, lies) {
+  const { kernel, arc, sin, cos } = parts;
+  const [count, size] = [rod.nodes, rod.nodes + 3];
+  const [fx, fy] = [unknowns[count], unknowns[count + 1]];
+  const ofSc = lies ? turnedGrowth(rod, unknowns[count + 2], parts) : null;
+  const rows = new Float64Array((count + 1) * size);
+  const [byFx, byFy, stiffness] = [0, 0, 0].map(() => new Float64Array(count));
+  for (let k = 0; k < count; k += 1) {
+    byFx[k] = arc[k] * sin[k];
+    byFy[k] = -arc[k] * cos[k];
+    stiffness[k] = fx * -byFy[k] + fy * byFx[k];
+  }
+  for (let i = 0; i <= count; i += 1) {
+    const start = i * size;
+    let ofFx = 0;
+    let ofFy = 0;
+    for (let k = 0; k < count; k += 1) {
+      const weight = kernel[i * count + k];
+      rows[start + k] = weight * stiffness[k];
+      ofFx += weight * byFx[k];
+      ofFy += weight * byFy[k];
+    }
+    rows[start + count] = ofFx;
+    rows[start + count + 1] = ofFy;
+    if (ofSc) rows[start + count + 2] = ofSc[i];
+  }
+  return rows;
+}
+
+/**
  * Derivative of `turned`, less that of the natural slopes, with respect to s_c.
  * @type {(rod: Rod, sc: number, parts: NodeValues) => Float64Array}
  */
@@ -109,7 +113,7 @@ function turnedGrowth({ theta, rule, mounting }, sc, { arc, gradient, kernel }) 
     const part = product(rule.kernels[power], gradient);
     for (let i = 0; i < sum.length; i += 1) sum[i] += factors[power] * part[i];
   }
-  for (let i = 0; i < sum.length; i += 1) {
+  for (let i = 0; i < sum.length && !isStraight(mounting); i += 1) {
     const tau = i < arc.length ? rule.nodes[i] : 1;
     const curvature = naturalCurvature(mounting, arcLength(theta, sc, tau));
     sum[i] -= curvature * arcLengthGrowth(theta, sc, tau);

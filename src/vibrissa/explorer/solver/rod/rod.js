@@ -8,7 +8,7 @@ import {
   compliance,
   compliances,
 } from "./cone.js";
-import { IDEAL, naturalSlope, tailOf } from "./mounting.js";
+import { IDEAL, isStraight, naturalSlope, tailOf } from "./mounting.js";
 import { product } from "../numerics/linear.js";
 import { gaussRule, legendre, legendreIntegrals } from "../numerics/spectral.js";
 
@@ -25,6 +25,7 @@ export class Rod {
     this.mounting = mounting;
     this.rule = gaussRule(nodes);
     this.tipKernel = this.kernel(compliances(theta, 1));
+    this.straight = isStraight(mounting);
     this.tipSlopes = this.naturalSlopes(1);
     this.tipArc = this.arcs(1);
   }
@@ -69,7 +70,8 @@ export class Rod {
     const fy = unknowns[count + 1];
     const sc = unknowns[count + 2];
     const kernel = sc === 1 ? this.tipKernel : this.kernel(compliances(theta, sc));
-    const natural = sc === 1 ? this.tipSlopes : this.naturalSlopes(sc);
+    // A straight rod has one slope before it is bent.
+    const natural = sc === 1 || this.straight ? this.tipSlopes : this.naturalSlopes(sc);
     const arc = sc === 1 ? this.tipArc : this.arcs(sc);
     const sin = new Float64Array(count);
     const cos = new Float64Array(count);
