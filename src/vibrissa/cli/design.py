@@ -10,11 +10,9 @@ from vibrissa.cli.options import (
     OUTPUT,
     Json,
     Picture,
-    check_files,
+    hand_out,
     option,
-    print_json,
     progress_bars,
-    save_picture,
 )
 from vibrissa.cli.setup import ROD, SIGNALS, takes
 from vibrissa.design import Design, DesignStatus, Requirements
@@ -52,7 +50,7 @@ Written = Annotated[
     "steel-s235 --diameter '5 mm' --length '100 mm' --theta 2 --eta 0.85 --transducer "
     "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`",
 )
-@takes("requirements", Requirements, PANELS, tolerances=True)
+@takes("requirements", Requirements, PANELS, True, ROD_FILE)
 def design(
     requirements: Requirements, output: Written = None, picture: Picture = None, json: Json = False
 ) -> None:
@@ -66,25 +64,19 @@ def design(
     checked. If no rod meets all constraints, the one that violates them least is shown, and the
     exit code is 1.
     """
-    check_files(output, picture, ROD_FILE)
     found = find_design(requirements, progress_bars())
-    err = json or output == series.STANDARD
-    if json:
-        print_json(found.columns())
-    typer.echo(found, err=err)
-    if output is not None:
-        _write(found, output)
-    if picture is not None:
-        save_picture(found.plot(), picture)
+    as_rod = output is not None and output.suffix.lower() == ROD_FILE
+    typer.echo(found, err=json or output == series.STANDARD)
+    hand_out(found, None if as_rod else output, picture, json)
+    if output is not None and as_rod:
+        _write_rod(found, output)
     if found.status is DesignStatus.NONE:
         raise typer.Exit(1)
 
 
-def _write(found: Design, output: Path) -> None:
-    """Write the result as a table, or the rod that was found as a set-up file."""
-    if output.suffix.lower() != ROD_FILE:
-        series.write(output, found.columns())
-    elif found.status is DesignStatus.FOUND:
+def _write_rod(found: Design, output: Path) -> None:
+    """Write the rod that was found as a set-up file."""
+    if found.status is DesignStatus.FOUND:
         write_keys(output, found.best.setup.stated(), f"vibrissa design: {found.message}")
     else:
         typer.echo(f"{output} is not written: the rod violates constraints", err=True)

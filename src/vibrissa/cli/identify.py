@@ -8,18 +8,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import (
-    OUTPUT,
-    Json,
-    MaybeOut,
-    Picture,
-    check_files,
-    check_not_read,
-    option,
-    print_json,
-    progress_bars,
-    save_picture,
-)
+from vibrissa.cli.options import OUTPUT, Json, MaybeOut, Picture, hand_out, option, progress_bars
 from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, takes
 from vibrissa.cli.yielding import end_of, warn_of_yield
 from vibrissa.design.materials import likely_material
@@ -78,8 +67,6 @@ def identify(
     are saturated or are spikes are left out and named, and so is what follows where a round rod
     buckles. The exit code is 2 after an error in the input.
     """
-    check_files(output, picture)
-    check_not_read([output, picture], [recording])
     whisker = None if setup.theta is None and setup.eta is None else setup.whisker
     material = likely_material(setup)
     found = sensor.identify(
@@ -95,12 +82,7 @@ def identify(
         delay=delay,
         progress=progress_bars(),
     )
-    if output is not None:
-        series.write(output, found.columns())
-    if picture is not None:
-        save_picture(found.plot(), picture)
-    if json:
-        print_json(found.columns())
+    hand_out(found, output, picture, json)
     _print(found, output, verbose, err=json or output == series.STANDARD)
     if whisker is not None:
         slips = (found.periods.status == PeriodStatus.SLIP) & (found.periods.grade != Grade.WRONG)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import Out, check_files, check_not_read, reading_options
+from vibrissa.cli.options import Out, reading_options
 from vibrissa.cli.setup import read_pairs
 from vibrissa.sensor import series
 from vibrissa.sensor.importing import Imported, Settings, import_recording
@@ -70,8 +70,6 @@ def import_(
     is lowered, whose mean is subtracted. Turns axes, and moves the moment to the clamp. Ambiguous
     files are rejected, with the options to add.
     """
-    check_files(output, None)
-    check_not_read([output], [file])
     source = sys.stdin.buffer.read() if file == STANDARD else file
     found = import_recording(source, settings)
     series.write(output, found.columns(), found.header())

@@ -3,21 +3,18 @@
 import os
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
 from vibrissa.files import write_atomically
-from vibrissa.sensor.series import STANDARD, Column, as_json, check_ending
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from vibrissa.sensor.series import STANDARD, as_json, check_ending, write
 
 PICTURES = (".pdf", ".svg", ".png")
 # Progress is shown for work that takes longer (s).
@@ -50,9 +47,12 @@ Json = Annotated[bool, option("Print the result as JSON, and nothing else.", "",
 
 
 def reading_options(
-    parameter: str, options: Sequence[Parameter], read: Callable[..., Any]
+    parameter: str, options: Sequence[Parameter], read: Callable[..., Any], *endings: str
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command options in place of one parameter, whose value is read from them."""
+    """Give a command options in place of one parameter, whose value is read from them.
+
+    Files are checked before anything is computed; an output may have one of further `endings`.
+    """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         own = dict(signature(command).parameters)
@@ -60,9 +60,10 @@ def reading_options(
 
         @wraps(command)
         def run(**values: Any) -> None:
-            names = ("rod", "settings_file", "material", "transducer")
-            read_files = [values.get(name) for name in names]
-            check_not_read([values.get("output"), values.get("picture")], read_files)
+            files = {name: values.get(name) for name in ("output", "picture")}
+            check_files(files["output"], files["picture"], *endings)
+            others = [value for name, value in values.items() if name not in files]
+            check_not_read(list(files.values()), others)
             value = read(**{option.name: values.pop(option.name) for option in options})
             command(**{parameter: value}, **values)
 
@@ -102,23 +103,23 @@ def check_files(output: Path | None, picture: Path | None, *endings: str) -> Non
             raise ArgumentError(f"{file}: nothing can be written to the folder {file.parent}")
 
 
-def check_not_read(written: Sequence[Path | None], read: Sequence[Path | str | None]) -> None:
+def check_not_read(written: Sequence[Path | None], given: Sequence[Any]) -> None:
     """Refuse to write over a file that is read; standard input and output are two."""
-    inputs = {Path(file).resolve() for file in read if file is not None}
+    read = {Path(value).resolve() for value in given if isinstance(value, Path | str)}
     for file in written:
-        if file is not None and file != STANDARD and file.resolve() in inputs:
+        if file is not None and file != STANDARD and file.resolve() in read:
             raise ArgumentError(f"{file} is a file that is read: write another one")
 
 
-def print_json(columns: Mapping[str, Column]) -> None:
-    """Print a table as JSON."""
-    typer.echo(as_json(columns))
-
-
-def save_picture(figure: "Figure", picture: Path) -> None:
-    """Write a figure as a whole."""
-    with write_atomically(picture) as temporary:
-        figure.savefig(temporary)
+def hand_out(found: Any, output: Path | None, picture: Path | None, json: bool = False) -> None:
+    """Write a result as a table, draw it, and print it as JSON, as far as that is asked for."""
+    if json:
+        typer.echo(as_json(found.columns()))
+    if output is not None:
+        write(output, found.columns())
+    if picture is not None:
+        with write_atomically(picture) as temporary:
+            found.plot().savefig(temporary)
 
 
 def progress_bars() -> Callable[[str, int, int], None]:

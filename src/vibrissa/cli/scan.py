@@ -7,15 +7,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import (
-    Out,
-    Picture,
-    check_files,
-    check_not_read,
-    option,
-    progress_bars,
-    save_picture,
-)
+from vibrissa.cli.options import Out, Picture, hand_out, option, progress_bars
 from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, say_exact, takes
 from vibrissa.cli.yielding import warn_of_yield
 from vibrissa.design.materials import likely_material
@@ -80,8 +72,6 @@ def scan(
     A sensor records the columns `footpoint`, `force_x`, `force_y` and `moment_z`. The others are
     known only here: position of the tip, x0, friction under the tip, period and phase.
     """
-    check_files(output, picture)
-    check_not_read([output, picture], [profile])
     whisker = setup.whisker
     say_exact(whisker, "scan")
     material = likely_material(setup)
@@ -105,8 +95,6 @@ def scan(
     )
     if transducer is not None:
         signals = signals.measured(transducer, seed)
-    series.write(output, signals.columns())
-    if picture is not None:
-        save_picture(signals.plot(), picture)
+    hand_out(signals, output, picture)
     typer.echo(f"{output}: {signals}", err=output == series.STANDARD)
     warn_of_yield(whisker, float(signals.truth.x0.max()), material)

@@ -44,7 +44,7 @@ Tolerances = Annotated[
 
 
 def takes(
-    parameter: str, model: Any, panels: Panels, tolerances: bool = False
+    parameter: str, model: Any, panels: Panels, tolerances: bool = False, *endings: str
 ) -> Callable[[Command], Command]:
     """Give a command options in place of one parameter, a model that is read from them.
 
@@ -57,6 +57,8 @@ def takes(
         Fields of the model and of a `Setup` that are options, by panel.
     tolerances : bool
         Whether tolerances are an option, too.
+    *endings : str
+        Further ones of the option ``--output``.
     """
     fields = Setup.model_fields | model.model_fields
     names = [name for some in panels.values() for name in some]
@@ -76,7 +78,7 @@ def takes(
         for name, annotation in types.items()
     ]
 
-    return reading_options(parameter, options, partial(_read, model))
+    return reading_options(parameter, options, partial(_read, model), *endings)
 
 
 def _assignments(others: Sequence[str]) -> Any:

@@ -6,15 +6,7 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import (
-    Json,
-    MaybeOut,
-    Picture,
-    check_files,
-    option,
-    print_json,
-    save_picture,
-)
+from vibrissa.cli.options import Json, MaybeOut, Picture, hand_out, option
 from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIZES, say_exact, takes
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Status
@@ -43,22 +35,16 @@ def solve(
     A tip that locks is a result, too: its status says so. The exit code is 1 if nothing can be
     computed, 2 after an error in the input.
     """
-    check_files(output, picture)
     say_exact(setup.whisker, "solve")
     found = sensor.solve(setup.whisker, mu0, step, _yield_strain(setup))
-    if json:
-        print_json(found.columns())
-    else:
+    if not json:
         typer.echo(found, err=output == series.STANDARD)
-    if output is not None:
-        series.write(output, found.columns())
-    status = found.onset.status
-    if status in (Status.FAILED, Status.OUT_OF_REACH):
-        if picture is not None:
-            typer.echo(f"{picture} is not drawn: there is no state to draw", err=True)
+    nothing = found.onset.status in (Status.FAILED, Status.OUT_OF_REACH)
+    if nothing and picture is not None:
+        typer.echo(f"{picture} is not drawn: there is no state to draw", err=True)
+    hand_out(found, output, None if nothing else picture, json)
+    if nothing:
         raise typer.Exit(1)
-    if picture is not None:
-        save_picture(found.plot(), picture)
 
 
 def _yield_strain(setup: Setup) -> float | None:
