@@ -60,10 +60,6 @@ class DamagedTableError(TableError):
         self.path = Path(path)
 
 
-class ClusterError(VibrissaError):
-    """A cluster that does not answer or refuses the jobs; the message quotes it."""
-
-
 class ComparisonError(VibrissaError):
     """Tables that cannot be compared with their references."""
 

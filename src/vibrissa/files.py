@@ -1,10 +1,10 @@
 """Files that are either there whole or not there."""
 
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from uuid import uuid4
 
 # Names of temporary files, of which a killed writer leaves one.
 TEMPORARY = ".*-*.tmp*"
@@ -25,24 +25,17 @@ def write_atomically(path: Path) -> Iterator[Path]:
         Temporary file with the target's suffix, to be written by the caller. If the caller raises,
         it is removed and the target stays as it was.
     """
-    handle, name = tempfile.mkstemp(
-        dir=path.parent, prefix=f".{path.stem}-", suffix=f".tmp{path.suffix}"
-    )
-    temporary = Path(name)
+    temporary = path.with_name(f".{path.stem}-{uuid4().hex}.tmp{path.suffix}")
+    # It is there from the beginning, so that a folder that cannot be written is found first.
+    temporary.touch()
     try:
         yield temporary
         _sync(temporary)
-        # mkstemp makes files private; give the result the rights that the user's files have.
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
         temporary.replace(path)
         _sync(path.parent)
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-    finally:
-        os.close(handle)
 
 
 def _sync(path: Path) -> None:
