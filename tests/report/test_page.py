@@ -79,7 +79,9 @@ def whole(study_tables, paper):
 @pytest.fixture(scope="module")
 def text(whole, paper):
     pictures = [
-        Picture(key=key, caption=paper.captions[key], png=png(), selection=figure.selection())
+        Picture(
+            key=key, caption=paper.captions[key], png=png(), selection=figure.params()["selection"]
+        )
         for key, figure in paper.figures.items()
     ]
     return page(about(claims=dict(paper.claims)), whole, pictures)
@@ -189,7 +191,9 @@ def test_of_many_reasons_the_most_frequent_are_listed():
 
 
 def test_the_scans_are_presets_with_names_of_figures_and_the_tables_rows(study_tables, paper):
-    figures = {f"Figure {key[3:]}": figure.selection() for key, figure in paper.figures.items()}
+    figures = {
+        f"Figure {key[3:]}": figure.params()["selection"] for key, figure in paper.figures.items()
+    }
     found = motion(study_tables, figures)
     rows = study_tables["scans"].to_pandas()
     names = [preset.name.partition(":")[0] for preset in found.presets]
