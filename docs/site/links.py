@@ -26,6 +26,7 @@ PAGES = {
 # What a search finds first: terms, by the page and the heading that explain them.
 TERMS = {
     ("index", "How to cite"): "cite, citation, authors, DOI",
+    ("reproduce", "Values of θ, μ0, η and Δx0"): "theta grid, values of theta",
     ("study", "Resume and extend"): "resume, continue, interrupted run, chunk",
     ("study", "A figure of your own"): "new kind of figure, figure of your own, script",
     ("study", "Point or line contact"): "point contact, line contact",
@@ -33,6 +34,8 @@ TERMS = {
     ("ci", "Results in CI"): "CI, continuous integration, GitHub Actions",
     ("python", "Gallery"): "gallery, examples",
     ("friction", "Friction from your recording"): "recording, measurement, friction coefficient",
+    ("friction", "Your file"): "tare, zero, import",
+    ("friction", "Tolerances"): "tolerance, uncertainty",
     ("model", "Self-locking"): "lock, self-locking, mu_lock",
     ("model", "Line contact"): "flat segment, s_c",
     ("lateral", "Lateral buckling"): "swings_aside, x0_trail",
