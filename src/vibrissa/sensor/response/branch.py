@@ -7,7 +7,7 @@ time.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.states import ContactState
-from vibrissa.numerics.arrays import FloatArray, IntArray
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.splines import joined
 from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sensor.response.pulled import Pulled
@@ -100,23 +100,6 @@ class Branch(States):
     def __call__(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements on the branch, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0))
-
-    def above(self, clamp: FloatArray) -> tuple["Branch", FloatArray]:
-        """States at clamp positions, and the places from which displacements count (L).
-
-        The displacement of a contact at a place is the difference. On a level stage all states are
-        of one branch, and the place of a contact is the clamp position at α = 0.
-        """
-        return self, clamp
-
-    @property
-    def level(self) -> "Branch":
-        """Branch with the clamp at 0."""
-        return self
-
-    def guides(self, clamp: FloatArray) -> Iterator[tuple["Branch", IntArray]]:
-        """Branches that are near to the states at clamp positions, each with their numbers."""
-        yield self, np.arange(len(clamp))
 
     def contact(self, clamp: float, x0: float, side: int) -> float:
         """Position of the tip (L), which is ahead of the clamp (`side` 1) or behind it (−1).
