@@ -160,7 +160,6 @@ def draw(rows: pd.DataFrame, path: Path) -> None:
     ):
         times.loglog(shown.index, shown[name], look, markersize=4, linewidth=1, label=name)
     times.set(xlabel="points", ylabel="time")
-    times.legend()
     memory.loglog(shown.index, shown[MEMORY], "ko-", markersize=4, linewidth=1, label=MEMORY)
     memory.loglog(
         shown.index, shown["table / MB"], "s-", markersize=4, linewidth=1, label="table / MB"
@@ -168,7 +167,7 @@ def draw(rows: pd.DataFrame, path: Path) -> None:
     memory.axhline(GIB, color="0.5", linewidth=0.8, linestyle="--")
     memory.text(shown.index[0], GIB, "1 GiB", va="bottom", color="0.5")
     memory.set(xlabel="points", ylabel="MB")
-    memory.legend(loc="upper left")
+    style.legend(figure)
     style.save(figure, [path])
 
 
