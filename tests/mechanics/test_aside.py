@@ -130,7 +130,8 @@ def test_a_chain_in_space_stays_in_its_plane_until_there_and_then_swings_round(t
     ("theta", "eta", "offset", "contact", "mounting"),
     [
         (1.0, 0.85, 0.4, "point", IDEAL),
-        (1.5, 0.6, -0.1, "point", IDEAL),
+        (4.0, 0.6, -0.1, "point", IDEAL),
+        (8.0, 0.5, 0.3, "line", IDEAL),
         (2.0, 0.5, 0.4, "line", IDEAL),
         (1.0, 0.85, 0.2, "point", Mounting(clamp_angle=0.1)),
         (2.0, 0.8, 0.1, "point", Mounting(curvature=(0.3, -0.6))),
@@ -139,14 +140,16 @@ def test_a_chain_in_space_stays_in_its_plane_until_there_and_then_swings_round(t
             *(2.0, 0.7, 0.2, "point"),
             Mounting(clamp_angle=-0.1, clamp_compliance=0.3, curvature=0.4),
         ),
-        (2.0, 0.7, 0.2, "line", Mounting(curvature=-0.2)),
+        (3.0, 0.8, 0.1, "line", Mounting(curvature=-0.3)),
     ],
 )
 def test_the_margin_is_that_of_a_chain_in_space(theta, eta, offset, contact, mounting):
     state = solve_state(theta, eta, offset, contact, mounting)
     target = np.array([offset - 1.0 + state.s_c, eta, 0.0])
     margins = []
-    for count in (10, 20):
+    # A strongly tapered rod bends near its tip: twice as many links.
+    links = 20 if theta <= 2.0 else 40
+    for count in (links // 2, links):
         chain = Chain(
             theta,
             count,
