@@ -107,7 +107,7 @@ class Onset:
     x0_max : float
         Last state of stiction on the step grid, the paper's x0,max (L); NaN likewise.
     mu_lock : float
-        Critical friction coefficient, above which the tip is self-locking.
+        Friction above which the tip is self-locking.
     slip : StickingState
         State at the exact onset of slip.
     end : str
@@ -214,7 +214,7 @@ def solve_state(
         ``point``: the tip alone touches, as in the paper; ``line``: the rod lies along the
         surface where it would pass through it.
     mounting : Mounting
-        Clamp and natural shape of the rod; the stage does not matter.
+        The stage does not matter.
 
     Returns
     -------
@@ -346,15 +346,14 @@ def solve_curve(
     contact : str
         ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
     mounting : Mounting
-        Clamp, natural shape and stage; other than ideal by collocation alone.
+        Other than ideal by collocation alone.
     section : str
         ``round``: the rod buckles laterally; ``planar``: a strip or a guided rod, which does not.
 
     Returns
     -------
     StickingCurve
-        ``out_of_reach`` also where no state with α = 0 exists. Its arrays are read-only, and the
-        last 256 curves are kept.
+        ``out_of_reach`` also where no state with α = 0 exists. Its arrays are read-only.
 
     Raises
     ------
@@ -410,22 +409,12 @@ def solve_onset(
 
     Parameters
     ----------
-    theta : float
-        Taper factor, at least 1.
-    mu0 : float or Decimal
-        Coefficient of static friction, positive.
-    eta : float
-        Height of the contact point in the α = 0 state, 0 < eta < 1 (L).
+    theta, mu0, eta : float
+        Taper factor, coefficient of static friction and height of the contact point (L).
     dx0 : float or Decimal, optional
-        Footpoint displacement step (L) for the paper's x0,max on the step grid.
-    method : str
-        ``collocation`` or ``shooting``, which needs `dx0`.
-    contact : str
-        ``point`` or ``line``, as in `solve_state`; ``line`` by collocation alone.
-    mounting : Mounting
+        Footpoint displacement step (L) for the paper's x0,max; ``shooting`` needs it.
+    method, contact, mounting, section : optional
         As in `solve_curve`.
-    section : str
-        ``round`` or ``planar``, as in `solve_curve`.
 
     Returns
     -------
@@ -483,17 +472,13 @@ def friction_from_travel(
     Parameters
     ----------
     theta, eta : float
-        Taper factor, and height of the contact point in the α = 0 state (L).
+        As in `solve_curve`.
     x0_max : float or Decimal
         Displacement of the clamp at the last sticking state (L).
     dx0 : float or Decimal
         Footpoint displacement step (L).
-    contact : str
-        ``point`` or ``line``, as in `solve_state`.
-    mounting : Mounting
+    contact, mounting, section : optional
         As in `solve_curve`.
-    section : str
-        ``round`` or ``planar``, as in `solve_curve`.
 
     Returns
     -------
@@ -540,12 +525,7 @@ def onset_on(
     dx0: float | Decimal | None = None,
     told: Callable[[float], str] = lambda length: f"{length:.6g}",
 ) -> Onset:
-    """Read the end of a period of sticking off a curve, as `solve_onset` does.
-
-    Parameters
-    ----------
-    told : callable
-        How the message writes a length (L).
+    """Read the end of a period of sticking off a curve; `told` writes a length (L) in the message.
 
     Raises
     ------

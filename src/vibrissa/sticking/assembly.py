@@ -39,15 +39,7 @@ def _demand_slope(
 
 
 class _Extremes(NamedTuple):
-    """What is sought on each piece, as displacements (L); NaN where it is not there.
-
-    Attributes
-    ----------
-    top, demand : ndarray, shape (pieces,)
-        Where −tan α is largest, and its value there.
-    touch : ndarray, shape (pieces,)
-        Where the rod first touches the surface tangentially.
-    """
+    """Displacements (L) of the largest −tan α (`top`) and of the first tangential touch, or NaN."""
 
     top: FloatArray
     demand: FloatArray
@@ -62,12 +54,10 @@ def assembled_curves(
     Parameters
     ----------
     followed : sequence of StickingCurve
-        Each with pieces from displacement 0 to beyond the lock, each beginning where the one before
-        ends; then those counted by the advance, to beyond where x0 turns back. At least one.
-        `end` and `end_message` hold where no event comes before.
+        At least one; the pieces of each join from displacement 0 to beyond its end, those counted
+        by the advance last. Their `end` holds where no event comes before.
     events : sequence of sequences of sequences of Event
-        For each piece of each curve, those that its shapes show: where they are inadmissible, and
-        where a mounted rod buckles laterally.
+        For each piece of each curve.
 
     Returns
     -------
@@ -202,10 +192,7 @@ def _extremes(pieces: PieceArray) -> _Extremes:
 
 
 def _lock(curve: StickingCurve, extremes: _Extremes) -> tuple[float, float]:
-    """Locate where −tan α is largest on a curve, and its value there.
-
-    Where the tip lifts off while it is pulled back, −tan α is infinite.
-    """
+    """Locate where −tan α is largest on a curve, and its value there; infinite at lift-off."""
     pieces = curve.pieces
     if not pieces:
         return np.nan, -np.inf

@@ -18,12 +18,8 @@ class ModelResult:
 
     Attributes
     ----------
-    status : list of Status
-        ``slip``, ``lock``, or the status of a curve without states.
     x0_slip, f_slip, reaction_m_slip : ndarray, shape (n,)
         Exact onset (L), force (E·I0/L²) and clamp moment (E·I0/L) there; NaN where there is none.
-    mu_lock, residual : ndarray, shape (n,)
-        Of the curve.
     """
 
     status: list[Status]
@@ -38,13 +34,7 @@ class ModelResult:
 class Comparison:
     """Points in both contact models.
 
-    Attributes
-    ----------
-    theta, mu0, eta : ndarray, shape (n,)
-        The points.
-    penetrates : ndarray of bool, shape (n,)
-        Whether the point-contact shape passes through the surface up to the onset (up to the lock
-        where the tip locks).
+    `penetrates`: the point-contact shape passes through the surface before the onset or the lock.
     """
 
     theta: FloatArray

@@ -1,12 +1,6 @@
 """The sticking curve: every state between α = 0 and locking, for one (θ, η).
 
-While the tip sticks, x1 and η are fixed and only the footpoint displacement x0 changes, so the
-equilibria form one curve, parametrised by x0. Friction enters afterwards: μ0 decides where on the
-curve sticking ends (the onset, −tan α = μ0) and a step Δx0 only samples it. The largest value of
-−tan α on the curve is the locking friction μ_lock: above it the tip never slips forward. Where the
-surface would have to pull before −tan α has a maximum, the tip lifts off: then −tan α grows without
-limit and there is no locking. Where the contact changes its kind the curve has a kink: it consists
-of smooth pieces.
+Friction enters afterwards: μ0 decides where on the curve sticking ends (the onset, −tan α = μ0).
 """
 
 from dataclasses import dataclass, field
@@ -31,46 +25,40 @@ CURVES_AT_ONCE = 256
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StickingCurve:
-    """Equilibrium path of one rod at one height, from α = 0 to its end.
-
-    Build one with `vibrissa.solve_curve`; `assembled_curves` builds some from solved states.
+    """Equilibrium path of one rod at one height, from α = 0 to its end; see `vibrissa.solve_curve`.
 
     Attributes
     ----------
     theta, eta : float
         Taper factor and height of the contact point in the α = 0 state (L).
     mounting : Mounting
-        How the rod is mounted.
     method : str
-        ``collocation`` (states at Chebyshev points) or ``shooting`` (states on a step grid).
+        ``collocation`` or ``shooting``.
     status : Status
         ``solved``, ``failed``, or ``out_of_reach`` if the shape becomes inadmissible before the
         tip could lock; then the curve has states up to there, if there are any.
-    message : str
-        Empty, or what went wrong and what to try.
+    message, end_message : str
+        What went wrong and what to try; more about the end.
     x1_init : float
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     pieces : tuple of Piece
         Smooth pieces of the curve, in order.
     pulled : tuple of Piece
-        Smooth pieces at x0 < 0, where the clamp pulls the tip, in the order of x0; empty where the
-        section is planar, the mounting not ideal, or they were not solved.
+        Smooth pieces at x0 < 0, where the clamp pulls the tip; empty where the section is planar,
+        the mounting not ideal, or they were not solved.
     section : RodSection
     residual : float
         Largest equilibrium residual of the states, between the solved ones included.
     x0_lock, mu_lock : float
-        Where −tan α is largest, and its value there; where the tip lifts off (fy = 0), and
-        infinity, if it does so before.
+        Where −tan α is largest, and its value there; where the tip lifts off before (fy = 0), and
+        infinity.
     x0_touch : float
-        First displacement at which φ1 = 0, where the rod comes to lie along the surface; NaN if
-        this does not happen before locking, 0 if it lies on it from the start.
+        First displacement (L) at which φ1 = 0; NaN if there is none before locking, 0 if the rod
+        lies on the surface from the start.
     end : End
         Why the curve ends: a round rod ``swings_aside`` where the clamp passes under the contact
-        point (in another mounting than the ideal one: where the margin out of the plane vanishes),
-        a planar one ``snaps`` where the branch turns back in x0, the shape goes
-        ``out_of_reach``, the tip ``lifts_off`` instead of locking, or it was ``not_followed``.
-    end_message : str
-        More about it, where there is more to say.
+        point (not ideal: where the margin out of the plane vanishes), a planar one ``snaps`` where
+        x0 turns back, the shape goes ``out_of_reach``, the tip ``lifts_off``, or ``not_followed``.
     """
 
     theta: float
@@ -91,20 +79,9 @@ class StickingCurve:
     mounting: Mounting = IDEAL
 
     def contact_point(self, x0: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Position of the tip, seen from the clamp, after displacements of the clamp.
+        """Position of the tip, seen from the clamp, after displacements of the clamp (L).
 
-        In line contact it is where the tip would be if the rod beyond the contact point were laid
-        along the surface.
-
-        Parameters
-        ----------
-        x0 : array_like
-            Displacements (L).
-
-        Returns
-        -------
-        x, y : ndarray
-            Position (L), of the shape of `x0`.
+        In line contact as if the rod beyond the contact point were laid along the surface.
         """
         x0, stage_angle = np.asarray(x0, dtype=float), self.mounting.stage_angle
         return self.x1_init - x0 * np.cos(stage_angle), self.eta - x0 * np.sin(stage_angle)
@@ -136,17 +113,7 @@ class StickingCurve:
         return self._alone.contact(_first(x0), x0)
 
     def state(self, x0: ArrayLike) -> StickingState:
-        """Sticking state at the given footpoint displacements.
-
-        Parameters
-        ----------
-        x0 : array_like
-            Displacements between `x0_pull` and the curve's end, in units of L.
-
-        Returns
-        -------
-        StickingState
-            Arrays of the shape of `x0`.
+        """Sticking state at displacements between `x0_pull` and the curve's end (L).
 
         Raises
         ------
@@ -171,33 +138,13 @@ class StickingCurve:
         return states.each(lambda values: values.reshape(x0.shape))
 
     def friction_demand(self, x0: ArrayLike) -> FloatArray:
-        """Mobilised friction −tan α at the given displacements.
-
-        Parameters
-        ----------
-        x0 : array_like
-            Displacements on the curve, in units of L.
-
-        Returns
-        -------
-        ndarray
-            Infinite where the tip lifts off.
-        """
+        """Mobilised friction −tan α at displacements (L); infinite where the tip lifts off."""
         return self.state(x0).friction_demand
 
     def onset(self, mu0: ArrayLike) -> FloatArray:
-        """Exact onset of slip: the first displacement at which −tan α = μ0.
+        """Exact onset of slip (L): the first displacement at which −tan α = μ0.
 
-        Parameters
-        ----------
-        mu0 : array_like
-            Coefficients of static friction, positive.
-
-        Returns
-        -------
-        ndarray
-            Displacements x0_slip in units of L; NaN where μ0 > μ_lock, as the tip locks, or where
-            the curve ends before.
+        NaN where μ0 > μ_lock, as the tip locks, or where the curve ends before.
 
         Raises
         ------
@@ -218,11 +165,6 @@ class StickingCurve:
 
     def motion_end(self, mu0: ArrayLike) -> tuple[list[End], StickingState]:
         """How and where sticking ends after the lock.
-
-        Parameters
-        ----------
-        mu0 : array_like
-            Coefficients of static friction, larger than μ_lock.
 
         Returns
         -------
@@ -245,37 +187,16 @@ class StickingCurve:
         return self._alone.motion_end(_first(mu0), mu0)
 
     def trailing_end(self, mu0: ArrayLike) -> StickingState:
-        """Last sticking state of a rod after lateral buckling.
+        """Last sticking state of a rod after lateral buckling, for μ0 > μ_lock.
 
-        It goes back through its own states, mirrored, until the pulled tip slips.
-
-        Parameters
-        ----------
-        mu0 : array_like
-            Coefficients of static friction, larger than μ_lock.
-
-        Returns
-        -------
-        StickingState
-            With the displacement of the clamp since α = 0 before the swing; NaN where the rod does
-            not swing aside or the pulled states are not known.
+        Its displacement counts from α = 0 before the swing; NaN where the rod does not swing aside
+        or the pulled states are not known.
         """
         mu0 = np.atleast_1d(np.asarray(mu0, dtype=float))
         return self._alone.trailing_end(_first(mu0), mu0)
 
     def mirrored(self, states: StickingState) -> StickingState:
-        """States after the rod has buckled laterally that were, or could be, passed before.
-
-        Parameters
-        ----------
-        states : StickingState
-            States at x0 up to that of the swing, negative where the clamp pulls.
-
-        Returns
-        -------
-        StickingState
-            Their mirror images, with the displacement of the clamp at which they come.
-        """
+        """Mirror images of states up to the swing, with the x0 at which they come after it."""
         return mirrored(states, self.x0_end)
 
 
@@ -287,23 +208,7 @@ def _first(rows: FloatArray) -> IntArray:
 def failed_curve(
     *, theta: float, eta: float, method: str, message: str, status: Status = Status.FAILED
 ) -> StickingCurve:
-    """Curve without states; it carries the reason.
-
-    Parameters
-    ----------
-    theta, eta : float
-        Taper factor and height of the contact point (L).
-    method : str
-        Solver that was used.
-    message : str
-        What went wrong and what to try.
-    status : Status
-        ``failed`` or ``out_of_reach``.
-
-    Returns
-    -------
-    StickingCurve
-    """
+    """Curve without states, ``failed`` or ``out_of_reach``, with the reason in its message."""
     return StickingCurve(
         theta=theta, eta=eta, method=method, status=status, message=message, end_message=message
     )

@@ -1,14 +1,7 @@
 """Stick-slip cycles: what a sensor sees while the clamp moves on and on.
 
-The tip sticks until the first step of the footpoint at which −tan α > μ0. There it slips, in the
-paper until α = 0 is reached again: the contact point has then moved by the clamp's own travel and
-the next period is the same, translated. `vibrissa.sensor.simulation.slips` has other laws of slip.
-
-Where the tip locks, a round rod buckles laterally, trails behind the clamp, and slips. From then on
-it is dragged: the contact point is behind the clamp.
-
-On an oblique stage each period begins at the height that the clamp has there, and has a curve of
-its own.
+The tip sticks until the first step of the footpoint at which −tan α > μ0 and then slips, in the
+paper until α = 0; `vibrissa.sensor.simulation.slips` has other laws of slip.
 """
 
 from collections.abc import Sequence
@@ -58,18 +51,15 @@ class Scan:
     x1 : ndarray, shape (n,)
         Position of the tip (L), which is the contact point in point contact.
     state : StickingState
-        Force, angles and clamp reactions; its x0 counts from the α = 0 state in which the period
-        began.
+        Its x0 counts from the α = 0 state in which the period began.
     s : ndarray, shape (points,)
         Arc lengths of the shape points (L).
     x, y, phi : ndarray, shape (n, points)
         Shapes, x in the frame of the surface (L, rad).
     residual : ndarray, shape (n,)
-        Distance between the integrated shape's end and the contact point (L): a check of the
-        force that shares nothing with how it was found.
+        Distance between the integrated shape's end and the contact point (L).
     message : str
-        Why it has fewer cycles than were asked for, where an oblique stage came to a height at
-        which the tip does not slip or the rod has no curve; empty otherwise.
+        Why it has fewer cycles than were asked for; empty otherwise.
     """
 
     status: Status
@@ -95,21 +85,17 @@ def stick_slip(
     shape_points: int = 101,
     contact: str = Contact.POINT,
 ) -> Scan:
-    """Move the clamp in steps of Δx0 through a number of stick-slip cycles.
+    """Move the clamp in steps of Δx0 (L) through a number of stick-slip cycles.
 
     Parameters
     ----------
     curve : StickingCurve
-    mu0 : Decimal or float
-        Coefficient of static friction.
-    dx0 : Decimal or float
-        Footpoint displacement per step (L).
+    mu0, dx0 : Decimal or float
     cycles : int
-        Number of cycles, at least 1.
     shape_points : int
         Number of points of each shape, equally spaced in s, both ends included.
     contact : str
-        As in `vibrissa.solve_curve`, by which the later cycles of an oblique stage are solved.
+        Contact by which the later cycles of an oblique stage are solved.
 
     Returns
     -------

@@ -1,7 +1,6 @@
 """Smooth parts of equilibrium paths, and searches for levels and maxima on them.
 
-The pieces of many curves are one array (`PieceArray`). The result on one piece does not depend on
-the others, bit for bit.
+The result on one piece of a `PieceArray` does not depend on the others, bit for bit.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -35,13 +34,13 @@ CONTACT_SLACK = 1e-9
 class StickingState(ContactState):
     """Sticking equilibria: one state, or arrays of states.
 
-    The margins of stability are interpolated between fewer states than the rest: mostly to 1e-5, at
-    worst, where two eigenvalues meet, to 5e-3. `vibrissa.solve_state` computes them for one state.
+    The margins of stability are interpolated, mostly to 1e-5, to 5e-3 where two eigenvalues meet;
+    `vibrissa.solve_state` computes them for one state.
 
     Attributes
     ----------
     x0 : ndarray or float
-        Footpoint displacement since the α = 0 state, in units of L.
+        Footpoint displacement since the α = 0 state (L).
     """
 
     x0: Values
@@ -59,12 +58,8 @@ class Piece:
 
     Attributes
     ----------
-    contact : Contact
-        Kind of contact of its states.
-    parameter : Parameter
-        Continuation parameter of the states.
     start, stop : float
-        First and last value of the parameter (x0 in L).
+        First and last value of the continuation parameter (x0 in L).
     states : StickingState, columns of shape (k,)
         States at Chebyshev points of the parameter; x0 increases.
     """
@@ -102,14 +97,7 @@ def rounded_contact(s_c: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Series:
-    """Chebyshev series of pieces with equally many states.
-
-    Attributes
-    ----------
-    states : ndarray, shape (n, k, columns)
-    start, length : ndarray, shape (n,)
-        First value of the parameter, and length of the pieces.
-    """
+    """Chebyshev series of pieces with equally many states, shape (n, k, columns)."""
 
     states: FloatArray
     start: FloatArray
@@ -311,9 +299,6 @@ class PieceArray:
         ----------
         sampled : ndarray, shape (pieces, samples)
             The quantity at `places`; it may fall again behind a level.
-        weights : mapping of ndarray, shape (n,), or float
-            Of the columns.
-        value : ndarray, shape (n,), or float
         places : ndarray, shape (pieces, samples), optional
             Increasing values of the parameters, by default `sample_places`.
         derivative : int
@@ -355,22 +340,15 @@ class PieceArray:
     def largest(
         self, index: IntArray, sampled: FloatArray, columns: Sequence[str], slope: Slope
     ) -> FloatArray:
-        """Find where a quantity is largest on some pieces.
+        """Find where a quantity, `sampled` at the `sample_places` of these pieces, is largest.
 
         Parameters
         ----------
-        sampled : ndarray, shape (n, SAMPLES)
-            The quantity at the `sample_places` of these pieces.
         columns : sequence of str
             What the quantity depends on.
         slope : callable
             Maps the columns and their first two derivatives to a function with the sign of the
             quantity's slope, and to the derivative of that function.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Values of the parameters.
         """
 
         def sloped(t: FloatArray, index: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -1,7 +1,6 @@
 """What is read off sticking curves: contact, states, onsets of slip, and what follows a lock.
 
-Curves stand side by side, so that places on all of them are asked together. What is read off one
-curve does not depend on which others stand beside it, bit for bit.
+What is read off one curve does not depend on those beside it, bit for bit.
 """
 
 from collections.abc import Mapping
@@ -22,15 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CurveArray:
-    """Sticking curves side by side; see `vibrissa.sticking.curve.StickingCurve` for one of them.
-
-    An argument `index`, ndarray of int of shape (m,), is that of the curve of each row.
-    Nothing is checked here.
-
-    Attributes
-    ----------
-    curves : tuple of StickingCurve
-    """
+    """Sticking curves side by side, unchecked; `index`, shape (m,), names the curve of each row."""
 
     curves: tuple["StickingCurve", ...]
 
@@ -136,10 +127,7 @@ class CurveArray:
 
     @cached_property
     def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
-        """Samples of −tan α on all pieces and their places, with μ_lock where the tip locks.
-
-        No level above it is asked for, so that what comes behind does not count.
-        """
+        """Samples of −tan α on all pieces; the first one past the lock is moved onto the lock."""
         pieces = self.pieces
         count = self.stop - self.begin
         x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)

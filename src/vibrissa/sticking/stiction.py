@@ -1,7 +1,6 @@
 """Friction enters: what sticking curves answer for every μ0 and Δx0.
 
-The exact onset x0_slip is where −tan α = μ0. On the step grid the paper's x0,max is the last state
-of stiction, the largest multiple of Δx0 that does not pass the onset; slip happens one step later.
+The paper's x0,max is the largest multiple of Δx0 that does not pass the exact onset x0_slip.
 """
 
 from collections.abc import Sequence
@@ -33,15 +32,14 @@ class Stiction:
     x0_max : ndarray, shape (n,)
         Last state of stiction on the step grid, n_steps·Δx0 (L).
     penetrates : ndarray of bool, shape (n,)
-        Whether φ1 < 0 somewhere up to the exact onset of slip (up to the lock where it locks), so
-        that the point-contact shape passes through the surface.
+        Whether the point-contact shape passes through the surface (φ1 < 0) before the onset or the
+        lock.
     contact : list of str
-        Kind of contact at the onset of slip (at the lock where it locks); empty elsewhere.
+        Kind of contact at the onset of slip or the lock; empty elsewhere.
     init, last, slip : StickingState
         States at α = 0, at the last sticking step and at the exact onset; NaN where there is none.
     end : list of str
-        Where the tip locks, how sticking ends past the lock
-        (`vibrissa.outcomes.End`); empty elsewhere.
+        How sticking ends past the lock (`vibrissa.outcomes.End`); else empty.
     ended : StickingState
         The state in which it does; NaN elsewhere and where the curve was not followed.
     trail : StickingState
@@ -72,22 +70,9 @@ def read_curves(
     mu0: Sequence[FloatArray],
     dx0: Sequence[Sequence[Decimal]],
 ) -> Stiction:
-    """Read periods of sticking off curves.
+    """Read periods of sticking off curves: for each, coefficients μ0 and as many exact Δx0 (L).
 
-    Parameters
-    ----------
-    curves : sequence of StickingCurve
-        At least one.
-    mu0 : sequence of ndarray
-        For each curve friction coefficients,
-    dx0 : sequence of sequences of Decimal
-        and for each of them an exact step size (L).
-
-    Returns
-    -------
-    Stiction
-        In the order of the curves and of their pairs; each period is the same, bit for bit,
-        whatever else is read with it.
+    A period is the same, bit for bit, whatever else is read with it.
     """
     together = CurveArray(curves=tuple(curves))
     of = np.repeat(np.arange(len(curves)), [len(pairs) for pairs in mu0])

@@ -1,10 +1,4 @@
-"""Where branches begin: α = 0 states of rods in any mounting.
-
-In the ideal mounting the first buckling mode starts Newton's iteration. Any other rod bends from
-the first touch. Its state bent towards +x is followed from the ideal rod at the same height by a
-homotopy, in which all deviations of the mounting grow together. It exists while it is a minimum of
-the energy for a tip without friction and presses on the surface.
-"""
+"""Where branches begin: α = 0 states of rods in any mounting, from the ideal one by a homotopy."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -50,17 +44,7 @@ LOST = (
 
 
 class Beginning(NamedTuple):
-    """First states of branches.
-
-    Attributes
-    ----------
-    states : RodStates
-        The α = 0 states of those that have one.
-    rows : ndarray of int
-        Which of the rods they are.
-    missing : dict
-        Status and message of the other rods.
-    """
+    """First states of branches: rods with an α = 0 state, and why the others have none."""
 
     branches: Branches
     states: RodStates
@@ -71,13 +55,7 @@ class Beginning(NamedTuple):
 def begin(
     rods: FloatArray, eta: FloatArray, stage_angle: FloatArray, nodes: int, model: Contact
 ) -> Beginning:
-    """Solve the states in which branches begin.
-
-    Parameters
-    ----------
-    eta, stage_angle : ndarray, shape (n,)
-        Heights of the surface (L), and angles of the clamp's way (rad).
-    """
+    """Solve the states in which branches begin; stage angles in rad."""
     ideal, found = _ideal_states(rods[:, 0], eta, nodes, model)
     missing = {int(row): (Status.FAILED, NO_INITIAL_STATE) for row in np.flatnonzero(~found)}
     states = RodStates(rods=rods, unknowns=ideal.unknowns.copy(), line=ideal.line.copy())
@@ -168,10 +146,7 @@ Way = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
 def _homotopy(
     first: RodStates, way: Way, model: Contact, step: float
 ) -> tuple[RodStates, FloatArray]:
-    """Follow α = 0 states along the homotopy in adapted steps, as far as they exist.
-
-    Returns the last states and their homotopy parameters.
-    """
+    """Follow α = 0 states as far as they exist: the last states and their homotopy parameters."""
     count = len(first)
     states, before = first.copy(), first.unknowns.copy()
     last, share, steps = np.zeros(count), np.zeros(count), np.full(count, step)
@@ -209,14 +184,7 @@ def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
 def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
-    """Solve states with the possible kind of contact, beginning with that of the guess.
-
-    Returns
-    -------
-    states : RodStates
-        NaN where none was found.
-    found : ndarray of bool, shape (n,)
-    """
+    """Solve states with the possible kind of contact, from that of the guess; NaN if not found."""
     states, found, _ = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:
         # Where a retracted rod has peeled off up to its tip, no state lies along the surface.

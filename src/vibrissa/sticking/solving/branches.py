@@ -19,10 +19,8 @@ class Branches(Batch):
 
     Attributes
     ----------
-    rods : ndarray, shape (n, 3 + k)
-        Properties of the rods (`vibrissa.mechanics.mounting.rod_columns`).
-    eta, tilt : ndarray, shape (n,)
-        Height of the surface in the α = 0 state (L), and tan δ of the clamp's way.
+    tilt : ndarray, shape (n,)
+        tan δ of the clamp's way.
     x1_init : ndarray, shape (n,)
         Contact point in the α = 0 state, with the clamp at x = 0 (L).
     scale, force : ndarray, shape (n,)
@@ -70,10 +68,7 @@ class Branches(Batch):
         return np.append(self.units * direction, np.zeros((len(direction), 1)), axis=1)
 
     def prescribing(self, quantity: int, sign: FloatArray | float = 1.0) -> ClosingCondition:
-        """Prescribe that a quantity of E3 is zero: fx where α = 0, φ1 where the contact switches.
-
-        The value grows with the quantity, or falls where the sign is negative.
-        """
+        """Prescribe that `sign` times a quantity of E3 is zero: fx where α = 0, φ1 at a kink."""
         weights = np.zeros((len(self.eta), 5))
         weights[:, quantity] = sign
         return self.closing(weights, np.zeros(len(self.eta)))

@@ -1,9 +1,7 @@
 """Equilibrium paths by spectral collocation: batches of rods.
 
-A path is solved in stages, each for the whole batch at once. It is followed in steps on few
-nodes (`following`): that of a round rod until it buckles laterally, and to x0 < 0, where the clamp
-retracts; that of a planar one until x0 turns back. It is cut into smooth parts (`cutting`), and
-each of these is resolved (`refinement`).
+Paths are followed on few nodes (`following`), cut into smooth parts (`cutting`) and resolved
+(`refinement`).
 """
 
 from collections import defaultdict
@@ -64,12 +62,10 @@ def solve_curves(
     mountings: Sequence[Mounting] | None = None,
     section: RodSection = RodSection.ROUND,
 ) -> list[StickingCurve]:
-    """Solve equilibrium paths for pairs of taper and height.
+    """Solve equilibrium paths for pairs of taper and height (L).
 
     Parameters
     ----------
-    theta, eta : ndarray, shape (n,)
-        Taper factors (≥ 1) and heights of the contact point (0 < η < 1, in units of L).
     model : Contact
         POINT for contact with the tip alone, LINE for the kind of contact that is possible.
     mountings : sequence of Mounting, length n, optional
@@ -81,8 +77,8 @@ def solve_curves(
     Returns
     -------
     list of StickingCurve
-        In the order of the arguments; a pair without a resolved solution is ``failed``, one
-        without a state to begin with ``out_of_reach``.
+        A pair without a resolved solution is ``failed``, one without a first state
+        ``out_of_reach``.
     """
     theta, eta = np.asarray(theta, dtype=float), np.asarray(eta, dtype=float)
     mounted = [IDEAL] * len(theta) if mountings is None else list(mountings)
@@ -247,10 +243,7 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray) -> Kn
 def _resolved(
     branches: Branches, followed: Followed, side: FloatArray, *, round_rods: bool, ideal: bool
 ) -> tuple[list[list[Finished]], list[bool]]:
-    """Resolve the parts of each path up to the first one for which that fails.
-
-    Returns them in the order of x0, and whether they are all there are.
-    """
+    """Resolve the parts of each path, in the order of x0, up to a failure; True without one."""
     knots, sections = followed.knots, sections_of(followed, side)
     parts = cut(branches, followed, side, sections)
     if round_rods and ideal:

@@ -1,8 +1,6 @@
 """Paths are cut into smooth parts, each with one continuation parameter that grows along it.
 
-A path is cut where the contact changes its kind. Between two kinks the parameter is the
-displacement while it grows steadily, otherwise that of E3c. The ends of the parts are solved on as
-many nodes as they need, as they must be exact.
+The parameter is the displacement while it grows steadily, otherwise that of E3c.
 """
 
 from collections.abc import Iterator
@@ -45,17 +43,7 @@ NODES_ALONG_ROD = (24, 32, 40, 52, 72, 96, 128, 170, 224, 300)
 
 
 class Section(NamedTuple):
-    """Knots of a path between which it is one smooth part.
-
-    Attributes
-    ----------
-    first, last : int
-        Indices of the knots at its ends.
-    by_x0 : bool
-        Whether the displacement is its parameter.
-    direction : ndarray, shape (4,)
-        Along which its parameter grows.
-    """
+    """Knots at the ends of a smooth part, and the direction in which its parameter grows."""
 
     first: int
     last: int
@@ -69,12 +57,6 @@ class Parts(Batch):
 
     Attributes
     ----------
-    section : ndarray of int, shape (n,)
-        Index of the section to which it belongs.
-    branch : ndarray of int, shape (n,)
-        Index of the branch.
-    by_x0, line : ndarray of bool, shape (n,)
-        Whether the displacement is the parameter; whether the contact is along a line.
     start, length : ndarray, shape (n,)
         First value of the parameter, and length of the part (x0 in L).
     weights, shift : ndarray, shape (n, 5) and (n,)
@@ -151,15 +133,7 @@ def residual_tolerance(nodes: int) -> float:
 def resolved_states(
     guess: RodStates, closing: ClosingCondition
 ) -> Iterator[tuple[IntArray, RodStates, FloatArray]]:
-    """Solve states, each on as many nodes as it needs.
-
-    Yields
-    ------
-    rows : ndarray of int
-        Which of them have enough nodes.
-    residual : ndarray
-        Largest residuals.
-    """
+    """Solve states on as many nodes as each needs: rows, states and largest residuals."""
     rows = np.arange(len(guess))
     for nodes in NODES_ALONG_ROD:
         if not len(rows):
@@ -182,15 +156,7 @@ def exact_ends(guess: RodStates, closing: ClosingCondition) -> FloatArray:
 
 
 def cut(branches: Branches, followed: Followed, side: FloatArray, sections: list[Section]) -> Parts:
-    """Smooth parts of paths, with exact ends; NaN where an end is not resolved.
-
-    Parameters
-    ----------
-    branches : Branches
-        With exact contact points of the α = 0 states.
-    followed : Followed
-        The last knots of its paths lie beyond their ends and need not be exact.
-    """
+    """Cut paths, with exact `x1_init`, into smooth parts; NaN where an end is not resolved."""
     knots = followed.knots
     first, last = (np.array([s[i] for s in sections], dtype=np.int64) for i in (0, 1))
     by_x0 = np.array([s.by_x0 for s in sections], dtype=bool)

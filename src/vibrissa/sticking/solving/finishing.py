@@ -40,18 +40,7 @@ BUCKLING_WIDTHS = (1e-4, 1e-7)
 
 
 class Finished(NamedTuple):
-    """A resolved part, with what its shapes tell.
-
-    Attributes
-    ----------
-    section : int
-        Index of the section to which it belongs.
-    piece : Piece
-    residual : float
-        Largest residual half-way between the states.
-    events : list of Event
-        Where its shapes begin to be inadmissible, and where a mounted round rod buckles laterally.
-    """
+    """A resolved part of a section, and where its shapes become inadmissible or it buckles."""
 
     section: int
     piece: Piece
@@ -62,23 +51,7 @@ class Finished(NamedTuple):
 def finished(
     found: Resolved, branches: Branches, side: FloatArray, *, round_rods: bool, ideal: bool
 ) -> Iterator[Finished]:
-    """Add to resolved parts their stability and how far their shapes are admissible.
-
-    Parameters
-    ----------
-    found : Resolved
-    branches : Branches
-    side : ndarray, shape (branches,)
-        1 where the clamp pushes the rod, -1 where it retracts.
-    round_rods : bool
-        Whether the rods may leave their plane.
-    ideal : bool
-        Whether the mountings are ideal.
-
-    Yields
-    ------
-    Finished
-    """
+    """Add to resolved parts their stability and how far their shapes are admissible."""
     parts, count = found.parts, found.count
     some = branches.take(parts.branch)
     position, every_second = chebyshev_nodes(STATES_LOOKED_AT), (count + 1) // 2
@@ -122,11 +95,7 @@ def finished(
 
 
 def _level(phi1: FloatArray) -> FloatArray:
-    """Fractions of a part where its tip lies level, or comes nearest to that.
-
-    Just before, a rod that is curved towards the surface arches over it; beyond, its tip passes
-    through the surface, and no arch counts.
-    """
+    """Fractions of a part where its tip is level or nearly: just before, a rod may arch over it."""
     series = chebyshev_transform(len(phi1)) @ phi1
     # No polynomial of Chebyshev exceeds 1.
     if np.abs(series[0]) - np.abs(series[1:]).sum() > NEARLY_LEVEL:
@@ -144,10 +113,7 @@ def _margins(states: RodStates, number: int, round_rods: bool) -> dict[str, Floa
 
 
 def _buckling(found: Resolved, piece: Piece) -> float:
-    """Where a rod buckles laterally, as a value of the parameter; NaN if nowhere.
-
-    The margin of a few states on few nodes gives the place, and exact ones next to it the digits.
-    """
+    """Where a rod buckles laterally, as a value of the parameter; NaN if nowhere."""
     sampled, only = -piece.alone.samples.stability_aside, np.zeros(1, dtype=np.int64)
     at = float(piece.alone.first(only, sampled, np.zeros(1), {"stability_aside": 1.0})[0])
     if np.isnan(at) or sampled[0, 0] >= 0.0:
@@ -169,15 +135,7 @@ def _looked_at(found: Resolved, at: FloatArray) -> Clearance:
 
 
 def _limit(found: Resolved, at: FloatArray) -> tuple[float, str]:
-    """First fraction of a part at which its shape is inadmissible, and how; NaN if nowhere.
-
-    Parameters
-    ----------
-    found : Resolved
-        One part.
-    at : ndarray
-        Increasing fractions at which clearances are looked at. The place is sought between.
-    """
+    """First fraction of one part at which its shape is inadmissible, and how; NaN if nowhere."""
 
     def look(at: FloatArray) -> Clearance:
         return _looked_at(found, at).each(np.ravel)

@@ -1,12 +1,6 @@
 """Continuation: paths of equilibria are followed from α = 0, by Keller's pseudo-arclength.
 
-A path is a sequence of *knots*: states with the direction of the path. The next knot lies on the
-plane normal to that direction, one step ahead, so that the path goes on where the displacement or
-the force turns back. The step is adapted to the error of the prediction.
-
-With ``contact: point`` the tip alone touches the surface. With ``contact: line`` the tip touches
-where φ1 ≥ 0, and the rod lies along the surface where s_c ≤ 1. Where the kind changes, φ1 = 0 and
-s_c = 1: the path has a kink, which is solved as a state.
+Where the contact changes its kind, φ1 = 0 and s_c = 1: the path has a kink, which is solved.
 """
 
 from collections.abc import Callable
@@ -57,8 +51,6 @@ class Knots(Batch):
 
     Attributes
     ----------
-    branch : ndarray of int, shape (n,)
-        Index of the branch.
     change : ndarray, shape (n, nodes + 3)
         Derivatives of the unknowns along the path.
     direction : ndarray, shape (n, 4)
@@ -66,7 +58,7 @@ class Knots(Batch):
     step : ndarray, shape (n,)
         Step from the knot before; 0 where a path begins, and behind a kink.
     inverse : ndarray, shape (n, k, k)
-        Approximate inverse Jacobian, which corrects states nearby.
+        Approximate inverse Jacobian.
     """
 
     branch: IntArray
@@ -78,15 +70,7 @@ class Knots(Batch):
 
 
 class Followed(NamedTuple):
-    """Paths of a batch of branches.
-
-    Attributes
-    ----------
-    knots : Knots
-        Of all branches, one after the other.
-    turned : ndarray of bool, shape (n,)
-        Whether a path ends in a kink where the displacement turns back.
-    """
+    """Paths of branches; those that `turned` end in a kink where the displacement turns back."""
 
     knots: Knots
     turned: BoolArray
@@ -124,12 +108,8 @@ def follow(
 
     Parameters
     ----------
-    states : RodStates
-        The first states.
     side : ndarray, shape (n,)
         1 where the clamp pushes the rod, -1 where it retracts.
-    longest : float
-        Longest step.
     """
     count = len(side)
     first = np.arange(count), states
@@ -208,17 +188,7 @@ def _knots(
 
 
 class _Kinks(NamedTuple):
-    """The next knots of paths, where a kink may lie before them.
-
-    Attributes
-    ----------
-    here, ahead : Knots
-        The last knot before a kink and the first one after it; the same without a kink.
-    solved : ndarray of bool, shape (n,)
-        Whether they were found.
-    kinks : ndarray of bool, shape (n,)
-        Where there is one.
-    """
+    """The next knots of paths: the last before a kink and the first after it, equal without one."""
 
     here: Knots
     ahead: Knots
@@ -274,13 +244,7 @@ def hermite(
     low_change: FloatArray,
     high_change: FloatArray,
 ) -> FloatArray:
-    """Cubics between values at two places, shape (..., k), with derivatives there.
-
-    Parameters
-    ----------
-    share, step : ndarray, shape (...)
-        Part of the way between the places, and its length.
-    """
+    """Cubics between values with derivatives at two places, `share` of the `step` between them."""
     t, step = share[..., None], step[..., None]
     s = 1.0 - t
     value = s * s * (1.0 + 2.0 * t) * low + t * t * (1.0 + 2.0 * s) * high

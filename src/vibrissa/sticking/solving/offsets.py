@@ -39,19 +39,7 @@ AT_FOLD = (
 
 
 class StateSolution(NamedTuple):
-    """One state that was sought, or why it was not found.
-
-    Attributes
-    ----------
-    state : RodStates or None
-        A batch of one, or None if none was resolved that is admissible.
-    residual : float
-        Its equilibrium residual.
-    status : Status
-        ``solved``, ``out_of_reach`` or ``failed``.
-    message : str
-        Empty, or what went wrong and what to try.
-    """
+    """One state that was sought (a batch of one), or why it was not found."""
 
     state: RodStates | None
     residual: float
@@ -67,13 +55,7 @@ def solve_offsets(
     model: Contact,
     mountings: Sequence[Mounting],
 ) -> list[StateSolution]:
-    """Solve states with prescribed offsets x1 − x0 on the branches that begin at α = 0.
-
-    Parameters
-    ----------
-    offsets : ndarray, shape (m,)
-        Distances of the tip from the clamp along the surface (L).
-    """
+    """Solve states with prescribed offsets x1 − x0 (L) on the branches that begin at α = 0."""
     rods = rod_columns(theta, mountings)
     solutions = [StateSolution(None, np.nan, Status.FAILED, NO_INITIAL_STATE)] * len(offsets)
     pending = np.arange(len(offsets))

@@ -1,8 +1,7 @@
 """Refinement: smooth parts of paths are solved at Chebyshev points until they are resolved.
 
-The number of nodes along the rod and of states along the part grow independently, until the decay
-of both series and the residual half-way between the states are below the tolerance. A part that
-needs many states is halved.
+Nodes along the rod and states along the part grow until both series and the residual between the
+states are below the tolerance.
 """
 
 from collections.abc import Iterator
@@ -43,7 +42,6 @@ class Resolved:
 
     Attributes
     ----------
-    parts : Parts
     path : RodStates
         States at Chebyshev points, all parts at the first one first.
     loads : ndarray, shape (states, n, 6)
@@ -78,17 +76,7 @@ class Resolved:
 
 
 class _Task(NamedTuple):
-    """Parts to be resolved, and guesses for as many states as are solved.
-
-    Attributes
-    ----------
-    parts : Parts
-    unknowns : ndarray, shape (states, n, nodes + 3)
-    inverse : ndarray, shape (states, n, k, k), or None
-        What corrects the states.
-    halvings : int
-        How often they may be halved.
-    """
+    """Parts to be resolved, and guesses of their unknowns, shape (states, n, nodes + 3)."""
 
     parts: Parts
     unknowns: FloatArray
@@ -112,21 +100,7 @@ def along(matrix: FloatArray, path: RodStates) -> RodStates:
 
 
 def resolve(parts: Parts, rods: FloatArray, guess: FloatArray) -> Iterator[Resolved]:
-    """Solve parts at more and more nodes and states.
-
-    Parameters
-    ----------
-    parts : Parts
-    rods : ndarray
-        Properties of the rods of all branches.
-    guess : ndarray, shape (states, n, nodes + 3)
-        Unknowns at Chebyshev points to start from.
-
-    Yields
-    ------
-    Resolved
-        Those parts, or halves of them, that could be resolved.
-    """
+    """Solve parts on more and more nodes; yields those, or their halves, that could be resolved."""
     if not len(parts):
         return
     # The knots show how many nodes along the rod the states need.
@@ -217,10 +191,7 @@ def _halves(task: _Task) -> Iterator[_Task]:
 
 
 def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
-    """Lowest number of nodes with which series along the rod are expected to decay far enough.
-
-    The coefficients fall like a geometric series, or faster.
-    """
+    """Lowest number of nodes with which geometric series along the rod decay far enough."""
     with np.errstate(divide="ignore"):
         needed = nodes * np.log(DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
     ladder = np.array(NODES_ALONG_ROD)
@@ -228,10 +199,7 @@ def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
 
 
 def _states_needed(decay: FloatArray, count: int) -> FloatArray:
-    """As many states as let the series decay far enough; infinite if a part is to be halved.
-
-    The coefficients fall like a geometric series.
-    """
+    """How many states let geometric series decay far enough; infinite if a part is to be halved."""
     with np.errstate(divide="ignore"):
         needed = 1 + (count - 1) * np.log(0.1 * DECAY_TOLERANCE) / np.log(np.minimum(decay, 0.5))
     ladder = np.array([*(n for n in STATES_ALONG_PART if n > count), np.inf])

@@ -1,11 +1,4 @@
-"""The paper's own procedure: Runge–Kutta inside a Nelder–Mead search, step by step along Δx0.
-
-Kept as an independent check of collocation (`vibrissa.sticking.solving`) and as an honest baseline:
-MATLAB's ``ode45`` and ``fminsearch`` are the Dormand–Prince pair and the simplex search that scipy
-has.
-The only additions are a check of the miss after every search, with a restart where the simplex
-collapsed on a false minimum, and the recognition of locking.
-"""
+"""The paper's own procedure, as a check: Runge–Kutta in a Nelder–Mead search, in steps of Δx0."""
 
 import math
 from dataclasses import dataclass, replace
@@ -61,8 +54,8 @@ class Tolerances:
     restarts : int
         Searches that may follow one that is not believed.
     predict : bool
-        Start each search where the last two states point to, with a simplex of the size of the
-        last change; otherwise at the last state with the simplex of ``fminsearch``.
+        Start each search where the last two states point to; otherwise at the last state with the
+        simplex of ``fminsearch``.
     """
 
     rtol: float = 1e-10
@@ -81,21 +74,7 @@ PAPER = Tolerances(rtol=1e-3, atol=1e-6, simplex=1e-4, miss=2e-4, predict=False)
 
 @dataclass(frozen=True, kw_only=True)
 class ShotState:
-    """Result of one search.
-
-    Attributes
-    ----------
-    f, alpha : float
-        Contact force magnitude (E·I0/L²) and inclination (rad).
-    x1 : float
-        Contact point relative to the clamp (L).
-    phi1 : float
-        Slope at the contact point (rad).
-    miss : float
-        Distance between the rod's tip and the contact point (L).
-    searches : int
-        Searches that were needed; more than one means that a false minimum was mended.
-    """
+    """Result of one search: f (E·I0/L²), α and φ1 (rad), x1 and the miss of the tip (L)."""
 
     f: float
     alpha: float
@@ -108,23 +87,7 @@ class ShotState:
 def shoot(
     theta: float, f: float, alpha: float, x1: float, y1: float, tolerances: Tolerances = PRECISE
 ) -> tuple[float, float, float]:
-    """Integrate paper equation (2) from the clamp to the tip by Runge–Kutta 4(5).
-
-    Parameters
-    ----------
-    theta : float
-        Taper factor.
-    f, alpha : float
-        Contact force magnitude (E·I0/L²) and inclination (rad).
-    x1, y1 : float
-        Contact point relative to the clamp (L).
-    tolerances : Tolerances
-
-    Returns
-    -------
-    x, y, phi : float
-        Where the rod ends (L) and its slope there (rad).
-    """
+    """Integrate paper equation (2) by Runge–Kutta 4(5): tip position x, y (L) and slope φ (rad)."""
     solver = ode(rod_equations(theta, f, alpha, x1, y1))
     solver.set_integrator("dopri5", rtol=tolerances.rtol, atol=tolerances.atol, nsteps=10_000)
     solver.set_initial_value((0.0, 0.0, math.pi / 2), 0.0)
@@ -180,18 +143,7 @@ def _search(
 
 
 def initial_state(theta: float, eta: float, tolerances: Tolerances = PRECISE) -> ShotState:
-    """Search for the α = 0 state, for f and x1.
-
-    Parameters
-    ----------
-    theta, eta : float
-        Taper factor and height of the contact point (L).
-    tolerances : Tolerances
-
-    Returns
-    -------
-    ShotState
-    """
+    """Search for the α = 0 state, for f and x1."""
     # A cold start far from the branch ends in the mirror image or a higher mode: come down from
     # near the buckling load, where the mode is known.
     top = max(eta, CONTINUATION_START)
@@ -227,22 +179,16 @@ def walk(
 
     Parameters
     ----------
-    theta, eta : float
-        Taper factor and height of the contact point (L).
-    dx0 : float
-        Footpoint displacement per step (L).
     mu0 : float, optional
         Stop at the first state that needs more friction than this, as the paper does. Without
         it, or where the tip locks, the walk goes on past the maximum of −tan α.
-    tolerances : Tolerances
     start : ShotState, optional
         The α = 0 state, where the caller has it already.
 
     Returns
     -------
     list of ShotState
-        States at x0 = 0, Δx0, 2·Δx0, ...; it ends early if a search misses the contact point by
-        more than the tolerance even after restarts, which the last state's `miss` tells.
+        States at x0 = 0, Δx0, 2·Δx0, ...; the last one's `miss` tells whether a search failed.
     """
     states = [start or initial_state(theta, eta, tolerances)]
     x1_init = states[0].x1
@@ -283,16 +229,6 @@ def solve_curve(
     section: RodSection = RodSection.ROUND,
 ) -> StickingCurve:
     """Sticking curve by the paper's procedure, followed until past locking.
-
-    Parameters
-    ----------
-    theta, eta : float
-        Taper factor and height of the contact point (L).
-    dx0 : float
-        Footpoint displacement step (L); divided evenly where it is coarser than
-        `LARGEST_STEP`·x1_init.
-    tolerances : Tolerances
-    section : RodSection
 
     Returns
     -------
