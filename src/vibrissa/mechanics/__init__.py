@@ -1,4 +1,1 @@
-"""Mechanics of one rod in contact: geometry, equilibrium, stability, bending, admissible shapes.
-
-Knows states, not how they follow one another; no files.
-"""
+"""Mechanics of one rod in contact: geometry, equilibrium, stability, bending, admissible shapes."""

@@ -1,20 +1,14 @@
 """Admissible shapes: those that stay between clamp and surface and do not cross themselves.
 
-A solution of the equations of equilibrium may be impossible for a rod beside a surface. A state is
-rejected where the rod
+A state is rejected where the rod
 
 - dips below the level of its clamp, where the sensor's housing is;
 - crosses itself: the model is plane;
 - crosses the surface away from its contact. (A shape with φ1 < 0, which passes through the surface
   next to its tip, is the paper's model: it is marked ``penetrates``.)
 
-Each has a *clearance*, a length that is negative where the shape is inadmissible. It is computed on
-the continuous shape: extreme heights are at sin φ = 0, and the shortest connection of two parts is
-normal to both.
-
-The free part needs no bound of its own: it reaches up to η, so that s_c > η, and a beam of 0.3 rod
-lengths or more is slender wherever the whole rod is. In line contact of a curved rod the *tail*,
-the part beyond the contact point, hangs free in its natural shape; it may cross the free part.
+The free part needs no bound of its own: it reaches up to η, so that s_c > η. In line contact of a
+curved rod the *tail* beyond the contact point hangs free; it may cross the free part.
 """
 
 from dataclasses import dataclass, replace
@@ -63,16 +57,16 @@ CROSSES_ITSELF = "the rod crosses itself"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Clearance(Batch):
-    """Clearances of shapes; negative where inadmissible, infinite where they are large.
+    """Clearances of shapes (L); negative where inadmissible, infinite where they are large.
 
     Attributes
     ----------
     clamp : ndarray, shape (n,)
-        Height of the lowest point behind a bend above the clamp (L).
+        Height of the lowest point behind a bend above the clamp.
     surface : ndarray, shape (n,)
-        Distance of the highest point of an arch below the surface (L).
+        Distance of the highest point of an arch below the surface.
     itself : ndarray, shape (n,)
-        Least distance between two parts of the rod (L).
+        Least distance between two parts of the rod.
     """
 
     clamp: FloatArray
@@ -126,11 +120,7 @@ def _tail(states: RodStates) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _surface_over_tail(states: RodStates, up: FloatArray) -> FloatArray:
-    """Clearance of a tail below the surface; infinite where it is large.
-
-    It rises at once where it is curved towards the surface. A level tip is the limit of line
-    contact with a tail of no length.
-    """
+    """Clearance of a tail below the surface; infinite where it is large."""
     level = states.line | (np.abs(ends(states).phi1) <= LEVEL)
     rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
     return np.where(level & (rises > 0.0), -rises, np.inf)
@@ -162,14 +152,8 @@ class _Shapes(Batch):
 
     Attributes
     ----------
-    phi, y : ndarray, shape (n, places)
-        Slope and height at `places`.
-    slope, along, up : ndarray, shape (n, nodes)
-        Coefficients of φ, dx/dτ and dy/dτ.
-    bend : ndarray, shape (n, nodes - 1)
-        Coefficients of dφ/dτ.
-    s_c : ndarray, shape (n,)
-        Contact points.
+    slope, along, up, bend : ndarray
+        Coefficients of φ, dx/dτ, dy/dτ and dφ/dτ.
     curvature : ndarray, shape (n, k)
         Coefficients of κ0 of the tails, at 1 < τ ≤ 2; k = 0 where all rods are straight.
     """
@@ -291,11 +275,7 @@ class _Shapes(Batch):
         return found
 
     def nearest(self, start: FloatArray, *, tip: bool) -> FloatArray:
-        """Signed shortest distance of two parts, found from two starting places.
-
-        The connection is normal to both tangents, at the tip only to that of the other part. NaN
-        where there is none.
-        """
+        """Signed shortest distance of two parts, from two starting places; NaN if there is none."""
         tau = start.copy()
         if tip:
             tau[:, 1] = self.end

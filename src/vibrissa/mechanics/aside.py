@@ -1,8 +1,6 @@
 """Stability out of the plane: whether a rod with a round section stays in its plane.
 
-The contact holds the rod as a ball joint does: it takes no moment out of the plane. In line contact
-that is so, too, as the tail lies unloaded on the surface and turns freely in its plane. A yielding
-clamp yields as much out of the plane as in it, and not about its axis.
+The contact takes no moment out of the plane; a clamp yields out of it as in it, not about its axis.
 """
 
 import numpy as np
@@ -23,10 +21,9 @@ A_LITTLE = 0.03
 def stability_aside(states: RodStates) -> FloatArray:
     """How far each equilibrium is from lateral buckling, with clamp and contact point held fixed.
 
-    A planar equilibrium is a minimum of the energy among shapes in space if the second variation
-    (D1) of docs/lateral.md is positive for every small rotation ω(s) about axes in the plane that
-    keeps the contact point in the plane. At a rigid clamp ω(0) = 0. A yielding one turns out of the
-    plane by q, which adds (sin γ/γ)·q²/c, where γ is its turn in the plane (D9).
+    It is a minimum of the energy in space if the second variation (D1) of docs/lateral.md is
+    positive for every small rotation ω(s) about axes in the plane that keeps the contact point in
+    the plane. A rigid clamp has ω(0) = 0; a yielding one adds (sin γ/γ)·q²/c (D9).
 
     Returns
     -------
@@ -36,9 +33,9 @@ def stability_aside(states: RodStates) -> FloatArray:
 
     Notes
     -----
-    The unknowns are the roots u of the elastic energy, which is Σ u²: the twists at all nodes, the
-    bends, and the turn of the clamp. In (D1) −(F·ω)(ω·t) + (F·t)·|ω|² is
-    (F·t)·(ω·n)² − (F·n)·(ω·t)(ω·n), and −M·(ω×ω')_z is M·((ω·n)·(ω'·t) − (ω·t)·(ω'·n)).
+    The unknowns are the roots u of the elastic energy, which is Σ u². In (D1)
+    −(F·ω)(ω·t) + (F·t)·|ω|² is (F·t)·(ω·n)² − (F·n)·(ω·t)(ω·n), and −M·(ω×ω')_z is
+    M·((ω·n)·(ω'·t) − (ω·t)·(ω'·n)).
     """
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     # Columns are states: an integral along the rod is one product of matrices for all of them.

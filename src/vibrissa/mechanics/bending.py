@@ -25,11 +25,11 @@ class Bending(Batch):
     Attributes
     ----------
     energy : ndarray, shape (n,)
-        Bending energy ½·∫ m²/B ds, in units of E·I0/L.
+        Bending energy ½·∫ m²/B ds (E·I0/L).
     curvature : ndarray, shape (n,)
-        Largest curvature |φ'|, in units of 1/L.
+        Largest curvature |φ'| (1/L).
     strain : ndarray, shape (n,)
-        Largest strain |φ'|·d/2 at the rod's surface, in units of d0/L.
+        Largest strain |φ'|·d/2 at the rod's surface (d0/L).
     turn : ndarray, shape (n,)
         Angle π/2 − φ1 by which the tip has turned (rad).
     """
@@ -42,14 +42,12 @@ class Bending(Batch):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Strains(Batch):
-    """Largest strains of n rods.
+    """Largest strains |φ' − κ0|·d/2 of n rods at their surface (d0/L).
 
     Attributes
     ----------
-    largest : ndarray, shape (n,)
-        Largest strain |φ' − κ0|·d/2 at the rod's surface, in units of d0/L.
     place : ndarray, shape (n,)
-        Its arc length from the clamp, to half a per cent of the rod, in units of L.
+        Arc length of the largest strain from the clamp (L), to half a per cent of the rod.
     """
 
     largest: FloatArray
@@ -68,17 +66,14 @@ def measure(
     y: FloatArray,
     phi1: FloatArray,
 ) -> Bending:
-    """Measure shapes of rods whose tips alone are loaded.
+    """Measure shapes of rods whose tips alone are loaded, in the frame of the contact points (L).
 
     Parameters
     ----------
-    theta, f, alpha, x1, y1, phi1 : ndarray, shape (n,)
-        Taper factor, contact force (E·I0/L²), its inclination (rad), contact point (L) and slope
-        there (rad).
+    f, alpha, x1, y1, phi1 : ndarray, shape (n,)
+        Contact force (E·I0/L²), its inclination (rad), contact point (L) and slope there (rad).
     s : ndarray, shape (points,)
         Equally spaced arc lengths (L).
-    x, y : ndarray, shape (n, points)
-        Shapes, in the frame of the contact points (L).
     """
     from scipy.integrate import simpson  # half a second to load
 
@@ -102,13 +97,7 @@ def _moment(f: FloatArray, alpha: FloatArray, dx: FloatArray, dy: FloatArray) ->
 def solve_and_measure(
     theta: FloatArray, f: FloatArray, alpha: FloatArray, x1: FloatArray, y1: FloatArray
 ) -> Bending:
-    """Measure rods under known contact forces; see `measure` for the arguments.
-
-    Parameters
-    ----------
-    theta, f, alpha, x1, y1 : ndarray, shape (n,)
-        With the clamp at the origin.
-    """
+    """Measure rods under known contact forces, with the clamp at the origin; see `measure`."""
     s = np.linspace(0.0, 1.0, POINTS)
     rows = list(zip(theta, f, alpha, x1, y1, strict=True))
     x, y, phi = np.moveaxis(np.array([deformed_shape(*row, s) for row in rows]), 1, 0)
@@ -126,17 +115,12 @@ def strains(
 ) -> Strains:
     """Largest strain |φ' − κ0|·d/2 of many rods under known contact forces, integrated together.
 
-    Parameters
-    ----------
-    theta, f, alpha, x_c, y_c, s_c : ndarray, shape (n,)
-        Taper factor, contact force (E·I0/L²), its inclination (rad), contact point relative to the
-        clamp (L) and its arc length (L).
+    Forces have the unit E·I0/L², contact points and their arc lengths L.
 
     Notes
     -----
-    The strain is |m|/(2·d³), as B = d⁴. It is largest at the clamp, or where m'/m = 3·d'/d. While
-    the rod is hardly bent, m falls along it like 1 − s; then that is where the diameter is 3/2 of
-    the tip's, if the rod is so thick anywhere, θ > 3/2.
+    The strain is |m|/(2·d³), as B = d⁴. It is largest at the clamp, or where m'/m = 3·d'/d: in a
+    hardly bent rod where the diameter is 3/2 of the tip's, if θ > 3/2.
     """
 
     def derivative(tau: float, state: FloatArray) -> FloatArray:
@@ -173,10 +157,7 @@ def _integrated(
 
 
 def _peak(values: FloatArray) -> FloatArray:
-    """Largest values over equally spaced points, shape (points, n), and between them.
-
-    A parabola through three points around the largest one, unless that is at an end.
-    """
+    """Largest values over equally spaced points, shape (points, n), refined by a parabola."""
     largest = values.argmax(axis=0)
     middle = np.clip(largest, 1, len(values) - 2)
     before, at, after = (values[middle + k, np.arange(values.shape[1])] for k in (-1, 0, 1))

@@ -1,8 +1,4 @@
-"""The buckled rod under a vertical force, α = 0, close to its critical load.
-
-The critical load and the first mode of the clamped cone are known in closed form; the mode,
-scaled to the height η, starts Newton's iteration for the large deflection.
-"""
+"""The buckled rod under a vertical force, α = 0, close to its critical load."""
 
 import numpy as np
 
@@ -25,15 +21,10 @@ def _wave_number(theta: FloatArray) -> FloatArray:
 
 
 def buckling_load(theta: FloatArray) -> FloatArray:
-    """Critical vertical load of the clamped cone with a free tip.
+    """Critical vertical load of the clamped cone with a free tip (E·I0/L²); π²/4 at θ = 1.
 
     It is the limit of the contact force f as η → 1: the first root of
     tan(θ·√f) = −θ·√f/(θ − 1).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Load, in units of E·I0/L²; π²/4 at θ = 1.
 
     Examples
     --------
@@ -45,20 +36,10 @@ def buckling_load(theta: FloatArray) -> FloatArray:
 
 
 def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
-    """Slope ψ = φ − π/2 of the first buckling mode, scaled to ψ(1) = −1.
+    """Slope ψ = φ − π/2 of the first buckling mode, scaled to ψ(1) = −1; shape (n, points).
 
     With κ = θ·√f the moment is m ∝ d·sin(κ·(1 − τ)), which solves d⁴·m'' + f·m = 0, and
     ψ = −m'/f.
-
-    Parameters
-    ----------
-    tau : ndarray, shape (points,)
-        Bending coordinate.
-
-    Returns
-    -------
-    ndarray, shape (n, points)
-        Slope, in units of its magnitude at the tip.
     """
     theta = np.asarray(theta, dtype=float)[:, None]
     kappa = _wave_number(theta)
@@ -68,13 +49,7 @@ def buckling_mode(tau: FloatArray, theta: FloatArray) -> FloatArray:
 
 
 def buckled_unknowns(theta: FloatArray, eta: FloatArray, nodes: int) -> FloatArray:
-    """Guess α = 0 states: the buckling mode, scaled to shorten the rod's height to about η.
-
-    Returns
-    -------
-    ndarray, shape (n, nodes + 3)
-        Unknowns as in `RodStates`; the better the closer η is to 1.
-    """
+    """Guess α = 0 states, shape (n, nodes + 3): the buckling mode, scaled to a height near η."""
     rule = gauss_rule(nodes)
     mode = buckling_mode(rule.nodes, theta)
     weights = rule.weights * arc_density(rule.nodes, theta[:, None])

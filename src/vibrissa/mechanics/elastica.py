@@ -19,19 +19,14 @@ def rod_equations(
     y1: float,
     curvature: tuple[float, ...] = (0.0,),
 ) -> Callable[[float, FloatArray], tuple[float, float, float]]:
-    """Right-hand side of paper equation (2) for (x, y, φ) over s.
+    """Right-hand side of paper equation (2): a function of s and (x, y, φ) that is (x', y', φ').
 
     Parameters
     ----------
     x1, y1 : float
-        Contact point, in units of L.
+        Contact point (L).
     curvature : tuple of float
         Natural curvature κ0: coefficients of the powers of s, lowest first.
-
-    Returns
-    -------
-    callable
-        Maps s and (x, y, φ) to (x', y', φ').
     """
     highest, *lower = reversed(curvature)
     cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
@@ -58,26 +53,18 @@ def deformed_shape(
     s_c: float = 1.0,
     mounting: Mounting = IDEAL,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shape of the rod under a known contact force, with the clamp at the origin.
+    """Shape x, y (L), φ (rad) of the rod under a known contact force, with the clamp at the origin.
+
+    The end of the shape meets (x1, y1) only if the force is the equilibrium one.
 
     Parameters
     ----------
     x1, y1 : float
-        Position of the tip relative to the clamp, in units of L.
+        Position of the tip relative to the clamp (L).
     s : ndarray, shape (points,)
-        Arc lengths from 0 to 1, increasing, in units of L.
+        Arc lengths from 0 to 1, increasing (L).
     s_c : float
         Arc length of the contact point; what lies beyond it has its natural shape.
-
-    Returns
-    -------
-    x, y, phi : ndarray, shape (points,)
-        Position (L) and slope (rad).
-
-    Notes
-    -----
-    The end of the shape meets (x1, y1) only if the force is the equilibrium one: their distance
-    is an independent residual of whoever found the force.
     """
     from scipy.integrate import solve_ivp  # half a second to load
 

@@ -1,11 +1,11 @@
-r"""Equations of equilibrium of the clamped rod in contact, collocated: residuals and Jacobian.
+"""Equations of equilibrium of the clamped rod in contact, collocated: residuals and Jacobian.
 
 The rod touches the surface at arc length s_c: with its tip (point contact, s_c = 1) or, where the
 tip would pass through the surface, tangentially at s_c < 1 with the rest lying straight and
 unloaded on it (line contact). On the free part the moment obeys m' = fx·sin φ − fy·cos φ with
 m(s_c) = 0 for the contact force (fx, fy), and B·(φ' − κ0) = m with φ(0) = π/2 + β + c·m(0), where
 β, c and κ0 belong to the mounting (`vibrissa.mechanics.mounting`; in the paper all are 0).
-Integrated twice this is one equation for the slope φ alone,
+Integrated twice this is
 
     φ(s) = π/2 + β + c·m(0) + ∫₀ˢ κ0 du − ∫₀ˢ B⁻¹(u) ∫ᵤ^s_c (fx·sin φ − fy·cos φ) dv du ,
     m(0) = −∫₀^s_c (fx·sin φ − fy·cos φ) dv ,                                            (E1)
@@ -19,10 +19,8 @@ of contact,
     φ(s_c) = 0 ,                                                              (E3a, E3b, E3c, E3d)
     s_c = 1     or     φ(s_c) = 0 .                                               (E4a, E4b)
 
-E2: the clamp moves at the angle δ to the surface; with δ = 0 the height is η throughout. E3a
-prescribes the position of the tip relative to the clamp. While the tip sticks, the part that lies
-on the surface does not move: the rod rolls on or off it. E3b prescribes the inclination α of the
-force; α = 0 is the state in which sticking begins. E3c prescribes the continuation parameter of
+E2: the clamp moves at the angle δ to the surface. E3a prescribes the position of the tip relative
+to the clamp, E3b the inclination α of the force, E3c the continuation parameter of
 `vibrissa.sticking.solving.following`. E3d with s_c = 1 holds where the contact changes its kind.
 
 φ is a polynomial in the bending coordinate τ (`vibrissa.mechanics.taper`) of the free part through
@@ -60,7 +58,6 @@ class ClosingCondition(Batch):
     height, tilt : ndarray, shape (n,)
         Right side of E2 (L), and tan δ.
     weights : ndarray, shape (n, 5)
-    value : ndarray, shape (n,)
     """
 
     height: FloatArray
@@ -123,9 +120,9 @@ class Ends(NamedTuple):
         Position of the tip along the surface, ∫cos φ ds + 1 − s_c, and height of the surface above
         the clamp, ∫sin φ ds (L).
     moment : ndarray, shape (n,)
-        Clamp reaction moment m(0), φ'(0) where the rod is straight, in units of E·I0/L.
+        Clamp reaction moment m(0) (E·I0/L).
     phi1 : ndarray, shape (n,)
-        Slope at the contact point, in rad.
+        Slope at the contact point (rad).
     """
 
     offset: FloatArray
@@ -135,11 +132,7 @@ class Ends(NamedTuple):
 
 
 def ends(states: RodStates) -> Ends:
-    """Evaluate states at both ends of the free part.
-
-    φ1 is equation E1 at s = s_c. The integral is more accurate than the polynomial's own value at
-    τ = 1: Gauss collocation superconverges at the ends.
-    """
+    """Evaluate states at both ends of the free part; φ1 is equation E1 at s = s_c."""
     return _ends(states, _integrands(states))
 
 
@@ -156,12 +149,7 @@ def _ends(states: RodStates, integrands: _Integrands) -> Ends:
 
 
 def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
-    """Residuals of the collocated equations: E1 at the nodes, E2, E3 and E4, in this order.
-
-    Returns
-    -------
-    ndarray, shape (n, nodes + 3)
-    """
+    """Residuals of E1 at the nodes, E2, E3 and E4, in this order; shape (n, nodes + 3)."""
     nodes, rule = states.nodes, gauss_rule(states.nodes)
     integrands = _integrands(states)
     end = _ends(states, integrands)
@@ -177,11 +165,7 @@ def residuals(states: RodStates, closing: ClosingCondition) -> FloatArray:
 
 
 def largest_residual(states: RodStates, closing: ClosingCondition) -> FloatArray:
-    """Largest residual of E1 to E4, measured on more than twice the nodes, shape (n,).
-
-    Collocation satisfies the equations at its own nodes whatever their number. On a finer rule
-    the residual shows whether the polynomial satisfies them between the nodes.
-    """
+    """Largest residual of E1 to E4, measured on more than twice the nodes, shape (n,)."""
     largest = np.empty(len(states))
     for some in slices(len(states), STATES_AT_ONCE):
         fine = states.take(some).on_nodes(2 * states.nodes + 7)
@@ -190,13 +174,12 @@ def largest_residual(states: RodStates, closing: ClosingCondition) -> FloatArray
 
 
 class Derivatives(NamedTuple):
-    """Derivatives of states by their unknowns.
+    """Derivatives of states by their unknowns, on the last axis.
 
     Attributes
     ----------
     slope : ndarray, shape (n, nodes, nodes + 3)
         Of the left side minus the right side of E1.
-    height : ndarray, shape (n, nodes + 3)
     ends : ndarray, shape (n, 5, nodes + 3)
         Of offset, fx, fy, s_c and φ1, which E3 weighs.
     """
@@ -266,14 +249,12 @@ def shape(states: RodStates, s: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     Parameters
     ----------
     s : ndarray, shape (points,)
-        Arc lengths from the clamp in [0, 1], in units of L.
+        Arc lengths from the clamp in [0, 1] (L).
 
     Returns
     -------
-    x, y : ndarray, shape (n, points)
-        Position, in units of L.
-    phi : ndarray, shape (n, points)
-        Slope, in rad.
+    x, y, phi : ndarray, shape (n, points)
+        Position (L) and slope (rad).
     """
     rule = gauss_rule(states.nodes)
     free = np.minimum(s, states.s_c[:, None])

@@ -1,15 +1,11 @@
 """How a rod is mounted: its clamp, its natural curvature, and the way of its stage.
 
-The paper's clamp is upright and rigid, its rod straight, and its stage moves along the surface:
-that is the *ideal* mounting. A real one differs by a few degrees or percent.
+The paper's mounting is *ideal*: clamp upright and rigid, rod straight, stage along the surface.
 
 - The clamp is inclined by β: without load φ(0) = π/2 + β.
 - The clamp yields to the moment of the rod: φ(0) grows by c·m(0).
 - The rod is curved without load: B·(φ' − κ0(s)) = m.
 - The stage moves at an angle δ to the surface, so that the height falls by x0·sin δ.
-
-`Mounting` holds these four for one rod, `rod_columns` the first three for a batch of rods: they
-enter equation E1. The fourth enters the condition E2.
 """
 
 from collections.abc import Iterable, Sequence
@@ -116,17 +112,9 @@ IDEAL = Mounting()
 
 
 def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
-    """Properties of rods in the columns θ, β (rad), c (L/(E·I0)) and the coefficients of κ0.
+    """Properties of rods in the columns θ, β (rad), c (L/(E·I0)) and the k coefficients of κ0.
 
-    Parameters
-    ----------
-    theta : ndarray, shape (n,)
-    mountings : sequence of Mounting, length n
-
-    Returns
-    -------
-    ndarray, shape (n, 3 + k)
-        With k = 0 where all rods are straight.
+    Straight rods have k = 0.
     """
     count = max((len(one.coefficients) for one in mountings if any(one.coefficients)), default=0)
     columns = np.zeros((len(mountings), 3 + count))
@@ -141,21 +129,17 @@ def rod_columns(theta: FloatArray, mountings: Sequence[Mounting]) -> FloatArray:
 def tail(
     curvature: FloatArray, start: FloatArray, stop: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Natural shape of rods between two arc lengths, relative to the slope at the first.
+    """Natural shape of rods between two arc lengths (L), relative to the slope at the first.
 
     Parameters
     ----------
     curvature : ndarray, shape (n, k)
         Coefficients of κ0 (1/L), lowest power of s first.
-    start, stop : ndarray, shape (n, points)
-        Arc lengths (L).
 
     Returns
     -------
-    along, up : ndarray, shape (n, points)
-        Way along the slope and normal to it (L).
-    turn : ndarray, shape (n, points)
-        Angle by which the rod turns (rad).
+    along, up, turn : ndarray, shape (n, points)
+        Way along the slope and normal to it (L), and angle by which the rod turns (rad).
     """
     integral = curvature / np.arange(1, curvature.shape[1] + 1)
     begin, length = start * polynomial(integral, start), stop - start

@@ -18,13 +18,10 @@ ROUNDING = 1e-9
 
 
 class Solution(NamedTuple):
-    """Result of Newton's iteration.
+    """Result of Newton's iteration; states are NaN where it did not converge.
 
     Attributes
     ----------
-    states : RodStates
-        NaN where the iteration did not converge.
-    converged : ndarray of bool, shape (n,)
     inverse : ndarray, shape (n, k + 3, k + 3)
         Inverse of the Jacobian on few nodes near each state.
     """
@@ -47,10 +44,8 @@ def solve(
 
     Parameters
     ----------
-    guess : RodStates
-        Starting states; not modified.
     inverse : ndarray, shape (n, k + 3, k + 3), optional
-        Of the Jacobian on few nodes near each state, where the caller has it already.
+        Of the Jacobian on few nodes near each state.
     tolerance : float
         Change at which the iteration ends; the error is then a hundredth of it.
     iterations : int
@@ -85,11 +80,10 @@ def solve(
 
 
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
-    """Correction of states on two grids.
+    """Correction of states on two grids, the residual on all nodes.
 
-    The residual is on all nodes, the correction from few: the integral operator of E1 makes the
-    difference smooth (K. E. Atkinson, The Numerical Solution of Integral Equations of the Second
-    Kind, 1997, §6.2).
+    The integral operator of E1 makes the difference smooth (K. E. Atkinson, The Numerical Solution
+    of Integral Equations of the Second Kind, 1997, §6.2).
     """
     nodes, few = states.nodes, inverse.shape[1] - SCALARS
     values = residuals(states, closing)
@@ -138,8 +132,6 @@ class Tangent(NamedTuple):
         Of the unknowns, as accurate as few nodes give it.
     ends : ndarray, shape (n, 5)
         Of offset, fx, fy, s_c and φ1.
-    inverse : ndarray, shape (n, k + 3, k + 3)
-        Of the Jacobian on few nodes.
     """
 
     change: FloatArray

@@ -16,20 +16,17 @@ RIGID = 1e8
 def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
     """How far each equilibrium is from losing stability with clamp and contact point held fixed.
 
-    An equilibrium is a minimum of the bending energy under its constraints if the second
-    variation ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every ψ with ψ(0) = 0 that
-    keeps the contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and ψ(s_c) = 0 where the rod lies
-    tangentially on the surface.
+    It is a minimum of the bending energy under its constraints if the second variation
+    ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every ψ with ψ(0) = 0 that keeps the
+    contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and ψ(s_c) = 0 in line contact.
 
-    A yielding clamp turns by ψ(0), which adds ψ(0)²/c. A rod that is curved away from the surface,
-    κ0(s_c) < 0, touches it with another point s_c when it turns there, which adds
-    fy·ψ(s_c)²/κ0(s_c), a positive number; where κ0(s_c) = 0 it is infinite unless ψ(s_c) = 0.
+    A yielding clamp adds ψ(0)²/c. A rod that is curved away from the surface, κ0(s_c) < 0, touches
+    with another point when it turns there: this adds fy·ψ(s_c)²/κ0(s_c) > 0.
 
     Parameters
     ----------
     slides : bool
-        Whether the contact point is free to slide along the surface, as if without friction: only
-        its height is held.
+        Whether the contact point is free to slide along the surface: only its height is held.
 
     Returns
     -------
@@ -63,18 +60,9 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
 
 
 def smallest_eigenvalue(matrices: FloatArray, normals: Sequence[FloatArray]) -> FloatArray:
-    """Smallest eigenvalues of symmetric operators in the spaces normal to some vectors.
+    """Smallest eigenvalues of symmetric operators in the spaces normal to some vectors, at most 0.
 
-    Parameters
-    ----------
-    matrices : ndarray, shape (n, k, k)
-        Overwritten.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        At most 0, which is an eigenvalue in the limit of many nodes; NaN where a matrix is not
-        finite.
+    `matrices` are overwritten; NaN where one is not finite.
     """
     known: list[FloatArray] = []
     for normal in normals:

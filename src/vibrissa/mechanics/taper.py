@@ -1,11 +1,7 @@
 """Geometry of the tapered rod: a truncated cone, clamped at its thick end.
 
-Lengths are in units of the rod's length L, diameters in units of the base diameter d0 and
-bending stiffness in units of E·I0 with I0 = π·d0⁴/64.
-
-The *bending coordinate* ``tau`` ∈ [0, 1] is defined by ds/dτ = θ·d(s)². It is the phase of the
-bending waves of a cone, whose wavelength is proportional to d², so that shapes are equally smooth
-everywhere in τ. At θ = 1 it is s.
+The *bending coordinate* ``tau`` ∈ [0, 1] is defined by ds/dτ = θ·d(s)², so that shapes are equally
+smooth everywhere in τ; at θ = 1 it is s.
 """
 
 import numpy as np
@@ -15,22 +11,9 @@ from vibrissa.numerics.arrays import FloatArray
 
 
 def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
-    """Diameter d(s)/d0 = 1 − (1 − 1/θ)·s of the rod.
+    """Diameter d(s)/d0 = 1 − (1 − 1/θ)·s of the rod, in units of d0.
 
-    Parameters
-    ----------
-    s : array_like
-        Arc length from the clamp, in units of L.
-
-    Returns
-    -------
-    ndarray
-        Diameter in units of d0.
-
-    Notes
-    -----
-    Equation (1) of the paper prints d1/θ where d1 = d0/θ must stand; its equation (2) uses the
-    taper given here.
+    Equation (1) of the paper prints d1/θ where d1 = d0/θ must stand.
 
     Examples
     --------
@@ -42,17 +25,7 @@ def diameter(s: ArrayLike, theta: ArrayLike) -> FloatArray:
 
 
 def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
-    """Bending stiffness B(s) = (d(s)/d0)⁴ of the rod, paper equation (2).
-
-    Parameters
-    ----------
-    s : array_like
-        Arc length from the clamp, in units of L.
-
-    Returns
-    -------
-    ndarray
-        Stiffness in units of E·I0.
+    """Bending stiffness B(s) = (d(s)/d0)⁴ of the rod (E·I0), paper equation (2).
 
     Examples
     --------
@@ -63,39 +36,16 @@ def stiffness(s: ArrayLike, theta: ArrayLike) -> FloatArray:
 
 
 def bending_coordinate(s: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
-    """Bending coordinate of an arc length, the inverse of s(τ) = θ·s_c·τ/h.
+    """Bending coordinate of an arc length up to s_c (L), the inverse of s(τ) = θ·s_c·τ/h.
 
     With h = θ − (θ − 1)·s_c·(1 − τ), which is proportional to 1/d(s(τ)).
-
-    Parameters
-    ----------
-    s : array_like
-        Arc length from the clamp, up to s_c, in units of L.
-    s_c : array_like
-        Arc length of the contact point, where the free part ends, in units of L.
-
-    Returns
-    -------
-    ndarray
-        Bending coordinate in [0, 1].
     """
     s, theta, s_c = (np.asarray(value, dtype=float) for value in (s, theta, s_c))
     return s * (theta - (theta - 1.0) * s_c) / (s_c * (theta - (theta - 1.0) * s))
 
 
 def arc_length(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
-    """Arc length s(τ) = θ·s_c·τ/h, the inverse of `bending_coordinate`.
-
-    Parameters
-    ----------
-    tau : array_like
-        Bending coordinate in [0, 1].
-
-    Returns
-    -------
-    ndarray
-        From the clamp, in units of L.
-    """
+    """Arc length s(τ) = θ·s_c·τ/h (L), the inverse of `bending_coordinate`."""
     tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
     return np.asarray(theta * s_c * tau / _inverse_diameter(tau, theta, s_c))
 
@@ -107,18 +57,7 @@ def arc_length_growth(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike) -> Float
 
 
 def arc_density(tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike = 1.0) -> FloatArray:
-    """Arc length per bending coordinate, ds/dτ = θ·s_c·g/h² ∝ d², g = θ − (θ − 1)·s_c.
-
-    Parameters
-    ----------
-    tau : array_like
-        Bending coordinate in [0, 1].
-
-    Returns
-    -------
-    ndarray
-        ds/dτ in units of L.
-    """
+    """Arc length per bending coordinate (L), ds/dτ = θ·s_c·g/h² ∝ d², g = θ − (θ − 1)·s_c."""
     return densities(tau, theta, s_c)[0]
 
 
@@ -127,17 +66,7 @@ def densities(
 ) -> tuple[FloatArray, FloatArray]:
     """Arc length and bending compliance per bending coordinate: `arc_density` and θ·s_c·h²/g³.
 
-    Parameters
-    ----------
-    tau : array_like
-        Bending coordinate in [0, 1].
-
-    Returns
-    -------
-    arc : ndarray
-        ds/dτ in units of L.
-    compliance : ndarray
-        B⁻¹·ds/dτ in units of L/(E·I0).
+    Their units are L and L/(E·I0).
     """
     tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
     shrinks, free = (theta - 1.0) * s_c, theta * s_c
@@ -149,18 +78,7 @@ def densities(
 def density_growth(
     tau: ArrayLike, theta: ArrayLike, s_c: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithmic derivatives of both `densities` with respect to s_c.
-
-    Parameters
-    ----------
-    tau : array_like
-        Bending coordinate in [0, 1].
-
-    Returns
-    -------
-    arc, compliance : ndarray
-        In units of 1/L.
-    """
+    """Logarithmic derivatives of both `densities` with respect to s_c (1/L)."""
     tau, theta, s_c = (np.asarray(value, dtype=float) for value in (tau, theta, s_c))
     h_growth = -(theta - 1.0) * (1.0 - tau) / _inverse_diameter(tau, theta, s_c)
     g_growth = -(theta - 1.0) / _inverse_diameter(0.0, theta, s_c)

@@ -11,10 +11,9 @@ from vibrissa.numerics.arrays import FloatArray, Index
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Batch:
-    """Base of data classes whose fields are columns.
+    """Base of data classes whose fields are columns: the first axis of all arrays counts the rows.
 
-    Every field that holds an array is a column; the first axis of all columns counts the rows. A
-    field may hold a batch of as many rows. What other fields hold is the same for all rows.
+    A field may hold a batch of as many rows; what other fields hold is the same for all rows.
     """
 
     @classmethod

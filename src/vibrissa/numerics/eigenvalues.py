@@ -35,7 +35,7 @@ def smallest_eigenvalue(
     Notes
     -----
     B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, §13. Every vector is made orthogonal to
-    all before. Where none is left, the iteration goes on with zeros, which have the eigenvalue 0.
+    all before.
     """
     known = np.empty((1 + len(start), *start.shape))
     known[0] = _unit(normal)

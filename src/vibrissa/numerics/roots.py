@@ -27,24 +27,19 @@ def bracketed_root(
     *args: FloatArray | IntArray,
     guess: FloatArray | None = None,
 ) -> FloatArray:
-    """Find a root in each of some brackets, to rounding error.
+    """Find a root in each of some brackets, to rounding error and within them.
 
     Parameters
     ----------
     function : callable
         Maps places, and for each of them the further arguments, to values and slopes.
     low, high : ndarray, shape (n,)
-        Ends of the brackets, between which the values change their sign; an end that is a root up
-        to rounding may miss that.
+        Ends between which the values change their sign; one that is a root up to rounding may
+        miss that.
     *args : ndarray, shape (n,)
         Further arguments of the function.
     guess : ndarray, shape (n,), optional
-        Where to begin, by default in the middle of the brackets.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Within the brackets.
+        By default the middle of the brackets.
     """
     root, width = 0.5 * (low + high) if guess is None else guess.copy(), high - low
     below, above = low.copy(), high.copy()
@@ -88,7 +83,7 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
     Returns
     -------
     ndarray of int, shape (m,)
-        Index of the first member that is not below the level; k where all are, or it is NaN.
+        First member not below the level; k where all are, or it is NaN.
     """
     count = rising.shape[1]
     below = np.zeros(len(level), dtype=np.int64)
@@ -100,22 +95,9 @@ def first_reached(rising: FloatArray, which: IntArray, level: FloatArray) -> Int
 
 
 def first_fall(function: "BPoly") -> float:
-    """Find where a piecewise polynomial first falls to zero or below.
+    """Find where a piecewise polynomial first falls to zero or below; NaN if it stays positive.
 
-    Parameters
-    ----------
-    function : BPoly
-        May jump where its pieces meet, and may begin at zero.
-
-    Returns
-    -------
-    float
-        NaN if it stays positive.
-
-    Notes
-    -----
-    A piece lies between the least and the largest of its Bernstein coefficients: where all are
-    positive there is no root, and no other piece is searched.
+    It may jump where its pieces meet, and may begin at zero.
     """
     degree = len(function.c) - 1
     for piece in np.flatnonzero(function.c.min(axis=0) <= 0.0):

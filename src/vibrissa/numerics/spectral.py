@@ -1,7 +1,4 @@
-"""Polynomial collocation on [0, 1]: Gauss–Legendre along the rod, Chebyshev along a curve.
-
-Everything here is linear algebra on fixed nodes and is cached by the number of nodes.
-"""
+"""Polynomial collocation on [0, 1]: Gauss–Legendre along the rod, Chebyshev along a curve."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -23,14 +20,10 @@ class GaussRule(NamedTuple):
 
     Attributes
     ----------
-    nodes : ndarray, shape (n,)
-        Nodes, increasing.
     weights : ndarray, shape (n,)
         Quadrature weights of ∫₀¹.
-    from_start : ndarray, shape (n, n)
-        Maps values at the nodes to ∫₀^τ at the nodes.
-    to_end : ndarray, shape (n, n)
-        Maps values at the nodes to ∫_τ¹ at the nodes.
+    from_start, to_end : ndarray, shape (n, n)
+        Map values at the nodes to ∫₀^τ and ∫_τ¹ at the nodes.
     to_coefficients : ndarray, shape (n, n)
         Maps values at the nodes to Legendre coefficients.
     """
@@ -65,19 +58,9 @@ def gauss_rule(n: int) -> GaussRule:
 
 
 def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values at `tau` of the first `n` Legendre polynomials on [0, 1] and of their integrals.
+    """Values at `tau` of `n` Legendre polynomials on [0, 1] and of their integrals from 0.
 
-    Parameters
-    ----------
-    n : int
-        Number of polynomials, at least 2.
-    tau : ndarray
-        Points in [0, 1].
-
-    Returns
-    -------
-    values, integrals : ndarray, shape tau.shape + (n,)
-        The integrals start at 0.
+    Both have the shape tau.shape + (n,), n at least 2.
     """
     vandermonde = legendre.legvander(2.0 * tau - 1.0, n)
     degree = np.arange(1, n)
@@ -89,37 +72,16 @@ def legendre_series(n: int, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @lru_cache
 def refinement_matrix(n: int, m: int) -> FloatArray:
-    """Interpolation from `n` Gauss nodes to both ends of [0, 1] and `m` Gauss nodes between.
-
-    Parameters
-    ----------
-    n, m : int
-        Numbers of nodes.
-
-    Returns
-    -------
-    ndarray, shape (m + 2, n)
-        Rows in the order τ = 0, the `m` nodes, τ = 1.
-    """
+    """Interpolation from `n` Gauss nodes to τ = 0, `m` Gauss nodes and τ = 1, in this order."""
     tau = np.concatenate([[0.0], gauss_rule(m).nodes, [1.0]])
     return _frozen(legendre_series(n, tau)[0] @ gauss_rule(n).to_coefficients)
 
 
 @lru_cache
 def chebyshev_nodes(k: int) -> FloatArray:
-    """Chebyshev points of the second kind on [0, 1], increasing, ends included.
+    """Chebyshev points of the second kind on [0, 1], at least 2, increasing, ends included.
 
-    The points for `k` are every second one of the points for 2·k − 1, so that a refined curve
-    keeps the states it has.
-
-    Parameters
-    ----------
-    k : int
-        Number of points, at least 2.
-
-    Returns
-    -------
-    ndarray, shape (k,)
+    The points for `k` are every second one of the points for 2·k − 1.
     """
     return _frozen(0.5 * (1.0 - np.cos(np.pi * np.arange(k) / (k - 1))))
 
@@ -143,37 +105,14 @@ def chebyshev_transform(k: int) -> FloatArray:
 
 @lru_cache
 def chebyshev_derivative(k: int) -> FloatArray:
-    """Matrix from Chebyshev coefficients on [-1, 1] to those of the derivative.
-
-    Parameters
-    ----------
-    k : int
-        Number of coefficients, at least 2.
-
-    Returns
-    -------
-    ndarray, shape (k, k)
-        The last row is zero.
-    """
+    """Matrix from at least 2 Chebyshev coefficients on [-1, 1] to those of the derivative."""
     matrix = np.zeros((k, k))
     matrix[:-1] = chebyshev.chebder(np.eye(k))
     return _frozen(matrix)
 
 
 def interpolation(count: int, position: FloatArray) -> FloatArray:
-    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `position`.
-
-    Parameters
-    ----------
-    count : int
-        Number of Chebyshev points, at least 2.
-    position : ndarray, shape (m,)
-        Points in [0, 1].
-
-    Returns
-    -------
-    ndarray, shape (m, count)
-    """
+    """Matrix from values at `count` Chebyshev points on [0, 1] to values at `position`."""
     polynomials = chebyshev.chebvander(2.0 * position - 1.0, count - 1)
     return np.asarray(polynomials @ chebyshev_transform(count))
 

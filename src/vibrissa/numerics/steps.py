@@ -19,18 +19,7 @@ ONSET_ACCURACY = 1e-12
 
 
 def step_position(step: IntArray, dx0: Decimal) -> FloatArray:
-    """Footpoint displacement step·Δx0, rounded once.
-
-    Parameters
-    ----------
-    step : ndarray of int
-        Numbers of steps.
-
-    Returns
-    -------
-    ndarray
-        The double nearest to the exact product, as in 3·0.1 = 0.3.
-    """
+    """Footpoint displacement step·Δx0 (L), the double nearest to the exact product: 3·0.1 = 0.3."""
     numerator, denominator = Fraction(dx0).as_integer_ratio()
     step = np.asarray(step, dtype=np.int64)
     largest = int(np.abs(step).max(initial=0)) * numerator
