@@ -1,7 +1,6 @@
 """Vibrissa: a whisker-like tactile sensor that sticks to a surface and slips.
 
-The names below are loaded when first used, so that the study grid or the table schema need not wait
-for the solvers.
+The names below are loaded when first used.
 """
 
 from importlib import import_module

@@ -4,17 +4,7 @@ from decimal import Decimal
 
 
 def exact(value: Decimal | float | int | str) -> Decimal:
-    """Return the decimal number that a value was written as, in its shortest form.
-
-    Parameters
-    ----------
-    value : Decimal, float, int or str
-        A float stands for the shortest decimal that reads back as it.
-
-    Returns
-    -------
-    Decimal
-        Without trailing zeros, so that equal values have one spelling.
+    """Return the shortest decimal number that a value was written as, without trailing zeros.
 
     Raises
     ------

@@ -1,8 +1,4 @@
-"""Exceptions: one base class and its kinds.
-
-Code acts on the type and the attributes of an error, never on the words of its message. Any other
-exception is a fault of the program and is shown as a traceback.
-"""
+"""Exceptions: one base class and its kinds; any other exception is a fault of the program."""
 
 from pathlib import Path
 
@@ -29,7 +25,7 @@ class StudyError(VibrissaError):
     Attributes
     ----------
     mistakes : tuple of str
-        A line for each mistake: the key, the value and what is allowed.
+        For each the key, the value and what is allowed.
     """
 
     def __init__(self, first: str, *others: str) -> None:
@@ -42,13 +38,7 @@ class TableError(VibrissaError):
 
 
 class DamagedTableError(TableError):
-    """A table whose file must be deleted, so that the next run makes it again.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    """
+    """A table whose file must be deleted, so that the next run makes it again."""
 
     def __init__(
         self,

@@ -7,22 +7,14 @@ from vibrissa.errors import MissingExtraError
 
 
 def require(extra: str, *libraries: str) -> None:
-    """Say what to install where libraries are missing.
-
-    Parameters
-    ----------
-    extra : str
-        Extra of pyproject.toml that has them.
-    *libraries : str
-        Names as they are imported.
+    """Say what to install where libraries, by their names of import, are missing.
 
     Raises
     ------
     MissingExtraError
         If one of them is not installed.
     SystemExit
-        If that is found while Python looks for the program that ``python -m`` names: nobody could
-        catch the error there.
+        If that is found while Python looks for the program that ``python -m`` names.
     """
     missing = [library for library in libraries if find_spec(library) is None]
     if missing:

@@ -12,18 +12,9 @@ TEMPORARY = ".*-*.tmp*"
 
 @contextmanager
 def write_atomically(path: Path) -> Iterator[Path]:
-    """Write under a temporary name beside the target, sync, and move into place.
+    """Write a temporary file with the target's suffix beside it, sync, and move into place.
 
-    Parameters
-    ----------
-    path : Path
-        File to be written; its folder exists.
-
-    Yields
-    ------
-    Path
-        Temporary file with the target's suffix, to be written by the caller. If the caller raises,
-        it is removed and the target stays as it was.
+    If the caller raises, the temporary file is removed and the target stays as it was.
     """
     temporary = path.with_name(f".{path.stem}-{uuid4().hex}.tmp{path.suffix}")
     # It is there from the beginning, so that a folder that cannot be written is found first.

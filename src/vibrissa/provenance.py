@@ -41,15 +41,7 @@ def commit() -> str:
 def digest(*packages: str) -> str:
     """Digest of the sources of some subpackages, so that a job can depend on them.
 
-    Parameters
-    ----------
-    *packages : str
-        Their names, as in ``sticking``; without any, of the whole package.
-
-    Returns
-    -------
-    str
-        Changes with the modules of these packages and with those beside the packages.
+    Of their modules and those beside the packages; without names, of the whole package.
     """
     files = [path for path in _PACKAGE.rglob("*") if path.suffix in SOURCES]
     if packages:

@@ -1,7 +1,6 @@
 """A study as one file for a repository of research data: results and code, as an RO-Crate.
 
-The archive is itself a copy of the project, as far as it runs the study. So it can be unpacked
-anywhere and make its results again: workflow/verify.py does it.
+The archive can be unpacked anywhere and make its results again: workflow/verify.py does it.
 """
 
 import hashlib
@@ -61,20 +60,18 @@ def write_archive(
     output: Path,
     scripts: Iterable[str] = (),
 ) -> Mapping[str, Path]:
-    """Write the archive of a study, whole or not at all.
+    """Write the archive (ZIP) of a study, whole or not at all.
 
     Parameters
     ----------
     root : Path
         The project.
     results : Path
-        ``results/<study>``, with the results that the code and the study file of today make.
+        ``results/<study>``, up to date.
     made : iterable of str
-        Their names, as `vibrissa.study.model.Study.results`; anything else is left out.
+        Names of the results, as `vibrissa.study.model.Study.results`; anything else is left out.
     commit : str
         Commit of the code.
-    output : Path
-        ZIP file.
     scripts : iterable of str
         The user's files that draw figures, relative to the study file.
 
@@ -86,8 +83,8 @@ def write_archive(
     Raises
     ------
     ArchiveError
-        If the code was edited since its commit, so that the commit does not name it; or if a part
-        of the project is not there, as where it was installed from a wheel.
+        If the code was edited since its commit, or if a part of the project is not there, as where
+        it was installed from a wheel.
     """
     if commit.endswith("-dirty"):
         raise ArchiveError(
@@ -198,7 +195,7 @@ def checksum(path: Path) -> str:
 
 
 def checked_files(folder: Path) -> list[str]:
-    """Return the names of the files of an unpacked archive, and refuse one that was changed.
+    """Return the names of the files of an unpacked archive.
 
     Raises
     ------

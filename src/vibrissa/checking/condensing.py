@@ -15,13 +15,13 @@ _ROD = ["theta", "eta", *MOUNTING_AXES, schemas.CURVATURE_POWERS.name]
 
 
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
-    """Condense the tables of a folder of results.
+    """Condense the tables of a folder of results, as far as the study has them.
 
     Returns
     -------
     dict of DataFrame
         ``stiction``, all rows; ``curves``, a row for each rod; ``scans``, a row for each cycle;
-        ``states``. Those that the study does not have are left out.
+        ``states``.
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])

@@ -24,8 +24,6 @@ class Difference:
         One line for people.
     column : str
         The column that moved, or empty.
-    rows : int
-        How many rows are concerned.
     absolute, relative : float or None
         Largest changes of a column of numbers, if they are finite.
     """
@@ -46,18 +44,7 @@ class Difference:
 def compare(
     reference: pd.DataFrame, found: pd.DataFrame, layout: Layout, name: str
 ) -> Iterator[Difference]:
-    """Find what moved.
-
-    Parameters
-    ----------
-    reference, found : DataFrame of str
-        As `vibrissa.checking.texts.as_text` makes them.
-
-    Yields
-    ------
-    Difference
-        One for each column that moved, and for rows that are missing, extra or doubled.
-    """
+    """Find each column that moved, and rows that are missing, extra or doubled."""
     keys, columns = list(layout.keys), [*layout.keys, *layout.columns]
     if list(reference.columns) != columns:
         absent = ", ".join(column for column in columns if column not in reference) or "none"

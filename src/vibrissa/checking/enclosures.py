@@ -1,7 +1,7 @@
 """Results beside proofs: how far each number is from the true value.
 
-The enclosures of a study stand in ``enclosures.csv`` beside its reference tables, as decimals;
-`python -m validation proof` writes them.
+Enclosures stand in ``enclosures.csv`` beside the reference tables; `python -m validation proof`
+writes them.
 """
 
 import math
@@ -28,14 +28,12 @@ KEYS = {
 
 @dataclass(frozen=True, kw_only=True)
 class Enclosed:
-    """A number of the results, and the enclosure of the true one.
+    """A number of the results, and the enclosure of the true one, midpoint ± radius.
 
     Attributes
     ----------
     row : str
         Keys of the row with their values.
-    midpoint, radius : Decimal
-        The true value lies between midpoint - radius and midpoint + radius.
     tolerance : Tolerance or None
         How far the column may move; None where it is exact.
     """
@@ -67,7 +65,7 @@ class Enclosed:
 def enclosed(
     frames: Mapping[str, pd.DataFrame], reference: Path, layouts: Mapping[str, Layout]
 ) -> list[Enclosed]:
-    """Find the numbers of results that have an enclosure.
+    """Find the numbers of results that have an enclosure; none without a file of enclosures.
 
     Parameters
     ----------
@@ -75,13 +73,6 @@ def enclosed(
         Tables of the results, as `vibrissa.checking.condensing.condensed` returns them.
     reference : Path
         Folder with the reference tables.
-    layouts : mapping of Layout
-        What is compared.
-
-    Returns
-    -------
-    list of Enclosed
-        Of the compared columns; empty without a file of enclosures.
 
     Raises
     ------

@@ -29,10 +29,6 @@ class Comparison:
     ----------
     results, reference : Path
         The folders.
-    layouts : mapping of Layout
-        By table.
-    stored, found : mapping of DataFrame of str
-        Tables of the reference and of the results.
     enclosed : sequence of Enclosed
         Numbers of the results for which the reference has an enclosure.
     """
@@ -68,8 +64,7 @@ class Comparison:
     def diff(self) -> str:
         """Return what `bless` would change, as a patch for ``git apply``.
 
-        Paths count from the root of the repository that the reference lies in; outside of one, from
-        the folder of the reference.
+        Paths count from the root of the reference's repository, or else from its folder.
         """
         new = self.blessed()
         command = ["git", "-C", str(self.reference), "rev-parse", "--show-prefix"]
@@ -123,14 +118,7 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
     results : Path
         ``results/<study>``.
     reference : Path
-        Folder with CSV files, or another folder of results.
-    layouts : mapping of Layout
-        What is compared of each table.
-
-    Returns
-    -------
-    Comparison
-        Without any reference table every table is new.
+        Folder with CSV files, or another folder of results; without any table every one is new.
 
     Raises
     ------

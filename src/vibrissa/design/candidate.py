@@ -1,7 +1,4 @@
-"""One rod among which is chosen, and the uncertainty of μ0 that it reads, by its sources.
-
-The equations are in `vibrissa.design.sensitivity`; here a rod of a pair (θ, η) has a size.
-"""
+"""One rod among which is chosen, and the uncertainty of μ0 that it reads, by its sources."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,8 +25,6 @@ class TolerancePart:
     ----------
     size : float
         Standard deviation, in units of the rod, rad, or relative.
-    stated : bool
-        Whether it was stated; otherwise it is the default.
     halved : float
         Relative fall of the uncertainty of μ0 if this tolerance is halved.
     """
@@ -42,7 +37,7 @@ class TolerancePart:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Candidate:
-    """One rod, and the standard deviation of μ0 from one of its periods, as `identify` gives it.
+    """One rod, and the standard deviation of μ0 from one of its periods.
 
     Deviations are at the k friction coefficients of the requirements, shape (k,).
 
@@ -109,10 +104,7 @@ class Candidate:
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
-        """Part common to all periods: tolerances after the fit of `identify`, and surface slope.
-
-        No reading distinguishes a local slope of the surface from friction.
-        """
+        """Part common to all periods: tolerances after the fit of `identify`, and surface slope."""
         effect, covariance = self._fit()
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
@@ -181,11 +173,8 @@ class Candidate:
     def parts(self) -> list[TolerancePart]:
         """List the effect of halving each tolerance, at the largest uncertainty, most first.
 
-        Notes
-        -----
-        The quantities of one tolerance have half of it if they are measured once more with a third
-        of its variance S. By then the variance D·C·Dᵀ falls by D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, with the
-        columns k of these quantities in C. So correlations are kept.
+        Its quantities are measured once more with a third of their variance S: then D·C·Dᵀ falls by
+        D·Cₖ·(S/3 + Cₖₖ)⁻¹·Cₖᵀ·Dᵀ, with their columns k in C.
         """
         if not np.isfinite(self.largest):
             return []

@@ -42,10 +42,7 @@ def choices_of(text: str, read: Callable[[str], float], sold: Choice) -> Choice:
 
 
 def heights_of(text: str, length: Choice) -> Choice:
-    """Read heights in units of the length, or with a unit where the rod has a single length.
-
-    Heights of a range are the closer to each other the less the gap 1 − η is.
-    """
+    """Read heights in units of the length, or with a unit where the rod has a single length."""
 
     def read(part: str) -> float:
         if NUMBER_AND_UNIT.fullmatch(part) is None:

@@ -1,7 +1,6 @@
 """What limits a rod: each constraint as a value and a bound, for many rods at once.
 
-Strains grow with the size of the rod as d0/L, forces as E·d0⁴/L², moments as E·d0⁴/L. Up to the
-lock a rod is stable, in its plane and laterally, so that nothing limits that.
+Strains grow with the size of the rod as d0/L, forces as E·d0⁴/L², moments as E·d0⁴/L.
 """
 
 from collections.abc import Iterator
@@ -30,10 +29,6 @@ class Limit:
 
     Attributes
     ----------
-    value : ndarray
-        What is limited.
-    kind : Kind
-        What is measured.
     upper : bool
         Whether the bound is the largest value allowed, not the least.
     """
@@ -53,12 +48,9 @@ class Limit:
 
 
 def limits_of(r: Requirements, pairs: Pairs, diameter: Choice, length: Choice) -> list[Limit]:
-    """Constraints on rods of n pairs (θ, η) with d diameters and l lengths (m).
+    """List the constraints on rods of n pairs (θ, η) with d diameters and l lengths (m).
 
-    Returns
-    -------
-    list of Limit
-        With values that broadcast to (n, d, l); without those that allow everything.
+    Values broadcast to (n, d, l); constraints that allow everything are left out.
     """
     d, along = np.array(diameter)[:, None], np.array(length)
     force = r.rigidity * d**4 / along**2

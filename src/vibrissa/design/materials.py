@@ -1,8 +1,7 @@
 """Materials of which a rod can be made: stiffness, and the strain up to which it stays elastic.
 
-The rod of the model is linear elastic. So the yield strain is where linearity ends: the yield
-stress over Young's modulus for metals, the beginning of the plateau for superelastic metals, the
-proportional limit for polymers, and fracture for brittle materials.
+That is the yield strain of metals, the beginning of the plateau of superelastic metals, the
+proportional limit of polymers, and fracture of brittle materials.
 """
 
 import tomllib
@@ -35,7 +34,7 @@ class Material:
     yield_strain : float
         Strain up to which it is linear and elastic.
     density : float or None
-        In kg/m³, if it is known.
+        In kg/m³.
     """
 
     name: str

@@ -1,7 +1,6 @@
 """Pairs (θ, η), each solved once for all sizes of rods.
 
-With lengths in L, forces in E·I0/L², moments in E·I0/L and strains in d0/L, a period of sticking
-depends on θ and η alone.
+Lengths are in L, forces in E·I0/L², moments in E·I0/L and strains in d0/L.
 """
 
 from collections.abc import Sequence
@@ -26,33 +25,27 @@ STATES, STRAIN_STATES = 129, 9
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Pairs(Batch):
-    """Pairs (θ, η) and their longest period of sticking, nondimensional.
+    """n pairs (θ, η) and their longest period of sticking, nondimensional.
 
     The longest period ends where the tip slips at the largest of the k friction coefficients, or
     where it locks.
 
     Attributes
     ----------
-    theta, eta : ndarray, shape (n,)
-    mu_lock : ndarray, shape (n,)
-        Critical friction coefficient.
     x0_touch : ndarray, shape (n,)
-        Where more than the tip of the rod touches the surface; infinite if nowhere (L).
+        Where more than the tip of the rod touches the surface (L); infinite if nowhere.
     longest : ndarray, shape (n,)
         Length of the longest period (L).
     x0_slip : ndarray, shape (n, k)
         Onset of slip for each friction coefficient (L); NaN where the tip locks.
     largest_reaction : ndarray, shape (n, 3)
-        Largest magnitudes of fx, fy and m in the longest period.
+        Largest magnitudes of fx, fy and m.
     least_normal_force : ndarray, shape (n,)
-        In the longest period (E·I0/L²).
+        In E·I0/L².
     least_slope : ndarray, shape (n, 2)
-        Derivatives of fx and fy with respect to x0 where the sum of their squares is least in the
-        longest period.
+        Derivatives of fx and fy with respect to x0 where the sum of their squares is least.
     strain : ndarray, shape (n,)
-        Largest strain in the longest period (d0/L).
-    sensitivity : Sensitivity
-        How readings and friction change with the set-up.
+        Largest strain (d0/L).
     """
 
     theta: FloatArray
@@ -81,7 +74,7 @@ def survey(
     Returns
     -------
     Pairs or None
-        Those that were solved, if there are any.
+        Those that were solved.
     list of str
         Why the others were not.
     """

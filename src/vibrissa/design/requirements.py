@@ -1,7 +1,6 @@
 """What a rod is to measure, with what, and the constraints it must meet.
 
-Each requirement is a field; the command line makes an option of it. What the requirements share
-with other commands, material, transducer and tolerances, is a `Setup`.
+Each requirement is a field; the command line makes an option of it.
 """
 
 from functools import cached_property
@@ -106,12 +105,10 @@ class Requirements(BaseModel):
 
     @classmethod
     def read(cls, path: Path | str | None = None, **asked: Any) -> Self:
-        """Read requirements from text, and from a set-up file.
+        """Read requirements from text, and from a set-up file, whose keys arguments override.
 
         Parameters
         ----------
-        path : Path or str, optional
-            Set-up file; arguments override its keys.
         **asked
             Fields of requirements and of a `Setup`, None for the default. Quantities are text with
             a unit, or numbers in SI units. ``theta``, ``eta``, ``diameter`` and ``length`` are a

@@ -49,9 +49,7 @@ class Design(Tabular):
     ----------
     status : DesignStatus
     message : str
-        The status in words.
     best : Candidate
-        The rod, and its uncertainty of μ0.
     rods : list of Candidate
         All that meet the constraints, the best first.
     pairs : Pairs

@@ -33,10 +33,6 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     progress : callable
         Told what is being done, how many pairs (θ, η) are solved and how many there are.
 
-    Returns
-    -------
-    Design
-
     Raises
     ------
     NoResponseError

@@ -6,8 +6,7 @@ readings. With J and j the changes of the readings per unit of p and of u, in st
     A = Σ JᵀJ − Σ (Jᵀj)(jᵀJ)/(jᵀj) + 1/σ²,    C = A⁻¹,
 
 remains of p. The friction of a period changes by D = ∂μ/∂p − ∂μ/∂u·(jᵀJ)/(jᵀj), so that D·C·Dᵀ is
-common to all periods, and (∂μ/∂u)²/(jᵀj) is random. J and j of a pair (θ, η) are computed once, in
-units of the rod; its size only scales them.
+common to all periods, and (∂μ/∂u)²/(jᵀj) is random.
 """
 
 from collections.abc import Mapping, Sequence
@@ -54,11 +53,11 @@ class Sensitivity(Batch):
     of_setup : ndarray, shape (n, k, 3, q, q)
         JᵀJ, summed over all periods.
     of_both : ndarray, shape (n, k, 3, p, q)
-        jᵀJ of each period.
+        jᵀJ.
     of_contact : ndarray, shape (n, k, 3)
-        jᵀj of a period.
+        jᵀj.
     friction : ndarray, shape (n, k, p, q)
-        ∂μ/∂p in each period.
+        ∂μ/∂p.
     slope : ndarray, shape (n, k)
         ∂μ/∂u: growth of the demand −tan α with x0 at the onset (1/L); NaN where the tip locks.
     """

@@ -13,22 +13,17 @@ _NAME = re.compile(r"^(?:async )?(?:const|let|class|function\*?) (\w+)", re.MULT
 
 
 def bundle(*entries: str) -> str:
-    """Put modules and all that they import into one script.
+    """Put modules and all that they import into one script, without imports, exports and comments.
 
     Parameters
     ----------
     *entries : str
         Modules in this folder, such as ``solver/path.js``.
 
-    Returns
-    -------
-    str
-        Without imports, exports and comments, each module after those that it imports.
-
     Raises
     ------
     ValueError
-        If two modules have a name in common: in one script it would mean one thing.
+        If two modules have a name in common.
     """
     imports: dict[Path, list[Path]] = {}
     waiting = [FOLDER / entry for entry in entries]

@@ -30,13 +30,7 @@ RANGES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """Readings that are drawn beside those of the page.
-
-    Attributes
-    ----------
-    clamp, fx, fy, m : sequence of float
-        Position of the clamp (L), its reactions (E·I0/L²) and moment (E·I0/L).
-    """
+    """Readings drawn beside those of the page: clamp (L), fx and fy (E·I0/L²), m (E·I0/L)."""
 
     name: str
     clamp: Sequence[float]
@@ -113,7 +107,7 @@ def page(home: str = "") -> str:
     Parameters
     ----------
     home : str, optional
-        Address of the site that the page is part of; the page links there and to its model page.
+        Address of the site that the page is part of, to which it links.
     """
     return _template("page.html").render(
         home=home, explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program()

@@ -32,15 +32,12 @@ def draw(
     script: Path | None = None,
     look: Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw a figure.
+    """Draw a figure; it gives the reason where none of the rows has a result.
 
     Parameters
     ----------
     kind : str
         One of `KINDS`, or ``script``.
-    table : pyarrow.Table or Dataset
-        Table that the kind is drawn from (`vibrissa.tables.query`); of one in a file no more is
-        read than is shown.
     selection : mapping
         Which rows, by the keys of a figure in the study file: ``grid``, ``scan``, ``state`` or
         ``comparison``, a name or a list of them, and the axes, each a list of values.
@@ -48,11 +45,6 @@ def draw(
         User's file of the kind ``script``.
     look : mapping, optional
         ``size`` and ``axes`` as in the study file.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Gives the reason where none of the rows has a result.
 
     Raises
     ------

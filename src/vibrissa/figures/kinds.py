@@ -19,9 +19,9 @@ class Kind:
     Attributes
     ----------
     columns : tuple of str
-        Columns of the table that are shown; no other is read.
+        Columns of the table that are read.
     plot : callable
-        Takes the rows that are to be shown, at least one, and returns the figure.
+        Takes the rows to be shown, at least one.
     """
 
     columns: tuple[str, ...]

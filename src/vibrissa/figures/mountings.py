@@ -90,10 +90,7 @@ def versus(rows: pd.DataFrame) -> Figure:
 
 
 def _maps(tables: Mapping[str, pd.DataFrame], label: str) -> Figure:
-    """Draw maps of tables by their names, over η and a quantity.
-
-    Red is above zero, blue below, grey where nothing is known; a line shows where the sign changes.
-    """
+    """Draw maps of tables over η and a quantity: red above zero, blue below, grey if unknown."""
     figure = style.page(2.6, style.PAGE)
     (panels,) = figure.subplots(1, len(tables), sharey=True, squeeze=False)
     for panel, (name, table) in zip(panels, tables.items(), strict=True):

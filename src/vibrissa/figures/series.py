@@ -23,20 +23,10 @@ ALL_TICKS, SOME_TICKS = 20, 11
 
 
 class Series:
-    """Looks of the series of a figure: one for each value of a column.
+    """Looks of the series of a figure: one for each value of a column, increasing.
 
     Few series have the colours and markers of the paper's figures, and a legend. More have colours
     that go from dark to light with the rank of the value, and a colourbar.
-
-    Parameters
-    ----------
-    column : str
-        Has one value in all rows of a series; a key of `SYMBOLS`.
-
-    Attributes
-    ----------
-    values : list of float
-        Each once, increasing.
     """
 
     def __init__(self, rows: pd.DataFrame, column: str) -> None:
@@ -62,10 +52,7 @@ class Series:
     def lines(
         self, panel: Axes, rows: pd.DataFrame, x: str, y: str, size: float = 0.0, **look: Any
     ) -> None:
-        """Draw one column over another: a line for each series, or marks of a size (points).
-
-        Of a single point a line is a mark, too. The marks of many series are half as large.
-        """
+        """Draw one column over another: a line for each series, or marks of a size (points)."""
         for value, points in rows.sort_values(x).groupby(self.column):
             known: Look = {"color": self.color(value), "label": self.label(value)}
             known["marker"] = style.alone(points)

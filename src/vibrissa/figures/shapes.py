@@ -34,8 +34,6 @@ def panels(parts: Sequence[pd.DataFrame]) -> tuple[Figure, list[Axes], bool]:
 
     Returns
     -------
-    figure : Figure
-        As wide as a column or a page, and as high as the shapes need.
     is_narrow : bool
         Whether there is room for a legend beside the panel.
     """

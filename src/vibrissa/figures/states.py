@@ -17,10 +17,9 @@ from vibrissa.figures.style import COLORS, HOLLOW
     ),
 )
 def state(rows: pd.DataFrame) -> Figure:
-    """Shapes of single equilibria (paper Figure 8).
+    """Shapes of single equilibria (paper Figure 8), each with its name.
 
-    Each has its name. Many have graded colours, which show the taper factor or, where all have the
-    same, the place of the contact point.
+    Many have graded colours, by the taper factor or else by the place of the contact point.
     """
     solved = rows[rows["status"] == "solved"]
     figure, (panel,), is_narrow = shapes.panels([solved])

@@ -140,13 +140,7 @@ def alone(points: Sequence[Any] | pd.DataFrame) -> str:
 
 
 def save(figure: Figure, paths: Sequence[str | Path]) -> None:
-    """Write a figure in the formats of the paths' endings, each file whole or not at all.
-
-    Parameters
-    ----------
-    paths : sequence of path
-        Ending in ``.pdf``, ``.svg`` or ``.png``.
-    """
+    """Write a figure as ``.pdf``, ``.svg`` or ``.png``, each file whole or not at all."""
     FigureCanvasAgg(figure)
     with applied():
         # Laid out once: the formats measure type differently.

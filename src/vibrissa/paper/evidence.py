@@ -60,7 +60,7 @@ class Evidence:
     def trailing(self) -> pd.DataFrame:
         """Grid points of Figure 7 whose rod buckles laterally, trails, and slips when it is pulled.
 
-        Column ``dragged`` is the length of each of their later periods (L).
+        ``dragged`` is the length of each of their later periods (L).
         """
         rows = self.locking()
         rows = rows[rows["x0_trail"].notna()]
@@ -100,8 +100,7 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
     tables : mapping of pyarrow.Table or Dataset
         ``stiction``, ``scans`` and ``states``.
     names : mapping
-        Which grids, scan and state are Figures 6, 7, 3 to 5, and 8: ``taper``, ``friction``,
-        ``scan`` and ``state``.
+        Which grids, scan and state are Figures 6, 7, 3 to 5, and 8.
 
     Raises
     ------
@@ -149,7 +148,7 @@ def bending_of_steps(rows: pd.DataFrame) -> Bending:
 
 
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
-    """Bending of grid points whose rod has buckled laterally, in the last sticking state.
+    """Bending of rods that have buckled laterally, in the last sticking state.
 
     It is that of the mirror image, in which the clamp pulls the tip from the other side.
     """

@@ -93,15 +93,7 @@ def neighbours(series: Sequence[Bending]) -> tuple[Bending, Bending]:
 
 
 def by_bending(what: str, before: Bending, after: Bending) -> tuple[Verdict, str]:
-    """Judge whether each rod is bent more after than before, by every measure of bending.
-
-    Parameters
-    ----------
-    what : str
-        What holds if they are bent more.
-    before, after : Bending
-        Of the same number of rods.
-    """
+    """Judge whether each rod is bent more after than before, by every measure of bending."""
     more = [name for name, one in MEASURES.items() if (one(after) > one(before)).all()]
     others = [name for name in MEASURES if name not in more]
     if not others:

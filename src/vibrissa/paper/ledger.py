@@ -58,12 +58,10 @@ Judged: TypeAlias = tuple[Verdict, Quantities] | tuple[Verdict, Quantities, str]
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """Verdict on one statement.
+    """Verdict on one statement, with its reason.
 
     Attributes
     ----------
-    reason : str
-        The condition or the reason.
     quantities : dict
         Value and unit of each computed quantity by its name.
     """
@@ -79,10 +77,6 @@ class Claim:
 
     Attributes
     ----------
-    name : str
-        Short name.
-    section : str
-        Section of the paper.
     figures : sequence of int
         Figures of the paper that show it.
     statement : str
@@ -91,8 +85,6 @@ class Claim:
         What is computed to decide it.
     reasons : mapping of str
         Reason for each verdict.
-    compute : callable
-        Judges by the evidence.
     """
 
     name: str

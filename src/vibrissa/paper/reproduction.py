@@ -34,13 +34,7 @@ class Reproduced:
 
 
 def reproduced(evidence: Evidence) -> list[Reproduced]:
-    """Compare the figures of the paper, and the force of its example rod, with the study.
-
-    Returns
-    -------
-    list of Reproduced
-        Figures 1 and 2 of the paper are sketches.
-    """
+    """Compare Figures 3 to 8 of the paper, and the force of its example rod, with the study."""
     first = next(
         rows
         for rows in evidence.first_periods()

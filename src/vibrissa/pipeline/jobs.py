@@ -10,9 +10,9 @@ from vibrissa.errors import DamagedTableError, VibrissaError
 
 @contextmanager
 def logged(log: str | Path) -> Iterator[None]:
-    """Send what a job prints to its log, and end it with status 1 and the reason if it fails.
+    """Send what a job prints to its log; if it fails, end it with status 1 and the reason.
 
-    A damaged table is named and removed, so that the same command makes it anew.
+    A damaged table is named and removed.
     """
     # Until the process ends, so that Python shows a mistake in the program there, too.
     sys.stdout = sys.stderr = output = open(log, "w", buffering=1, encoding="utf-8")

@@ -23,8 +23,7 @@ def need_current(study: Study, configfile: Path, *, everything: bool = False) ->
     Parameters
     ----------
     everything : bool, optional
-        Whether this goes for all results, and not for the tables alone that are compared and are
-        there.
+        Whether this goes for all results, and not only for the tables that are compared and there.
 
     Raises
     ------

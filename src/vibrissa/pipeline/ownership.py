@@ -11,14 +11,6 @@ RECORD = "study_file.txt"
 def check(results: str, study_file: Path) -> None:
     """Refuse to write the results of a study over those of another one.
 
-    A copy of a study file whose key ``study`` was not changed would do that. A file that was moved,
-    renamed or removed owns nothing any more.
-
-    Parameters
-    ----------
-    results : str
-        Folder of the results, named by the study.
-
     Raises
     ------
     StudyError

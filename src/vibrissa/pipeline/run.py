@@ -1,7 +1,7 @@
 """Run a study with Snakemake for a person (or a CI log) to watch; `workflow/run.py` is the command.
 
-Snakemake with the profile does the work. Around it stand a check of the study file before anything
-is loaded, the removal of the lock of a killed run, and the last lines: what came out and where.
+Around Snakemake stand a check of the study file, the removal of the lock of a killed run, and the
+last lines: what came out and where.
 """
 
 import argparse
@@ -105,8 +105,7 @@ def need_slurm(profile: Path) -> None:
 def take_folder() -> tuple[IO[str], bool]:
     """Take the working directory for this run, and find out whether the last one was killed.
 
-    The kernel drops a `flock` when its holder dies, so text in a file that nobody holds means that
-    the last run did not come to its end.
+    The kernel drops a `flock` when its holder dies: a killed run leaves text that nobody holds.
     """
     path = Path(".snakemake/run.lock")
     path.parent.mkdir(exist_ok=True)

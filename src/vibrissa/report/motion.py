@@ -34,8 +34,6 @@ class Motion:
     ----------
     what : str
         What a preset is, such as ``a scan of the study``.
-    presets : tuple of Preset
-        At least one.
     note : str
         How much is not offered, and why.
     """
@@ -48,19 +46,13 @@ class Motion:
 def motion(found: Mapping[str, Readable], figures: Selections) -> Motion:
     """Choose what the explorer of a study's page offers.
 
+    The first `MOST_SCANS` scans that are mounted as in the paper and within the range of the page's
+    fields, with their rows thinned out; without any, the explorer's own presets.
+
     Parameters
     ----------
-    found : mapping of pyarrow.Table or Dataset
-        The study's tables by name.
     figures : mapping
         Rows that the study's figures show: a scan has the name of the one that shows the least.
-
-    Returns
-    -------
-    Motion
-        The first `MOST_SCANS` scans that are mounted as in the paper and within the range of the
-        page's fields, with their rows, thinned out where there are many; without any, the
-        explorer's own presets.
     """
     scans = _solved(found["scans"]) if "scans" in found else []
     others = _others(found["scans"]) if scans else {}

@@ -1,7 +1,4 @@
-"""What a study found, as one web page that needs nothing else: made of tables and texts alone.
-
-The page is `page.html`, a template, with `page.css`, `page.js` and the explorer put into it.
-"""
+"""What a study found, as one web page that needs nothing else: made of tables and texts alone."""
 
 import base64
 import re
@@ -34,8 +31,6 @@ class Picture:
 
     Attributes
     ----------
-    key : str
-        Its key in the study file.
     selection : mapping
         Rows that it shows, as in `vibrissa.figures.draw.draw`.
     """
@@ -68,13 +63,11 @@ class About:
 
     Attributes
     ----------
-    study, title : str
-        Name of the study, and heading of the page.
     claims : mapping of str
         Data by which the paper's statements are judged, as in the study file; empty of studies that
         are not the paper's.
     study_file : tuple of str
-        Name and text of the study file.
+        Its name and text.
     environment : mapping of str
         Versions of the software by name.
     """
@@ -87,18 +80,13 @@ class About:
 
 
 def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture]) -> str:
-    """Write the page.
+    """Write the page, HTML that refers to nothing outside itself.
 
     Parameters
     ----------
     found : mapping of pyarrow.Table or Dataset
-        The study's tables by name: ``stiction`` and, where there are any, ``scans``, ``states``,
-        ``comparisons`` and ``claims``. Of one in a file as much is held as the page shows.
-
-    Returns
-    -------
-    str
-        HTML that refers to nothing outside itself.
+        The study's tables: ``stiction`` and, where there are any, ``scans``, ``states``,
+        ``comparisons`` and ``claims``.
     """
     claims = facts.claim_rows(found["claims"]) if "claims" in found else []
     parts = reproduced(gather(found, about.claims)) if about.claims else []

@@ -1,7 +1,4 @@
-"""The axes of a study: what each is, which values it may have, and how they are written.
-
-A value is a number, or for a natural curvature the coefficients of a polynomial in s.
-"""
+"""The axes of a study: what each is, which values it may have, and how they are written."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -32,8 +29,6 @@ class Axis:
         Key in the study file and column in the tables.
     meaning : str
         What it is, with its unit.
-    low, high : float
-        Bounds of its values.
     is_open : bool
         Whether the bounds themselves are excluded.
     default : float or None
@@ -138,10 +133,7 @@ def at(axis: Axis) -> BeforeValidator:
 
 
 def equal_steps(start: float, stop: float, step: float) -> tuple[float, ...]:
-    """Return the values from start to stop, both included, in equal steps.
-
-    Decimal arithmetic makes each value the one that a person would write: 0.3, and not
-    0.30000000000000004.
+    """Return the values from start to stop, both included, in equal steps of exact decimals.
 
     Raises
     ------

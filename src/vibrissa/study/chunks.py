@@ -1,7 +1,6 @@
 """Chunks: the parts of a grid that one job solves, and that one file holds.
 
-A chunk is a product of consecutive values of the axes of one grid. Each axis is cut by itself, from
-its first value on, so that values appended to any axis leave the other chunks as they are.
+Each axis is cut from its first value on: values appended to it leave the other chunks as they are.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,15 +26,7 @@ ROD, ROD_BY_STEP, POINT, START = 0.3, 120.0, 15e-6, 300.0
 
 @dataclass(frozen=True, kw_only=True)
 class Chunk:
-    """Part of a grid.
-
-    Attributes
-    ----------
-    grid : str
-        Name of the grid.
-    axes : mapping of tuple
-        Values of all axes.
-    """
+    """Part of a grid: a product of consecutive values of its axes."""
 
     grid: str
     axes: Mapping[str, Values]
@@ -60,16 +51,8 @@ def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -
 
     Parameters
     ----------
-    grid : str
-        Its name.
-    axes : mapping of tuple
-        Values of all axes.
     sizes : mapping of int
         Number of values of an axis in a chunk; of an axis that is not named all.
-
-    Yields
-    ------
-    Chunk
     """
     pieces = [
         [values[i : i + size] for i in range(0, len(values), size)]
@@ -96,19 +79,12 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 
 
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
-    """Return the values of the axes in some rows of a chunk.
+    """Return the values of the axes in n rows of a chunk; of a polynomial curvature the constant.
 
     Parameters
     ----------
-    axes : mapping of tuple
-        Values of all axes.
     rows : ndarray of int, shape (n,)
         Numbers of the rows, from 0, in the order `ROW_ORDER`.
-
-    Returns
-    -------
-    dict of ndarray, shape (n,)
-        By axis; of a curvature that is a polynomial the constant.
     """
     places = np.unravel_index(rows, [len(axes[axis]) for axis in ROW_ORDER])
     return {

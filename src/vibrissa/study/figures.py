@@ -39,8 +39,6 @@ class FigureKind:
 
     Attributes
     ----------
-    shows : str
-        What it shows.
     source : str
         What it is drawn from: a key of `TABLES`; empty if any may be given.
     single : tuple of str

@@ -22,24 +22,17 @@ Location = tuple[str | int, ...]
 
 
 def read_study(path: Path, changes: Mapping[str, Any] | None = None) -> Study:
-    """Read a study file.
+    """Read a study file (YAML 1.2).
 
     Parameters
     ----------
-    path : Path
-        YAML 1.2.
     changes : mapping, optional
         Keys at the top of the file that have another value, as ``--config`` gives them.
-
-    Returns
-    -------
-    Study
 
     Raises
     ------
     StudyError
-        If something is wrong, with a line for each mistake: file, line, key, value and what is
-        allowed.
+        With a line for each mistake: file, line, key, value and what is allowed.
     """
     changes = dict(changes or {})
     text = _text(path)
@@ -64,7 +57,7 @@ def parse_study(config: Mapping[str, Any]) -> Study:
     Raises
     ------
     StudyError
-        If something is wrong, with a line for each mistake: key, value and what is allowed.
+        With a line for each mistake: key, value and what is allowed.
     """
     # It is needed here alone, and takes time to load.
     import yaml

@@ -20,17 +20,7 @@ def study_schema() -> Schema:
 
 
 def allowed_at(location: tuple[str | int, ...]) -> str:
-    """Return the keys that are allowed in a section of the file.
-
-    Parameters
-    ----------
-    location : tuple
-        Keys that lead to the section; empty for the file.
-
-    Returns
-    -------
-    str
-    """
+    """Return the keys that are allowed in the section at a location; empty for the file."""
     root = schema = study_schema()
     for step in location:
         named = [*schema.get("patternProperties", {}).values(), schema.get("additionalProperties")]

@@ -66,7 +66,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
     Parameters
     ----------
     path : str or Path
-        Parquet file in ``results/<study>/tables``, or a copy of it.
+        Parquet file.
 
     Returns
     -------
@@ -99,10 +99,7 @@ def read_table(path: str | Path) -> pd.DataFrame:
 
 
 def swung_aside(steps: pd.DataFrame) -> pd.Series:
-    """Whether a round rod has buckled laterally, in each step of scans: its end then points back.
-
-    A rod that stays in its plane, whose margin out of it is not known, does not.
-    """
+    """Whether a round rod has buckled laterally, in each step of scans: its end points back."""
     return (steps["phi1"] > 0.5 * math.pi) & steps["stability_aside"].notna()
 
 

@@ -33,10 +33,7 @@ def solved_points(
 ) -> Iterator[pa.Table]:
     """Solve the rods of a chunk and read its points off them, some rods at a time.
 
-    Yields
-    ------
-    pyarrow.Table
-        With the schema `STICTION`, in the order `ROW_ORDER`; memory does not grow with the chunk.
+    Tables have the schema `STICTION`, in the order `ROW_ORDER`.
     """
     rods = rods_of(axes, method.by_step)
     each = number_of_points(axes) // len(rods)
@@ -54,15 +51,7 @@ def points_table(
     curves: Sequence[StickingCurve],
     study: str,
 ) -> pa.Table:
-    """Table of the points of some rods of a chunk, read off their solutions.
-
-    Parameters
-    ----------
-    rows : ndarray of int
-        Numbers of the points in the chunk.
-    curves : sequence of StickingCurve
-        Solutions of the rods that these points belong to, in their order.
-    """
+    """Table of the points (numbers in the chunk) of some rods, read off their solutions."""
     keys = columns_at(axes, rows)
     index = np.repeat(np.arange(len(curves)), len(rows) // len(curves))
     mu0 = keys["mu0"].reshape(len(curves), -1)
@@ -109,17 +98,12 @@ def points_table(
 def chunk_rows(
     path: str | Path, grid: str, axes: Mapping[str, Values], study_part: str
 ) -> Iterator[pa.Table]:
-    """Read the file of a chunk, and refuse one that is not complete or not of this study file.
-
-    Yields
-    ------
-    pyarrow.Table
-        With the schema `STICTION`, in the order `ROW_ORDER`; no more than a row group is held.
+    """Read the file of a chunk, a row group at a time, in the order `ROW_ORDER`.
 
     Raises
     ------
     DamagedTableError
-        If the file must be made anew.
+        If it is not complete or not of this study file.
     """
     file = store.opened(path, STICTION)
     store.need_study(path, study_part)

@@ -28,13 +28,7 @@ FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "frag
 
 
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
-    """Open a table whose rows are read when they are asked for.
-
-    Returns
-    -------
-    pyarrow.dataset.Dataset
-        Its schema has the metadata of the file.
-    """
+    """Open a table whose rows are read when they are asked for."""
     # It imports pandas, which takes time.
     from pyarrow import dataset
 
@@ -48,15 +42,7 @@ def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -
 
 
 def opened_tables(paths: Mapping[str, Any], study_parts: Mapping[str, str]) -> dict[str, Readable]:
-    """Open the tables of a study, and refuse those that do not answer its file.
-
-    Parameters
-    ----------
-    paths : mapping
-        Files by the name of their table; other names are left out.
-    study_parts : mapping of str
-        Part of the study file that each table must answer.
-    """
+    """Open the tables of a study by their names, and refuse those that do not answer its file."""
     return {
         name: opened(path, TABLES[name], study_parts[name])
         for name, path in paths.items()
@@ -77,13 +63,7 @@ def in_grid(name: str) -> pc.Expression:
 def parts(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> Iterator[pa.Table]:
-    """Rows of a table, a part at a time: of a long one in a file no more than a few are held.
-
-    Parameters
-    ----------
-    columns : sequence of str
-        Columns that are wanted.
-    """
+    """Rows of a table, a part at a time: of a long one in a file no more than a few are held."""
     if isinstance(table, pa.Table):
         yield rows(table, columns, where)
         return

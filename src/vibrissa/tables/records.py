@@ -56,18 +56,7 @@ def state_values(state: StickingState, suffix: str = "") -> dict[str, Any]:
 def scan_table(
     name: str, point: Mapping[str, Value], scan: Scan, *, study: str, method: Solver
 ) -> pa.Table:
-    """Table of one scan, a row for each footpoint position.
-
-    Parameters
-    ----------
-    point : mapping
-        Its values of the axes.
-
-    Returns
-    -------
-    pyarrow.Table
-        With the schema `SCANS`; a failed scan has one row that says so.
-    """
+    """Table of one scan, a row for each footpoint position; a failed one has one row."""
     failed = scan.status not in (Status.SLIP, Status.LOCK)
     n = 1 if failed else len(scan.step)
     columns: dict[str, Any] = {

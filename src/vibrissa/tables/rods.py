@@ -22,7 +22,7 @@ def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
     Parameters
     ----------
     by_step : bool
-        Whether the solver walks along the steps of the clamp: each step then has its own solution.
+        Whether each step of the clamp has its own solution.
     """
     order = ("eta", "theta", *MOUNTING_AXES, "dx0")
     values: list[Sequence[Any]] = [

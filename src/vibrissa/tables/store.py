@@ -1,8 +1,4 @@
-"""Files of tables: every table that is written or read passes through here.
-
-The metadata of a file hold the kind of table and the version of its columns, the version and commit
-of the program, and the part of the study file that the table answers.
-"""
+"""Files of tables, with their provenance: every table that is written or read passes here."""
 
 import math
 from collections import Counter
@@ -42,8 +38,6 @@ def write_parts(
 
     Parameters
     ----------
-    parts : iterable of pyarrow.Table
-        No more is held in memory than a part and a row group.
     rows : int, optional
         How many rows there are, as far as known: long tables get larger row groups.
 
@@ -70,8 +64,7 @@ def write_parts(
 def row_group_size(rows: int) -> int:
     """Rows that are written, and found by a query, together.
 
-    A query for a few rows reads the end of the file, about 6 kB for each row group, and one row
-    group, about 100 B for each row. Their sum is least where they are equal.
+    A query reads about 6 kB for each row group, and one row group, about 100 B for each row.
     """
     return max(LEAST_ROW_GROUP, math.isqrt(60 * rows))
 
@@ -119,12 +112,7 @@ def metadata(path: str | Path) -> dict[str, str]:
 
 
 def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
-    """Open a file and refuse one that holds another kind of table.
-
-    Returns
-    -------
-    pyarrow.parquet.ParquetFile
-        What is damaged inside is found when it is read.
+    """Open a file.
 
     Raises
     ------
@@ -164,12 +152,12 @@ def read(path: str | Path, schema: pa.Schema) -> pa.Table:
 
 
 def need_study(path: str | Path, study_part: str) -> None:
-    """Refuse a table that does not answer a study file.
+    """Check that a table answers a study file.
 
     Raises
     ------
     DamagedTableError
-        If the table answers another one.
+        If it answers another one.
     """
     found = metadata(path).get(STUDY, "")
     if found != study_part:
