@@ -18,7 +18,7 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
 
     It is a minimum of the bending energy under its constraints if the second variation
     ∫ B·ψ'² ds + ∫ (fx·cos φ + fy·sin φ)·ψ² ds is positive for every ψ with ψ(0) = 0 that keeps the
-    contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and ψ(s_c) = 0 in line contact.
+    contact point: ∫ ψ·sin φ ds = ∫ ψ·cos φ ds = 0, and ψ(s_c) = 0 in line contact if κ0(s_c) = 0.
 
     A yielding clamp adds ψ(0)²/c. A rod that is curved away from the surface, κ0(s_c) < 0, touches
     with another point when it turns there: this adds fy·ψ(s_c)²/κ0(s_c) > 0.

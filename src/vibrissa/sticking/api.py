@@ -409,8 +409,12 @@ def solve_onset(
 
     Parameters
     ----------
-    theta, mu0, eta : float
-        Taper factor, coefficient of static friction and height of the contact point (L).
+    theta : float
+        As in `solve_curve`.
+    mu0 : float or Decimal
+        Coefficient of static friction, positive.
+    eta : float
+        As in `solve_curve` (L).
     dx0 : float or Decimal, optional
         Footpoint displacement step (L) for the paper's x0,max; ``shooting`` needs it.
     method, contact, mounting, section : optional

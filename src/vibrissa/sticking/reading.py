@@ -127,7 +127,7 @@ class CurveArray:
 
     @cached_property
     def _demand_up_to_the_lock(self) -> tuple[FloatArray, FloatArray]:
-        """Samples of −tan α on all pieces; the first one past the lock is moved onto the lock."""
+        """Samples of −tan α, and their places; the first one past a lock is moved onto it."""
         pieces = self.pieces
         count = self.stop - self.begin
         x0_lock, mu_lock = np.repeat(self.x0_lock, count), np.repeat(self.mu_lock, count)

@@ -184,7 +184,7 @@ def _is_near(states: RodStates, guess: RodStates) -> BoolArray:
 def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
-    """Solve states with the possible kind of contact, from that of the guess; NaN if not found."""
+    """Solve states with the possible kind of contact, that of the guess first; else NaN."""
     states, found, _ = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:
         # Where a retracted rod has peeled off up to its tip, no state lies along the surface.
