@@ -60,25 +60,14 @@ def write_archive(
     output: Path,
     scripts: Iterable[str] = (),
 ) -> Mapping[str, Path]:
-    """Write the archive (ZIP) of a study, whole or not at all.
+    """Write the archive (ZIP) of a study, whole or not at all; return its files' sources by place.
 
     Parameters
     ----------
-    root : Path
-        The project.
-    results : Path
-        ``results/<study>``, up to date.
     made : iterable of str
         Names of the results, as `vibrissa.study.model.Study.results`; anything else is left out.
-    commit : str
-        Commit of the code.
     scripts : iterable of str
         The user's files that draw figures, relative to the study file.
-
-    Returns
-    -------
-    mapping of Path
-        Sources of the files in it, by their place there.
 
     Raises
     ------

@@ -17,11 +17,7 @@ _ROD = ["theta", "eta", *MOUNTING_AXES, schemas.CURVATURE_POWERS.name]
 def condensed(folder: Path) -> dict[str, pd.DataFrame]:
     """Condense the tables of a folder of results, as far as the study has them.
 
-    Returns
-    -------
-    dict of DataFrame
-        ``stiction``, all rows; ``curves``, a row for each rod; ``scans``, a row for each cycle;
-        ``states``.
+    ``stiction`` has all rows, ``curves`` a row for each rod, ``scans`` a row for each cycle.
     """
     found = {
         name: query.opened(path, schemas.TABLES[name])

@@ -16,12 +16,10 @@ SHOWN = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """Something that is not as its reference.
+    """Something that is not as its reference, in a line for people.
 
     Attributes
     ----------
-    text : str
-        One line for people.
     column : str
         The column that moved, or empty.
     absolute, relative : float or None
@@ -103,7 +101,7 @@ def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[
 
 
 def spell_row(row: Mapping[str, str]) -> str:
-    """Spell the keys of a row; those that are empty or 0, as most mountings are, are left out."""
+    """Spell the keys of a row that are neither empty nor 0."""
     return ", ".join(f"{key} {value}" for key, value in row.items() if value not in ("", "0"))
 
 

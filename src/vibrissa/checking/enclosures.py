@@ -35,7 +35,7 @@ class Enclosed:
     row : str
         Keys of the row with their values.
     tolerance : Tolerance or None
-        How far the column may move; None where it is exact.
+        None where the column is exact.
     """
 
     table: str
@@ -65,19 +65,12 @@ class Enclosed:
 def enclosed(
     frames: Mapping[str, pd.DataFrame], reference: Path, layouts: Mapping[str, Layout]
 ) -> list[Enclosed]:
-    """Find the numbers of results that have an enclosure; none without a file of enclosures.
-
-    Parameters
-    ----------
-    frames : mapping of DataFrame
-        Tables of the results, as `vibrissa.checking.condensing.condensed` returns them.
-    reference : Path
-        Folder with the reference tables.
+    """Find the numbers of condensed results that have an enclosure in a folder of references.
 
     Raises
     ------
     ComparisonError
-        If the file is none of enclosures.
+        If the file of enclosures is none; without the file there are no numbers.
     """
     path = reference / FILE
     if not path.is_file():

@@ -18,30 +18,16 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Layout:
-    """What a reference table holds.
-
-    Attributes
-    ----------
-    keys : tuple of str
-        Columns that tell its rows apart.
-    columns : dict
-        Tolerance of each further column; None where it must be the same.
-    """
+    """A reference table: keys tell its rows apart; columns without tolerance must be the same."""
 
     keys: tuple[str, ...]
     columns: dict[str, Tolerance | None]
 
 
 def parse_layouts(text: str, where: str) -> dict[str, Layout]:
-    """Read the layouts of reference tables.
+    """Read the layouts of reference tables from YAML; `where` names the file in messages.
 
-    Parameters
-    ----------
-    text : str
-        YAML: for each table ``keys``, a list, and ``columns``, each ``exact`` or ``{absolute: a,
-        relative: r}``.
-    where : str
-        Name of the file, for messages.
+    Each table has ``keys``, a list, and ``columns``: ``exact`` or ``{absolute: a, relative: r}``.
     """
     try:
         content = yaml.safe_load(text)

@@ -23,15 +23,7 @@ MOST_ROWS = 30
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Results beside a reference.
-
-    Attributes
-    ----------
-    results, reference : Path
-        The folders.
-    enclosed : sequence of Enclosed
-        Numbers of the results for which the reference has an enclosure.
-    """
+    """Results beside a reference, and numbers of them for which it has an enclosure."""
 
     results: Path
     reference: Path
@@ -115,8 +107,6 @@ def compare_folders(results: Path, reference: Path, layouts: Mapping[str, Layout
 
     Parameters
     ----------
-    results : Path
-        ``results/<study>``.
     reference : Path
         Folder with CSV files, or another folder of results; without any table every one is new.
 

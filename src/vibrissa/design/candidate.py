@@ -1,4 +1,4 @@
-"""One rod among which is chosen, and the uncertainty of μ0 that it reads, by its sources."""
+"""A rod, and the uncertainty of μ0 that it reads, by its sources."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,7 +26,7 @@ class TolerancePart:
     size : float
         Standard deviation, in units of the rod, rad, or relative.
     halved : float
-        Relative fall of the uncertainty of μ0 if this tolerance is halved.
+        Relative fall of the uncertainty if this tolerance is halved.
     """
 
     name: str

@@ -25,13 +25,7 @@ JUMP, CLEARLY = 6.0, 1.5
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """A constraint on one rod or on many.
-
-    Attributes
-    ----------
-    upper : bool
-        Whether the bound is the largest value allowed, not the least.
-    """
+    """A constraint on one rod or on many, with an upper or a lower bound."""
 
     name: str
     meaning: str

@@ -1,4 +1,4 @@
-"""Materials of which a rod can be made: stiffness, and the strain up to which it stays elastic.
+"""Materials of rods: stiffness, and the strain up to which they stay elastic.
 
 That is the yield strain of metals, the beginning of the plateau of superelastic metals, the
 proportional limit of polymers, and fracture of brittle materials.
@@ -65,7 +65,7 @@ class Material:
         )
 
     def with_modulus(self, modulus: float) -> Self:
-        """Give the same material with a modulus that was measured; it yields at the same stress.
+        """Give the same material with a measured modulus; it yields at the same stress.
 
         Raises
         ------
@@ -112,7 +112,7 @@ def material(name: str) -> Material:
 def stated_material(setup: Setup) -> Material | None:
     """Give the material that a set-up names, or whose modulus and yield strain it states.
 
-    A modulus and a density that are stated take the place of those of a named material.
+    A stated modulus or density takes the place of that of a named material.
 
     Raises
     ------

@@ -64,20 +64,7 @@ class Pairs(Batch):
 def survey(
     theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
 ) -> tuple[Pairs | None, list[str]]:
-    """Solve pairs (θ, η) for what a design needs to know of them.
-
-    Parameters
-    ----------
-    frictions : ndarray, shape (k,)
-        Friction coefficients, increasing.
-
-    Returns
-    -------
-    Pairs or None
-        Those that were solved.
-    list of str
-        Why the others were not.
-    """
+    """Solve pairs (θ, η) at k increasing friction coefficients; return why some were not solved."""
     curves = solve_curves(theta, eta, contact)
     failures = [curve.message for curve in curves if curve.status is not Status.SOLVED]
     responses = [tabulated(curve) for curve in curves if curve.status is Status.SOLVED]
@@ -112,7 +99,7 @@ def _longest_period(response: Response, frictions: FloatArray) -> dict[str, Any]
 
 
 def _largest_strains(curves: Sequence[StickingCurve], longest: FloatArray) -> FloatArray:
-    """Largest strains in the longest periods; all deformed shapes are integrated together."""
+    """Largest strains in the longest periods."""
     periods = zip(curves, longest, strict=True)
     state = StickingState.concatenate(
         [curve.state(np.linspace(0.0, end, STRAIN_STATES)) for curve, end in periods]

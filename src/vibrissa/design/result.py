@@ -32,7 +32,7 @@ class DesignStatus(StrEnum):
     Attributes
     ----------
     FOUND
-        A rod that meets all constraints: the best of them.
+        The best rod that meets all constraints.
     NONE
         No rod meets all constraints: the one that violates them least.
     """

@@ -15,11 +15,6 @@ _NAME = re.compile(r"^(?:async )?(?:const|let|class|function\*?) (\w+)", re.MULT
 def bundle(*entries: str) -> str:
     """Put modules and all that they import into one script, without imports, exports and comments.
 
-    Parameters
-    ----------
-    *entries : str
-        Modules in this folder, such as ``solver/path.js``.
-
     Raises
     ------
     ValueError

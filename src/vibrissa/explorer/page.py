@@ -41,12 +41,10 @@ class Recording:
 
 @dataclass(frozen=True, kw_only=True)
 class Preset:
-    """Settings that a user can choose by name.
+    """Settings that a user can choose by name, with a note that the page then shows.
 
     Attributes
     ----------
-    note : str
-        What the page then says.
     settings : mapping
         Values of the page's fields by their keys (`view/settings.js`); the others stay.
     clamp : float
@@ -69,7 +67,7 @@ IDEAL: Mapping[str, float] = _KNOWN["ideal"]
 
 
 def _presets(kind: str) -> tuple[Preset, ...]:
-    """Presets of the file, with all settings of the paper that they leave out."""
+    """Presets of the file, completed by the paper's settings."""
     rows = [row | {"settings": _KNOWN["common"] | IDEAL | row["settings"]} for row in _KNOWN[kind]]
     return tuple(Preset(**row) for row in rows)
 
@@ -102,13 +100,7 @@ def program() -> Markup:
 
 
 def page(home: str = "") -> str:
-    """Write the explorer as a page of its own, HTML that needs nothing outside itself.
-
-    Parameters
-    ----------
-    home : str, optional
-        Address of the site that the page is part of, to which it links.
-    """
+    """Write the explorer as a page of its own, with links to the site at an address, if any."""
     return _template("page.html").render(
         home=home, explorer=fragment((*PAPER, *MOUNTED)), style=style(), program=program()
     )

@@ -37,12 +37,10 @@ def draw(
     Parameters
     ----------
     kind : str
-        One of `KINDS`, or ``script``.
+        One of `KINDS`, or ``script``, with the user's file `script`.
     selection : mapping
         Which rows, by the keys of a figure in the study file: ``grid``, ``scan``, ``state`` or
         ``comparison``, a name or a list of them, and the axes, each a list of values.
-    script : Path, optional
-        User's file of the kind ``script``.
     look : mapping, optional
         ``size`` and ``axes`` as in the study file.
 
@@ -116,7 +114,7 @@ def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
 
 
 def _failure(rows: pd.DataFrame) -> Figure:
-    """Show that there is nothing to show: the study goes on without it."""
+    """Show that there is nothing to show."""
     reason = rows["message"].iloc[0] if "message" in rows else "the tables and logs have the reason"
     status = rows["status"].iloc[0].replace("_", " ")
     return style.message(f"{status}: {reason}")

@@ -14,15 +14,7 @@ Plot = Callable[[pd.DataFrame], Figure]
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """A kind of figure.
-
-    Attributes
-    ----------
-    columns : tuple of str
-        Columns of the table that are read.
-    plot : callable
-        Takes the rows to be shown, at least one.
-    """
+    """A kind of figure: columns of the table that it reads, and the function that draws rows."""
 
     columns: tuple[str, ...]
     plot: Plot

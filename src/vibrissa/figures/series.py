@@ -25,8 +25,8 @@ ALL_TICKS, SOME_TICKS = 20, 11
 class Series:
     """Looks of the series of a figure: one for each value of a column, increasing.
 
-    Few series have the colours and markers of the paper's figures, and a legend. More have colours
-    that go from dark to light with the rank of the value, and a colourbar.
+    Few series have the paper's colours and markers, and a legend; more have graded colours and a
+    colourbar.
     """
 
     def __init__(self, rows: pd.DataFrame, column: str) -> None:

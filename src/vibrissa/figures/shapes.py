@@ -27,15 +27,8 @@ MOST_LINES = 150
 def panels(parts: Sequence[pd.DataFrame]) -> tuple[Figure, list[Axes], bool]:
     """Make a panel for the shapes of each part, all of one scale, with the surface.
 
-    Parameters
-    ----------
-    parts : sequence of DataFrame
-        Each with ``shape_x``, ``shape_y`` (L) and ``eta``.
-
-    Returns
-    -------
-    is_narrow : bool
-        Whether there is room for a legend beside the panel.
+    Each part has ``shape_x``, ``shape_y`` (L) and ``eta``. The last value returned is whether there
+    is room for a legend beside the panel.
     """
     x = [_range(rows["shape_x"]) for rows in parts]
     y = [_range(rows["shape_y"]) for rows in parts]

@@ -112,7 +112,7 @@ def mean(panel: Axes, label: str, **look: Any) -> None:
 
 
 def from_zero(panel: Axes) -> None:
-    """Let the ordinate begin at zero, with room above the data for the mark of a single point."""
+    """Let the ordinate begin at zero, with room for the mark of a single point."""
     panel.update_datalim([(0.0, 0.0)], updatex=False)
     panel.autoscale_view()
     panel.set_ylim(bottom=0.0)
@@ -135,7 +135,7 @@ def cells(centres: pd.Index) -> FloatArray:
 
 
 def alone(points: Sequence[Any] | pd.DataFrame) -> str:
-    """Marker of a line: one of a single point would not be seen."""
+    """Marker of a line: only a single point has one."""
     return "o" if len(points) == 1 else ""
 
 

@@ -21,9 +21,9 @@ class Evidence:
     Attributes
     ----------
     taper : DataFrame
-        Grid points of Figure 6, ordered by μ0, then θ.
+        Grid points of Figure 6, by μ0, then θ.
     friction : DataFrame
-        Grid points of Figure 7, ordered by μ0.
+        Grid points of Figure 7, by μ0.
     scan : DataFrame
         Steps of the scans of Figures 3 to 5.
     state : mapping
@@ -97,8 +97,6 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
 
     Parameters
     ----------
-    tables : mapping of pyarrow.Table or Dataset
-        ``stiction``, ``scans`` and ``states``.
     names : mapping
         Which grids, scan and state are Figures 6, 7, 3 to 5, and 8.
 
@@ -150,7 +148,7 @@ def bending_of_steps(rows: pd.DataFrame) -> Bending:
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
     """Bending of rods that have buckled laterally, in the last sticking state.
 
-    It is that of the mirror image, in which the clamp pulls the tip from the other side.
+    It is that of the mirror image, in which the clamp pulls the tip.
     """
     x0 = 2.0 * rows["x0_end"] - rows["x0_trail"]
     return _bending(rows, rows["f_trail"], -rows["alpha_trail"], x0)

@@ -58,13 +58,7 @@ Judged: TypeAlias = tuple[Verdict, Quantities] | tuple[Verdict, Quantities, str]
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """Verdict on one statement, with its reason.
-
-    Attributes
-    ----------
-    quantities : dict
-        Value and unit of each computed quantity by its name.
-    """
+    """Verdict on one statement: its reason, and the value and unit of each computed quantity."""
 
     verdict: Verdict
     reason: str
@@ -73,14 +67,10 @@ class Finding:
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """A statement with the computation that decides it.
+    """A statement of the paper, in other words, with the computation that decides it.
 
     Attributes
     ----------
-    figures : sequence of int
-        Figures of the paper that show it.
-    statement : str
-        The paper's statement in other words.
     computed : str
         What is computed to decide it.
     reasons : mapping of str

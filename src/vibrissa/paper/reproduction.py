@@ -15,7 +15,7 @@ NOT_PRINTED = "not known: the paper prints no result in numbers"
 
 @dataclass(frozen=True, kw_only=True)
 class Reproduced:
-    """What the study has of a part of the paper.
+    """What the study has of a part of the paper, and the statements on it.
 
     Attributes
     ----------
@@ -23,8 +23,6 @@ class Reproduced:
         Whether it is reproduced, and what came out.
     difference : str
         Largest difference from what the paper prints, if it prints a result.
-    claims : sequence of str
-        Names of the statements on it.
     """
 
     name: str

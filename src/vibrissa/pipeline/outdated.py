@@ -23,7 +23,7 @@ def need_current(study: Study, configfile: Path, *, everything: bool = False) ->
     Parameters
     ----------
     everything : bool, optional
-        Whether this goes for all results, and not only for the tables that are compared and there.
+        Whether not only tables that are compared and there are checked.
 
     Raises
     ------

@@ -1,7 +1,6 @@
 """Run a study with Snakemake for a person (or a CI log) to watch; `workflow/run.py` is the command.
 
-Around Snakemake stand a check of the study file, the removal of the lock of a killed run, and the
-last lines: what came out and where.
+It checks the study file, removes the lock of a killed run, and prints what came out and where.
 """
 
 import argparse

@@ -45,7 +45,7 @@ def summary(found: Mapping[str, Readable]) -> dict[str, str]:
 
 
 def troubles(found: Mapping[str, Readable]) -> list[str]:
-    """List the reasons for rows without a result, the most frequent of each table first."""
+    """List the reasons for rows without a result, by table, the most frequent first."""
     lines = []
     for name, table in found.items():
         reasons: Counter[str] = Counter()

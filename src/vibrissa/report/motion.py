@@ -28,15 +28,7 @@ Selections: TypeAlias = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """What a page offers to move.
-
-    Attributes
-    ----------
-    what : str
-        What a preset is, such as ``a scan of the study``.
-    note : str
-        How much is not offered, and why.
-    """
+    """What a page offers to move: kind of preset, presets, and how much is left out, and why."""
 
     what: str
     presets: tuple[Preset, ...]
@@ -46,13 +38,9 @@ class Motion:
 def motion(found: Mapping[str, Readable], figures: Selections) -> Motion:
     """Choose what the explorer of a study's page offers.
 
-    The first `MOST_SCANS` scans that are mounted as in the paper and within the range of the page's
-    fields, with their rows thinned out; without any, the explorer's own presets.
-
-    Parameters
-    ----------
-    figures : mapping
-        Rows that the study's figures show: a scan has the name of the one that shows the least.
+    It offers the first `MOST_SCANS` scans that are mounted as in the paper and within the range of
+    the page's fields, thinned out, each named by the figure that shows the least; or else the
+    explorer's own presets.
     """
     scans = _solved(found["scans"]) if "scans" in found else []
     others = _others(found["scans"]) if scans else {}

@@ -1,4 +1,4 @@
-"""What a study found, as one web page that needs nothing else: made of tables and texts alone."""
+"""What a study found, as one web page made of tables and texts alone."""
 
 import base64
 import re
@@ -27,13 +27,7 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A figure with its caption.
-
-    Attributes
-    ----------
-    selection : mapping
-        Rows that it shows, as in `vibrissa.figures.draw.draw`.
-    """
+    """A figure with its caption, and the rows that it shows."""
 
     key: str
     caption: str
@@ -64,12 +58,9 @@ class About:
     Attributes
     ----------
     claims : mapping of str
-        Data by which the paper's statements are judged, as in the study file; empty of studies that
-        are not the paper's.
+        As in the study file; empty of studies that are not the paper's.
     study_file : tuple of str
         Its name and text.
-    environment : mapping of str
-        Versions of the software by name.
     """
 
     study: str
@@ -82,11 +73,8 @@ class About:
 def page(about: About, found: Mapping[str, Readable], pictures: Sequence[Picture]) -> str:
     """Write the page, HTML that refers to nothing outside itself.
 
-    Parameters
-    ----------
-    found : mapping of pyarrow.Table or Dataset
-        The study's tables: ``stiction`` and, where there are any, ``scans``, ``states``,
-        ``comparisons`` and ``claims``.
+    Tables are ``stiction`` and, where there are any, ``scans``, ``states``, ``comparisons`` and
+    ``claims``.
     """
     claims = facts.claim_rows(found["claims"]) if "claims" in found else []
     parts = reproduced(gather(found, about.claims)) if about.claims else []

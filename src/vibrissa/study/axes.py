@@ -34,7 +34,7 @@ class Axis:
     default : float or None
         Value where the file has no such key; None where it must have one.
     powers : bool
-        Whether a value may be a list of the coefficients of 1, s, s², ...
+        Whether a value may be a list of coefficients of 1, s, s², ...
     """
 
     name: str

@@ -47,13 +47,7 @@ class Chunk:
 
 
 def chunks_of(grid: str, axes: Mapping[str, Values], sizes: Mapping[str, int]) -> Iterator[Chunk]:
-    """Cut a grid into chunks.
-
-    Parameters
-    ----------
-    sizes : mapping of int
-        Number of values of an axis in a chunk; of an axis that is not named all.
-    """
+    """Cut a grid into chunks of given numbers of values; axes without a size are not cut."""
     pieces = [
         [values[i : i + size] for i in range(0, len(values), size)]
         for axis, values in axes.items()
@@ -81,10 +75,7 @@ def number_of_points(axes: Mapping[str, Values]) -> int:
 def columns_at(axes: Mapping[str, Values], rows: Any) -> dict[str, Any]:
     """Return the values of the axes in n rows of a chunk; of a polynomial curvature the constant.
 
-    Parameters
-    ----------
-    rows : ndarray of int, shape (n,)
-        Numbers of the rows, from 0, in the order `ROW_ORDER`.
+    Rows are numbered from 0 in the order `ROW_ORDER`.
     """
     places = np.unravel_index(rows, [len(axes[axis]) for axis in ROW_ORDER])
     return {

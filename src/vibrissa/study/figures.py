@@ -42,7 +42,7 @@ class FigureKind:
     source : str
         What it is drawn from: a key of `TABLES`; empty if any may be given.
     single : tuple of str
-        Axes of which it shows one value. The key may be left out where the data have one.
+        Axes of which it shows one value; the key may be left out where the data have one.
     required : str
         A further key that must be given.
     """

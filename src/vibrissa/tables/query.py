@@ -63,7 +63,7 @@ def in_grid(name: str) -> pc.Expression:
 def parts(
     table: Readable, columns: Sequence[str], where: pc.Expression | None = None
 ) -> Iterator[pa.Table]:
-    """Rows of a table, a part at a time: of a long one in a file no more than a few are held."""
+    """Rows of a table, a part at a time; of a file no more than a few are held."""
     if isinstance(table, pa.Table):
         yield rows(table, columns, where)
         return

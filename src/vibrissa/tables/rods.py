@@ -17,13 +17,7 @@ Rod = Mapping[str, Any]
 
 
 def rods_of(axes: Mapping[str, Values], by_step: bool) -> list[Rod]:
-    """Return what has to be solved for a chunk, in the order of its rows.
-
-    Parameters
-    ----------
-    by_step : bool
-        Whether each step of the clamp has its own solution.
-    """
+    """List the rods of a chunk in the order of its rows; `by_step`: one for each step Δx0."""
     order = ("eta", "theta", *MOUNTING_AXES, "dx0")
     values: list[Sequence[Any]] = [
         axes[axis] if by_step or axis != "dx0" else (None,) for axis in order

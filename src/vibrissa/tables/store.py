@@ -64,13 +64,13 @@ def write_parts(
 def row_group_size(rows: int) -> int:
     """Rows that are written, and found by a query, together.
 
-    A query reads about 6 kB for each row group, and one row group, about 100 B for each row.
+    A query reads about 6 kB for each row group, and 100 B for each row of one.
     """
     return max(LEAST_ROW_GROUP, math.isqrt(60 * rows))
 
 
 def _repeating(schema: pa.Schema) -> list[str]:
-    """Columns whose values repeat, as Parquet names them; a dictionary of others takes time."""
+    """Columns whose values repeat, as Parquet names them."""
     return [
         f"{field.name}.list.element" if pa.types.is_list(field.type) else field.name
         for field in schema
@@ -144,7 +144,7 @@ def _texts(schema: pa.Schema) -> dict[str, str]:
 
 
 def read(path: str | Path, schema: pa.Schema) -> pa.Table:
-    """Read a table and refuse one that is damaged or of another kind; see `opened` for errors."""
+    """Read a table; see `opened` for errors."""
     file = opened(path, schema)
     with reading(path):
         table = file.read()
