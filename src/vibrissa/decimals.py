@@ -4,7 +4,9 @@ from decimal import Decimal
 
 
 def exact(value: Decimal | float | int | str) -> Decimal:
-    """Return the shortest decimal number that a value was written as, without trailing zeros.
+    """Return the decimal number that a value was written as, without trailing zeros.
+
+    A float stands for the shortest decimal that reads back as it.
 
     Raises
     ------

@@ -65,12 +65,12 @@ class Enclosed:
 def enclosed(
     frames: Mapping[str, pd.DataFrame], reference: Path, layouts: Mapping[str, Layout]
 ) -> list[Enclosed]:
-    """Find the numbers of condensed results that have an enclosure in a folder of references.
+    """Find the numbers of condensed results that have an enclosure; none without such a file.
 
     Raises
     ------
     ComparisonError
-        If the file of enclosures is none; without the file there are no numbers.
+        If the file does not hold enclosures.
     """
     path = reference / FILE
     if not path.is_file():

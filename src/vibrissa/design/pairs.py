@@ -64,7 +64,10 @@ class Pairs(Batch):
 def survey(
     theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
 ) -> tuple[Pairs | None, list[str]]:
-    """Solve pairs (θ, η) at k increasing friction coefficients; return why some were not solved."""
+    """Solve pairs (θ, η) at k increasing friction coefficients.
+
+    Returns those that were solved, if any, and why the others were not.
+    """
     curves = solve_curves(theta, eta, contact)
     failures = [curve.message for curve in curves if curve.status is not Status.SOLVED]
     responses = [tabulated(curve) for curve in curves if curve.status is Status.SOLVED]

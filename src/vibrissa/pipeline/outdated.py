@@ -23,7 +23,7 @@ def need_current(study: Study, configfile: Path, *, everything: bool = False) ->
     Parameters
     ----------
     everything : bool, optional
-        Whether not only tables that are compared and there are checked.
+        Whether all results count, or only those tables on disk that are compared.
 
     Raises
     ------
