@@ -1,9 +1,6 @@
 """From signals of the clamp to friction, and from friction to signals.
 
-`solve`, `scan` and `identify` are what the command line does. Knows rods and their response; no
-study, no tables of a study.
-
-The names below are loaded when first used: who solves one onset does not wait for what identifies.
+The names below are loaded when first used.
 """
 
 from importlib import import_module

@@ -15,13 +15,7 @@ def is_card(name: str) -> bool:
 
 
 def read_card(path: Path, needed: Sequence[str], optional: Sequence[str] = ()) -> dict[str, str]:
-    """Read the values of some keys as texts, such as ``modulus = "3.5 GPa"``.
-
-    Parameters
-    ----------
-    needed, optional : sequence of str
-        Keys that must and that may be there.
-    """
+    """Read the values of some keys as texts, such as ``modulus = "3.5 GPa"``."""
     try:
         found = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -140,11 +140,6 @@ class Measured(NamedTuple):
     def read(cls, given: Quantity, what: str) -> Self:
         """Split ``"210 ± 5 GPa"``, ``"210 GPa +/- 2 %"``, ``"(210 ± 5) GPa"`` or ``"85.0(1) mm"``.
 
-        Parameters
-        ----------
-        what : str
-            Name of the quantity, for messages.
-
         Raises
         ------
         ArgumentError
@@ -220,15 +215,6 @@ def _read_number(value: Quantity, kind: Kind, what: str) -> tuple[Decimal, bool]
 
 def in_si(text: str, kind: Kind, what: str) -> Decimal:
     """Value in SI units of a quantity such as ``"50 um"``, exact as a decimal.
-
-    Parameters
-    ----------
-    text : str
-        Number and unit.
-    kind : Kind
-        Required kind of quantity.
-    what : str
-        Name for messages.
 
     Raises
     ------

@@ -66,11 +66,8 @@ class Column:
 
     Attributes
     ----------
-    values : sequence
     unit : str
         Its unit; ``1`` for a number, empty for text.
-    description : str
-        What it is.
     """
 
     values: Sequence[Any] | FloatArray | IntArray | StrArray
@@ -145,8 +142,6 @@ def write(path: Path, columns: Mapping[str, Column], header: Mapping[str, str] =
     ----------
     path : Path
         With the ending ``.csv`` or ``.parquet``; ``-`` for standard output.
-    columns : mapping
-        Name to column; all of one length.
     header : mapping of str to str
         Quantities that hold for the whole table: lines ``# name = text`` above that of the titles,
         or metadata of a Parquet file.
@@ -213,12 +208,8 @@ class Table:
 
     Attributes
     ----------
-    source : str
-        Name of the file, for messages.
     columns : dict
         Name to values; NaN where a value is missing.
-    units : dict
-        Name to unit, for columns that have one.
     line : ndarray of int
         Line of the file in which each row stands; number of the row, from 1, in a Parquet file or
         a DataFrame.
@@ -245,12 +236,6 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     source : Path or DataFrame
         A file with the ending ``.csv`` or ``.parquet``, ``-`` for standard input, or a table whose
         columns are called as in the header of a CSV file.
-    names, optional : sequence of str
-        Columns that must and that may be there; others are left alone.
-
-    Returns
-    -------
-    Table
 
     Raises
     ------
@@ -284,15 +269,6 @@ def numbers(
     columns: Mapping[str, "Series[Any]"], source: str, notation: Notation = POINT
 ) -> dict[str, FloatArray]:
     """Convert columns of cells to numbers; NaN where a value is missing.
-
-    Parameters
-    ----------
-    columns : mapping of str to Series
-        Of numbers or of texts, with the line of each row as their index.
-    source : str
-        Name of the file, for messages.
-    notation : Notation
-        How numbers are written.
 
     Raises
     ------
@@ -391,15 +367,6 @@ def lines_of(text: str) -> "Series[str]":
 
 def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame":
     """Split lines into cells, which are texts.
-
-    Parameters
-    ----------
-    lines : Series of str
-        With their numbers as index; all with as many cells as the first.
-    source : str
-        Name of the file, for messages.
-    separator : str
-        One character.
 
     Raises
     ------

@@ -127,12 +127,6 @@ class Setup(BaseModel):
     def read(cls, path: Path | str | None = None, **options: Any) -> Self:
         """Read a set-up from a TOML file, from options, or from both.
 
-        Parameters
-        ----------
-        path : Path or str, optional
-        **options
-            As the keys of a file; they take the place of those. None is not stated.
-
         Raises
         ------
         ArgumentError
@@ -328,11 +322,8 @@ def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
 
     Parameters
     ----------
-    path : Path
     keys : mapping
         As `read_keys` returns them.
-    comment : str
-        For the first line.
     """
     tables = {name: value for name, value in keys.items() if isinstance(value, Mapping)}
     lines = [f"# {comment}", "", *_assignments({n: v for n, v in keys.items() if n not in tables})]
@@ -355,15 +346,6 @@ def validated(
     model: type[Model], given: Mapping[str, Any], path: Path | str | None, keys: Container[str]
 ) -> Model:
     """Validate keys and their values.
-
-    Parameters
-    ----------
-    model : type
-    given : mapping
-    path : Path or str, optional
-        File in which some of them stand, for messages.
-    keys : container of str
-        Those that stand there.
 
     Raises
     ------

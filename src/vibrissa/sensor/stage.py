@@ -60,8 +60,6 @@ class ObliqueStage:
 
     Attributes
     ----------
-    heights : HeightRange
-        The rod at all heights that the stage passes.
     eta : float
         Height with the clamp at 0 (L).
     angle : float

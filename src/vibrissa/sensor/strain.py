@@ -13,18 +13,7 @@ STATES = 17
 
 
 def strains_in(curve: StickingCurve, states: StickingState) -> Strains:
-    """Largest strain in each of n states, and its place along the rod.
-
-    Parameters
-    ----------
-    states : StickingState
-        On it, one or n.
-
-    Returns
-    -------
-    Strains
-        Columns of shape (n,).
-    """
+    """Largest strain in each of n states, and its place along the rod."""
     x1, height = curve.contact_point(states.x0)
     contact = x1 - (1.0 - states.s_c)
     values = (curve.theta, states.f, states.alpha, contact, height, states.s_c)
@@ -84,11 +73,6 @@ def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | Non
         Displacement x0 at which the period ends (L).
     yield_strain : float
         Strain up to which the material is elastic, in units of d0/L.
-
-    Returns
-    -------
-    Yield or None
-        None where it does not yield.
     """
     x0 = np.linspace(0.0, end, STATES)
     found = strains_in(curve, curve.state(x0))

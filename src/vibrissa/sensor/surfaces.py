@@ -92,8 +92,6 @@ def patches(starts: Sequence[float], mu0: Sequence[float]) -> Surface:
     ----------
     starts : sequence of float
         Where each patch begins (L), increasing; the first also reaches to −infinity.
-    mu0 : sequence of float
-        Friction of each patch.
 
     Examples
     --------
@@ -119,8 +117,6 @@ def profile(x: ArrayLike, mu0: ArrayLike) -> Surface:
     ----------
     x : array_like
         Positions (L), increasing.
-    mu0 : sequence of float
-        Friction there.
 
     Examples
     --------
@@ -149,8 +145,6 @@ def random(
 
     Parameters
     ----------
-    seed : int
-        Not negative.
     mean, deviation : float
         Of μ0.
     correlation : float
@@ -187,21 +181,12 @@ def read_surface(
 
     Parameters
     ----------
-    units : Units
-    mu0 : str or number, optional
-        The same friction everywhere.
     patches : str, optional
         Start and friction of each patch: ``"0 mm: 0.3, 50 mm: 0.4"``.
     profile : Path, optional
         Table with the columns ``x`` and ``mu0``.
     texture : str, optional
         Mean, standard deviation and correlation length of a random surface: ``"0.3, 0.04, 2 mm"``.
-    seed : int
-        Of the random surface.
-
-    Returns
-    -------
-    Surface
 
     Raises
     ------

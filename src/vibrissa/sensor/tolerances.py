@@ -29,9 +29,6 @@ class Tolerable:
 
     Attributes
     ----------
-    kind : Kind
-    what : str
-        What the quantity is.
     size : float
         Default tolerance, in units of the rod, rad, or relative; with a `channel`, in standard
         deviations of one reading.
@@ -98,7 +95,6 @@ def read_tolerances(
 
     Parameters
     ----------
-    units : Units
     given : mapping of str to str or number
         Standard deviations by the names of `TOLERABLE`, or `EXACT`.
     whisker : Whisker, optional
@@ -154,7 +150,6 @@ def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
 
     Parameters
     ----------
-    units : Units
     noise : ndarray, shape (3,)
         Standard deviation of one reading of each channel; NaN where there is none.
 

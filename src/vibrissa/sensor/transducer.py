@@ -63,8 +63,6 @@ class Transducer:
         ----------
         reactions : ndarray, shape (n, 3)
             In SI units.
-        generator : numpy.random.Generator
-            For the noise.
 
         Returns
         -------

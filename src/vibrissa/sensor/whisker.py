@@ -160,13 +160,6 @@ class Whisker:
         ----------
         positions : ndarray
             Of the clamp along the stage (L).
-        backward : bool
-            Whether retraction is needed, as where the stage leaves the surface.
-        progress : callable
-
-        Returns
-        -------
-        ObliqueStage
 
         Raises
         ------

@@ -1,8 +1,4 @@
-"""A recording condensed: the samples of each period as means of consecutive ones.
-
-Within a period the readings are smooth, so that means of neighbours tell as much as the samples.
-A recording of a million rows becomes some ten thousand.
-"""
+"""A recording condensed: the samples of each period as means of consecutive ones."""
 
 from dataclasses import dataclass
 
@@ -23,14 +19,9 @@ class Blocks(Batch):
 
     Attributes
     ----------
-    period : ndarray of int
     clamp : ndarray
         Clamp positions (L).
     readings : ndarray, shape (n, 3)
-    row : ndarray
-        Mean number of the row in the recording.
-    count : ndarray of int
-        Number of samples.
     """
 
     period: IntArray

@@ -39,15 +39,8 @@ class Check:
 
     Attributes
     ----------
-    grade : Grade
     periods : ndarray of bool, shape (p,)
         Which it concerns.
-    sentence : str
-        For a person.
-    summed : bool
-        Whether the summary of the recording says it.
-    coarse : bool
-        Whether it is that all periods have few samples.
     """
 
     grade: Grade

@@ -1,9 +1,8 @@
 """The friction by the model of the rod beside that by the ratio of the forces, which needs none.
 
-Both read the same samples. So what they share does not count where they are compared. An error ε of
-the readings has the variance Σ before and C after the fit. The ratio, with the effects R, has the
-error R·ε; the model, with the effects M, has M·δ with the covariance C of δ, which is also that of
-δ and ε. So the variance of the difference is R·Σ·Rᵀ + M·C·Mᵀ − 2·R·C·Mᵀ.
+Both read the same samples, with the covariance Σ of the readings before and C after the fit. With
+the effects R and M of errors on ratio and model, their difference has the variance
+R·Σ·Rᵀ + M·C·Mᵀ − 2·R·C·Mᵀ.
 """
 
 from dataclasses import dataclass, replace
@@ -35,8 +34,6 @@ class Beside:
     difference, spread : float
         Mean of model less ratio, of periods that do not disagree by themselves unless most do, and
         its standard deviation.
-    number : int
-        Of how many periods.
     off : ndarray of bool, shape (p,)
         Which periods disagree: all, where the means do.
     """

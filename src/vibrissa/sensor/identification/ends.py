@@ -21,11 +21,6 @@ def moving(clamp: FloatArray) -> slice:
     ----------
     clamp : ndarray, shape (n,)
         Positions.
-
-    Returns
-    -------
-    slice
-        With the last sample of the first rest and the first sample of the last one.
     """
     begin = _rest(clamp)
     return slice(begin, len(clamp) - _rest(clamp[begin:][::-1]))

@@ -33,8 +33,6 @@ class Noise:
 
     Attributes
     ----------
-    used : list of int
-        Numbers of the channels.
     reading : ndarray, shape (c,)
         Standard deviation of one reading of each.
     position : float
@@ -66,8 +64,6 @@ class Fit:
 
     Attributes
     ----------
-    forward : Forward
-    noise : Noise
     p : ndarray, shape (k,)
     u : ndarray, shape (p,)
         x0 in the last sample of each period (L).

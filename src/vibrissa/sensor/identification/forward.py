@@ -67,17 +67,8 @@ class Forward:
 
     Attributes
     ----------
-    whisker : Whisker
-        That was given.
-    parameters : tuple of Parameter
-        k of them.
-    blocks : Blocks
-        Samples of p periods.
     speed : ndarray
         Way of the clamp per sample at each block (L).
-    ends : Ends
-    rows : int
-        Of the recording.
     delay : float
         By which the readings are known to lag, in samples.
     pulled : bool

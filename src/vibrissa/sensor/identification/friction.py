@@ -19,7 +19,6 @@ class Onsets:
 
     Attributes
     ----------
-    fit : Fit
     position : float
         Standard deviation of one clamp position (L).
     """

@@ -36,17 +36,10 @@ class Tolerance:
 
     Attributes
     ----------
-    name : str
-    of : str
-        Name of the tolerance, which may have several parts.
-    tolerance : float
-        Standard deviation of what was given.
     adjusted, deviation : float
         By how much it is larger by the recording, and the standard deviation that remains.
     wave : int
         Number of the wave of a drift; 0 for all else.
-    stated : bool
-        Whether the tolerance was stated; otherwise it was assumed.
     """
 
     name: str
@@ -106,9 +99,6 @@ class Goodness:
 
     Attributes
     ----------
-    chi2 : float
-    degrees : int
-        Means of readings, less what was fitted to them.
     noise_degrees : float
         Degrees of freedom of the noise; infinite where it was given.
     """
@@ -155,12 +145,8 @@ class Cause:
 
     Attributes
     ----------
-    name, of : str
-        And the tolerance to which it belongs.
     size, deviation : float
         By how much it is larger, and the standard deviation of that.
-    explained : float
-        Part of the misfit that this explains.
     """
 
     name: str
@@ -179,14 +165,7 @@ class Cause:
 
 
 def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
-    """Lift the tolerances that hold the recording back, one by one; the likeliest cause first.
-
-    Parameters
-    ----------
-    fit : Fit
-    fits : bool
-        Whether the recording fits with the adjustments, which then are what is to be explained.
-    """
+    """Lift the tolerances that hold the recording back, one by one; the likeliest cause first."""
     excess = float((fit.scores**2).sum()) if fits else fit.total - fit.degrees
     falls = _falls(fit)
     likely = sorted(np.flatnonzero(falls > 0.0).tolist(), key=lambda k: -falls[k])[:SOUGHT]

@@ -36,9 +36,6 @@ class NearestStates:
 
     Attributes
     ----------
-    branch : Branch
-    used : list of int
-        Numbers of the channels.
     noise : ndarray, shape (c,)
         Standard deviation of one reading of each.
     """

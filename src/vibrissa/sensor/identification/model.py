@@ -40,10 +40,6 @@ class Modelled:
 
     Attributes
     ----------
-    fit : Fit
-    slipped : Slipped
-    periods : Periods
-    goodness : Goodness
     causes : tuple of Cause
         What may be other than it was given, the likeliest first; none where the recording fits.
     """
@@ -57,12 +53,6 @@ class Modelled:
 
 def read_model(task: Task, whisker: Whisker) -> tuple[Task, Modelled]:
     """Read the friction of the periods of a recording.
-
-    Returns
-    -------
-    task : Task
-        With the noise that the readings show.
-    read : Modelled
 
     Raises
     ------

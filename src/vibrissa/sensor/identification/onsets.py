@@ -1,17 +1,9 @@
-"""The ratio of the forces at the onset of slip, without a model of the rod.
+"""The ratio of the forces at the onset of slip, without a model of the rod: μ0 = |fx/fy|.
 
-At the onset the tip mobilises all its friction, μ0 = |fx/fy|. One sample there is noisy, and it is
-up to one step too early. While the tip sticks the rod is elastic: each force is a smooth function
-of the clamp position. So a polynomial is fitted to each force over the last samples of the period,
-and its value at the onset, within the step after the last sticking sample, is taken.
-
-The degree is chosen for all periods together. The next degree changes μ0 by δ in each period; as
-the smaller fit is contained in the larger one, the variance of δ is the difference of their
-variances (Hausman). So the mean of δ over all periods, with its own error, tells how far the degree
-is off: it is added to μ0. Its own error, and a part of it for all higher degrees, are an error that
-all periods share; by how much δ differs from period to period more than by noise is an error of
-each (the random effects of a meta-analysis: DerSimonian and Laird). Of all degrees the one with the
-least error is taken.
+A polynomial is fitted to each force over the last samples of a period, and read at the onset.
+All periods share its degree: that with the least error. The mean change of μ0 by the next degree,
+whose variance is the difference of the two variances (Hausman), is added to μ0; what scatters
+beyond noise is an error of each period (DerSimonian and Laird).
 """
 
 from dataclasses import dataclass, replace
@@ -58,8 +50,6 @@ class ForceFits(Batch):
         the last sample, for fx and fy; NaN where a period has too few samples.
     covariance : ndarray, shape (p, degree + 1, degree + 1)
         Of the coefficients, for a reading of variance 1.
-    noise : tuple of float
-        Standard deviation of one reading of each force.
     lag, gap : ndarray, shape (p,)
         In windows: way of the clamp by which the readings lag, and to the next sample (negative
         where it turned back).
@@ -115,15 +105,11 @@ class Onsets:
 
     Attributes
     ----------
-    fits : ForceFits
-        Of the degree with the least error.
     along : ndarray, shape (p, 3)
         Friction at the beginning, in the middle and at the end of the step.
     own : ndarray, shape (p,)
         Standard deviation of its error by noise, and by what a degree that is too low changes from
         period to period.
-    shared : float
-        Standard deviation of what that changes in all periods.
     smooth : ndarray of bool, shape (p,)
         Whether the forces are smooth in the period and towards its end: no slip is hidden in it.
     """
@@ -149,8 +135,6 @@ def in_window(blocks: Blocks, ends: Ends, part: float) -> tuple[Blocks, FloatArr
 
     Returns
     -------
-    blocks : Blocks
-        Those in a window.
     place : ndarray, shape (n,)
         Clamp position from the last sample, in lengths of the window: −1 to 0, above 0 where the
         clamp had been further and turned.
@@ -185,10 +169,8 @@ def fitted_forces(
         As from `in_window`.
     noise : ndarray, shape (2,)
         Standard deviation of one reading of each force.
-    ends : Ends
     lag : ndarray, shape (p,)
         Way of the clamp by which the readings lag.
-    degree : int
     """
     blocks, place, length = window
     root = np.sqrt(blocks.count)[:, None]
@@ -226,11 +208,8 @@ def read_onsets(
 
     Parameters
     ----------
-    blocks : Blocks
-        Of p periods.
     noise : ndarray, shape (2,)
         Standard deviation of one reading of each force.
-    ends : Ends
     lag : ndarray, shape (p,)
         Way of the clamp by which the readings lag (L).
     position : float

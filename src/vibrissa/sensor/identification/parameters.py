@@ -1,8 +1,4 @@
-"""What may be other than it was given: the named parameters of the forward model.
-
-Each is a deviation from the set-up, with a normal prior of mean 0. `parameters_of` is the one
-place that knows how a set-up states tolerances.
-"""
+"""What may be other than it was given: the named parameters of the forward model, 0 as given."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -49,12 +45,8 @@ class Parameter:
 
     Attributes
     ----------
-    of : str
-        Name of the tolerance, which may have several parts.
     deviation : float
         Standard deviation of its prior, in units of the rod, rad, or relative; 0 if it is exact.
-    stated : bool
-        Whether its tolerance was stated; otherwise it was assumed.
     mixing : ndarray, shape (3, 3), or None
         Part of the loads that the readings show, too.
     channel : int

@@ -155,12 +155,6 @@ def periods_of(
 
     Parameters
     ----------
-    slipped : Slipped
-    status : ndarray of str
-    found : Summary
-        Of the friction, where the tip has slipped.
-    least : ndarray
-        Lower bound of the friction where it has not.
     common, effects : ndarray
         As in `Periods`.
     """

@@ -41,7 +41,6 @@ def read_ratio(
 
     Parameters
     ----------
-    slipped : Slipped
     noise : ndarray, shape (3,)
         Standard deviation of one reading of each channel; the moment is not used.
     parameters : tuple of Parameter

@@ -103,6 +103,8 @@ def read_recording(
 ) -> Recording:
     """Read a time series from a table with columns such as ``footpoint [mm],force_x [N]``.
 
+    Rows that miss a value or are saturated are left out; the notes name their lines.
+
     Parameters
     ----------
     source : Path or DataFrame
@@ -110,15 +112,6 @@ def read_recording(
         (``ratio``: both forces; ``model``: the moment, or both forces, or all), each with its unit;
         in a DataFrame without units they are in those of `units`, SI or the rod's own, and its
         notes say so. A column ``time`` is optional; it must increase.
-    units : Units
-    method : Method
-    transducer : Transducer, optional
-        Readings at its limits are saturated.
-
-    Returns
-    -------
-    Recording
-        Without rows that miss a value or are saturated; its notes name their lines.
 
     Raises
     ------
@@ -164,11 +157,6 @@ def _used(
     lost: BoolArray, table: series.Table, method: Method
 ) -> tuple[list[int], tuple[str, ...]]:
     """Choose the channels that are read, and name those that are there and are not.
-
-    Parameters
-    ----------
-    lost : ndarray of bool, shape (n, 3)
-        Whether a reading is missing or saturated.
 
     Raises
     ------
@@ -299,13 +287,6 @@ def left_out(lines: IntArray, why: str) -> tuple[str, ...]:
 
 def check_size(rows: int, notes: Sequence[str] = ()) -> None:
     """Refuse a recording that is too short.
-
-    Parameters
-    ----------
-    rows : int
-        How many can be used.
-    notes : sequence of str
-        Why others cannot.
 
     Raises
     ------

@@ -1,11 +1,7 @@
 """Slips of a recording, found once for every reading: the load falls against the motion.
 
-While the tip sticks, a clamp that moves on meets a load that rises against the motion: sticking
-equilibria are stable. Where the load falls, the tip slips. So the load, counted against the
-motion, only rises within a period; a fall from a peak to a trough, by more than noise makes, is a
-slip. It may last several samples: those between peak and trough are of neither period. Where
-samples are missing the load may have fallen and risen again unseen: a period ends there, too, if
-the load has hardly risen over them.
+Within a period the load, counted against the motion, only rises, as sticking is stable. A fall
+from peak to trough by more than noise is a slip; samples between them are of neither period.
 """
 
 from dataclasses import dataclass, replace
@@ -120,7 +116,7 @@ def spikes(values: FloatArray, noise: float) -> BoolArray:
 
 
 def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
-    """Find the periods of sticking.
+    """Find the periods of sticking, at least one; those of a single sample are left out.
 
     Parameters
     ----------
@@ -128,13 +124,6 @@ def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
         Clamp positions.
     load : ndarray, shape (n,)
         Load that falls while a clamp that moves forward bends the rod, as force_x does.
-    noise : float
-        Standard deviation of one value of it.
-
-    Returns
-    -------
-    Spans
-        At least one; periods of a single sample, which may as well lie within a slip, are left out.
     """
     falls = np.diff(load) * direction(clamp) / noise
     begins, ends = [0], []
@@ -235,8 +224,6 @@ def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans, 
 
     Returns
     -------
-    recording, spans
-        Up to there; a note names the line.
     swung : ndarray of bool, shape (p,)
         Whether a period, the last one, ends so.
     """
@@ -290,8 +277,6 @@ class Slipped:
     ----------
     recording : Recording
         Without lone spikes, up to where the rod buckles laterally.
-    spans : Spans
-        p periods.
     swung : ndarray of bool, shape (p,)
         Whether the rod buckles laterally at the end of the period.
     position : float
@@ -350,11 +335,8 @@ def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slippe
 
     Parameters
     ----------
-    recording : Recording
     noise : ndarray, shape (3,)
         Standard deviation of one reading of each channel; NaN of one that is not used.
-    slip_rows : float
-        How many rows a slip lasts at least.
     """
     readings = recording.readings
     used = np.flatnonzero(np.isfinite(noise)).tolist()

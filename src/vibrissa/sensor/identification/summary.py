@@ -1,24 +1,15 @@
 """What a recording says about the friction of a surface, in a few numbers and lines.
 
-The periods used have the frictions μ_i. Their errors are n_i by the readings, which are
-independent, s_i by the step of the stage, and by the errors of the set-up, which move all periods
-together. The friction itself may vary from place to place, with the variance t² (DerSimonian and
-Laird).
-
-The errors by the step are independent only where the onsets lie anywhere within their steps. On a
-surface of constant friction all periods have the same length, and so the same error. What the
-scatter of the frictions does not surely show of s_i is taken as shared by all periods, s'_i² =
-max(0, s_i² − l²), where l² is t² less two of its standard errors. With the weights
-w_i = 1/(n_i² + t² + s'_i²), normalised,
+Period i has the friction μ_i, with errors n_i by the readings, s_i by the step and e_i by the
+set-up, which all periods share. The friction varies by t² (DerSimonian and Laird). The step has
+the shared part s'_i² = max(0, s_i² − l²), where l² is t² less two of its standard errors. With
+the weights w_i = 1/(n_i² + t² + s'_i²), normalised,
 
     mean = Σ w_i·μ_i,   random² = Σ w_i²·(n_i² + s_i² − s'_i²),
     common² = (Σ w_i·s'_i)² + (Σ w_i·e_i)·C·(Σ w_i·e_i)ᵀ.
 
-The slope of the surface is in n_i; what neighbours share of it is added to random².
-
-If a tolerance i were exact, its error would be known to be 0. That takes (C·e)_i²/C_ii off the
-variance of the mean, where C is the covariance of what remains of the errors, and e the change of
-the mean per unit of each; for several parts of i the same with blocks of C.
+An exact tolerance i takes (C·e)_i²/C_ii off the variance of the mean, where C is the covariance
+of what remains of the errors, and e the change of the mean per unit of each.
 """
 
 from collections.abc import Iterator
@@ -59,9 +50,6 @@ class Setting:
 
     Attributes
     ----------
-    units : Units
-    tolerances : tuple of Tolerance
-        Of each of the k effects of the periods.
     covariance : ndarray, shape (k, k)
         Of what remains of these errors.
     slope, slope_length : float
@@ -257,9 +245,6 @@ def if_exact(effect: FloatArray, setting: Setting, deviation: float) -> dict[str
     ----------
     effect : ndarray, shape (k,)
         Change of the value per unit of each of k errors.
-    setting : Setting
-    deviation : float
-        Of the value, by these errors and by others.
     """
     covariance, names = setting.covariance, [one.of for one in setting.tolerances]
     along, left = covariance @ effect, {}

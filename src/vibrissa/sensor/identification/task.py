@@ -36,20 +36,14 @@ class Task:
 
     Attributes
     ----------
-    recording : Recording
     noise : ndarray, shape (3,)
         Standard deviation of one reading; NaN of a channel that is not used.
-    noise_is_given : bool
-        Otherwise it was estimated.
     full_scale : ndarray, shape (3,)
         Of the channels: the transducer's, or the largest readings; NaN of none.
     sizes : mapping of str to float
         Tolerances, in units of the rod, rad, or relative.
-    stated : frozenset of str
-        Names of those that were stated.
     slip_rows, delay : float
         How long a slip lasts at least, and by how much the readings lag, in samples.
-    units : Units
     """
 
     recording: Recording

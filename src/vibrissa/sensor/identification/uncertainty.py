@@ -1,9 +1,7 @@
 """How well the friction of one period is known: step, noise and errors of the set-up together.
 
-The last sticking state of a period is at most one step before the onset. So μ0 is at least |tan α|
-in that state, and at most what the tip would have needed one step later. The onset is uniform
-within the step, all else is normal. So the error is the sum of a uniform one, up to ±a, and a
-normal one with the deviation s. It is below h with the probability
+The onset is uniform within the step, all else is normal. So the error is the sum of a uniform one,
+up to ±a, and a normal one with the deviation s. It is below h with the probability
 
     F(h) = (s/2a)·[G((h + a)/s) − G((h − a)/s)],   G(z) = z·Φ(z) + φ(z).
 """

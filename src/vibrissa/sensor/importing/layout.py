@@ -1,9 +1,6 @@
 """The layout of a laboratory's text file: separator, decimal sign, titles, units, rows of numbers.
 
-Each separator is tried with each decimal sign. The best pair turns the largest part of the cells
-into numbers; the rows are the longest stretch of lines with one number of cells, half of them
-numbers at least. Python's own csv.Sniffer looks at the frequency of letters alone, and reads a
-decimal comma as a separator.
+The best pair of separator and decimal sign turns the largest part of the cells into numbers.
 """
 
 import codecs
@@ -67,8 +64,6 @@ class Layout:
         One for each column; no titles, or no units, where the file has none.
     rows : Series of str
         Lines of the rows, with their numbers as index and `sign` between the cells.
-    notes : tuple of str
-        What was found and left out.
     """
 
     separator: Separator
@@ -86,17 +81,7 @@ class Layout:
 
 @dataclass(frozen=True, kw_only=True)
 class _Try:
-    """What the sampled lines are with a separator and a decimal sign.
-
-    Attributes
-    ----------
-    first, width : int
-        Number of the first row, and how many columns there are.
-    values : list
-        Numbers in the rows, one after the other.
-    share : float
-        Part of the cells that are numbers.
-    """
+    """What the sampled lines are with a separator and a decimal sign."""
 
     separator: Separator
     notation: Notation
@@ -135,8 +120,6 @@ def layout_of(
 
     Parameters
     ----------
-    separator, decimal
-        Found by default.
     title_line : int, optional
         Line of the titles, from 1; 0 if there are none. Found by default.
 

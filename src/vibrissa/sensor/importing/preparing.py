@@ -45,13 +45,10 @@ def turned(values: Values, angle: float) -> Values:
 
 
 def about_clamp(values: Values, origin: tuple[float, float]) -> Values:
-    """Give the moment about the clamp.
+    """Give the moment about the clamp: m = m(a, b) + a·fy − b·fx.
 
     Parameters
     ----------
-    values : dict of str to ndarray
-        The moment about a point (a, b) is that about the clamp less a·fy − b·fx: the load is the
-        same force, with an arm that is shorter by (a, b).
     origin : tuple of float
         That point, from the clamp (m).
     """
@@ -87,11 +84,6 @@ def unloaded(values: Values, begin: int | None) -> int:
 
     It is where the normal force (without it the moment) jumps while the clamp still rests, as the
     rod is lowered, and stays away from its first level all through the motion.
-
-    Parameters
-    ----------
-    begin : int, optional
-        First row of the motion; found by the clamp position by default.
     """
     channel = next((name for name in ("force_y", "moment_z") if name in values), None)
     if channel is None:

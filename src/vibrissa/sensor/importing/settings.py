@@ -109,11 +109,6 @@ class Settings(BaseModel):
     def read(cls, path: Path | None = None, **options: Any) -> Self:
         """Read settings from a TOML file, from options, or from both.
 
-        Parameters
-        ----------
-        **options
-            As the keys of a file; they take the place of those. None is not given.
-
         Raises
         ------
         ArgumentError

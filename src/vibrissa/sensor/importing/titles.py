@@ -89,18 +89,11 @@ def columns_of(
 
     Parameters
     ----------
-    width : int
-        How many columns there are.
     targets : sequence of str
         Names of a recording, as in `KINDS`.
     sources : mapping of str to str
         Columns by these names: ``-Fz [mN]``, or ``#3`` for the third one. Others are those of the
         file that have such a name.
-
-    Returns
-    -------
-    errors : list of str
-        For each column that is not there, or has no unit.
     """
     columns, errors = {}, []
     for target in targets:

@@ -1,9 +1,6 @@
 """The rod's response: clamp reactions at every displacement x0 of the clamp, pulled or pushed.
 
-The sticking curve begins at α = 0 and covers x0 > 0, where the clamp pushes the tip. Here it is
-continued to x0 < 0, where the clamp pulls, up to the state without normal force (fy = 0): beyond it
-the tip would have to adhere. The response is tabulated, so that a scan of many steps takes little
-time.
+Where the clamp pulls (x0 < 0), it ends at the state without normal force (fy = 0).
 """
 
 from abc import ABC, abstractmethod
@@ -232,14 +229,8 @@ def responses(
 
     Parameters
     ----------
-    theta, eta : sequence of float, length n
     contact, pull, section
         As for `respond`.
-    mountings : sequence of Mounting, length n
-
-    Returns
-    -------
-    list of Response
 
     Raises
     ------
@@ -276,13 +267,8 @@ def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
 
     Parameters
     ----------
-    curve : StickingCurve
     pulled : sequence of PPoly
         Reactions at x0 < 0, if they are known.
-
-    Returns
-    -------
-    Response
     """
     parts: list[PPoly] = list(pulled)
     for piece in curve.pieces:

@@ -1,8 +1,4 @@
-"""One rod at all heights of a range: for an oblique stage.
-
-On each part of the range the branch is interpolated over the height to `EXACT`. Where this fails,
-the range ends.
-"""
+"""One rod at all heights of a range, interpolated to `EXACT`: for an oblique stage."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -175,8 +171,6 @@ def respond_over(
     ----------
     low, high : float
         Range of heights, with `eta` in it (L).
-    progress : callable
-        Called after each part of the range.
 
     Returns
     -------

@@ -1,8 +1,6 @@
 """One rod at many heights: the branch at any η of a range, interpolated from a few heights.
 
-Each smooth stretch of the branch lies between the same two landmarks (end of pulling, α = 0, kink,
-lock, end). It is interpolated over η by the polynomial through Chebyshev points.
-`vibrissa.sensor.response.height_range` puts several such ranges together.
+Each smooth stretch between landmarks (end of pulling, α = 0, kink, lock, end) is a polynomial in η.
 """
 
 from collections.abc import Callable
@@ -151,12 +149,8 @@ def interpolated(
 
     Parameters
     ----------
-    solve : callable
-        Returns the responses at given heights.
     low, high : float
         Range of heights (L).
-    tolerance : float
-        Error allowed between the nodes, of the largest reaction.
 
     Raises
     ------

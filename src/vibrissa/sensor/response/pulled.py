@@ -41,8 +41,6 @@ class Stretch(NamedTuple):
 
     Attributes
     ----------
-    of : int
-        Which rod.
     start, stop : float
         Ends of the stretch, the lower first (L).
     grade : int
@@ -75,8 +73,6 @@ class Pulled:
 
     Attributes
     ----------
-    curves : sequence of StickingCurve
-        Paths of the rods while their clamps push.
     contact : Contact
         As in `vibrissa.solve_state`.
     """
@@ -86,11 +82,6 @@ class Pulled:
 
     def splines(self, knots: int) -> list[list[PPoly]]:
         """Tabulate the reactions between x0 of no normal force and 0 for each rod.
-
-        Parameters
-        ----------
-        knots : int
-            On each smooth stretch.
 
         Returns
         -------

@@ -1,9 +1,7 @@
 """A scan: the clamp moves in steps over a surface, and the tip sticks and slips behind it.
 
-While the tip sticks, its state follows from the positions of clamp and tip (`sensor.stage`). At the
-first step at which |tan α| > μ0 the tip slips while the clamp rests; the slip law determines where
-the slip ends. A self-locking tip sticks until the round rod buckles laterally. Then the tip is
-behind the clamp, and the states are mirror images: fx and m have the opposite sign.
+At the first step at which |tan α| > μ0 the tip slips while the clamp rests. A self-locking tip
+sticks until the round rod buckles laterally; then the states are mirror images.
 """
 
 from collections.abc import Callable, Sequence

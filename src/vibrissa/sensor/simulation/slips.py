@@ -1,9 +1,7 @@
 """Slip laws: where a slip ends, by the balance of forces or of energy along the path of the tip.
 
-While the tip slips the clamp rests, and x0 falls (in retraction it rises). The tangential force
-less kinetic friction is a piecewise polynomial of x0, with breaks at the knots of the rod's
-response and at the edges of the surface, so that no patch is missed. Its integral is the kinetic
-energy.
+The clamp rests, and x0 falls (in retraction it rises). The integral of the tangential force less
+kinetic friction over x0 is the kinetic energy.
 """
 
 from dataclasses import dataclass
