@@ -99,7 +99,7 @@ def test_tolerances_are_in_units_of_the_rod():
         ({"noise": "1 mN, 2 mN"}, "noise needs three values"),
         ({"contact": "flat"}, "contact must be one of point, line"),
         ({"yield_strain": "-1"}, "yield_strain: input should be greater than 0, got '-1'"),
-        ({"tolerances": {"zero": 2}}, "a tolerance is of one of theta, eta"),
+        ({"tolerances": {"zero": 2}}, "a tolerance must be for one of theta, eta"),
         ({"tolerances": {"eta": "-1 mm"}}, "the tolerance of eta must not be negative"),
         ({"tolerances": 2}, "tolerances is a table"),
         ({"thata": 2}, "there is no key thata; did you mean theta?"),

@@ -208,8 +208,6 @@ class Table:
 
     Attributes
     ----------
-    columns : dict
-        Name to values; NaN where a value is missing.
     line : ndarray of int
         Line of the file in which each row stands; number of the row, from 1, in a Parquet file or
         a DataFrame.

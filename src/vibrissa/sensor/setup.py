@@ -318,13 +318,7 @@ def read_keys(path: Path | str) -> dict[str, Any]:
 
 
 def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
-    """Write a set-up file.
-
-    Parameters
-    ----------
-    keys : mapping
-        As `read_keys` returns them.
-    """
+    """Write a set-up file."""
     tables = {name: value for name, value in keys.items() if isinstance(value, Mapping)}
     lines = [f"# {comment}", "", *_assignments({n: v for n, v in keys.items() if n not in tables})]
     for name, table in tables.items():

@@ -38,8 +38,6 @@ def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
     -------
     at_end : float
         In units of d0/L.
-    most : Strains
-        With the place along the rod; columns of shape (1,).
     """
     found = strains_in(curve, curve.state(np.linspace(0.0, end, STATES)))
     return float(found.largest[-1]), found.take(np.atleast_1d(found.largest.argmax()))

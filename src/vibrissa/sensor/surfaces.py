@@ -145,12 +145,8 @@ def random(
 
     Parameters
     ----------
-    mean, deviation : float
-        Of μ0.
     correlation : float
         Distance at which the correlation has fallen to exp(−1/2) (L).
-    least : float
-        Lower bound of μ0: friction cannot be negative.
     """
     if not (mean > 0.0 and deviation >= 0.0 and correlation > 0.0 and least > 0.0):
         raise ArgumentError(

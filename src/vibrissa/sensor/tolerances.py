@@ -84,7 +84,7 @@ def check_name(name: str) -> None:
         near = get_close_matches(name, TOLERABLE, 1)
         meant = f"; did you mean {near[0]}?" if near else ""
         raise UnknownNameError(
-            f"a tolerance is of one of {', '.join(TOLERABLE)}, got {name!r}{meant}"
+            f"a tolerance must be for one of {', '.join(TOLERABLE)}, got {name!r}{meant}"
         )
 
 
@@ -92,13 +92,6 @@ def read_tolerances(
     units: Units, given: Mapping[str, Quantity], whisker: "Whisker | None" = None
 ) -> dict[str, float]:
     """Read tolerances such as ``{"clamp_angle": "0.5 deg", "modulus": "2 %"}``.
-
-    Parameters
-    ----------
-    given : mapping of str to str or number
-        Standard deviations by the names of `TOLERABLE`, or `EXACT`.
-    whisker : Whisker, optional
-        In these units; a percentage is one of its value.
 
     Returns
     -------
@@ -152,11 +145,6 @@ def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
     ----------
     noise : ndarray, shape (3,)
         Standard deviation of one reading of each channel; NaN where there is none.
-
-    Returns
-    -------
-    dict of str to float
-        As from `read_tolerances`; none for a channel without noise.
     """
     found = {
         name: one.default(1.0 if one.relative else units.unit(one.kind), noise)

@@ -69,8 +69,6 @@ class Whisker:
 
         Parameters
         ----------
-        theta : str or number
-            Taper factor, at least 1.
         eta : str or number
             Height: ``"85 ± 0.1 mm"``, or 0.85 in units of the length.
         **properties

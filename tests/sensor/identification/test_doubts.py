@@ -81,7 +81,7 @@ def test_samples_of_a_rest_that_was_not_cut_off_are_not_in_the_mean(response):
 def test_a_recording_that_runs_backward_is_doubted(response):
     clamp, readings, _ = signals(response)
     periods = found(response, clamp[::-1], readings[::-1])
-    assert all("no slip goes that way" in doubt for doubt in periods.doubt[:-1])
+    assert all("the tip cannot slip in this direction" in doubt for doubt in periods.doubt[:-1])
 
 
 def test_a_jump_of_the_clamp_is_doubted(response):

@@ -171,7 +171,7 @@ def test_tolerances_are_read_with_units_and_in_per_cent():
 @pytest.mark.parametrize(
     "given, message",
     [
-        ({"tilt": 0.1}, "a tolerance is of one of theta, eta, clamp_angle"),
+        ({"tilt": 0.1}, "a tolerance must be for one of theta, eta, clamp_angle"),
         ({"theta": "x"}, "the tolerance of theta must be a number"),
         ({"theta": -0.1}, "the tolerance of theta must not be negative"),
         ({"eta": "2 deg"}, "the tolerance of eta must be a length"),
@@ -203,7 +203,7 @@ def test_tolerances_on_the_command_line(tmp_path):
     result = said("--tolerance", "modulus=3 %", "--tolerance", "exact")
     assert result.exit_code == 0
     assert "recording +1" in result.stdout or "recording +0.99" in result.stdout
-    assert "modulus: given to ± 3 %, by the recording +" in result.stdout
+    assert "modulus: given to ± 3 %, off by +" in result.stdout
     assert "does not fit" not in result.stdout
     assert said("--tolerance", "modulus").exit_code == 2
     twice = said("--tolerance", "modulus=3 %", "--tolerance", "modulus=2 %")

@@ -96,7 +96,9 @@ def rough(periods: BoolArray) -> Check:
 
 def backward(periods: BoolArray) -> Check:
     """Doubt slips that do not follow the clamp."""
-    return Check(grade=Grade.WRONG, periods=periods, sentence="no slip goes that way")
+    return Check(
+        grade=Grade.WRONG, periods=periods, sentence="the tip cannot slip in this direction"
+    )
 
 
 def misfit(channel: str, periods: BoolArray) -> Check:

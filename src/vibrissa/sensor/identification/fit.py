@@ -44,10 +44,7 @@ class Noise:
     position: float = 0.0
 
     def weighted(self, values: FloatArray, slope: FloatArray, count: IntArray) -> FloatArray:
-        """Values of shape (..., n, 3) in standard deviations, shape (..., n, c).
-
-        An error of a position changes all channels together, along their slope over x0.
-        """
+        """Values of shape (..., n, 3) in standard deviations, shape (..., n, c)."""
         scaled = values[..., self.used] / self.reading * np.sqrt(count)[:, None]
         if not self.position:
             return np.asarray(scaled)

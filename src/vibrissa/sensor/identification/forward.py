@@ -165,10 +165,7 @@ class Forward:
     def onset(
         self, p: FloatArray, u: FloatArray, heights: HeightRange
     ) -> tuple[HeightStates, FloatArray]:
-        """States and displacements with the clamp on its way to the slip, shape (p, 3).
-
-        In the last sample, in the middle of the way to the first one after it, and there.
-        """
+        """States and displacements with the clamp on its way to the slip, shape (p, 3)."""
         ends = self.ends
         clamp = ends.clamp[:, None] + ends.gap[:, None] * np.array([0.0, 0.5, 1.0])
         states, along = self._at(clamp, p, heights)
@@ -243,10 +240,7 @@ def _solved(rods: list[tuple[Whisker, float]], pulled: bool) -> list[Response]:
 
 
 def _continued(response: Response) -> Response:
-    """Continue a branch a little to x0 < 0: readings at rest may lie there, by an error of the rod.
-
-    The branch is smooth there; the polynomial through its states beside 0 goes on with it.
-    """
+    """Continue a branch a little to x0 < 0, where readings at rest may lie by an error."""
     part, back = WINDOW * response.x0_lock, -BEYOND * response.x0_lock
     nodes = chebyshev_nodes(ORDER + 1)
     series = chebyshev_transform(ORDER + 1) @ response(response.clip(part * nodes))

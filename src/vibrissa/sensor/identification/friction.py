@@ -32,10 +32,7 @@ class Onsets:
 
     @cached_property
     def own(self) -> FloatArray:
-        """Standard deviation of x0 for a known set-up, shape (p,).
-
-        The middle of the step to the slip lies between two positions.
-        """
+        """Standard deviation of x0 for a known set-up, shape (p,)."""
         return np.hypot(self.fit.known**-0.5, self.position / np.sqrt(2.0))
 
     @cached_property

@@ -69,8 +69,8 @@ class Tolerance:
             told(self.of, size, units)[0] for size in (self.deviation, self.tolerance)
         )
         text = (
-            f"{self.name}: given to ± {tolerance:.3g} {unit}, by the recording {adjusted:+.3g} ± "
-            f"{deviation:.2g} {unit} beside that"
+            f"{self.name}: given to ± {tolerance:.3g} {unit}, off by {adjusted:+.3g} ± "
+            f"{deviation:.2g} {unit} according to the recording"
         )
         return text.replace("  ", " ").replace(" ,", ",")
 

@@ -72,8 +72,6 @@ class NearestStates:
 def check_columns(nearest: NearestStates, recording: Recording) -> None:
     """Refuse a recording that comes much nearer to the rod if its columns were mixed up.
 
-    Nothing that is known to a tolerance makes up for that: it would be fitted to nonsense.
-
     Raises
     ------
     MixedColumnsError

@@ -147,10 +147,7 @@ def _moved(fit: Fit, slipped: Slipped) -> tuple[BoolArray, BoolArray]:
 
 
 def _together(fit: Fit, slipped: Slipped) -> BoolArray:
-    """Tell after which periods the tip has not moved: no slip lies between.
-
-    Past the lock a load may turn back, and samples may be missing.
-    """
+    """Tell after which periods the tip has not moved: no slip lies between."""
     _, moved = _moved(fit, slipped)
     return np.append(~moved & ~slipped.spans.passes[:-1], False)
 

@@ -131,8 +131,6 @@ class Onsets:
 def in_window(blocks: Blocks, ends: Ends, part: float) -> tuple[Blocks, FloatArray, FloatArray]:
     """Take the last samples of each period, within a part of the usual way of the clamp.
 
-    As long in each of them, so that one degree suits all.
-
     Returns
     -------
     place : ndarray, shape (n,)
@@ -165,8 +163,6 @@ def fitted_forces(
 
     Parameters
     ----------
-    window : tuple
-        As from `in_window`.
     noise : ndarray, shape (2,)
         Standard deviation of one reading of each force.
     lag : ndarray, shape (p,)

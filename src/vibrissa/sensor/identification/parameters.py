@@ -49,8 +49,6 @@ class Parameter:
         Standard deviation of its prior, in units of the rod, rad, or relative; 0 if it is exact.
     mixing : ndarray, shape (3, 3), or None
         Part of the loads that the readings show, too.
-    channel : int
-        Of a zero: the channel; −1 of all else.
     drift : bool
         Whether the zero changes over the recording: in a line, or in a wave about it.
     wave : int
@@ -85,8 +83,6 @@ def parameters_of(
 
     Parameters
     ----------
-    sizes : mapping of str to float
-        Standard deviations, as from `vibrissa.sensor.tolerances.read_tolerances`.
     full_scale : ndarray, shape (3,)
         Of the channels, of which crosstalk is a part; NaN for one that was not recorded.
     """
@@ -103,11 +99,7 @@ def parameters_of(
 
 
 def _parts(name: str, size: float, stated: bool, full_scale: FloatArray) -> Iterator[Parameter]:
-    """Parameters of one tolerance: crosstalk has six, and a drift is a Wiener process.
-
-    That is a straight line over the recording, and sine waves about it with deviations that fall
-    with their number (Wiener's series).
-    """
+    """Parameters of one tolerance: crosstalk has six, and a drift is a Wiener process."""
     channel = TOLERABLE[name].channel
     if name == "crosstalk":
         for to, source in permutations(range(3), 2):

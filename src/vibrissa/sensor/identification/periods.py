@@ -151,13 +151,7 @@ def periods_of(
     common: FloatArray,
     effects: FloatArray,
 ) -> Periods:
-    """Put periods together, of an unknown contact.
-
-    Parameters
-    ----------
-    common, effects : ndarray
-        As in `Periods`.
-    """
+    """Put periods together, of an unknown contact."""
     recording, spans = slipped.recording, slipped.spans
     slips, none = status == PeriodStatus.SLIP, np.full(len(spans), np.nan)
     bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))
@@ -199,8 +193,6 @@ def variance_of_mean(
     ----------
     weights, error, place : ndarray, shape (p,)
         Weights, standard deviations of each value, and where it was read.
-    length : float
-        ℓ, in units of the places.
     """
     part, total = weights * error, 0.0
     for start in range(0, len(part), BLOCK):

@@ -43,17 +43,10 @@ def read_ratio(
     ----------
     noise : ndarray, shape (3,)
         Standard deviation of one reading of each channel; the moment is not used.
-    parameters : tuple of Parameter
-        As from `bearing`.
     full_scale : ndarray, shape (3,)
         Of the channels; NaN of one that was not recorded.
     delay : float
         By how much the readings lag behind the clamp, in samples.
-
-    Returns
-    -------
-    Periods
-        Of an unknown contact. Their `effects` are those of the parameters.
 
     Raises
     ------

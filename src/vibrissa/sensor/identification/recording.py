@@ -300,10 +300,6 @@ def check_size(rows: int, notes: Sequence[str] = ()) -> None:
 def noise_of(readings: FloatArray) -> FloatArray:
     """Estimate the standard deviation of each channel's noise from its second differences.
 
-    Parameters
-    ----------
-    readings : ndarray, shape (n, 3)
-
     Returns
     -------
     ndarray, shape (3,)

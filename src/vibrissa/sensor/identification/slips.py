@@ -164,8 +164,6 @@ def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray)
 def check_falls(clamp: FloatArray, load: FloatArray, noise: float) -> None:
     """Refuse a recording whose slips are sudden rises of the load.
 
-    Slips are short falls of the load between long rises: with the other sign they are short rises.
-
     Raises
     ------
     RecordingError
@@ -298,11 +296,7 @@ class Slipped:
 
     @property
     def ends(self) -> Ends:
-        """How the periods end.
-
-        Two positions with errors of their own tell the middle of the step to the slip better than
-        its beginning. Its length is the usual one unless it is surely another.
-        """
+        """How the periods end."""
         clamp, spans = self.recording.clamp, self.spans
         last, unseen = clamp[spans.ends], spans.cut | spans.passes
         gap = np.where(spans.passes, 0.0, clamp[spans.after] - last)

@@ -174,10 +174,10 @@ class FrictionSummary:
         if fit is None or (fit.fits and not causes):
             return
         if fit.fits:
-            yield "Something is far off for its tolerance. What may be, each if it alone is:"
+            yield "Something is far off for its tolerance. What it may be, each taken alone:"
         else:
-            found = "What may be other, each if it alone is:" if causes else ""
-            found = found or "No single thing that is other explains it."
+            found = "What may differ from it, each taken alone:" if causes else ""
+            found = found or "No single difference explains it."
             size = f"chi2 is {fit.ratio:.3g} per degree of freedom"
             yield f"The recording does not fit what was given ({size}). {found}"
         yield from (f"  {one.spelled(self.setting.units)}" for one in causes)

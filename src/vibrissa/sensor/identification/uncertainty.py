@@ -124,11 +124,6 @@ def variance_between(values: FloatArray, variance: FloatArray) -> tuple[float, f
     ----------
     values, variance : ndarray, shape (n,)
         Values, and the variance of the error of each.
-
-    Returns
-    -------
-    between, error : float
-        At least 0, and its standard error.
     """
     weight, degrees = 1.0 / variance, len(values) - 1
     mean = (weight * values).sum() / weight.sum()

@@ -118,11 +118,6 @@ def layout_of(
 ) -> Layout:
     """Find the table in a text.
 
-    Parameters
-    ----------
-    title_line : int, optional
-        Line of the titles, from 1; 0 if there are none. Found by default.
-
     Raises
     ------
     RecordingError

@@ -80,11 +80,7 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
 
 
 def unloaded(values: Values, begin: int | None) -> int:
-    """Count the rows at the beginning in which no load acts, if that is certain; else 0.
-
-    It is where the normal force (without it the moment) jumps while the clamp still rests, as the
-    rod is lowered, and stays away from its first level all through the motion.
-    """
+    """Count the rows at the beginning in which no load acts, if that is certain; else 0."""
     channel = next((name for name in ("force_y", "moment_z") if name in values), None)
     if channel is None:
         return 0

@@ -89,8 +89,6 @@ def columns_of(
 
     Parameters
     ----------
-    targets : sequence of str
-        Names of a recording, as in `KINDS`.
     sources : mapping of str to str
         Columns by these names: ``-Fz [mN]``, or ``#3`` for the third one. Others are those of the
         file that have such a name.

@@ -135,8 +135,6 @@ class Branch(States):
 class Response(Branch):
     """Branch of one rod at one height, with the sticking curve from which it was tabulated.
 
-    Build one with `respond`.
-
     Attributes
     ----------
     curve : StickingCurve
@@ -226,11 +224,6 @@ def responses(
     section: str,
 ) -> list[Response]:
     """Solve and tabulate the responses of several rods together; see `respond`.
-
-    Parameters
-    ----------
-    contact, pull, section
-        As for `respond`.
 
     Raises
     ------

@@ -29,8 +29,6 @@ WORK = np.polynomial.legendre.leggauss(24)
 class HeightRange:
     """Branches of one rod over a range of heights, part by part.
 
-    Build one with `respond_over`.
-
     Attributes
     ----------
     parts : tuple of Heights
@@ -171,11 +169,6 @@ def respond_over(
     ----------
     low, high : float
         Range of heights, with `eta` in it (L).
-
-    Returns
-    -------
-    HeightRange
-        Interpolated to `EXACT` of the largest reaction.
 
     Raises
     ------

@@ -43,10 +43,6 @@ class Stretch(NamedTuple):
     ----------
     start, stop : float
         Ends of the stretch, the lower first (L).
-    grade : int
-        Above 1: states are denser near the start.
-    low, high : float
-        Ends of the part, between 0 and 1.
     """
 
     of: int
@@ -69,13 +65,7 @@ class Stretch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pulled:
-    """States in which the clamps of some rods pull their tips.
-
-    Attributes
-    ----------
-    contact : Contact
-        As in `vibrissa.solve_state`.
-    """
+    """States in which the clamps of some rods pull their tips."""
 
     curves: Sequence[StickingCurve]
     contact: Contact
@@ -172,10 +162,7 @@ class Pulled:
         return bracketed_root(force, low, high, rods, guess=guess)
 
     def _tip_alone(self, of: IntArray, end: FloatArray) -> FloatArray:
-        """Displacements at which rods have peeled off up to their tips (L), where there are kinks.
-
-        Between the end, where they have, and α = 0, where they have not.
-        """
+        """Displacements at which rods have peeled off up to their tips (L): kinks."""
         flat, peeled = 0.0 * end, end
         parts = np.arange(1, AT_ONCE + 1) / (AT_ONCE + 1)
         rows = np.arange(len(of))

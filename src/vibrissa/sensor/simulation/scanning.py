@@ -196,10 +196,7 @@ class _Part:
 
     @property
     def swung_contact(self) -> float:
-        """Position of the tip after lateral buckling (L).
-
-        Unchanged, unless the rod lies on the surface: its tail turns about the contact point.
-        """
+        """Position of the tip after lateral buckling (L)."""
         tip = self.tip
         states, x0 = tip.stage.states(self.until, tip.contact, tip.side)
         return float(tip.stage.along(self.until) + tip.side * (x0 - states.x1_init))

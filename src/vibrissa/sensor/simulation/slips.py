@@ -70,19 +70,7 @@ INTERPOLATION = _bernstein(BETWEEN) @ COEFFICIENTS
 
 @dataclass(frozen=True, kw_only=True)
 class _Way:
-    """Path of a slipping tip, measured from the beginning of the slip.
-
-    Attributes
-    ----------
-    x0 : float
-        Displacement at the beginning (L).
-    ahead : float
-        Sign of the change of x0.
-    contact : float
-        Contact point at the beginning (L).
-    side : int
-        1 where the tip is ahead of the clamp, −1 where it is behind.
-    """
+    """Path of a slipping tip, measured from the beginning of the slip."""
 
     x0: float
     ahead: float
@@ -134,8 +122,6 @@ class Slips:
         ----------
         clamp : float
             Position of the clamp (L).
-        side : int
-            1 where the tip is ahead of the clamp, −1 where it is behind (mirror image).
 
         Returns
         -------

@@ -39,8 +39,6 @@ class Tip:
     ----------
     contact, mu0 : float
         Where it is (L), and the friction that holds it.
-    side : int
-        1 ahead of the clamp, −1 behind it.
     """
 
     stage: LevelStage | ObliqueStage
