@@ -139,13 +139,7 @@ def _value(whisker: "Whisker", name: str) -> float:
 
 
 def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
-    """Return default tolerances.
-
-    Parameters
-    ----------
-    noise : ndarray, shape (3,)
-        Standard deviation of one reading of each channel; NaN where there is none.
-    """
+    """Return default tolerances."""
     found = {
         name: one.default(1.0 if one.relative else units.unit(one.kind), noise)
         for name, one in TOLERABLE.items()

@@ -35,13 +35,7 @@ class Grade(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Check:
-    """A reason to doubt a friction.
-
-    Attributes
-    ----------
-    periods : ndarray of bool, shape (p,)
-        Which it concerns.
-    """
+    """A reason to doubt a friction."""
 
     grade: Grade
     periods: BoolArray

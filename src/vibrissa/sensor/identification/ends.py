@@ -15,13 +15,7 @@ FEWEST = WINDOW
 
 
 def moving(clamp: FloatArray) -> slice:
-    """Find the part of a recording between the rests of the clamp at its two ends.
-
-    Parameters
-    ----------
-    clamp : ndarray, shape (n,)
-        Positions.
-    """
+    """Find the part of a recording between the rests of the clamp at its two ends."""
     begin = _rest(clamp)
     return slice(begin, len(clamp) - _rest(clamp[begin:][::-1]))
 
@@ -44,13 +38,7 @@ def _rest(clamp: FloatArray) -> int:
 
 
 def touching(loads: FloatArray) -> slice:
-    """Find the part of a recording between the ends at which no load acts.
-
-    Parameters
-    ----------
-    loads : ndarray, shape (n, k)
-        Channels without offsets, in any units.
-    """
+    """Find the part of a recording between the ends at which no load acts."""
     if not len(loads):
         return slice(0, 0)
     size = np.abs(loads)

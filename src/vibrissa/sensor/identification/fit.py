@@ -29,15 +29,7 @@ UNLIKELY, MOST_ALONE = 1e-9, 0.5
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Noise:
-    """Noise of the channels that are used, and of the positions.
-
-    Attributes
-    ----------
-    reading : ndarray, shape (c,)
-        Standard deviation of one reading of each.
-    position : float
-        Standard deviation of one clamp position (L).
-    """
+    """Noise of the channels that are used, and of the positions."""
 
     used: list[int]
     reading: FloatArray

@@ -63,13 +63,12 @@ def identify(
     Parameters
     ----------
     whisker : Whisker or None
-        That was used; its height may be a first guess. The method ``ratio`` needs none, and uses
-        nothing but its units. Without it numbers are in SI units, or in those of the recording.
+        Its height may be a first guess. The method ``ratio`` needs none. Without it numbers are in
+        SI units, or in those of the recording.
     recording : Recording, Path, str or DataFrame
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
         ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``;
-        without a unit a column is in SI units, or in those of the rod if that has none. The notes
-        of the periods say what was taken.
+        without a unit a column is in SI units, or in those of the rod if that has none.
     method : Method, optional
         What friction is read from: ``model`` where a rod is given, else ``ratio``.
     transducer : Transducer or str, optional
@@ -80,8 +79,7 @@ def identify(
     tolerances : mapping of str to str or number, optional
         Standard deviations of what was given, as in ``{"clamp_angle": "0.5 deg", "modulus":
         "2 %"}``, or ``"exact"``: it is adjusted within them, and within those of the whisker; see
-        `vibrissa.sensor.tolerances.TOLERABLE`. Those of the zeros may be in the header of the
-        recording, where `vibrissa import` writes them.
+        `vibrissa.sensor.tolerances.TOLERABLE`.
     assume : bool
         Whether what nothing is stated about has the tolerance that is assumed for it; otherwise it
         is exact.

@@ -32,13 +32,7 @@ MIRROR, THOUSAND = np.diag([-1.0, 1.0, -1.0]), 1e3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class NearestStates:
-    """States of a rod at one height, by what the channels that are used show of them.
-
-    Attributes
-    ----------
-    noise : ndarray, shape (c,)
-        Standard deviation of one reading of each.
-    """
+    """States of a rod at one height, by what the channels that are used show of them."""
 
     branch: Branch
     used: list[int]

@@ -159,15 +159,7 @@ def fitted_forces(
     lag: FloatArray,
     degree: int,
 ) -> ForceFits:
-    """Fit polynomials to the forces in windows, by least squares.
-
-    Parameters
-    ----------
-    noise : ndarray, shape (2,)
-        Standard deviation of one reading of each force.
-    lag : ndarray, shape (p,)
-        Way of the clamp by which the readings lag.
-    """
+    """Fit polynomials to the forces in windows, by least squares."""
     blocks, place, length = window
     root = np.sqrt(blocks.count)[:, None]
     basis = legvander(1.0 + 2.0 * place, degree) * root
@@ -200,17 +192,7 @@ def fitted_forces(
 def read_onsets(
     blocks: Blocks, noise: FloatArray, ends: Ends, lag: FloatArray, position: float
 ) -> Onsets:
-    """Read the ratio of the forces at the onset of slip that ends each period.
-
-    Parameters
-    ----------
-    noise : ndarray, shape (2,)
-        Standard deviation of one reading of each force.
-    lag : ndarray, shape (p,)
-        Way of the clamp by which the readings lag (L).
-    position : float
-        Standard deviation of a clamp position (L).
-    """
+    """Read the ratio of the forces at the onset of slip that ends each period."""
     window, whole = (in_window(blocks, ends, part) for part in (1.0, np.inf))
     # Noise of the positions is one of the forces, too: by how they grow with the clamp.
     straight = fitted_forces(whole, noise, ends, lag, 1)

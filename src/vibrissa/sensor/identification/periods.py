@@ -188,11 +188,6 @@ def variance_of_mean(
     """Variance of a weighted mean by slopes that are alike where places are near.
 
     The slope is a normal process with the covariance σ²·exp(−d²/(2ℓ²)) over the distance d.
-
-    Parameters
-    ----------
-    weights, error, place : ndarray, shape (p,)
-        Weights, standard deviations of each value, and where it was read.
     """
     part, total = weights * error, 0.0
     for start in range(0, len(part), BLOCK):

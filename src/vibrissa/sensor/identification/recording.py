@@ -298,13 +298,7 @@ def check_size(rows: int, notes: Sequence[str] = ()) -> None:
 
 
 def noise_of(readings: FloatArray) -> FloatArray:
-    """Estimate the standard deviation of each channel's noise from its second differences.
-
-    Returns
-    -------
-    ndarray, shape (3,)
-        NaN for a channel with a missing value, and of fewer than three readings.
-    """
+    """Estimate the standard deviation of each channel's noise from its second differences."""
     return noise_of_differences(np.diff(readings, n=2, axis=0))
 
 

@@ -116,15 +116,7 @@ def spikes(values: FloatArray, noise: float) -> BoolArray:
 
 
 def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
-    """Find the periods of sticking, at least one; those of a single sample are left out.
-
-    Parameters
-    ----------
-    clamp : ndarray, shape (n,)
-        Clamp positions.
-    load : ndarray, shape (n,)
-        Load that falls while a clamp that moves forward bends the rod, as force_x does.
-    """
+    """Find the periods of sticking, at least one; those of a single sample are left out."""
     falls = np.diff(load) * direction(clamp) / noise
     begins, ends = [0], []
     for peak, trough in _falls(falls):
@@ -218,13 +210,7 @@ def smooth(clamp: FloatArray, position: float) -> FloatArray:
 
 
 def before_swing(recording: Recording, spans: Spans) -> tuple[Recording, Spans, BoolArray]:
-    """Cut a recording where the rod swings out of its plane: fx turns round, and fy stays.
-
-    Returns
-    -------
-    swung : ndarray of bool, shape (p,)
-        Whether a period, the last one, ends so.
-    """
+    """Cut a recording where the rod swings out of its plane: fx turns round, and fy stays."""
     forces = recording.readings[:, :2]
     last, first = spans.ends[:-1], spans.begins[1:]
     way = direction(recording.clamp)[last]
@@ -325,13 +311,7 @@ class Slipped:
 
 
 def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slipped:
-    """Find the slips of a recording.
-
-    Parameters
-    ----------
-    noise : ndarray, shape (3,)
-        Standard deviation of one reading of each channel; NaN of one that is not used.
-    """
+    """Find the slips of a recording."""
     readings = recording.readings
     used = np.flatnonzero(np.isfinite(noise)).tolist()
     # Without both forces the moment tells the load, with the other sign.

@@ -239,13 +239,7 @@ def _by_slope(some: Periods, weights: FloatArray, setting: Setting) -> tuple[flo
 
 
 def if_exact(effect: FloatArray, setting: Setting, deviation: float) -> dict[str, float]:
-    """Give the standard deviation that remains of a value if one tolerance were exact.
-
-    Parameters
-    ----------
-    effect : ndarray, shape (k,)
-        Change of the value per unit of each of k errors.
-    """
+    """Give the standard deviation that remains of a value if one tolerance were exact."""
     covariance, names = setting.covariance, [one.of for one in setting.tolerances]
     along, left = covariance @ effect, {}
     for name in dict.fromkeys(names):

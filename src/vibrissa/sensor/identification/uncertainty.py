@@ -39,15 +39,7 @@ class Summary(Batch):
 
 
 def summary_of(along: FloatArray, normal: FloatArray) -> Summary:
-    """Summarise frictions that are uniform within a step, with a normal error.
-
-    Parameters
-    ----------
-    along : ndarray, shape (p, 3)
-        μ0 if the tip slipped at the beginning, in the middle and at the end of the step.
-    normal : ndarray, shape (p,)
-        Standard deviation of the normal error.
-    """
+    """Summarise frictions that are uniform within a step, with a normal error."""
     mean = along @ np.array([1.0, 4.0, 1.0]) / 6.0
     half = 0.5 * np.abs(along[:, 2] - along[:, 0])
     by_step = step_deviation(2.0 * half, 1.0)
@@ -106,25 +98,13 @@ def step_deviation(slope: FloatArray, step: FloatArray | float) -> FloatArray:
 
 
 def common_deviation(effects: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Propagate errors with a covariance, shape (k, k), to the standard deviation of values.
-
-    Parameters
-    ----------
-    effects : ndarray, shape (n, k)
-        Change of each value per unit of each error.
-    """
+    """Propagate errors with a covariance, shape (k, k), to the standard deviation of values."""
     squares = np.einsum("ni,ij,nj->n", effects, covariance, effects)
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 
 
 def variance_between(values: FloatArray, variance: FloatArray) -> tuple[float, float]:
-    """Variance of values beyond that of their errors, by moments (DerSimonian and Laird, 1986).
-
-    Parameters
-    ----------
-    values, variance : ndarray, shape (n,)
-        Values, and the variance of the error of each.
-    """
+    """Variance of values beyond that of their errors, by moments (DerSimonian and Laird, 1986)."""
     weight, degrees = 1.0 / variance, len(values) - 1
     mean = (weight * values).sum() / weight.sum()
     excess = (weight * (values - mean) ** 2).sum() - degrees
