@@ -1,9 +1,7 @@
 """Tables of the sensor: CSV or Parquet by the file's ending, each column with its unit.
 
-A CSV file has one line of titles; each name is followed by its unit in brackets, as in
-``footpoint [mm],force_x [N]``. Lines above it, such as ``# zero_force_x = 310 ± 0.3 mN``, are
-quantities that hold for the whole table. The columns of a DataFrame have the same titles, or their
-units are in its ``attrs``. A Parquet file has the unit in each column's metadata.
+Titles are as in ``footpoint [mm],force_x [N]``. Lines above them, such as
+``# zero_force_x = 310 ± 0.3 mN``, hold for the whole table.
 """
 
 import csv

@@ -1,6 +1,6 @@
-"""A rod on its stage, which moves level with the surface or at an angle to it.
+"""A rod on its stage, which moves at an angle δ to the surface.
 
-The stage moves at an angle δ to the surface. With the clamp at X, the height is
+With the clamp at X, the height is
 
     h(X) = η − X·sin δ,
 
@@ -8,8 +8,7 @@ and a tip at the position x_c has the displacement from the α = 0 state of that
 
     x0(X) = x1_init(h) + side·(X·cos δ − x_c),
 
-where side is 1 for a tip ahead of the clamp, and −1 for a tip behind it (mirrored states). A state
-depends on height and x0 alone, so that one response over the heights serves all periods.
+where side is 1 for a tip ahead of the clamp, and −1 for a tip behind it (mirrored states).
 """
 
 from dataclasses import dataclass

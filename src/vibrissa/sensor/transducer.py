@@ -1,7 +1,6 @@
 """From clamp reactions to the readings of a force-torque transducer, in SI units.
 
-The transducer sits under the clamp with its axis along the unbent rod. The model's force_x is its
-Fx, force_y its Fz (along the axis) and moment_z its moment about the axis normal to the plane.
+force_x is its Fx, force_y its Fz (along the unbent rod), moment_z that about the plane's normal.
 """
 
 import tomllib

@@ -1,8 +1,7 @@
 """Whether a recording fits what was given within its tolerances, and if not, what may be other.
 
-Where a tolerance is lifted, the sum that was minimised falls: by (p/σ)²/(1 − s²/σ²) for a parameter
-p that was adjusted within σ and is known to s now, to first order. The square root of this is the
-surprise of the parameter, in standard deviations.
+A lifted tolerance σ lowers the sum that was minimised by (p/σ)²/(1 − s²/σ²), to first order, for
+a parameter adjusted by p and known to s. Its square root is the surprise.
 """
 
 from dataclasses import dataclass, replace
