@@ -1,8 +1,6 @@
 """The set-up of a measurement: rod, mounting and transducer, each quantity with its tolerance.
 
-It is read from a TOML file, from options, or from both. In the file a line is ``name = number`` or
-``name = "value ± tolerance unit"``; the table ``[tolerances]`` has the standard deviations of
-quantities without a value of their own, by the names of `vibrissa.sensor.tolerances.TOLERABLE`.
+In a TOML file a line is ``name = number`` or ``name = "value ± tolerance unit"``.
 """
 
 import json
