@@ -96,8 +96,7 @@ def test_the_uncertainty_is_what_identify_states_of_a_recording(mu0):
     found = design(asked(**GOOD, mu0=mu0, tolerances={"surface_slope": "exact"}))
     whisker = Whisker(theta=1.5, eta=0.874, rod=found.best.rod, tolerances={"surface_slope": 0.0})
     to = 30.5 * float(whisker.curve.onset(mu0))
-    asked_for = {"step": "50 um", "to": [to], "transducer": SENSOR}
-    signals = scan(whisker, surfaces.constant(mu0), **asked_for)
+    signals = scan(whisker, surfaces.constant(mu0), step="50 um", to=[to]).measured(SENSOR)
     periods = identify(whisker, signals.to_pandas(), transducer=SENSOR).periods
     slips = periods.status == "slip"
     assert slips.sum() >= 29

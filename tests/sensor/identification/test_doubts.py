@@ -39,10 +39,10 @@ def found(response, clamp, readings):
 def test_a_clean_recording_leaves_no_doubt(response, law, turns):
     clamp, readings, _ = signals(response, law, turns)
     periods = found(response, clamp, readings)
-    said = {why for doubt in periods.doubt for why in doubt.split("; ")}
-    # Slips of a pulled tip are so short that they follow each other within a few steps.
-    short = {one.sentence for one in periods.checks if "few" in one.sentence}
-    assert said - (short if law == "kinetic" and len(turns) > 1 else set()) == {""}
+    # Under the kinetic law a pulled tip slips at every third sample: too coarse, and so doubted.
+    fine = periods.last < np.argmax(clamp) if law == "kinetic" else np.full(len(periods), True)
+    assert len(periods.last[fine]) > 10
+    assert set(periods.doubt[fine]) == {""}
 
 
 def test_a_reading_that_stands_still_is_doubted(response):

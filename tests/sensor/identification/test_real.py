@@ -109,7 +109,7 @@ EVERY = 10
 def fine(whisker):
     """Loads of a scan at 1 mm/s in steps of 1 um, of which every tenth is recorded."""
     law = {"law": "kinetic", "kinetic_ratio": 0.6}
-    return scan(whisker, surfaces.random(3, MU0, 0.02, 0.05), step="1 um", to=["12 mm"], **law)
+    return scan(whisker, surfaces.random(3, MU0, 0.02, 0.05), step="1 um", to=["12.5 mm"], **law)
 
 
 def in_flight(whisker, signals, rows=50):

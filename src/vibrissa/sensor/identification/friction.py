@@ -33,7 +33,10 @@ class Onsets:
     @cached_property
     def own(self) -> FloatArray:
         """Standard deviation of x0 for a known set-up, shape (p,)."""
-        return np.hypot(self.fit.known**-0.5, self.position / np.sqrt(2.0))
+        forward = self.fit.forward
+        # Behind a filter the beginning of a slip is hidden in noise, for up to its delay.
+        late = forward.delay * np.abs(forward.ends.speed) / np.sqrt(12.0)
+        return np.sqrt(1.0 / self.fit.known + self.position**2 / 2.0 + late**2)
 
     @cached_property
     def _states(self) -> tuple[HeightStates, FloatArray]:

@@ -26,6 +26,9 @@ from vibrissa.sensor.identification.recording import (
 FALL = 8.0
 # Within a slip: a fall from one sample to the next that is none of noise, in standard deviations.
 STEP_FALL = 5.0
+# A slip too small for that: a fall from one sample to the next by so much, and of the moment as by
+# `FALL`.
+BOTH_FALL = 3.0
 # A sample this many standard deviations from the mean of its neighbours, which agree, is a spike.
 SPIKE = 8.0
 # Usual steps from which on a step is longer than usual, and from which on samples were lost.
@@ -115,8 +118,20 @@ def spikes(values: FloatArray, noise: float) -> BoolArray:
     return lone
 
 
-def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
-    """Find the periods of sticking, at least one; those of a single sample are left out."""
+def spans_of(
+    clamp: FloatArray, load: FloatArray, noise: float, moment: FloatArray | None = None
+) -> Spans:
+    """Find the periods of sticking, at least one; those of a single sample are left out.
+
+    Parameters
+    ----------
+    clamp : ndarray, shape (n,)
+        Clamp positions.
+    load : ndarray, shape (n,)
+        Load that falls while a clamp that moves forward bends the rod, as force_x does.
+    moment : ndarray, shape (n,), optional
+        The moment in units of its noise; it falls and rises against the load.
+    """
     falls = np.diff(load) * direction(clamp) / noise
     begins, ends = [0], []
     for peak, trough in _falls(falls):
@@ -125,7 +140,17 @@ def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
         ends.append(peak + int(large[0]) if len(large) else peak)
         begins.append(peak + int(large[-1]) + 1 if len(large) else trough)
     ends.append(len(load) - 1)
-    return _cut(clamp, falls, np.array(begins), np.array(ends))
+    first, last = np.array(begins), np.array(ends)
+    if moment is not None:
+        both = (falls > BOTH_FALL) & (-np.diff(moment) * direction(clamp) > FALL)
+        small = _within(np.flatnonzero(both), first, last)
+        first, last = np.sort(np.append(first, small + 1)), np.sort(np.append(last, small))
+    return _cut(clamp, falls, first, last)
+
+
+def _within(rows: IntArray, begins: IntArray, ends: IntArray) -> IntArray:
+    """Rows that lie within periods, before their last one."""
+    return rows[rows < ends[np.searchsorted(begins, rows, side="right") - 1]]
 
 
 def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray) -> Spans:
@@ -136,7 +161,7 @@ def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray)
     short = rise + falls > np.maximum(FALL, STICKS_ON * rise)
     rows = np.flatnonzero(short & (steps > LONG * usual))
     # Between two periods lies a slip that is seen.
-    last = rows[rows < ends[np.searchsorted(begins, rows, side="right") - 1]]
+    last = _within(rows, begins, ends)
     ends = np.sort(np.append(ends, last))
     after = np.minimum(ends + 1, len(clamp) - 1)
     # Within one step over many of the usual ones, against the motion before it and after it.
@@ -327,7 +352,8 @@ def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slippe
     notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
     row = np.flatnonzero(~spiky)
     recording = replace(recording.take(row), notes=notes)
-    spans = spans_of(clamp[row], load[row], deviation)
+    moment = readings[row, MOMENT] / noise[MOMENT] if both and MOMENT in used else None
+    spans = spans_of(clamp[row], load[row], deviation, moment)
     recording, spans, swung = before_swing(recording, spans)
     found = Slipped(recording=recording, spans=spans, swung=swung, position=position, row=row)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
