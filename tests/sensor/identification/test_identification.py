@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, WHISKER, measured, recording_of
+from steel import NANO, NOISE, ROD, SCALE, SENSOR, SI, STIFF, WHISKER, measured, recording_of
 from vibrissa.cli.app import app
 from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.periods import PeriodStatus
@@ -162,7 +162,7 @@ def measured_over(response, surface, turns, law="free", section="round"):
     """Truth and periods of a scan, readings at the transducer's limit left out."""
     truth = simulate(response, surface, path("0.0005", turns), law, 0.8)
     readings = measured(truth.reactions, 3)
-    rows = np.flatnonzero(~SENSOR.saturated(readings * SCALE).any(axis=1))
+    rows = np.flatnonzero(~SENSOR.saturated(readings * STIFF).any(axis=1))
     recording = recording_of(truth.clamp[rows], readings[rows])
     periods = found_in(recording, section=section)
     return truth, periods, rows[periods.last]

@@ -6,12 +6,13 @@ import pytest
 from scipy.optimize import brentq
 from scipy.signal import butter, sosfilt
 
-from steel import NOISE, ROD, SENSOR
-from vibrissa.sensor import Whisker, identify, scan, surfaces
+from steel import ROD, SENSOR
+from vibrissa.sensor import Units, Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.ends import moving, touching
 
 MU0 = 0.3
 NAMES = ("force_x [N]", "force_y [N]", "moment_z [N*m]")
+NOISE = np.array(SENSOR.deviation) / Units(ROD).channels
 
 
 @pytest.fixture(scope="module")

@@ -65,7 +65,7 @@ def test_the_noise_is_adjusted_with_the_readings():
 @pytest.mark.slow
 def test_a_small_tolerance_holds_what_was_given_and_then_it_does_not_fit():
     _, recording = recorded(GIVEN)
-    error, tolerance = 0.01, 1e-4
+    error, tolerance = 0.01, 1e-5
     recording = replace(recording, readings=recording.readings + np.array([error, 0.0, 0.0]))
     found = identify(GIVEN, recording, noise=NOISE, tolerances={"zero_force_x": tolerance})
     (zero,) = found.tolerances
