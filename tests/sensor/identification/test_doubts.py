@@ -37,12 +37,14 @@ def found(response, clamp, readings):
 @pytest.mark.parametrize("law", list(SlipLaw))
 @pytest.mark.parametrize("turns", [("0.4",), pytest.param(("0.3", "0.1"), marks=pytest.mark.slow)])
 def test_a_clean_recording_leaves_no_doubt(response, law, turns):
-    clamp, readings, _ = signals(response, law, turns)
+    clamp, readings, begins = signals(response, law, turns)
     periods = found(response, clamp, readings)
-    # Under the kinetic law a pulled tip slips at every third sample: too coarse, and so doubted.
-    fine = periods.last < np.argmax(clamp) if law == "kinetic" else np.full(len(periods), True)
-    assert len(periods.last[fine]) > 10
-    assert set(periods.doubt[fine]) == {""}
+    # Of slips at every third sample some are missed.
+    assert 0.9 * len(begins) < len(periods) <= len(begins)
+    said = {why for doubt in periods.doubt for why in doubt.split("; ")}
+    # Slips of a pulled tip are so short that they follow each other within a few steps.
+    short = {one.sentence for one in periods.checks if "few" in one.sentence}
+    assert said - (short if law == "kinetic" and len(turns) > 1 else set()) == {""}
 
 
 def test_a_reading_that_stands_still_is_doubted(response):

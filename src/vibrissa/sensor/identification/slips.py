@@ -26,9 +26,8 @@ from vibrissa.sensor.identification.recording import (
 FALL = 8.0
 # Within a slip: a fall from one sample to the next that is none of noise, in standard deviations.
 STEP_FALL = 5.0
-# A slip too small for that: a fall from one sample to the next by so much, and of the moment as by
-# `FALL`.
-BOTH_FALL = 3.0
+# Signs with which channels rise in a slip while the clamp moves forward; fy may do either.
+FALLING = np.array([1.0, np.nan, -1.0])
 # A sample this many standard deviations from the mean of its neighbours, which agree, is a spike.
 SPIKE = 8.0
 # Usual steps from which on a step is longer than usual, and from which on samples were lost.
@@ -118,19 +117,10 @@ def spikes(values: FloatArray, noise: float) -> BoolArray:
     return lone
 
 
-def spans_of(
-    clamp: FloatArray, load: FloatArray, noise: float, moment: FloatArray | None = None
-) -> Spans:
+def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
     """Find the periods of sticking, at least one; those of a single sample are left out.
 
-    Parameters
-    ----------
-    clamp : ndarray, shape (n,)
-        Clamp positions.
-    load : ndarray, shape (n,)
-        Load that falls while a clamp that moves forward bends the rod, as force_x does.
-    moment : ndarray, shape (n,), optional
-        The moment in units of its noise; it falls and rises against the load.
+    The load falls while a clamp that moves forward bends the rod, as force_x does.
     """
     falls = np.diff(load) * direction(clamp) / noise
     begins, ends = [0], []
@@ -140,17 +130,47 @@ def spans_of(
         ends.append(peak + int(large[0]) if len(large) else peak)
         begins.append(peak + int(large[-1]) + 1 if len(large) else trough)
     ends.append(len(load) - 1)
-    first, last = np.array(begins), np.array(ends)
-    if moment is not None:
-        both = (falls > BOTH_FALL) & (-np.diff(moment) * direction(clamp) > FALL)
-        small = _within(np.flatnonzero(both), first, last)
-        first, last = np.sort(np.append(first, small + 1)), np.sort(np.append(last, small))
-    return _cut(clamp, falls, first, last)
+    return _cut(clamp, falls, np.array(begins), np.array(ends))
 
 
-def _within(rows: IntArray, begins: IntArray, ends: IntArray) -> IntArray:
-    """Rows that lie within periods, before their last one."""
-    return rows[rows < ends[np.searchsorted(begins, rows, side="right") - 1]]
+def _with_small(clamp: FloatArray, forces: FloatArray, spans: Spans) -> Spans:
+    """Split periods at slips that force_x alone hides in noise, and both forces together show.
+
+    Parameters
+    ----------
+    forces : ndarray, shape (n, 2)
+        In deviations of one reading.
+    """
+    more = spans_of(clamp, _by_both(clamp, forces, spans), 1.0)
+    rows = more.ends[:-1][more.begins[1:] == more.ends[:-1] + 1]
+    # Past the lock fy falls by itself, but not fx.
+    rows = rows[(np.diff(forces[:, 0]) * direction(clamp))[rows] > 0.0]
+    period = np.searchsorted(spans.begins, rows, side="right") - 1
+    rows = rows[(period >= 0) & (rows < spans.ends[period])]
+    ends = np.append(spans.ends, rows)
+    order, new = np.argsort(ends), np.zeros(len(rows), dtype=bool)
+    return Spans(
+        begins=np.sort(np.append(spans.begins, rows + 1)),
+        ends=ends[order],
+        after=np.append(spans.after, rows + 1)[order],
+        cut=np.append(spans.cut, new)[order],
+        passes=np.append(spans.passes, new)[order],
+    )
+
+
+def _by_both(clamp: FloatArray, forces: FloatArray, spans: Spans) -> FloatArray:
+    """Load by both forces, in deviations of itself: weighted by how each changes within periods.
+
+    Parameters
+    ----------
+    forces : ndarray, shape (n, 2)
+        In deviations of one reading.
+    """
+    rows, period = spans.rows
+    way = clamp[rows] - (np.bincount(period, clamp[rows]) / spans.counts)[period]
+    slope = way @ forces[rows]
+    weights = -slope / np.linalg.norm(slope) if slope[0] < 0.0 else np.array([1.0, 0.0])
+    return np.asarray(forces @ weights)
 
 
 def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray) -> Spans:
@@ -161,7 +181,7 @@ def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray)
     short = rise + falls > np.maximum(FALL, STICKS_ON * rise)
     rows = np.flatnonzero(short & (steps > LONG * usual))
     # Between two periods lies a slip that is seen.
-    last = _within(rows, begins, ends)
+    last = rows[rows < ends[np.searchsorted(begins, rows, side="right") - 1]]
     ends = np.sort(np.append(ends, last))
     after = np.minimum(ends + 1, len(clamp) - 1)
     # Within one step over many of the usual ones, against the motion before it and after it.
@@ -346,14 +366,17 @@ def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slippe
     clamp = smooth(recording.clamp, position)
     check_falls(clamp, load, deviation)
     spiky = np.any([spikes(readings[:, i], noise[i]) for i in used], axis=0)
-    # Where the clamp turns the load has a peak.
+    # Where the clamp turns the load has a peak, and where a slip follows.
     way = direction(clamp)
     spiky &= ~np.pad(way[1:] != way[:-1], 1)
+    falls = (readings[2:] - readings[:-2]) * FALLING / noise * way[:-1, None]
+    spiky[1:-1] &= ~(falls > FALL).any(axis=1)
     notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
     row = np.flatnonzero(~spiky)
     recording = replace(recording.take(row), notes=notes)
-    moment = readings[row, MOMENT] / noise[MOMENT] if both and MOMENT in used else None
-    spans = spans_of(clamp[row], load[row], deviation, moment)
+    spans = spans_of(clamp[row], load[row], deviation)
+    if both:
+        spans = _with_small(clamp[row], readings[row][:, FORCES] / noise[FORCES], spans)
     recording, spans, swung = before_swing(recording, spans)
     found = Slipped(recording=recording, spans=spans, swung=swung, position=position, row=row)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
