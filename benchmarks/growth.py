@@ -2,8 +2,7 @@
 
 A study is a grid of tapers (1 to 4), heights (0.7 to 0.95) and 100 friction coefficients (up to
 0.45), run from an empty results folder. --record adds it to validation/records/growth.csv, with
-what other sizes took before, and draws growth.png beside it. 10⁷ points need 4 GB of disk in
-TMPDIR, 10⁸ need 30 GB.
+what other sizes took before. 10⁷ points need 4 GB of disk in TMPDIR, 10⁸ need 30 GB.
 """
 
 import argparse
@@ -21,13 +20,11 @@ import pandas as pd
 import pyarrow.parquet as pq
 import yaml
 
-from vibrissa.figures import style
 from vibrissa.files import write_atomically
 from vibrissa.tables import query, schemas
 
 ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "validation/records/growth.csv"
-PICTURE = RECORD.with_suffix(".png")
 # Tapers and heights by the number of points.
 SIZES = {
     10**4: (10, 10),
@@ -43,7 +40,6 @@ RULES = {
     "stiction": "one table / core-s",
 }
 MEMORY = "largest process / MB"
-GIB = 1024**3 / 1e6
 
 
 def axis(low: float, high: float, n: int) -> list[float]:
@@ -137,38 +133,14 @@ def bytes_read(path: Path, theta: float, eta: float) -> float:
     return round((metadata.serialized_size + sum(sizes)) / 1e6, 2)
 
 
-def record(found: dict[str, float]) -> pd.DataFrame:
-    """Add a size to the record; return all sizes, by the number of points."""
+def record(found: dict[str, float]) -> None:
+    """Add a size to the record."""
     rows = pd.DataFrame([found]).set_index("points")
     if RECORD.exists():
         rows = rows.combine_first(pd.read_csv(RECORD, index_col="points"))
     rows = rows[[name for name in found if name != "points"]].sort_index()
     with write_atomically(RECORD) as temporary:
         rows.to_csv(temporary)
-    return rows
-
-
-def draw(rows: pd.DataFrame, path: Path) -> None:
-    """Draw time and memory over the number of points."""
-    shown = rows.where(rows > 0.0)  # what was too short to be measured
-    figure = style.page(2.9, style.PAGE)
-    times, memory = figure.subplots(1, 2)
-    for name, look in (
-        ("to stiction.parquet / s", "ko-"),
-        ("all / core-s", "k--"),
-        *((column, look) for column, look in zip(RULES.values(), ("s-", "^-"), strict=True)),
-    ):
-        times.loglog(shown.index, shown[name], look, markersize=4, linewidth=1, label=name)
-    times.set(xlabel="points", ylabel="time")
-    memory.loglog(shown.index, shown[MEMORY], "ko-", markersize=4, linewidth=1, label=MEMORY)
-    memory.loglog(
-        shown.index, shown["table / MB"], "s-", markersize=4, linewidth=1, label="table / MB"
-    )
-    memory.axhline(GIB, color="0.5", linewidth=0.8, linestyle="--")
-    memory.text(shown.index[0], GIB, "1 GiB", va="bottom", color="0.5")
-    memory.set(xlabel="points", ylabel="MB")
-    style.legend(figure)
-    style.save(figure, [path])
 
 
 def main() -> None:
@@ -176,7 +148,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=float, nargs="+", default=[1e4, 1e5, 1e6])
     parser.add_argument("--cores", type=int, default=2)
-    parser.add_argument("--record", action="store_true", help="add to the record and draw it")
+    parser.add_argument("--record", action="store_true", help="add to the record")
     given = parser.parse_args()
     if unknown := [points for points in given.points if points not in SIZES]:
         parser.error(
@@ -186,5 +158,4 @@ def main() -> None:
         found = run(points, given.cores)
         print("; ".join(f"{name}: {value:,}" for name, value in found.items()), flush=True)
         if given.record:
-            with style.applied():
-                draw(record(found), PICTURE)
+            record(found)
