@@ -446,7 +446,3 @@ class Units:
                 f"{what} has a unit, but the rod is not given: give modulus, diameter and length"
             )
         return exact(self.unit(kind))
-
-
-# Without a rod messages are nondimensional.
-OWN_UNITS = Units()

@@ -10,9 +10,8 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.tolerances import TOLERABLE
 from vibrissa.sensor.transducer import CHANNELS
 
-# Those that need another rod solved, and those that move it against the surface.
+# Those that need another rod solved.
 OF_ROD = ("theta", "clamp_angle", "clamp_compliance", "curvature")
-OF_WAY = ("eta", "stage_angle", "length", "stage_scale", "delay")
 CREEP, SLOPE = "creep", "surface_slope"
 # What changes the ratio of the forces that are read. A surface that is inclined against the
 # transducer is a transducer that is turned.
