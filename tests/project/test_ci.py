@@ -4,7 +4,6 @@ import re
 import subprocess
 from pathlib import Path
 
-import pytest
 import yaml
 
 ROOT = Path(__file__).parents[2]
@@ -42,10 +41,7 @@ def test_a_part_that_does_not_exist_is_refused():
     assert result.stderr.startswith("no such part: reports; there are: push, night, lint")
 
 
-@pytest.mark.parametrize("page", ["docs/ci.md"])
-def test_the_workflow_in_the_docs_gives_the_action_what_it_takes(page):
-    texts = re.findall(r"```yaml\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
-    (text,) = [text for text in texts if "OWNER/vibrissa" in text]
-    steps = yaml.safe_load(text)["jobs"]["check"]["steps"]
-    assert set(steps[1]["with"]) <= set(ACTION["inputs"])
-    assert len(text.partition("steps:\n")[2].splitlines()) == 5
+def test_the_workflow_in_the_docs_gives_the_action_what_it_takes():
+    (text,) = re.findall(r"```yaml\n(name: .*?)```", (ROOT / "docs/ci.md").read_text(), re.DOTALL)
+    _, step = yaml.safe_load(text)["jobs"]["check"]["steps"]
+    assert set(step["with"]) <= set(ACTION["inputs"])

@@ -104,9 +104,3 @@ def test_every_column_has_a_row():
     for table, schema in schemas.TABLES.items():
         rows = "".join(parts[f"columns of {name}"][1] for name in ("shared", "state", table))
         assert [name for name in schema.names if f"`{name}`" not in rows] == []
-
-
-def test_results_folder_says_what_appears_there():
-    text = PAGES["results/README.md"]
-    for name in ("stiction", "scans", "states", "figures/", "chunks/", "logs/"):
-        assert name in text

@@ -21,7 +21,7 @@ from vibrissa.tables.schemas import STICTION
 
 ENDS = {"−∞": -np.inf, "−π": -np.pi, "−π/2": -np.pi / 2, "0": 0, "1": 1}
 ENDS |= {"π/2": np.pi / 2, "π": np.pi, "2π": 2 * np.pi, "∞": np.inf}
-UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1", "rad*L/(E*I0)", "1/L"}
+UNITS = {"L", "E*I0/L^2", "E*I0/L", "rad", "1", "L/(E*I0)", "1/L"}
 
 
 @pytest.fixture(scope="module")

@@ -185,7 +185,7 @@ class Requirements(BaseModel):
 
     @cached_property
     def noise(self) -> tuple[float, ...]:
-        """Standard deviation of one reading of each channel, in SI units."""
+        """Standard deviations of the noise in single readings of force_x, force_y, moment_z, SI."""
         if self.setup.noise is None:
             return preset(str(self.setup.transducer)).deviation
         parts = channels_of(self.setup.noise, "noise")

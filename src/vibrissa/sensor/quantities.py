@@ -326,12 +326,13 @@ def read_rod(modulus: str | None, diameter: str | None, length: str | None) -> R
 
 
 def wished_units(kinds: Iterable[Kind], *given: object) -> dict[Kind, str]:
-    """Give the units in which a person thinks: of each kind the first usual one that was given.
+    """Choose the units of the output: for each kind of quantity the first usual unit of the input.
 
     Parameters
     ----------
     *given : object
-        What is text, such as ``"85 ± 0.1 mm"`` or ``"3 mN, 3 mN, 10 uN*m"``, may have units.
+        Arguments of the user. Texts such as ``"85 ± 0.1 mm"`` or ``"3 mN, 3 mN, 10 uN*m"`` have
+        units; other arguments have none.
     """
     texts = [part for text in given if isinstance(text, str) for part in text.split(",")]
     units = [found[1] for text in texts if (found := _LAST_UNIT.search(text.strip()))]
@@ -350,8 +351,8 @@ class Units:
     si : bool
         Without a rod: numbers are in SI units, and not nondimensional.
     wished : dict of Kind to str
-        Usual units in which results are told, instead of SI units. Tables are in SI units, and
-        so is everything where no unit was given.
+        For each kind of quantity the unit of printed results; SI units for a kind without one.
+        Tables are always in SI units.
     """
 
     rod: Rod | None = None

@@ -298,12 +298,12 @@ def check_size(rows: int, notes: Sequence[str] = ()) -> None:
 
 
 def noise_of(readings: FloatArray) -> FloatArray:
-    """Estimate the standard deviation of each channel's noise from its second differences."""
+    """Estimate the standard deviation of the noise of each channel."""
     return noise_of_differences(np.diff(readings, n=2, axis=0))
 
 
 def noise_of_differences(second: FloatArray) -> FloatArray:
-    """Estimate the noise from second differences, of which outliers are slips and do not count."""
+    """Estimate the noise from second differences of the readings; outliers (slips) are left out."""
     from scipy.special import ndtri  # half a second to load
 
     second = np.abs(second)
