@@ -61,7 +61,8 @@ def test_no_row_is_silently_wrong(number):
     # `python -m validation laboratory`.
     row = ROWS[number]
     said = row.ways[number % len(row.ways)]
-    _, found = of_entry((number, said, 2), [laboratory.METHODS[number % 2]])
+    method = Method.RATIO if row.without_rod else laboratory.METHODS[number % 2]
+    _, found = of_entry((number, said, 2), [method])
     assert found and not any(score.silent for score in found.values())
 
 

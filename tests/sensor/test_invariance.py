@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from steel import NOISE, recording_of
 from vibrissa.mechanics.rod import Rod
 from vibrissa.sensor import Units, Whisker, identify, scan, solve, surfaces
-from vibrissa.sensor.identification import periods
+from vibrissa.sensor.identification import slope
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation import scanning
@@ -84,7 +84,7 @@ def test_friction_does_not_depend_on_where_the_stage_counts_from(by):
 def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch):
     _, recording = recorded()
     whole = found_in(recording)
-    monkeypatch.setattr(periods, "BLOCK", 3)
+    monkeypatch.setattr(slope, "BLOCK", 3)
     same(found_in(recording), whole)
 
 

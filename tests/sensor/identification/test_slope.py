@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_simpson
 
 from steel import NOISE, measured, recording_of
-from vibrissa.sensor import Whisker, identify, surfaces
-from vibrissa.sensor.identification.periods import alike, slope_errors, variance_of_mean
+from validation.sensor import laboratory
+from validation.sensor.laboratory import ROWS, Said, recorded
+from vibrissa.sensor import Method, Whisker, identify, surfaces
+from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.simulation.scanning import path, simulate
 
 GIVEN = {"theta": 2.0, "eta": 0.85}
-SLOPE = np.deg2rad(1.0)
+SLOPE = Slope(deviation=np.deg2rad(1.0), length=0.05)
 
 
 @pytest.fixture(scope="module")
@@ -27,18 +30,26 @@ def read(recording, method, slope):
 def test_a_slope_turns_the_ratio_of_the_forces():
     mu0, delta = 0.3, 1e-4
     turned = np.tan(np.arctan(mu0) + delta) - mu0
-    assert slope_errors(np.array([mu0]), delta)[0] == pytest.approx(turned, rel=1e-3)
+    found = Slope(deviation=delta).errors(np.array([mu0]))
+    assert found[0] == pytest.approx(turned, rel=1e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["model", "ratio"])
 def test_it_widens_every_interval_and_the_mean_by_what_neighbours_share(recording, method):
-    level, found = read(recording, method, 0.0), read(recording, method, SLOPE)
+    level, found = read(recording, method, 0.0), read(recording, method, SLOPE.deviation)
     known = np.isfinite(found.periods.mu0)
-    error = slope_errors(found.periods.mu0[known], SLOPE)
+    error = SLOPE.errors(found.periods.mu0[known])
     expected = np.hypot(level.periods.deviation[known], error)
-    assert found.periods.mu0 == pytest.approx(level.periods.mu0, nan_ok=True)
-    assert found.periods.deviation[known] == pytest.approx(expected)
+    if method == "ratio":
+        assert found.periods.mu0 == pytest.approx(level.periods.mu0, nan_ok=True)
+        assert found.periods.deviation[known] == pytest.approx(expected)
+    else:
+        # The model adjusts the height of each tip, too: by noise alone.
+        apart = (found.periods.mu0 - level.periods.mu0)[known]
+        more = found.periods.deviation[known] ** 2 - expected**2
+        assert (more > 0.0).all() and np.sqrt(more).max() < 0.05 * SLOPE.deviation
+        assert np.abs(apart).max() < 4.0 * np.sqrt(more.max())
     assert (found.periods.high - found.periods.low)[known] == pytest.approx(
         2.0 * 1.96 * expected, rel=0.1
     )
@@ -46,14 +57,44 @@ def test_it_widens_every_interval_and_the_mean_by_what_neighbours_share(recordin
     bound = np.isfinite(found.periods.low) & ~known
     assert (found.periods.low < level.periods.low)[bound].all()
     one, other = level.summary(), found.summary()
-    assert other.random > one.random + SLOPE / np.sqrt(known.sum())
+    assert other.random > one.random + SLOPE.deviation / np.sqrt(known.sum())
     assert min(other.if_exact, key=other.if_exact.get) == "surface_slope"
 
 
 def test_the_variance_of_a_mean_is_between_that_of_one_and_of_many():
-    weights, error = np.full(1000, 1e-3), np.full(1000, 0.01)
-    place = np.linspace(0.0, 1.0, 1000)
-    assert variance_of_mean(weights, error, place, 1e9) == pytest.approx(1e-4)
-    assert variance_of_mean(weights, error, place, 1e-9) == pytest.approx(1e-7)
-    found = variance_of_mean(weights, error, place, 0.05)
-    assert found == pytest.approx(weights @ (1e-4 * alike(place, place, 0.05)) @ weights)
+    weights, level, place = np.full(1000, 1e-3), np.zeros(1000), np.linspace(0.0, 1.0, 1000)
+
+    def found(length):
+        return Slope(deviation=0.01, length=length).variance_of_mean(weights, level, place)
+
+    assert found(1e9) == pytest.approx(1e-4)
+    assert found(1e-9) == pytest.approx(1e-7)
+    alike = np.exp(-0.5 * ((place[:, None] - place) / 0.05) ** 2)
+    assert found(0.05) == pytest.approx(1e-4 * weights @ alike @ weights)
+
+
+def test_heights_are_what_slopes_add_up_to():
+    fine, length = np.linspace(0.0, 0.4, 2001), SLOPE.length
+    apart = np.exp(-0.5 * ((fine[:, None] - fine) / length) ** 2)
+    slopes = SLOPE.deviation**2 * apart
+    rises = cumulative_simpson(
+        cumulative_simpson(slopes, x=fine, axis=0, initial=0), x=fine, axis=1, initial=0
+    )
+    some = np.array([0, 300, 1200, 2000])
+    expected = rises[np.ix_(some, some)] + rises[-1, -1]
+    assert SLOPE.heights(fine[some]) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [47000, 47009])
+def test_a_surface_that_rises_and_falls_by_what_its_slope_allows_is_not_doubted(seed):
+    (row,) = [row for row in ROWS if "surface_slope" in row.sizes]
+    frame, _ = recorded(row, Said.ENOUGH, seed)
+    for method in Method:
+        found = laboratory.read(frame, row, Said.ENOUGH, method)
+        assert set(found.periods.doubt) == {""}
+    frame, _ = recorded(row, Said.LITTLE, seed)
+    for method in Method:
+        found = laboratory.read(frame, row, Said.LITTLE, method)
+        assert (found.periods.grade == "doubtful").all()
+        assert "rises and falls by more than surface_slope allows" in str(found.summary())

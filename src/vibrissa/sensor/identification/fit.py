@@ -14,6 +14,7 @@ from scipy.special import chdtrc
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.sensor.identification.forward import BEYOND, Forward
+from vibrissa.sensor.identification.slope import PLANE, Slope
 from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange
 
 # Gauss-Newton steps to the contact of a period, at first and beside one that is known.
@@ -25,6 +26,9 @@ TINY = 1e-300
 # A period with residuals of a lower probability than this does not fit by itself, and where fewer
 # than this part do not they are left out of the fit of the set-up.
 UNLIKELY, MOST_ALONE = 1e-9, 0.5
+
+# The heights of at most so many tips are compared.
+MOST_HEIGHTS = 500
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -60,6 +64,8 @@ class Fit:
         Periods to which the set-up was fitted.
     settled : bool
         Whether the fit has converged; otherwise p is what was given.
+    slope : Slope
+        Local slope of the surface: each tip may be higher or lower by what it adds up to.
     """
 
     forward: Forward
@@ -68,6 +74,7 @@ class Fit:
     u: FloatArray
     kept: BoolArray
     settled: bool = True
+    slope: Slope = PLANE
 
     @cached_property
     def heights(self) -> HeightRange:
@@ -188,14 +195,47 @@ class Fit:
         return self.forward.blocks.sums((self.residuals**2).sum(axis=1))
 
     @cached_property
+    def heights_of_tips(self) -> tuple[FloatArray, FloatArray]:
+        """How far each tip is below the plane of the surface, and the variance of that (L)."""
+        blocks, change = self.forward.blocks, self.changes[self.forward.number["eta"]]
+        known = np.maximum(blocks.sums((change**2).sum(axis=1)), 1.0)
+        return blocks.sums((change * self.residuals).sum(axis=1)) / known, 1.0 / known
+
+    @cached_property
+    def misfits(self) -> FloatArray:
+        """Squares of each period, less what its height explains if the surface has slopes, (p,)."""
+        if not self.slope.deviation:
+            return self.squares
+        height, variance = self.heights_of_tips
+        return np.asarray(self.squares - height**2 / variance)
+
+    @cached_property
+    def unevenness(self) -> tuple[float, int]:
+        """χ² of the heights of the tips for the slope that is allowed, and how many they are."""
+        if not self.slope.deviation:
+            return 0.0, 0
+        kept = np.flatnonzero(self.kept)
+        some = kept[:: -(-len(kept) // MOST_HEIGHTS)]
+        height, variance = (one[some] for one in self.heights_of_tips)
+        allowed = self.slope.heights(self.forward.ends.clamp[some]) + np.diag(variance)
+        return float(height @ np.linalg.solve(allowed, height)), len(some)
+
+    @property
+    def misfit(self) -> float:
+        """χ² of the periods that are kept, of the heights of their tips, and (p/σ)²."""
+        heights, _ = self.unevenness
+        return float(self.misfits[self.kept].sum() + heights + (self.scores**2).sum())
+
+    @cached_property
     def fits_alone(self) -> BoolArray:
         """Which periods fit one contact by themselves, shape (p,)."""
         blocks = np.bincount(self.forward.blocks.period)
-        chance = chdtrc(np.maximum(len(self.noise.used) * blocks - 1, 1), self.squares)
+        free = 2 if self.slope.deviation else 1
+        chance = chdtrc(np.maximum(len(self.noise.used) * blocks - free, 1), self.misfits)
         return np.asarray(chance >= UNLIKELY)
 
 
-def started(forward: Forward, noise: Noise, nearest: FloatArray) -> Fit:
+def started(forward: Forward, noise: Noise, nearest: FloatArray, slope: Slope) -> Fit:
     """Begin with what was given, and the displacements of the states nearest to the blocks."""
     none = np.zeros(len(forward.parameters))
     periods = len(forward.ends)
@@ -208,6 +248,7 @@ def started(forward: Forward, noise: Noise, nearest: FloatArray) -> Fit:
         p=none,
         u=np.array([np.median(of_one) for of_one in apart]),
         kept=np.ones(periods, dtype=bool),
+        slope=slope,
     ).contacts(FIRST_STEPS)
     _, x0 = forward.states(fit.p, fit.u, fit.heights)
     least = -BEYOND * float(fit.heights.at(fit.heights.low).x0_lock)

@@ -72,16 +72,28 @@ class Onsets:
     @cached_property
     def effects(self) -> FloatArray:
         """Change of μ0 per unit of each parameter that is not exact, shape (p, k)."""
+        found = [self._effect(k) for k in np.flatnonzero(self.fit.free).tolist()]
+        return np.stack(found, axis=1) if found else np.empty((len(self.fit.u), 0))
+
+    def _effect(self, k: int) -> FloatArray:
+        """Change of μ0 per unit of one parameter, shape (p,)."""
         fit, forward = self.fit, self.fit.forward
+        other, step = forward.moved(fit.p, k), forward.step(k)
+        u = fit.u + step * fit.moves[:, k]
+        heights = forward.heights(other)[0] if forward.of_rod(k) else fit.heights
         before = self._needed(*self._states)[:, 1]
-        found = np.empty((len(fit.u), int(fit.free.sum())))
-        for column, k in enumerate(np.flatnonzero(fit.free).tolist()):
-            other, step = forward.moved(fit.p, k), forward.step(k)
-            u = fit.u + step * fit.moves[:, k]
-            heights = forward.heights(other)[0] if forward.of_rod(k) else fit.heights
-            after = self._needed(*forward.onset(other, u, heights))[:, 1]
-            found[:, column] = (after - before) / step
-        return found
+        after = self._needed(*forward.onset(other, u, heights))[:, 1]
+        return np.asarray((after - before) / step)
+
+    def by_height(self) -> tuple[FloatArray, FloatArray]:
+        """Change of μ0 by the height of each tip on the surface, and its standard deviation."""
+        fit = self.fit
+        if not (fit.slope.deviation and fit.settled):
+            return np.zeros(len(fit.u)), np.zeros(len(fit.u))
+        height, variance = fit.heights_of_tips
+        allowed = fit.slope.rise(np.ptp(fit.forward.ends.clamp))
+        effect, part = self._effect(fit.forward.number["eta"]), allowed / (allowed + variance)
+        return effect * part * height, np.abs(effect) * np.sqrt(part * variance)
 
     @cached_property
     def least(self) -> tuple[FloatArray, BoolArray]:
@@ -107,8 +119,11 @@ def read_periods(fit: Fit, slipped: Slipped) -> Periods:
     """Read the friction of the periods."""
     onsets, spans = Onsets(fit=fit, position=slipped.position), slipped.spans
     common = common_deviation(onsets.effects, fit.covariance)
-    found = summary_of(onsets.along, np.hypot(onsets.by_noise, common))
+    by_height, left = onsets.by_height()
+    along = onsets.along + by_height[:, None]
+    found = summary_of(along, np.hypot(np.hypot(onsets.by_noise, left), common))
     least, past = onsets.least
+    least = least + by_height
     opened = spans.passes.copy()
     opened[-1] = True
     # Pulled back from past the lock a tip slips after all, but not pushed on.

@@ -100,22 +100,27 @@ class Goodness:
     ----------
     noise_degrees : float
         Degrees of freedom of the noise; infinite where it was given.
+    uneven : bool
+        Whether the surface rises and falls by more than its slope may.
     """
 
     chi2: float
     degrees: int
     noise_degrees: float = np.inf
+    uneven: bool = False
 
     @classmethod
     def of(cls, fit: Fit, noise_is_given: bool) -> "Goodness":
         """Test the periods to which the set-up was fitted."""
         channels = len(fit.noise.used)
+        heights, number = fit.unevenness
         return cls(
-            chi2=fit.total,
-            degrees=fit.degrees,
+            chi2=fit.misfit - heights,
+            degrees=fit.degrees - number,
             noise_degrees=np.inf
             if noise_is_given
             else fit.forward.rows * channels * PER_DIFFERENCE,
+            uneven=number > 0 and chdtrc(number, heights) < LEVEL,
         )
 
     @property
@@ -135,7 +140,7 @@ class Goodness:
     @property
     def fits(self) -> bool:
         """Whether the recording fits what was given."""
-        return self.chance >= LEVEL
+        return self.chance >= LEVEL and not self.uneven
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,7 +170,7 @@ class Cause:
 
 def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
     """Lift the tolerances that hold the recording back, one by one; the likeliest cause first."""
-    excess = float((fit.scores**2).sum()) if fits else fit.total - fit.degrees
+    excess = float((fit.scores**2).sum()) if fits else fit.misfit - fit.degrees
     falls = _falls(fit)
     likely = sorted(np.flatnonzero(falls > 0.0).tolist(), key=lambda k: -falls[k])[:SOUGHT]
     causes = [_lifted(fit, k, excess) for k in likely]
@@ -209,5 +214,5 @@ def _lifted(fit: Fit, k: int, excess: float) -> Cause | None:
         of=one.of,
         size=float(found.p[k]),
         deviation=float(np.sqrt(variance * off)),
-        explained=min((fit.total - found.total) / excess, 1.0) if found.settled else 0.0,
+        explained=min((fit.misfit - found.misfit) / excess, 1.0) if found.settled else 0.0,
     )

@@ -19,7 +19,7 @@ from vibrissa.sensor.identification.checks import Check, disagreeing, unfitted, 
 from vibrissa.sensor.identification.compare import beside
 from vibrissa.sensor.identification.goodness import Tolerance, tolerances_of
 from vibrissa.sensor.identification.model import Modelled, read_model
-from vibrissa.sensor.identification.parameters import BEARING, SLOPE
+from vibrissa.sensor.identification.parameters import BEARING
 from vibrissa.sensor.identification.ratio import bearing, read_ratio
 from vibrissa.sensor.identification.recording import (
     Method,
@@ -32,15 +32,13 @@ from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import Slipped
 from vibrissa.sensor.identification.summary import Setting
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
-from vibrissa.sensor.quantities import Kind, Quantity, Units, chosen
+from vibrissa.sensor.quantities import Quantity, Units, chosen
 from vibrissa.sensor.transducer import Transducer, transducer_of
 from vibrissa.sensor.whisker import Progress, Whisker, quiet
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-# Distance over which slopes of the surface are alike: in m, and of a rod without a size.
-SLOPE_LENGTH, OWN_SLOPE_LENGTH = 5e-3, 0.05
 # A cause that explains this part of a misfit is the one.
 MOST = 0.9
 
@@ -142,9 +140,7 @@ def _units(
 
 
 def _setting(task: Task) -> Setting:
-    units = task.units
-    length = SLOPE_LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_SLOPE_LENGTH
-    return Setting(units=units, slope=task.sizes.get(SLOPE, 0.0), slope_length=length)
+    return Setting(units=task.units, slope=task.slope)
 
 
 def _alone(task: Task) -> Identification:

@@ -115,7 +115,7 @@ def _started(task: Task, whisker: Whisker, slipped: Slipped, nearest: NearestSta
         delay=task.delay,
     )
     noise = Noise(used=task.used, reading=task.noise[task.used], position=slipped.position)
-    return started(forward, noise, nearest(blocks.readings)[0])
+    return started(forward, noise, nearest(blocks.readings)[0], task.slope)
 
 
 def _check_states(task: Task, fit: Fit, nearest: NearestStates) -> None:

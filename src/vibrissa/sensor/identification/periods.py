@@ -10,11 +10,9 @@ from vibrissa.numerics.arrays import FloatArray, IntArray, StrArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.sensor.identification.checks import Check, grades, notes_of, sentences
 from vibrissa.sensor.identification.slips import Slipped
+from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, Summary
 from vibrissa.wording import counted
-
-# Periods whose covariances are computed together, to save memory.
-BLOCK = 512
 
 
 class PeriodStatus(StrEnum):
@@ -119,22 +117,13 @@ class Periods(Batch):
             doubt=sentences(every, len(self)),
         )
 
-    def on_slope(self, slope: float) -> "Periods":
-        """Widen the friction by the local slope of the surface, which no reading tells from it.
-
-        A surface that is inclined by δ where the tip slips turns the normal there: the ratio of the
-        forces is tan(arctan μ0 + δ), so that μ0 has the error (1 + μ0²)·δ.
-
-        Parameters
-        ----------
-        slope : float
-            Standard deviation of δ (rad).
-        """
-        if not slope > 0.0:
+    def on_slope(self, slope: Slope) -> "Periods":
+        """Widen the friction by the local slope of the surface, which no reading tells from it."""
+        if not slope.deviation > 0.0:
             return self
         # Where there is a bound alone, it is that of the friction that was needed.
         middle = np.where(np.isnan(self.mu0), self.low, self.mu0)
-        error = slope_errors(middle, slope)
+        error = slope.errors(middle)
         return replace(
             self,
             deviation=np.hypot(self.deviation, error),
@@ -175,27 +164,3 @@ def periods_of(
         doubt=np.full(len(spans), ""),
         left_out=recording.notes,
     )
-
-
-def slope_errors(mu0: FloatArray, slope: float) -> FloatArray:
-    """Give the standard deviation of each friction, shape (p,), by a local slope (rad)."""
-    return np.asarray((1.0 + np.nan_to_num(mu0) ** 2) * slope)
-
-
-def variance_of_mean(
-    weights: FloatArray, error: FloatArray, place: FloatArray, length: float
-) -> float:
-    """Variance of a weighted mean by slopes that are alike where places are near.
-
-    The slope is a normal process with the covariance σ²·exp(−d²/(2ℓ²)) over the distance d.
-    """
-    part, total = weights * error, 0.0
-    for start in range(0, len(part), BLOCK):
-        here = slice(start, start + BLOCK)
-        total += float(part[here] @ (alike(place[here], place, length) @ part))
-    return total
-
-
-def alike(one: FloatArray, other: FloatArray, length: float) -> FloatArray:
-    """Correlations of slopes at places of shape (n,) and (m,), shape (n, m)."""
-    return np.asarray(np.exp(-0.5 * ((one[:, None] - other) / length) ** 2))

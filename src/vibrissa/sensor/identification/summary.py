@@ -23,12 +23,8 @@ from vibrissa.sensor.identification.checks import Grade
 from vibrissa.sensor.identification.compare import Beside
 from vibrissa.sensor.identification.goodness import LEVEL, Cause, Goodness, Tolerance
 from vibrissa.sensor.identification.parameters import SLOPE
-from vibrissa.sensor.identification.periods import (
-    Periods,
-    PeriodStatus,
-    slope_errors,
-    variance_of_mean,
-)
+from vibrissa.sensor.identification.periods import Periods, PeriodStatus
+from vibrissa.sensor.identification.slope import PLANE, Slope
 from vibrissa.sensor.identification.uncertainty import common_deviation, variance_between
 from vibrissa.sensor.quantities import Units
 from vibrissa.wording import counted
@@ -52,9 +48,6 @@ class Setting:
     ----------
     covariance : ndarray, shape (k, k)
         Of what remains of these errors.
-    slope, slope_length : float
-        Standard deviation of the local slope of the surface (rad), and over which distance it is
-        alike (L).
     goodness : Goodness or None
         Whether the recording as a whole fits what was given; None without a rod.
     causes : tuple of Cause
@@ -66,8 +59,7 @@ class Setting:
     units: Units
     tolerances: tuple[Tolerance, ...] = ()
     covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-    slope: float = 0.0
-    slope_length: float = np.inf
+    slope: Slope = PLANE
     goodness: Goodness | None = None
     causes: tuple[Cause, ...] = ()
     beside: Beside | None = None
@@ -179,6 +171,8 @@ class FrictionSummary:
             found = "What may differ from it, each taken alone:" if causes else ""
             found = found or "No single difference explains it."
             size = f"chi2 is {fit.ratio:.3g} per degree of freedom"
+            if fit.chance >= LEVEL:
+                size = "the surface rises and falls by more than surface_slope allows"
             yield f"The recording does not fit what was given ({size}). {found}"
         yield from (f"  {one.spelled(self.setting.units)}" for one in causes)
 
@@ -219,7 +213,7 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
     random = np.sqrt(weights**2 @ (noise + step - same_step) + more)
     whole_deviation = float(np.hypot(random, common))
     exact = if_exact(effect, setting, whole_deviation)
-    if setting.slope > 0.0:
+    if setting.slope.deviation > 0.0:
         exact[SLOPE] = float(np.sqrt(max(0.0, whole_deviation**2 - by_slope)))
     return replace(
         known,
@@ -233,8 +227,8 @@ def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
 
 def _by_slope(some: Periods, weights: FloatArray, setting: Setting) -> tuple[float, float]:
     """Variance of the mean by the slope of the surface, and what neighbours share of it."""
-    error = slope_errors(some.mu0, setting.slope)
-    by_slope = variance_of_mean(weights, error, some.footpoint, setting.slope_length)
+    error = setting.slope.errors(some.mu0)
+    by_slope = setting.slope.variance_of_mean(weights, some.mu0, some.footpoint)
     return by_slope, by_slope - float(weights**2 @ error**2)
 
 

@@ -12,6 +12,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.parameters import BEARING, SLOPE, Parameter, parameters_of
 from vibrissa.sensor.identification.recording import FORCES, Recording, noise_of
 from vibrissa.sensor.identification.slips import Slipped, slipped
+from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.quantities import Kind, Quantity, Units, in_si
 from vibrissa.sensor.tolerances import (
     assumed_tolerances,
@@ -27,6 +28,8 @@ LEAST_NOISE, LEAST_FITTED = 1e-50, 5e-8
 # Readings that scatter by this factor more than their noise have another noise, if the usual period
 # has so many samples.
 NOISY, FINE = 1.25, 8
+# Distance over which slopes of the surface are alike: in m, and of a rod without a size.
+SLOPE_LENGTH, OWN_SLOPE_LENGTH = 5e-3, 0.05
 ZEROS = tuple(f"zero_{name}" for name in CHANNELS)
 
 
@@ -60,6 +63,13 @@ class Task:
     def parameters(self) -> tuple[Parameter, ...]:
         """What may be other than given."""
         return parameters_of(self.sizes, self.stated, self.full_scale)
+
+    @property
+    def slope(self) -> Slope:
+        """Tolerance of the local slope of the surface."""
+        units = self.units
+        length = SLOPE_LENGTH / units.unit(Kind.LENGTH) if units.si else OWN_SLOPE_LENGTH
+        return Slope(deviation=self.sizes.get(SLOPE, 0.0), length=length)
 
     @property
     def used(self) -> list[int]:

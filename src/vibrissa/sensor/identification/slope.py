@@ -1,0 +1,67 @@
+"""The local slope of the surface: what it does to friction, to a mean, and to the rod's height.
+
+The slope is a normal process with the covariance σ²·exp(−d²/(2ℓ²)) over the distance d.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import erf
+
+from vibrissa.numerics.arrays import FloatArray
+
+# Periods whose covariances are computed together, to save memory.
+BLOCK = 512
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slope:
+    """Tolerance of the local slope of the surface.
+
+    Attributes
+    ----------
+    deviation : float
+        Standard deviation σ (rad); 0 of a plane.
+    length : float
+        Correlation length ℓ (L).
+    """
+
+    deviation: float = 0.0
+    length: float = np.inf
+
+    def errors(self, mu0: FloatArray) -> FloatArray:
+        """Give the standard deviation of each friction, shape (p,).
+
+        A surface that is inclined by δ where the tip slips turns the normal there: the ratio of
+        the forces is tan(arctan μ0 + δ), so that μ0 has the error (1 + μ0²)·δ.
+        """
+        return np.asarray((1.0 + np.nan_to_num(mu0) ** 2) * self.deviation)
+
+    def variance_of_mean(self, weights: FloatArray, mu0: FloatArray, place: FloatArray) -> float:
+        """Variance of a weighted mean of frictions at places."""
+        part, total = weights * self.errors(mu0), 0.0
+        for start in range(0, len(part), BLOCK):
+            here = slice(start, start + BLOCK)
+            apart = (place[here, None] - place) / self.length
+            total += float(part[here] @ (np.exp(-0.5 * apart**2) @ part))
+        return total
+
+    def heights(self, place: FloatArray) -> FloatArray:
+        """Covariance of the heights of the surface at places, shape (p, p).
+
+        The height is known somewhere on the way: it differs there from that at the first place by
+        as much as that at the last one.
+        """
+        at, whole = self.rise(place - place[0]), self.rise(np.ptp(place))
+        apart = self.rise(place[:, None] - place)
+        return np.asarray(0.5 * (at[:, None] + at - apart) + whole)
+
+    def rise(self, way: ArrayLike) -> FloatArray:
+        """Variance of the rise over a way d: 2·∫ (d − s)·σ²·exp(−s²/(2ℓ²)) ds from 0 to d."""
+        part = np.abs(way) / self.length
+        size = np.sqrt(np.pi / 2.0) * part * erf(part / np.sqrt(2.0)) + np.expm1(-0.5 * part**2)
+        return np.asarray(2.0 * (self.deviation * self.length) ** 2 * size)
+
+
+PLANE = Slope()
