@@ -141,9 +141,10 @@ $(VENV)/.%: locks/%.lock $(STUDY_STAMP)
 test: $(TEST_STAMP)
 	@env -u PYTHONDONTWRITEBYTECODE $(ONE_THREAD) $(PY) -m pytest -n logical --dist worksteal -p no:benchmark $(ARGS)
 
-# A link that leads nowhere is a warning, and a warning stops the build.
+# A link that leads nowhere is a warning, and a warning stops the build. -E reads all pages anew:
+# otherwise the search loses the terms of the pages that have not changed.
 docs: $(DOCS_STAMP)
-	@$(ONE_THREAD) $(PY) -m sphinx -q -W --keep-going -j 2 -b html docs "$(or $(OUTPUT),build/site)"
+	@$(ONE_THREAD) $(PY) -m sphinx -q -W --keep-going -E -j 2 -b html docs "$(or $(OUTPUT),build/site)"
 	@echo "Open $(or $(OUTPUT),build/site)/index.html in a browser; it needs no network."
 
 explorer: $(STUDY_STAMP)

@@ -76,7 +76,15 @@ def escape_bars(
     lines[:] = [BAR.sub(r"\\|", line) for line in lines]
 
 
+def without_aliases(
+    app: Sphinx, what: str, name: str, thing: object, skip: bool, options: object
+) -> bool | None:
+    """Leave out the fields of named tuples, which their class describes."""
+    return True if type(thing).__name__ == "_tuplegetter" else None
+
+
 def setup(app: Sphinx) -> None:
     """Colour Snakefiles as Python, of which they are a dialect."""
     app.add_lexer("snakemake", PythonLexer)
     app.connect("autodoc-process-docstring", escape_bars)
+    app.connect("autodoc-skip-member", without_aliases)

@@ -126,7 +126,8 @@ def make(folder: Path) -> None:
         "python.md": public_names(),
         **{f"{package}.md": package_page(package) for package in PUBLIC},
         "contributing.md": page_of_the_root("CONTRIBUTING.md"),
-        "changelog.md": page_of_the_root("CHANGELOG.md"),
+        # A search would find every word in it.
+        "changelog.md": "---\nnosearch: true\n---\n" + page_of_the_root("CHANGELOG.md"),
         "explorer/play.html": page(home="index.html"),
     }
     for name, text in pages.items():

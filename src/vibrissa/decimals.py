@@ -1,4 +1,4 @@
-"""Exact decimals: a grid value is what the user wrote, not the binary number next to it."""
+"""Exact decimals: a grid value is the number in the file, not the nearest binary one."""
 
 from decimal import Decimal
 

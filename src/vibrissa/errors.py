@@ -8,11 +8,11 @@ class VibrissaError(Exception):
 
 
 class MissingExtraError(VibrissaError, ImportError):
-    """A library that is not installed; the message says how to install it."""
+    """A library is not installed; the message has the command that installs it."""
 
 
 class ArgumentError(VibrissaError, ValueError):
-    """An argument that is out of range; the message names it, its value and what is allowed."""
+    """An argument is invalid; the message has its name, its value and the allowed values."""
 
 
 class UnknownNameError(ArgumentError):

@@ -7,7 +7,7 @@ from vibrissa.errors import MissingExtraError
 
 
 def require(extra: str, *libraries: str) -> None:
-    """Say what to install where libraries, by their names of import, are missing.
+    """Raise an error with the command to install, if one of these libraries is missing.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Files that are either there whole or not there."""
+"""Atomic writing of files: a file is complete or absent."""
 
 import os
 from collections.abc import Iterator

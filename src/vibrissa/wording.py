@@ -7,7 +7,7 @@ NOTHING = "–"
 
 
 def counted(number: int, noun: str) -> str:
-    """Say how many there are of something, such as ``1 row`` or ``2,000 rows``.
+    """Format a count with its noun: ``1 row``, ``2,000 rows``.
 
     Examples
     --------

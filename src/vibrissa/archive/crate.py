@@ -60,7 +60,7 @@ def write_archive(
     output: Path,
     scripts: Iterable[str] = (),
 ) -> Mapping[str, Path]:
-    """Write the archive (ZIP) of a study, whole or not at all; return its files' sources by place.
+    """Write the ZIP archive of a study atomically; return the source of each file by its place.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ class Enclosed:
 def enclosed(
     frames: Mapping[str, pd.DataFrame], reference: Path, layouts: Mapping[str, Layout]
 ) -> list[Enclosed]:
-    """Find the numbers of condensed results that have an enclosure; none without such a file.
+    """Select the condensed results that have an enclosure; empty without a file of enclosures.
 
     Raises
     ------

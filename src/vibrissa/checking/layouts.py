@@ -18,7 +18,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Layout:
-    """A reference table: keys tell its rows apart; columns without tolerance must be the same."""
+    """A reference table: its keys identify a row; columns without tolerance must be equal."""
 
     keys: tuple[str, ...]
     columns: dict[str, Tolerance | None]

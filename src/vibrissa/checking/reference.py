@@ -155,7 +155,7 @@ def _as_texts(
 
 
 def bless(comparison: Comparison) -> None:
-    """Write the reference tables anew, and remove those that the study has no more."""
+    """Rewrite the reference tables, and remove those of tables that the study no longer has."""
     comparison.reference.mkdir(parents=True, exist_ok=True)
     for name, text in comparison.blessed().items():
         texts.write(text, comparison.reference / f"{name}.csv")
@@ -166,7 +166,7 @@ def bless(comparison: Comparison) -> None:
 def blessed_table(
     reference: pd.DataFrame | None, found: pd.DataFrame, layout: Layout
 ) -> pd.DataFrame:
-    """Make a reference table anew, in which what did not move keeps its spelling."""
+    """Build a reference table; values within their tolerance keep their former digits."""
     keys = list(layout.keys)
     if reference is None or set(keys) - set(reference):
         return found

@@ -69,6 +69,6 @@ def csv(table: pd.DataFrame) -> str:
 
 
 def write(table: pd.DataFrame, path: Path) -> None:
-    """Write a reference table whole or not at all."""
+    """Write a reference table atomically."""
     with write_atomically(path) as temporary:
         temporary.write_text(csv(table), encoding="utf-8")

@@ -37,7 +37,7 @@ class Commands(TyperGroup):
         }
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
-        """Load the command that is called, and keep what was typed after it."""
+        """Load the command of this call, and keep its arguments as typed."""
         name, command, rest = super().resolve_command(ctx, args)
         if name is not None and command is not None:
             command = typer.main.get_command(import_module(module_of(name)).app)

@@ -103,7 +103,7 @@ def _print(found: Identification, output: Path | None, verbose: bool, err: bool)
 
 
 def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:
-    """Say which tolerances were assumed, and what of them the recording tells or leaves."""
+    """Print the assumed tolerances, and the estimate and remaining error of each quantity."""
     unstated = (one for one in found.tolerances if not one.stated)
     assumed = list(dict.fromkeys(one.of for one in unstated))
     if assumed:

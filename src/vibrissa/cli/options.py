@@ -24,7 +24,7 @@ OUTPUT = "Output"
 
 
 def option(text: str, metavar: str, panel: str, *names: str, **more: Any) -> Any:
-    """Describe an option: what it is, what is typed, and its panel in the help."""
+    """Describe an option: its meaning, its values, and its panel in the help."""
     return typer.Option(*names, help=text, metavar=metavar or None, rich_help_panel=panel, **more)
 
 
@@ -112,7 +112,7 @@ def check_not_read(written: Sequence[Path | None], given: Sequence[Any]) -> None
 
 
 def hand_out(found: Any, output: Path | None, picture: Path | None, json: bool = False) -> None:
-    """Write a result as a table, draw it, and print it as JSON, as far as that is asked for."""
+    """Write a result as a table, a picture and JSON, each if it was requested."""
     if json:
         typer.echo(as_json(found.columns()))
     if output is not None:

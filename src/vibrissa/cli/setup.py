@@ -87,7 +87,7 @@ def _assignments(others: Sequence[str]) -> Any:
 
 
 def _annotation(name: str, field: FieldInfo, panel: str) -> Any:
-    """Describe an option by its field; what is typed, pydantic checks."""
+    """Describe an option by its field; pydantic validates its value."""
     default = field.default if isinstance(field.default, str | float) else None
     shown = str(default) if default not in (None, float("inf")) else False
     typed = option(str(field.description), _metavar(name, field), panel, show_default=shown)
@@ -141,7 +141,7 @@ def read_pairs(given: Sequence[str], option: str) -> dict[str, str]:
 
 
 def say_exact(whisker: Whisker, command: str) -> None:
-    """Say that a command does not use the tolerances, if there are any."""
+    """Report that a command ignores the tolerances, if some were given."""
     if whisker.tolerances:
         names = ", ".join(whisker.tolerances)
         typer.echo(f"{command} does not use the tolerances of {names}", err=True)

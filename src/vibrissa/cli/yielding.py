@@ -11,7 +11,7 @@ from vibrissa.sensor.whisker import Whisker
 
 
 def warn_of_yield(whisker: Whisker, end: float, material: Material | None) -> None:
-    """Warn where the rod yields in a period of sticking, and say where, and from which x0 on.
+    """Warn if the rod yields in a period of sticking: at which place, and from which x0 on.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The rods among which one is chosen: what is sold, and how a rod is cut, turned and mounted."""
+"""Candidate rods: diameters as sold, lengths and tapers as made, heights as mounted."""
 
 from collections.abc import Callable
 
@@ -26,7 +26,7 @@ HEIGHTS = 15
 
 
 def choices_of(text: str, read: Callable[[str], float], sold: Choice) -> Choice:
-    """Read a value, a list, or a range of what can be had: its ends, and what is sold between them.
+    """Read a value, a list, or a range: its ends and the sizes that are sold between them.
 
     Examples
     --------

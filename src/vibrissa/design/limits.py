@@ -81,7 +81,7 @@ def _of_rod(
 def _of_readings(
     r: Requirements, pairs: Pairs, length: FloatArray, force: FloatArray
 ) -> Iterator[Limit]:
-    """Limits of the transducer and of what must show in its readings."""
+    """Constraints by the range of the transducer and by its noise."""
     units = {Kind.FORCE: force, Kind.MOMENT: force * length}
     channels = zip(CHANNELS, CHANNEL_KINDS, pairs.largest_reaction.T, r.largest, strict=True)
     for name, kind, reaction, most in channels:

@@ -32,9 +32,9 @@ class DesignStatus(StrEnum):
     Attributes
     ----------
     FOUND
-        The best rod that meets all constraints.
+        A rod meets all constraints; the result is the best one.
     NONE
-        No rod meets all constraints: the one that violates them least.
+        No rod meets all constraints; the result is the one that violates them least.
     """
 
     FOUND = "found"
@@ -90,7 +90,7 @@ class Design(Tabular):
         return [check.name for check in self.checks if check.use >= least]
 
     def __repr__(self) -> str:
-        """Tell the rod, its uncertainty, what limits it, and what other tapers cost."""
+        """Format the rod, its uncertainty, its constraints, and the uncertainty of other tapers."""
         parts = (self._of_rod(), self._of_mu0(), self._of_others(), self._of_limits())
         return "\n".join(line for part in (*parts, self._of_tolerances()) for line in part)
 

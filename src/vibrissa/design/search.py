@@ -1,4 +1,4 @@
-"""The choice of the rod that measures friction best, among those that one can buy or turn."""
+"""Search for the rod with the least uncertainty of friction, among rods that can be made."""
 
 from dataclasses import replace
 from itertools import product
@@ -80,7 +80,7 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
 
 
 def _solved(r: Requirements, progress: Progress) -> Pairs:
-    """Solve all pairs (θ, η); those that cannot be solved are left out."""
+    """Solve all pairs (θ, η); leave out pairs without a solution."""
     theta, eta = np.array(list(product(r.theta, r.eta))).T
     parts, failures = [], []
     for some in slices(len(theta), PAIRS_AT_ONCE):
@@ -100,7 +100,7 @@ def _candidate(r: Requirements, pairs: Pairs, n: int, d: int, k: int) -> Candida
 
 
 def _violated(found: Design, alone: list[str]) -> str:
-    """Say which constraints a rod violates, and which alone leave none."""
+    """Name the constraints that a rod violates, and each without which a rod would exist."""
     factors = ", ".join(
         f"{check.name} (by a factor of {check.use:.3g})"
         for check in found.checks

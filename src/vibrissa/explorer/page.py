@@ -77,7 +77,7 @@ MOUNTED = _presets("mounted")
 
 
 def fits(settings: Mapping[str, float | str]) -> bool:
-    """Say whether the page's fields allow all of some settings."""
+    """Whether the fields of the page allow all values of these settings."""
     return all(
         low <= float(settings.get(name, low)) <= high for name, (low, high) in RANGES.items()
     )

@@ -32,7 +32,7 @@ def draw(
     script: Path | None = None,
     look: Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw a figure; it gives the reason where none of the rows has a result.
+    """Draw a figure; without any result among the rows, it shows the reason.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def draw(
 
 
 def _condition(selection: Mapping[str, Any]) -> pc.Expression:
-    """Condition on the rows of what a figure's entry in the study file selects."""
+    """Condition that selects the rows of a figure by its entry in the study file."""
     conditions = []
     for name, value in selection.items():
         values = value if isinstance(value, list) else [value]
@@ -103,7 +103,7 @@ def _scripted(script: Path, rows: pd.DataFrame) -> Figure:
 
 
 def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
-    """Give a figure the size, and its first panel the axes, that the study file asks for."""
+    """Set the size of a figure and the axes of its first panel by the study file."""
     if size := look.get("size"):
         figure.set_size_inches(size)
     if axes := look.get("axes"):

@@ -1,4 +1,4 @@
-"""Figures of what a locked round rod does: how long it sticks, how stable it is, how it buckles."""
+"""Figures of a locked round rod: duration of sticking, stability, lateral buckling."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Figures of what an inclined or yielding clamp, a curved rod and an oblique stage change."""
+"""Figures of the effects of an inclined or yielding clamp, a curved rod, an oblique stage."""
 
 from collections.abc import Mapping
 
@@ -80,7 +80,7 @@ def change(rows: pd.DataFrame) -> Figure:
 
 @kind("versus", columns=(*POINT, *AXES, "mu_lock"))
 def versus(rows: pd.DataFrame) -> Figure:
-    """Lock of each cone less that of the cylinder, over one axis of the mounting and η."""
+    """Difference of μ_lock between each cone and the cylinder, over η and one mounting axis."""
     rows, label = _over(rows)
     table = rows.pivot(index="eta", columns=["theta", "over"], values="mu_lock")
     least, *tapers = sorted(set(rows["theta"]))

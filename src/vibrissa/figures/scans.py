@@ -1,4 +1,4 @@
-"""Figures of stick-slip scans: the shapes of the rod, and what the clamp measures."""
+"""Figures of stick-slip scans: shapes of the rod and loads on the clamp."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""Series of a figure: what tells them apart, whether there are two or a hundred."""
+"""Colours and marks of the series of a figure, few or many."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -46,7 +46,7 @@ class Series:
         return self._colors[self.place(value)]
 
     def label(self, value: float) -> str | None:
-        """Label of a series in a legend; none where a colourbar tells the values."""
+        """Label of a series in the legend; none if a colourbar shows the values."""
         return f"${self.symbol} = {value:g}$" if self.few else None
 
     def lines(

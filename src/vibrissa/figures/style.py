@@ -140,7 +140,7 @@ def alone(points: Sequence[Any] | pd.DataFrame) -> str:
 
 
 def save(figure: Figure, paths: Sequence[str | Path]) -> None:
-    """Write a figure as ``.pdf``, ``.svg`` or ``.png``, each file whole or not at all."""
+    """Write a figure as ``.pdf``, ``.svg`` or ``.png``, each file atomically."""
     FigureCanvasAgg(figure)
     with applied():
         # Laid out once: the formats measure type differently.

@@ -1,4 +1,4 @@
-"""Admissible shapes: those that stay between clamp and surface and do not cross themselves.
+"""Admissible shapes stay between clamp and surface and do not cross themselves.
 
 A state is rejected where the rod
 
@@ -79,7 +79,7 @@ class Clearance(Batch):
         return np.minimum(np.minimum(self.clamp, self.surface), self.itself)
 
     def reasons(self, row: int) -> str:
-        """Say how one shape is inadmissible; empty if it is admissible."""
+        """Reasons why one shape is inadmissible; empty if it is admissible."""
         limits = {BELOW: self.clamp, CROSSES_SURFACE: self.surface, CROSSES_ITSELF: self.itself}
         return "; ".join(reason for reason, c in limits.items() if c[row] < -TOLERANCE)
 

@@ -86,7 +86,7 @@ class ClosingCondition(Batch):
 
 
 class _Integrands(NamedTuple):
-    """What is integrated along the rod, at the nodes and per τ: shape (n, nodes) each."""
+    """Integrands along the rod, per τ and at the nodes: shape (n, nodes) each."""
 
     height: FloatArray
     reach: FloatArray

@@ -1,4 +1,4 @@
-"""From nondimensional numbers to SI: the only place that knows a real rod."""
+"""Conversion of dimensionless numbers to SI units for a real rod."""
 
 import math
 from dataclasses import dataclass

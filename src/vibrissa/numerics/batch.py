@@ -63,7 +63,7 @@ class Batch:
 
     @classmethod
     def concatenate(cls, parts: Sequence[Self]) -> Self:
-        """Put batches one below the other; what is no column is taken from the first."""
+        """Join batches row-wise; fields that are no columns come from the first batch."""
         return cls._joined(parts, np.concatenate)
 
     @classmethod
@@ -89,7 +89,7 @@ class Batch:
         return cls(**{name: np.full(shape, np.nan) for name in cls.names()})
 
     def matrix(self) -> FloatArray:
-        """Columns side by side, shape (rows, columns), for what is done to all of them alike."""
+        """All columns as one array, shape (rows, columns)."""
         return np.stack(list(self.columns.values()), axis=-1)
 
     @classmethod

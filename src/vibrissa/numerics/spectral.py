@@ -105,7 +105,7 @@ def chebyshev_transform(k: int) -> FloatArray:
 
 @lru_cache
 def chebyshev_derivative(k: int) -> FloatArray:
-    """Matrix from at least 2 Chebyshev coefficients on [-1, 1] to those of the derivative."""
+    """Matrix that maps at least 2 Chebyshev coefficients on [-1, 1] to the derivative's."""
     matrix = np.zeros((k, k))
     matrix[:-1] = chebyshev.chebder(np.eye(k))
     return _frozen(matrix)
@@ -163,6 +163,6 @@ def chebyshev_series(coefficients: FloatArray, which: IntArray, position: FloatA
 
 
 def _frozen(array: FloatArray) -> FloatArray:
-    """Forbid changes to an array that everybody who asks for it shares."""
+    """Make a cached array read-only, as all callers share it."""
     array.flags.writeable = False
     return array

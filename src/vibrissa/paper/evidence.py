@@ -1,4 +1,4 @@
-"""What the paper's statements are judged by: the tables of its study, as the claims need them."""
+"""Evidence for the paper's statements: the tables of its study, in the form the claims need."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -56,7 +56,7 @@ def ends(what: str, values: ArrayLike, unit: str) -> Quantities:
 
 
 def holds_if(condition: bool) -> Verdict:
-    """Say that a statement holds, or else is contradicted."""
+    """Verdict: the statement holds if the condition is true, else it is contradicted."""
     return HOLDS if condition else CONTRADICTED
 
 

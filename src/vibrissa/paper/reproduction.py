@@ -1,4 +1,4 @@
-"""Figures of the paper beside those of its study, and what the paper prints of each."""
+"""Figures of the paper beside those of its study, with the paper's printed description."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ NOT_PRINTED = "not known: the paper prints no result in numbers"
 
 @dataclass(frozen=True, kw_only=True)
 class Reproduced:
-    """What the study has of a part of the paper, and the statements on it.
+    """A part of the paper: its figures in the study, and the statements about it.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Whether a study's results are what the code and the study file of today would make."""
+"""Whether the results of a study are current: made by this code from this study file."""
 
 import csv
 import subprocess
@@ -47,7 +47,7 @@ def need_current(study: Study, configfile: Path, *, everything: bool = False) ->
 
 
 def _outdated_rules(files: Sequence[str], configfile: Path) -> list[str]:
-    """Ask Snakemake which rules it would run to make some files, or all that a study makes."""
+    """List the rules that Snakemake would run for some files, or for the whole study."""
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)]
     command += ["--dry-run", "--summary", *files, "--configfile", str(configfile)]
     result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)

@@ -9,7 +9,7 @@ RECORD = "study_file.txt"
 
 
 def check(results: str, study_file: Path) -> None:
-    """Refuse to write the results of a study over those of another one.
+    """Refuse to overwrite the results of another study file.
 
     Raises
     ------

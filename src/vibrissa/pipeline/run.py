@@ -73,7 +73,7 @@ def parsed(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
 
 
 def checked_study(path: Path, changes: list[str]) -> Study:
-    """Read the study file, or end with all its mistakes; `changes` stand after --config."""
+    """Read the study file, or exit with all its errors; `changes` are the values of --config."""
     import yaml
 
     pairs = (change.partition("=") for change in changes)

@@ -1,4 +1,4 @@
-"""What the page says in words: what came out, what did not, and what was run."""
+"""Text of the report: the results, the points without a result, and the study's settings."""
 
 import platform
 import re
@@ -32,7 +32,7 @@ NAMES = {
 
 
 def summary(found: Mapping[str, Readable]) -> dict[str, str]:
-    """Sum up what is in the tables: the text of each fact by its name."""
+    """Summarize the tables: the text of each fact by its name."""
     lines = {NAMES[name]: spell_counts(count) for name, count in counts_by_status(found).items()}
     residuals = [
         largest

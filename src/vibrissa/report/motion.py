@@ -1,4 +1,4 @@
-"""Scans of a study as presets of the explorer: the page solves what the table holds."""
+"""Scans of a study as presets of the explorer, which solves them again."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Motion:
 
 
 def motion(found: Mapping[str, Readable], figures: Selections) -> Motion:
-    """Choose what the explorer of a study's page offers.
+    """Choose the presets of the explorer in the report of a study.
 
     It offers the first `MOST_SCANS` scans that are mounted as in the paper and within the range of
     the page's fields, thinned out, each named by the figure that shows the least; or else the

@@ -41,7 +41,7 @@ class Picture:
 
     @property
     def is_wide(self) -> bool:
-        """Whether it needs the width of the page: its size stands in the header of the file."""
+        """Whether a figure needs the width of the page, by the size in the header of its file."""
         width, height = struct.unpack(">II", self.png[16:24])
         return bool(width > 1.6 * height)
 
@@ -53,7 +53,7 @@ class Picture:
 
 @dataclass(frozen=True, kw_only=True)
 class About:
-    """What is reported, beside the tables and the figures.
+    """Data of the report beside the tables and the figures.
 
     Attributes
     ----------

@@ -136,7 +136,7 @@ def _key_values(values: Mapping[str, set[float]]) -> dict[str, list[float]]:
 def _section(
     table: Readable, rows: pd.DataFrame, names: Sequence[str], title: str, note: str = ""
 ) -> Section:
-    """Section of some columns, whose note has what is the same in all rows."""
+    """Section of some columns; its note has the values that are equal in all rows."""
     shown = rows.head(MOST_ROWS).astype(object)
     if len(rows) > MOST_ROWS:
         note += f" Shown are the first {MOST_ROWS} of {len(rows)} rows."

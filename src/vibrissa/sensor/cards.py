@@ -10,7 +10,7 @@ ENDING = ".toml"
 
 
 def is_card(name: str) -> bool:
-    """Whether a name is that of a file."""
+    """Whether a name is the path of a TOML file."""
     return name.lower().endswith(ENDING)
 
 

@@ -297,7 +297,7 @@ def numbers(
 
 
 def listed(messages: Iterable[str]) -> str:
-    """Join messages line by line; of many, say how many more there are."""
+    """Join messages line by line; count those beyond the first few."""
     every = list(messages)
     more = [f"and {len(every) - LISTED} more"] if len(every) > LISTED else []
     return "\n".join([*every[:LISTED], *more])
@@ -353,7 +353,7 @@ def _read_csv(data: bytes, source: str) -> "DataFrame":
 
 
 def lines_of(text: str) -> "Series[str]":
-    """Split a text into lines, with their numbers as index, without those that are blank."""
+    """Split a text into lines that are not blank, with the line numbers as index."""
     import pandas as pd  # takes half a second to load
 
     lines = pd.Series(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), dtype=str)

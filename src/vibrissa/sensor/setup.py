@@ -243,7 +243,7 @@ class Setup(BaseModel):
         )
 
     def _tolerances(self, units: Units) -> Iterator[tuple[str, str]]:
-        """Tolerances that stand beside their values."""
+        """Tolerances that are written with their values."""
         for name, measured in self:
             if not isinstance(measured, Measured) or measured.tolerance is None:
                 continue
@@ -265,7 +265,7 @@ def _height(units: Units, eta: Quantity) -> float:
 
 
 def _relative(units: Units, stiffness: Measured) -> str:
-    """Tolerance of a stiffness in per cent, which is that of its inverse."""
+    """Relative tolerance of a compliance, from that of the stiffness: both are equal."""
     tolerance = str(stiffness.tolerance)
     if tolerance.endswith("%"):
         return tolerance

@@ -102,7 +102,7 @@ def preset(name: str) -> Transducer:
     Parameters
     ----------
     name : str
-        Of a preset, or of a file that ends with ``.toml``.
+        Name of a preset, or path of a TOML file.
 
     Returns
     -------

@@ -566,7 +566,7 @@ def onset_on(
 
 
 def _past_lock(curve: StickingCurve, stiction: Stiction, told: Callable[[float], str]) -> str:
-    """Say how the motion goes on past the lock."""
+    """Describe the motion beyond the lock."""
     x0, trail = told(float(stiction.ended.x0[0])), float(stiction.trail.x0[0])
     then = f" and trails behind the clamp until it slips at x0 = {told(trail)}"
     if curve.mounting != IDEAL:

@@ -1,4 +1,4 @@
-"""Curves are put together from what was solved: their locks, first contacts along a line, ends."""
+"""Assembly of curves from solved parts: critical states, first line contacts, ends."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace

@@ -269,7 +269,7 @@ class _Period(NamedTuple):
 
 
 def _joined(periods: Sequence[_Period]) -> _Period:
-    """Put the states of periods one after the other."""
+    """Join the states of periods in order."""
     x, y, phi = (np.concatenate(parts) for parts in zip(*(p.shapes for p in periods), strict=True))
     return _Period(
         StickingState.concatenate([period.states for period in periods]),
@@ -299,7 +299,7 @@ def _period(
     displacement: FloatArray,
     s: FloatArray,
 ) -> _Period:
-    """States of the curve, those that are `behind` mirrored."""
+    """States of the curve, mirrored where `behind` is true."""
     states, shapes = curve.state(x0), _shapes(curve, curve.state(x0), s)
     sign = np.where(behind, -1.0, 1.0)
     x, y, phi = np.moveaxis(shapes, 1, 0)

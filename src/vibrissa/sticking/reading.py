@@ -1,4 +1,4 @@
-"""What is read off sticking curves: contact, states, onsets of slip, and what follows a lock.
+"""Reading of sticking curves: contact, states, onsets of slip, motion beyond the lock.
 
 What is read off one curve does not depend on those beside it, bit for bit.
 """

@@ -19,7 +19,7 @@ from vibrissa.sticking.reading import CurveArray
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stiction:
-    """Periods of sticking, one for each curve, μ0 and Δx0 that was asked for.
+    """Periods of sticking, one for each requested curve, μ0 and Δx0.
 
     Attributes
     ----------

@@ -154,7 +154,7 @@ def equal_steps(start: float, stop: float, step: float) -> tuple[float, ...]:
 
 
 def sortable(value: float | Sequence[float]) -> tuple[float, ...]:
-    """Return what values are sorted by: the constant, then the other coefficients."""
+    """Sort key of a value: its constant, then the other coefficients."""
     return (value,) if isinstance(value, int | float) else tuple(value)
 
 
@@ -170,6 +170,6 @@ def spell_values(values: Values) -> str:
 
 
 def shown(written: object) -> str:
-    """Spell a value as it stands in the file, cut where it is long."""
+    """Format a value as in the file, shortened if it is long."""
     text = repr(written)
     return text if len(text) <= SHOWN_CHARACTERS else f"{text[:SHOWN_CHARACTERS]}..."

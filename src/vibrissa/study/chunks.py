@@ -39,7 +39,7 @@ class Chunk:
         return f"{self.grid}/{'_'.join(axis + value for axis, value in first.items())}"
 
     def minutes(self, by_step: bool) -> int:
-        """Return the minutes to ask a cluster for; `by_step` is that each step has a solution."""
+        """Minutes to request from a cluster; `by_step`: shooting solves every step."""
         rods = number_of_rods(self.axes)
         points = rods * len(self.axes["mu0"]) * len(self.axes["dx0"])
         seconds = ROD_BY_STEP * rods * len(self.axes["dx0"]) if by_step else ROD * rods

@@ -125,7 +125,7 @@ def _chosen(axis: Axis) -> BeforeValidator:
 
 
 class AxesKeys(Section):
-    """Limits and scale of the axes of a figure's first panel, and of those that share them."""
+    """Limits and scales of the axes of the first panel and of panels that share them."""
 
     x: tuple[float, float] | None = Field(default=None, description="limits, as in [1, 3]")
     y: tuple[float, float] | None = Field(default=None, description="limits")
@@ -200,7 +200,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
 
     @property
     def names(self) -> list[str]:
-        """Names of what it is drawn from."""
+        """Names of the grids, scans, states or comparisons of the figure."""
         named = getattr(self, self.source)
         return named if isinstance(named, list) else [named]
 
@@ -300,7 +300,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
             raise ValueError(f"{path} has no function {DRAW}(table)")
 
     def _check_data(self, mistakes: Mistakes, name: str, axes: Mapping[str, Values]) -> None:
-        """Find axes of which the data have several values, or not the value that is asked for."""
+        """Find axes with several values in the data, or without the requested value."""
         kind = KINDS[self.kind]
         for axis, values in axes.items():
             chosen = getattr(self, axis, None) or values
@@ -331,6 +331,6 @@ def _spelled(values: Values) -> str:
 
 
 def unknown_name(name: str, what: str, known: Mapping[str, Any]) -> str:
-    """Say that nothing has a name, and which names there are."""
+    """Error message for an unknown name, with the known names."""
     allowed = ", ".join(sorted(known)) or "none is defined"
     return f"{name!r} is not the name of a {what}; allowed: {allowed}"

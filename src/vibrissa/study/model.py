@@ -161,7 +161,7 @@ class Study(Section):
     _context: dict[str, Any] = PrivateAttr(default={})
 
     def model_post_init(self, context: Any) -> None:
-        """Keep what the study was read from."""
+        """Keep the raw content of the study file."""
         self._context = context
 
     @field_validator("contact", "grids", "scans", "states", "comparisons")
@@ -264,11 +264,11 @@ class Study(Section):
 
     @property
     def text(self) -> str:
-        """Text of the study file, and what the command line changed."""
+        """Text of the study file, with the changes of the command line."""
         return str(self._context["text"])
 
     def part(self, table: str) -> str:
-        """Return the part of the study file that a table answers, as it stands in its metadata."""
+        """Part of the study file that determines a table, as text for the table's metadata."""
         # It is needed by programs that read tables, too, and takes time to load.
         import yaml
 

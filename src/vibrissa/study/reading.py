@@ -1,4 +1,4 @@
-"""Reading a study file: a study, or all its mistakes, each with its line and what is allowed."""
+"""Reading a study file: a study, or all its errors, each with its line and the allowed values."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -94,7 +94,7 @@ def _text(path: Path) -> str:
 
 
 def _loaded(path: Path, text: str) -> dict[Any, Any]:
-    """Return what stands in a study file."""
+    """Content of a study file."""
     try:
         document = YAML(typ="safe", pure=True).load(text)
     except MarkedYAMLError as error:
@@ -112,7 +112,7 @@ def _loaded(path: Path, text: str) -> dict[Any, Any]:
 
 
 def _line(document: Any, location: Location) -> int:
-    """Line of a place, or of what is nearest above it; 0 of the file as a whole."""
+    """Line of a place, or of its nearest parent; 0 for the file as a whole."""
     line = 0
     for step in location:
         if isinstance(document, CommentedMap) and step in document:
@@ -133,7 +133,7 @@ def spell_location(location: Location) -> str:
 
 
 def _mistakes(error: ValidationError) -> list[Mistake]:
-    """Say in plain words what pydantic found wrong, and where."""
+    """Errors of pydantic in plain words, with their places."""
     return [mistake for one in error.errors() for mistake in _in_words(one)]
 
 

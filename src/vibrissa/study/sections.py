@@ -1,4 +1,4 @@
-"""What the sections of a study file have in common."""
+"""Common base of the sections of a study file."""
 
 from collections.abc import Callable
 from typing import Annotated, Any, TypeAlias

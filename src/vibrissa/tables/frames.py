@@ -37,7 +37,7 @@ class Entry:
 
 
 def entries(schema: pa.Schema) -> list[Entry]:
-    """Return what the columns of a table are."""
+    """Descriptions of the columns of a table."""
     return [_entry(column) for column in schema]
 
 

@@ -60,7 +60,7 @@ def points_table(
     periods = read_curves(curves, list(mu0), dx0)
 
     def of_curves(name: str, kind: pa.DataType = NUMBER) -> pa.Array:
-        """Attribute of the paths, for each of their points; NaN stands for nothing."""
+        """Attribute of the paths, repeated for each of their points; NaN: no value."""
         values = [getattr(curve, name) for curve in curves]
         return array(np.array(values) if kind == NUMBER else values, kind).take(pa.array(index))
 

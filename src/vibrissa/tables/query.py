@@ -1,4 +1,4 @@
-"""Rows of a table in memory or in a file, of which no more is read than is asked for.
+"""Rows of a table in memory or in a file; only the requested parts are read.
 
 Which rows is said by an expression of pyarrow: `in_grid`, `one_of`, or several joined by ``&``.
 """
@@ -28,7 +28,7 @@ FEW_AT_ONCE: dict[str, Any] = {"use_threads": False, "batch_readahead": 1, "frag
 
 
 def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -> Dataset:
-    """Open a table whose rows are read when they are asked for."""
+    """Open a table; its rows are read on request."""
     # It imports pandas, which takes time.
     from pyarrow import dataset
 
@@ -42,7 +42,7 @@ def opened(path: str | Path, schema: pa.Schema, study_part: str | None = None) -
 
 
 def opened_tables(paths: Mapping[str, Any], study_parts: Mapping[str, str]) -> dict[str, Readable]:
-    """Open the tables of a study by their names, and refuse those that do not answer its file."""
+    """Open the tables of a study by name, and refuse tables of another study file."""
     return {
         name: opened(path, TABLES[name], study_parts[name])
         for name, path in paths.items()

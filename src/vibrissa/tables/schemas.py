@@ -43,13 +43,13 @@ DICTIONARY = tomllib.loads(
 
 
 def _column(table: str, name: str) -> pa.Field:
-    """Column of a table: its own meaning, or the one that it shares with others."""
+    """Column of a table, described by its own entry or by the shared one."""
     entry = DICTIONARY[table].get(name) or DICTIONARY["shared"][name]
     return _field(name, entry)
 
 
 def _field(name: str, entry: dict[str, str]) -> pa.Field:
-    """Column that holds null only if the dictionary says what null means."""
+    """Column, nullable only if the dictionary defines the meaning of null."""
     metadata = {
         UNIT: entry.get("unit", NONE),
         RANGE: entry.get("range", ""),

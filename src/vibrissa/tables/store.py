@@ -23,7 +23,7 @@ LEAST_ROW_GROUP = 2**14
 
 
 def write(table: pa.Table, path: str | Path, study_part: str = "") -> None:
-    """Write a table whole or not at all, with its provenance; see `write_parts`."""
+    """Write a table atomically, with its provenance; see `write_parts`."""
     write_parts([table], table.schema, path, study_part)
 
 
@@ -34,7 +34,7 @@ def write_parts(
     study_part: str = "",
     rows: int = 0,
 ) -> None:
-    """Write the parts of a table, one after the other, whole or not at all, with its provenance.
+    """Write the parts of a table, one after the other, atomically, with its provenance.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def need_study(path: str | Path, study_part: str) -> None:
 
 
 def joined(parts: Sequence[pa.Table], schema: pa.Schema) -> pa.Table:
-    """Tables of one schema, one after the other."""
+    """Join tables of one schema."""
     bare = [part.replace_schema_metadata(schema.metadata) for part in parts]
     return pa.concat_tables(bare) if bare else schema.empty_table()
 

@@ -102,7 +102,7 @@ def misfit(channel: str, periods: BoolArray) -> Check:
 
 
 def unfitted(settled: bool, fits: bool, number: int) -> Check:
-    """Doubt all periods of a recording that is not of what was given."""
+    """Grade all periods as doubtful if the recording does not fit the given set-up."""
     why = "the recording does not fit what was given"
     if not settled:
         why = "the recording is too far from what was given to be fitted"
@@ -112,7 +112,7 @@ def unfitted(settled: bool, fits: bool, number: int) -> Check:
 
 
 def untared(number: int) -> Check:
-    """Doubt a friction without a rod where nothing is known of the zeros."""
+    """Grade friction without a rod as doubtful if the zeros are unknown."""
     why = (
         "no reading checks the tare: state zero_force_x and zero_force_y, or record some rows "
         "before the tip touches"

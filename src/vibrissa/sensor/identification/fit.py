@@ -115,7 +115,7 @@ class Fit:
 
     @cached_property
     def _changes(self) -> tuple[FloatArray, FloatArray]:
-        """Change of the readings per unit of each parameter, and that of u, (k, n, c), (p, k)."""
+        """Derivatives of the readings and of u by the parameters, shapes (k, n, c) and (p, k)."""
         blocks = self.forward.blocks
         _, slope, of_one, _ = self._seen
         found = self.noise.weighted(self.forward.changes(self.p, self.u), of_one, blocks.count)
@@ -236,7 +236,7 @@ class Fit:
 
 
 def started(forward: Forward, noise: Noise, nearest: FloatArray, slope: Slope) -> Fit:
-    """Begin with what was given, and the displacements of the states nearest to the blocks."""
+    """Start of the fit: the given set-up, and the x0 of the states nearest to the blocks."""
     none = np.zeros(len(forward.parameters))
     periods = len(forward.ends)
     # With u = 0 each block has the displacement that it has less than the last sample.
@@ -267,7 +267,7 @@ def fitted(start: Fit) -> Fit:
 
 
 def searched(start: Fit) -> Fit:
-    """Find the set-up by Gauss-Newton steps; what was given where that fails."""
+    """Find the set-up by Gauss-Newton steps; the given one if they fail."""
     best, settled = replace(start, settled=True), not start.free.any()
     for _ in range(MOST_STEPS):
         if settled:
@@ -302,7 +302,7 @@ def _better(fit: Fit) -> Fit | None:
 
 
 def _step(fit: Fit, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Gauss-Newton step of the scores; those that are at a bound and would pass it are held."""
+    """Gauss-Newton step of the scores; scores at a bound that would pass it are held."""
     slope = fit.jacobian @ fit.residuals[fit.rows].ravel() + fit.scores
     held = np.zeros(len(slope), dtype=bool)
     while True:

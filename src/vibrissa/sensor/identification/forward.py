@@ -181,7 +181,7 @@ class Forward:
         return found * np.array([length**-2, length**-2, 1.0 / length])
 
     def readings(self, p: FloatArray, loads: FloatArray, row: FloatArray) -> FloatArray:
-        """Give what the transducer shows of loads in rows of the recording, shape (n, 3)."""
+        """Return the readings that the transducer gives for loads in rows, shape (n, 3)."""
         part = row / max(self.rows - 1, 1)
         zeros, soft = np.zeros_like(loads), np.ones(len(loads))
         matrix = np.eye(3)

@@ -15,7 +15,7 @@ from vibrissa.sensor.response.height_range import HeightStates
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Onsets:
-    """The last sticking states of p periods, and what they tell of friction.
+    """The last sticking states of p periods, and friction with its uncertainty there.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Whether a recording fits what was given within its tolerances, and if not, what may be other.
+"""Whether a recording fits the given set-up within its tolerances, and if not, likely causes.
 
 A lifted tolerance σ lowers the sum that was minimised by (p/σ)²/(1 − s²/σ²), to first order, for
 a parameter adjusted by p and known to s. Its square root is the surprise.
@@ -31,7 +31,7 @@ SOUGHT, WIDE, EXPLAINS = 3, 1.0, 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance:
-    """Something that is known to a tolerance, and what the recording tells of it.
+    """A quantity with a tolerance: its estimate from the recording.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Tolerance:
 
     @property
     def surprise(self) -> float:
-        """How far the recording is from what was given, in standard deviations."""
+        """Distance of the recording from the given set-up, in standard deviations."""
         known = 1.0 - (self.deviation / self.tolerance) ** 2
         score = abs(self.adjusted) / self.tolerance
         return float(score / np.sqrt(known)) if known > LITTLE else 0.0
@@ -62,7 +62,7 @@ class Tolerance:
         return not self.wave and self.surprise > FAR
 
     def spelled(self, units: Units) -> str:
-        """Say it in a person's units."""
+        """Format it in the user's units."""
         adjusted, unit = told(self.of, self.adjusted, units)
         deviation, tolerance = (
             told(self.of, size, units)[0] for size in (self.deviation, self.tolerance)
@@ -75,7 +75,7 @@ class Tolerance:
 
 
 def tolerances_of(fit: Fit) -> tuple[Tolerance, ...]:
-    """Say what the fit tells of each parameter that has a tolerance."""
+    """Estimates of all parameters that have a tolerance."""
     left = np.sqrt(np.diag(fit.covariance))
     parameters = [one for one in fit.forward.parameters if one.deviation > 0.0]
     return tuple(
@@ -130,7 +130,7 @@ class Goodness:
 
     @property
     def chance(self) -> float:
-        """Probability of such a χ², or a larger one, where the recording fits."""
+        """Probability of this χ² or a larger one, if the recording fits."""
         if self.degrees <= 0:
             return 1.0
         if np.isinf(self.noise_degrees):
@@ -139,7 +139,7 @@ class Goodness:
 
     @property
     def fits(self) -> bool:
-        """Whether the recording fits what was given."""
+        """Whether the recording fits the given set-up."""
         return self.chance >= LEVEL and not self.uneven
 
 
@@ -160,7 +160,7 @@ class Cause:
     explained: float
 
     def spelled(self, units: Units) -> str:
-        """Say what it is and by how much, in a person's units."""
+        """Format the quantity and its change in the user's units."""
         way = "larger" if self.size > 0.0 else "smaller"
         size, unit = told(self.of, abs(self.size), units)
         deviation, _ = told(self.of, self.deviation, units)

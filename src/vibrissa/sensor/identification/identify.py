@@ -133,7 +133,7 @@ def identify(
 def _units(
     whisker: Whisker | None, recording: "Recording | Path | DataFrame", method: Method
 ) -> Units:
-    """Units of the rod; where none is needed and none was given, those of the recording."""
+    """Units of the rod; without a rod those of the recording."""
     if whisker is not None and (whisker.rod is not None or method is not Method.RATIO):
         return whisker.units
     return Units() if isinstance(recording, Recording) else units_of(recording)
@@ -174,7 +174,7 @@ def _of_ratio(task: Task, slipped: Slipped) -> Identification:
 
 
 def _of_model(task: Task, read: Modelled) -> Identification:
-    """Put together what the model says."""
+    """Build the result of the method `model`."""
     setting = replace(
         _setting(task),
         tolerances=tolerances_of(read.fit),

@@ -32,7 +32,7 @@ MIRROR, THOUSAND = np.diag([-1.0, 1.0, -1.0]), 1e3
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class NearestStates:
-    """States of a rod at one height, by what the channels that are used show of them."""
+    """States of a rod at one height, with their readings in the used channels."""
 
     branch: Branch
     used: list[int]

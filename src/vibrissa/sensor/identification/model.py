@@ -36,7 +36,7 @@ CERTAIN = 6.0
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Modelled:
-    """What the model of the rod reads from a recording.
+    """Result of the method `model` for one recording.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ def _nearest(task: Task, whisker: Whisker) -> NearestStates:
 
 
 def _started(task: Task, whisker: Whisker, slipped: Slipped, nearest: NearestStates) -> Fit:
-    """Fit the contacts of what was given."""
+    """Fit the contact points with the given set-up."""
     recording = slipped.recording
     blocks = condensed(recording, slipped.spans)
     forward = Forward(
@@ -119,7 +119,7 @@ def _started(task: Task, whisker: Whisker, slipped: Slipped, nearest: NearestSta
 
 
 def _check_states(task: Task, fit: Fit, nearest: NearestStates) -> None:
-    """Refuse a recording most of whose samples are no states of the rod, and tell why."""
+    """Refuse a recording most of whose samples are no states of the rod, with likely causes."""
     blocks = fit.forward.blocks
     squares = (fit.residuals**2).sum(axis=1) / blocks.count
     size = (nearest.weighted(blocks.readings) ** 2).sum(axis=1)
@@ -147,7 +147,7 @@ def _moved(fit: Fit, slipped: Slipped) -> tuple[BoolArray, BoolArray]:
 
 
 def _together(fit: Fit, slipped: Slipped) -> BoolArray:
-    """Tell after which periods the tip has not moved: no slip lies between."""
+    """Periods after which the tip has not moved, so that no slip follows them."""
     _, moved = _moved(fit, slipped)
     return np.append(~moved & ~slipped.spans.passes[:-1], False)
 

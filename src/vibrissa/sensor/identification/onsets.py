@@ -209,7 +209,7 @@ def read_onsets(
 
 
 def _corrected(low: ForceFits, high: ForceFits, sign: FloatArray) -> Onsets:
-    """Correct a degree by what the next one changes in the mean."""
+    """Correct one degree by the mean change of the next."""
     change = sign * (high.mean - low.mean)
     variance = high.by_noise**2 - low.by_noise**2
     told = (variance > 0.0) & (high.chance > UNLIKELY)

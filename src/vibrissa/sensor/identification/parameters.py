@@ -78,7 +78,7 @@ class Parameter:
 def parameters_of(
     sizes: Mapping[str, float], stated: frozenset[str], full_scale: FloatArray
 ) -> tuple[Parameter, ...]:
-    """Make the parameters of all tolerances, those of exact things included.
+    """Make the parameters of all tolerances, exact quantities included.
 
     Parameters
     ----------

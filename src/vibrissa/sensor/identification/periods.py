@@ -99,11 +99,11 @@ class Periods(Batch):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was left out or is in doubt, and why."""
+        """Omitted rows and doubts, each with its reason."""
         return (*self.left_out, *notes_of(self.checks, self.first_line, self.last_line))
 
     def __repr__(self) -> str:
-        """Say how many there are of each status."""
+        """Numbers of periods by status."""
         each = ", ".join(f"{n} {status}" for status, n in Counter(self.status.tolist()).items())
         return f"{counted(len(self), 'period')}: {each}"
 
@@ -118,7 +118,7 @@ class Periods(Batch):
         )
 
     def on_slope(self, slope: Slope) -> "Periods":
-        """Widen the friction by the local slope of the surface, which no reading tells from it."""
+        """Widen the error of friction by the local slope of the surface, which mimics friction."""
         if not slope.deviation > 0.0:
             return self
         # Where there is a bound alone, it is that of the friction that was needed.

@@ -102,7 +102,7 @@ def _effects(
 
 
 def check_forces(forces: FloatArray, noise: FloatArray) -> None:
-    """Refuse a recording in which a force is none, or presses the other way.
+    """Refuse a recording in which a force is missing or has the wrong sign.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def _check_axes(forces: FloatArray, status: StrArray) -> None:
 
 
 def _statuses(onsets: Onsets, slipped: Slipped, noise: FloatArray) -> tuple[StrArray, FloatArray]:
-    """Tell what is known about each period, and the least friction with which its tip has stuck."""
+    """Status of each period, and the least friction with which its tip stuck."""
     spans, sign = slipped.spans, slipped.ends.sign
     ratio, deviation = onsets.fits.ratio(np.tile(PLACES, (len(spans), 1)))
     ratio = sign[:, None] * ratio

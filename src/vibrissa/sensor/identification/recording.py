@@ -1,4 +1,4 @@
-"""A recording: what was measured, in the rod's own units, and what of it is left out."""
+"""A recording in the rod's units, and the rows that are left out."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -156,7 +156,7 @@ def read_recording(
 def _used(
     lost: BoolArray, table: series.Table, method: Method
 ) -> tuple[list[int], tuple[str, ...]]:
-    """Choose the channels that are read, and name those that are there and are not.
+    """Choose the channels that are used; name the present ones that are not.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def _used(
 
 
 def suffices(channels: Sequence[int]) -> bool:
-    """Whether a contact can be told from these channels: by the moment, or by both forces."""
+    """Whether these channels determine the contact point: the moment, or both forces."""
     return MOMENT in channels or set(FORCES) <= set(channels)
 
 
@@ -221,7 +221,7 @@ def _time_unit(table: series.Table) -> float:
 
 
 def units_of(source: "Path | DataFrame") -> Units:
-    """Tell the units of a recording of which no rod is known: its own, or SI units."""
+    """Units of a recording without a rod: its own, or SI units."""
     units = _table(source, ["footpoint"]).units
     wished = wished_units(MEASURED, *(f"1 {unit}" for unit in units.values()))
     return Units(si=units.get("footpoint") != OWN[Kind.LENGTH], wished=wished)
@@ -230,7 +230,7 @@ def units_of(source: "Path | DataFrame") -> Units:
 def _table(
     source: "Path | DataFrame", names: Sequence[str], optional: Sequence[str] = ()
 ) -> series.Table:
-    """Read a table; of one that another program wrote, say what reads it."""
+    """Read a table; for a file of another program the error names `vibrissa import`."""
     try:
         return series.read(source, names, optional)
     except OtherTableError as error:
@@ -249,7 +249,7 @@ def _check_time(table: series.Table) -> None:
 
 
 def _with_units(table: series.Table, units: Units) -> tuple[series.Table, tuple[str, ...]]:
-    """Give columns without a unit that of the computation, and note it."""
+    """Assume the unit of the computation for columns without a unit, and note it."""
     kinds = {"footpoint": Kind.LENGTH, **dict(zip(CHANNELS, CHANNEL_KINDS, strict=True))}
     assumed = {
         name: units.name(kind)

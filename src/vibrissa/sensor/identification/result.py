@@ -1,4 +1,4 @@
-"""What was found in a recording: friction of its periods, in the units of the rod."""
+"""Result of an identification: friction of the periods, in the units of the rod."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -43,12 +43,12 @@ class Identification(Tabular):
 
     @property
     def tolerances(self) -> tuple[Tolerance, ...]:
-        """What is not known exactly, and how well it is known now."""
+        """Quantities with a tolerance, and their estimates."""
         return self.setting.tolerances
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of what remains of their errors, in their order, shape (k, k)."""
+        """Covariance of the remaining errors of `tolerances`, shape (k, k)."""
         return self.setting.covariance
 
     def summary(self) -> FrictionSummary:
@@ -56,7 +56,7 @@ class Identification(Tabular):
         return summary_of(self.periods, self.setting)
 
     def __repr__(self) -> str:
-        """Say what `summary` says."""
+        """Text of `summary`."""
         return str(self.summary())
 
     def plot(self) -> "Figure":

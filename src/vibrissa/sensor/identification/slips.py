@@ -106,7 +106,7 @@ class Ends(Batch):
 
 
 def spikes(values: FloatArray, noise: float) -> BoolArray:
-    """Tell which samples, shape (n,), lie far off their neighbours, which agree with each other."""
+    """Find samples, shape (n,), far from both neighbours while these agree with each other."""
     lone = np.zeros(len(values), dtype=bool)
     if len(values) > 2:
         apart = np.abs(values[2:] - values[:-2])
@@ -118,7 +118,7 @@ def spikes(values: FloatArray, noise: float) -> BoolArray:
 
 
 def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
-    """Find the periods of sticking, at least one; those of a single sample are left out.
+    """Find the periods of sticking, at least one; single samples are left out.
 
     The load falls while a clamp that moves forward bends the rod, as force_x does.
     """
@@ -219,7 +219,7 @@ def check_falls(clamp: FloatArray, load: FloatArray, noise: float) -> None:
 
 
 def usual_step(clamp: FloatArray) -> float:
-    """Tell how far the clamp moves from one sample to the next; infinite if it never moves."""
+    """Usual clamp motion from one sample to the next; infinite if it never moves."""
     steps = np.abs(np.diff(clamp))
     return float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
 
@@ -322,7 +322,7 @@ class Slipped:
 
     @property
     def clamp(self) -> FloatArray:
-        """Clamp positions by which its motion is told, without their noise."""
+        """Clamp positions without their noise."""
         return smooth(self.recording.clamp, self.position)
 
     @property
@@ -348,7 +348,7 @@ class Slipped:
         return noise_of_differences(second[period[2:] == period[:-2]])
 
     def joined(self, together: BoolArray) -> "Slipped":
-        """Join periods with the one after them: no slip lies between."""
+        """Join periods with the next one, where no slip lies between."""
         first = ~np.append(False, together[:-1])
         last = ~together
         spans = replace(self.spans.take(last), begins=self.spans.begins[first])

@@ -1,4 +1,4 @@
-"""What a recording says about the friction of a surface, in a few numbers and lines.
+"""Friction of a surface by a recording, in a few numbers and lines.
 
 Period i has the friction μ_i, with errors n_i by the readings, s_i by the step and e_i by the
 set-up, which all periods share. The friction varies by t² (DerSimonian and Laird). The step has
@@ -42,7 +42,7 @@ ROUNDING, LEAST = 1e-12, 1e-200
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Setting:
-    """What the periods of a recording have in common.
+    """Common data of the periods of a recording.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class FrictionSummary:
         return float(np.hypot(self.random, self.common))
 
     def __str__(self) -> str:
-        """Say it in lines."""
+        """Format it as lines."""
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterator[str]:
@@ -198,7 +198,7 @@ def summary_of(periods: Periods, setting: Setting) -> FrictionSummary:
 
 
 def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
-    """Add what the periods used say together."""
+    """Add the mean of the used periods."""
     setting, whole, step = known.setting, some.deviation**2, some.by_step**2
     noise = np.maximum(whole - some.common**2 - step, 0.0)
     between, error = variance_between(some.mu0, _weighed(noise, some))
@@ -266,7 +266,7 @@ def _variation(mu0: FloatArray, variance: FloatArray) -> float:
 
 
 def _left_out(periods: Periods, slips: BoolArray) -> BoolArray:
-    """Tell which periods are graded wrong; none where most of those with a friction are."""
+    """Periods with the grade wrong; none if most periods with a friction have it."""
     wrong = periods.grade == Grade.WRONG
     most = wrong[slips].sum() > MOST_WRONG * slips.sum()
     return np.zeros(len(wrong), dtype=bool) if most else wrong

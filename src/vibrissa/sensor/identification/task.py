@@ -35,7 +35,7 @@ ZEROS = tuple(f"zero_{name}" for name in CHANNELS)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Task:
-    """A recording to be read, and all that is known of it.
+    """Inputs of an identification: a recording, noise and tolerances.
 
     Attributes
     ----------
@@ -83,12 +83,12 @@ class Task:
 
     @property
     def untared(self) -> bool:
-        """Whether nothing is known of the zeros of the forces."""
+        """Whether the zeros of the forces are unknown."""
         assumed = [name for name in ZEROS[:2] if self.sizes.get(name) and name not in self.stated]
         return bool(assumed) and not self.recording.air_rows
 
     def tared(self) -> "Task":
-        """Take the mean of the rows in air as the zero, where nothing is stated about it."""
+        """Take the mean of the rows in air as zero, unless the zero is stated."""
         recording, sizes = self.recording, dict(self.sizes)
         own = [i for i in self.used if sizes.get(ZEROS[i]) and ZEROS[i] not in self.stated]
         if not (own and recording.air_rows):
@@ -134,7 +134,7 @@ def task_of(
     tolerances: Mapping[str, Quantity],
     assume: bool,
 ) -> Task:
-    """Put together what is known of a recording.
+    """Collect the inputs of an identification.
 
     Raises
     ------
@@ -208,7 +208,7 @@ def _full_scale(recording: Recording, transducer: Transducer | None, units: Unit
 
 
 def _measurable(noise: FloatArray, recording: Recording) -> FloatArray:
-    """Refuse a recording without any noise, in which slips could not be told from rounding."""
+    """Refuse a recording without noise, where slips and rounding look alike."""
     there = np.isfinite(recording.readings).all(axis=0) & (noise > LEAST_NOISE) & (noise < np.inf)
     if not (there[2] or there[FORCES].all()):
         raise RecordingError(

@@ -1,4 +1,4 @@
-"""A laboratory's file as a recording, and what was read from it."""
+"""Import of a laboratory's file: the recording, and a report of how it was read."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -209,7 +209,7 @@ def _with_time(values: Values, settings: Settings, name: str, line: IntArray) ->
 
 
 def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray:
-    """Tell which samples lie between two places."""
+    """Select the samples between two places."""
     rows = np.ones(len(next(iter(values.values()))), dtype=bool)
     if begin is not None:
         rows &= np.maximum.accumulate(values[begin.column] >= begin.value)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Separator(StrEnum):
-    """What stands between the cells of a line."""
+    """Separator of the cells of a line."""
 
     SEMICOLON = "semicolon"
     TAB = "tab"
@@ -81,7 +81,7 @@ class Layout:
 
 @dataclass(frozen=True, kw_only=True)
 class _Try:
-    """What the sampled lines are with a separator and a decimal sign."""
+    """Result of reading the sampled lines with one separator and decimal sign."""
 
     separator: Separator
     notation: Notation
@@ -141,7 +141,7 @@ def layout_of(
 
 
 def _best(lines: "Series[str]", pairs: list[tuple[Separator, Notation]]) -> list[_Try]:
-    """Try separators and decimal signs; of those that fit best, the first of each reading."""
+    """Try all separators and decimal signs; return the best, once for each distinct reading."""
     tried = [one for pair in pairs if (one := _tried(lines, *pair)) is not None]
     best: list[_Try] = []
     for one in tried:
@@ -195,7 +195,7 @@ def cells_of(line: str, separator: Separator) -> list[str]:
 
 
 def _ambiguous(found: list[_Try], lines: "Series[str]", name: str) -> str:
-    """Say what may be read in two ways, and what to type for each."""
+    """Report an ambiguous file, with the option that chooses each reading."""
     one, other = found[:2]
     if one.separator is not other.separator:
         return f"{name}: add --separator {one.separator} or --separator {other.separator}"
@@ -213,7 +213,7 @@ def _ambiguous(found: list[_Try], lines: "Series[str]", name: str) -> str:
 
 
 def _laid_out(found: _Try, lines: "Series[str]", name: str, title_line: int | None) -> Layout:
-    """Find the titles above the rows, and what is no row below them."""
+    """Find the titles above the rows, and the lines below them that are no rows."""
     rows = lines.loc[found.first :]
     comments = rows.index[rows.str.match(COMMENT)]
     rows = rows.drop(comments)

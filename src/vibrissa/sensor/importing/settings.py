@@ -1,4 +1,4 @@
-"""What a person tells of a file: options, or the keys of a TOML file that holds a whole import."""
+"""Settings of an import: options, or the keys of a TOML file."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
@@ -56,7 +56,7 @@ def _angle(text: str) -> float:
 
 
 class Settings(BaseModel):
-    """What is told of a file; what is None is found, or there is none."""
+    """Settings of an import; None: found in the file, or absent."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

@@ -69,7 +69,7 @@ def title_of(text: str, kind: Kind) -> Title:
 
 
 def size_of(unit: str, kind: Kind) -> float:
-    """Size of a unit in SI units; 0 if it is none of this kind."""
+    """Size of a unit in SI units; 0 if it is not a unit of this kind."""
     try:
         return float(in_si(f"1 {unit}", kind, "unit"))
     except ArgumentError:
@@ -77,7 +77,7 @@ def size_of(unit: str, kind: Kind) -> float:
 
 
 def is_unit(cell: str) -> bool:
-    """Whether a cell is the unit of something that a recording may have, or stands for none."""
+    """Whether a cell is a unit of a channel, or a mark for "no unit"."""
     unit = cell.strip("[]() ")
     return unit in NO_UNIT or any(size_of(unit, kind) for kind in set(KINDS.values()))
 
@@ -85,7 +85,7 @@ def is_unit(cell: str) -> bool:
 def columns_of(
     layout: "Layout", width: int, targets: Sequence[str], sources: Mapping[str, str]
 ) -> tuple[dict[str, FileColumn], list[str]]:
-    """Find the columns of a recording among those of a file.
+    """Find the column of each channel in a file.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def _number(titles: Sequence[str], width: int, source: str, kind: Kind) -> int |
 
 
 class _Parts(NamedTuple):
-    """What a source tells: a sign, the name of a column, and its unit."""
+    """Parts of an option --column: sign, name of the column, unit."""
 
     sign: float
     name: str
@@ -145,7 +145,7 @@ def _parts(source: str) -> _Parts:
 
 
 def _column(layout: "Layout", number: int, target: str, source: str) -> FileColumn:
-    """Read the unit of a column: as it was told, by its title, or by the row of units."""
+    """Read the unit of a column: from the option, its title, or the row of units."""
     kind, (sign, _, told) = KINDS[target], _parts(source)
     title = layout.titles[number] if layout.titles else f"#{number + 1}"
     name, unit = title_of(title, kind)

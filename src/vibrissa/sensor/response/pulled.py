@@ -53,7 +53,7 @@ class Stretch(NamedTuple):
     high: float = 1.0
 
     def x0(self, part: FloatArray) -> FloatArray:
-        """Displacements at parts of what is meant (L)."""
+        """Displacements at fractions of the path (L)."""
         at = self.low + (self.high - self.low) * part
         return self.start + (self.stop - self.start) * at**self.grade
 

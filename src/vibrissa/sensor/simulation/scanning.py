@@ -34,7 +34,7 @@ BLOCK = 4096
 
 
 class TipPhase(StrEnum):
-    """What the tip does at a step.
+    """Phase of the tip at a step.
 
     Attributes
     ----------
@@ -281,7 +281,7 @@ def _check_backward(rod: Response | ObliqueStage, positions: FloatArray) -> None
 def _known(
     stage: LevelStage | ObliqueStage, positions: FloatArray, told: Callable[[float], str]
 ) -> tuple[int, Outcome, str]:
-    """Count the steps whose heights were solved, and say why the next one was not."""
+    """Count the steps whose heights were solved, with the reason why the next one was not."""
     if isinstance(stage, LevelStage):
         return len(positions), Outcome.COMPLETE, ""
     height, heights = stage.height(positions), stage.heights
@@ -335,7 +335,7 @@ def _part(tip: Tip, positions: FloatArray, begin: int, clamp: float, slipped: bo
 
 
 def _swings(parts: Sequence[_Part], positions: FloatArray, told: Callable[[float], str]) -> str:
-    """Say where the rod buckles laterally first; empty if it does not."""
+    """Describe where the rod first buckles laterally; empty if it does not."""
     for part, after in pairwise(parts):
         if not after.slipped:
             return (

@@ -53,7 +53,7 @@ class Signals(Tabular):
         return plots.signals(self.columns())
 
     def __repr__(self) -> str:
-        """Say how many steps and periods there are, and how the scan ended."""
+        """Numbers of steps and periods, and how the scan ended."""
         truth = self.truth
         said = f"{counted(len(truth), 'step')}, {counted(int(truth.period[-1]), 'period')}"
         return "\n".join(filter(None, (f"{said}, {truth.outcome}", truth.message)))

@@ -47,7 +47,7 @@ class Tip:
     side: int = 1
 
     def reserves(self, clamp: ArrayLike) -> FloatArray:
-        """Compute what is left of what holds the tip at clamp positions, in the order of `Exit`.
+        """Margins of sticking at clamp positions, in the order of `Exit`.
 
         Of the friction forward and backward, and of the way to both ends of the states (L);
         negative where the tip does not stick.
@@ -60,7 +60,7 @@ class Tip:
         )
 
     def exit(self, clamp: float) -> Exit:
-        """Tell what gives way at an end of sticking."""
+        """Margin that ends a period of sticking."""
         return list(Exit)[int(np.argmin(self.reserves(clamp)))]
 
     def interval(self, begin: float, least: float, most: float) -> tuple[float, float]:

@@ -95,7 +95,7 @@ def _reasons(states: RodStates, share: FloatArray) -> list[tuple[Status, str]]:
 def _ideal_states(
     theta: FloatArray, eta: FloatArray, nodes: int, model: Contact
 ) -> tuple[RodStates, BoolArray]:
-    """Solve α = 0 states in the ideal mounting, and say which are found."""
+    """Solve α = 0 states in the ideal mounting, and mark those that were found."""
     states, found = _buckled_states(theta, eta, nodes)
     lies = found & (ends(states).phi1 < 0.0) & (model is Contact.LINE)
     rows = np.flatnonzero(~found | lies)

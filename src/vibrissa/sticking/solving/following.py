@@ -70,7 +70,7 @@ class Knots(Batch):
 
 
 class Followed(NamedTuple):
-    """Paths of branches; those that `turned` end in a kink where the displacement turns back."""
+    """Paths of branches; where `turned`, the path ends in a kink at which x0 turns back."""
 
     knots: Knots
     turned: BoolArray
