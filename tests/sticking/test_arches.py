@@ -15,26 +15,26 @@ ARCHES = [
 ]
 
 
-def rise(rod, state, eta):
+def rise(theta, curvature, state, height):
     """Height of the rod's highest point above the surface (L), the tip left out.
 
     The rod is integrated from its tip, where it bears no moment, by the force of a state.
     """
-    theta, _, _, curvature = rod
     fx, fy, phi1 = state.reaction_fx[0], state.reaction_fy[0], state.phi1[0]
 
     def equations(s, u):
         stiffness = (1.0 + (1.0 / theta - 1.0) * s) ** 4
         moment = fx * np.sin(u[2]) - fy * np.cos(u[2])
-        return [np.cos(u[2]), np.sin(u[2]), u[3] / stiffness + curvature, moment]
+        natural = np.polynomial.polynomial.polyval(s, curvature)
+        return [np.cos(u[2]), np.sin(u[2]), u[3] / stiffness + natural, moment]
 
-    start = [0.0, eta, phi1, 0.0]
+    start = [0.0, 0.0, phi1, 0.0]
     found = solve_ivp(
-        equations, [1.0, 0.0], start, "DOP853", rtol=1e-12, atol=1e-13, dense_output=True
+        equations, [1.0, 0.0], start, "DOP853", rtol=1e-12, atol=1e-15, dense_output=True
     )
-    assert abs(found.y[1, -1]) < 1e-11  # the clamp
+    assert abs(found.y[1, -1] + height) < 1e-11  # the clamp
     assert found.y[3, -1] == pytest.approx(state.reaction_m[0], abs=1e-10)
-    return float((found.sol(np.linspace(0.0, 0.9999, 20_001))[1] - eta).max())
+    return float(found.sol(1.0 - np.geomspace(1e-6, 1.0, 20_001))[1].max())
 
 
 @pytest.mark.parametrize("section", ["round", "planar"])
@@ -48,8 +48,8 @@ def test_the_path_ends_where_the_first_arch_begins(rod, section):
     # φ1 is still positive there: the tip itself does not pass through.
     before, at = (curve.state(np.array([curve.x0_end - d])) for d in (1e-4, 0.0))
     assert at.phi1[0] > 0.0
-    assert rise(rod[:4], before, eta) < 0.0
-    assert abs(rise(rod[:4], at, eta)) < 1e-8
+    assert rise(theta, curvature, before, eta) < 0.0
+    assert abs(rise(theta, curvature, at, eta)) < 1e-8
 
 
 def test_an_arch_where_the_tip_comes_back_up_is_found():
@@ -60,7 +60,35 @@ def test_an_arch_where_the_tip_comes_back_up_is_found():
     assert curve.end is End.OUT_OF_REACH
     state = curve.state(np.array([curve.x0_end]))
     assert abs(state.phi1[0]) < 1e-4
-    assert rise((theta, eta, angle, curvature), state, eta) > 5e-6
+    assert rise(theta, curvature, state, eta) > 5e-6
+
+
+# Taper, height, mounting, and by how much the rod rises where its tip is level (L).
+LEVEL_TIPS = [
+    (
+        6.237525713536285,
+        0.9082606802611423,
+        Mounting(
+            clamp_angle=0.1419331470857091,
+            clamp_compliance=0.024164059372607426,
+            curvature=(-0.19173317355200437, 0.19599117117486464),
+            stage_angle=-0.059616152586255966,
+        ),
+        2.2e-13,
+    ),
+    (2.0, 0.78, Mounting(curvature=1e-9), 0.0),
+]
+
+
+@pytest.mark.parametrize(("theta", "eta", "mounting", "rises"), LEVEL_TIPS)
+def test_an_arch_below_the_tolerance_is_none(theta, eta, mounting, rises):
+    """A level tip that is curved towards the surface makes an arch, be it of atoms."""
+    curve = solve_curve(theta, eta, mounting=mounting, contact="point")
+    assert curve.end is End.SWINGS_ASIDE and curve.x0_touch < curve.x0_lock
+    level = curve.state(np.array([curve.x0_touch]))
+    assert abs(level.phi1[0]) < 1e-12
+    height = curve.contact_point(curve.x0_touch)[1]
+    assert rise(theta, mounting.coefficients, level, height) == pytest.approx(rises, abs=3e-14)
 
 
 def test_a_rod_without_an_arch_goes_on():

@@ -121,9 +121,8 @@ def _tail(states: RodStates) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def _surface_over_tail(states: RodStates, up: FloatArray) -> FloatArray:
     """Clearance of a tail below the surface; infinite where it is large."""
-    level = states.line | (np.abs(ends(states).phi1) <= LEVEL)
     rises = np.maximum(up.max(axis=1), polynomial(states.curvature, states.s_c[:, None])[:, 0])
-    return np.where(level & (rises > 0.0), -rises, np.inf)
+    return np.where(states.line & (rises > 0.0), -rises, np.inf)
 
 
 def _comes_near(states: RodStates, eta: FloatArray, touches: BoolArray) -> BoolArray:
