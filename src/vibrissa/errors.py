@@ -44,7 +44,7 @@ class DamagedTableError(TableError):
         self,
         path: str | Path,
         reason: str,
-        remedy: str = "delete it and run again, it is made anew",
+        remedy: str = "delete it and run again: it is made again",
     ) -> None:
         super().__init__(f"{path} {reason}; {remedy}")
         self.path = Path(path)

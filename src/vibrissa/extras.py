@@ -1,4 +1,4 @@
-"""What `pip install vibrissa` leaves out: libraries that only some parts of the program need."""
+"""Optional libraries, which `pip install vibrissa` leaves out."""
 
 import sys
 from importlib.util import find_spec

@@ -1,4 +1,4 @@
-"""Which code is running: the commit that it is from, and a digest of its sources."""
+"""Version of the running code: its commit, and a digest of its sources."""
 
 import hashlib
 import subprocess

@@ -159,7 +159,7 @@ def test_a_reference_from_before_there_were_keys_says_what_to_do(blessed):
     path = blessed[1] / "stiction.csv"
     texts.write(texts.read(path).drop(columns=["grid"]), path)
     (line,) = told(blessed)
-    assert "new grid, gone none; its rows cannot be told apart" in line
+    assert "new grid, gone none; its rows cannot be identified" in line
     assert line.endswith("then make bless")
 
 

@@ -276,7 +276,7 @@ def test_a_command_does_not_write_over_what_it_reads(arguments, tmp_path, monkey
     (tmp_path / "in.csv").write_text("x,mu0\n0,0.3\n1,0.3\n")
     result = run(*arguments, "-o", "./in.csv")
     assert result.exit_code == 2
-    assert result.output == "vibrissa: in.csv is a file that is read: write another one\n"
+    assert result.output == "vibrissa: in.csv is an input: give the output another name\n"
 
 
 def test_a_kinetic_ratio_that_is_not_used_is_told(tmp_path):

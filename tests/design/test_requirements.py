@@ -153,7 +153,7 @@ def test_all_errors_are_told_together():
 
 def test_a_mounting_is_no_requirement(setup):
     setup.write_text(SETUP.replace("0 ± 0.2 deg", "2 deg"), encoding="utf-8")
-    with pytest.raises(ArgumentError, match="of its mounting give the tolerances alone"):
+    with pytest.raises(ArgumentError, match="give only tolerances of the mounting"):
         Requirements.read(setup, **ASKED)
 
 

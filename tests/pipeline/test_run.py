@@ -74,7 +74,7 @@ def test_a_log_has_the_reason_and_damaged_tables_are_removed(tmp_path):
         (VibrissaError("no luck"), "error: no luck\n"),
         (OSError(28, "No space left on device"), "error: [Errno 28] No space left on device\n"),
         (KeyboardInterrupt(), "interrupted\n"),
-        (DamagedTableError(table, "is bad"), f"again, it is made anew\n{table} is removed; the"),
+        (DamagedTableError(table, "is bad"), f"again: it is made again\n{table} is removed; the"),
     ):
         with pytest.raises(SystemExit), jobs.logged(log):
             raise error

@@ -195,7 +195,7 @@ def test_a_channel_without_noise_is_not_used(whisker, signals):
         ),
         (lambda frame: frame.assign(force_x="much"), "line 1: force_x must be a finite number"),
         (lambda frame: frame[:0], "no rows"),
-        (lambda frame: pd.concat([frame, frame], axis=1), "stands there twice"),
+        (lambda frame: pd.concat([frame, frame], axis=1), "occurs twice"),
     ],
 )
 def test_a_data_frame_that_is_no_recording_is_refused(whisker, signals, change, message):

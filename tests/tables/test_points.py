@@ -113,7 +113,7 @@ def test_the_file_of_a_chunk_is_read_as_it_was_written(chunk, axes, table):
     ("change", "words"),
     [
         ({"mu0": (0.2, 0.4)}, "has 12 rows where the grid has 8 points"),
-        ({"mu0": (0.2, 0.4, 5.0)}, "has other points than the study file asks for"),
+        ({"mu0": (0.2, 0.4, 5.0)}, "has other points than the study file"),
         ({"theta": (1.0, 2.5)}, "has other points"),
         ({"curvature": (-0.1,)}, "has other points"),
         ({"curvature": ((0.0, 1.0),)}, "has other points"),

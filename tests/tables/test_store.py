@@ -110,7 +110,7 @@ def test_a_changed_byte_never_changes_the_table_silently(tables, path):
 def test_a_file_cut_short_is_refused(tables, path, length):
     store.write(tables["stiction"], path)
     path.write_bytes(path.read_bytes()[:length])
-    with pytest.raises(DamagedTableError, match="delete it and run again, it is made anew"):
+    with pytest.raises(DamagedTableError, match="delete it and run again: it is made again"):
         store.read(path, STICTION)
 
 
@@ -127,7 +127,7 @@ def test_what_is_no_table_of_this_kind_is_refused(tables, path):
     with pytest.raises(DamagedTableError, match="holds the table states where stiction"):
         store.read(path, STICTION)
     pq.write_table(tables["stiction"].drop_columns(["mu0"]), path)
-    with pytest.raises(DamagedTableError, match="has other columns than its schema says"):
+    with pytest.raises(DamagedTableError, match="has other columns than its schema"):
         store.read(path, STICTION)
 
 

@@ -1,4 +1,4 @@
-"""A study as one file for publication, an RO-Crate, and whether an unpacked one is as it was."""
+"""Archive of a study as one file for publication (RO-Crate), and its verification."""
 
 from vibrissa.extras import require
 

@@ -1,4 +1,4 @@
-"""Comparison: the tables of a study with reference tables, with another study, and with proofs."""
+"""Comparison of the tables of a study with reference tables, other results, and proofs."""
 
 from vibrissa.extras import require
 

@@ -1,4 +1,4 @@
-"""The few small tables that a folder of results is condensed to, for comparison."""
+"""Condensed tables of a folder of results, small enough to compare in a diff."""
 
 from pathlib import Path
 

@@ -16,7 +16,7 @@ SHOWN = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """Something that is not as its reference, in a line for people.
+    """A deviation from the reference, with a line of text.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def compare(
         more = ", ".join(column for column in reference if column not in columns) or "none"
         text = f"{name}: other columns than the reference: new {absent}, gone {more}"
         if set(keys) - set(reference):
-            text += "; its rows cannot be told apart: review the results, then make bless"
+            text += "; its rows cannot be identified: review the results, then make bless"
         yield Difference(table=name, problem="other columns", text=text)
         if set(keys) - set(reference):
             return
@@ -72,7 +72,7 @@ def compare(
 
 
 def moved(before: pd.Series, after: pd.Series, tolerance: Tolerance | None) -> BoolArray:
-    """Which values are not their references; without a tolerance the texts must be the same."""
+    """Mark values beyond the tolerance of their reference; without one, those of another text."""
     differs: BoolArray = (before != after).to_numpy()
     if tolerance is None:
         return differs
@@ -92,7 +92,7 @@ def _finite(number: float) -> float | None:
 
 
 def _rows(table: str, problem: str, words: str, rows: pd.DataFrame) -> Iterator[Difference]:
-    """Difference of rows that one of two tables has alone, or twice; nothing for no rows."""
+    """Difference for missing, extra or doubled rows; nothing without such rows."""
     if len(rows):
         shown = "; ".join(spell_row(row) for row in rows.head(SHOWN).to_dict("records"))
         more = "; ..." if len(rows) > SHOWN else ""

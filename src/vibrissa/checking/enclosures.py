@@ -1,4 +1,4 @@
-"""Results beside proofs: how far each number is from the true value.
+"""Comparison with proved intervals: distance of each number from the true value.
 
 Enclosures stand in ``enclosures.csv`` beside the reference tables; `python -m validation proof`
 writes them.
@@ -55,7 +55,7 @@ class Enclosed:
 
     @property
     def refuted(self) -> bool:
-        """Whether the number is further off than its column may move."""
+        """Whether the number is further from its interval than the tolerance of its column."""
         if self.tolerance is None:  # it has to be the nearest double
             return self.off > Decimal(math.ulp(float(self.midpoint))) / 2
         relative = Decimal(self.tolerance.relative) * abs(self.midpoint)
@@ -96,7 +96,7 @@ def _enclosed_in(
     frame: pd.DataFrame,
     columns: Mapping[str, Tolerance | None],
 ) -> Iterator[Enclosed]:
-    """Put the proofs of a table beside its rows; a point of two grids has two rows."""
+    """Match the proofs of a table with its rows; a point of two grids has two rows."""
     keys = KEYS[table]
     proofs = proofs[proofs["quantity"].isin(columns)][[*keys, "quantity", "midpoint", "radius"]]
     proofs = proofs.astype({key: frame[key].dtype for key in keys})

@@ -1,4 +1,4 @@
-"""Layouts of reference tables: what they hold, and how far a number may move."""
+"""Layouts of reference tables: keys, columns and tolerances."""
 
 from dataclasses import dataclass
 from typing import Any

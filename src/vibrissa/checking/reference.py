@@ -1,4 +1,4 @@
-"""The results of a study beside a reference: compared, or put in its place."""
+"""Comparison of the results of a study with a reference, and update of the reference."""
 
 import difflib
 import json
@@ -23,7 +23,7 @@ MOST_ROWS = 30
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Results beside a reference, and numbers of them for which it has an enclosure."""
+    """Results, their reference, and the numbers that have an enclosure."""
 
     results: Path
     reference: Path
@@ -40,7 +40,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """The last line: whether all is well."""
+        """Last line: unchanged, or the number of differences."""
         if self.differences:
             number = counted(len(self.differences), "difference")
             return f"CHANGED: {number} between {self.results} and {self.reference}."
@@ -89,7 +89,7 @@ class Comparison:
         return "\n".join([*lines, "", verdict(self.enclosed)]).rstrip() + "\n"
 
     def json(self) -> str:
-        """All that is different, for machines."""
+        """All differences, for programs."""
         content = {
             "passed": not self.differences,
             "verdict": self.verdict,
@@ -182,7 +182,7 @@ def blessed_table(
 
 
 def need_reference(comparison: Comparison) -> None:
-    """Refuse to compare with nothing.
+    """Raise an error if there is no reference.
 
     Raises
     ------

@@ -22,7 +22,7 @@ COMMANDS = {
 
 
 def module_of(name: str) -> str:
-    """Name the module of a command; a word of Python's own cannot be the name of one."""
+    """Name the module of a command; a keyword of Python gets an underscore."""
     return f"vibrissa.cli.{name}{'_' * iskeyword(name)}"
 
 

@@ -39,7 +39,7 @@ def identify(
         Method | None,
         option(
             "model: all channels, through the model of the rod; ratio: both forces, without a rod. "
-            "The other one is read as well, and compared.",
+            "The other method is computed, too, and compared.",
             *("", SIGNALS),
             show_default="model with a rod, else ratio",
         ),
@@ -57,7 +57,7 @@ def identify(
     json: Json = False,
     verbose: Annotated[
         bool,
-        option("Print what was assumed, and what was adjusted.", "", OUTPUT, "--verbose", "-v"),
+        option("Print assumed tolerances and all estimates, too.", "", OUTPUT, "--verbose", "-v"),
     ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.

@@ -108,7 +108,7 @@ def check_not_read(written: Sequence[Path | None], given: Sequence[Any]) -> None
     read = {Path(value).resolve() for value in given if isinstance(value, Path | str)}
     for file in written:
         if file is not None and file != STANDARD and file.resolve() in read:
-            raise ArgumentError(f"{file} is a file that is read: write another one")
+            raise ArgumentError(f"{file} is an input: give the output another name")
 
 
 def hand_out(found: Any, output: Path | None, picture: Path | None, json: bool = False) -> None:

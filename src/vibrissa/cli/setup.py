@@ -31,7 +31,7 @@ METAVARS = {"noise": "list", "range": "list", "material": "name", "transducer": 
 
 Rod = Annotated[
     Path | None,
-    option("Set-up file (.toml). An option takes the place of what stands in it.", "<file>", ROD),
+    option("Set-up file (.toml). An option overrides its key.", "<file>", ROD),
 ]
 Tolerances = Annotated[
     list[str] | None,
@@ -123,7 +123,7 @@ def _read(
 
 
 def read_pairs(given: Sequence[str], option: str) -> dict[str, str]:
-    """Read ``name=value`` of each.
+    """Read pairs ``name=value``.
 
     Raises
     ------

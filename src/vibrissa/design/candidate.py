@@ -1,4 +1,4 @@
-"""A rod, and the uncertainty of μ0 that it reads, by its sources."""
+"""A rod, and the uncertainty of μ0 measured with it, by its sources."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -98,7 +98,7 @@ class Candidate:
 
     @property
     def by_reading(self) -> FloatArray:
-        """Random, by the noise of the readings."""
+        """Random part by the noise of the readings."""
         with np.errstate(divide="ignore"):  # a period of no length tells nothing
             return np.asarray(np.abs(self.pair.sensitivity.slope[0]) / np.sqrt(self._contact))
 
@@ -111,12 +111,12 @@ class Candidate:
 
     @property
     def whole(self) -> FloatArray:
-        """All of them, added in quadrature; NaN where the tip locks."""
+        """All three parts, added in quadrature; NaN where the tip locks."""
         return np.sqrt(self.by_step**2 + self.by_reading**2 + self.by_tolerances**2)
 
     @property
     def largest(self) -> float:
-        """Whole uncertainty at that friction where it is largest."""
+        """Whole uncertainty at the friction where it is largest."""
         return float(self.whole.max())
 
     @property

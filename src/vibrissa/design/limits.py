@@ -1,4 +1,4 @@
-"""What limits a rod: each constraint as a value and a bound, for many rods at once.
+"""Constraints on rods, each as a value and a bound, for many rods at once.
 
 Strains grow with the size of the rod as d0/L, forces as E·d0⁴/L², moments as E·d0⁴/L.
 """

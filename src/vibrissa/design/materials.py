@@ -44,7 +44,7 @@ class Material:
     density: float | None
 
     def __post_init__(self) -> None:
-        """Refuse what no material has."""
+        """Refuse values that no material has."""
         for name in ("modulus", "yield_strain", "density"):
             value = getattr(self, name)
             if value is not None and not 0.0 < value < float("inf"):

@@ -163,8 +163,8 @@ class Requirements(BaseModel):
         first = self.whisker(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
         if first.mounting != IDEAL:
             raise ArgumentError(
-                "a design is of a straight rod in a rigid, upright clamp on a level stage; of its "
-                f"mounting give the tolerances alone, in the table [{TOLERANCES}]"
+                "a design needs a straight rod, a rigid upright clamp and a level stage; give only "
+                f"tolerances of the mounting, in the table [{TOLERANCES}]"
             )
         return self
 

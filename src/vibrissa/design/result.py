@@ -1,4 +1,4 @@
-"""The result of a design: a rod, its uncertainty of μ0, and what limits it."""
+"""The result of a design: a rod, its uncertainty of μ0, and its constraints."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +43,7 @@ class DesignStatus(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Design(Tabular):
-    """The best rod, what limits it, and what other tapers cost.
+    """Result of a design: the best rod, its constraints, and the best rods of other tapers.
 
     Attributes
     ----------

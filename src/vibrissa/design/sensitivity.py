@@ -1,4 +1,4 @@
-"""How the friction that a rod reads depends on noise and tolerances: the uncertainty of μ0.
+"""Dependence of the measured friction on noise and tolerances: the uncertainty of μ0.
 
 `identify` fits the set-up p, within its tolerances, and the contact u of each period to all
 readings. With J and j the changes of the readings per unit of p and of u, in standard deviations,

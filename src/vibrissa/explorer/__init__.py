@@ -1,4 +1,4 @@
-"""The model in a browser: a page that solves the rod anew at every move of its clamp.
+"""The explorer: a web page that solves the rod at every move of its clamp.
 
 The JavaScript modules in `solver` and `view` share no code with the solver in Python;
 `python -m validation explorer-agreement` compares the two.

@@ -1,4 +1,4 @@
-"""JavaScript modules as one program, which a page can hold: imports are resolved before."""
+"""Bundling of JavaScript modules into one script without imports, to embed in a page."""
 
 import re
 from collections import Counter

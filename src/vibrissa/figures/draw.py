@@ -114,7 +114,7 @@ def _adjust(figure: Figure, look: Mapping[str, Any]) -> None:
 
 
 def _failure(rows: pd.DataFrame) -> Figure:
-    """Show that there is nothing to show."""
+    """Draw the reason why there are no data."""
     reason = rows["message"].iloc[0] if "message" in rows else "the tables and logs have the reason"
     status = rows["status"].iloc[0].replace("_", " ")
     return style.message(f"{status}: {reason}")

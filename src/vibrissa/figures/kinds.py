@@ -1,4 +1,4 @@
-"""What makes a function a kind of figure."""
+"""Registration of functions as kinds of figures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ KINDS: dict[str, Kind] = {}
 
 
 def kind(name: str, *, columns: tuple[str, ...]) -> Callable[[Plot], Plot]:
-    """Make a function a kind of figure; see `Kind`."""
+    """Register a function as a kind of figure; see `Kind`."""
 
     def register(plot: Plot) -> Plot:
         KINDS[name] = Kind(columns=columns, plot=plot)

@@ -99,7 +99,7 @@ def swing(rows: pd.DataFrame) -> Figure:
 
 
 def _first_period(rows: pd.DataFrame) -> pd.DataFrame:
-    """Leave out all but the first period of sticking of each scan."""
+    """Keep the first period of sticking of each scan."""
     return rows[(rows["cycle"] == 1) & (rows["phase"] == "stick")].sort_values("footpoint")
 
 
@@ -113,7 +113,7 @@ def _rod(panels: tuple[Axes, Axes], row: pd.Series, turn: float, **look: Any) ->
 
 
 def _seen(x: FloatArray, y: FloatArray | float, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where points in space are drawn: depth z is oblique."""
+    """Project points in space obliquely onto the figure."""
     return x + DEPTH[0] * z, y + DEPTH[1] * z
 
 

@@ -1,4 +1,4 @@
-"""Figures of where a tip slips and where it locks."""
+"""Figures of the ranges in which a tip slips or locks."""
 
 import math
 

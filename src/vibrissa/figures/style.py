@@ -1,4 +1,4 @@
-"""What all pictures of the project have in common: width, type, colours, legend, and files."""
+"""Common style of all figures: width, type, colours, legend, files."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager

@@ -38,7 +38,7 @@ class Rod:
     length: float
 
     def __post_init__(self) -> None:
-        """Refuse properties that no rod has."""
+        """Refuse values that no rod has."""
         for name, value, unit in (
             ("modulus", self.youngs_modulus, "Pa"),
             ("diameter", self.base_diameter, "m"),

@@ -34,7 +34,7 @@ class Batch:
         raise TypeError(f"{type(self).__name__} has no columns")
 
     def each(self, change: Callable[[FloatArray], FloatArray]) -> Self:
-        """Do the same to every column."""
+        """Apply a function to every column."""
         # Not by the constructor, which takes as long as the solution of a small state.
         changed = object.__new__(type(self))
         for name, values in self.__dict__.items():
@@ -85,7 +85,7 @@ class Batch:
 
     @classmethod
     def unknown(cls, shape: int | tuple[int, ...]) -> Self:
-        """Columns of one shape without a value, NaN; for classes that have nothing but columns."""
+        """Columns of NaN, all of one shape; for classes that have only columns."""
         return cls(**{name: np.full(shape, np.nan) for name in cls.names()})
 
     def matrix(self) -> FloatArray:
@@ -106,7 +106,7 @@ class Batch:
 
 
 def slices(count: int, size: int) -> Iterator[slice]:
-    """Rows in parts of at most `size` (at least one): what belongs to one stays in the cache."""
+    """Slices of at most `size` rows (at least one), whose data fit into the cache."""
     size = max(size, 1)
     for start in range(0, count, size):
         yield slice(start, start + size)

@@ -16,7 +16,7 @@ ROOT_TOLERANCE = 1e-8
 
 
 class GaussRule(NamedTuple):
-    """Gauss–Legendre nodes on [0, 1] and what can be done with values given there.
+    """Gauss–Legendre nodes on [0, 1], and operations on values at the nodes.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What several claims are judged with."""
+"""Functions that several claims use."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -86,7 +86,7 @@ def line_fit(x: FloatArray, y: FloatArray) -> Line:
 
 
 def neighbours(series: Sequence[Bending]) -> tuple[Bending, Bending]:
-    """All rods of several series but the last of each, and the rod that follows each of them."""
+    """Adjacent rods of several series: all but the last of each, and their successors."""
     before = [rods.take(np.arange(len(rods) - 1)) for rods in series]
     after = [rods.take(np.arange(1, len(rods))) for rods in series]
     return Bending.concatenate(before), Bending.concatenate(after)

@@ -102,7 +102,7 @@ def _statements() -> dict[str, dict[str, Any]]:
 
 
 def judges(name: str) -> Callable[[Callable[[Evidence], Judged]], Claim]:
-    """Make a claim of the function that judges the statement of a name."""
+    """Register the function that judges the statement of this name."""
     texts = dict(_statements()[name])
     reasons = {
         verdict: texts.pop(verdict.name.lower())
@@ -165,13 +165,13 @@ def markdown(table: pa.Table) -> str:
 
 
 def summary(table: pa.Table) -> str:
-    """How many statements there are, and how many of them have which verdict, as text."""
+    """Numbers of statements, in all and by verdict, as text."""
     counts = verdict_counts(table.column("verdict").to_pylist())
     return f"{len(table)} statements: {', '.join(one.counted(n) for one, n in counts.items())}"
 
 
 def verdict_counts(verdicts: Iterable[str]) -> dict[Verdict, int]:
-    """How many statements have which verdict, of those verdicts that occur."""
+    """Count the statements with each verdict that occurs."""
     counts = Counter(verdicts)
     return {verdict: counts[verdict] for verdict in Verdict if counts[verdict]}
 

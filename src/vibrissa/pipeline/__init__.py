@@ -1,4 +1,4 @@
-"""How a study is run: Snakemake with our profile, and what a job does around its work."""
+"""Running a study: Snakemake with the project's profile, and the log of each job."""
 
 from vibrissa.extras import require
 

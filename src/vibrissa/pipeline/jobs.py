@@ -1,4 +1,4 @@
-"""What every job of the workflow does around its work: its log, and one line if it fails."""
+"""The log of every job of the workflow, and one line if the job fails."""
 
 import sys
 from collections.abc import Iterator

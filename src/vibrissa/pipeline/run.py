@@ -48,7 +48,7 @@ def find_profile(name: str) -> Path:
 
 
 def parsed(arguments: list[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Take from Snakemake's arguments what a run needs to know, and complete them.
+    """Parse and complete Snakemake's arguments.
 
     Enters the folder of the option --directory.
     """
@@ -84,7 +84,7 @@ def checked_study(path: Path, changes: list[str]) -> Study:
 
 
 def need_slurm(profile: Path) -> None:
-    """End with a line where a profile for SLURM is used and SLURM is not there."""
+    """Exit with a message if a SLURM profile is used without SLURM."""
     config = profile / "config.yaml"
     if not config.is_file() or "executor: slurm" not in config.read_text(encoding="utf-8"):
         return

@@ -28,7 +28,7 @@ Selections: TypeAlias = Mapping[str, Mapping[str, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """What a page offers to move: kind of preset, presets, and how much is left out, and why."""
+    """Presets of the explorer in a report, their kind, and a note on omitted scans."""
 
     what: str
     presets: tuple[Preset, ...]

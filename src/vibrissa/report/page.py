@@ -1,4 +1,4 @@
-"""What a study found, as one web page made of tables and texts alone."""
+"""The results of a study as one web page, made of tables and texts alone."""
 
 import base64
 import re

@@ -64,7 +64,7 @@ def spell_unit(unit: str) -> str:
 
 
 def spell_counts(statuses: Mapping[str, int]) -> str:
-    """Spell how many there are, and how many of them have which status."""
+    """Spell the total number, and the number with each status."""
     counts, total = sorted(statuses.items()), sum(statuses.values())
     if len(counts) < 2:
         return f"{total:,}" + "".join(f", {'all ' * (n > 1)}{spell(s)}" for s, n in counts)

@@ -133,7 +133,7 @@ class Measured(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Both as `read` takes them."""
+        """Value and tolerance in the notation of `read`."""
         return f"{self.value}" if self.tolerance is None else f"{self.value} ± {self.tolerance}"
 
     @classmethod

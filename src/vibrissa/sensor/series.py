@@ -51,7 +51,7 @@ class Notation(NamedTuple):
     groups: str = ""
 
     def value(self, cell: str) -> float:
-        """Value of a number that is written so."""
+        """Value of a number in this notation."""
         return float(cell.replace(self.groups, "").replace(self.decimal, "."))
 
 
@@ -73,7 +73,7 @@ class Column:
     description: str
 
     def told(self, units: Units) -> "Column":
-        """Give it in the units in which a person thinks."""
+        """Convert to the user's units."""
         for kind in units.wished:
             if self.unit == units.name(kind):
                 factor, name = units.told(1.0, kind)
@@ -88,7 +88,7 @@ class Column:
 
 
 def check_ending(path: Path, *others: str) -> None:
-    """Refuse a file that cannot be: an ending of another kind, no folder, no library for it."""
+    """Refuse a file that cannot be written: unknown ending, missing folder or library."""
     if path == STANDARD:
         return
     if path.suffix.lower() not in (*ENDINGS, *others):
@@ -330,7 +330,7 @@ def _columns(frame: "DataFrame", source: str) -> tuple[dict[str, "Series[Any]"],
         if {";", "\t"} & set(title):  # between other separators a line is one title
             name, unit = title, ""
         if name.strip() in columns:
-            raise RecordingError(f"{source}: column {name.strip()} stands there twice")
+            raise RecordingError(f"{source}: column {name.strip()} occurs twice")
         columns[name.strip()] = column
         if unit:
             units[name.strip()] = unit.partition("]")[0].strip()

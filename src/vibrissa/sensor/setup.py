@@ -179,7 +179,7 @@ class Setup(BaseModel):
         return self
 
     def stated(self) -> dict[str, Any]:
-        """Give the keys of a set-up file that states the same."""
+        """Keys of a set-up file with the same content."""
         return {
             name: (value.text if value.tolerance else value.value)
             if isinstance(value, Measured)

@@ -47,7 +47,7 @@ class Transducer:
     crosstalk: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what no transducer has."""
+        """Refuse values that no transducer has."""
         for name in ("limit", "resolution", "noise", "drift"):
             values = getattr(self, name)
             if not (np.all(np.asarray(values) >= 0.0) and np.all(np.isfinite(values))):

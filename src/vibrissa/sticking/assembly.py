@@ -23,7 +23,7 @@ _FORCE = ("reaction_fx", "reaction_fy")
 
 
 class Event(NamedTuple):
-    """What ends a path: where on a piece, as a value of its parameter, how, and in what way."""
+    """End of a path: the value of the parameter of its piece, the kind of end, the reason."""
 
     at: float
     end: End
@@ -74,7 +74,7 @@ def assembled_curves(
 
 
 def _rows(curves: Iterable[StickingCurve]) -> Iterator[slice]:
-    """Rows of the pieces of each curve where all stand below each other."""
+    """Slices of the pieces of each curve in the joined array of pieces."""
     start = 0
     for curve in curves:
         yield slice(start, start + len(curve.pieces))
@@ -82,7 +82,7 @@ def _rows(curves: Iterable[StickingCurve]) -> Iterator[slice]:
 
 
 def _with_lock(curve: StickingCurve, extremes: _Extremes) -> StickingCurve:
-    """Add to a curve that is cut off what the extremes of its pieces tell."""
+    """Add the lock and the first line contact to a curve that is cut off."""
     message = "" if curve.end is End.NOT_FOLLOWED else curve.end_message
     x0_lock, mu_lock = _lock(curve, extremes)
     within = 0.0 < x0_lock < curve.x0_end - SAME

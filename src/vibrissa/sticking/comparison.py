@@ -1,4 +1,4 @@
-"""Both contact models side by side: what point contact gets wrong where the rod would lie down."""
+"""Comparison of tip contact and line contact at the same points."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

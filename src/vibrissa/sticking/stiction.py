@@ -1,4 +1,4 @@
-"""Friction enters: what sticking curves answer for every μ0 and Δx0.
+"""Periods of sticking, read off equilibrium paths for every μ0 and Δx0.
 
 The paper's x0,max is the largest multiple of Δx0 that does not pass the exact onset x0_slip.
 """

@@ -1,4 +1,4 @@
-"""The axes of a study: what each is, which values it may have, and how they are written."""
+"""The axes of a study: their meaning, allowed values and notation."""
 
 import math
 from collections.abc import Mapping, Sequence

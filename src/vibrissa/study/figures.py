@@ -210,7 +210,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return (*self.formats, FORMATS[-1])
 
     def params(self) -> dict[str, Any]:
-        """All that its drawing depends on, as plain values.
+        """All inputs of the drawing, as plain values.
 
         The ``selection`` has the rows that are shown, as `vibrissa.figures.draw.draw` takes them.
         """
@@ -318,7 +318,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
             mistakes.add(text, "over")
         mounted = [axis for axis in MOUNTING_AXES if axes.get(axis, (0.0,)) != (0.0,)]
         if self.kind == "swing" and mounted:
-            text = f"{name!r} has a {mounted[0]}; a swing is followed in the ideal mounting"
+            text = f"{name!r} has a {mounted[0]}; it is drawn in the ideal mounting alone"
             mistakes.add(text, self.source)
 
 

@@ -87,7 +87,7 @@ class StateSection(Section):
         return {"theta": (self.theta,), "eta": (self.eta,), "x1": (self.x1,)}
 
     def params(self, contact: Contact) -> dict[str, Any]:
-        """Return what it is solved with in a study with this kind of contact, as plain values."""
+        """Return the inputs of the solution in a study with this kind of contact."""
         return self.model_dump(mode="json") | {"contact": (self.contact or contact).value}
 
     @model_validator(mode="after")
@@ -167,7 +167,7 @@ class Study(Section):
     @field_validator("contact", "grids", "scans", "states", "comparisons")
     @classmethod
     def _remember(cls, value: Any, info: ValidationInfo) -> Any:
-        """Let the figures and claims, which come after, see what they refer to."""
+        """Pass grids, scans and states to the validation of figures and claims, which follows."""
         if info.context is not None:
             info.context[info.field_name] = value
         return value

@@ -24,17 +24,17 @@ class Mistakes(list[Mistake]):
     """Mistakes in a part of a study file, which are reported together."""
 
     def add(self, text: str, *place: str | int) -> None:
-        """Add one; the place counts from this part."""
+        """Add a mistake; its place is relative to this part."""
         self.append((place, text))
 
     def check(self, place: str | int, function: Callable[[Any], Any], written: Any) -> Any:
-        """Return what a function makes of a written value, or add the mistake that it finds."""
+        """Convert a written value by a function, or add its error as a mistake."""
         try:
             return function(written)
         except ValueError as error:
             self.add(str(error), place)
 
     def refuse(self) -> None:
-        """Refuse the part if there are any."""
+        """Raise an error if there are mistakes."""
         if self:
             raise PydanticCustomError("mistakes", "mistakes", {"mistakes": list(self)})

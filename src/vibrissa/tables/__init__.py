@@ -1,4 +1,4 @@
-"""The tables: what their columns are, results as rows, their files, and how rows are read."""
+"""Tables of a study: their columns, rows, files, and queries."""
 
 from vibrissa.extras import require
 

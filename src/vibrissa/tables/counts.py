@@ -54,5 +54,5 @@ def need_results(counts: Mapping[str, Counter[str]]) -> None:
     if failed:
         numbers = ", ".join(f"{number:,} {_NOUNS[name]}" for name, number in failed.items())
         raise TableError(
-            f"strict: {numbers} have the status failed; the column message and the report say why"
+            f"strict: {numbers} have the status failed; see the column message, or the report"
         )

@@ -1,4 +1,4 @@
-"""Tables in pandas, and what their columns are."""
+"""Tables in pandas, and descriptions of their columns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TYPES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """What a column is; a text is empty where nothing applies."""
+    """Description of a column; a text is empty where none applies."""
 
     name: str
     type: str

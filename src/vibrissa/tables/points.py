@@ -117,7 +117,7 @@ def chunk_rows(
         rows = np.arange(found, found + len(part))
         found += len(part)
         if not _has_keys(part, grid, axes, rows):
-            raise DamagedTableError(path, "has other points than the study file asks for")
+            raise DamagedTableError(path, "has other points than the study file")
         yield part.replace_schema_metadata(STICTION.metadata)
 
 

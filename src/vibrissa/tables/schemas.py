@@ -62,7 +62,7 @@ def _field(name: str, entry: dict[str, str]) -> pa.Field:
 
 
 def _state(suffix: str = "", when: str = "", null: str = NO_RESULT) -> list[pa.Field]:
-    """Columns of the state of a rod, with what an empty place means there."""
+    """Columns of the state of a rod, with the meaning of null."""
     return [
         _field(
             f"{name}{suffix}",

@@ -62,9 +62,9 @@ def write_parts(
 
 
 def row_group_size(rows: int) -> int:
-    """Rows that are written, and found by a query, together.
+    """Return the number of rows in a row group, which is written and read as a whole.
 
-    A query reads about 6 kB for each row group, and 100 B for each row of one.
+    A query reads about 6 kB for each row group, and 100 B for each row of a matching group.
     """
     return max(LEAST_ROW_GROUP, math.isqrt(60 * rows))
 
@@ -135,7 +135,7 @@ def opened(path: str | Path, schema: pa.Schema) -> pq.ParquetFile:
             f"(version {held.get(PROGRAM)}, commit {held.get(COMMIT)})",
         )
     if not found.equals(schema):
-        raise DamagedTableError(path, "has other columns than its schema says")
+        raise DamagedTableError(path, "has other columns than its schema")
     return file
 
 

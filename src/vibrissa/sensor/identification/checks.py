@@ -1,4 +1,4 @@
-"""Reasons to doubt a friction, and their words: one list, each with the periods it concerns."""
+"""Reasons to doubt a friction, with their messages and the periods that they concern."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

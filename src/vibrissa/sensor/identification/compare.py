@@ -47,12 +47,12 @@ class Beside:
 
     @property
     def compared(self) -> bool:
-        """Whether enough periods are read by both."""
+        """Whether both methods give friction in enough periods."""
         return self.number >= FEWEST
 
     @property
     def agrees(self) -> bool:
-        """Whether the means do, or are not known."""
+        """Whether both means agree, or are unknown."""
         return not abs(self.difference) > MEANS * self.spread
 
 
@@ -98,7 +98,7 @@ def _common(
     model: "Identification",
     ratio: "Identification",
 ) -> FloatArray:
-    """Variance of the difference by what all periods share, for effects of shape (n, k) each."""
+    """Variance of the difference by the common errors, for effects of shape (n, k) each."""
     places = {one.name: i for i, one in enumerate(model.tolerances)}
     shared = np.zeros((len(ratio.tolerances), len(model.tolerances)))
     for i, one in enumerate(ratio.tolerances):

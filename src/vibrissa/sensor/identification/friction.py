@@ -44,7 +44,7 @@ class Onsets:
         return self.fit.forward.onset(self.fit.p, self.fit.u, self.fit.heights)
 
     def _needed(self, states: HeightStates, x0: FloatArray) -> FloatArray:
-        """Friction that is needed in states; past the lock none is."""
+        """Friction required to stick in states; none beyond the lock."""
         x0 = np.clip(x0, states.x0_pull, states.x0_lock)
         return np.asarray(self._sign[:, None] * states.demand(x0))
 

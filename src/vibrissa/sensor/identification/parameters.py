@@ -1,4 +1,4 @@
-"""What may be other than it was given: the named parameters of the forward model, 0 as given."""
+"""Parameters of the forward model: deviations from the given set-up, 0 as given."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ MIXING = {
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Parameter:
-    """One thing that may be larger than it was given.
+    """One deviation from the given set-up.
 
     Attributes
     ----------

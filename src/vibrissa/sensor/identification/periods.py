@@ -1,4 +1,4 @@
-"""Periods of sticking with their friction: what both readings give."""
+"""Periods of sticking with their friction: the result of both methods."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -140,7 +140,7 @@ def periods_of(
     common: FloatArray,
     effects: FloatArray,
 ) -> Periods:
-    """Put periods together, of an unknown contact."""
+    """Build periods with unknown contact points."""
     recording, spans = slipped.recording, slipped.spans
     slips, none = status == PeriodStatus.SLIP, np.full(len(spans), np.nan)
     bound = np.where(status == PeriodStatus.BEYOND, np.nan, np.maximum(least, 0.0))

@@ -1,4 +1,4 @@
-"""The local slope of the surface: what it does to friction, to a mean, and to the rod's height.
+"""Local slope of the surface: its effect on friction, on a mean, and on the rod's height.
 
 The slope is a normal process with the covariance σ²·exp(−d²/(2ℓ²)) over the distance d.
 """

@@ -1,4 +1,4 @@
-"""A recording to be read, and all that is known of it before."""
+"""Inputs of an identification: recording, noise, tolerances, set-up."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -61,7 +61,7 @@ class Task:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What may be other than given."""
+        """Parameters: deviations from the given set-up."""
         return parameters_of(self.sizes, self.stated, self.full_scale)
 
     @property

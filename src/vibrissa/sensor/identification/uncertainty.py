@@ -1,4 +1,4 @@
-"""How well the friction of one period is known: step, noise and errors of the set-up together.
+"""Uncertainty of the friction of one period: by step, noise and errors of the set-up.
 
 The onset is uniform within the step, all else is normal. So the error is the sum of a uniform one,
 up to ±a, and a normal one with the deviation s. It is below h with the probability

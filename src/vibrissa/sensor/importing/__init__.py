@@ -1,4 +1,4 @@
-"""The lenient door: a laboratory's file becomes a recording as `vibrissa identify` reads it.
+"""Conversion of a laboratory's file to a recording that `vibrissa identify` reads.
 
 What the file leaves open is found and reported; an ambiguous file is rejected.
 """

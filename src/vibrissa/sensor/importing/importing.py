@@ -157,7 +157,7 @@ def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, File
 
 
 def _lacking(there: set[str], settings: Settings) -> list[str]:
-    """Name the columns without which the settings cannot be followed."""
+    """Columns that the settings need and the file lacks."""
     places = [*(settings.tare or ()), settings.begin, settings.end]
     needs = {
         "the tare, --from or --to": {place.column for place in places if place},

@@ -184,7 +184,7 @@ def _has_numbers(cells: list[str], number: re.Pattern[str]) -> bool:
 
 
 def cells_of(line: str, separator: Separator) -> list[str]:
-    """Split a line; of one with lone quotes it is one cell."""
+    """Split a line; a line with unpaired quotes is one cell."""
     if separator is Separator.BLANK:
         return line.split()
     try:

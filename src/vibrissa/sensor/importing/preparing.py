@@ -24,7 +24,7 @@ Values = dict[str, FloatArray]
 
 
 class Zero(NamedTuple):
-    """Reading of a channel without load, its standard deviation, and of how many rows it is."""
+    """Mean reading of a channel without load, its standard deviation, and its number of rows."""
 
     value: float
     deviation: float

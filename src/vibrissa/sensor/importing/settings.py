@@ -13,7 +13,7 @@ from vibrissa.sensor.setup import read_keys, validated
 
 
 class Place(NamedTuple):
-    """A time (s) or a clamp position (m), by the column in which it lies."""
+    """A place in a recording: a time (s) or a clamp position (m)."""
 
     column: str
     value: float
@@ -62,7 +62,7 @@ class Settings(BaseModel):
 
     column: dict[str, str] = Field(
         default_factory=dict,
-        description="Which column of the file is which, with its unit if the file has none: "
+        description="Column of the file for a channel, with its unit if the file has none: "
         "'force_x=Fz [mN]', 'force_y=-Fy' with the other sign, 'time=#1' for the first one. "
         "Repeat it. Columns that are called time, footpoint, force_x, force_y and moment_z are "
         "found.",
@@ -71,7 +71,7 @@ class Settings(BaseModel):
         0.0, description="Angle by which the file's axes are turned from x to y: '90 deg'."
     )
     moment_origin: Annotated[tuple[float, float], BeforeValidator(_point)] = Field(
-        (0.0, 0.0), description="Point about which the moment is, from the clamp: '1 mm, 0 mm'."
+        (0.0, 0.0), description="Reference point of the moment, from the clamp: '1 mm, 0 mm'."
     )
     tare: Annotated[tuple[Place, Place] | None, BeforeValidator(_window)] = Field(
         None,
@@ -96,13 +96,13 @@ class Settings(BaseModel):
         description="Last sample to take: '40 s'. With --speed, when the stage stops.",
     )
     separator: Separator | None = Field(
-        None, description="What separates the columns. It is found."
+        None, description="Separator of the columns. Found by default."
     )
     decimal: Literal[".", ","] | None = Field(
-        None, description="Decimal sign, '.' or ','. It is found."
+        None, description="Decimal sign, '.' or ','. Found by default."
     )
     titles: int | None = Field(
-        None, ge=0, description="Line of the titles; 0 for none. It is found."
+        None, ge=0, description="Line of the titles; 0 for none. Found by default."
     )
 
     @classmethod

@@ -47,7 +47,7 @@ class FileColumn(NamedTuple):
 
     @property
     def note(self) -> str:
-        """What is read."""
+        """Report of how the column is read."""
         return f"{'minus ' * (self.factor < 0.0)}{self.title} in {self.unit}"
 
 
@@ -111,7 +111,7 @@ def columns_of(
 
 
 def _number(titles: Sequence[str], width: int, source: str, kind: Kind) -> int | None:
-    """Find the column that a source is: by a whole title, a name, or a number."""
+    """Find the number of the column that an option names: by title, name, or number."""
     name = _parts(source).name
     if re.fullmatch("#[0-9]+", name):
         return int(name[1:]) - 1 if 0 < int(name[1:]) <= width else None

@@ -130,7 +130,7 @@ Solve = Callable[[FloatArray], list[Response]]
 
 
 def solver(theta: float, contact: str, pull: bool, mounting: Mounting, section: str) -> Solve:
-    """Give what solves a rod at some heights together."""
+    """Return a function that solves a rod at several heights together."""
 
     def solve(heights: FloatArray) -> list[Response]:
         eta = heights.tolist()

@@ -79,7 +79,7 @@ class _Way:
 
     @property
     def nothing(self) -> float:
-        """Length that is none, by rounding (L)."""
+        """Length that counts as zero, by rounding (L)."""
         return ROUNDINGS * float(np.spacing(1.0 + abs(self.contact)))
 
     def displacement(self, way: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""A tip that sticks at one place: between which clamp positions it does, and what ends it."""
+"""A tip that sticks at one place: clamp positions between which it sticks, and its end."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -15,7 +15,7 @@ LOOKS = 257
 
 
 class Exit(StrEnum):
-    """What gives way where sticking ends.
+    """Reason why a period of sticking ends.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Tip:
         return list(Exit)[int(np.argmin(self.reserves(clamp)))]
 
     def interval(self, begin: float, least: float, most: float) -> tuple[float, float]:
-        """Clamp positions between which a tip sticks that does so at `begin` (L).
+        """Clamp positions between which a tip that sticks at `begin` goes on sticking (L).
 
         They are sought from `least` to `most`, and infinite if sticking does not end there.
         """

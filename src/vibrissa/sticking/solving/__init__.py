@@ -1,1 +1,1 @@
-"""Equilibrium paths are solved: by collocation, and by the paper's own shooting as a check."""
+"""Solvers of equilibrium paths: collocation, and the paper's own shooting as a check."""

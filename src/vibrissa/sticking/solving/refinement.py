@@ -159,7 +159,7 @@ def _states(parts: Parts, rods: FloatArray, unknowns: FloatArray) -> RodStates:
 
 
 def _inverses(task: _Task, rods: FloatArray) -> FloatArray:
-    """Compute what corrects the states, for every second one, and interpolate it to all."""
+    """Compute the inverse Jacobians of every second state, and interpolate them to all."""
     some, position = task.unknowns[::2], chebyshev_nodes(len(task.unknowns))
     closing = task.parts.closing_at(position[::2])
     inverse = coarse_inverse(_states(task.parts, rods, some), closing)
@@ -174,7 +174,7 @@ def _on_nodes(task: _Task, nodes: int) -> _Task:
 
 
 def _interpolated(task: _Task, position: FloatArray) -> _Task:
-    """Interpolate states, and what corrects them, to fractions of the parts' length."""
+    """Interpolate states and their inverse Jacobians to fractions of the parts' length."""
     matrix = interpolation(len(task.unknowns), position)
     unknowns = np.tensordot(matrix, task.unknowns, 1)
     inverse = None if task.inverse is None else np.tensordot(matrix, task.inverse, 1)
