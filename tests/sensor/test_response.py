@@ -15,9 +15,9 @@ from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact
-from vibrissa.sensor.response import height_range
+from vibrissa.sensor import Whisker
+from vibrissa.sensor.response import heights
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.response.height_range import EXACT
 from vibrissa.sensor.response.heights import _agrees
 from vibrissa.sensor.response.pulled import HALVINGS, Pulled, Stretch
 from vibrissa.sensor.strain import largest_strain
@@ -54,14 +54,14 @@ def test_pulling_ends_where_the_surface_would_have_to_pull(response):
     assert fy == pytest.approx(0.0, abs=1e-7)
 
 
-def test_energy_is_the_rod_s():
+def test_the_work_of_the_clamp_bends_the_rod():
     response = respond(2.0, 0.85)
     x0 = np.array([0.0, 0.03, 0.1, 0.6 * response.x0_pull])
     fx, fy, _ = response(x0).T
-    x1 = response.curve.x1_init - x0
-    one = np.ones_like(x0)
+    x1, one = response.curve.x1_init - x0, np.ones_like(x0)
     bent = solve_and_measure(2 * one, np.hypot(fx, fy), np.arctan2(fx, -fy), x1, 0.85 * one)
-    assert response.energy(x0) == pytest.approx(bent.energy - bent.energy[0], abs=1e-5)
+    work = [-response.reactions.integrate(0.0, end)[0] for end in x0]
+    assert work == pytest.approx(bent.energy - bent.energy[0], abs=1e-5)
 
 
 @pytest.mark.parametrize("mu0", [0.05, 0.2, 0.4])
@@ -245,15 +245,14 @@ def test_a_branch_agrees_up_to_the_lock_within_the_tolerance_of_its_largest_reac
 def marched(monkeypatch, start, stop, fails):
     """Parts of a range in which heights fail to be interpolated, and how far progress went."""
 
-    def made(solve, low, high, tolerance):
-        assert tolerance == EXACT
+    def made(whisker, low, high, pull):
         if fails(low, high):
             raise NoResponseError(f"none from {low:.6g} to {high:.6g}")
         return low, high
 
     told = []
-    monkeypatch.setattr(height_range, "interpolated", made)
-    return *height_range._marched(None, start, stop, told.append), told
+    monkeypatch.setattr(heights, "interpolated", made)
+    return *heights._marched(Whisker(theta=2.0, eta=start), stop, True, told.append), told
 
 
 @pytest.mark.parametrize(("start", "stop"), [(0.5, 0.68), (0.68, 0.5)])
@@ -300,13 +299,12 @@ def test_a_range_goes_on_in_smaller_parts_where_these_are_resolved(monkeypatch):
 def test_a_height_from_which_no_range_goes_on_is_refused_with_a_reason(
     monkeypatch, low, high, said
 ):
-    def fails(solve, first, last, tolerance):
+    def fails(whisker, first, last, pull):
         raise NoResponseError(f"none from {first:.6g} to {last:.6g}")
 
-    monkeypatch.setattr(height_range, "interpolated", fails)
-    monkeypatch.setattr(height_range, "solver", lambda *given: lambda eta: None)
+    monkeypatch.setattr(heights, "interpolated", fails)
     with pytest.raises(NoResponseError, match=said):
-        height_range.respond_over(2.0, 0.5, low, high)
+        heights.respond_over(Whisker(theta=2.0, eta=0.5), low, high)
 
 
 @dataclass(frozen=True, eq=False)

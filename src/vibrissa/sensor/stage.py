@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.response.branch import Branch, Response
-from vibrissa.sensor.response.height_range import HeightRange, HeightStates
+from vibrissa.sensor.response.heights import HeightRange, HeightStates
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -127,9 +127,9 @@ class Whisker:
         return self._respond(pull=True)
 
     def _respond(self, pull: bool) -> "Response":
-        from vibrissa.sensor.response.branch import respond
+        from vibrissa.sensor.response.branch import responses
 
-        return respond(self.theta, self.eta, self.contact, pull, self.mounting, self.section)
+        return responses([self], pull)[0]
 
     def response(self, backward: bool) -> "Response":
         """Response, with retraction (x0 < 0) where it is resolved: a long slip ends there.
@@ -164,20 +164,16 @@ class Whisker:
         NoResponseError
             If the rod has no response at its height.
         """
-        from vibrissa.sensor.response.height_range import respond_over
+        from vibrissa.sensor.response.heights import respond_over
         from vibrissa.sensor.stage import ObliqueStage
 
         angle = self.mounting.stage_angle
         reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
         solved = partial(
             respond_over,
-            self.theta,
-            self.eta,
+            replace(self, mounting=replace(self.mounting, stage_angle=0.0)),
             float(reached.min()),
             float(reached.max()),
-            contact=self.contact,
-            mounting=replace(self.mounting, stage_angle=0.0),
-            section=self.section,
             progress=lambda part: progress("solving the rod", round(100 * part), 100),
         )
         try:

@@ -15,7 +15,7 @@ from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
 from vibrissa.sensor.identification.forward import BEYOND, Forward
 from vibrissa.sensor.identification.slope import PLANE, Slope
-from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange
+from vibrissa.sensor.response.heights import HIGHEST, LOWEST, HeightRange
 
 # Gauss-Newton steps to the contact of a period, at first and beside one that is known.
 FIRST_STEPS, STEPS = 8, 3

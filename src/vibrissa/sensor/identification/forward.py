@@ -24,11 +24,15 @@ from vibrissa.numerics.splines import joined
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.parameters import CREEP, OF_ROD, Parameter
 from vibrissa.sensor.identification.slips import Ends
-from vibrissa.sensor.response.branch import Response, tabulated_together
-from vibrissa.sensor.response.height_range import HIGHEST, LOWEST, HeightRange, HeightStates
-from vibrissa.sensor.response.heights import Heights
+from vibrissa.sensor.response.branch import Response, responses
+from vibrissa.sensor.response.heights import (
+    HIGHEST,
+    LOWEST,
+    HeightRange,
+    Heights,
+    HeightStates,
+)
 from vibrissa.sensor.whisker import Whisker
-from vibrissa.sticking.api import solve_curves
 
 # Heights per part of the range of a stage, the widest part, and how much farther it is known, as
 # parts of the gap 1 − η between the surface and an upright rod.
@@ -123,12 +127,19 @@ class Forward:
         plans = [(self.rod(p), self._nodes(self.way(p))) for p in sets]
         keys = [(rod.theta, rod.mounting, nodes.tobytes()) for rod, nodes in plans]
         new = {key: plan for key, plan in zip(keys, plans, strict=True) if key not in self._solved}
-        rods = [(rod, float(eta)) for rod, nodes in new.values() for eta in nodes.ravel()]
-        solved = iter(_solved(rods, self.pulled) if rods else ())
+        rods = [
+            replace(rod, eta=eta) for rod, nodes in new.values() for eta in nodes.ravel().tolist()
+        ]
+        solved = iter(self._responses(rods) if rods else ())
         for key, (_, nodes) in new.items():
             parts = tuple(_part(part, [next(solved) for _ in part]) for part in nodes)
             self._solved[key] = HeightRange(parts=parts, below="", above="")
         return [self._solved[key] for key in keys]
+
+    def _responses(self, rods: list[Whisker]) -> list[Response]:
+        """Solve rods, which may be known up to where they come to lie along the surface."""
+        found = responses(rods, self.pulled, partly=True)
+        return found if self.pulled else [_continued(response) for response in found]
 
     def _nodes(self, way: Way) -> FloatArray:
         """Heights at which a rod is solved, a row for each part of their range (L)."""
@@ -227,16 +238,6 @@ class Forward:
         other = p.copy()
         other[k] += self.step(k)
         return other
-
-
-def _solved(rods: list[tuple[Whisker, float]], pulled: bool) -> list[Response]:
-    """Solve rods at heights on level stages."""
-    one, mountings = rods[0][0], [rod.mounting for rod, _ in rods]
-    theta, eta = [rod.theta for rod, _ in rods], [eta for _, eta in rods]
-    # A mounted rod that comes to lie along the surface is known up to there.
-    curves = solve_curves(theta, eta, one.contact, mountings, one.section)
-    found = tabulated_together(curves, one.contact, pulled)
-    return found if pulled else [_continued(response) for response in found]
 
 
 def _continued(response: Response) -> Response:

@@ -10,7 +10,7 @@ from vibrissa.sensor.identification.fit import Fit
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus, periods_of
 from vibrissa.sensor.identification.slips import Slipped
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation, summary_of
-from vibrissa.sensor.response.height_range import HeightStates
+from vibrissa.sensor.response.heights import HeightStates
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -4,6 +4,7 @@ A lifted tolerance σ lowers the sum that was minimised by (p/σ)²/(1 − s²/�
 a parameter adjusted by p and known to s. Its square root is the surprise.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.special import chdtrc, fdtrc
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.fit import TINY, Fit, searched
+from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.tolerances import told
 
@@ -74,10 +76,11 @@ class Tolerance:
         return text.replace("  ", " ").replace(" ,", ",")
 
 
-def tolerances_of(fit: Fit) -> tuple[Tolerance, ...]:
-    """Estimates of all parameters that have a tolerance."""
-    left = np.sqrt(np.diag(fit.covariance))
-    parameters = [one for one in fit.forward.parameters if one.deviation > 0.0]
+def tolerances_of(
+    parameters: Iterable[Parameter], adjusted: FloatArray, covariance: FloatArray
+) -> tuple[Tolerance, ...]:
+    """Estimates of parameters, by their sizes and the covariance of the remaining errors."""
+    left = np.sqrt(np.diag(covariance))
     return tuple(
         Tolerance(
             name=one.name,
@@ -88,7 +91,7 @@ def tolerances_of(fit: Fit) -> tuple[Tolerance, ...]:
             wave=one.wave,
             stated=one.stated,
         )
-        for one, size, deviation in zip(parameters, fit.p[fit.free], left, strict=True)
+        for one, size, deviation in zip(parameters, adjusted, left, strict=True)
     )
 
 

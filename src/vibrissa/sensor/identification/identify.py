@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import (
@@ -17,10 +16,9 @@ from vibrissa.errors import (
 )
 from vibrissa.sensor.identification.checks import Check, disagreeing, unfitted, untared
 from vibrissa.sensor.identification.compare import beside
-from vibrissa.sensor.identification.goodness import Tolerance, tolerances_of
-from vibrissa.sensor.identification.model import Modelled, read_model
+from vibrissa.sensor.identification.model import read_model
 from vibrissa.sensor.identification.parameters import BEARING
-from vibrissa.sensor.identification.ratio import bearing, read_ratio
+from vibrissa.sensor.identification.ratio import read_ratio
 from vibrissa.sensor.identification.recording import (
     Method,
     Recording,
@@ -29,8 +27,6 @@ from vibrissa.sensor.identification.recording import (
     units_of,
 )
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slips import Slipped
-from vibrissa.sensor.identification.summary import Setting
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
 from vibrissa.sensor.quantities import Quantity, Units, chosen
 from vibrissa.sensor.transducer import Transducer, transducer_of
@@ -121,10 +117,10 @@ def identify(
         delay=in_samples(recording, delay, "delay"),
     )
     progress("reading the recording", 0, 1)
-    if rod is None:
-        found = _alone(task)
+    if rod is not None and method is Method.MODEL:
+        found = _by_model(task, rod)
     else:
-        found = _by_model(task, rod) if method is Method.MODEL else _by_ratio(task, rod)
+        found = _by_ratio(task, rod)
     progress("reading the recording", 1, 1)
     # Both readings share the slope of the surface.
     return replace(found, periods=found.periods.on_slope(found.setting.slope))
@@ -139,88 +135,50 @@ def _units(
     return Units() if isinstance(recording, Recording) else units_of(recording)
 
 
-def _setting(task: Task) -> Setting:
-    return Setting(units=task.units, slope=task.slope)
-
-
-def _alone(task: Task) -> Identification:
-    """Read without a rod."""
-    task = task.with_scatter()
-    found = _of_ratio(task, task.slipped)
-    return _doubted(found, untared(len(found.periods))) if task.untared else found
-
-
-def _of_ratio(task: Task, slipped: Slipped) -> Identification:
-    """Read by the ratio of the forces."""
-    if not task.both_forces:
-        raise RecordingError("the method ratio needs the noise of both forces, above 0")
-    parameters = bearing(task.parameters)
-    tolerances = tuple(
-        Tolerance(
-            name=one.name,
-            of=one.of,
-            tolerance=one.deviation,
-            adjusted=0.0,
-            deviation=one.deviation,
-            wave=one.wave,
-            stated=one.stated,
-        )
-        for one in parameters
-    )
-    covariance = np.diag([one.deviation**2 for one in parameters])
-    periods = read_ratio(slipped, task.noise, parameters, task.full_scale, task.delay)
-    setting = replace(_setting(task), tolerances=tolerances, covariance=covariance)
-    return Identification(periods=periods, setting=setting, by_model=False)
-
-
-def _of_model(task: Task, read: Modelled) -> Identification:
-    """Build the result of the method `model`."""
-    setting = replace(
-        _setting(task),
-        tolerances=tolerances_of(read.fit),
-        covariance=read.fit.covariance,
-        goodness=read.goodness,
-        causes=read.causes,
-    )
-    return Identification(periods=read.periods, setting=setting, by_model=True)
-
-
 def _by_model(task: Task, whisker: Whisker) -> Identification:
     """Read by the model of the rod, and compare with the ratio where that can be read."""
     try:
-        task, read = read_model(task, whisker)
+        task, slipped, found = read_model(task, whisker)
     except (NoResponseError, WrongRodError) as error:
         if not task.both_forces:
             raise
         text = f"{error}; --method ratio reads the forces without a rod"
         raise type(error)(text) from error
-    found = _of_model(task, read)
     if not task.both_forces:
         return found
     try:
-        return _compared(found, found, _of_ratio(task, read.slipped))
+        return _compared(found, found, read_ratio(task, slipped))
     except RecordingError as error:
         return _noted(found, f"not compared with the ratio of the forces: {error}")
 
 
-def _by_ratio(task: Task, whisker: Whisker) -> Identification:
+def _by_ratio(task: Task, whisker: Whisker | None) -> Identification:
     """Read by the ratio of the forces, and compare with the model where that can be read."""
+    if whisker is None:
+        return _alone(task)
     try:
-        task, read = read_model(task, whisker)
+        task, slipped, model = read_model(task, whisker)
     except MixedColumnsError:
         raise
     except (NoResponseError, RecordingError) as error:
         return _noted(_alone(task), f"not compared with the model of the rod: {error}")
-    model, found = _of_model(task, read), _of_ratio(task, read.slipped)
-    found = _compared(found, model, found)
+    ratio = read_ratio(task, slipped)
+    found, of_model = _compared(ratio, model, ratio), model.setting
     # What the model finds other than it was given may bear on the ratio, unless it surely does not.
-    far = any(one.far and one.of in BEARING for one in model.tolerances)
-    elsewhere = any(one.explained > MOST and one.of not in BEARING for one in read.causes)
-    if not far and (read.goodness.fits or elsewhere):
+    far = any(one.far and one.of in BEARING for one in of_model.tolerances)
+    elsewhere = any(one.explained > MOST and one.of not in BEARING for one in of_model.causes)
+    if not far and (of_model.fits or elsewhere):
         return found
-    setting = replace(found.setting, goodness=read.goodness, causes=read.causes)
+    setting = replace(found.setting, goodness=of_model.goodness, causes=of_model.causes)
     found = replace(found, setting=setting)
-    return _doubted(found, unfitted(True, read.goodness.fits, len(found.periods)))
+    return _doubted(found, unfitted(True, of_model.fits, len(found.periods)))
+
+
+def _alone(task: Task) -> Identification:
+    """Read without a rod."""
+    task = task.with_scatter()
+    found = read_ratio(task, task.slipped)
+    return _doubted(found, untared(len(found.periods))) if task.untared else found
 
 
 def _compared(

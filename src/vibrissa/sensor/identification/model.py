@@ -1,6 +1,6 @@
 """Reading by the model of the rod: one fit of set-up and contacts to all recorded channels."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,10 +17,12 @@ from vibrissa.sensor.identification.checks import (
 from vibrissa.sensor.identification.fit import Fit, Noise, fitted, started
 from vibrissa.sensor.identification.forward import Forward
 from vibrissa.sensor.identification.friction import read_periods
-from vibrissa.sensor.identification.goodness import Cause, Goodness, causes_of, tolerances_of
+from vibrissa.sensor.identification.goodness import Goodness, causes_of, tolerances_of
 from vibrissa.sensor.identification.mixing import MISFIT, NearestStates, check_columns
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus
+from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import Slipped, speed_of
+from vibrissa.sensor.identification.summary import Setting
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.sensor.whisker import Whisker
@@ -34,25 +36,13 @@ EXPLAINS = 0.9
 CERTAIN = 6.0
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Modelled:
-    """Result of the method `model` for one recording.
-
-    Attributes
-    ----------
-    causes : tuple of Cause
-        What may be other than it was given, the likeliest first; none where the recording fits.
-    """
-
-    fit: Fit
-    slipped: Slipped
-    periods: Periods
-    goodness: Goodness
-    causes: tuple[Cause, ...]
-
-
-def read_model(task: Task, whisker: Whisker) -> tuple[Task, Modelled]:
+def read_model(task: Task, whisker: Whisker) -> tuple[Task, Slipped, Identification]:
     """Read the friction of the periods of a recording.
+
+    Returns
+    -------
+    Task, Slipped
+        With the noise that was found, and the periods that were joined.
 
     Raises
     ------
@@ -74,18 +64,23 @@ def read_model(task: Task, whisker: Whisker) -> tuple[Task, Modelled]:
         start = _started(task, whisker, slipped, nearest)
     fit = fitted(start)
     goodness = Goodness.of(fit, task.noise_is_given)
-    doubted = not goodness.fits or any(one.far for one in tolerances_of(fit))
+    free = [one for one in fit.forward.parameters if one.deviation > 0.0]
+    tolerances = tolerances_of(free, fit.p[fit.free], fit.covariance)
+    doubted = not goodness.fits or any(one.far for one in tolerances)
     periods = read_periods(fit, slipped)
     checks = checks_of_spans(slipped.clamp, slipped.spans) + _checks(fit, slipped, periods)
     if doubted or not fit.settled:
         checks.append(unfitted(fit.settled, goodness.fits, len(periods)))
-    return task, Modelled(
-        fit=fit,
-        slipped=slipped,
-        periods=periods.doubted(*checks),
+    setting = Setting(
+        units=task.units,
+        slope=task.slope,
+        tolerances=tolerances,
+        covariance=fit.covariance,
         goodness=goodness,
         causes=causes_of(fit, goodness.fits) if doubted else (),
     )
+    found = Identification(periods=periods.doubted(*checks), setting=setting, by_model=True)
+    return task, slipped, found
 
 
 def _nearest(task: Task, whisker: Whisker) -> NearestStates:

@@ -1,5 +1,6 @@
 """Reading without a rod: the ratio of the forces at the onset of slip."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,12 +9,16 @@ from vibrissa.errors import MixedColumnsError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.sensor.identification.blocks import condensed
 from vibrissa.sensor.identification.checks import backward, checks_of_spans, rough
+from vibrissa.sensor.identification.goodness import tolerances_of
 from vibrissa.sensor.identification.onsets import Onsets, read_onsets
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
-from vibrissa.sensor.identification.periods import Periods, PeriodStatus, periods_of
+from vibrissa.sensor.identification.periods import PeriodStatus, periods_of
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
+from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import Slipped
-from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, summary_of
+from vibrissa.sensor.identification.summary import Setting
+from vibrissa.sensor.identification.task import Task
+from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation, summary_of
 
 # Places in a window, from its beginning to the last sample, where the ratio is looked at, and by
 # how many standard deviations it has been larger there if the tip has locked.
@@ -25,68 +30,54 @@ PRESSES = 10.0
 MOST_LOCK = 0.5
 
 
-def bearing(parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
-    """Parameters that change the ratio of the forces and are not exact."""
-    return tuple(one for one in parameters if one.of in BEARING and one.deviation > 0.0)
-
-
-def read_ratio(
-    slipped: Slipped,
-    noise: FloatArray,
-    parameters: tuple[Parameter, ...],
-    full_scale: FloatArray,
-    delay: float,
-) -> Periods:
+def read_ratio(task: Task, slipped: Slipped) -> Identification:
     """Read the friction of the periods of a recording.
-
-    Parameters
-    ----------
-    noise : ndarray, shape (3,)
-        Standard deviation of one reading of each channel; the moment is not used.
-    full_scale : ndarray, shape (3,)
-        Of the channels; NaN of one that was not recorded.
-    delay : float
-        By how much the readings lag behind the clamp, in samples.
 
     Raises
     ------
     RecordingError
-        If the forces are none, press the other way, or seem to be swapped.
+        If the forces are none, press the other way, seem to be swapped, or have no noise.
     """
+    if not task.both_forces:
+        raise RecordingError("the method ratio needs the noise of both forces, above 0")
     recording, spans, ends = slipped.recording, slipped.spans, slipped.ends
-    forces = recording.readings[:, FORCES]
-    check_forces(forces, noise[FORCES])
+    forces, noise = recording.readings[:, FORCES], task.noise[FORCES]
+    check_forces(forces, noise)
     ends = replace(ends, gap=np.where(spans.cut, 0.0, ends.gap))
     onsets = read_onsets(
-        condensed(recording, spans), noise[FORCES], ends, delay * ends.speed, slipped.position
+        condensed(recording, spans), noise, ends, task.delay * ends.speed, slipped.position
     )
-    effects = _effects(slipped, onsets, parameters, full_scale)
-    sizes = np.array([one.deviation for one in parameters])
-    common = np.sqrt(onsets.shared**2 + ((effects * sizes) ** 2).sum(axis=1))
+    parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]
+    effects = _effects(slipped, onsets, parameters, task.full_scale[MOMENT])
+    covariance = np.diag([one.deviation**2 for one in parameters])
+    common = np.hypot(onsets.shared, common_deviation(effects, covariance))
     found = summary_of(onsets.along, np.hypot(onsets.own, common))
     status, least = _statuses(onsets, slipped, noise)
     _check_axes(forces, status)
-    least = least - HALF_WIDTH * common
-    periods = periods_of(slipped, status, found, least, common, effects)
+    periods = periods_of(slipped, status, found, least - HALF_WIDTH * common, common, effects)
     periods = replace(periods, shared=np.where(status == PeriodStatus.SLIP, onsets.shared, 0.0))
-    return periods.doubted(
+    checks = [
         *checks_of_spans(slipped.clamp, spans),
         rough(~onsets.smooth),
         backward(status == PeriodStatus.BEYOND),
+    ]
+    setting = Setting(
+        units=task.units,
+        slope=task.slope,
+        tolerances=tolerances_of(parameters, np.zeros(len(parameters)), covariance),
+        covariance=covariance,
     )
+    return Identification(periods=periods.doubted(*checks), setting=setting, by_model=False)
 
 
 def _effects(
-    slipped: Slipped,
-    onsets: Onsets,
-    parameters: tuple[Parameter, ...],
-    full_scale: FloatArray,
+    slipped: Slipped, onsets: Onsets, parameters: Sequence[Parameter], moment: float
 ) -> FloatArray:
     """Change of the friction per unit of each parameter, shape (p, k): −(δfx − (fx/fy)·δfy)/fy."""
     ends, recording = slipped.spans.ends, slipped.recording
     loads = recording.readings[ends].copy()
     # A moment that was not recorded is taken as that of full scale, of which crosstalk is a part.
-    whole = np.nan_to_num(full_scale[MOMENT], nan=1.0)
+    whole = np.nan_to_num(moment, nan=1.0)
     loads[:, MOMENT] = np.nan_to_num(loads[:, MOMENT], nan=whole)
     sign = slipped.ends.sign
     ratio, part = sign * onsets.along[:, 1], ends / max(len(recording) - 1, 1)

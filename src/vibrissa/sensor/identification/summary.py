@@ -64,6 +64,11 @@ class Setting:
     causes: tuple[Cause, ...] = ()
     beside: Beside | None = None
 
+    @property
+    def fits(self) -> bool:
+        """Whether the recording fits what was given, as far as is known."""
+        return self.goodness is None or self.goodness.fits
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FrictionSummary:

@@ -21,6 +21,7 @@ from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.splines import joined
 from vibrissa.outcomes import Contact, End, RodSection, Status
 from vibrissa.sensor.response.pulled import Pulled
+from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
 
@@ -113,23 +114,6 @@ class Branch(States):
         """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
         return np.asarray(self.reactions(x0, 1))
 
-    @cached_property
-    def _work(self) -> PPoly:
-        return self.reactions.antiderivative()
-
-    def energy(self, x0: ArrayLike) -> FloatArray:
-        """Bending energy above that of the α = 0 state (E·I0/L).
-
-        Notes
-        -----
-        While the tip is held and the clamp moves by dx0, the clamp does the work −fx·dx0.
-        """
-        return np.asarray(self._work(0.0)[..., 0] - self._work(x0)[..., 0])
-
-    def normal_path(self, x0: ArrayLike) -> FloatArray:
-        """Integral of the normal force |fy| over x0 (E·I0/L)."""
-        return np.asarray(-self._work(x0)[..., 1])
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Response(Branch):
@@ -180,10 +164,10 @@ class Response(Branch):
 def respond(
     theta: float,
     eta: float,
-    contact: str = Contact.POINT,
+    contact: Contact | str = Contact.POINT,
     pull: bool = True,
     mounting: Mounting = IDEAL,
-    section: str = RodSection.ROUND,
+    section: RodSection | str = RodSection.ROUND,
 ) -> Response:
     """Solve and tabulate the response of one rod at one height.
 
@@ -212,18 +196,25 @@ def respond(
     ArgumentError
         If an argument is out of range.
     """
-    return responses([theta], [eta], contact, pull, [mounting], section)[0]
+    whisker = Whisker(
+        theta=theta,
+        eta=eta,
+        contact=Contact(contact),
+        section=RodSection(section),
+        mounting=mounting,
+    )
+    return responses([whisker], pull)[0]
 
 
-def responses(
-    theta: Sequence[float],
-    eta: Sequence[float],
-    contact: str,
-    pull: bool,
-    mountings: Sequence[Mounting],
-    section: str,
-) -> list[Response]:
-    """Solve and tabulate the responses of several rods together; see `respond`.
+def responses(whiskers: Sequence[Whisker], pull: bool, partly: bool = False) -> list[Response]:
+    """Solve and tabulate the responses of whiskers together, which differ in θ, η and mounting.
+
+    Parameters
+    ----------
+    pull : bool
+        Whether to continue the curves to x0 < 0, where the clamp pulls.
+    partly : bool
+        Whether a curve that ends early does.
 
     Raises
     ------
@@ -232,26 +223,19 @@ def responses(
     ArgumentError
         If an argument is out of range.
     """
-    for mounting in mountings:
-        if mounting.stage_angle:
+    for whisker in whiskers:
+        if angle := whisker.mounting.stage_angle:
             raise NoResponseError(
                 "stage_angle must be 0 for one response: an oblique stage begins each period at "
-                "another height, see vibrissa.sensor.Whisker.stage; got "
-                f"{mounting.stage_angle!r}"
+                f"another height, see vibrissa.sensor.Whisker.stage; got {angle!r}"
             )
-    curves = solve_curves(theta, eta, contact, mountings, section)
+    one, mountings = whiskers[0], [whisker.mounting for whisker in whiskers]
+    theta, eta = [whisker.theta for whisker in whiskers], [whisker.eta for whisker in whiskers]
+    curves = solve_curves(theta, eta, one.contact, mountings, one.section)
     for curve in curves:
-        if curve.status is not Status.SOLVED:
+        if not (curve.status is Status.SOLVED or (partly and curve.pieces)):
             raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
-    return tabulated_together(curves, contact, pull)
-
-
-def tabulated_together(curves: Sequence[StickingCurve], contact: str, pull: bool) -> list[Response]:
-    """Tabulate the responses of curves that have states; see `responses`."""
-    for curve in curves:
-        if not curve.pieces:
-            raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
-    pulled = Pulled(curves, Contact(contact)).splines(KNOTS) if pull else [[] for _ in curves]
+    pulled = Pulled(curves, Contact(one.contact)).splines(KNOTS) if pull else [[] for _ in curves]
     return [tabulated(curve, parts) for curve, parts in zip(curves, pulled, strict=True)]
 
 

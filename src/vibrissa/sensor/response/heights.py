@@ -1,26 +1,35 @@
 """One rod at many heights: the branch at any η of a range, interpolated from a few heights.
 
-Each smooth stretch between landmarks (end of pulling, α = 0, kink, lock, end) is a polynomial in η.
+Each smooth stretch between landmarks (end of pulling, α = 0, kink, lock, end) is a polynomial in η
+over each part of the range.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
+from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
 from vibrissa.errors import ArgumentError, NoResponseError
-from vibrissa.mechanics.mounting import Mounting
-from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
 from vibrissa.numerics.splines import joined
-from vibrissa.sensor.response.branch import KNOTS, Branch, Response, responses
+from vibrissa.sensor.response.branch import KNOTS, Branch, States, responses
+from vibrissa.sensor.whisker import Whisker
 
 # Heights at which the rod is solved, and knots on each stretch, as parts of it.
 NODES = 9
 PARTS = np.linspace(0.0, 1.0, KNOTS)
+# Error of the reactions between the heights that are solved, of the largest reaction.
+EXACT = 1e-8
+# Widest and narrowest part of a range, and the least and the largest height (L).
+WIDEST, NARROWEST = 0.05, 2e-4
+LOWEST, HIGHEST = 0.02, 0.9999
+# Points that are evaluated together.
+BLOCK = 65536
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -125,42 +134,195 @@ def _displacements(bounds: FloatArray) -> FloatArray:
     return np.asarray(x)
 
 
-# Solves a rod at some heights together.
-Solve = Callable[[FloatArray], list[Response]]
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HeightRange:
+    """Branches of one rod over a range of heights, part by part.
+
+    Attributes
+    ----------
+    parts : tuple of Heights
+        From low to high, each beginning where the one before ends.
+    below, above : str
+        Why the range ends before the requested heights; empty where it does not.
+    """
+
+    parts: tuple[Heights, ...]
+    below: str
+    above: str
+
+    @property
+    def low(self) -> float:
+        """Least height (L)."""
+        return self.parts[0].low
+
+    @property
+    def high(self) -> float:
+        """Largest height (L)."""
+        return self.parts[-1].high
+
+    @property
+    def swings(self) -> bool:
+        """Whether a tip that locks is dragged in the end; see `Branch`."""
+        return all(part.branches[0].swings for part in self.parts)
+
+    def part_of(self, eta: ArrayLike) -> IntArray:
+        """Find the number of the part in which each height lies."""
+        inner = [part.low for part in self.parts[1:]]
+        return np.asarray(np.searchsorted(inner, eta, side="right"))
+
+    def at(self, eta: float) -> Branch:
+        """Interpolate the branch at a height of the range."""
+        return self.parts[int(self.part_of(eta))].at(eta)
+
+    def states(self, eta: ArrayLike) -> "HeightStates":
+        """States at heights, which are clipped to the range."""
+        return HeightStates(heights=self, eta=np.clip(eta, self.low, self.high))
 
 
-def solver(theta: float, contact: str, pull: bool, mounting: Mounting, section: str) -> Solve:
-    """Return a function that solves a rod at several heights together."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HeightStates(States):
+    """States of a rod, one height for each displacement.
 
-    def solve(heights: FloatArray) -> list[Response]:
-        eta = heights.tolist()
-        return responses([theta] * len(eta), eta, contact, pull, [mounting] * len(eta), section)
+    Attributes
+    ----------
+    eta : ndarray
+        Heights (L).
+    """
 
-    return solve
+    heights: HeightRange
+    eta: FloatArray
+
+    @cached_property
+    def _landmarks(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """End of pulling, lock, end and x1_init, each of the shape of the heights (L)."""
+        flat = self.eta.ravel()
+        found = np.empty((4, len(flat)))
+        of = self.heights.part_of(flat)
+        for number, part in enumerate(self.heights.parts):
+            on = np.flatnonzero(of == number)
+            if len(on):
+                found[:, on] = part.landmarks(flat[on])[:, [0, part.lock, -2, -1]].T
+        pull, lock, end, x1_init = found.reshape(4, *self.eta.shape)
+        return pull, lock, end, x1_init
+
+    @property
+    def x0_pull(self) -> FloatArray:
+        """Where pulling ends (L); 0 without pulling."""
+        return self._landmarks[0]
+
+    @property
+    def x0_lock(self) -> FloatArray:
+        """Where −tan α is largest at this height (L)."""
+        return self._landmarks[1]
+
+    @property
+    def x0_end(self) -> FloatArray:
+        """Where pushing ends (L)."""
+        return self._landmarks[2]
+
+    @property
+    def x1_init(self) -> FloatArray:
+        """Contact point in the α = 0 state, from the clamp (L)."""
+        return self._landmarks[3]
+
+    def __call__(self, x0: ArrayLike) -> FloatArray:
+        """Clamp reactions fx, fy and m, shape x0.shape + (3,)."""
+        return self._reactions(x0, 0)
+
+    def slope(self, x0: ArrayLike) -> FloatArray:
+        """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
+        return self._reactions(x0, 1)
+
+    def clip(self, x0: ArrayLike) -> FloatArray:
+        """Nearest displacements that are known (L)."""
+        return np.clip(x0, self.x0_pull, self.x0_end)
+
+    def _reactions(self, x0: ArrayLike, order: int) -> FloatArray:
+        x0 = np.asarray(x0, dtype=float)
+        flat, eta = x0.ravel(), self.eta.ravel()
+        found, of = np.empty((len(flat), 3)), self.heights.part_of(eta)
+        for number, part in enumerate(self.heights.parts):
+            on = np.flatnonzero(of == number)
+            for start in range(0, len(on), BLOCK):
+                some = on[start : start + BLOCK]
+                found[some] = part.reactions(flat[some], eta[some], order)
+        return found.reshape(*x0.shape, 3)
 
 
-def interpolated(
-    solve: Solve,
+def respond_over(
+    whisker: Whisker,
     low: float,
     high: float,
-    tolerance: float,
-) -> Heights:
-    """Interpolate the branches of a rod between two heights.
+    pull: bool = True,
+    progress: Callable[[float], None] = lambda done: None,
+) -> HeightRange:
+    """Solve a rod on a level stage at all heights around its own that have a response.
 
     Parameters
     ----------
     low, high : float
-        Range of heights (L).
+        Range of heights, with that of the whisker in it (L).
+    pull : bool
+        Whether to continue the branches to x0 < 0, where the clamp pulls.
 
     Raises
     ------
     NoResponseError
-        If a branch is not solved, landmarks differ, or the tolerance is not met.
+        If the rod has no response at its height, or it is not resolved next to it.
+    """
+    responses([whisker], pull)
+    total, start = high - low, whisker.eta
+
+    def marched(stop: float, done: float) -> tuple[list[Heights], str]:
+        return _marched(whisker, stop, pull, lambda way: progress((done + way) / total))
+
+    downwards, below = marched(max(low, LOWEST), 0.0)
+    if not below and low < LOWEST:
+        below = "the clamp touches the surface"
+    upwards, above = marched(min(high, HIGHEST), start - low)
+    if not above and high > HIGHEST:
+        above = "the rod stands upright and lifts off"
+    parts = (*reversed(downwards), *upwards)
+    if not parts:
+        raise NoResponseError(below or above)
+    return HeightRange(parts=parts, below=below, above=above)
+
+
+def _marched(
+    whisker: Whisker, stop: float, pull: bool, progress: Callable[[float], None]
+) -> tuple[list[Heights], str]:
+    """Parts from the height of a whisker to another, up to the first failure, and its reason."""
+    parts: list[Heights] = []
+    width, start = WIDEST, whisker.eta
+    at, upwards = start, stop > start
+    while at != stop:
+        end = min(at + width, stop) if upwards else max(at - width, stop)
+        try:
+            found = interpolated(whisker, min(at, end), max(at, end), pull)
+        except NoResponseError as error:
+            width = 0.5 * abs(end - at)
+            if width < NARROWEST:
+                return parts, str(error)
+        else:
+            parts.append(found)
+            at = end
+            progress(abs(at - start))
+    return parts, ""
+
+
+def interpolated(whisker: Whisker, low: float, high: float, pull: bool) -> Heights:
+    """Interpolate the branches of a rod between two heights, to `EXACT`.
+
+    Raises
+    ------
+    NoResponseError
+        If a branch is not solved, landmarks differ, or the interpolation is not exact.
     """
     nodes = low + (high - low) * chebyshev_nodes(NODES)
     # Between the nodes the interpolation must agree with a branch that it has not seen.
     between = float(nodes[NODES // 2 : NODES // 2 + 2].mean())
-    *solved, unseen = solve(np.append(nodes, between))
+    rods = [replace(whisker, eta=eta) for eta in (*nodes.tolist(), between)]
+    *solved, unseen = responses(rods, pull)
     found = Heights(low=low, high=high, branches=tuple(solved))
     where = f"for heights from {low:.6g} to {high:.6g} (in units of L)"
     landmarks = {
@@ -169,7 +331,7 @@ def interpolated(
     }
     if len(landmarks) > 1 or len({branch.curve.end for branch in solved}) > 1:
         raise NoResponseError(f"{where} the kind of contact or the end of the curve changes")
-    if not _agrees(found.at(between), unseen, tolerance):
+    if not _agrees(found.at(between), unseen, EXACT):
         raise NoResponseError(f"{where} the rod's response is not resolved")
     return found
 
