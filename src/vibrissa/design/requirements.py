@@ -74,7 +74,7 @@ class Requirements(BaseModel):
         "transducer: '10 N, 10 N, 0.1 N*m'.",
     )
     theta: Annotated[tuple[Taper, ...], Chosen(Kind.NUMBER, TAPERS)] = _default(
-        "1 to 10", "Taper, as it is turned: a value, a list or a range."
+        "1 to 10", "Taper, as made: a value, a list or a range."
     )
     length: Annotated[tuple[Size, ...], Chosen(Kind.LENGTH, LENGTHS)] = _default(
         "20 to 200 mm", "Length of the rod: a value, a list or a range."
@@ -157,7 +157,7 @@ class Requirements(BaseModel):
         if setup.transducer is not None and (setup.noise or self.range != UNLIMITED):
             raise ArgumentError("give the transducer, or its noise and range, not both")
         if setup.transducer is None and setup.noise is None:
-            raise ArgumentError("noise is not given, nor a transducer")
+            raise ArgumentError("give the transducer or the noise")
         if min(self.noise) <= 0.0:
             raise ArgumentError(f"noise must be positive, got {setup.noise!r}")
         first = self.whisker(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
@@ -180,7 +180,7 @@ class Requirements(BaseModel):
         found = stated_material(self.setup)
         if found is None:
             missing = "yield_strain" if self.setup.modulus is not None else "modulus"
-            raise ArgumentError(f"{missing} is not given, nor a material")
+            raise ArgumentError(f"give the material or {missing}")
         return found
 
     @cached_property

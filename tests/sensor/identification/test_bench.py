@@ -95,7 +95,7 @@ def test_a_fit_that_fails_keeps_the_tolerances(monkeypatch):
     error, hold = seen(found, truth)
     assert hold.all() and np.abs(error).mean() > 1e-3
     assert np.abs(error.mean()) < 2.0 * found.summary().deviation
-    assert "too far from what was given to be fitted" in found.periods.doubt[0]
+    assert "too far from the given set-up to be fitted" in found.periods.doubt[0]
 
 
 def test_two_passes_in_one_file_are_split():

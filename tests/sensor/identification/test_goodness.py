@@ -200,7 +200,7 @@ def test_the_command_says_what_does_not_fit(tmp_path, response):
     given = ["--theta", "2", "--eta", "0.85", "--noise", noise, "--tolerance", "exact"]
     given += ["-o", str(tmp_path / "found.csv")]
     said = CliRunner().invoke(app, ["identify", str(tmp_path / "scan.csv"), *given]).stdout
-    assert "The recording does not fit what was given" in said
+    assert "The recording does not fit the set-up" in said
     assert "modulus larger by 0.99" in said.splitlines()[2] or "modulus larger by 1" in said
     assert "(explains 100% of the misfit)" in said
 

@@ -103,11 +103,11 @@ def misfit(channel: str, periods: BoolArray) -> Check:
 
 def unfitted(settled: bool, fits: bool, number: int) -> Check:
     """Grade all periods as doubtful if the recording does not fit the given set-up."""
-    why = "the recording does not fit what was given"
+    why = "the recording does not fit the set-up"
     if not settled:
-        why = "the recording is too far from what was given to be fitted"
+        why = "the recording is too far from the given set-up to be fitted"
     elif fits:
-        why = "what was given is far off for its tolerance"
+        why = "a given value is far off for its tolerance"
     return Check(grade=Grade.DOUBTFUL, periods=np.full(number, True), sentence=why, summed=settled)
 
 

@@ -63,7 +63,7 @@ class Fit:
     kept : ndarray of bool, shape (p,)
         Periods to which the set-up was fitted.
     settled : bool
-        Whether the fit has converged; otherwise p is what was given.
+        Whether the fit has converged; otherwise p = 0, the given set-up.
     slope : Slope
         Local slope of the surface: each tip may be higher or lower by what it adds up to.
     """

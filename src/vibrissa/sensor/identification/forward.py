@@ -185,7 +185,7 @@ class Forward:
     def loads(
         self, p: FloatArray, states: HeightStates, x0: FloatArray, order: int = 0
     ) -> FloatArray:
-        """Give the loads in units of the rod that was given, or their slopes over x0, (n, 3)."""
+        """Give the loads in units of the given rod, or their slopes over x0, (n, 3)."""
         at = states.clip(x0)
         found = states.slope(at) if order else states(at)
         length = self.way(p).length

@@ -311,7 +311,7 @@ class Slipped:
     position : float
         Standard deviation of one clamp position (L).
     row : ndarray of int
-        Number of each row in the recording that was given.
+        Number of each row in the given recording.
     """
 
     recording: Recording

@@ -49,7 +49,7 @@ class Setting:
     covariance : ndarray, shape (k, k)
         Of what remains of these errors.
     goodness : Goodness or None
-        Whether the recording as a whole fits what was given; None without a rod.
+        Whether the recording as a whole fits the given set-up; None without a rod.
     causes : tuple of Cause
         What may be other than it was given, if it does not, or only far off.
     beside : Beside or None
@@ -171,14 +171,14 @@ class FrictionSummary:
         if fit is None or (fit.fits and not causes):
             return
         if fit.fits:
-            yield "Something is far off for its tolerance. What it may be, each taken alone:"
+            yield "A given value is far off for its tolerance. Candidates, each taken alone:"
         else:
-            found = "What may differ from it, each taken alone:" if causes else ""
+            found = "Candidates, each taken alone:" if causes else ""
             found = found or "No single difference explains it."
             size = f"chi2 is {fit.ratio:.3g} per degree of freedom"
             if fit.chance >= LEVEL:
                 size = "the surface rises and falls by more than surface_slope allows"
-            yield f"The recording does not fit what was given ({size}). {found}"
+            yield f"The recording does not fit the set-up ({size}). {found}"
         yield from (f"  {one.spelled(self.setting.units)}" for one in causes)
 
 

@@ -116,8 +116,8 @@ class Task:
             if part > NOISY:
                 noise[i] = found.scatter[i]
                 notes.append(
-                    f"{CHANNELS[i]} scatters {part:.2g} times as much as the noise that was given: "
-                    "that is taken"
+                    f"{CHANNELS[i]} scatters {part:.2g} times as much as the given noise: "
+                    "the scatter is used"
                 )
         if not notes:
             return self

@@ -220,7 +220,7 @@ def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray
 
 
 def _zeros(values: Values, settings: Settings, kept: BoolArray) -> dict[str, Zero]:
-    """Find the zeros in the window that was given, or in rows that are certainly without load."""
+    """Find the zeros in the given window, or in rows that are certainly without load."""
     if settings.tare is not None:
         begin, end = settings.tare
         where = values[begin.column]

@@ -64,14 +64,14 @@ class Settings(BaseModel):
         default_factory=dict,
         description="Column of the file for a channel, with its unit if the file has none: "
         "'force_x=Fz [mN]', 'force_y=-Fy' with the other sign, 'time=#1' for the first one. "
-        "Repeat it. Columns that are called time, footpoint, force_x, force_y and moment_z are "
+        "Repeat it. Columns named time, footpoint, force_x, force_y and moment_z are "
         "found.",
     )
     turn: Annotated[float, BeforeValidator(_angle)] = Field(
         0.0, description="Angle by which the file's axes are turned from x to y: '90 deg'."
     )
     moment_origin: Annotated[tuple[float, float], BeforeValidator(_point)] = Field(
-        (0.0, 0.0), description="Reference point of the moment, from the clamp: '1 mm, 0 mm'."
+        (0.0, 0.0), description="Point about which the moment acts, from the clamp: '1 mm, 0 mm'."
     )
     tare: Annotated[tuple[Place, Place] | None, BeforeValidator(_window)] = Field(
         None,

@@ -97,7 +97,7 @@ class Tip:
         return way * np.inf
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Look at clamp positions and, between them, at minima that may be below zero."""
+        """Margins at clamp positions, and at minima between them that may be below zero."""
         left = self._least_reserve(clamp)
         inner = left[1:-1]
         falls = np.maximum(left[:-2] - inner, left[2:] - inner)
