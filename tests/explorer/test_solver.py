@@ -9,7 +9,7 @@ from scipy.special import ellipe, ellipk
 
 from validation import explorer_agreement as agreement
 from validation.node import node
-from vibrissa import solve_curve, solve_state
+from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.outcomes import Contact
 
 pytestmark = pytest.mark.slow
@@ -76,6 +76,30 @@ def test_the_work_of_the_stage_is_the_gain_of_energy_in_any_mounting(page, stage
     load = [fx * math.cos(stage) + fy * math.sin(stage) for fx, fy, _ in states]
     work = -0.0005 / 3 * (load[0] + load[-1] + 4 * sum(load[1:-1:2]) + 2 * sum(load[2:-1:2]))
     assert work == pytest.approx(states[-1][2] - states[0][2], rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("theta", "eta", "mounting"),
+    [
+        (1.9743781125661837, 0.8278292947130967, Mounting(clamp_angle=-0.0582, curvature=0.3229)),
+        # An arch of 8e-12 L, where the tip comes back up.
+        (
+            2.6091380808913547,
+            0.5859093093085025,
+            Mounting(
+                clamp_angle=-0.026344082578788314,
+                clamp_compliance=0.2648335987496727,
+                curvature=(-0.21835113990822672, 0.2258908237761429),
+                stage_angle=-0.09127105194231117,
+            ),
+        ),
+    ],
+)
+def test_a_path_ends_at_the_same_arch(page, theta, eta, mounting):
+    point = agreement.Point(theta, eta, 0.3, Contact.POINT, mounting).asked()
+    end = solved(page, "[path.pushed.end, path.x0End]", **point | {"round": False})
+    curve = solve_curve(theta, eta, mounting=mounting, section="planar")
+    assert end == ["inadmissible", pytest.approx(curve.x0_end, abs=1e-9)]
 
 
 def test_a_state_that_only_one_solver_finds_counts():

@@ -19,7 +19,7 @@ from vibrissa import (
 )
 from vibrissa.errors import ArgumentError
 from vibrissa.sticking.api import MOST_TAPER, solve_states
-from vibrissa.sticking.solving import collocation, cutting, offsets
+from vibrissa.sticking.solving import collocation
 
 STEPS = st.sampled_from(["0.0005", "0.001", "0.004"]).map(float)
 
@@ -203,18 +203,6 @@ def test_a_state_at_the_limit_point_says_so():
     assert state.status is Status.FAILED
     assert "the branch turns back here" in state.message and "eta" not in state.message
     assert solve_state(1.0, 0.85, curve.x1_init - curve.x0_end + 1e-9).status is Status.SOLVED
-
-
-def test_states_that_cannot_be_resolved_say_why_each_in_its_place(monkeypatch):
-    curve = solve_curve(1.0, 0.85, section="planar")
-    x1 = curve.x1_init - np.array([0.5, 0.0, curve.x0_end + 1e-14, 0.1])
-    # With so few nodes the first state is not resolved; the third stands at the limit point.
-    monkeypatch.setattr(cutting, "NODES_ALONG_ROD", (26,))
-    found = solve_states(1.0, 0.85, list(x1))
-    assert [state.status for state in found] == ["failed", "solved", "failed", "solved"]
-    messages = [offsets.NOT_RESOLVED, "", offsets.AT_FOLD, ""]
-    assert [state.message for state in found] == messages
-    assert np.isnan([found[0].residual, found[2].residual]).all()
 
 
 def test_contact_point_out_of_reach_is_refused():

@@ -7,7 +7,6 @@ import pytest
 
 from vibrissa import Status, solve_curve, stick_slip
 from vibrissa.outcomes import End
-from vibrissa.sticking import cycles
 from vibrissa.sticking.curve import failed_curve
 
 D = Decimal
@@ -152,16 +151,3 @@ def test_a_shape_of_two_points_has_both_ends(curve):
     assert few.x.shape == (len(few.step), 2)
     for name in ("x", "y"):
         assert getattr(few, name) == pytest.approx(getattr(many, name)[:, [0, -1]], abs=1e-15)
-
-
-def test_how_the_states_of_periods_that_differ_are_counted():
-    at = cycles._Numbers.of([3, 1, 2])
-    assert at.cycle.tolist() == [1, 1, 1, 1, 2, 3]
-    assert at.step.tolist() == [0, 1, 2, 3, 1, 1]
-    assert at.slips.tolist() == [False, False, False, True, True, False]
-
-
-def test_steps_of_the_first_and_of_later_periods():
-    both, alone = cycles._Until(0.0305, 0.02), cycles._Until(0.03, np.nan)
-    assert (both.slips, both.first(D("0.01")), both.later(D("0.01"))) == (True, 3, 2)
-    assert (alone.slips, alone.first(D("0.01")), alone.later(D("0.01"))) == (False, 3, 0)

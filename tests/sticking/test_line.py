@@ -1,6 +1,7 @@
 """Contact along a line: against an independent shooting, exact laws and the point model."""
 
 from decimal import Decimal
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,12 +11,8 @@ from scipy.optimize import root
 
 import reference
 from vibrissa import Status, solve_curve, solve_state, stick_slip
-from vibrissa.mechanics.equations import ends
-from vibrissa.mechanics.mounting import IDEAL, rod_columns
 from vibrissa.outcomes import Contact
-from vibrissa.sticking.solving.beginning import begin
 from vibrissa.sticking.solving.collocation import solve_curves
-from vibrissa.sticking.solving.following import follow
 
 LYING = [(3.0, 0.7), (5.0, 0.7), (2.0, 0.5), (1.0, 0.3), (8.0, 0.85), (15.0, 0.9)]
 TOUCHING = [(3.0, 0.85), (1.0, 0.55), (4.0, 0.85)]
@@ -82,18 +79,19 @@ def test_both_models_agree_as_long_as_the_tip_alone_touches(theta, eta):
 
 
 @pytest.mark.parametrize("pair", TOUCHING)
-def test_the_contact_changes_its_kind_without_a_jump(pair):
-    curve, point = line(*pair), solve_curve(*pair)
-    assert curve.x0_touch == pytest.approx(point.x0_touch, abs=1e-11)
-    assert [piece.contact for piece in curve.pieces][:2] == [Contact.POINT, Contact.LINE]
-    before, after = (
-        piece.alone.at_x0(np.zeros(1, dtype=int), np.array([curve.x0_touch])).take(0)
-        for piece in curve.pieces[:2]
-    )
-    assert_states_agree(before, after)
-    # The margin of stability does jump: lying down is one constraint more.
-    assert after.stability > before.stability
-    assert curve.contact([0.0, curve.x0_touch + 1e-9]) == ["point", "line"]
+def test_a_rod_rolls_on_and_off_without_a_jump(pair):
+    """The contact changes back far beyond the lock."""
+    curve = solve_curve(*pair, contact="line", section="planar")
+    changes = [two for one, two in pairwise(curve.pieces) if one.contact is not two.contact]
+    assert [piece.contact for piece in changes] == [Contact.LINE, Contact.POINT]
+    assert changes[0].first_x0 == curve.x0_touch
+    assert curve.x0_touch == pytest.approx(solve_curve(*pair).x0_touch, abs=1e-11)
+    for piece, kinds in zip(changes, (["point", "line"], ["line", "point"]), strict=True):
+        around = piece.first_x0 + np.array([-1e-13, 1e-13])
+        assert curve.contact(around) == kinds
+        assert_states_agree(*(curve.state(x0) for x0 in around))
+        assert curve.state(piece.first_x0).phi1 == pytest.approx(0.0, abs=1e-9)
+        assert curve.state(piece.first_x0).s_c == pytest.approx(1.0, abs=1e-9)
 
 
 # `python -m validation survey` solves many more.
@@ -159,24 +157,6 @@ def test_a_rod_that_lies_down_is_held_more_firmly():
     assert after.stability > before.stability + 0.01
     # Interlacing: one constraint cannot lift the least margin above the next one.
     assert after.stability < 1.0
-
-
-def test_a_rod_rolls_on_and_off():
-    # The contact changes back far beyond the lock.
-    rods = rod_columns(np.array([3.0]), [IDEAL])
-    begun = begin(rods, np.array([0.85]), np.zeros(1), 48, Contact.LINE)
-    first = begun.branches, begun.states, np.ones(1)
-    knots = follow(*first, Contact.LINE, lambda _, k: k.states.fy >= 0.0, 0.5).knots
-    line = knots.states.line
-    kinds = "".join("L" if kind else "P" for kind in line)
-    assert kinds.strip("P").strip("L") == "" and kinds[0] == kinds[-1] == "P" and "L" in kinds
-    for behind in np.flatnonzero(line[1:] != line[:-1]) + 1:
-        kink = knots.take([behind - 1, behind]).states
-        # One state, of both kinds of contact.
-        assert kink.phi[0] == pytest.approx(kink.phi[1], abs=1e-14)
-        assert kink.s_c.tolist() == [1.0, 1.0]
-        assert ends(kink).phi1 == pytest.approx([0.0, 0.0], abs=1e-9)
-        assert knots.step[behind] == 0.0
 
 
 @pytest.mark.parametrize(("theta", "eta"), [(2.3877, 0.8215), (1.0784, 0.6471), (2.38771, 0.82151)])

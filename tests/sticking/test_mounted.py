@@ -256,44 +256,6 @@ def test_a_rod_curved_towards_the_surface_may_not_lie_on_it():
     assert none.status == "out_of_reach" and not none.pieces
 
 
-def arch(found, x0):
-    """Height of the highest point behind a bend above the surface, by DOP853; 0 at the tip."""
-    state, kappa = found.state(x0), natural(found.mounting)
-
-    def derivative(s, unknowns):
-        _, phi, m = unknowns
-        gradient = state.reaction_fx * np.sin(phi) - state.reaction_fy * np.cos(phi)
-        return [np.sin(phi), kappa(s) + m / (1 - (1 - 1 / found.theta) * s) ** 4, gradient]
-
-    places = np.linspace(1.0, 0.0, 2000)
-    start = [0.0, float(state.phi1), 0.0]
-    y, phi, _ = solve_ivp(derivative, (1.0, 0.0), start, "DOP853", places, rtol=1e-12, atol=1e-13).y
-    behind = np.flatnonzero((phi[:-1] <= 0.0) & (phi[1:] > 0.0))
-    return y[behind].max(initial=-np.inf)
-
-
-@pytest.mark.parametrize("section", RodSection)
-@pytest.mark.parametrize(("curvature", "end"), [(0.3, 0.2370), (0.4, 0.2500), (0.5, 0.2638)])
-def test_a_curved_rod_ends_at_its_first_arch(curvature, end, section):
-    """It would be over soon: the tip comes to lie level, and the rod passes through the surface."""
-    mounting = Mounting(clamp_angle=-0.0251, curvature=curvature)
-    found = solve_curve(1.2, 0.7192, mounting=mounting, section=section)
-    assert found.end == "out_of_reach" and found.x0_end == pytest.approx(end, abs=5e-5)
-    assert arch(found, found.x0_end) == pytest.approx(0.0, abs=2e-7)
-    assert found.state(found.x0_end).phi1 > 0.0
-    assert max(arch(found, x0) for x0 in np.linspace(0.0, found.x0_end - 1e-3, 40)) < 0.0
-
-
-def test_an_arch_before_a_tip_that_lifts_its_slope_ends_a_curve_too():
-    """The tip has passed through the surface, and comes back."""
-    mounting = Mounting(curvature=0.7051, clamp_angle=0.021)
-    found = solve_curve(2.2497, 0.6042, mounting=mounting, section="planar")
-    assert found.end == "out_of_reach" and found.x0_lock < found.x0_end < 1.0
-    slopes = found.state(np.linspace(found.x0_lock, found.x0_end, 200)).phi1
-    assert slopes.min() < -1e-3 and abs(slopes[-1]) < 1e-8
-    assert arch(found, found.x0_end) > 1e-9
-
-
 def test_each_cycle_of_an_oblique_stage_has_the_curve_of_its_height():
     found = curve(2.0, 0.85, Mounting(stage_angle=0.05))
     scan = stick_slip(found, 0.3, 0.005, 3)

@@ -1,7 +1,5 @@
 """The motion past the lock in the plane, against solutions that share no code."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -164,13 +162,6 @@ def test_an_onset_that_locks_says_how_it_goes_on():
     assert float(onset.ended.x0) == solve_curve(1.0, 0.85).x0_end
     slips = solve_onset(1.0, 0.3, 0.85)
     assert slips.end == "" and np.isnan(slips.ended.x0)
-
-
-def test_an_end_that_was_not_followed_is_not_made_up():
-    curve = replace(solve_curve(1.0, 0.85), end=End.NOT_FOLLOWED)
-    ends, states = curve.motion_end([0.6, 3.0])
-    assert ends == [End.NOT_FOLLOWED] * 2
-    assert all(np.isnan(values).all() for values in states.columns.values())
 
 
 def test_motion_end_is_asked_for_locking_friction_only():

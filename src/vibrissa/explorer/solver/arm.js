@@ -27,6 +27,8 @@ const MOST_PULLED = 3;
 const TINY = 1e-13;
 /** Size of the last coefficients of a slope that shows enough nodes: the ends are far more accurate. */
 const RESOLVED = 1e-7;
+/** The same of a rod that may arch, with up to 46 nodes: heights between its ends count, too. */
+const RESOLVED_ARCH = 1e-11;
 
 /** Displacement of the clamp since α = 0. @type {(branch: Branch, state: State) => number} */
 export function displacement(branch, state) {
@@ -310,13 +312,15 @@ function lastAdmissible(branch, from, to) {
  */
 export function followed(branch, first, side) {
   const knots = [knotAt(branch, first, { offset: 1 / branch.scale, value: 0 }, -side)];
+  const mayArch = naturalCurvature(branch.rod.mounting, 1) > 0 && branch.rod.nodes <= 46;
+  const resolved = mayArch ? RESOLVED_ARCH : RESOLVED;
   let step = FIRST_STEP;
   for (let count = 0; count < MOST_STEPS; count += 1) {
     const last = knots[knots.length - 1];
     const smooth = last.step > 0 ? knots[knots.length - 2] : undefined;
     const taken = stepped(branch, last, smooth, step);
     if (!taken) return { branch, knots, end: "lost", why: "the next state was not found" };
-    if (branch.rod.decay(taken.knot.state) > RESOLVED) {
+    if (branch.rod.decay(taken.knot.state) > resolved) {
       return { branch, knots, end: "lost", why: "the rod bends too sharply for its nodes" };
     }
     step = taken.next;
