@@ -34,6 +34,7 @@ TERMS = {
     ("study", "Point or line contact"): "point contact, line contact",
     ("cluster", "On a cluster"): "cluster, SLURM, PBS, queue, job",
     ("ci", "Results in CI"): "CI, continuous integration, GitHub Actions",
+    ("python", "Python"): "friction from travel, friction_from_travel, solve_onset",
     ("python", "Gallery"): "gallery, examples",
     (
         "friction",

@@ -28,7 +28,7 @@ class Material:
     Attributes
     ----------
     name, source : str
-        What it is and where its values are published.
+        Description, and the source of the values.
     modulus : float
         Young's modulus (Pa).
     yield_strain : float
@@ -96,7 +96,7 @@ def material(name: str) -> Material:
     Raises
     ------
     ArgumentError
-        If there is none.
+        If there is no such material or file.
     """
     if is_card(name):
         path = Path(name)

@@ -29,9 +29,9 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     Parameters
     ----------
     requirements : Requirements
-        A rod of which they give all four sizes is only checked.
+        If they give all four sizes of a rod, only that rod is checked.
     progress : callable
-        Told what is being done, how many pairs (θ, η) are solved and how many there are.
+        Called with the current step, the number of solved pairs (θ, η), and their total.
 
     Raises
     ------

@@ -45,7 +45,7 @@ SOLVED = (*OF_ROD, "eta")
 class Sensitivity(Batch):
     """Changes of readings and friction in n pairs (θ, η) at k frictions, per unit of q parameters.
 
-    Squares are of a channel in units of the rod, and means over the readings of a period, of which
+    Squares are per channel, in units of the rod, and means over the readings of a period, of which
     p are computed.
 
     Attributes

@@ -1,4 +1,4 @@
 """Numerical methods: array types, spectral bases, roots, the step grid.
 
-Knows nothing of rods.
+Independent of rods.
 """

@@ -32,14 +32,14 @@ class Verdict(StrEnum):
     Attributes
     ----------
     HOLDS
-        It is so.
+        The statement is true.
     CONDITION
-        It is so under the condition that the reason gives, and not otherwise.
+        It is true under the condition in the reason, and not otherwise.
     AMBIGUOUS
-        It can be read in several ways, of which one holds and another does not; or what was shown
+        It has several readings, of which one is true and another false; or the computed data
         cannot decide it.
     CONTRADICTED
-        It is not so.
+        The statement is false.
     """
 
     HOLDS = "holds"

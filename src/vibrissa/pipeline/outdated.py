@@ -23,12 +23,12 @@ def need_current(study: Study, configfile: Path, *, everything: bool = False) ->
     Parameters
     ----------
     everything : bool, optional
-        Whether all results count, or only those tables on disk that are compared.
+        Check all results, and not only the tables on disk that are compared.
 
     Raises
     ------
     ComparisonError
-        If there are any; with what to do.
+        If there are such results; the message has the command to run.
     """
     results = Path("results", study.name)
     tables = {name: results / f"tables/{name}.parquet" for name in study.tables}

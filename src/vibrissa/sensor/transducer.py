@@ -25,7 +25,7 @@ class Transducer:
     Attributes
     ----------
     name, source : str
-        What it is and where its values are published.
+        Description, and the source of the values.
     limit : tuple of float
         Largest magnitude that it measures.
     resolution : tuple of float
@@ -111,7 +111,7 @@ def preset(name: str) -> Transducer:
     Raises
     ------
     ArgumentError
-        If there is none.
+        If there is no such preset or file.
     """
     if is_card(name):
         path = Path(name)

@@ -51,7 +51,7 @@ class Whisker:
     tolerances : mapping of str to float
         Stated standard deviations, as from `read_tolerances`.
     wished : dict of Kind to str
-        Units in which its results are told, see `Units`.
+        Units of its results, see `Units`.
     """
 
     theta: float
@@ -137,7 +137,7 @@ class Whisker:
         Raises
         ------
         NoResponseError
-            If there is none, or retraction is needed and not resolved.
+            If the rod has no response, or the necessary retraction is not resolved.
         """
         try:
             return self.pulled
@@ -157,7 +157,7 @@ class Whisker:
         Parameters
         ----------
         positions : ndarray
-            Of the clamp along the stage (L).
+            Positions of the clamp along the stage (L).
 
         Raises
         ------

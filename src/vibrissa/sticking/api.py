@@ -99,7 +99,7 @@ class Onset:
         ``slip``, ``lock`` (μ0 > μ_lock: the tip never slips forward), ``out_of_reach`` or
         ``failed``.
     message : str
-        What the status means here, and what to try.
+        Explanation of the status, and what to try.
     x0_slip : float
         Exact onset of slip (L); NaN unless the tip slips.
     n_steps : int or None

@@ -59,7 +59,7 @@ class Scan:
     residual : ndarray, shape (n,)
         Distance between the integrated shape's end and the contact point (L).
     message : str
-        Why it has fewer cycles than were asked for; empty otherwise.
+        Why it has fewer cycles than requested; empty otherwise.
     """
 
     status: Status

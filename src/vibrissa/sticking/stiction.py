@@ -24,7 +24,7 @@ class Stiction:
     Attributes
     ----------
     status : list of Status
-        ``slip``, ``lock``, or what the curve has instead of states.
+        ``slip``, ``lock``, or the status of a curve without states.
     x0_slip : ndarray, shape (n,)
         Exact onset of slip (L); NaN where there is none.
     n_steps : ndarray of float, shape (n,)

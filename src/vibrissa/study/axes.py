@@ -28,7 +28,7 @@ class Axis:
     name : str
         Key in the study file and column in the tables.
     meaning : str
-        What it is, with its unit.
+        Meaning and unit.
     is_open : bool
         Whether the bounds themselves are excluded.
     default : float or None

@@ -1,6 +1,6 @@
 """Rows of a table in memory or in a file; only the requested parts are read.
 
-Which rows is said by an expression of pyarrow: `in_grid`, `one_of`, or several joined by ``&``.
+An expression of pyarrow selects rows: `in_grid`, `one_of`, or several joined by ``&``.
 """
 
 from __future__ import annotations

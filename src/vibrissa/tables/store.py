@@ -39,7 +39,7 @@ def write_parts(
     Parameters
     ----------
     rows : int, optional
-        How many rows there are, as far as known: long tables get larger row groups.
+        Number of rows, if known: long tables get larger row groups.
 
     Raises
     ------

@@ -48,7 +48,7 @@ class Imported(Tabular):
     notes : tuple of str
         What was found in the file and done with it.
     units : Units
-        In which zeros are told: those of the file.
+        Units of the printed zeros: those of the file.
     """
 
     values: Values

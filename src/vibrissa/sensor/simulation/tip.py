@@ -38,7 +38,7 @@ class Tip:
     Attributes
     ----------
     contact, mu0 : float
-        Where it is (L), and the friction that holds it.
+        Position on the surface (L), and static friction there.
     """
 
     stage: LevelStage | ObliqueStage
@@ -49,7 +49,7 @@ class Tip:
     def reserves(self, clamp: ArrayLike) -> FloatArray:
         """Margins of sticking at clamp positions, in the order of `Exit`.
 
-        Of the friction forward and backward, and of the way to both ends of the states (L);
+        Margins of the friction forward and backward, distances to both ends of the states (L);
         negative where the tip does not stick.
         """
         states, x0 = self.stage.states(clamp, self.contact, self.side)
