@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pytest
 
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch, slices
@@ -51,24 +50,6 @@ def test_joined_parts_are_the_whole():
     joined = Things.concatenate([batch.take(slice(0, 2)), batch.take(slice(2, None))])
     assert len(joined) == 5 and joined.kind == "flat"
     assert all(np.array_equal(joined.columns[name], batch.columns[name]) for name in batch.columns)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Point(Batch):
-    x: FloatArray
-    y: FloatArray
-
-
-def test_a_matrix_has_the_columns_in_the_order_of_their_names():
-    point = Point(y=np.array([1.0, 2.0, 3.0]), x=np.zeros(3))
-    assert Point.names() == ("x", "y")
-    assert point.matrix().tolist() == [[0.0, 1.0], [0.0, 2.0], [0.0, 3.0]]
-    assert Point.from_matrix(point.matrix()).y.tolist() == [1.0, 2.0, 3.0]
-
-
-def test_no_column_can_be_given_by_its_place():
-    with pytest.raises(TypeError, match="positional"):
-        Point(np.zeros(3), np.zeros(3))
 
 
 def test_slices_have_every_row_once_and_none_is_too_long():

@@ -36,22 +36,6 @@ def test_an_end_that_is_a_root_up_to_rounding_is_returned(end):
     assert root[0] == end
 
 
-@pytest.mark.parametrize(("guess", "first"), [(None, [1.0, 4.5]), ([0.5, 4.0], [0.5, 4.0])])
-def test_a_root_is_sought_from_the_middle_or_from_a_guess(guess, first):
-    asked = []
-
-    def function(x, square):
-        asked.append(x.tolist())
-        return x**2 - square, 2.0 * x
-
-    low, high, squares = np.array([0.0, 4.0]), np.array([2.0, 5.0]), np.array([1.5, 20.0])
-    guess = None if guess is None else np.array(guess)
-    root = bracketed_root(function, low, high, squares, guess=guess)
-    assert root == pytest.approx(np.sqrt(squares))
-    # The ends come before.
-    assert asked[1] == first
-
-
 def test_newton_leads_out_of_no_bracket():
     # From the middle it goes far beyond.
     root = bracketed_root(

@@ -144,13 +144,6 @@ def test_stronger_taper_sticks_longer(theta, other, mu0):
     assert float(weak.onset(mu0)) < float(strong.onset(mu0))
 
 
-def test_curve_of_a_pair_does_not_depend_on_its_batch(curves):
-    alone = solve_curve(3.0, 0.85)
-    together = curves[3.0, 0.85]
-    assert alone.mu_lock == pytest.approx(together.mu_lock, abs=1e-12)
-    assert alone.onset(0.3) == pytest.approx(together.onset(0.3), abs=1e-12)
-
-
 def test_states_outside_the_curve_are_refused(papers):
     curve = papers[2]
     for x0 in (curve.x0_pull - 1e-9, curve.x0_end * 1.001, np.nan):

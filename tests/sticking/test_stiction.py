@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from vibrissa import Status, solve_curve
 from vibrissa.sticking.curve import failed_curve
 from vibrissa.sticking.piece import StickingState
-from vibrissa.sticking.reading import CurveArray
 from vibrissa.sticking.solving import shooting
 from vibrissa.sticking.stiction import read_curve, read_curves
 
@@ -46,14 +45,6 @@ def test_last_step_sticks_and_the_next_one_slips(curve, mu0, dx0):
     assert n * Fraction(dx0) <= onset + slack
     assert (n + 1) * Fraction(dx0) > onset - slack
     assert curve.friction_demand(stiction.x0_max[0]) <= float(mu0) + 1e-13
-
-
-def test_onset_on_a_step_counts_as_sticking(curve, monkeypatch):
-    # 0.3 is three steps of 0.1, though 0.3/0.1 is less than 3 in floating point.
-    monkeypatch.setattr(CurveArray, "onset", lambda self, of, mu0: np.full(len(mu0), 0.3))
-    unknown = lambda self, of, x0: StickingState.unknown(len(x0))  # noqa: E731
-    monkeypatch.setattr(CurveArray, "states", unknown)
-    assert read(curve, "0.4", "0.1").n_steps[0] == 3
 
 
 def test_states_belong_to_their_displacements(curve):
