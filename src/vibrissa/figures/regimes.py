@@ -108,7 +108,7 @@ def law(rows: pd.DataFrame) -> Figure:
     rows = rows.assign(gap=rows["mu_lock"] - rows["mu0"], far=rows["x0_lock"] - rows["x0_slip"])
     slips = rows[(rows["status"] == "slip") & (rows["gap"] > 0.0) & np.isfinite(rows["gap"])]
     if slips.empty:
-        return style.message("there is no onset of slip below a lock")
+        return style.message("no point of the grid slips")
     figure = style.page(3.0, style.PAGE)
     panel, near = figure.subplots(1, 2)
     series = Series(slips, "theta")

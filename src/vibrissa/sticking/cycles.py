@@ -25,7 +25,7 @@ from vibrissa.sticking.solving.collocation import solve_curves
 
 
 class Phase(StrEnum):
-    """How the tip came to where it is at a footpoint position."""
+    """Phase of the tip at a footpoint position: it sticks, or has just slipped."""
 
     STICK = "stick"
     SLIP = "slip"

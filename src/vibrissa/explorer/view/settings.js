@@ -66,7 +66,7 @@ export const CHOICES = [
   { key: "contact", label: "Contact", words: [["point", "Tip"], ["line", "Line"]],
     help: "Tip: only the tip touches, as in the paper. Line: the rod may lie down on the surface." },
   { key: "section", label: "Section", words: [["round", "Round"], ["planar", "Planar"]],
-    help: "A round rod buckles sideways once its clamp passes the tip. A planar one stays in its plane." },
+    help: "A round rod buckles laterally once its clamp passes the tip. A planar one stays in its plane." },
   { key: "law", label: "Slip stops where", help: "What ends a slip. The first is the paper’s assumption.",
     words: [["free", "the tangential force is zero"], ["kinetic", "kinetic friction holds"], ["energy", "its energy is spent"]] },
   { key: "units", label: "Units", words: [["none", "L, E·I0"], ["si", "SI"]],

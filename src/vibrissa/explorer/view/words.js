@@ -31,8 +31,8 @@ export function told(event, { path, friction }, length) {
       return "The tip touches from below again.";
     case "swings":
       return isMirrored(path)
-        ? "The clamp passes under the contact point: the round rod buckles sideways and then trails behind."
-        : `The round rod buckles sideways at x0 = ${at}. Where it goes is not computed in this mounting. ${ANEW}`;
+        ? "The clamp passes under the contact point: the round rod buckles laterally and then trails behind."
+        : `The round rod buckles laterally at x0 = ${at}. Where it goes is not computed in this mounting. ${ANEW}`;
     case "slips back":
       return `The tip slips back at x0 = ${at}. ${ANEW}`;
     case "snaps":

@@ -105,7 +105,7 @@ def _search(
     alpha: float | None = None,
     x1: float | None = None,
 ) -> ShotState:
-    """Nelder–Mead over f and the one of α and x1 that is not given; mended until it fits."""
+    """Search f and the free one of α and x1 by Nelder–Mead, until the tip meets its place."""
 
     def state(unknowns: FloatArray) -> tuple[float, float, float]:
         f, other = map(float, unknowns)
