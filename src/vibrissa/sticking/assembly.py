@@ -33,7 +33,7 @@ class Event(NamedTuple):
 def _demand_slope(
     force: FloatArray, slope: FloatArray, curvature: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Slope of fx/fy, times fy², and its own slope, by the derivatives of both."""
+    """Differentiate fx/fy, times fy², and that product once more."""
     (fx, fy), (dfx, dfy), (ddfx, ddfy) = force, slope, curvature
     return dfx * fy - fx * dfy, ddfx * fy - fx * ddfy
 

@@ -269,7 +269,7 @@ class Figure(_Axes):  # type: ignore[misc,valid-type]
         return self
 
     def _check_keys(self, mistakes: Mistakes) -> None:
-        """Find keys that the kind does not take, or needs."""
+        """Find keys that the kind does not take, and missing keys that it needs."""
         kind = KINDS[self.kind]
         sources = [kind.source] if kind.source else list(TABLES)
         chosen = CHOICE.get(self.source, AXES)

@@ -100,7 +100,7 @@ def solve_curves(
 
 
 def _batches(rows: Sequence[int], mounted: Sequence[Mounting]) -> Iterator[list[int]]:
-    """Rods that are solved together: all mounted as in the paper or none, and stages likewise."""
+    """Batches of rods, by ideal or other mounting, and by level or oblique stage."""
     kinds: dict[tuple[bool, bool], list[int]] = defaultdict(list)
     for row in rows:
         kinds[mounted[row].is_ideal_rod, mounted[row].is_ideal].append(row)
@@ -116,7 +116,7 @@ def _solved(
     section: RodSection,
     closeness: Closeness,
 ) -> list[StickingCurve]:
-    """Solve paths that are followed so closely."""
+    """Solve paths that are followed with this closeness."""
     rods = rod_columns(theta, mountings)
     stage_angle = np.array([one.stage_angle for one in mountings])
     begun = begin(rods, eta, stage_angle, closeness.nodes, model)

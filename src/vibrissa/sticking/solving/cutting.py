@@ -77,7 +77,7 @@ class Parts(Batch):
     tilt: FloatArray
 
     def closing_at(self, position: FloatArray) -> ClosingCondition:
-        """Conditions at fractions of the parts' length, all parts at the first place first."""
+        """Return the conditions at fractions of the parts' length, ordered by place, then by part."""
         value = self.start - self.shift + position[:, None] * self.length
         count = len(position)
         return ClosingCondition(

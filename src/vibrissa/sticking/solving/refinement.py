@@ -61,7 +61,7 @@ class Resolved:
         return len(self.loads)
 
     def at(self, position: FloatArray) -> RodStates:
-        """States at fractions of the parts' length, all parts at the first place first."""
+        """States at fractions of the parts' length, ordered by place, then by part."""
         return along(interpolation(self.count, position), self.path)
 
     def take(self, rows: IntArray) -> "Resolved":
