@@ -77,7 +77,7 @@ class Parts(Batch):
     tilt: FloatArray
 
     def closing_at(self, position: FloatArray) -> ClosingCondition:
-        """Return the conditions at fractions of the parts' length, ordered by place, then by part."""
+        """Return the conditions at fractions of the parts, ordered by place, then by part."""
         value = self.start - self.shift + position[:, None] * self.length
         count = len(position)
         return ClosingCondition(
