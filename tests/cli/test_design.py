@@ -70,7 +70,7 @@ def test_json_is_alone_on_standard_output():
     ("arguments", "message"),
     [
         ([*NANO, "--material", "music-wire", "--modulus", "1 GPa"], "is not that of music wire"),
-        ([*NANO, "--material", "music-wire", "--rod", "no.toml"], "no such set-up file"),
+        ([*NANO, "--material", "music-wire", "--rod", "no.toml"], "no such file"),
         ([*NANO, "--material", "music-wire", "--theta", "1 to 3 ± 0.1"], "theta is a range: give"),
         ([*NANO, "--material", "music-wire", "--set", "clamp_angle=2 deg"], "upright clamp"),
         ([*NANO[:4], "--material", "music-wire", "--mu0", "0.2, 0.3, 0.4"], "as in '0.2 to 0.4'"),

@@ -10,7 +10,8 @@ from vibrissa.design.choices import DIAMETERS, LENGTHS, TAPERS
 from vibrissa.design.materials import material
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import preset
-from vibrissa.sensor.setup import Setup, write_keys
+from vibrissa.sensor.keys import write_keys
+from vibrissa.sensor.setup import Setup
 
 WIRE = MATERIALS["music-wire"]
 SENSOR = preset("nano17-si-12-0.12")
@@ -201,7 +202,7 @@ def test_a_material_and_a_transducer_of_ones_own(tmp_path):
         (MATERIAL + "colour = 3\n", "colour is not known"),
         (MATERIAL.replace("GPa", "mm"), "modulus must be a stress"),
         (MATERIAL.replace("0.004", "-1"), "yield_strain of a material must be positive"),
-        ("modulus: 3", "a line is name ="),
+        ("modulus: 3", "write name = number"),
     ],
 )
 def test_a_card_that_is_none_is_refused(text, said, tmp_path):

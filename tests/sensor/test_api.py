@@ -102,7 +102,7 @@ def test_how_a_scan_ended_is_told_in_the_units_of_the_rod():
     level = Whisker.read(2.0, "85 mm", **steel)
     ended = repr(scan(level, surfaces.constant(0.8), **asked))
     assert "with the clamp at 41.8 mm the rod buckles laterally" in ended
-    inclined = Whisker.read(2.0, "99.98 mm", stage_angle=-0.05, **steel)
+    inclined = Whisker.read(2.0, "99.98 mm", stage_angle="-0.05 rad", **steel)
     ended = repr(scan(inclined, surfaces.constant(0.2), step="0.05 mm", to=["2 mm"]))
     assert "the stage takes the clamp at 0.25 mm to the height 99.9925 mm" in ended
     measured = surfaces.profile([0.0, 0.45], [0.3, 0.3])
@@ -277,7 +277,7 @@ def test_a_mounting_is_read_with_units():
         clamp_angle="-2 deg",
         clamp_stiffness="1000 N*m/rad",
         curvature="3 m^-1",
-        stage_angle="0.01",
+        stage_angle="0.01 rad",
     )
     mounting = whisker.mounting
     assert mounting.clamp_angle == pytest.approx(np.radians(-2.0), abs=1e-15)
@@ -294,6 +294,7 @@ def test_a_mounting_is_read_with_units():
     ("values", "said"),
     [
         ({"clamp_angle": "2 mm"}, "clamp_angle must be an angle with a unit such as rad"),
+        ({"clamp_angle": 0.5}, "clamp_angle needs a unit: '0.5 deg' or '0.5 rad'"),
         ({"clamp_angle": "100 deg"}, "clamp_angle must lie between -pi/2 and pi/2"),
         ({"clamp_stiffness": 0}, "clamp_stiffness must be positive, got '0'"),
         (

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import Setup, Whisker
+from vibrissa.sensor.keys import read_keys, write_keys
 from vibrissa.sensor.quantities import Measured, Units
-from vibrissa.sensor.setup import read_keys, write_keys
 from vibrissa.sensor.tolerances import assumed_tolerances
 
 ROOT = Path(__file__).parents[2]
@@ -127,7 +127,7 @@ def test_all_errors_are_reported_together(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.toml", None, "no such set-up file"),
+        ("a.toml", None, "no such file"),
         ("a.yaml", b"", "written in TOML"),
         ("a.toml", "curvature = 'ü'".encode("latin-1"), "not a text in UTF-8"),
         ("a.toml", b"theta = 2,0", "(at line 1"),

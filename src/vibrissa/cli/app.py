@@ -68,8 +68,8 @@ app = typer.Typer(
     context_settings=HELP,
     help="From a surface to the signals of a whisker-like sensor, and back to friction.\n\n"
     "Quantities have a unit, as in `--step '20 um'`, or are nondimensional without one: lengths "
-    "in units of the rod's length L. With `--modulus`, `--diameter` and `--length` results are "
-    "in SI units, otherwise nondimensional.",
+    "in units of the rod's length L. Angles need a unit. With `--modulus`, `--diameter` and "
+    "`--length` results are in SI units, otherwise nondimensional.",
 )
 
 

@@ -18,7 +18,7 @@ from vibrissa.cli.setup import ROD, SIGNALS, takes
 from vibrissa.design import Design, DesignStatus, Requirements
 from vibrissa.design import design as find_design
 from vibrissa.sensor import series
-from vibrissa.sensor.setup import write_keys
+from vibrissa.sensor.keys import write_keys
 
 app = typer.Typer(**ALONE)
 

@@ -22,8 +22,9 @@ from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.keys import read_keys, validated, with_options
 from vibrissa.sensor.quantities import PLUS_MINUS, Kind, Measured, Units, channels_of, in_si
-from vibrissa.sensor.setup import TOLERANCES, Setup, read_keys, validated, with_options
+from vibrissa.sensor.setup import EITHER, TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import MOST_TAPER
@@ -120,12 +121,12 @@ class Requirements(BaseModel):
             With a line for each value that is missing, given twice, or not allowed.
         """
         stated = {} if path is None else read_keys(path)
-        keys = with_options(stated, asked)
+        keys = with_options(stated, asked, EITHER)
         own = {name: keys.pop(name) for name in cls.model_fields if name in keys}
         for name in SIZES:
             if isinstance(own.get(name), str):
                 own[name], tolerance = _apart(name, own[name])
-                keys[TOLERANCES] = tolerance | keys[TOLERANCES]
+                keys[TOLERANCES] = tolerance | keys.get(TOLERANCES, {})
         own["setup"] = validated(Setup, keys, path, stated)
         return validated(cls, own, path, stated)
 

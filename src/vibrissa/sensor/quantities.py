@@ -209,7 +209,10 @@ def is_number(value: Quantity) -> bool:
 def _read_number(value: Quantity, kind: Kind, what: str) -> tuple[Decimal, bool]:
     """Read a bare number, or the value in SI units of a quantity; and whether it has a unit."""
     if is_number(value):
-        return _checked(exact(value.strip() if isinstance(value, str) else value), what), False
+        number = exact(value.strip() if isinstance(value, str) else value)
+        if kind is Kind.ANGLE and number:  # of degrees and radians neither is the rule
+            raise ArgumentError(f"{what} needs a unit: '{value} deg' or '{value} rad'")
+        return _checked(number, what), False
     return in_si(str(value), kind, what), True
 
 

@@ -296,6 +296,14 @@ def numbers(
     return values
 
 
+def check_file(path: Path) -> None:
+    """Refuse a file that is not there, and a folder."""
+    if path.is_dir():
+        raise RecordingError(f"{path} is a folder: give a file")
+    if not path.is_file():
+        raise RecordingError(f"{path}: there is no such file")
+
+
 def listed(messages: Iterable[str]) -> str:
     """Join messages line by line; count those beyond the first few."""
     every = list(messages)
@@ -314,8 +322,7 @@ def _cells(source: "Path | DataFrame") -> tuple[str, "DataFrame"]:
     check_ending(source)
     if source == STANDARD:
         return "standard input", _read_csv(sys.stdin.buffer.read(), "standard input")
-    if not source.is_file():
-        raise RecordingError(f"{source}: there is no such file")
+    check_file(source)
     if source.suffix.lower() == ".parquet":
         return str(source), _read_parquet(source)
     return str(source), _read_csv(source.read_bytes(), str(source))

@@ -3,30 +3,26 @@
 In a TOML file a line is ``name = number`` or ``name = "value ± tolerance unit"``.
 """
 
-import json
-import tomllib
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Iterator
 from decimal import Decimal
-from difflib import get_close_matches
 from functools import cached_property
 from numbers import Real
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
-    ValidationError,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 
 from vibrissa.errors import ArgumentError
-from vibrissa.files import write_atomically
 from vibrissa.mechanics.mounting import Mounting
 from vibrissa.outcomes import Contact, RodSection
+from vibrissa.sensor.keys import read_model
 from vibrissa.sensor.quantities import (
     Kind,
     Measured,
@@ -52,7 +48,8 @@ EITHER = (
 class Setup(BaseModel):
     """Rod, mounting and transducer, as they were stated; see `Setup.read`.
 
-    Numbers without a unit are nondimensional: lengths in units of the rod's length.
+    Numbers without a unit are nondimensional: lengths in units of the rod's length. An angle other
+    than 0 has a unit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
@@ -84,10 +81,14 @@ class Setup(BaseModel):
         Measured(0), description="Inclination of the clamp, positive backward: '2 deg'."
     )
     clamp_compliance: Annotated[Measured | None, Kind.COMPLIANCE] = Field(
-        None, description="Rotational compliance of the clamp: '0.05 rad/(N*m)'."
+        None,
+        description="Rotational compliance of the clamp: '0.05 rad/(N*m)'; a number without a "
+        "unit is in L/(E*I0).",
     )
     clamp_stiffness: Annotated[Measured | None, Kind.STIFFNESS] = Field(
-        None, description="Its inverse: '20 N*m/rad'. Without either the clamp is rigid."
+        None,
+        description="In place of clamp_compliance its inverse: '20 N*m/rad'. Without either the "
+        "clamp is rigid.",
     )
     curvature: Annotated[Measured, Kind.CURVATURE] = Field(
         Measured(0),
@@ -137,8 +138,7 @@ class Setup(BaseModel):
         >>> print(f"{setup.whisker.eta} ± {setup.whisker.tolerances['eta']:.3f}")
         0.85 ± 0.001
         """
-        keys = {} if path is None else read_keys(path)
-        return validated(cls, with_options(keys, options), path, keys)
+        return read_model(cls, path, options, EITHER)
 
     @field_validator("*", mode="before")
     @classmethod
@@ -273,102 +273,3 @@ def _relative(units: Units, stiffness: Measured) -> str:
         units.read(each, Kind.STIFFNESS, "clamp_stiffness") for each in (tolerance, stiffness.value)
     )
     return f"{100 * size / value} %"
-
-
-def with_options(keys: Mapping[str, Any], options: Mapping[str, Any]) -> dict[str, Any]:
-    """Put options in the place of the keys of a file; None is not stated."""
-    given = {name: value for name, value in options.items() if value is not None}
-    replaced = {name for pair in EITHER if set(pair) & given.keys() for name in pair}
-    kept = {name: value for name, value in keys.items() if name not in replaced}
-    tables = [each[TOLERANCES] for each in (keys, given) if TOLERANCES in each]
-    if tables and all(isinstance(each, Mapping) for each in tables):
-        given[TOLERANCES] = {name: size for each in tables for name, size in each.items()}
-    return {TOLERANCES: {}, **kept, **given}
-
-
-def read_keys(path: Path | str) -> dict[str, Any]:
-    """Read the keys of a set-up file and their values.
-
-    Raises
-    ------
-    ArgumentError
-        If it cannot be read as TOML; the message names the line.
-    """
-    path = Path(path)
-    if path.suffix.lower() in (".yaml", ".yml"):
-        raise ArgumentError(
-            f"{path}: a set-up file is written in TOML, as in theta = 2 (not theta: 2), and named "
-            "setup.toml"
-        )
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ArgumentError(f"no such set-up file: {path}") from None
-    except OSError as error:
-        raise ArgumentError(f"{path} cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ArgumentError(f"{path} is not a text in UTF-8: save it as UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ArgumentError(
-            f"{path}: {error}; write name = number, with a decimal point, or "
-            'name = "value unit", in quotes'
-        ) from None
-
-
-def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
-    """Write a set-up file."""
-    tables = {name: value for name, value in keys.items() if isinstance(value, Mapping)}
-    lines = [f"# {comment}", "", *_assignments({n: v for n, v in keys.items() if n not in tables})]
-    for name, table in tables.items():
-        if table:
-            lines += ["", f"[{name}]", *_assignments(table)]
-    with write_atomically(path) as temporary:
-        temporary.write_text("\n".join([*lines, ""]), encoding="utf-8")
-
-
-def _assignments(keys: Mapping[str, Any]) -> list[str]:
-    # TOML writes numbers and texts as JSON does.
-    return [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in keys.items()]
-
-
-Model = TypeVar("Model", bound=BaseModel)
-
-
-def validated(
-    model: type[Model], given: Mapping[str, Any], path: Path | str | None, keys: Container[str]
-) -> Model:
-    """Validate keys and their values.
-
-    Raises
-    ------
-    ArgumentError
-        With a line for each key or value that is not allowed.
-    """
-    try:
-        return model.model_validate(given)
-    except ValidationError as error:
-        lines = [_line(each, model) for each in error.errors()]
-        places = [f"{path}: " if _key(each) in keys else "" for each in error.errors()]
-    told = dict.fromkeys(place + line for place, line in zip(places, lines, strict=True))
-    raise ArgumentError("\n".join(told))
-
-
-def _key(error: Any) -> str:
-    return str(error["loc"][0]) if error["loc"] else ""
-
-
-def _line(error: Any, model: type[BaseModel]) -> str:
-    """Message of one error of pydantic's."""
-    name = _key(error)
-    if error["type"] == "extra_forbidden":
-        allowed = [field.alias or key for key, field in model.model_fields.items()]
-        near = get_close_matches(name, allowed, 1)
-        hint = f"did you mean {near[0]}?" if near else f"the keys are {', '.join(allowed)}"
-        return f"there is no key {name}; {hint}"
-    if error["type"] == "value_error":
-        return str(error["ctx"]["error"])
-    if error["type"] == "missing":
-        return f"{name} is not given"
-    if error["type"] == "dict_type":
-        return f"{name} is a table: [{name}], then lines name = value"
-    return f"{name}: {error['msg'].lower()}, got {error['input']!r}"

@@ -6,7 +6,6 @@ A tolerance is a standard deviation, in units of the rod, in rad, or relative to
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError, UnknownNameError
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.sensor.keys import suggestion
 from vibrissa.sensor.quantities import Kind, Quantity, Units, in_si, is_number
 
 if TYPE_CHECKING:
@@ -81,10 +81,9 @@ def check_name(name: str) -> None:
     ArgumentError
     """
     if name not in TOLERABLE:
-        near = get_close_matches(name, TOLERABLE, 1)
-        meant = f"; did you mean {near[0]}?" if near else ""
         raise UnknownNameError(
-            f"a tolerance must be for one of {', '.join(TOLERABLE)}, got {name!r}{meant}"
+            f"a tolerance must be for one of {', '.join(TOLERABLE)}, got {name!r}"
+            f"{suggestion(name, TOLERABLE)}"
         )
 
 

@@ -314,6 +314,11 @@ def test_mistakes_of_a_settings_file_are_named(text, message, tmp_path):
     assert result.output.count("\n") == 1 and not (tmp_path / "a.csv").exists()
 
 
+def test_a_folder_is_no_file(tmp_path):
+    result = run("import", tmp_path, "-o", tmp_path / "a.csv")
+    assert result.exit_code == 2 and "is a folder: give a file" in result.output
+
+
 @pytest.mark.slow
 def test_standard_input_and_output():
     data = LABORATORY.read_bytes()

@@ -80,6 +80,7 @@ def test_bytes_are_no_text():
         ),
         (["9", "2.345", "12.250", "9"], r"line 3: '2.345' may be 2.345 or 2345.0, and no number"),
         (["1,5", "2.5", "3,5", "4"], "line 3: Fx.* must be a finite number.*, got '2.5'"),
+        (["1,5", "2.5", "3,5", "4.5"], "some numbers have a decimal point, others a decimal comma"),
         (["1,5", "OVLD", "3", "4"], "line 3: Fx .force_x. must be .* or empty .*got 'OVLD'"),
         (["1,5", "inf", "3", "4"], "line 3: Fx.* must be a finite number"),
         (["1,5", "1e999", "3", "4"], "line 3: Fx.* must be a finite number"),

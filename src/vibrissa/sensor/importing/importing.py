@@ -20,7 +20,7 @@ from vibrissa.sensor.importing.preparing import (
 from vibrissa.sensor.importing.settings import Place, Settings
 from vibrissa.sensor.importing.titles import KINDS, FileColumn, columns_of
 from vibrissa.sensor.quantities import MEASURED, SI, Units, wished_units
-from vibrissa.sensor.series import Column, Tabular, listed, numbers, split
+from vibrissa.sensor.series import Column, Tabular, check_file, listed, numbers, split
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
@@ -94,8 +94,8 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
         If it cannot be read as a recording, or in more than one way; a line for each error.
     """
     name = "standard input" if isinstance(source, bytes) else str(source)
-    if isinstance(source, Path) and not source.is_file():
-        raise RecordingError(f"{source}: there is no such file")
+    if isinstance(source, Path):
+        check_file(source)
     text = decoded(source if isinstance(source, bytes) else source.read_bytes(), name)
     layout = layout_of(text, name, settings.separator, settings.decimal, settings.titles)
     found, values = _read(layout, name, settings)

@@ -205,7 +205,14 @@ def _ambiguous(found: list[_Try], lines: "Series[str]", name: str) -> str:
         for cell in cells_of(text, one.separator)
         if all(re.fullmatch(each.notation.number, cell) for each in (one, other))
     )
-    place, (value, other_value) = next(cell for cell in cells if len(set(cell[1])) > 1)
+    place, (value, other_value) = next(
+        (cell for cell in cells if len(set(cell[1])) > 1), ("", (None, None))
+    )
+    if not place:
+        return (
+            f"{name}: some numbers have a decimal point, others a decimal comma: correct them; "
+            "--decimal '.' or --decimal ',' lists those that do not fit"
+        )
     return (
         f"{place} may be {value!r} or {other_value!r}, and no number of the file decides: add "
         f"--decimal '{one.notation.decimal}' or --decimal '{other.notation.decimal}'"

@@ -8,8 +8,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationIn
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor.importing.layout import Separator
 from vibrissa.sensor.importing.titles import KINDS
+from vibrissa.sensor.keys import read_model
 from vibrissa.sensor.quantities import Kind, in_si
-from vibrissa.sensor.setup import read_keys, validated
 
 
 class Place(NamedTuple):
@@ -119,11 +119,7 @@ class Settings(BaseModel):
         >>> Settings.read(column={"force_x": "-Fz [mN]"}, tare="0 s, 2 s").tare
         (Place(column='time', value=0.0), Place(column='time', value=2.0))
         """
-        keys = {} if path is None else read_keys(path)
-        given = {name: value for name, value in options.items() if value is not None}
-        if isinstance(keys.get("column"), dict):
-            given["column"] = {**keys["column"], **given.get("column", {})}
-        return validated(cls, {**keys, **given}, path, keys)
+        return read_model(cls, path, options)
 
     @model_validator(mode="after")
     def _check_together(self) -> Self:

@@ -1,0 +1,140 @@
+"""TOML files and options whose keys are fields of a pydantic model; messages for what is wrong."""
+
+import json
+import tomllib
+from collections.abc import Container, Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from vibrissa.errors import ArgumentError
+from vibrissa.files import write_atomically
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_keys(path: Path | str) -> dict[str, Any]:
+    """Read the keys of a TOML file and their values.
+
+    Raises
+    ------
+    ArgumentError
+        If it cannot be read as TOML; the message names the line.
+    """
+    path = Path(path)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        raise ArgumentError(
+            f"{path}: this file is written in TOML, as in theta = 2 (not theta: 2), and its name "
+            "ends in .toml"
+        )
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ArgumentError(f"no such file: {path}") from None
+    except OSError as error:
+        raise ArgumentError(f"{path} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ArgumentError(f"{path} is not a text in UTF-8: save it as UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ArgumentError(
+            f"{path}: {error}; write name = number, with a decimal point, or "
+            'name = "value unit", in quotes'
+        ) from None
+
+
+def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
+    """Write a TOML file."""
+    tables = {name: value for name, value in keys.items() if isinstance(value, Mapping)}
+    lines = [f"# {comment}", "", *_assignments({n: v for n, v in keys.items() if n not in tables})]
+    for name, table in tables.items():
+        if table:
+            lines += ["", f"[{name}]", *_assignments(table)]
+    with write_atomically(path) as temporary:
+        temporary.write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
+def _assignments(keys: Mapping[str, Any]) -> list[str]:
+    # TOML writes numbers and texts as JSON does.
+    return [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in keys.items()]
+
+
+def with_options(
+    keys: Mapping[str, Any], options: Mapping[str, Any], either: Iterable[Sequence[str]] = ()
+) -> dict[str, Any]:
+    """Combine the keys of a file with options, which override them; an option None is not given.
+
+    Parameters
+    ----------
+    either : iterable of sequence of str
+        Keys that describe one property: an option for one of them overrides all.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    replaced = {name for names in either if set(names) & given.keys() for name in names}
+    for name, value in keys.items():
+        if isinstance(value, Mapping) and isinstance(given.get(name), Mapping):
+            given[name] = {**value, **given[name]}
+    return {name: value for name, value in keys.items() if name not in replaced} | given
+
+
+def read_model(
+    model: type[Model],
+    path: Path | str | None,
+    options: Mapping[str, Any],
+    either: Iterable[Sequence[str]] = (),
+) -> Model:
+    """Read a model from a TOML file, from options, or from both; see `with_options`.
+
+    Raises
+    ------
+    ArgumentError
+        With a line for each key or value that is not allowed.
+    """
+    keys = {} if path is None else read_keys(path)
+    return validated(model, with_options(keys, options, either), path, keys)
+
+
+def validated(
+    model: type[Model], given: Mapping[str, Any], path: Path | str | None, keys: Container[str]
+) -> Model:
+    """Validate keys and their values; a message names the file where the key is one of its `keys`.
+
+    Raises
+    ------
+    ArgumentError
+        With a line for each key or value that is not allowed.
+    """
+    try:
+        return model.model_validate(given)
+    except ValidationError as error:
+        lines = [_line(each, model) for each in error.errors()]
+        places = [f"{path}: " if _key(each) in keys else "" for each in error.errors()]
+    told = dict.fromkeys(place + line for place, line in zip(places, lines, strict=True))
+    raise ArgumentError("\n".join(told))
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Suggest the nearest of the known names; empty if none is near."""
+    near = get_close_matches(name, known, 1)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _key(error: Any) -> str:
+    return str(error["loc"][0]) if error["loc"] else ""
+
+
+def _line(error: Any, model: type[BaseModel]) -> str:
+    """Message of one error of pydantic's."""
+    name = _key(error)
+    if error["type"] == "extra_forbidden":
+        allowed = [field.alias or key for key, field in model.model_fields.items()]
+        keys = f"; the keys are {', '.join(allowed)}"
+        return f"there is no key {name}{suggestion(name, allowed) or keys}"
+    if error["type"] == "value_error":
+        return str(error["ctx"]["error"])
+    if error["type"] == "missing":
+        return f"{name} is not given"
+    if error["type"] == "dict_type":
+        return f"{name} is a table: [{name}], then lines name = value"
+    return f"{name}: {error['msg'].lower()}, got {error['input']!r}"
