@@ -163,7 +163,7 @@ def of_line(title, **ways):
     """Scores by the moment, as of a run."""
     number = TITLES.index(title)
     return {
-        (number, Said(said), 7 + place): {Method.MODEL: one}
+        (number, Said[said.upper()], 7 + place): {Method.MODEL: one}
         for said, scores in ways.items()
         for place, one in enumerate(scores)
     }
@@ -176,9 +176,9 @@ def test_the_table_says_what_is_silently_wrong_and_fails(tmp_path):
     assert counted.startswith("2 recordings for each entry, with the seeds 7 to 8")
     assert right.endswith("| pass |")
     assert wrong.startswith("| E 5 % off | model | +0.0000 | 0.0010 | 0 ± 6 % | 1 doubted, 1 sil")
-    assert wrong.endswith("**fails** (nothing: silently wrong, little: silently wrong) |")
+    assert wrong.endswith("**fails** (default: silently wrong, small: silently wrong) |")
     assert failing == "1 of 2 lines fail."
-    assert "silently wrong: 1 of 4 (nothing said), 1 of 2 (a tenth)" in pooled
+    assert "silently wrong: 1 of 4 (default), 1 of 2 (small)" in pooled
     assert laboratory_table.passes(good) and not laboratory_table.passes(bad | good)
     assert any("| nothing | model |" in line for line in laboratory_table.table(good))
 

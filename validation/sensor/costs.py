@@ -1,7 +1,7 @@
 """What each tolerance costs in μ0, by the model, before and after the adjustment to a recording.
 
 A steel rod of 1 mm x 100 mm, θ = 2 at 85 mm, scans 60 mm of a surface of friction 0.30 in steps of
-20 µm; the noise is 3 mN and 10 µN·m. With what nothing is stated about as it is assumed,
+20 µm; the noise is 3 mN and 10 µN·m. With the default tolerances,
 
 - before: the error of μ0 by an error of one standard deviation, if nothing is adjusted;
 - after: by how much the variance that all periods share would fall if this were known exactly.

@@ -1,11 +1,11 @@
-"""Judge what was read from the recordings of `laboratory`, and make a table of them.
+"""Judge the friction identified from the recordings of `laboratory`, and make a table of it.
 
-Where what is said allows for what is off, coverage is judged: of all stated intervals 93 to 99 %
-are to hold the truth. Its standard error is that over the n recordings. With the part r of the
-variance that all p periods of a recording share it is at least √(0.95·0.05·(r + (1 − r)/p)/n): what
-they share makes all their intervals hold the truth together, or none. Otherwise silence is judged:
-at most one recording in twenty may be read without a doubt and with a mean error beyond half its
-stated interval.
+Where the tolerances allow for the set-up error, coverage is judged: 93 to 99 % of all stated
+intervals are to hold the truth. Its standard error is that over the n recordings. With the part r
+of the variance that all p periods of a recording share it is at least √(0.95·0.05·(r + (1 −
+r)/p)/n): what they share makes all their intervals hold the truth together, or none. Otherwise
+silence is judged: at most one recording in twenty may be read without a doubt and with a mean error
+beyond half its stated interval.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from validation.sensor.laboratory import ROWS, Said, sign_of
 STATED, LOW, HIGH = 0.95, 0.93, 0.99
 # So many standard errors are allowed.
 ERRORS = 2.0
-# Part of the recordings that may be silently wrong; where all is said, that may be in doubt.
+# Part of the recordings that may be silently wrong; with the right tolerances, be in doubt.
 SILENT = 0.05
 # A number of false alarms of a lower probability is too many.
 UNLIKELY = 0.01
@@ -100,8 +100,8 @@ def _verdict(number, method, ways):
 
 
 HEADER = (
-    "| what is off | method | nothing said: bias | 95 % ± | covered | noticed "
-    "| enough: bias | 95 % ± | covered | noticed | a tenth: noticed | verdict |\n"
+    "| set-up error | method | default: bias | 95 % ± | covered | noticed "
+    "| right: bias | 95 % ± | covered | noticed | small: noticed | verdict |\n"
     + "| --- " * 12
     + "|"
 )
@@ -180,9 +180,9 @@ def _pooled(lines, method):
     covered, error = _coverage(scores[Said.ENOUGH])
     silent = ", ".join(
         f"{sum(one.silent for one in scores[said])} of {len(scores[said])} ({name})"
-        for said, name in ((Said.NOTHING, "nothing said"), (Said.LITTLE, "a tenth"))
+        for said, name in ((Said.NOTHING, "default"), (Said.LITTLE, "small"))
     )
     return (
         f"- `{method}`: {100.0 * covered:.1f} ± {100.0 * error:.1f} % of the intervals hold the "
-        f"truth where enough is said; silently wrong: {silent}."
+        f"truth with the right tolerances; silently wrong: {silent}."
     )

@@ -36,7 +36,7 @@ class Mounting:
         Inclination β of the clamp against the normal of the surface (rad), positive
         counter-clockwise: the rod then leans back, against the motion of the clamp.
     clamp_compliance : float
-        Turn c of the clamp per moment of the rod, in units of L/(E·I0); not negative.
+        Rotational compliance c of the clamp, in L/(E·I0); not negative.
     curvature : float or tuple of float
         Natural curvature κ0·L of the rod: a constant, or the coefficients of the powers of s,
         lowest first. Where it is negative the rod turns away from the surface, towards +x.
