@@ -57,30 +57,29 @@ def identify(
     Parameters
     ----------
     whisker : Whisker or None
-        Its height may be a first guess. The method ``ratio`` needs none. Without it numbers are in
-        SI units, or in those of the recording.
+        The rod and its height, which may be a first guess; None for the method ``ratio``. Without
+        it numbers are in SI units, or in those of the recording.
     recording : Recording, Path, str or DataFrame
         A table needs the columns ``footpoint`` and those that the method uses, each with its unit:
-        ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``;
-        without a unit a column is in SI units, or in those of the rod if that has none.
+        ``footpoint [mm]``, ``force_x [N]``. A DataFrame may have the units in ``attrs["units"]``.
+        Columns without a unit are in SI units, or dimensionless if the rod is.
     method : Method, optional
-        What friction is read from: ``model`` where a rod is given, else ``ratio``.
+        Method of estimating friction; default: ``model`` with a rod, else ``ratio``.
     transducer : Transducer or str, optional
-        That was used: says the noise, and which readings are saturated.
+        The transducer of the recording: its noise and range.
     noise : str or array_like, shape (3,), optional
         Standard deviation of one reading of force_x, force_y and moment_z, as in
-        ``"3 mN, 3 mN, 10 uN*m"``. Without it and the transducer it is estimated.
+        ``"3 mN, 3 mN, 10 uN*m"``. Estimated if neither it nor the transducer is given.
     tolerances : mapping of str to str or number, optional
-        Standard deviations of what was given, as in ``{"clamp_angle": "0.5 deg", "modulus":
-        "2 %"}``, or ``"exact"``: it is adjusted within them, and within those of the whisker; see
+        Standard deviations of the set-up, as in ``{"clamp_angle": "0.5 deg", "modulus": "2 %"}``,
+        or ``"exact"``, beside those of the whisker: the set-up is fitted within them; see
         `vibrissa.sensor.tolerances.TOLERABLE`.
     assume : bool
-        Whether what nothing is stated about has the tolerance that is assumed for it; otherwise it
-        is exact.
+        Use default tolerances for quantities without a stated one; otherwise they are exact.
     slip_time : str, optional
-        How long a slip lasts: ``"10 ms"``.
+        Duration of a slip: ``"10 ms"``.
     delay : str, optional
-        By which the readings lag behind the clamp, as a filter makes them: ``"4 ms"``.
+        Delay of the readings, as by a low-pass filter: ``"4 ms"``.
     progress : callable
 
     Returns

@@ -74,18 +74,18 @@ class Recording(Batch):
     readings : ndarray, shape (n, 3)
         fx, fy (E·I0/L²) and m (E·I0/L); NaN where a channel was not recorded.
     line : ndarray of int, shape (n,)
-        Line of the file in which each sample stands.
+        Line of each sample in the file.
     notes : tuple of str
-        What was left out, and why.
+        Omitted rows, with the reason.
     interval : float
         Usual time from one sample to the next (s); NaN if it is not known.
     zeros : dict of str to str
-        Standard deviations of the zeros that a tare took off, as the header of the table has them.
+        Standard deviations of the subtracted zeros, from the header of the table.
     air : tuple of float
         Means of the channels in the rows without a load before the scan, or else after it; empty
         where there is none.
     air_rows : int
-        Of how many rows.
+        Number of these rows.
     """
 
     clamp: FloatArray
