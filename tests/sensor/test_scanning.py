@@ -4,10 +4,8 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from vibrissa import Mounting, stick_slip
-from vibrissa.cli.app import app
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import RodSection
 from vibrissa.sensor import Whisker, scan, surfaces
@@ -70,17 +68,10 @@ def test_a_tip_at_rest_may_use_up_all_friction(response, mu0):
 
 
 def test_a_slip_that_goes_to_and_fro_for_ever_is_refused_with_its_place(response, monkeypatch):
-    slides = []
-
-    def to_and_fro(self, clamp, x0, side):
-        slides.append(x0)
-        return -x0
-
-    monkeypatch.setattr(Slips, "_slide", to_and_fro)
+    monkeypatch.setattr(Slips, "_slide", lambda self, clamp, x0, side: -x0)
     slips = Slips(response=response, surface=surfaces.constant(0.1), law=SlipLaw.ENERGY, ratio=0.5)
     with pytest.raises(ArgumentError, match=r"with the clamp at 0\.25 L does not come to rest"):
         slips.rest(0.25, 0.02)
-    assert slides == [0.02, -0.02] * 50
 
 
 def released(response, start, rest):
@@ -116,7 +107,7 @@ def test_a_lock_ends_the_scan_where_nothing_further_is_computed(whisker, pull):
     result = simulate(response, surfaces.constant(0.8), path("0.001", ["3"]))
     assert result.outcome is Outcome.LOCK
     assert f"locks at x = {contact:.6g} L, where mu0 = 0.8 and mu_lock = 0.4" in result.message
-    assert result.message.endswith("and what follows is not computed")
+    assert result.message.endswith("the motion after that is not computed")
     assert result.phase[-1] == TipPhase.LOCK and set(result.side) == {TipSide.AHEAD}
     end = float(response.curve.motion_end(0.8)[1].x0[0])
     assert end - 0.001 < result.x0[-1] <= end
@@ -268,7 +259,7 @@ def test_impossible_surfaces_are_refused(make, message):
 def test_a_path_has_so_many_steps_at_most(monkeypatch):
     monkeypatch.setattr("vibrissa.sensor.simulation.scanning.MOST_STEPS", 6)
     assert path("0.1", ["0.5", "0.4"]) == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.4])
-    with pytest.raises(ArgumentError, match=r"a step of 0\.1 is too small: the path has 7 steps"):
+    with pytest.raises(ArgumentError, match=r"a step of 0\.1 is too small: 7 steps, at most 6"):
         path("0.1", ["0.5", "0.3"])
 
 
@@ -344,7 +335,7 @@ def test_a_long_step_swings_and_slips_at_once(response):
     assert (np.signbit(result.x0) == [False] * 4).all()
 
 
-def test_signals_and_the_command_go_on_past_the_swing(tmp_path):
+def test_signals_go_on_past_the_swing():
     asked = {"step": 0.002, "to": [1.0], "law": "energy"}
     signals = scan(Whisker(theta=2.0, eta=0.85), surfaces.constant(0.8), **asked)
     table = signals.to_pandas()
@@ -352,9 +343,3 @@ def test_signals_and_the_command_go_on_past_the_swing(tmp_path):
     # A clamp that moves forward is held back, whether it pushes the tip or drags it.
     assert (table["force_x"][behind].iloc[[0, -1]] > [0.0, -1.0]).all()
     assert (table["force_y"] < 0.0).all()
-    out = tmp_path / "scan.csv"
-    words = ["--theta", "2", "--eta", "0.85", "--mu0", "0.8", "--step", "0.002", "--to", "1"]
-    result = CliRunner().invoke(app, ["scan", *words, "--law", "energy", "-o", str(out)])
-    assert result.exit_code == 0 and "complete" in result.output
-    assert "with the clamp at 0.418 L the rod buckles laterally" in result.output
-    assert out.read_text().splitlines()[-1].endswith(",behind")

@@ -100,7 +100,7 @@ def check_files(output: Path | None, picture: Path | None, *endings: str) -> Non
         if not file.parent.is_dir():
             raise ArgumentError(f"{file}: there is no folder {file.parent}")
         if not os.access(file.parent, os.W_OK):
-            raise ArgumentError(f"{file}: nothing can be written to the folder {file.parent}")
+            raise ArgumentError(f"{file}: no permission to write to the folder {file.parent}")
 
 
 def check_not_read(written: Sequence[Path | None], given: Sequence[Any]) -> None:

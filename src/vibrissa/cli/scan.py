@@ -77,7 +77,7 @@ def scan(
     material = likely_material(setup)
     if law is SlipLaw.FREE and kinetic_ratio is not None:
         typer.echo(
-            "the law free uses no kinetic ratio; --law kinetic and --law energy do", err=True
+            "--kinetic-ratio is ignored: only --law kinetic and --law energy use it", err=True
         )
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed

@@ -51,7 +51,7 @@ def _yield_strain(setup: Setup) -> float | None:
     if setup.material is None:
         return setup.yield_strain
     if setup.whisker.rod is None:
-        raise ArgumentError("a material needs the rod: give modulus, diameter and length")
+        raise ArgumentError("with a material, give modulus, diameter and length of the rod")
     # What designs a rod takes a second to load.
     from vibrissa.design.materials import stated_material
 

@@ -37,7 +37,7 @@ def choices_of(text: str, read: Callable[[str], float], sold: Choice) -> Choice:
         return tuple(sorted({read(part.strip()) for part in text.split(",")}))
     low, high = (read(end) for end in range_of(text))
     if low > high:
-        raise ArgumentError(f"a range goes from low to high, got {text!r}")
+        raise ArgumentError(f"a range must go from low to high, got {text!r}")
     return tuple(sorted({low, *(value for value in sold if low < value < high), high}))
 
 
@@ -49,7 +49,7 @@ def heights_of(text: str, length: Choice) -> Choice:
             return float(Units().read(part, Kind.NUMBER, "eta"))
         if len(length) != 1:
             raise ArgumentError(
-                f"eta = {part!r} has a unit, but the rod has no single length: give it in units "
+                f"eta = {part!r} has a unit, but several lengths are allowed: give it in units "
                 "of the length"
             )
         return float(in_si(part, Kind.LENGTH, "eta")) / length[0]

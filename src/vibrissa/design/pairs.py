@@ -3,24 +3,21 @@
 Lengths are in L, forces in E·I0/L², moments in E·I0/L and strains in d0/L.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vibrissa.design.sensitivity import Sensitivity, sensitivities
-from vibrissa.mechanics.bending import strains
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sensor.response.branch import Response, tabulated
-from vibrissa.sticking.curve import StickingCurve
-from vibrissa.sticking.piece import StickingState
+from vibrissa.sensor.strain import strains_until
 from vibrissa.sticking.solving.collocation import solve_curves
 
-# States of a period among which the largest reactions and the largest strain are sought.
-STATES, STRAIN_STATES = 129, 9
+# States of a period among which the largest reactions are sought.
+STATES = 129
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -75,14 +72,12 @@ def survey(
         return None, failures
     rows = [_longest_period(response, frictions) for response in responses]
     columns = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
-    solved = [response.curve for response in responses]
-    strain = _largest_strains(solved, columns["longest"])
     sensitivity = sensitivities(responses, columns["x0_slip"], contact)
-    return Pairs(**columns, strain=strain, sensitivity=sensitivity), failures
+    return Pairs(**columns, sensitivity=sensitivity), failures
 
 
 def _longest_period(response: Response, frictions: FloatArray) -> dict[str, Any]:
-    """One row of `Pairs`, without strain and sensitivity."""
+    """One row of `Pairs`, without its sensitivity."""
     curve = response.curve
     x0_slip = curve.onset(frictions)
     end = float(x0_slip[-1]) if np.isfinite(x0_slip[-1]) else curve.x0_lock
@@ -98,17 +93,5 @@ def _longest_period(response: Response, frictions: FloatArray) -> dict[str, Any]
         "largest_reaction": np.abs(reactions).max(axis=0),
         "least_normal_force": np.abs(reactions[:, 1]).min(),
         "least_slope": slopes[np.argmin((slopes**2).sum(axis=1))],
+        "strain": strains_until(curve, end)[1].largest[0],
     }
-
-
-def _largest_strains(curves: Sequence[StickingCurve], longest: FloatArray) -> FloatArray:
-    """Largest strains in the longest periods."""
-    periods = zip(curves, longest, strict=True)
-    state = StickingState.concatenate(
-        [curve.state(np.linspace(0.0, end, STRAIN_STATES)) for curve, end in periods]
-    )
-    rods = np.array([(curve.theta, curve.eta, curve.x1_init) for curve in curves])
-    theta, eta, x1_init = np.repeat(rods, STRAIN_STATES, axis=0).T
-    x_c = x1_init - state.x0 - (1.0 - state.s_c)
-    values = strains(theta, state.f, state.alpha, x_c, eta, state.s_c)
-    return np.asarray(values.largest.reshape(-1, STRAIN_STATES).max(axis=1))

@@ -145,7 +145,9 @@ class Requirements(BaseModel):
         if name == "eta":
             return heights_of(value, info.data.get("length", ()))
         if name == "mu0" and "," in value:
-            raise ArgumentError(f"mu0 is a value or a range, as in '0.2 to 0.4', got {value!r}")
+            raise ArgumentError(
+                f"mu0 must be a value or a range, as in '0.2 to 0.4', got {value!r}"
+            )
         if chosen is not None:
             return choices_of(value, lambda text: _read(text, chosen.kind, name), chosen.sold)
         kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind.NUMBER)
@@ -240,8 +242,8 @@ def _apart(name: str, text: str) -> tuple[str, dict[str, str]]:
     """Split a value and its tolerance; a list or a range has none."""
     if PLUS_MINUS.search(text) and ("," in text or " to " in text):
         raise ArgumentError(
-            f"{name} is a range: give its tolerance apart, as in --tolerance '{name}=1 %', got "
-            f"{text!r}"
+            f"{name} is a range: state its tolerance separately, as in --tolerance '{name}=1 %', "
+            f"got {text!r}"
         )
     given = Measured.read(text, name)
     return str(given.value), {} if given.tolerance is None else {name: given.tolerance}

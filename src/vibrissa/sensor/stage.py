@@ -23,61 +23,32 @@ from vibrissa.sensor.response.heights import HeightRange, HeightStates
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LevelStage:
-    """A rod on a stage that moves along the surface, δ = 0."""
-
-    response: Response
-
-    @property
-    def x1_init(self) -> float:
-        """Contact point in the α = 0 state, with the clamp at 0 (L)."""
-        return self.response.x1_init
-
-    @property
-    def swings(self) -> bool:
-        """Whether a tip that locks is dragged in the end; see `Branch`."""
-        return self.response.swings
-
-    def along(self, clamp: ArrayLike) -> FloatArray:
-        """Position along the surface (L)."""
-        return np.asarray(clamp)
-
-    def branch(self, clamp: float) -> Branch:
-        """Branch at the height of a clamp position."""
-        return self.response
-
-    def states(
-        self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike
-    ) -> tuple[Branch, FloatArray]:
-        """States that a tip at a place has at clamp positions, and its displacements (L)."""
-        return self.response, _displaced(self.response.x1_init, clamp, contact, side)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ObliqueStage:
-    """A rod on a stage that moves at an angle to the surface.
+class Stage:
+    """A rod on a stage that moves along the surface, or at an angle to it.
 
     Attributes
     ----------
+    rod : Response or HeightRange
+        Response at the one height of a level stage, or at all heights that an oblique stage passes.
     eta : float
         Height with the clamp at 0 (L).
     angle : float
         δ (rad), positive where the clamp approaches the surface.
     """
 
-    heights: HeightRange
+    rod: Response | HeightRange
     eta: float
-    angle: float
+    angle: float = 0.0
 
     @cached_property
     def x1_init(self) -> float:
         """Contact point in the α = 0 state, with the clamp at 0 (L)."""
-        return float(self.heights.states(np.array(self.eta)).x1_init)
+        return float(self._states(0.0).x1_init)
 
     @property
     def swings(self) -> bool:
         """Whether a tip that locks is dragged in the end; see `Branch`."""
-        return self.heights.swings
+        return self.rod.swings
 
     def height(self, clamp: ArrayLike) -> FloatArray:
         """Height of the surface above the clamp (L)."""
@@ -89,17 +60,17 @@ class ObliqueStage:
 
     def branch(self, clamp: float) -> Branch:
         """Branch at the height of a clamp position."""
-        return self.heights.at(float(self.height(clamp)))
+        rod = self.rod
+        return rod if isinstance(rod, Response) else rod.at(float(self.height(clamp)))
 
     def states(
         self, clamp: ArrayLike, contact: ArrayLike, side: ArrayLike
-    ) -> tuple[HeightStates, FloatArray]:
+    ) -> tuple[Branch | HeightStates, FloatArray]:
         """States that a tip at a place has at clamp positions, and its displacements (L)."""
-        states = self.heights.states(self.height(clamp))
-        return states, _displaced(states.x1_init, self.along(clamp), contact, side)
+        states = self._states(clamp)
+        ahead = self.along(clamp) - np.asarray(contact)
+        return states, np.asarray(states.x1_init + np.asarray(side) * ahead)
 
-
-def _displaced(
-    x1_init: ArrayLike, along: ArrayLike, contact: ArrayLike, side: ArrayLike
-) -> FloatArray:
-    return np.asarray(x1_init + np.asarray(side) * (np.asarray(along) - np.asarray(contact)))
+    def _states(self, clamp: ArrayLike) -> Branch | HeightStates:
+        rod = self.rod
+        return rod if isinstance(rod, Response) else rod.states(self.height(clamp))

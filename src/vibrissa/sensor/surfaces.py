@@ -192,7 +192,9 @@ def read_surface(
         If the table cannot be read.
     """
     if sum(given is not None for given in (mu0, patches, profile, texture)) != 1:
-        raise ArgumentError("give the surface by one of mu0, patches, profile and texture")
+        raise ArgumentError(
+            "describe the surface by exactly one of mu0, patches, profile and texture"
+        )
     if mu0 is not None:
         return constant(float(units.read_positive(mu0, Kind.NUMBER, "mu0")))
     if patches is not None:

@@ -92,7 +92,7 @@ class Transducer:
 def transducer_of(given: Transducer | str, units: Units) -> Transducer:
     """Look up a transducer. It reads forces in N, so that the rod has to be known."""
     if units.nondimensional:
-        raise ArgumentError("a transducer needs the rod: give modulus, diameter and length")
+        raise ArgumentError("with a transducer, give modulus, diameter and length of the rod")
     return preset(given) if isinstance(given, str) else given
 
 

@@ -18,7 +18,7 @@ from vibrissa.sticking.curve import StickingCurve
 
 if TYPE_CHECKING:
     from vibrissa.sensor.response.branch import Response
-    from vibrissa.sensor.stage import ObliqueStage
+    from vibrissa.sensor.stage import Stage
 
 # Told what is being done, how much of it is done, and how much there is to do.
 Progress = Callable[[str, int, int], None]
@@ -151,8 +151,8 @@ class Whisker:
         positions: FloatArray,
         backward: bool,
         progress: Progress = quiet,
-    ) -> "ObliqueStage":
-        """Solve the response, as `response` does, at all heights that an oblique stage passes.
+    ) -> "Stage":
+        """Solve the response, as `response` does, at all heights that the stage passes.
 
         Parameters
         ----------
@@ -165,9 +165,11 @@ class Whisker:
             If the rod has no response at its height.
         """
         from vibrissa.sensor.response.heights import respond_over
-        from vibrissa.sensor.stage import ObliqueStage
+        from vibrissa.sensor.stage import Stage
 
         angle = self.mounting.stage_angle
+        if angle == 0.0:
+            return Stage(rod=self.response(backward), eta=self.eta)
         reached = self.eta - np.append(positions, 0.0) * np.sin(angle)
         solved = partial(
             respond_over,
@@ -182,4 +184,4 @@ class Whisker:
             if backward or angle < 0.0:
                 raise
             heights = solved(pull=False)
-        return ObliqueStage(heights=heights, eta=self.eta, angle=angle)
+        return Stage(rod=heights, eta=self.eta, angle=angle)

@@ -22,7 +22,7 @@ from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.simulation.slips import SlipLaw, Slips
 from vibrissa.sensor.simulation.tip import Exit, Tip
-from vibrissa.sensor.stage import LevelStage, ObliqueStage
+from vibrissa.sensor.stage import Stage
 from vibrissa.sensor.surfaces import Surface
 
 # More steps than these fill the memory.
@@ -155,7 +155,9 @@ def path(
     counts = [0, *(_steps_to(turn, size) for turn in turns)]
     total = sum(abs(end - begin) for begin, end in pairwise(counts))
     if total > MOST_STEPS:
-        raise ArgumentError(f"a step of {length} is too small: the path has {total:.3g} steps")
+        raise ArgumentError(
+            f"a step of {length} is too small: {total:.3g} steps, at most {MOST_STEPS:,}"
+        )
     parts = [np.zeros(1, dtype=np.int64)]
     for begin, end in pairwise(counts):
         if begin == end:
@@ -203,7 +205,7 @@ class _Part:
 
 
 def simulate(
-    rod: Response | ObliqueStage,
+    rod: Response | Stage,
     surface: Surface,
     positions: FloatArray,
     law: SlipLaw | str = SlipLaw.FREE,
@@ -214,8 +216,8 @@ def simulate(
 
     Parameters
     ----------
-    rod : Response or ObliqueStage
-        The rod on a level stage, or on an oblique one.
+    rod : Response or Stage
+        The rod on its stage; a response alone is on a level one.
     surface : Surface
     positions : ndarray
         Clamp positions along the stage (L), as from `path`; the scan begins in the α = 0 state.
@@ -233,15 +235,14 @@ def simulate(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, the path goes backward beyond what the response covers, or
-        the tip comes to where the surface is not known.
+        If an argument is out of range, the path goes backward although the response covers forward
+        motion only, or the tip leaves the known part of the surface.
     """
     positions = np.asarray(positions, dtype=float)
-    _check_backward(rod, positions)
-    stage = LevelStage(response=rod) if isinstance(rod, Response) else rod
+    stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
+    known, outcome, end = _known(stage, positions, surface.told)
     slips = partial(Slips, surface=surface, law=chosen(SlipLaw, law, "law"), ratio=kinetic_ratio)
     slips(response=stage.branch(0.0))  # refuses an impossible ratio
-    known, outcome, end = _known(stage, positions, surface.told)
     parts: list[_Part] = []
     begin, at, slipped = 0, float(positions[0]), True
     tip = _tip(stage, surface, stage.x1_init + float(stage.along(at)), 1)
@@ -270,21 +271,19 @@ def simulate(
     return _assembled(stage, positions, parts, outcome, message)
 
 
-def _check_backward(rod: Response | ObliqueStage, positions: FloatArray) -> None:
-    forward_only = isinstance(rod, Response) and rod.x0_pull == 0.0
-    if forward_only and (np.diff(positions) < 0.0).any():
-        raise ArgumentError(
-            "this path goes backward, but the response was solved for forward motion only"
-        )
-
-
 def _known(
-    stage: LevelStage | ObliqueStage, positions: FloatArray, told: Callable[[float], str]
+    stage: Stage, positions: FloatArray, told: Callable[[float], str]
 ) -> tuple[int, Outcome, str]:
     """Count the steps whose heights were solved, with the reason why the next one was not."""
-    if isinstance(stage, LevelStage):
+    heights = stage.rod
+    if isinstance(heights, Response):
+        if heights.x0_pull == 0.0 and (np.diff(positions) < 0.0).any():
+            raise ArgumentError(
+                "the path goes backward, but the response covers forward motion only: "
+                "solve it with pull=True"
+            )
         return len(positions), Outcome.COMPLETE, ""
-    height, heights = stage.height(positions), stage.heights
+    height = stage.height(positions)
     for out, outcome, reason in (
         (passes(-height, -heights.low), Outcome.NEAR, heights.below),
         (passes(height, heights.high), Outcome.AWAY, heights.above),
@@ -299,7 +298,7 @@ def _known(
     return len(positions), Outcome.COMPLETE, ""
 
 
-def _tip(stage: LevelStage | ObliqueStage, surface: Surface, contact: float, side: int) -> Tip:
+def _tip(stage: Stage, surface: Surface, contact: float, side: int) -> Tip:
     """Rest a tip on the surface."""
     return Tip(stage=stage, contact=contact, mu0=float(surface(contact)), side=side)
 
@@ -355,8 +354,8 @@ def _locks(part: _Part, told: Callable[[float], str]) -> str:
 
 def _locked(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
     return (
-        f"{_locks(part, told)}; pushed on, it sticks up to the clamp at {told(clamp)}, and what "
-        "follows is not computed"
+        f"{_locks(part, told)}; pushed further, it sticks until the clamp is at {told(clamp)}; the "
+        "motion after that is not computed"
     )
 
 
@@ -370,7 +369,7 @@ def _lost(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
 
 
 def _assembled(
-    stage: LevelStage | ObliqueStage,
+    stage: Stage,
     positions: FloatArray,
     parts: Sequence[_Part],
     outcome: Outcome,

@@ -113,7 +113,7 @@ def scan(
     Raises
     ------
     ArgumentError
-        If an argument is out of range, or the tip comes to where the surface is not known.
+        If an argument is out of range, or the tip leaves the known part of the surface.
     """
     units = whisker.units
     positions = path(
@@ -125,9 +125,8 @@ def scan(
     # which is not known before.
     backward = bool((np.diff(positions) < 0.0).any()) or law == SlipLaw.ENERGY
     told = partial(progress, "scanning")
-    oblique = whisker.mounting.stage_angle != 0.0
     truth = simulate(
-        whisker.stage(positions, backward, progress) if oblique else whisker.response(backward),
+        whisker.stage(positions, backward, progress),
         replace(surface, units=units),
         positions,
         law,

@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.stage import LevelStage, ObliqueStage
+from vibrissa.sensor.response.branch import Response
+from vibrissa.sensor.stage import Stage
 
 # Clamp positions at which a period is looked at, before its end is sought between two of them.
 LOOKS = 257
@@ -41,7 +42,7 @@ class Tip:
         Position on the surface (L), and static friction there.
     """
 
-    stage: LevelStage | ObliqueStage
+    stage: Stage
     contact: float
     mu0: float
     side: int = 1
@@ -68,9 +69,9 @@ class Tip:
 
         They are sought from `least` to `most`, and infinite if sticking does not end there.
         """
-        if isinstance(self.stage, LevelStage):
+        response = self.stage.rod
+        if isinstance(response, Response):
             # As exact as the equilibrium path: a step that ends on the onset of slip sticks.
-            response = self.stage.response
             x0 = np.array([response.pull_limit(self.mu0), response.push_limit(self.mu0)[0]])
             low, high = np.sort(self.contact + self.side * (x0 - response.x1_init)).tolist()
             return low, high
