@@ -100,8 +100,6 @@ PLUS_MINUS = re.compile(r"±|\+/-|\+-")
 _BRACKETS = re.compile(r"\(([^()]*)\)\s*(.*)")
 # "85.0(1) mm": the last digits are uncertain by those in brackets.
 _SHORTHAND = re.compile(r"([-+\d.]+\(\d+\)(?:[eE][-+]?\d+)?)\s*(.*)", re.ASCII)
-# A number and its unit, either of which may be wrong.
-_PARTS = re.compile(r"(\S*\d\S*)\s*(.*)")
 _LAST_UNIT = re.compile(r"[\d.]\s*([^\W\d].*)$")
 # Products, quotients and powers of names, such as kg/(m*s^2). Pint gets nothing else to read.
 _NAME = r"[A-Za-zµμÅ°][A-Za-z0-9_]*[²³]?(?:(?:\*\*|\^)-?[1-9][0-9]?)?"
@@ -153,31 +151,29 @@ class Measured(NamedTuple):
         text = given.strip() if isinstance(given, str) else ""
         if (short := _SHORTHAND.fullmatch(text)) is not None:
             return cls._of_shorthand(short[1], short[2])
-        signs = len(PLUS_MINUS.findall(text))
-        if not signs:
+        inside = _BRACKETS.fullmatch(text)
+        text, shared = (inside[1], f" {inside[2]}") if inside else (text, "")
+        value, *tolerances = (part.strip() for part in PLUS_MINUS.split(text))
+        if not tolerances:
             return cls(given)
-        if signs > 1:
+        if len(tolerances) > 1:
             raise ArgumentError(f"{what} has one tolerance at most, got {given!r}")
-        shared = ""
-        if (inside := _BRACKETS.fullmatch(text)) is not None:
-            text, shared = inside[1], f" {inside[2]}"
-        value, tolerance = (part.strip() for part in PLUS_MINUS.split(text))
+        (tolerance,) = tolerances
         if not value or not tolerance:
             raise ArgumentError(f"{what} is written as '210 ± 5 GPa', got {given!r}")
         if tolerance.startswith("-"):
             raise ArgumentError(f"the tolerance of {what} must not be negative, got {given!r}")
         if shared:
             return cls(value + shared, tolerance + shared)
-        unit, with_unit = (NUMBER_AND_UNIT.fullmatch(part) for part in (value, tolerance))
-        bare = with_unit is None and (own := _PARTS.fullmatch(tolerance)) and not own[2]
-        if unit is not None and bare and not tolerance.endswith("%"):
+        unit, own_unit = (NUMBER_AND_UNIT.fullmatch(part) for part in (value, tolerance))
+        if unit is not None and is_number(tolerance):
             raise ArgumentError(
                 f"the tolerance of {what} needs a unit, as in '{value} ± {tolerance} {unit[2]}', "
                 f"got {given!r}"
             )
         # "210 ± 5 GPa": the unit of the tolerance is that of the value.
-        if unit is None and with_unit is not None:
-            value = f"{value} {with_unit[2]}"
+        if unit is None and own_unit is not None:
+            value = f"{value} {own_unit[2]}"
         return cls(value, tolerance)
 
     @classmethod

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from vibrissa.cli.app import app
 from vibrissa.errors import VibrissaError
-from vibrissa.sensor import Whisker, scan, surfaces
+from vibrissa.sensor import scan, surfaces
 from vibrissa.sensor.identification.parameters import MIXING
 from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.importing.preparing import about_clamp, turned
@@ -132,20 +132,6 @@ def test_the_load_is_that_of_the_rod_within_the_errors_of_the_zeros():
     assert np.abs((told - turned_zeros) / zero).max() < 4.5
 
 
-def test_a_moment_about_another_point_has_the_arms_from_there():
-    """The load acts at the contact: its arms from any point tell the moment about it."""
-    whisker = Whisker.read(2, "85 mm", modulus="210 GPa", diameter="0.8 mm", length="100 mm")
-    signals = scan(whisker, surfaces.constant(0.3), step="0.1 mm", to=["8 mm"])
-    fx, fy, moment = signals.readings.T
-    contact = (signals.truth.contact - signals.truth.clamp) * 0.1
-    point = np.array([0.012, -0.03])
-    arm = np.stack([contact, np.full(len(contact), 0.085)], axis=1) - point
-    about = arm[:, 0] * fy - arm[:, 1] * fx
-    assert np.abs(about - moment).max() > 1e-3
-    values = {"force_x": fx, "force_y": fy, "moment_z": about}
-    assert about_clamp(values, tuple(point))["moment_z"] == pytest.approx(moment, abs=1e-7)
-
-
 @pytest.mark.parametrize("name", ["transducer_angle", "moment_origin_x", "moment_origin_y"])
 def test_signs_are_those_of_the_tolerances(name):
     """What is undone is what `identify` calls an error of that size and sign."""
@@ -186,11 +172,6 @@ def test_the_rows_between_two_times_or_positions_are_kept():
         rate="2 Hz",
     ).values
     assert steady["footpoint"] == pytest.approx(np.arange(21) * 5e-4)
-
-
-def test_time_stamps_of_a_clock_are_counted_from_the_first_row():
-    text = file_of([1.7e9 + np.arange(30), *[np.arange(30)] * 3])
-    assert imported(text, TITLED, begin="10 s").values["time"].tolist() == list(range(10, 30))
 
 
 def test_missing_values_stay_missing():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from vibrissa.errors import RecordingError
 from vibrissa.sensor.importing import Settings, import_recording
 
 TIME = np.arange(20) * 0.02
@@ -91,11 +90,3 @@ def test_a_file_of_a_laboratory_is_read(name):
     assert values["force_y"] == pytest.approx(TABLE[:, 3], abs=1e-6)
     if "moment_z" in columns:
         assert values["moment_z"] * 1e3 == pytest.approx(TABLE[:, 4], abs=1e-6)
-
-
-def test_what_may_be_read_in_two_ways_has_the_options_to_add():
-    text = "x [mm];Fx [N]\n" + "\n".join(f"{row},234;{row}" for row in range(1, 20))
-    with pytest.raises(
-        RecordingError, match=r"line 2: '1,234' may be 1234.0 or 1.234.*--decimal '\.'"
-    ):
-        import_recording(text.encode(), Settings.read(column={"footpoint": "x", "force_x": "Fx"}))

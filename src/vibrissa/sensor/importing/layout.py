@@ -199,23 +199,20 @@ def _ambiguous(found: list[_Try], lines: "Series[str]", name: str) -> str:
     one, other = found[:2]
     if one.separator is not other.separator:
         return f"{name}: add --separator {one.separator} or --separator {other.separator}"
-    cells = (
-        (f"{name}, line {line}: {cell!r}", [each.notation.value(cell) for each in (one, other)])
-        for line, text in lines.loc[one.first :].items()
-        for cell in cells_of(text, one.separator)
-        if all(re.fullmatch(each.notation.number, cell) for each in (one, other))
-    )
-    place, (value, other_value) = next(
-        (cell for cell in cells if len(set(cell[1])) > 1), ("", (None, None))
-    )
-    if not place:
-        return (
-            f"{name}: some numbers have a decimal point, others a decimal comma: correct them; "
-            "--decimal '.' or --decimal ',' lists those that do not fit"
-        )
+    for line, text in lines.loc[one.first :].items():
+        for cell in cells_of(text, one.separator):
+            if not all(re.fullmatch(each.notation.number, cell) for each in (one, other)):
+                continue
+            value, other_value = (each.notation.value(cell) for each in (one, other))
+            if value != other_value:
+                return (
+                    f"{name}, line {line}: {cell!r} may be {value!r} or {other_value!r}, and no "
+                    f"number of the file decides: add --decimal '{one.notation.decimal}' or "
+                    f"--decimal '{other.notation.decimal}'"
+                )
     return (
-        f"{place} may be {value!r} or {other_value!r}, and no number of the file decides: add "
-        f"--decimal '{one.notation.decimal}' or --decimal '{other.notation.decimal}'"
+        f"{name}: some numbers have a decimal point, others a decimal comma: correct them; "
+        "--decimal '.' or --decimal ',' lists those that do not fit"
     )
 
 

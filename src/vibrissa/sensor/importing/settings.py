@@ -43,16 +43,14 @@ def _point(text: str) -> tuple[float, float]:
     return lengths[0], lengths[1]
 
 
-def _positive(text: str, info: ValidationInfo) -> float:
-    name = str(info.field_name)
-    value = float(in_si(str(text), {"speed": Kind.SPEED, "rate": Kind.RATE}[name], name))
-    if not value > 0.0:
-        raise ArgumentError(f"{name} must be positive, got {text!r}")
-    return value
+def _quantity(kind: Kind, positive: bool = False) -> BeforeValidator:
+    def read(text: Any, info: ValidationInfo) -> float:
+        value = float(in_si(str(text), kind, str(info.field_name)))
+        if positive and not value > 0.0:
+            raise ArgumentError(f"{info.field_name} must be positive, got {text!r}")
+        return value
 
-
-def _angle(text: str) -> float:
-    return float(in_si(str(text), Kind.ANGLE, "turn"))
+    return BeforeValidator(read)
 
 
 class Settings(BaseModel):
@@ -67,7 +65,7 @@ class Settings(BaseModel):
         "Repeat it. Columns named time, footpoint, force_x, force_y and moment_z are "
         "found.",
     )
-    turn: Annotated[float, BeforeValidator(_angle)] = Field(
+    turn: Annotated[float, _quantity(Kind.ANGLE)] = Field(
         0.0, description="Angle by which the file's axes are turned from x to y: '90 deg'."
     )
     moment_origin: Annotated[tuple[float, float], BeforeValidator(_point)] = Field(
@@ -78,10 +76,10 @@ class Settings(BaseModel):
         description="Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows "
         "before the rod is lowered, if the clamp rests then.",
     )
-    speed: Annotated[float | None, BeforeValidator(_positive)] = Field(
+    speed: Annotated[float | None, _quantity(Kind.SPEED, positive=True)] = Field(
         None, description="Speed of the stage, if its position is missing: '0.1 mm/s'."
     )
-    rate: Annotated[float | None, BeforeValidator(_positive)] = Field(
+    rate: Annotated[float | None, _quantity(Kind.RATE, positive=True)] = Field(
         None, description="Samples in a second, if the time is missing: '50 Hz'."
     )
     begin: Annotated[Place | None, BeforeValidator(_place)] = Field(

@@ -112,7 +112,7 @@ def columns_of(
 
 def _number(titles: Sequence[str], width: int, source: str, kind: Kind) -> int | None:
     """Find the number of the column that an option names: by title, name, or number."""
-    name = _parts(source).name
+    name = _parts(source)[1].name
     if re.fullmatch("#[0-9]+", name):
         return int(name[1:]) - 1 if 0 < int(name[1:]) <= width else None
     names = [title_of(title, kind).name for title in titles]
@@ -131,31 +131,24 @@ def _number(titles: Sequence[str], width: int, source: str, kind: Kind) -> int |
     return None
 
 
-class _Parts(NamedTuple):
-    """Parts of an option --column: sign, name of the column, unit."""
-
-    sign: float
-    name: str
-    unit: str
-
-
-def _parts(source: str) -> _Parts:
+def _parts(source: str) -> tuple[float, Title]:
+    """Sign, name and unit of an option --column such as ``-Fz [mN]``."""
     sign, name, unit = SOURCE.fullmatch(source.strip()).groups(default="")  # type: ignore[union-attr]
-    return _Parts(-1.0 if sign else 1.0, name, unit.strip())
+    return -1.0 if sign else 1.0, Title(name, unit.strip())
 
 
 def _column(layout: "Layout", number: int, target: str, source: str) -> FileColumn:
     """Read the unit of a column: from the option, its title, or the row of units."""
-    kind, (sign, _, told) = KINDS[target], _parts(source)
+    kind, (sign, told) = KINDS[target], _parts(source)
     title = layout.titles[number] if layout.titles else f"#{number + 1}"
     name, unit = title_of(title, kind)
     below = layout.units[number].strip("[]() ") if layout.units else ""
-    if not told and unit and below and size_of(unit, kind) != size_of(below, kind):
+    if not told.unit and unit and below and size_of(unit, kind) != size_of(below, kind):
         raise ArgumentError(
             f"column {title} has another unit in the row of units, {below}: add the right one, as "
             f'in --column "{target}={name} [{below}]"'
         )
-    unit = told or unit or below
+    unit = told.unit or unit or below
     if not unit:
         raise ArgumentError(
             f'column {title} has no unit: add it, as in --column "{target}={name} [{SI[kind]}]"'
