@@ -152,9 +152,10 @@ def test_an_option_takes_the_place_of_a_key_and_of_its_alternative(tmp_path):
     assert setup.transducer is None and setup.whisker.theta == 2.1
     assert "theta" not in setup.whisker.tolerances and "eta" in setup.whisker.tolerances
     path = tmp_path / "setup.toml"
-    write_keys(path, {"theta": 2, "eta": "0.85", "tolerances": {"eta": "1 %"}}, "made by a test")
+    keys = {"theta": 2, "eta": "0.85", "tolerances": {"eta": "1 %", "theta": "1 %"}}
+    write_keys(path, keys, "made by a test")
     assert path.read_text().startswith("# made by a test\n")
-    assert read_keys(path) == {"theta": 2, "eta": "0.85", "tolerances": {"eta": "1 %"}}
+    assert read_keys(path) == keys
     both = Setup.read(path, tolerances={"theta": "exact"}).whisker.tolerances
     assert both == pytest.approx({"eta": 0.0085, "theta": 0.0})
 
