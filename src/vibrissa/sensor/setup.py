@@ -103,7 +103,7 @@ class Setup(BaseModel):
     )
     noise: str | None = Field(
         None,
-        description="Standard deviation of one reading of force_x, force_y and moment_z: "
+        description="Standard deviations of the noise in force_x, force_y and moment_z: "
         "'3 mN, 3 mN, 10 uN*m'.",
     )
     material: str | None = Field(

@@ -280,10 +280,8 @@ def test_times_that_are_none_are_named(time, message):
     ("text", "message"),
     [
         ("colums = {}", "there is no key colums; did you mean column?"),
-        ("column = 3", "column is a table"),
         ("titles = true", "titles"),
         ("speed = 3", "speed"),
-        ("a: [", "name = number"),
     ],
 )
 def test_mistakes_of_a_settings_file_are_named(text, message, tmp_path):
