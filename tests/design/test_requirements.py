@@ -65,7 +65,7 @@ def test_a_setup_file_is_read_and_an_option_takes_its_place(setup):
     assert read.given and read.eta == pytest.approx((0.88,)) and read.setup.contact == "line"
     made = read.material
     assert made.modulus * made.yield_strain == pytest.approx(WIRE.modulus * WIRE.yield_strain)
-    whisker = read.whisker(1.2, 0.88, 1e-3, 0.18)
+    whisker = read.rod_setup(1.2, 0.88, 1e-3, 0.18).whisker
     assert whisker.tolerances == pytest.approx(
         {
             "eta": 0.2 / 180,
@@ -79,7 +79,7 @@ def test_a_setup_file_is_read_and_an_option_takes_its_place(setup):
     )
     assert other.theta == (1.0, 1.5, 2.0) and other.noise == (1e-3, 2e-3, 5e-6)
     assert other.largest == (np.inf,) * 3
-    assert other.whisker(2, 0.88, 1e-3, 0.18).tolerances["clamp_angle"] == np.deg2rad(1.0)
+    assert other.rod_setup(2, 0.88, 1e-3, 0.18).whisker.tolerances["clamp_angle"] == np.deg2rad(1.0)
 
 
 @pytest.mark.slow

@@ -95,7 +95,9 @@ def test_the_transducer_keeps_a_margin():
 @pytest.mark.parametrize("mu0", [0.2, 0.4])
 def test_the_uncertainty_is_what_identify_states_of_a_recording(mu0):
     found = design(asked(**GOOD, mu0=mu0, tolerances={"surface_slope": "exact"}))
-    whisker = Whisker(theta=1.5, eta=0.874, rod=found.best.rod, tolerances={"surface_slope": 0.0})
+    whisker = Whisker(
+        theta=1.5, eta=0.874, rod=found.best.whisker.rod, tolerances={"surface_slope": 0.0}
+    )
     to = 30.5 * float(whisker.curve.onset(mu0))
     signals = scan(whisker, surfaces.constant(mu0), step="50 um", to=[to]).measured(SENSOR)
     periods = identify(whisker, signals.to_pandas(), transducer=SENSOR).periods
@@ -108,12 +110,15 @@ def test_the_uncertainty_is_what_identify_states_of_a_recording(mu0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["length", "transducer_angle", "surface_slope", "crosstalk"])
-def test_half_a_tolerance_brings_what_was_promised(name):
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("length", ""), ("transducer_angle", "rad"), ("surface_slope", "rad"), ("crosstalk", "")],
+)
+def test_half_a_tolerance_brings_what_was_promised(name, unit):
     found = design(asked(**GOOD))
     part = {one.name: one for one in found.best.parts()}[name]
     assert not part.stated
-    half = design(asked(**GOOD, tolerances={name: part.size / 2.0}))
+    half = design(asked(**GOOD, tolerances={name: f"{part.size / 2.0} {unit}"}))
     worst = int(np.argmax(found.best.whole))
     fell = 1.0 - half.best.whole[worst] / found.best.whole[worst]
     assert part.halved == pytest.approx(fell, rel=0.02) and part.halved > 0.0

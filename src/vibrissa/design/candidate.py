@@ -8,7 +8,6 @@ import numpy as np
 from vibrissa.design.pairs import Pairs
 from vibrissa.design.requirements import Requirements
 from vibrissa.design.sensitivity import PARAMETERS, PART_WEIGHTS, PERIODS
-from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
 from vibrissa.sensor.identification.uncertainty import step_deviation
@@ -84,11 +83,6 @@ class Candidate:
     def whisker(self) -> Whisker:
         """The rod under the surface, with the tolerances that were stated."""
         return self.setup.whisker
-
-    @property
-    def rod(self) -> Rod:
-        """The rod."""
-        return Rod(self.requirements.material.modulus, self.diameter, self.length)
 
     @property
     def by_step(self) -> FloatArray:

@@ -26,7 +26,6 @@ from vibrissa.sensor.keys import read_keys, validated, with_options
 from vibrissa.sensor.quantities import PLUS_MINUS, Kind, Measured, Units, channels_of, in_si
 from vibrissa.sensor.setup import EITHER, TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
-from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import MOST_TAPER
 
 # Values of μ0 in its range at which the uncertainty is computed.
@@ -163,8 +162,8 @@ class Requirements(BaseModel):
             raise ArgumentError("give the transducer or the noise")
         if min(self.noise) <= 0.0:
             raise ArgumentError(f"noise must be positive, got {setup.noise!r}")
-        first = self.whisker(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
-        if first.mounting != IDEAL:
+        first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
+        if first.whisker.mounting != IDEAL:
             raise ArgumentError(
                 "a design needs a straight rod, a rigid upright clamp and a level stage; give only "
                 f"tolerances of the mounting, in the table [{TOLERANCES}]"
@@ -228,10 +227,6 @@ class Requirements(BaseModel):
                 "length": Measured(f"{1e3 * length:.10g} mm"),
             }
         )
-
-    def whisker(self, theta: float, eta: float, diameter: float, length: float) -> Whisker:
-        """One rod under the surface, with the tolerances that were stated."""
-        return self.rod_setup(theta, eta, diameter, length).whisker
 
 
 def _read(text: str, kind: Kind, name: str) -> float:

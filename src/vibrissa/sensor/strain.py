@@ -13,17 +13,12 @@ STATES = 17
 
 
 def strains_in(curve: StickingCurve, states: StickingState) -> Strains:
-    """Largest strain in each of n states, and its place along the rod."""
+    """Largest strain |φ'|·d/2 in each of n states (d0/L), and its place along the rod (L)."""
     x1, height = curve.contact_point(states.x0)
     contact = x1 - (1.0 - states.s_c)
     values = (curve.theta, states.f, states.alpha, contact, height, states.s_c)
     theta, f, alpha, x_c, y_c, s_c = np.broadcast_arrays(*(np.atleast_1d(x) for x in values))
     return strains(theta, f, alpha, x_c, y_c, s_c, curve.mounting)
-
-
-def largest_strain(curve: StickingCurve, state: StickingState) -> float:
-    """Largest strain |φ'|·d/2 at the surface of the rod in one state, in units of d0/L."""
-    return float(strains_in(curve, state).largest[0])
 
 
 def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
