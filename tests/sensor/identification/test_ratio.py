@@ -222,9 +222,9 @@ def test_a_spike_is_left_out():
 
 def test_slips_are_found_in_a_force_that_only_rises_between_them():
     force = -np.concatenate([np.arange(50.0), np.arange(20.0, 60.0), np.arange(30.0, 50.0)])
-    found = spans_of(np.arange(110.0), force, 0.1)
+    found = spans_of(np.arange(110.0), force / 0.1)
     assert found.begins.tolist() == [0, 50, 90] and found.ends.tolist() == [49, 89, 109]
-    backward = spans_of(-np.arange(110.0), -force, 0.1)
+    backward = spans_of(-np.arange(110.0), -force / 0.1)
     assert backward.ends.tolist() == found.ends.tolist()
 
 

@@ -105,72 +105,71 @@ class Ends(Batch):
     sign: FloatArray
 
 
-def spikes(values: FloatArray, noise: float) -> BoolArray:
-    """Find samples, shape (n,), far from both neighbours while these agree with each other."""
-    lone = np.zeros(len(values), dtype=bool)
-    if len(values) > 2:
-        apart = np.abs(values[2:] - values[:-2])
-        off = np.abs(values[1:-1] - 0.5 * (values[2:] + values[:-2]))
-        lone[1:-1] = (off > SPIKE * noise) & (off > 2.0 * apart)
-        # Where each sample is off its neighbours the tip slips at every other one.
-        lone[1:-1] &= ~(lone[2:] | lone[:-2])
-    return lone
+def spikes(clamp: FloatArray, readings: FloatArray) -> BoolArray:
+    """Find samples with a channel far from both neighbours while these agree with each other.
+
+    Parameters
+    ----------
+    readings : ndarray, shape (n, 3)
+        In standard deviations; NaN of a channel that is not used.
+    """
+    before, middle, after = readings[:-2], readings[1:-1], readings[2:]
+    off = np.abs(middle - 0.5 * (after + before))
+    lone = np.pad((off > SPIKE) & (off > 2.0 * np.abs(after - before)), ((1, 1), (0, 0)))
+    # Where each sample is off its neighbours the tip slips at every other one.
+    alone = lone[1:-1] & ~(lone[2:] | lone[:-2])
+    # Where the clamp turns the load has a peak, and where a slip follows.
+    way = direction(clamp)
+    peak = ((after - before) * FALLING * way[:-1, None] > FALL).any(axis=1) | (way[1:] != way[:-1])
+    return np.pad(alone.any(axis=1) & ~peak, 1)
 
 
-def spans_of(clamp: FloatArray, load: FloatArray, noise: float) -> Spans:
+def spans_of(clamp: FloatArray, load: FloatArray, forces: FloatArray | None = None) -> Spans:
     """Find the periods of sticking, at least one; single samples are left out.
 
-    The load falls while a clamp that moves forward bends the rod, as force_x does.
+    Parameters
+    ----------
+    load : ndarray, shape (n,)
+        In standard deviations of one reading. It falls while a clamp that moves forward bends the
+        rod, as force_x does.
+    forces : ndarray, shape (n, 2), optional
+        Both forces in theirs: together they show small slips that force_x alone hides in noise.
     """
-    falls = np.diff(load) * direction(clamp) / noise
+    falls = np.diff(load) * direction(clamp)
+    begins, ends = _slips(falls)
+    if forces is not None:
+        small = _small_slips(clamp, forces, begins, ends)
+        begins, ends = np.sort(np.append(begins, small + 1)), np.sort(np.append(ends, small))
+    return _cut(clamp, falls, begins, ends)
+
+
+def _slips(falls: FloatArray) -> tuple[IntArray, IntArray]:
+    """First and last rows of the periods between slips."""
     begins, ends = [0], []
     for peak, trough in _falls(falls):
         large = np.flatnonzero(falls[peak:trough] > STEP_FALL)
         # Noise moves a peak by some samples, but not the large fall between two of them.
         ends.append(peak + int(large[0]) if len(large) else peak)
         begins.append(peak + int(large[-1]) + 1 if len(large) else trough)
-    ends.append(len(load) - 1)
-    return _cut(clamp, falls, np.array(begins), np.array(ends))
+    return np.array(begins), np.array([*ends, len(falls)])
 
 
-def _with_small(clamp: FloatArray, forces: FloatArray, spans: Spans) -> Spans:
-    """Split periods at slips that force_x alone hides in noise, and both forces together show.
-
-    Parameters
-    ----------
-    forces : ndarray, shape (n, 2)
-        In deviations of one reading.
-    """
-    more = spans_of(clamp, _by_both(clamp, forces, spans), 1.0)
-    rows = more.ends[:-1][more.begins[1:] == more.ends[:-1] + 1]
-    # Past the lock fy falls by itself, but not fx.
-    rows = rows[(np.diff(forces[:, 0]) * direction(clamp))[rows] > 0.0]
-    period = np.searchsorted(spans.begins, rows, side="right") - 1
-    rows = rows[(period >= 0) & (rows < spans.ends[period])]
-    ends = np.append(spans.ends, rows)
-    order, new = np.argsort(ends), np.zeros(len(rows), dtype=bool)
-    return Spans(
-        begins=np.sort(np.append(spans.begins, rows + 1)),
-        ends=ends[order],
-        after=np.append(spans.after, rows + 1)[order],
-        cut=np.append(spans.cut, new)[order],
-        passes=np.append(spans.passes, new)[order],
-    )
-
-
-def _by_both(clamp: FloatArray, forces: FloatArray, spans: Spans) -> FloatArray:
-    """Load by both forces, in deviations of itself: weighted by how each changes within periods.
-
-    Parameters
-    ----------
-    forces : ndarray, shape (n, 2)
-        In deviations of one reading.
-    """
-    rows, period = spans.rows
-    way = clamp[rows] - (np.bincount(period, clamp[rows]) / spans.counts)[period]
-    slope = way @ forces[rows]
+def _small_slips(
+    clamp: FloatArray, forces: FloatArray, begins: IntArray, ends: IntArray
+) -> IntArray:
+    """Rows within periods after which both forces, weighted by how they change there, fall."""
+    rows = np.arange(len(clamp))
+    period = np.searchsorted(begins, rows, side="right") - 1
+    inside = rows <= ends[period]
+    counts = np.maximum(np.bincount(period, inside), 1.0)
+    way = np.where(inside, clamp - (np.bincount(period, inside * clamp) / counts)[period], 0.0)
+    slope = way @ forces
     weights = -slope / np.linalg.norm(slope) if slope[0] < 0.0 else np.array([1.0, 0.0])
-    return np.asarray(forces @ weights)
+    falls = np.diff(forces, axis=0) * direction(clamp)[:, None]
+    more, last = _slips(falls @ weights)
+    found = last[:-1][more[1:] == last[:-1] + 1]
+    # Past the lock fy falls by itself, but not fx.
+    return found[(falls[found, 0] > 0.0) & (found < ends[period[found]])]
 
 
 def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray) -> Spans:
@@ -198,14 +197,14 @@ def _cut(clamp: FloatArray, falls: FloatArray, begins: IntArray, ends: IntArray)
     return found.take(several) if several.any() else found
 
 
-def check_falls(clamp: FloatArray, load: FloatArray, noise: float) -> None:
+def check_falls(clamp: FloatArray, load: FloatArray) -> None:
     """Refuse a recording whose slips are sudden rises of the load.
 
     Raises
     ------
     RecordingError
     """
-    falls = np.diff(load) * direction(clamp) / noise
+    falls = np.diff(load) * direction(clamp)
     usual = np.abs(np.diff(clamp)) <= LOST * usual_step(clamp)
     # Of coarse samples each shows a rise.
     sudden = falls - np.median(falls)
@@ -357,26 +356,18 @@ class Slipped:
 
 def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slipped:
     """Find the slips of a recording."""
-    readings = recording.readings
-    used = np.flatnonzero(np.isfinite(noise)).tolist()
+    readings = recording.readings / noise
     # Without both forces the moment tells the load, with the other sign.
-    both = set(FORCES) <= set(used)
-    load, deviation = (readings[:, 0], noise[0]) if both else (-readings[:, MOMENT], noise[MOMENT])
+    both = bool(np.isfinite(noise[FORCES]).all())
+    load = readings[:, 0] if both else -readings[:, MOMENT]
     position = position_noise(recording.clamp)
     clamp = smooth(recording.clamp, position)
-    check_falls(clamp, load, deviation)
-    spiky = np.any([spikes(readings[:, i], noise[i]) for i in used], axis=0)
-    # Where the clamp turns the load has a peak, and where a slip follows.
-    way = direction(clamp)
-    spiky &= ~np.pad(way[1:] != way[:-1], 1)
-    falls = (readings[2:] - readings[:-2]) * FALLING / noise * way[:-1, None]
-    spiky[1:-1] &= ~(falls > FALL).any(axis=1)
+    check_falls(clamp, load)
+    spiky = spikes(clamp, readings)
     notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
     row = np.flatnonzero(~spiky)
     recording = replace(recording.take(row), notes=notes)
-    spans = spans_of(clamp[row], load[row], deviation)
-    if both:
-        spans = _with_small(clamp[row], readings[row][:, FORCES] / noise[FORCES], spans)
+    spans = spans_of(clamp[row], load[row], readings[row][:, FORCES] if both else None)
     recording, spans, swung = before_swing(recording, spans)
     found = Slipped(recording=recording, spans=spans, swung=swung, position=position, row=row)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1

@@ -146,24 +146,20 @@ def task_of(
     given = _noise(noise, transducer, units)
     known = _measurable(noise_of(recording.readings) if given is None else given, recording)
     assumed = assumed_tolerances(units, known) if assume else {}
-    if whisker is None:
-        for name in tolerances:
+    of_whisker: Mapping[str, float] = {}
+    if whisker is not None:
+        known, of_whisker = np.maximum(known, LEAST_FITTED), whisker.tolerances
+    elif needless := [name for name in tolerances if name not in (*BEARING, SLOPE)]:
+        for name in needless:
             check_name(name)
-        needless = [name for name in tolerances if name not in (*BEARING, SLOPE)]
-        told = {**recording.zeros, **tolerances}
-        stated = read_tolerances(
-            units, {name: size for name, size in told.items() if name in (*BEARING, SLOPE)}
-        )
-        if needless:
-            note = f"the ratio of the forces does not use: {', '.join(needless)}"
-            recording = replace(recording, notes=(*recording.notes, note))
-    else:
-        known = np.maximum(known, LEAST_FITTED)
-        stated = {
-            **read_tolerances(units, recording.zeros, whisker),
-            **whisker.tolerances,
-            **read_tolerances(units, tolerances, whisker),
-        }
+        tolerances = {name: size for name, size in tolerances.items() if name not in needless}
+        note = f"the ratio of the forces does not use: {', '.join(needless)}"
+        recording = replace(recording, notes=(*recording.notes, note))
+    stated = {
+        **read_tolerances(units, recording.zeros, whisker),
+        **of_whisker,
+        **read_tolerances(units, tolerances, whisker),
+    }
     return Task(
         recording=recording,
         noise=known,
