@@ -1,5 +1,6 @@
 """The onset of slip of a whisker, in the units of its rod."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -86,74 +87,47 @@ class WhiskerOnset(Tabular):
             "message": Column([onset.message], "", "meaning of the status"),
             "mu_lock": Column([onset.mu_lock], "1", "critical friction, mu_lock"),
         }
-        if onset.end == End.SWINGS_ASIDE:
-            return columns | self._swing()
-        if onset.status is not Status.SLIP:
-            return columns
-        measured = {
-            "x0_slip": (onset.x0_slip, Kind.LENGTH, "clamp travel at the onset of slip, x0"),
-            "force_x": (float(onset.slip.reaction_fx), Kind.FORCE, "tangential clamp force"),
-            "force_y": (
-                float(onset.slip.reaction_fy),
-                Kind.FORCE,
-                "normal clamp force",
-            ),
-            "moment_z": (float(onset.slip.reaction_m), Kind.MOMENT, "clamp moment"),
-        }
-        if onset.n_steps is not None:
-            measured["x0_max"] = (
-                onset.x0_max,
-                Kind.LENGTH,
-                "clamp travel at the last sticking step",
-            )
-        for name, (value, kind, what) in measured.items():
-            columns[name] = Column([value * units.unit(kind)], units.name(kind), what)
-        unit, slenderness = "d0/L", 1.0
-        if units.rod is not None:
-            unit, slenderness = "1", units.rod.base_diameter / units.rod.length
-        what = "largest strain at the onset"
-        columns["strain"] = Column([self.strain * slenderness], unit, what)
+        for name, size, kind, what in self._measured():
+            if np.isfinite(value := float(size)):
+                columns[name] = Column([value * units.unit(kind)], units.name(kind), what)
         if self.most is not None:
-            columns |= self._strength(self.most, slenderness, unit)
+            columns |= self._strains(self.most)
         return columns
 
-    def _strength(self, most: Strains, slenderness: float, unit: str) -> dict[str, Column]:
-        """Largest strain of the period, its place, and its part of the yield strain."""
-        strain, place = float(most.largest[0]) * slenderness, float(most.place[0])
-        length = self.units.name(Kind.LENGTH)
-        place *= self.units.unit(Kind.LENGTH)
+    def _measured(self) -> Iterator[tuple[str, float, Kind, str]]:
+        """Name, value, kind and description of what can be measured, as far as it is known."""
+        onset, state, when = self.onset, self.onset.slip, ""
+        if onset.end == End.SWINGS_ASIDE:
+            state, when = onset.trail, " when the trailing tip slips"
+            yield "x0_swing", onset.ended.x0, Kind.LENGTH, "clamp travel at lateral buckling, x0"
+            yield "x0_trail", state.x0, Kind.LENGTH, f"clamp travel{when}"
+        elif onset.status is Status.SLIP:
+            yield "x0_slip", onset.x0_slip, Kind.LENGTH, "clamp travel at the onset of slip, x0"
+        else:
+            return
+        yield "force_x", state.reaction_fx, Kind.FORCE, f"tangential clamp force{when}"
+        yield "force_y", state.reaction_fy, Kind.FORCE, f"normal clamp force{when}"
+        yield "moment_z", state.reaction_m, Kind.MOMENT, f"clamp moment{when}"
+        if onset.n_steps is not None and not when:
+            yield "x0_max", onset.x0_max, Kind.LENGTH, "clamp travel at the last sticking step"
+
+    def _strains(self, most: Strains) -> dict[str, Column]:
+        """Strain at the onset; the largest one, its place and its part of the yield strain."""
+        units, unit, slenderness = self.units, "d0/L", 1.0
+        if units.rod is not None:
+            unit, slenderness = "1", units.rod.base_diameter / units.rod.length
+        largest = float(most.largest[0]) * slenderness
+        place = float(most.place[0]) * units.unit(Kind.LENGTH)
+        length = units.name(Kind.LENGTH)
         columns = {
-            "strain_most": Column([strain], unit, "largest strain while sticking"),
+            "strain": Column([self.strain * slenderness], unit, "largest strain at the onset"),
+            "strain_most": Column([largest], unit, "largest strain while sticking"),
             "strain_place": Column([place], length, "distance of that place from the clamp"),
         }
         if self.yield_strain is not None:
-            part = strain / self.yield_strain
+            part = largest / self.yield_strain
             columns[YIELDS] = Column([part], "1", "largest strain over yield strain")
         return columns
-
-    def _swing(self) -> dict[str, Column]:
-        """Place of lateral buckling, and the state in which the trailing tip slips, if known."""
-        onset, units, when = self.onset, self.units, "when the trailing tip slips"
-        measured = {
-            "x0_swing": (onset.ended.x0, Kind.LENGTH, "clamp travel at lateral buckling, x0"),
-            "x0_trail": (
-                onset.trail.x0,
-                Kind.LENGTH,
-                "clamp travel when the trailing tip slips",
-            ),
-            "force_x": (
-                onset.trail.reaction_fx,
-                Kind.FORCE,
-                f"tangential clamp force {when}",
-            ),
-            "force_y": (onset.trail.reaction_fy, Kind.FORCE, f"normal clamp force {when}"),
-            "moment_z": (onset.trail.reaction_m, Kind.MOMENT, f"clamp moment {when}"),
-        }
-        return {
-            name: Column([float(value) * units.unit(kind)], units.name(kind), what)
-            for name, (value, kind, what) in measured.items()
-            if np.isfinite(value)
-        }
 
 
 def solve(
