@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibrissa.mechanics.rod import Rod
-from vibrissa.sensor import Recording, Units, preset
+from vibrissa.sensor import Recording, Units, preset, series
 
 ROD = Rod(2.1e11, 0.8e-3, 0.1)
 SENSOR = preset("nano17-si-12-0.12")
@@ -26,3 +26,14 @@ def measured(reactions, seed):
 def recording_of(clamp, readings, first_line=2):
     """A recording of which nothing was left out."""
     return Recording(clamp=clamp, readings=readings, line=np.arange(len(clamp)) + first_line)
+
+
+def write(path, recording):
+    """Write a recording in units of the rod."""
+    units = {"footpoint": "L", "force_x": "E*I0/L^2", "force_y": "E*I0/L^2", "moment_z": "E*I0/L"}
+    values = np.column_stack([recording.clamp, recording.readings]).T
+    columns = {
+        name: series.Column(value, unit, "")
+        for (name, unit), value in zip(units.items(), values, strict=True)
+    }
+    series.write(path, columns)

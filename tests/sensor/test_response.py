@@ -13,7 +13,6 @@ from vibrissa.errors import ArgumentError, NoResponseError
 from vibrissa.mechanics.bending import solve_and_measure, strains
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
-from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.outcomes import Contact
 from vibrissa.sensor import Whisker
 from vibrissa.sensor.response import heights
@@ -175,27 +174,6 @@ def test_an_oblique_stage_has_no_response():
 
 
 @dataclass(frozen=True, eq=False)
-class Made(Pulled):
-    """A rod with the reactions (x0, 2, 0), and a bump of fy between two places."""
-
-    bump: tuple[float, float]
-
-    def _reactions(self, of, x0):
-        part = np.clip((x0 - self.bump[0]) / (self.bump[1] - self.bump[0]), 0.0, 1.0)
-        return np.stack([x0, 2.0 + 1e-3 * part * (1.0 - part), 0.0 * x0], axis=1)
-
-
-@pytest.mark.parametrize("gap", [0, 12, 23])
-def test_states_of_a_pulled_tip_are_verified_at_both_ends_and_in_the_middle(gap):
-    stretch = Stretch(of=0, start=0.0, stop=1.0, grade=1)
-    (found,) = Made([], Contact.POINT, (2.0, 3.0))._tabulated([stretch], 33, 0)
-    assert found(0.3) == pytest.approx([0.3, 2.0, 0.0])
-    low, high = chebyshev_nodes(25)[gap : gap + 2]
-    with pytest.raises(NoResponseError, match="not resolved near x0 = "):
-        Made([], Contact.POINT, (low, high))._tabulated([stretch], 33, 0)
-
-
-@dataclass(frozen=True, eq=False)
 class Peaked(Pulled):
     """Rods with a peak of each reaction, which the series of a whole stretch does not resolve."""
 
@@ -341,19 +319,3 @@ def test_pulling_ends_where_the_normal_force_of_each_rod_vanishes():
     assert Even(curves[:1], Contact.POINT, (-0.05,), found=-0.07)._ends() == pytest.approx([-0.05])
     with pytest.raises(NoResponseError, match=r"not covered: at x0 = -0\.06 it is lost"):
         Even(curves[:1], Contact.POINT, (-0.1,), found=-0.05)._ends()
-
-
-@dataclass(frozen=True, eq=False)
-class Peeling(Pulled):
-    """Rods that lie on the surface up to a place, and behind it do not."""
-
-    peels: tuple[float, ...]
-
-    def _lies(self, of, x0):
-        return x0 > np.array(self.peels)[of]
-
-
-def test_where_a_rod_has_peeled_off_up_to_its_tip_is_found_closely():
-    rods, end = Peeling([], Contact.LINE, (-0.05, -1e-7, -0.0999, -0.02)), np.full(3, -0.1)
-    found, peels = rods._tip_alone(np.array([2, 0, 1]), end), np.array([-0.0999, -0.05, -1e-7])
-    assert (found <= peels).all() and (found > peels - 1e-10).all()

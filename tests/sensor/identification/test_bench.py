@@ -98,14 +98,6 @@ def test_a_fit_that_fails_keeps_the_tolerances(monkeypatch):
     assert "too far from the given set-up to be fitted" in found.periods.doubt[0]
 
 
-def test_two_passes_in_one_file_are_split():
-    frame, truth = recorded(TITLES["nothing"], Said.ENOUGH, 1)
-    twice = identify(believed(), pd.concat([frame, frame], ignore_index=True), **EXACT).periods
-    number = truth.period[-1]
-    assert twice.status.tolist() == [*["slip"] * (number - 1), "open"] * 2
-    assert np.nanmax(twice.deviation) < 1e-3 and set(twice.doubt) == {""}
-
-
 def filtered(readings, constant):
     """Readings behind a low-pass filter of first order, in equilibrium at the start."""
     found = readings.copy()

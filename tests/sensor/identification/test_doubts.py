@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from steel import NOISE, measured, recording_of
-from vibrissa.errors import WrongRodError
 from vibrissa.sensor import Whisker, identify, surfaces
 from vibrissa.sensor.identification.checks import Check, Grade, grades
 from vibrissa.sensor.response.branch import respond
@@ -61,13 +60,6 @@ def test_a_reading_that_stands_still_is_doubted(response):
 
 
 @pytest.mark.slow
-def test_clamp_that_moves_by_a_few_times_what_was_recorded_is_refused(response):
-    clamp, readings, _ = signals(response)
-    with pytest.raises(WrongRodError, match="no state of this rod"):
-        found(response, clamp * 3.0, readings)
-
-
-@pytest.mark.slow
 def test_samples_of_a_rest_that_was_not_cut_off_are_not_in_the_mean(response):
     clamp, readings, _ = signals(response)
     # At rest the readings stay, while the clamp is taken to move.
@@ -93,16 +85,6 @@ def test_a_jump_of_the_clamp_is_doubted(response):
     doubtful = [i for i, doubt in enumerate(periods.doubt) if "the clamp jumped" in doubt]
     # The period after the jump has its friction by its own samples.
     assert doubtful == [2] and periods.doubt[3] == ""
-
-
-def test_a_clamp_that_rests_after_each_step_has_not_jumped(response):
-    truth = simulate(
-        response, surfaces.random(3, 0.3, 0.04, 0.05), path("0.0005", ("0.2",)), "free", 0.8
-    )
-    clamp, reactions = np.repeat(truth.clamp, 3), np.repeat(truth.reactions, 3, axis=0)
-    periods = found(response, clamp, measured(reactions, 4))
-    assert len(periods.doubt) > 2
-    assert not any("the clamp jumped" in doubt for doubt in periods.doubt)
 
 
 def test_the_grade_of_a_period_is_that_of_its_worst_doubt():

@@ -131,16 +131,8 @@ def test_several_samples_at_each_step_are_one_step(response):
     recording = recording_of(truth.clamp[dwell], measured(truth.reactions[dwell], 8))
     periods = found_in(recording)
     assert len(periods.status) == truth.period[-1]
+    assert not any("the clamp jumped" in doubt for doubt in periods.doubt)
     friction0, ok = truth.mu0[dwell[periods.last]], known(periods)
-    assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
-
-
-def test_a_slower_recording_has_longer_steps(response):
-    truth, recording = recorded(response)
-    slow = recording.take(slice(None, None, 4))
-    periods = found_in(slow)
-    friction0, ok = truth.mu0[::4][periods.last], known(periods)
-    assert ok.sum() > 40
     assert ((periods.low <= friction0) & (friction0 <= periods.high))[ok].mean() > 0.85
 
 
@@ -238,7 +230,6 @@ def test_from_a_surface_to_its_friction_on_the_command_line(tmp_path):
 
 
 HEADER = "time [s],footpoint [mm],force_x [N],force_y [N],moment_z [N*mm]\n"
-MANY = "".join(f"{n},{n / 10},-0.02,-1.2,-{50 + n}\n" for n in range(30))
 GOOD = "0,0,-0.01,-1.2,-50\n1,0.1,-0.02,-1.2,-49\n2,0.2,-0.03,-1.2,-48\n"
 
 
@@ -260,7 +251,6 @@ def test_recording_is_converted(tmp_path):
         (HEADER + "0,0,1,1,1\n0,1,1,1,1\n", "line 3: time does not increase"),
         (HEADER + "0,0,1,1,1\nnan,1,1,1,1\n", "line 3: time does not increase"),
         (HEADER + "0,0,1,x,1\n", "line 2: force_y must be a finite number"),
-        (HEADER + "0,0,1e308,1,1\n", "line 2: force_x is larger than 1e"),
         ("footpoint [mm],force_x [N]\n0,1\n", "force_x and force_y, is missing"),
         ("footpoint,force_x [N],force_y [N]\n0,1,1\n", "footpoint needs its unit"),
         ("footpoint [N],force_x [N],force_y [N]\n0,1,1\n", "footpoint must be a length"),
@@ -269,13 +259,6 @@ def test_recording_is_converted(tmp_path):
 def test_bad_recordings_are_refused_with_their_line(tmp_path, text, message):
     with pytest.raises(ValueError, match=message):
         read(tmp_path, text)
-
-
-def test_rows_without_values_and_saturated_ones_are_left_out_and_named(tmp_path):
-    recording = read(tmp_path, HEADER + MANY + "30,3,,-1.2,-47\n31,3.1,12,-1.2,-46\n")
-    assert recording.line.tolist() == list(range(2, 32))
-    missing, full = recording.notes
-    assert "line 32" in missing and "line 33" in full
 
 
 CELLS = st.sampled_from(["0", "0.1", "-1.2", "", "nan", "1e400", "x", "-50", "12", "1e-300"])

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.optimize import brentq
 from scipy.signal import butter, sosfilt
 
 from steel import ROD, SENSOR
@@ -168,21 +167,6 @@ def test_friction_is_right_though_slips_are_smeared(whisker, fine, case):
         inside += list(np.abs(errors) < 2.5 * slips.deviation)
         assert slips.deviation.max() < 5e-3
     assert np.mean(inside) > 0.8 and np.abs(pulls).max() < 5.0
-
-
-@pytest.mark.slow
-def test_a_filter_that_is_told_moves_the_onset_by_its_lag(whisker, fine):
-    """A lag of d moves the onset by speed·d: 40 um for 40 ms at 1 mm/s."""
-    frame = smeared(whisker, fine, FIRST_ORDER, 1)
-    told, none = (
-        found_in(whisker, frame, slip_time="300 ms", **options)[1]
-        for options in ({"delay": "40 ms"}, {})
-    )
-    states = whisker.pulled
-    onset = np.array(
-        [brentq(lambda x, mu0=mu0: states.demand(x) - mu0, 0, 0.05) for mu0 in told.mu0]
-    )
-    assert told.mu0 - none.mu0 == pytest.approx(states.demand_slope(onset) * 4e-4, rel=0.1)
 
 
 @pytest.mark.slow

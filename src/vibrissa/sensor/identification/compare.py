@@ -99,11 +99,9 @@ def _common(
     ratio: "Identification",
 ) -> FloatArray:
     """Variance of the difference by the common errors, for effects of shape (n, k) each."""
-    places = {one.name: i for i, one in enumerate(model.tolerances)}
-    shared = np.zeros((len(ratio.tolerances), len(model.tolerances)))
-    for i, one in enumerate(ratio.tolerances):
-        if one.name in places:
-            shared[i] = model.covariance[places[one.name]]
+    names = [one.name for one in model.tolerances]
+    places = np.array([names.index(one.name) for one in ratio.tolerances], dtype=int)
+    shared = model.covariance[places]
     found = np.einsum("ni,ij,nj->n", of_ratio, ratio.covariance, of_ratio)
     found += np.einsum("ni,ij,nj->n", of_model, model.covariance, of_model)
     found -= 2.0 * np.einsum("ni,ij,nj->n", of_ratio, shared, of_model)

@@ -124,8 +124,7 @@ def read_periods(fit: Fit, slipped: Slipped) -> Periods:
     found = summary_of(along, np.hypot(np.hypot(onsets.by_noise, left), common))
     least, past = onsets.least
     least = least + by_height
-    opened = spans.passes.copy()
-    opened[-1] = True
+    opened = spans.opened
     # Pulled back from past the lock a tip slips after all, but not pushed on.
     locked = slipped.swung | (past & (opened | (fit.forward.ends.sign > 0.0)))
     # A tip that has stuck with more friction than that at which it slipped did not slip.

@@ -139,6 +139,7 @@ def periods_of(
     least: FloatArray,
     common: FloatArray,
     effects: FloatArray,
+    shared: float = 0.0,
 ) -> Periods:
     """Build periods with unknown contact points."""
     recording, spans = slipped.recording, slipped.spans
@@ -158,7 +159,7 @@ def periods_of(
         high=np.where(slips, found.high, np.nan),
         common=np.where(slips, common, 0.0),
         by_step=np.where(slips, found.by_step, np.nan),
-        shared=np.zeros(len(spans)),
+        shared=np.where(slips, shared, 0.0),
         effects=np.where(slips[:, None], effects, 0.0),
         grade=np.full(len(spans), ""),
         doubt=np.full(len(spans), ""),

@@ -54,8 +54,8 @@ def read_ratio(task: Task, slipped: Slipped) -> Identification:
     found = summary_of(onsets.along, np.hypot(onsets.own, common))
     status, least = _statuses(onsets, slipped, noise)
     _check_axes(forces, status)
-    periods = periods_of(slipped, status, found, least - HALF_WIDTH * common, common, effects)
-    periods = replace(periods, shared=np.where(status == PeriodStatus.SLIP, onsets.shared, 0.0))
+    least = least - HALF_WIDTH * common
+    periods = periods_of(slipped, status, found, least, common, effects, onsets.shared)
     checks = [
         *checks_of_spans(slipped.clamp, spans),
         rough(~onsets.smooth),
@@ -141,13 +141,11 @@ def _statuses(onsets: Onsets, slipped: Slipped, noise: FloatArray) -> tuple[StrA
     curve = ratio - HALF_WIDTH * deviation
     least = np.fmax(alone - HALF_WIDTH * error, curve[:, -1])
     peak = np.max(np.nan_to_num(curve, nan=-np.inf), axis=1)
-    opened = spans.cut | spans.passes
-    opened[-1] = True
     status = np.select(
         [
             least < -CERTAIN * error,
             locked,
-            opened,
+            spans.cut | spans.opened,
             np.isnan(onsets.along[:, 1]) | ~presses,
         ],
         [PeriodStatus.BEYOND, PeriodStatus.LOCK, PeriodStatus.OPEN, PeriodStatus.UNSURE],

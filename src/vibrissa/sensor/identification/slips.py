@@ -72,6 +72,11 @@ class Spans(Batch):
     passes: BoolArray
 
     @property
+    def opened(self) -> BoolArray:
+        """Whether no slip is seen at the end of each period."""
+        return np.asarray((self.after == self.ends) | self.passes)
+
+    @property
     def counts(self) -> IntArray:
         """Number of rows of each period."""
         return self.ends - self.begins + 1
