@@ -34,7 +34,8 @@ from validation.sensor.mistakes import (
 )
 from vibrissa.errors import VibrissaError
 from vibrissa.sensor import Method, PeriodStatus, Whisker, identify
-from vibrissa.sensor.tolerances import assumed_tolerances
+from vibrissa.sensor.quantities import Kind
+from vibrissa.sensor.tolerances import TOLERABLE, assumed_tolerances
 
 NOISE = np.array([3e-3, 3e-3, 1e-5]) / UNITS
 STEP, WAY = 2e-4, 0.2
@@ -243,7 +244,11 @@ def believed():
 def read(frame, row, said, method):
     """Read a recording as a laboratory does."""
     part = {Said.NOTHING: 0.0, Said.LITTLE: 0.1}.get(said, 1.0)
-    stated = {name: part * abs(size) for name, size in row.tolerances.items() if part}
+    stated = {}
+    for name, size in row.tolerances.items():
+        angle = TOLERABLE[name].kind is Kind.ANGLE
+        if part:
+            stated[name] = f"{part * abs(size)} rad" if angle else part * abs(size)
     rod, noise = believed(), NOISE
     if row.without_rod:
         rod, noise = None, NOISE * UNITS

@@ -24,7 +24,9 @@ def recording():
 
 def read(recording, method, slope):
     asked = {"method": method, "noise": NOISE, "assume": False}
-    return identify(Whisker(**GIVEN), recording, tolerances={"surface_slope": slope}, **asked)
+    return identify(
+        Whisker(**GIVEN), recording, tolerances={"surface_slope": f"{slope} rad"}, **asked
+    )
 
 
 def test_a_slope_turns_the_ratio_of_the_forces():
