@@ -1,5 +1,6 @@
 // Whether a solved shape is one that a rod beside a surface can have: docs/model.md.
 
+import { bracketedRoot } from "./numerics/roots.js";
 import { isStraight, naturalCurvature, naturalSlope, tailOf } from "./rod/mounting.js";
 
 const LOOKS = 121;
@@ -15,7 +16,7 @@ const PASSED = 1e-6;
 const ARCHED = 1e-12;
 /** Parts of the free part of a rod, close together near its end: there it may arch for a short way. */
 const PLACES = Float64Array.from({ length: LOOKS }, (_, i) => 1 - (1 - i / (LOOKS - 1)) ** 2);
-/** A highest point so near to the contact point is that point (L). */
+/** How exactly a highest point is found (L); one so near to the contact point is that point. */
 const AT_CONTACT = 1e-6;
 /** Places on a tail at which its height is looked at. */
 const TAIL_LOOKS = 16;
@@ -31,30 +32,28 @@ export function inadmissible(rod, state) {
   const lowest = Math.min(low, ...tailSlopes(rod, state));
   // A tip that passes through the surface is the paper's own.
   const mayNotCross = state.contact === "line" || state.phi1 >= -LEVEL;
-  const arches = mayNotCross && (curved || low < -LEVEL);
-  if (high < Math.PI - NEAR && !arches && high - lowest < HALF_TURN) return "";
+  const crosses = mayNotCross && curved && archHeight(rod, state) > state.height + ARCHED;
+  const rises = high < Math.PI - NEAR && !(mayNotCross && low < -LEVEL);
+  if (rises && high - lowest < HALF_TURN) return crosses ? CROSSES_SURFACE : "";
   const { s, x, y } = rod.shape(state, EVENLY);
   const free = s.findIndex((value) => value >= state.sc);
   const heights = y.subarray(0, free < 0 ? LOOKS : free);
   if (Math.min(...heights) < -PASSED) return "the rod dips below the level of its clamp";
-  if (mayNotCross && Math.max(...heights) > state.height + PASSED) return CROSSES_SURFACE;
-  if (curved && mayNotCross && archHeight(rod, state) > state.height + ARCHED) return CROSSES_SURFACE;
+  if (crosses || (mayNotCross && Math.max(...heights) > state.height + PASSED)) return CROSSES_SURFACE;
   return high - lowest >= HALF_TURN && crossesItself(x, y) ? "the rod crosses itself" : "";
 }
 
 /** Height of the highest point before the contact point. @type {(rod: Rod, state: State) => number} */
 function archHeight(rod, state) {
   let highest = -Infinity;
-  const { s, y, phi } = rod.shape(state, PLACES.map((part) => part * state.sc));
+  const s = PLACES.map((part) => part * state.sc);
+  const phi = rod.slopes(state, s);
   for (const first of phi.keys()) {
     if (!(phi[first] > 0 && phi[first + 1] <= 0)) continue;
-    let [low, high, height] = [s[first], s[first + 1], y[first]];
-    while (high - low > ARCHED ** 0.5) {
-      const near = rod.shape(state, PLACES.map((_, i) => low + ((high - low) * i) / (LOOKS - 1)));
-      const turn = Math.max(1, near.phi.findIndex((slope) => slope <= 0));
-      [low, high, height] = [near.s[turn - 1], near.s[turn], near.y[turn - 1]];
-    }
-    if (high < state.sc - AT_CONTACT) highest = Math.max(highest, height);
+    /** @type {(at: number) => number} */
+    const slope = (at) => rod.slopes(state, Float64Array.of(at))[0];
+    const top = bracketedRoot(slope, s[first], s[first + 1], phi[first], phi[first + 1], AT_CONTACT);
+    if (top < state.sc - AT_CONTACT) highest = Math.max(highest, rod.shape(state, Float64Array.of(top)).y[0]);
   }
   return highest;
 }

@@ -5,17 +5,7 @@ export function factorised(matrix, size) {
   const order = new Int32Array(size).map((_, i) => i);
   let sign = 1;
   for (let k = 0; k < size; k += 1) {
-    let pivot = k;
-    for (let i = k + 1; i < size; i += 1) {
-      if (Math.abs(matrix[i * size + k]) > Math.abs(matrix[pivot * size + k])) pivot = i;
-    }
-    if (pivot !== k) sign = -sign;
-    [order[k], order[pivot]] = [order[pivot], order[k]];
-    for (let j = 0; j < size && pivot !== k; j += 1) {
-      const kept = matrix[k * size + j];
-      matrix[k * size + j] = matrix[pivot * size + j];
-      matrix[pivot * size + j] = kept;
-    }
+    sign *= pivoted(matrix, order, size, k);
     const inverse = 1 / matrix[k * size + k];
     for (let i = k + 1; i < size; i += 1) {
       const factor = matrix[i * size + k] * inverse;
@@ -27,6 +17,25 @@ export function factorised(matrix, size) {
     }
   }
   return { size, rows: matrix, order, sign };
+}
+
+/**
+ * Move the row with the largest entry of a column to the diagonal: by how much the sign changes.
+ * @type {(matrix: Float64Array, order: Int32Array, size: number, k: number) => number}
+ */
+function pivoted(matrix, order, size, k) {
+  let pivot = k;
+  for (let i = k + 1; i < size; i += 1) {
+    if (Math.abs(matrix[i * size + k]) > Math.abs(matrix[pivot * size + k])) pivot = i;
+  }
+  if (pivot === k) return 1;
+  [order[k], order[pivot]] = [order[pivot], order[k]];
+  for (let j = 0; j < size; j += 1) {
+    const kept = matrix[k * size + j];
+    matrix[k * size + j] = matrix[pivot * size + j];
+    matrix[pivot * size + j] = kept;
+  }
+  return -1;
 }
 
 /**

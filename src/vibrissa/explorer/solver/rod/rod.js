@@ -143,25 +143,37 @@ export class Rod {
   shape(state, s) {
     const { nodes: count, theta, rule } = this;
     const { arc, sin, cos } = this.parts(state.unknowns);
-    const phi = product(rule.toCoefficients, state.unknowns.subarray(0, count));
+    const phi = this.slopes(state, s.map((at) => Math.min(at, state.sc)));
     const along = product(rule.toCoefficients, arc.map((a, k) => a * cos[k]));
     const up = product(rule.toCoefficients, arc.map((a, k) => a * sin[k]));
-    const [x, y, slope] = [0, 1, 2].map(() => new Float64Array(s.length));
+    const [x, y] = [0, 1].map(() => new Float64Array(s.length));
     for (let i = 0; i < s.length; i += 1) {
       const free = Math.min(s[i], state.sc);
       const at = bendingCoordinate(theta, state.sc, free);
-      const values = legendre(count, at);
-      const integrals = legendreIntegrals(values, at);
+      const integrals = legendreIntegrals(legendre(count, at), at);
       // Beyond the contact point, where the rod is level, it has its natural shape.
       const tail = tailOf(this.mounting, free, s[i]);
-      [x[i], y[i], slope[i]] = [tail.along, tail.up, tail.turn];
+      [x[i], y[i], phi[i]] = [tail.along, tail.up, phi[i] + tail.turn];
       for (let k = 0; k < count; k += 1) {
         x[i] += along[k] * integrals[k];
         y[i] += up[k] * integrals[k];
-        slope[i] += phi[k] * values[k];
       }
     }
-    return { s, x, y, phi: slope };
+    return { s, x, y, phi };
+  }
+
+  /** Slopes of its free part at arc lengths. @type {(state: State, s: Float64Array) => Float64Array} */
+  slopes({ unknowns, sc }, s) {
+    const phi = product(this.rule.toCoefficients, unknowns.subarray(0, this.nodes));
+    return s.map((free) => {
+      const x = 2 * bendingCoordinate(this.theta, sc, free) - 1;
+      let [before, value, sum] = [0, 1, 0];
+      for (let k = 0; k < phi.length; k += 1) {
+        sum += phi[k] * value;
+        [before, value] = [value, ((2 * k + 1) * x * value - k * before) / (k + 1)];
+      }
+      return sum;
+    });
   }
 
   /**
