@@ -1,13 +1,15 @@
 """Do the tests notice small faults? Cosmic Ray puts one at a time into a clone of the last commit.
 
 A mutant is one of those that validation/cosmic-ray.toml allows on a random line. It is tried with
-the tests of its package and then with all others; those that no test noticed are shown. Exit status
-1 if the tests fail without a fault, or notice fewer than 92 of 100.
+the tests that run this line and then with all others; those that no test noticed are shown. Exit
+status 1 if the tests fail without a fault, or notice fewer than 92 of 100.
 """
 
 import argparse
+import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -19,6 +21,7 @@ from pathlib import Path
 
 from cosmic_ray.work_db import WorkDB, use_db
 from cosmic_ray.work_item import TestOutcome, WorkItem, WorkResult
+from coverage import CoverageData
 
 from validation.records import write_record
 from vibrissa.wording import markdown_table
@@ -26,9 +29,10 @@ from vibrissa.wording import markdown_table
 ROOT = Path(__file__).parents[1]
 CONFIG, SESSION = "validation/cosmic-ray.toml", "session.sqlite"
 PACKAGE = "src/vibrissa"
+# The tests that run each line of each file.
+COVERING = "covering.json"
+PYTEST = [sys.executable, *"-m pytest -x -q -p no:benchmark -p no:cacheprovider".split()]
 ENOUGH = 0.92
-# Set where the tests of a mutant's package alone are asked.
-OWN = "MUTANTS_OWN"
 Tried = tuple[WorkItem, WorkResult]
 
 
@@ -44,14 +48,20 @@ def call(folder: Path, *command: str | Path) -> None:
         sys.exit(f"{' '.join(map(str, command))}:\n{result.stdout[-2000:]}{result.stderr[-2000:]}")
 
 
-def cloned(folder: Path) -> Path:
-    """Clone the last commit."""
-    subprocess.run(["git", "clone", "-q", ROOT, folder], check=True)
-    return folder
+def changed(folder: Path, *since: str) -> Iterator[tuple[str, int]]:
+    """Yield file and number of each line that differs from a commit, the last by default."""
+    command = ["git", "diff", "-U0", *since, "--", PACKAGE]
+    path = ""
+    for row in subprocess.check_output(command, cwd=folder, text=True).splitlines():
+        if row.startswith("+++ "):
+            path = row.removeprefix("+++ b/")
+        if hunk := re.match(r"@@ \S+ \+(\d+)(?:,(\d+))? @@", row):
+            first, count = int(hunk[1]), int(hunk[2] or 1)
+            yield from ((path, number) for number in range(first, first + count))
 
 
-def drawn(clone: Path, sample: int, seed: int) -> list[WorkItem]:
-    """Draw a mutant of each of some lines."""
+def drawn(clone: Path, sample: int, seed: int, since: str | None) -> list[WorkItem]:
+    """Draw a mutant of each of some lines; with a commit, of lines that differ from it."""
     call(clone, "cosmic-ray", "init", CONFIG, SESSION)
     call(clone, "cr-filter-operators", SESSION, CONFIG)
     lines = defaultdict(list)
@@ -59,8 +69,9 @@ def drawn(clone: Path, sample: int, seed: int) -> list[WorkItem]:
         for item in sorted(database.pending_work_items, key=place):
             path, (row, _), *_ = place(item)
             lines[path, row].append(item)
+    among = set(lines) if since is None else set(lines) & set(changed(clone, since))
     draw = random.Random(seed)
-    chosen = draw.sample(sorted(lines), min(sample, len(lines)))
+    chosen = draw.sample(sorted(among), min(sample, len(among)))
     return [draw.choice(lines[line]) for line in chosen]
 
 
@@ -68,6 +79,27 @@ def place(item: WorkItem) -> tuple[str, tuple[int, int], str, int]:
     """Return what mutants are sorted by."""
     (one,) = item.mutations
     return str(one.module_path), one.start_pos, one.operator_name, one.occurrence
+
+
+def covering(clone: Path) -> dict[str, dict[int, list[str]]]:
+    """Run all tests with a comment more in each file, a change, too; list who runs each line."""
+    files = sorted((clone / PACKAGE).rglob("*.py"))
+    for path in files:
+        with path.open("a", encoding="utf-8") as file:
+            file.write("# changed\n")
+    options = ["-n", "auto", f"--cov={PACKAGE}", "--cov-context=test", "--cov-report="]
+    call(clone, *PYTEST, *options, "tests")
+    call(clone, "git", "checkout", "-q", PACKAGE)
+    data = CoverageData(str(clone / ".coverage"))
+    data.read()
+    # A context is the name of a test with a part of it: test_one|run.
+    return {
+        str(path.relative_to(clone)): {
+            line: sorted({one.rpartition("|")[0] for one in contexts} - {""})
+            for line, contexts in data.contexts_by_lineno(str(path)).items()
+        }
+        for path in files
+    }
 
 
 def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
@@ -80,32 +112,20 @@ def tried(clone: Path, items: Sequence[WorkItem]) -> list[Tried]:
 
 
 def notice() -> int:
-    """Run in a clone: ask the tests of the changed module, of its package, and then all others."""
-    command = ["git", "diff", "--name-only", PACKAGE]
-    changed = [Path(path) for path in subprocess.check_output(command, text=True).splitlines()]
-    asked: list[Path] = []
-    for module in changed:
-        name = package(module)
-        asked += [*Path("tests", name).rglob(f"test_{module.stem}.py"), Path("tests", name)]
-        asked += [Path("tests", f"test_{name}")]
-    asked = [path for path in dict.fromkeys(asked) if path.exists()]
-    asked += [] if asked and OWN in os.environ else [Path("tests")]
-    options = ["-x", "-q", "-p", "no:benchmark", "-p", "no:cacheprovider", "--hypothesis-seed=0"]
-    return subprocess.run([sys.executable, "-m", "pytest", *options, *asked]).returncode
+    """Run in a clone: ask the tests that run the changed line or its file, and then all others."""
+    tests = json.loads(Path(COVERING).read_text(encoding="utf-8"))
+    path, line = next(changed(Path()))
+    anywhere = sorted({test for names in tests.get(path, {}).values() for test in names})
+    asked = tests.get(path, {}).get(str(line)) or anywhere
+    for names in filter(None, (asked, ["tests"])):
+        if status := subprocess.run([*PYTEST, "--hypothesis-seed=0", *names]).returncode:
+            return status
+    return 0
 
 
 def package(module: Path) -> str:
     """Name the package of a module, or the module itself."""
     return module.relative_to(PACKAGE).parts[0]
-
-
-def baseline(clone: Path, items: Sequence[WorkItem]) -> None:
-    """Ask the tests about the same modules with a comment more, which is a change, too."""
-    for path in {place(item)[0] for item in items}:
-        with (clone / path).open("a", encoding="utf-8") as file:
-            file.write("# changed\n")
-    call(clone, sys.executable, "-m", "validation.mutants")
-    call(clone, "git", "checkout", "-q", PACKAGE)
 
 
 def summary(found: Sequence[Tried]) -> Iterator[str]:
@@ -133,16 +153,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--sample", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--own", action="store_true", help="ask the tests of its package alone")
+    parser.add_argument("--since", metavar="REV", help="in lines alone that differ from a commit")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--record", action="store_true", help="write the record")
     options = parser.parse_args()
-    if options.own:
-        os.environ[OWN] = "1"
     folder = Path(tempfile.mkdtemp(prefix="mutants"))
-    clones = [cloned(folder / str(number)) for number in range(options.jobs)]
-    items = drawn(clones[0], options.sample, options.seed)
-    baseline(clones[0], items)
+    clones = [folder / str(number) for number in range(options.jobs)]
+    for clone in clones:
+        subprocess.run(["git", "clone", "-q", ROOT, clone], check=True)
+    items = drawn(clones[0], options.sample, options.seed, options.since)
+    tests = json.dumps(covering(clones[0]))
+    for clone in clones:
+        (clone / COVERING).write_text(tests, encoding="utf-8")
     with ThreadPoolExecutor(options.jobs) as pool:
         parts = [items[number :: options.jobs] for number in range(options.jobs)]
         found = [one for part in pool.map(tried, clones, parts) for one in part]
