@@ -241,7 +241,7 @@ def test_surfaces():
         (lambda: surfaces.patches([], []), "as many"),
         (lambda: surfaces.profile([0.0], [0.2]), "at least two points"),
         (lambda: surfaces.profile([0.0, 1.0], [0.2]), "at least two points"),
-        (lambda: surfaces.profile([0.0, 0.5, 0.4], [0.2, 0.3, 0.3]), "not at point 3"),
+        (lambda: surfaces.profile([0.0, 0.5, 0.4, 0.4], [0.2, 0.3, 0.3, 0.3]), "not at point 3"),
         (lambda: surfaces.profile([0.0, 0.0], [0.2, 0.3]), "must increase"),
         (lambda: surfaces.random(1, 0.3, 0.1, 0.0), "correlation"),
         (lambda: surfaces.random(1, 0.0, 0.1, 0.1), "mean"),

@@ -251,7 +251,7 @@ def test_mistakes_are_named_together(columns, settings, messages):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"tare": "90 mm, 99 m"}, "tare: 0 readings of force_x are too few"),
+        ({"tare": "28 mm, 99 m"}, "tare: 2 readings of force_x are too few"),
         ({"moment_origin": "1 mm, 0 mm"}, "moment_origin needs the column moment_z"),
         ({"begin": "4 m"}, "no row is left between --from and --to"),
         ({"tare": "0 s, 2 s"}, "needs the column time: add --column 'time=...' or --rate '50 Hz'"),
