@@ -60,6 +60,20 @@ def test_every_slip_is_found_and_its_friction(response, turns):
     assert periods.contact == pytest.approx(truth.contact[periods.last], abs=2e-3)
 
 
+def test_slips_in_the_noise_of_the_forces_are_seen_in_the_moment_or_named_as_lost(response):
+    truth = simulate(response, surfaces.constant(0.3), path("0.0005", ["0.6"]), "free", 0.8)
+    rise = np.ptp(truth.reactions[truth.period == 2, 0])
+    noise = np.array([rise / 5.5, rise / 5.5, NOISE[2]])
+    random = np.random.default_rng(1).normal(size=truth.reactions.shape)
+    recording = recording_of(truth.clamp, truth.reactions + noise * random)
+    periods = found_in(recording, noise)
+    assert len(periods) == truth.period[-1] and periods.notes == ()
+    forces = replace(recording, readings=recording.readings * [1.0, 1.0, np.nan])
+    periods = found_in(forces, noise)
+    assert len(periods) < truth.period[-1]
+    assert any("periods too small for the noise" in note for note in periods.notes)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("law", list(SlipLaw))
 def test_intervals_cover_what_they_say(response, law):

@@ -43,6 +43,8 @@ TURNED, PRESSED = 0.7, 0.85
 RESTS = 0.1
 # Part of a step that is rounding, not noise of the positions.
 EVEN = 1e-3
+# So many rows between two periods may be those of one slip.
+MOST_BETWEEN = 10
 # Samples over which the speed of the clamp is averaged.
 STEPS = 9
 # A step that differs from the usual one by so many standard deviations of a position is another.
@@ -75,6 +77,16 @@ class Spans(Batch):
     def opened(self) -> BoolArray:
         """Whether no slip is seen at the end of each period."""
         return np.asarray((self.after == self.ends) | self.passes)
+
+    @property
+    def between(self) -> IntArray:
+        """Rows of no period, where they are more than a usual period has, and more than a few."""
+        rows = [
+            np.arange(last + 1, first)
+            for last, first in zip(self.ends, self.begins[1:], strict=False)
+        ]
+        usual = max(np.median(self.counts), MOST_BETWEEN)
+        return np.concatenate([np.arange(0), *(one for one in rows if len(one) > usual)])
 
     @property
     def counts(self) -> IntArray:
@@ -228,6 +240,11 @@ def usual_step(clamp: FloatArray) -> float:
     return float(np.median(steps[steps > 0.0])) if steps.any() else np.inf
 
 
+def usual_rise(clamp: FloatArray, load: FloatArray) -> float:
+    """Usual rise of a load from one sample to the next, against the motion."""
+    return -float(np.median(np.diff(load) * direction(clamp)))
+
+
 def speed_of(clamp: FloatArray) -> FloatArray:
     """Way of the clamp from sample to sample, averaged over some samples, shape (n,)."""
     return np.asarray(uniform_filter1d(np.gradient(clamp), STEPS, mode="nearest"))
@@ -362,17 +379,21 @@ class Slipped:
 def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slipped:
     """Find the slips of a recording."""
     readings = recording.readings / noise
-    # Without both forces the moment tells the load, with the other sign.
-    both = bool(np.isfinite(noise[FORCES]).all())
-    load = readings[:, 0] if both else -readings[:, MOMENT]
     position = position_noise(recording.clamp)
     clamp = smooth(recording.clamp, position)
-    check_falls(clamp, load)
+    both, moment = np.isfinite(noise[FORCES]).all(), np.isfinite(noise[MOMENT])
+    # The moment tells the load with the other sign, and mostly with less noise.
+    loads = [readings[:, 0]] * bool(both) + [-readings[:, MOMENT]] * bool(moment)
+    check_falls(clamp, loads[0])
+    load = max(loads, key=lambda one: usual_rise(clamp, one))
     spiky = spikes(clamp, readings)
     notes = recording.notes + left_out(recording.line[spiky], "a lone spike")
     row = np.flatnonzero(~spiky)
-    recording = replace(recording.take(row), notes=notes)
+    recording = recording.take(row)
     spans = spans_of(clamp[row], load[row], readings[row][:, FORCES] if both else None)
+    why = "periods too small for the noise of the readings (record the moment, or less noise)"
+    notes += left_out(recording.line[spans.between], why)
+    recording = replace(recording, notes=notes)
     recording, spans, swung = before_swing(recording, spans)
     found = Slipped(recording=recording, spans=spans, swung=swung, position=position, row=row)
     lasts = int(np.median(spans.begins[1:] - spans.ends[:-1])) if len(spans) > 1 else 1
