@@ -42,7 +42,6 @@ TASKS = {
     "trailing": Task(module("validation.trailing"), "multiple shooting, retracted rods", "5 min"),
     "proof": Task(module("validation.proof.study"), "prove the numbers of a study", "10 min"),
     # The sensor
-    "roundtrip": Task(module("validation.roundtrip"), "friction from simulated signals", "4 min"),
     "laboratory": Task(module("validation.sensor.laboratory"), "a bench with mistakes", "2 h"),
     "costs": Task(module("validation.sensor.costs"), "what tolerances cost in friction", "1 min"),
     # The explorer

@@ -11,8 +11,8 @@ def counted(number: int, noun: str) -> str:
 
     Examples
     --------
-    >>> print(counted(1, "row"), counted(2000, "row"))
-    1 row 2,000 rows
+    >>> print(counted(0, "row"), counted(1, "row"), counted(2000, "row"))
+    0 rows 1 row 2,000 rows
     """
     return f"{number:,} {noun}{'s' * (number != 1)}"
 

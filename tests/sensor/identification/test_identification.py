@@ -83,7 +83,7 @@ def test_intervals_cover_what_they_say(response, law):
         periods = found_in(recording)
         friction0, ok = truth.mu0[periods.last], known(periods)
         covered += list(((periods.low <= friction0) & (friction0 <= periods.high))[ok])
-    # 93 to 97 % is what is promised. `python -m validation roundtrip` has more.
+    # 93 to 97 % is what is promised.
     assert len(covered) > 400
     assert 0.93 <= np.mean(covered) <= 0.97
 
