@@ -11,6 +11,9 @@ const SMALL = 3.5;
 /** Curves that can be pinned at the same time. */
 export const MOST_PINS = 3;
 
+/** @type {(values: number[], factor: number) => number[]} */
+const scaled = (values, factor) => values.map((value) => factor * value);
+
 /** Friction −tan α required to stick, over x0, with what friction allows. */
 export class StickingPlot {
   /** @param {SVGSVGElement} svg */
@@ -28,9 +31,7 @@ export class StickingPlot {
   /** @param {View} view */
   show({ settings, units, sticking, curve, now, pins }) {
     const { plot } = this;
-    const { path } = sticking;
-    const { mu0 } = settings;
-    const length = units.scale.length;
+    const [{ path }, { mu0 }, { length }] = [sticking, settings, units.scale];
     const peaks = [path.muLock, ...pins.map(({ curve }) => Math.max(...curve.demand))];
     const ends = [path.x0End, ...pins.map(({ curve }) => curve.x0[curve.x0.length - 1])];
     const top = 1.22 * Math.max(mu0, ...peaks.map((peak) => (Number.isFinite(peak) ? Math.min(peak, 2.5) : 1)));
@@ -46,7 +47,7 @@ export class StickingPlot {
     plot.line("friction", [left, right], [mu0, mu0]);
     plot.line("friction2", [left, right], [-mu0, -mu0]);
     this.showPins(pins, length);
-    plot.line("curve", curve.x0.map((value) => length * value), curve.demand);
+    plot.line("curve", scaled(curve.x0, length), curve.demand);
     plot.mark("handle", right, mu0, RADIUS);
     plot.label("note", right, mu0, `μ0 = ${spelled(mu0, 3)}`, { dx: 9, dy: -7, end: true });
     const lock = path.lock ? length * displacement(path.branch, path.lock.state) : NaN;
@@ -69,7 +70,7 @@ export class StickingPlot {
     const { plot } = this;
     for (let i = 0; i < MOST_PINS; i += 1) {
       const pin = pins[i];
-      const x = pin ? pin.curve.x0.map((value) => length * value) : [];
+      const x = pin ? scaled(pin.curve.x0, length) : [];
       plot.line(`pinned pin-${"abc"[i]}`, x, pin ? pin.curve.demand : []);
       const y = plot.height - plot.margin.bottom - 8 - 15 * (pins.length - 1 - i);
       const name = pin ? `pinned: ${rodName(pin.settings)}` : "";
@@ -99,9 +100,8 @@ export class SignalPlot {
     plot.axes = { x: ["clamp", units.name.length], y: [symbol, units.name[quantity]] };
     const places = [...trace.map((row) => row.clamp), ...(recording?.clamp ?? [])].filter(Number.isFinite);
     const [first, last] = [Math.min(0, ...places), Math.max(0.3, ...places)];
-    const values = curve[name].filter(
-      (_, i) => curve.x0[i] >= sticking.low && curve.x0[i] <= sticking.high,
-    );
+    const { low: from, high: to } = sticking;
+    const values = curve[name].filter((_, i) => curve.x0[i] >= from && curve.x0[i] <= to);
     if (name !== "fy" && trace.some((row) => row.fx > 0)) values.push(...values.map((value) => -value));
     // On an oblique stage each period has a path of its own.
     values.push(...trace.map((row) => row[name]));
@@ -115,16 +115,8 @@ export class SignalPlot {
       high: factor * (high + pad),
     });
     plot.line("zero", [plot.frame.left, plot.frame.right], [0, 0]);
-    plot.line(
-      "measured",
-      (recording?.clamp ?? []).map((value) => length * value),
-      (recording?.[name] ?? []).map((value) => factor * value),
-    );
-    plot.line(
-      "curve",
-      trace.map((row) => length * row.clamp),
-      trace.map((row) => factor * row[name]),
-    );
+    plot.line("measured", scaled(recording?.clamp ?? [], length), scaled(recording?.[name] ?? [], factor));
+    plot.line("curve", trace.map((row) => length * row.clamp), trace.map((row) => factor * row[name]));
     plot.mark("now", length * now.clamp, factor * now[name], RADIUS - 1);
   }
 }
@@ -140,13 +132,11 @@ export class RegimePlot {
   /** @param {View} view */
   show({ settings, divisions }) {
     const { plot } = this;
-    const locks = divisions.map(({ lock }) => lock).filter(Number.isFinite);
-    const top = Math.max(0.6, 1.3 * settings.mu0, Math.min(2, 1.35 * Math.max(0, ...locks)));
+    const [theta, lock] = [divisions.map((row) => row.theta), divisions.map((row) => row.lock)];
+    const top = Math.max(0.6, 1.3 * settings.mu0, Math.min(2, 1.35 * Math.max(0, ...lock.filter(Number.isFinite))));
     const right = settings.theta > 8 ? 20 : 8;
     plot.setFrame({ left: 1, right, low: 0, high: Math.ceil(10 * top) / 10 });
     plot.mark("now", settings.theta, settings.mu0, RADIUS);
-    const theta = divisions.map((row) => row.theta);
-    const lock = divisions.map((row) => row.lock);
     const touch = divisions.map(({ touch, lock }) => (touch < lock ? touch : lock));
     plot.area("locks", theta, lock, plot.frame.high);
     plot.area("slips", theta, touch, 0);
@@ -179,7 +169,7 @@ export class EnergyPlot {
       low: factor * (least - 0.12 * (most - least)),
       high: factor * (most + 0.12 * (most - least)),
     });
-    plot.line("curve", curve.x0.map((value) => length * value), curve.energy.map((value) => factor * value));
+    plot.line("curve", scaled(curve.x0, length), scaled(curve.energy, factor));
     plot.line("onset", [length * high, length * high], [plot.frame.low, plot.frame.high]);
     plot.mark("now", length * now.x0, factor * now.energy, RADIUS);
   }

@@ -22,27 +22,15 @@ function scalesOf({ modulus, diameter, length }) {
 export function unitsOf(whisker) {
   const { length, force, moment } = scalesOf(whisker);
   const [large, heavy] = [force >= 0.1, moment >= 0.1];
+  const [pull, work] = [large ? force : 1e3 * force, heavy ? moment : 1e3 * moment];
+  const [moments, energies] = heavy ? ["N·mm", "mJ"] : ["µN·m", "µJ"];
   return {
-    scale: {
-      length,
-      force: large ? force : 1e3 * force,
-      moment: heavy ? moment : 1e3 * moment,
-      energy: heavy ? moment : 1e3 * moment,
-      number: 1,
-      angle: 1,
-    },
-    name: {
-      length: "mm",
-      force: large ? "N" : "mN",
-      moment: heavy ? "N·mm" : "µN·m",
-      energy: heavy ? "mJ" : "µJ",
-      number: "",
-      angle: "rad",
-    },
+    scale: { ...NONDIMENSIONAL.scale, length, force: pull, moment: work, energy: work },
+    name: { ...NONDIMENSIONAL.name, length: "mm", force: large ? "N" : "mN", moment: moments, energy: energies },
   };
 }
 
-/** @type {Record<string, [Quantity, number]>} Units of a recording: to mm, N and N·mm. */
+/** @type {Record<string, ["length" | "force" | "moment", number]>} Units of a recording: to mm, N and N·mm. */
 const KNOWN = {
   m: ["length", 1e3],
   cm: ["length", 10],
@@ -66,8 +54,6 @@ const KNOWN = {
 export function factorOf(unit, quantity, whisker) {
   const plain = unit.replace(/[µμ]/g, "u").replace(/[·⋅ ]/g, "*");
   if (plain === "" || plain === "1" || plain === plainName(NONDIMENSIONAL.name[quantity])) return 1;
-  const [kind, factor] = KNOWN[plain] ?? ["number", NaN];
-  if (kind !== quantity) return NaN;
-  const one = scalesOf(whisker);
-  return factor / (quantity === "length" ? one.length : quantity === "force" ? one.force : one.moment);
+  const known = KNOWN[plain];
+  return known?.[0] === quantity ? known[1] / scalesOf(whisker)[known[0]] : NaN;
 }
