@@ -309,6 +309,7 @@ def solve_curves(
     contact: str,
     mountings: Sequence[Mounting],
     section: str,
+    retract: bool = False,
 ) -> list[StickingCurve]:
     """Solve the sticking curves of several rods together by collocation; see `solve_curve`."""
     for taper, height, mounting in zip(theta, eta, mountings, strict=True):
@@ -319,6 +320,7 @@ def solve_curves(
         Contact(contact),
         mountings,
         RodSection(section),
+        retract,
     )
 
 

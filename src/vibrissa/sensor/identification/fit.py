@@ -13,7 +13,7 @@ from scipy.special import chdtrc
 
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import BoolArray, FloatArray, IntArray
-from vibrissa.sensor.identification.forward import BEYOND, Forward
+from vibrissa.sensor.identification.forward import Forward
 from vibrissa.sensor.identification.slope import PLANE, Slope
 from vibrissa.sensor.response.heights import HIGHEST, LOWEST, HeightRange
 
@@ -242,7 +242,7 @@ def started(forward: Forward, noise: Noise, nearest: FloatArray, slope: Slope) -
     # With u = 0 each block has the displacement that it has less than the last sample.
     _, before = forward.states(none, np.zeros(periods), forward.heights(none)[0])
     apart = np.split(nearest - before, forward.blocks.starts[1:])
-    fit = Fit(
+    return Fit(
         forward=forward,
         noise=noise,
         p=none,
@@ -250,11 +250,6 @@ def started(forward: Forward, noise: Noise, nearest: FloatArray, slope: Slope) -
         kept=np.ones(periods, dtype=bool),
         slope=slope,
     ).contacts(FIRST_STEPS)
-    _, x0 = forward.states(fit.p, fit.u, fit.heights)
-    least = -BEYOND * float(fit.heights.at(fit.heights.low).x0_lock)
-    if x0.min() < 0.5 * least:
-        return fit
-    return replace(fit, forward=replace(forward, pulled=False, _solved={})).contacts()
 
 
 def fitted(start: Fit) -> Fit:

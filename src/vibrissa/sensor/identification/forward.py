@@ -14,13 +14,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebvander
-from scipy.interpolate import CubicSpline
 
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.spectral import chebyshev_nodes, chebyshev_transform
-from vibrissa.numerics.splines import joined
+from vibrissa.numerics.spectral import chebyshev_nodes
 from vibrissa.sensor.identification.blocks import Blocks
 from vibrissa.sensor.identification.parameters import CREEP, OF_ROD, Parameter
 from vibrissa.sensor.identification.slips import Ends
@@ -37,9 +34,6 @@ from vibrissa.sensor.whisker import Whisker
 # Heights per part of the range of a stage, the widest part, and how much farther it is known, as
 # parts of the gap 1 − η between the surface and an upright rod.
 FEW, WIDE, ROOM = 4, 0.3, 0.03
-# How far a branch is continued to x0 < 0, from which part of it, and by a polynomial of which order
-# (parts of the displacement at the lock): good to 2e-5.
-BEYOND, WINDOW, ORDER = 0.05, 0.3, 8
 # Step of a derivative: relative, in rad, or in units of the rod; a height moves by this part of
 # the gap, downwards, as forces are singular at η = 1.
 STEP, STEP_IN_GAP = 1e-4, 1e-3
@@ -75,8 +69,6 @@ class Forward:
         Way of the clamp per sample at each block (L).
     delay : float
         By which the readings are known to lag, in samples.
-    pulled : bool
-        Whether states in which the clamp pulls the tip are needed.
     """
 
     whisker: Whisker
@@ -86,7 +78,6 @@ class Forward:
     ends: Ends
     rows: int
     delay: float = 0.0
-    pulled: bool = True
     _solved: dict[Any, HeightRange] = field(default_factory=dict)
 
     @cached_property
@@ -130,16 +121,11 @@ class Forward:
         rods = [
             replace(rod, eta=eta) for rod, nodes in new.values() for eta in nodes.ravel().tolist()
         ]
-        solved = iter(self._responses(rods) if rods else ())
+        solved = iter(responses(rods, pull=True, partly=True) if rods else ())
         for key, (_, nodes) in new.items():
             parts = tuple(_part(part, [next(solved) for _ in part]) for part in nodes)
             self._solved[key] = HeightRange(parts=parts, below="", above="")
         return [self._solved[key] for key in keys]
-
-    def _responses(self, rods: list[Whisker]) -> list[Response]:
-        """Solve rods, which may be known up to where they come to lie along the surface."""
-        found = responses(rods, self.pulled, partly=True)
-        return found if self.pulled else [_continued(response) for response in found]
 
     def _nodes(self, way: Way) -> FloatArray:
         """Heights at which a rod is solved, a row for each part of their range (L)."""
@@ -238,20 +224,6 @@ class Forward:
         other = p.copy()
         other[k] += self.step(k)
         return other
-
-
-def _continued(response: Response) -> Response:
-    """Continue a branch a little to x0 < 0, where readings at rest may lie by an error."""
-    part, back = WINDOW * response.x0_lock, -BEYOND * response.x0_lock
-    nodes = chebyshev_nodes(ORDER + 1)
-    series = chebyshev_transform(ORDER + 1) @ response(response.clip(part * nodes))
-    x0 = np.linspace(back, 0.0, 2 * ORDER)
-    before = CubicSpline(x0, chebvander(2.0 * x0 / part - 1.0, ORDER) @ series)
-    return replace(
-        response,
-        reactions=joined([before, response.reactions]),
-        bounds=np.append(back, response.bounds),
-    )
 
 
 def _part(heights: FloatArray, branches: list[Response]) -> Heights:

@@ -1,26 +1,22 @@
 """The rod's response: clamp reactions at every displacement x0 of the clamp, pulled or pushed.
 
-Where the clamp pulls (x0 < 0), it ends at the state without normal force (fy = 0).
+Where the clamp pulls (x0 < 0), it is known up to the most friction that a path is retracted to.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline, PPoly
-from scipy.optimize import brentq
 
 from vibrissa.errors import NoResponseError
 from vibrissa.mechanics.mounting import IDEAL, Mounting
-from vibrissa.mechanics.states import ContactState
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.numerics.splines import joined
 from vibrissa.outcomes import Contact, End, RodSection, Status
-from vibrissa.sensor.response.pulled import Pulled
 from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import solve_curves
 from vibrissa.sticking.curve import StickingCurve
@@ -32,15 +28,32 @@ TINY = 1e-9
 
 
 class States(ABC):
-    """States of a rod by the displacement x0: of one branch, or each at a height of its own."""
+    """States of a rod by the displacement x0: of one branch, or each at a height of its own.
+
+    Attributes
+    ----------
+    x0_pull, x0_end : float or ndarray
+        Where pulling ends (0 without pulling), and where pushing ends (L).
+    """
+
+    x0_pull: ArrayLike
+    x0_end: ArrayLike
 
     @abstractmethod
+    def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
+        """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
+
     def __call__(self, x0: ArrayLike) -> FloatArray:
         """Clamp reactions fx, fy and m at displacements, shape x0.shape + (3,)."""
+        return self.derivative(x0, 0)
 
-    @abstractmethod
     def slope(self, x0: ArrayLike) -> FloatArray:
         """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
+        return self.derivative(x0, 1)
+
+    def clip(self, x0: ArrayLike) -> FloatArray:
+        """Nearest displacements that are known (L)."""
+        return np.clip(x0, self.x0_pull, self.x0_end)
 
     def demand(self, x0: ArrayLike) -> FloatArray:
         """Friction coefficient −tan α that the tip needs to stick; negative where it is pulled."""
@@ -80,14 +93,19 @@ class Branch(States):
     swings: bool
 
     @property
-    def x0_pull(self) -> float:
-        """Where pulling ends, as the normal force vanishes (L); 0 without pulling."""
+    def x0_pull(self) -> float:  # type: ignore[override]
+        """Where pulling ends (L); 0 without pulling."""
         return float(self.reactions.x[0])
 
     @property
-    def x0_end(self) -> float:
+    def x0_end(self) -> float:  # type: ignore[override]
         """Where pushing ends (L)."""
         return float(self.reactions.x[-1])
+
+    @property
+    def lock(self) -> int:
+        """Number of the bound at which the tip locks."""
+        return int(np.argmin(np.abs(self.bounds - self.x0_lock)))
 
     @property
     def mu_lock(self) -> float:
@@ -95,9 +113,9 @@ class Branch(States):
         fx, fy, _ = self.reactions(self.x0_lock)
         return float(fx / fy) if fy < -TINY else float("inf")
 
-    def __call__(self, x0: ArrayLike) -> FloatArray:
-        """Clamp reactions fx, fy and m at displacements on the branch, shape x0.shape + (3,)."""
-        return np.asarray(self.reactions(x0))
+    def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
+        """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
+        return np.asarray(self.reactions(x0, order))
 
     def contact(self, clamp: float, x0: float, side: int) -> float:
         """Position of the tip (L), which is ahead of the clamp (`side` 1) or behind it (−1).
@@ -105,14 +123,6 @@ class Branch(States):
         Behind it the state is the mirror image of that at x0.
         """
         return clamp - side * x0 + side * self.x1_init
-
-    def clip(self, x0: ArrayLike) -> FloatArray:
-        """Nearest displacements on the branch (L)."""
-        return np.clip(x0, self.x0_pull, self.x0_end)
-
-    def slope(self, x0: ArrayLike) -> FloatArray:
-        """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
-        return np.asarray(self.reactions(x0, 1))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -127,14 +137,6 @@ class Response(Branch):
 
     curve: StickingCurve
 
-    @cached_property
-    def _descent(self) -> tuple[FloatArray, FloatArray]:
-        """Knots from 0 down to where pulling ends, and the largest tan α so far."""
-        x = self.reactions.x[self.reactions.x <= 0.0][::-1]
-        fx, fy, _ = self(x).T
-        tan = np.divide(-fx, fy, out=np.full_like(fx, np.inf), where=fy < 0.0)
-        return x, np.maximum.accumulate(tan)
-
     def push_limit(self, mu0: float) -> tuple[float, bool]:
         """Largest x0 up to which a pushed tip sticks, and whether it is past the lock (L)."""
         if mu0 > self.curve.mu_lock:
@@ -148,17 +150,10 @@ class Response(Branch):
         """Least x0 down to which a pulled tip sticks (L); −infinity without pulling."""
         if self.x0_pull == 0.0:
             return -np.inf
-        x, demand = self._descent
-        after = int(np.clip(np.searchsorted(demand, mu0), 1, len(x) - 1))
-
-        def excess(x0: float) -> float:
-            fx, fy, _ = self.reactions(x0)
-            return float(mu0 * fy + fx)
-
-        low, high = float(x[after - 1]), float(x[after])
-        if excess(low) * excess(high) >= 0.0:  # a root at an end, up to rounding
-            return low if abs(excess(low)) < abs(excess(high)) else high
-        return float(brentq(excess, low, high, xtol=1e-14))
+        x, c = self.reactions.x, self.reactions.c
+        number = int(np.searchsorted(x, 0.0))
+        excess = PPoly(c[:, :number, 0] + mu0 * c[:, :number, 1], x[: number + 1])
+        return float(max(self.x0_pull, *excess.roots(extrapolate=False)))
 
 
 def respond(
@@ -185,10 +180,6 @@ def respond(
     section : str
         ``round`` or ``planar``, as in `vibrissa.solve_curve`.
 
-    Returns
-    -------
-    Response
-
     Raises
     ------
     NoResponseError
@@ -214,7 +205,7 @@ def responses(whiskers: Sequence[Whisker], pull: bool, partly: bool = False) -> 
     pull : bool
         Whether to continue the curves to x0 < 0, where the clamp pulls.
     partly : bool
-        Whether a curve that ends early does.
+        Whether curves that end early, and without retraction, do.
 
     Raises
     ------
@@ -231,46 +222,37 @@ def responses(whiskers: Sequence[Whisker], pull: bool, partly: bool = False) -> 
             )
     one, mountings = whiskers[0], [whisker.mounting for whisker in whiskers]
     theta, eta = [whisker.theta for whisker in whiskers], [whisker.eta for whisker in whiskers]
-    curves = solve_curves(theta, eta, one.contact, mountings, one.section)
+    curves = solve_curves(theta, eta, one.contact, mountings, one.section, retract=pull)
     for curve in curves:
         if not (curve.status is Status.SOLVED or (partly and curve.pieces)):
             raise NoResponseError(f"the sticking curve is {curve.status}: {curve.message}")
-    pulled = Pulled(curves, Contact(one.contact)).splines(KNOTS) if pull else [[] for _ in curves]
-    return [tabulated(curve, parts) for curve, parts in zip(curves, pulled, strict=True)]
+        if pull and not (curve.pulled or partly):
+            raise NoResponseError("pulling is not covered: the retraction is not resolved")
+    return [tabulated(curve, pull) for curve in curves]
 
 
-def tabulated(curve: StickingCurve, pulled: Sequence[PPoly] = ()) -> Response:
-    """Tabulate the response of a solved curve.
-
-    Parameters
-    ----------
-    pulled : sequence of PPoly
-        Reactions at x0 < 0, if they are known.
-    """
-    parts: list[PPoly] = list(pulled)
-    for piece in curve.pieces:
+def tabulated(curve: StickingCurve, pull: bool = False) -> Response:
+    """Tabulate the response of a solved curve, with its retraction if it is asked for."""
+    pieces = (*curve.pulled, *curve.pieces) if pull else curve.pieces
+    parts: list[PPoly] = []
+    for piece in pieces:
         # Equal steps of the piece's parameter: near a limit point they are short in x0.
         states = piece.at(np.linspace(piece.start, piece.stop, KNOTS))
         # A piece begins where it says, not beside it by rounding: x0 = 0 lies in the first one.
         x0 = np.append(piece.first_x0, states.x0[1:])
-        parts.append(CubicSpline(x0, _reactions(states)))
+        loads = [states.reaction_fx, states.reaction_fy, states.reaction_m]
+        parts.append(CubicSpline(x0, np.stack(loads, axis=-1)))
     reactions = joined(parts)
-    kinks = [b.first_x0 for a, b in pairwise(curve.pieces) if a.contact is not b.contact]
-    ends = [part.x[0] for part in parts[: -len(curve.pieces)]]
+    kinks = [b.first_x0 for a, b in pairwise(pieces) if a.contact is not b.contact]
     # A curve that ends before a lock has its most there.
     x0_lock = curve.x0_lock if np.isfinite(curve.x0_lock) else float(reactions.x[-1])
-    bounds = np.unique([*ends, 0.0, *kinks, x0_lock, reactions.x[-1]])
+    # The mirror image of a mounted rod is not a state of it.
+    dragged = pull and bool(curve.pulled) and curve.mounting == IDEAL
     return Response(
         reactions=reactions,
         x0_lock=x0_lock,
         x1_init=curve.x1_init,
-        bounds=bounds,
-        # The mirror image of a mounted rod is not a state of it.
-        swings=curve.end is End.SWINGS_ASIDE and curve.mounting == IDEAL and bool(pulled),
+        bounds=np.unique([reactions.x[0], 0.0, *kinks, x0_lock, reactions.x[-1]]),
+        swings=dragged and curve.end is End.SWINGS_ASIDE,
         curve=curve,
     )
-
-
-def _reactions(state: ContactState) -> FloatArray:
-    """Reactions of many states, in rows."""
-    return np.stack([state.reaction_fx, state.reaction_fy, state.reaction_m], axis=-1)

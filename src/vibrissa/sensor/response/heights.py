@@ -68,12 +68,6 @@ class Heights:
             CubicSpline(PARTS, np.moveaxis(one, 1, 0)) for one in np.moveaxis(self._series[1], 1, 0)
         ]
 
-    @cached_property
-    def lock(self) -> int:
-        """Number of the landmark at which the tip locks."""
-        branch = self.branches[0]
-        return int(np.argmin(np.abs(branch.bounds - branch.x0_lock)))
-
     def _row(self, eta: FloatArray) -> FloatArray:
         """Chebyshev polynomials at heights, shape (n, NODES)."""
         position = (2.0 * eta - self.low - self.high) / (self.high - self.low)
@@ -118,7 +112,7 @@ class Heights:
         parts = [CubicSpline(x, y) for x, y in zip(_displacements(bounds), values, strict=True)]
         return Branch(
             reactions=joined(parts),
-            x0_lock=float(bounds[self.lock]),
+            x0_lock=float(bounds[self.branches[0].lock]),
             x1_init=x1_init,
             bounds=bounds,
             swings=self.branches[0].swings,
@@ -176,68 +170,40 @@ class HeightRange:
 
     def states(self, eta: ArrayLike) -> "HeightStates":
         """States at heights, which are clipped to the range."""
-        return HeightStates(heights=self, eta=np.clip(eta, self.low, self.high))
+        eta = np.clip(eta, self.low, self.high)
+        part_of, flat = self.part_of(eta).ravel(), eta.ravel()
+        found = np.empty((4, len(flat)))
+        for number, part in enumerate(self.parts):
+            on = part_of == number
+            if on.any():
+                found[:, on] = part.landmarks(flat[on])[:, [0, part.branches[0].lock, -2, -1]].T
+        pull, lock, end, x1_init = found.reshape(4, *eta.shape)
+        return HeightStates(
+            heights=self, eta=eta, x0_pull=pull, x0_lock=lock, x0_end=end, x1_init=x1_init
+        )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HeightStates(States):
-    """States of a rod, one height for each displacement.
+    """States of a rod, one height for each displacement; each field but `heights` is an array.
 
     Attributes
     ----------
     eta : ndarray
         Heights (L).
+    x0_pull, x0_lock, x0_end, x1_init : ndarray
+        As of a `Branch` (L).
     """
 
     heights: HeightRange
     eta: FloatArray
+    x0_pull: FloatArray
+    x0_lock: FloatArray
+    x0_end: FloatArray
+    x1_init: FloatArray
 
-    @cached_property
-    def _landmarks(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """End of pulling, lock, end and x1_init, each of the shape of the heights (L)."""
-        flat = self.eta.ravel()
-        found = np.empty((4, len(flat)))
-        of = self.heights.part_of(flat)
-        for number, part in enumerate(self.heights.parts):
-            on = np.flatnonzero(of == number)
-            if len(on):
-                found[:, on] = part.landmarks(flat[on])[:, [0, part.lock, -2, -1]].T
-        pull, lock, end, x1_init = found.reshape(4, *self.eta.shape)
-        return pull, lock, end, x1_init
-
-    @property
-    def x0_pull(self) -> FloatArray:
-        """Where pulling ends (L); 0 without pulling."""
-        return self._landmarks[0]
-
-    @property
-    def x0_lock(self) -> FloatArray:
-        """Where −tan α is largest at this height (L)."""
-        return self._landmarks[1]
-
-    @property
-    def x0_end(self) -> FloatArray:
-        """Where pushing ends (L)."""
-        return self._landmarks[2]
-
-    @property
-    def x1_init(self) -> FloatArray:
-        """Contact point in the α = 0 state, from the clamp (L)."""
-        return self._landmarks[3]
-
-    def __call__(self, x0: ArrayLike) -> FloatArray:
-        """Clamp reactions fx, fy and m, shape x0.shape + (3,)."""
-        return self._reactions(x0, 0)
-
-    def slope(self, x0: ArrayLike) -> FloatArray:
-        """Differentiate the clamp reactions with respect to x0, shape x0.shape + (3,)."""
-        return self._reactions(x0, 1)
-
-    def clip(self, x0: ArrayLike) -> FloatArray:
-        """Nearest displacements that are known (L)."""
-        return np.clip(x0, self.x0_pull, self.x0_end)
-
-    def _reactions(self, x0: ArrayLike, order: int) -> FloatArray:
+    def derivative(self, x0: ArrayLike, order: int) -> FloatArray:
+        """Differentiate the clamp reactions fx, fy and m over x0, shape x0.shape + (3,)."""
         x0 = np.asarray(x0, dtype=float)
         flat, eta = x0.ravel(), self.eta.ravel()
         found, of = np.empty((len(flat), 3)), self.heights.part_of(eta)
@@ -293,20 +259,18 @@ def _marched(
 ) -> tuple[list[Heights], str]:
     """Parts from the height of a whisker to another, up to the first failure, and its reason."""
     parts: list[Heights] = []
-    width, start = WIDEST, whisker.eta
-    at, upwards = start, stop > start
+    width, at = WIDEST, whisker.eta
     while at != stop:
-        end = min(at + width, stop) if upwards else max(at - width, stop)
+        end = float(np.clip(stop, at - width, at + width))
         try:
-            found = interpolated(whisker, min(at, end), max(at, end), pull)
+            parts.append(interpolated(whisker, min(at, end), max(at, end), pull))
         except NoResponseError as error:
             width = 0.5 * abs(end - at)
             if width < NARROWEST:
                 return parts, str(error)
         else:
-            parts.append(found)
             at = end
-            progress(abs(at - start))
+            progress(abs(at - whisker.eta))
     return parts, ""
 
 
@@ -325,11 +289,7 @@ def interpolated(whisker: Whisker, low: float, high: float, pull: bool) -> Heigh
     *solved, unseen = responses(rods, pull)
     found = Heights(low=low, high=high, branches=tuple(solved))
     where = f"for heights from {low:.6g} to {high:.6g} (in units of L)"
-    landmarks = {
-        (len(branch.bounds), int(np.argmin(np.abs(branch.bounds - branch.x0_lock))))
-        for branch in solved
-    }
-    if len(landmarks) > 1 or len({branch.curve.end for branch in solved}) > 1:
+    if len({(len(one.bounds), one.lock, one.curve.end) for one in solved}) > 1:
         raise NoResponseError(f"{where} the kind of contact or the end of the curve changes")
     if not _agrees(found.at(between), unseen, EXACT):
         raise NoResponseError(f"{where} the rod's response is not resolved")

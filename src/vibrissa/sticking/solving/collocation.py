@@ -61,6 +61,7 @@ def solve_curves(
     model: Contact = Contact.POINT,
     mountings: Sequence[Mounting] | None = None,
     section: RodSection = RodSection.ROUND,
+    retract: bool = False,
 ) -> list[StickingCurve]:
     """Solve equilibrium paths for pairs of taper and height (L).
 
@@ -73,6 +74,9 @@ def solve_curves(
     section : RodSection
         ROUND: the paths end where the rods buckle laterally, and have a retraction where the
         mounting is ideal; PLANAR: they go on in the plane until they turn back.
+    retract : bool
+        Whether all paths have a retraction, up to where the normal force vanishes, as far as it
+        can be resolved.
 
     Returns
     -------
@@ -87,14 +91,18 @@ def solve_curves(
     for closeness in CLOSENESS:
         for batch in _batches(pending, mounted):
             some = theta[batch], eta[batch], [mounted[row] for row in batch]
-            for row, curve in zip(batch, _solved(*some, model, section, closeness), strict=True):
+            for row, curve in zip(
+                batch, _solved(*some, model, section, closeness, retract), strict=True
+            ):
                 # A path that is known is not given up for none.
                 if curve.status is not Status.FAILED or not curves.get(row, curve).pieces:
                     curves[row] = curve
         pending = [
             row
             for row in pending
-            if curves[row].status is Status.FAILED or curves[row].end is End.NOT_FOLLOWED
+            if curves[row].status is Status.FAILED
+            or curves[row].end is End.NOT_FOLLOWED
+            or (retract and not curves[row].pulled)
         ]
     return [curves[row] for row in range(len(theta))]
 
@@ -115,6 +123,7 @@ def _solved(
     model: Contact,
     section: RodSection,
     closeness: Closeness,
+    retract: bool,
 ) -> list[StickingCurve]:
     """Solve paths that are followed with this closeness."""
     rods = rod_columns(theta, mountings)
@@ -132,7 +141,8 @@ def _solved(
     if len(known):
         branches, rows = replace(begun.branches, x1_init=x1_init).take(known), begun.rows[known]
         some = branches, begun.states.take(known), [mountings[row] for row in rows]
-        curves |= zip(rows.tolist(), _curves(*some, model, section, closeness), strict=True)
+        found = _curves(*some, model, section, closeness, retract)
+        curves |= zip(rows.tolist(), found, strict=True)
     return [replace(curves[row], mounting=mountings[row]) for row in range(len(eta))]
 
 
@@ -149,21 +159,22 @@ def _curves(
     model: Contact,
     section: RodSection,
     closeness: Closeness,
+    retract: bool,
 ) -> list[StickingCurve]:
     """Follow branches from their first states and resolve them."""
     count, round_rods, ideal = len(states), section is RodSection.ROUND, mountings[0].is_ideal
-    # A round rod that is retracted is followed, too.
-    both = ideal and round_rods
+    both, most = retract or (ideal and round_rods), np.inf if retract else MOST_RETRACTED
     which = np.tile(np.arange(count), 2 if both else 1)
     branches, states = branches.take(which), states.take(which)
     side = np.where(np.arange(len(which)) < count, 1.0, -1.0)
-    ended = _ended(side, section, ideal)
+    ended = _ended(side, section, ideal, most)
     followed = follow(branches, states, side, model, ended, closeness.longest)
-    followed = followed._replace(knots=_up_to_steep(branches, followed, side))
+    followed = followed._replace(knots=_up_to_steep(branches, followed, side, most))
     resolved, whole = _resolved(branches, followed, side, round_rods=round_rods, ideal=ideal)
     curves, rows = {}, [row for row in range(count) if resolved[row]]
     for row in rows:
-        retraction = resolved[count + row] if both and whole[count + row] else []
+        # One that is asked for may be known in part.
+        retraction = resolved[count + row] if both and (retract or whole[count + row]) else []
         curve = _uncut(branches, row, resolved[row], retraction)
         turned = bool(followed.turned[row] and whole[row])
         end, message = (End.SNAPS, "") if turned else (End.NOT_FOLLOWED, NO_END)
@@ -200,18 +211,19 @@ def _uncut(
     )
 
 
-def _ended(side: FloatArray, section: RodSection, ideal: bool) -> Ended:
+def _ended(side: FloatArray, section: RodSection, ideal: bool, most: float) -> Ended:
     """Where paths end, besides where the displacement turns back."""
 
     def ended(branches: Branches, knots: Knots) -> BoolArray:
-        states, lifts = knots.states, knots.states.fy >= 0.0
+        states = knots.states
+        steep = states.fx / most + states.fy >= 0.0
         if section is RodSection.PLANAR:
-            return lifts
-        if not ideal:
-            return lifts | has_buckled(states)
-        behind = ends(states).offset - (1.0 - states.s_c) < -BEHIND_CLAMP
-        steep = states.fx >= -MOST_RETRACTED * states.fy
-        return lifts | np.where(side[knots.branch] < 0.0, steep, behind)
+            pushed = np.zeros(len(knots), dtype=bool)
+        elif ideal:
+            pushed = ends(states).offset - (1.0 - states.s_c) < -BEHIND_CLAMP
+        else:
+            pushed = has_buckled(states)
+        return (states.fy >= 0.0) | np.where(side[knots.branch] < 0.0, steep, pushed)
 
     return ended
 
@@ -222,18 +234,18 @@ def has_buckled(states: RodStates) -> BoolArray:
     return np.asarray(stability_aside(states.on_nodes(nodes)) < PAST_BUCKLING)
 
 
-def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray) -> Knots:
-    """Put the ends of retracted paths where they mobilise the most friction that is known."""
+def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most: float) -> Knots:
+    """Put the ends of retracted paths where they mobilise the most friction."""
     knots = followed.knots
-    excess = knots.states.fx + MOST_RETRACTED * knots.states.fy
+    excess = knots.states.fx / most + knots.states.fy
     last = np.flatnonzero(followed.last & (side[knots.branch] < 0.0) & (excess > 0.0))
     last = last[knots.step[last] > 0.0]
     if not len(last):
         return knots
     some, low = branches.take(knots.branch[last]), knots.take(last - 1)
     share = excess[last - 1] / (excess[last - 1] - excess[last])
-    steep = some.prescribing(FX)
-    steep.weights[:, FX + 1] = MOST_RETRACTED
+    steep = some.prescribing(FX, 1.0 / most)
+    steep.weights[:, FX + 1] = 1.0
     states, found, _ = solve(between(low, knots.take(last), share), steep, low.inverse)
     knots = knots.copy()
     knots.states.put(last[found], states.take(found))
