@@ -29,7 +29,7 @@ from vibrissa.explorer.page import (
 )
 from vibrissa.sensor import surfaces
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.simulation.slips import SlipLaw, Slips
+from vibrissa.sensor.simulation.slips import SlipLaw, rest
 
 needs_chromium = [
     pytest.mark.skipif(
@@ -553,10 +553,8 @@ class TestFunctions:
             return [x0, restOf(sticking, x0)];
         }})()""")
         response = respond(theta, eta)
-        slips = Slips(
-            response=response, surface=surfaces.constant(mu0), law=SlipLaw(law), ratio=ratio
-        )
-        assert found == pytest.approx(slips.rest(0.0, start), abs=2e-6)
+        expected = rest(response, surfaces.constant(mu0), SlipLaw(law), ratio, start)
+        assert found == pytest.approx(expected, abs=2e-6)
 
     @pytest.mark.parametrize(
         ("text", "message"),

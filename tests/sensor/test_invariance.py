@@ -18,7 +18,7 @@ from vibrissa.sensor import Units, Whisker, identify, scan, solve, surfaces
 from vibrissa.sensor.identification import slope
 from vibrissa.sensor.identification.recording import Method
 from vibrissa.sensor.response.branch import respond
-from vibrissa.sensor.simulation import scanning
+from vibrissa.sensor.simulation import tip
 from vibrissa.sensor.simulation.scanning import path, simulate
 from vibrissa.sensor.simulation.slips import SlipLaw
 
@@ -92,7 +92,7 @@ def test_what_is_found_does_not_depend_on_the_size_of_blocks(monkeypatch):
 @pytest.mark.parametrize("law", SlipLaw)
 def test_a_scan_does_not_depend_on_the_size_of_blocks(monkeypatch, law):
     whole, _ = recorded(law)
-    monkeypatch.setattr(scanning, "BLOCK", 7)
+    monkeypatch.setattr(tip, "BLOCK", 7)
     parts, _ = recorded(law)
     assert parts.reactions.tolist() == whole.reactions.tolist()
     assert parts.contact.tolist() == whole.contact.tolist()

@@ -12,7 +12,6 @@ where side is 1 for a tip ahead of the clamp, and −1 for a tip behind it (mirr
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,16 +38,6 @@ class Stage:
     rod: Response | HeightRange
     eta: float
     angle: float = 0.0
-
-    @cached_property
-    def x1_init(self) -> float:
-        """Contact point in the α = 0 state, with the clamp at 0 (L)."""
-        return float(self._states(0.0).x1_init)
-
-    @property
-    def swings(self) -> bool:
-        """Whether a tip that locks is dragged in the end; see `Branch`."""
-        return self.rod.swings
 
     def height(self, clamp: ArrayLike) -> FloatArray:
         """Height of the surface above the clamp (L)."""

@@ -63,11 +63,12 @@ def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | Non
     Parameters
     ----------
     end : float
-        Displacement x0 at which the period ends (L).
+        Displacement x0 at which the period ends (L); at another height, as of an oblique stage, it
+        may lie past the end of the curve.
     yield_strain : float
         Strain up to which the material is elastic, in units of d0/L.
     """
-    x0 = np.linspace(0.0, end, STATES)
+    x0 = np.linspace(0.0, min(end, curve.x0_end), STATES)
     found = strains_in(curve, curve.state(x0))
     most = int(found.largest.argmax())
     beyond = np.flatnonzero(found.largest > yield_strain)

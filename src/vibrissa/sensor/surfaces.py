@@ -31,8 +31,7 @@ class Surface:
     units : Units
         Units of positions in messages.
     edges : ndarray, shape (n,)
-        Positions of jumps and kinks of μ0 (L). Without them a slip may miss stripes narrower than
-        1e-4 L.
+        Positions of jumps and kinks of μ0 (L); between them it must be smooth over 1e-4 L.
     """
 
     name: str

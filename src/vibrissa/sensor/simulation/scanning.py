@@ -5,11 +5,9 @@ sticks until the round rod buckles laterally; then the states are mirror images.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from enum import StrEnum
-from functools import partial
-from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +18,7 @@ from vibrissa.numerics.batch import Batch
 from vibrissa.numerics.steps import passes, step_position
 from vibrissa.sensor.quantities import chosen
 from vibrissa.sensor.response.branch import Response
-from vibrissa.sensor.simulation.slips import SlipLaw, Slips
+from vibrissa.sensor.simulation.slips import SlipLaw, rest
 from vibrissa.sensor.simulation.tip import Exit, Tip
 from vibrissa.sensor.stage import Stage
 from vibrissa.sensor.surfaces import Surface
@@ -29,8 +27,6 @@ from vibrissa.sensor.surfaces import Surface
 MOST_STEPS = 10**8
 # Lengths that are converted to L are rounded, by far less than this part of a step.
 ROUNDED_AWAY = 1e-6
-# Steps that are searched together for the end of a period.
-BLOCK = 4096
 
 
 class TipPhase(StrEnum):
@@ -122,11 +118,7 @@ class SurfaceScan(Batch):
     side: StrArray
 
 
-def path(
-    step: Decimal | float | str,
-    turns: Sequence[Decimal | float | str],
-    told: Callable[[float], str] = lambda length: f"{length:g}",
-) -> FloatArray:
+def path(step: Decimal | float | str, turns: Sequence[Decimal | float | str]) -> FloatArray:
     """Positions of a stage that moves from 0 to each turning point in equal steps.
 
     Parameters
@@ -135,8 +127,6 @@ def path(
         Step of the stage (L).
     turns : sequence of Decimal or float or str
         Where it turns, and at last stops (L); rounded to the step before.
-    told : callable
-        How a message writes a length (L).
 
     Returns
     -------
@@ -151,20 +141,13 @@ def path(
     size = exact(step)
     if not size > 0:
         raise ArgumentError(f"step must be positive, got {step}")
-    length = told(float(size))
-    counts = [0, *(_steps_to(turn, size) for turn in turns)]
-    total = sum(abs(end - begin) for begin, end in pairwise(counts))
-    if total > MOST_STEPS:
-        raise ArgumentError(
-            f"a step of {length} is too small: {total:.3g} steps, at most {MOST_STEPS:,}"
-        )
-    parts = [np.zeros(1, dtype=np.int64)]
-    for begin, end in pairwise(counts):
-        if begin == end:
-            raise ArgumentError(f"each part of the path must be at least one step of {length} long")
-        sign = int(np.sign(end - begin))
-        parts.append(np.arange(begin + sign, end + sign, sign))
-    return step_position(np.concatenate(parts), size)
+    ways = np.diff([0, *(_steps_to(turn, size) for turn in turns)])
+    if (total := abs(ways).sum()) > MOST_STEPS:
+        raise ArgumentError(f"the step is too small: {total:.3g} steps, at most {MOST_STEPS:,}")
+    if not ways.all():
+        raise ArgumentError("each part of the path must be at least one step long")
+    way = np.repeat(np.sign(ways), np.abs(ways))
+    return step_position(np.append(0, np.cumsum(way)), size)
 
 
 def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
@@ -172,36 +155,6 @@ def _steps_to(turn: Decimal | float | str, size: Decimal) -> int:
     quotient = exact(turn) / size
     nearest = round(quotient)
     return nearest if abs(quotient - nearest) < ROUNDED_AWAY else int(quotient)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Part:
-    """Sticking of one tip on one side of the clamp, from the step `begin` to before the step `end`.
-
-    It begins with a slip, or with lateral buckling. It ends with the clamp at `until` (L) by the
-    event `exit`; None at the end of the path.
-    """
-
-    tip: Tip
-    begin: int
-    slipped: bool
-    end: int
-    until: float
-    exit: Exit | None
-
-    @property
-    def locked(self) -> bool:
-        """Whether the tip locked and was pushed until sticking ended."""
-        states, x0 = self.tip.stage.states(self.until, self.tip.contact, self.tip.side)
-        past = bool(x0 > states.x0_lock)
-        return self.exit is Exit.END or (self.exit is Exit.BACKWARD and past)
-
-    @property
-    def swung_contact(self) -> float:
-        """Position of the tip after lateral buckling (L)."""
-        tip = self.tip
-        states, x0 = tip.stage.states(self.until, tip.contact, tip.side)
-        return float(tip.stage.along(self.until) + tip.side * (x0 - states.x1_init))
 
 
 def simulate(
@@ -238,156 +191,117 @@ def simulate(
         If an argument is out of range, the path goes backward although the response covers forward
         motion only, or the tip leaves the known part of the surface.
     """
-    positions = np.asarray(positions, dtype=float)
+    positions, law = np.asarray(positions, dtype=float), chosen(SlipLaw, law, "law")
+    if not 0.0 < kinetic_ratio <= 1.0:
+        raise ArgumentError(f"kinetic_ratio must lie above 0 and up to 1, got {kinetic_ratio!r}")
     stage = Stage(rod=rod, eta=rod.curve.eta) if isinstance(rod, Response) else rod
-    known, outcome, end = _known(stage, positions, surface.told)
-    slips = partial(Slips, surface=surface, law=chosen(SlipLaw, law, "law"), ratio=kinetic_ratio)
-    slips(response=stage.branch(0.0))  # refuses an impossible ratio
-    parts: list[_Part] = []
-    begin, at, slipped = 0, float(positions[0]), True
-    tip = _tip(stage, surface, stage.x1_init + float(stage.along(at)), 1)
+    at, told = float(positions[0]), surface.told
+    start = stage.branch(at)
+    if start.x0_pull == 0.0 and (np.diff(positions) < 0.0).any():
+        raise ArgumentError(
+            "the path goes backward, but the response covers forward motion only: "
+            "solve it with pull=True"
+        )
+    known, outcome, message = _known(stage, positions, told)
+    contact = start.x1_init + float(stage.along(at))
+    tip = Tip(stage=stage, contact=contact, mu0=float(surface(contact)))
+    tips, swing = [tip], ""
     while True:
-        part = _part(tip, positions[:known], begin, at, slipped)
-        parts.append(part)
-        progress(part.end)
-        if part.exit is None:
+        step, until = tip.end(positions[:known], at)
+        progress(step)
+        if step == known:
             break
-        begin, slipped = part.end, not part.locked
-        if slipped:
-            at = float(positions[begin])
-            contact = _slid(tip, at, slips(response=stage.branch(at)))
-            if np.isnan(contact):
-                outcome, end = Outcome.LOST, _lost(part, at, surface.told)
-                break
-            tip = _tip(stage, surface, contact, tip.side)
-        elif part.exit is Exit.END and stage.swings:
-            at = part.until
-            tip = Tip(stage=stage, contact=part.swung_contact, mu0=tip.mu0, side=-tip.side)
+        exit, past = tip.exit(until)
+        if exit is Exit.END and stage.rod.swings:
+            swing = swing or _swings(tip, until, float(positions[step]), told)
+            at, contact = until, tip.swung(until)
+            tip = replace(tip, contact=contact, side=-tip.side, begin=step, slipped=False)
+        elif exit is Exit.END or (past and exit is Exit.BACKWARD):
+            outcome, message = Outcome.LOCK, _stays(tip, until, float(positions[step - 1]), told)
+            break
         else:
-            outcome = Outcome.LOCK
-            end = _locked(part, float(positions[begin - 1]), surface.told)
-            break
-    message = "; ".join(filter(None, (_swings(parts, positions, surface.told), end)))
-    return _assembled(stage, positions, parts, outcome, message)
+            at = float(positions[step])
+            contact = _slid(tip, at, surface, law, kinetic_ratio)
+            if np.isnan(contact):
+                outcome, message = Outcome.LOST, _lost(tip, at, told)
+                break
+            mu0 = float(surface(contact))
+            tip = replace(tip, contact=contact, mu0=mu0, begin=step, slipped=True)
+        tips.append(tip)
+    return _assembled(tips, positions[:step], outcome, "; ".join(filter(None, (swing, message))))
 
 
 def _known(
     stage: Stage, positions: FloatArray, told: Callable[[float], str]
 ) -> tuple[int, Outcome, str]:
     """Count the steps whose heights were solved, with the reason why the next one was not."""
-    heights = stage.rod
-    if isinstance(heights, Response):
-        if heights.x0_pull == 0.0 and (np.diff(positions) < 0.0).any():
-            raise ArgumentError(
-                "the path goes backward, but the response covers forward motion only: "
-                "solve it with pull=True"
-            )
+    rod = stage.rod
+    if isinstance(rod, Response):
         return len(positions), Outcome.COMPLETE, ""
     height = stage.height(positions)
-    for out, outcome, reason in (
-        (passes(-height, -heights.low), Outcome.NEAR, heights.below),
-        (passes(height, heights.high), Outcome.AWAY, heights.above),
-    ):
-        if out.any():
-            first = int(np.argmax(out))
-            message = (
-                f"the stage takes the clamp at {told(float(positions[first]))} to the height "
-                f"{told(float(height[first]))}: {reason}"
-            )
-            return first, outcome, message
-    return len(positions), Outcome.COMPLETE, ""
+    out = passes(-height, -rod.low) | passes(height, rod.high)
+    if not out.any():
+        return len(positions), Outcome.COMPLETE, ""
+    first = int(np.argmax(out))
+    outcome, reason = Outcome.NEAR, rod.below
+    if height[first] > rod.high:
+        outcome, reason = Outcome.AWAY, rod.above
+    clamp, at = told(float(positions[first])), told(float(height[first]))
+    return first, outcome, f"the stage takes the clamp at {clamp} to the height {at}: {reason}"
 
 
-def _tip(stage: Stage, surface: Surface, contact: float, side: int) -> Tip:
-    """Rest a tip on the surface."""
-    return Tip(stage=stage, contact=contact, mu0=float(surface(contact)), side=side)
-
-
-def _slid(tip: Tip, clamp: float, slips: Slips) -> float:
+def _slid(tip: Tip, clamp: float, surface: Surface, law: SlipLaw, ratio: float) -> float:
     """Position of the tip after its slip (L); NaN if the slip leaves the computed states."""
+    response, along = tip.stage.branch(clamp), float(tip.stage.along(clamp))
     _, x0 = tip.stage.states(clamp, tip.contact, tip.side)
-    along = float(tip.stage.along(clamp))
-    return slips.response.contact(along, slips.rest(along, float(x0), tip.side), tip.side)
+    rested = rest(response, surface, law, ratio, float(x0), along, tip.side)
+    return response.contact(along, rested, tip.side)
 
 
-def _part(tip: Tip, positions: FloatArray, begin: int, clamp: float, slipped: bool) -> _Part:
-    """Follow a sticking tip from the clamp position `clamp` to the end of sticking."""
-    rest = positions[begin:]
-    low, high = tip.interval(clamp, float(rest.min()), float(rest.max()))
-    end, until = len(positions), np.nan
-    # A tip that has just slipped rests; after lateral buckling it may have to slip at once.
-    for first in range(begin + int(slipped), len(positions), BLOCK):
-        some = positions[first : first + BLOCK]
-        out = np.flatnonzero(passes(some, high) | passes(-some, -low))
-        if len(out):
-            end = first + int(out[0])
-            until = high if positions[end] > high else low
-            break
-    return _Part(
-        tip=tip,
-        begin=begin,
-        slipped=slipped,
-        end=end,
-        until=until,
-        exit=None if np.isnan(until) else tip.exit(until),
-    )
-
-
-def _swings(parts: Sequence[_Part], positions: FloatArray, told: Callable[[float], str]) -> str:
-    """Describe where the rod first buckles laterally; empty if it does not."""
-    for part, after in pairwise(parts):
-        if not after.slipped:
-            return (
-                f"{_locks(part, told)}; with the clamp at {told(float(positions[part.end]))} the "
-                "rod buckles laterally, and its tip is dragged behind"
-            )
-    return ""
-
-
-def _locks(part: _Part, told: Callable[[float], str]) -> str:
-    tip = part.tip
+def _locks(tip: Tip, until: float, told: Callable[[float], str]) -> str:
     return (
         f"the tip locks at x = {told(tip.contact)}, where mu0 = {tip.mu0:.6g} and "
-        f"mu_lock = {tip.stage.branch(part.until).mu_lock:.6g}"
+        f"mu_lock = {tip.stage.branch(until).mu_lock:.6g}"
     )
 
 
-def _locked(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
+def _swings(tip: Tip, until: float, clamp: float, told: Callable[[float], str]) -> str:
     return (
-        f"{_locks(part, told)}; pushed further, it sticks until the clamp is at {told(clamp)}; the "
-        "motion after that is not computed"
+        f"{_locks(tip, until, told)}; with the clamp at {told(clamp)} the rod buckles laterally, "
+        "and its tip is dragged behind"
     )
 
 
-def _lost(part: _Part, clamp: float, told: Callable[[float], str]) -> str:
-    pulled = part.exit in (Exit.BACKWARD, Exit.PULL)
-    where = "the rod is pushed through" if pulled else "the tip lifts off the surface"
+def _stays(tip: Tip, until: float, clamp: float, told: Callable[[float], str]) -> str:
     return (
-        f"the slip from x = {told(part.tip.contact)}, with the clamp at {told(clamp)}, has so much "
-        f"energy that {where}"
+        f"{_locks(tip, until, told)}; pushed further, it sticks until the clamp is at "
+        f"{told(clamp)}; the motion after that is not computed"
+    )
+
+
+def _lost(tip: Tip, clamp: float, told: Callable[[float], str]) -> str:
+    return (
+        f"the slip from x = {told(tip.contact)}, with the clamp at {told(clamp)}, has so much "
+        "energy that the tip lifts off the surface, or the rod is pushed through"
     )
 
 
 def _assembled(
-    stage: Stage,
-    positions: FloatArray,
-    parts: Sequence[_Part],
-    outcome: Outcome,
-    message: str,
+    tips: Sequence[Tip], clamp: FloatArray, outcome: Outcome, message: str
 ) -> SurfaceScan:
-    """Put the parts together, one row for each step."""
-    begins = np.array([part.begin for part in parts])
-    slipped = np.array([part.slipped for part in parts])
-    counts = np.array([part.end for part in parts]) - begins
-    clamp = positions[: counts.sum()]
-    contact = np.repeat([part.tip.contact for part in parts], counts)
-    side = np.repeat([part.tip.side for part in parts], counts)
-    states, x0 = stage.states(clamp, contact, side)
-    # A rod that buckles laterally and slips within one step leaves a part without rows.
+    """Put the periods together, one row for each step."""
+    begins = np.array([tip.begin for tip in tips])
+    slipped = np.array([tip.slipped for tip in tips])
+    counts = np.diff(begins, append=len(clamp))
+    contact, mu0, side = (
+        np.repeat([getattr(tip, name) for tip in tips], counts)
+        for name in ("contact", "mu0", "side")
+    )
+    states, x0 = tips[0].stage.states(clamp, contact, side)
+    phase = np.where(x0 > states.x0_lock, TipPhase.LOCK, TipPhase.STICK)
+    # A rod that buckles laterally and slips within one step leaves a tip without rows.
     later = (begins > 0) & (counts > 0)
-    slip, swing = np.zeros((2, len(clamp)), dtype=bool)
-    slip[begins[later & slipped]] = True
-    swing[begins[later & ~slipped]] = True
+    phase[begins[later]] = np.where(slipped[later], TipPhase.SLIP, TipPhase.SWING)
     return SurfaceScan(
         outcome=outcome,
         message=message,
@@ -395,12 +309,8 @@ def _assembled(
         contact=contact,
         x0=side * x0 + 0.0,  # no −0
         reactions=states(states.clip(x0)) * np.stack([side, np.ones(len(side)), side], axis=1),
-        mu0=np.repeat([part.tip.mu0 for part in parts], counts),
+        mu0=mu0,
         period=np.repeat(np.cumsum(slipped), counts),
-        phase=np.select(
-            [slip, swing, x0 > states.x0_lock],
-            [TipPhase.SLIP, TipPhase.SWING, TipPhase.LOCK],
-            TipPhase.STICK,
-        ),
+        phase=phase,
         side=np.where(side == 1, TipSide.AHEAD, TipSide.BEHIND),
     )

@@ -119,7 +119,6 @@ def scan(
     positions = path(
         units.read_positive(step, Kind.LENGTH, "step"),
         [units.read(turn, Kind.LENGTH, "to") for turn in to],
-        lambda length: units.spelled(length, Kind.LENGTH),
     )
     # By the energy law a tip may come to rest in retraction; so does a tip after lateral buckling,
     # which is not known before.

@@ -8,11 +8,14 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.steps import passes
 from vibrissa.sensor.response.branch import Response
 from vibrissa.sensor.stage import Stage
 
 # Clamp positions at which a period is looked at, before its end is sought between two of them.
 LOOKS = 257
+# Steps that are searched together for the end of a period.
+BLOCK = 4096
 
 
 class Exit(StrEnum):
@@ -22,14 +25,13 @@ class Exit(StrEnum):
     ----------
     FORWARD, BACKWARD
         The friction that holds a pushed tip, or a pulled one.
-    END, PULL
-        The equilibrium: pushing ends, or the normal force of a pulled tip vanishes.
+    END
+        The equilibrium: pushing ends.
     """
 
     FORWARD = "forward"
     BACKWARD = "backward"
     END = "end"
-    PULL = "pull"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,31 +42,61 @@ class Tip:
     ----------
     contact, mu0 : float
         Position on the surface (L), and static friction there.
+    begin : int
+        Step at which it begins to stick.
+    slipped : bool
+        Whether it begins with a slip, and not with lateral buckling.
     """
 
     stage: Stage
     contact: float
     mu0: float
     side: int = 1
+    begin: int = 0
+    slipped: bool = True
 
-    def reserves(self, clamp: ArrayLike) -> FloatArray:
+    def margins(self, clamp: ArrayLike) -> FloatArray:
         """Margins of sticking at clamp positions, in the order of `Exit`.
 
-        Margins of the friction forward and backward, distances to both ends of the states (L);
-        negative where the tip does not stick.
+        Tangential forces that friction holds beside the present one, forward and backward, and the
+        distance to the end of pushing; negative where the tip does not stick.
         """
         states, x0 = self.stage.states(clamp, self.contact, self.side)
-        with np.errstate(divide="ignore"):
-            demand = states.demand(states.clip(x0))
-        return np.array(
-            [self.mu0 - demand, self.mu0 + demand, states.x0_end - x0, x0 - states.x0_pull]
-        )
+        fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
+        return np.array([fx - self.mu0 * fy, -fx - self.mu0 * fy, states.x0_end - x0])
 
-    def exit(self, clamp: float) -> Exit:
-        """Margin that ends a period of sticking."""
-        return list(Exit)[int(np.argmin(self.reserves(clamp)))]
+    def exit(self, clamp: float) -> tuple[Exit, bool]:
+        """Why a period of sticking ends with the clamp here, and whether it ends past the lock."""
+        states, x0 = self.stage.states(clamp, self.contact, self.side)
+        return list(Exit)[int(np.argmin(self.margins(clamp)))], bool(x0 > states.x0_lock)
 
-    def interval(self, begin: float, least: float, most: float) -> tuple[float, float]:
+    def swung(self, clamp: float) -> float:
+        """Position of the tip after lateral buckling (L)."""
+        states, x0 = self.stage.states(clamp, self.contact, self.side)
+        return float(self.stage.along(clamp) + self.side * (x0 - states.x1_init))
+
+    def end(self, positions: FloatArray, clamp: float) -> tuple[int, float]:
+        """Find the first step at which a tip that sticks at `clamp` sticks no longer.
+
+        Returns
+        -------
+        step : int
+            The number of steps if it sticks up to the last one.
+        until : float
+            Clamp position at which sticking ends (L); NaN if it does not.
+        """
+        rest = positions[self.begin :]
+        low, high = self._interval(clamp, float(rest.min()), float(rest.max()))
+        # A tip that has just slipped rests; after lateral buckling it may have to slip at once.
+        for first in range(self.begin + int(self.slipped), len(positions), BLOCK):
+            some = positions[first : first + BLOCK]
+            out = np.flatnonzero(passes(some, high) | passes(-some, -low))
+            if len(out):
+                step = first + int(out[0])
+                return step, high if positions[step] > high else low
+        return len(positions), np.nan
+
+    def _interval(self, begin: float, least: float, most: float) -> tuple[float, float]:
         """Clamp positions between which a tip that sticks at `begin` goes on sticking (L).
 
         They are sought from `least` to `most`, and infinite if sticking does not end there.
@@ -93,22 +125,20 @@ class Tip:
                 # It may begin at the end of what it can stick to, up to rounding.
                 if left[out[0]] <= 0.0:
                     return float(before)
-                return float(brentq(self._least_reserve, before, after, xtol=1e-14))
+                return float(brentq(self._least, before, after, xtol=1e-14))
             begin = until
         return way * np.inf
 
     def _looked(self, clamp: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Margins at clamp positions, and at minima between them that may be below zero."""
-        left = self._least_reserve(clamp)
-        inner = left[1:-1]
-        falls = np.maximum(left[:-2] - inner, left[2:] - inner)
-        lowest = (inner <= left[:-2]) & (inner <= left[2:]) & (inner < falls)
+        """Least margins at clamp positions, and at minima between them."""
+        left = self._least(clamp)
+        lowest = (left[1:-1] < left[:-2]) & (left[1:-1] < left[2:])
         for i in np.flatnonzero(lowest) + 1:
             bounds = sorted((clamp[i - 1], clamp[i + 1]))
-            found = minimize_scalar(self._least_reserve, bounds=bounds, method="bounded")
+            found = minimize_scalar(self._least, bounds=bounds, method="bounded")
             clamp, left = np.append(clamp, found.x), np.append(left, found.fun)
         order = np.argsort(np.abs(clamp - clamp[0]))
         return clamp[order], left[order]
 
-    def _least_reserve(self, clamp: ArrayLike) -> FloatArray:
-        return np.asarray(self.reserves(clamp).min(axis=0))
+    def _least(self, clamp: ArrayLike) -> FloatArray:
+        return np.asarray(self.margins(clamp).min(axis=0))
