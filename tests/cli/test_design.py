@@ -63,7 +63,7 @@ def test_json_is_alone_and_a_rod_that_violates_constraints_is_not_written(tmp_pa
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([*NANO, "--material", "music-wire", "--rod", "no.toml"], "no such file"),
+        ([*NANO, "--material", "music-wire", "--rod", "no.toml"], "No such file"),
         ([*NANO[:4], "--material", "music-wire", "--mu0", "0.2, 0.3, 0.4"], "as in '0.2 to 0.4'"),
         ([*NANO, "--material", "music-wire", "--safety", "x"], "safety must be a number, got 'x'"),
         ([*NANO, "--material", "music-wire", "-o", "d.txt"], "ending must be"),

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from vibrissa import sensor
+from vibrissa import Rod, sensor
 from vibrissa.cli.app import app
 from vibrissa.sensor import plots
 from vibrissa.sensor.identification.checks import Grade
 from vibrissa.sensor.identification.periods import Periods
-from vibrissa.sensor.quantities import Units, read_rod
+from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.series import Column
 from vibrissa.sensor.transducer import CHANNELS
 
-STEEL = read_rod("210 GPa", "1 mm", "100 mm")
+STEEL = Rod(2.1e11, 1e-3, 0.1)
 
 
 def whisker(**given):

@@ -269,7 +269,7 @@ def test_a_mounting_is_read_with_units():
         diameter="0.8 mm",
         length="100 mm",
         clamp_angle="-2 deg",
-        clamp_stiffness="1000 N*m/rad",
+        clamp_compliance="0.001 rad/(N*m)",
         curvature="3 m^-1",
         stage_angle="0.01 rad",
     )

@@ -37,7 +37,7 @@ STEEL = {"modulus": "210 GPa", "diameter": "1 mm", "length": "100 mm"}
     ],
 )
 def test_a_quantity_is_split_from_its_tolerance(text, value, tolerance):
-    assert Measured.read(text, "x") == Measured(value, tolerance)
+    assert Measured.read(text) == Measured(value, tolerance)
 
 
 @hypothesis_given(
@@ -65,7 +65,7 @@ def test_tolerances_are_in_units_of_the_rod():
         diameter="1 mm ± 0.5 %",
         length="100 mm",
         clamp_angle="0 ± 0.3 deg",
-        clamp_stiffness="20 ± 2 N*m/rad",
+        clamp_compliance="0.05 ± 0.005 rad/(N*m)",
     )
     assert whisker.tolerances == pytest.approx(
         {
@@ -83,10 +83,10 @@ def test_tolerances_are_in_units_of_the_rod():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"theta": "1 ± 2 ± 3"}, "theta has one tolerance at most"),
+        ({"theta": "1 ± 2 ± 3"}, "the tolerance of theta must be a number, got '2 ± 3'"),
         ({"eta": "1 ± -2 mm"}, "the tolerance of eta must not be negative"),
-        ({"eta": "85 mm ± 2"}, "the tolerance of eta needs a unit, as in '85 mm ± 2 mm'"),
-        ({"eta": "± 2 mm"}, "eta is written as '210 ± 5 GPa'"),
+        ({"eta": "85 mm ± 2"}, "has a unit if eta has one, as in '210 ± 5 GPa', got '85 mm ± 2'"),
+        ({"eta": "± 2 mm"}, "eta must be a length with a unit such as m, got ''"),
         ({"theta": "2 ± 1 mm"}, "theta must be a number, got '2 mm'"),
         ({"theta": "2,1"}, "write a decimal point"),
         ({"theta": True}, "theta is a number or a text in quotes, got True"),
@@ -95,18 +95,16 @@ def test_tolerances_are_in_units_of_the_rod():
         ({"clamp_angle": "0 ± 2 %"}, "the tolerance of clamp_angle is 2 %, but clamp_angle is 0"),
         ({"length": None}, "a rod needs modulus, diameter and length: length missing"),
         ({"modulus": None, "diameter": None, "length": None, "eta": "8 mm"}, "rod is not given"),
-        ({"clamp_compliance": 1, "clamp_stiffness": 1}, "or clamp_stiffness, not both"),
-        ({"clamp_stiffness": 0}, "clamp_stiffness must be positive, got '0'"),
         ({"clamp_angle": "2 mm"}, "clamp_angle must be an angle with a unit such as rad"),
         ({"clamp_angle": 0.5}, "clamp_angle needs a unit: '0.5 deg' or '0.5 rad'"),
         ({"clamp_angle": "100 deg"}, "clamp_angle must lie between -pi/2 and pi/2"),
         ({"curvature": "0.1, x"}, "curvature must be a number, got ' x'"),
         ({"noise": "1 mN, 2 mN"}, "noise needs three values"),
-        ({"contact": "flat"}, "contact must be one of point, line"),
+        ({"contact": "flat"}, "contact: input should be 'point' or 'line', got 'flat'"),
         ({"yield_strain": "-1"}, "yield_strain: input should be greater than 0, got '-1'"),
         ({"tolerances": {"zero": 2}}, "a tolerance must be for one of theta, eta"),
         ({"tolerances": {"eta": "-1 mm"}}, "the tolerance of eta must not be negative"),
-        ({"tolerances": 2}, "tolerances is a table"),
+        ({"tolerances": 2}, "tolerances: input should be a valid dictionary"),
         ({"thata": 2}, "there is no key thata; did you mean theta?"),
         ({"theta": None}, "theta is not given"),
     ],
@@ -132,9 +130,8 @@ def test_all_errors_are_reported_together(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.toml", None, "no such file"),
-        ("a.yaml", b"", "written in TOML"),
-        ("a.toml", "curvature = 'ü'".encode("latin-1"), "not a text in UTF-8"),
+        ("a.toml", None, "cannot be read: No such file"),
+        ("a.toml", "curvature = 'ü'".encode("latin-1"), "save it as UTF-8"),
         ("a.toml", b"theta = 2,0", "(at line 1"),
         ("a.toml", b"theta: 2", "(at line 1"),
         (".", None, "cannot be read"),

@@ -13,7 +13,6 @@ from vibrissa.cli.setup import read_pairs
 from vibrissa.sensor import series
 from vibrissa.sensor.importing import Imported, Settings, import_recording
 from vibrissa.sensor.importing.layout import Separator
-from vibrissa.sensor.quantities import Measured
 from vibrissa.sensor.series import STANDARD
 from vibrissa.wording import counted
 
@@ -86,12 +85,7 @@ def _report(found: Imported, output: Path) -> None:
         typer.echo(f"{name} = {text}, mean of {size}, subtracted", err=True)
     rows = len(next(iter(found.values.values())))
     typer.echo(f"{output}: {rows} rows", err=output == STANDARD)
-    if header:
-        typer.echo("identify reads the errors of the zeros; for a set-up file:", err=True)
-        typer.echo("[tolerances]", err=True)
-        for name, text in header.items():
-            typer.echo(f'{name} = "{Measured.read(text, name).tolerance}"', err=True)
-    else:
+    if not header:
         typer.echo(
             "no tare: readings without load are taken as 0; if the rod was free for a while, add "
             "--tare, as in --tare '0 s, 2 s'",

@@ -119,13 +119,7 @@ def stated_material(setup: Setup) -> Material | None:
     ArgumentError
         If both are given, or the modulus is not that of the material.
     """
-    modulus, density = (
-        None if one is None else float(in_si(str(one.value), kind, name))
-        for one, kind, name in (
-            (setup.modulus, Kind.STRESS, "modulus"),
-            (setup.density, Kind.DENSITY, "density"),
-        )
-    )
+    modulus, density = setup.in_si("modulus"), setup.in_si("density")
     if setup.material is None:
         if modulus is None or setup.yield_strain is None:
             return None
@@ -140,9 +134,9 @@ def stated_material(setup: Setup) -> Material | None:
 def likely_material(setup: Setup) -> Material | None:
     """Give the stated material, or else the strongest one with the modulus that is stated."""
     found = stated_material(setup)
-    if found is not None or setup.modulus is None:
+    modulus = setup.in_si("modulus")
+    if found is not None or modulus is None:
         return found
-    modulus = float(in_si(str(setup.modulus.value), Kind.STRESS, "modulus"))
     alike = [one for one in MATERIALS.values() if abs(one.modulus / modulus - 1.0) < ALIKE]
     strongest = max(alike, key=lambda one: one.yield_strain, default=None)
     return strongest and replace(strongest, name=f"even {strongest.name}")

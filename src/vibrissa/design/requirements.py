@@ -240,5 +240,5 @@ def _apart(name: str, text: str) -> tuple[str, dict[str, str]]:
             f"{name} is a range: state its tolerance separately, as in --tolerance '{name}=1 %', "
             f"got {text!r}"
         )
-    given = Measured.read(text, name)
+    given = Measured.read(text)
     return str(given.value), {} if given.tolerance is None else {name: given.tolerance}

@@ -24,32 +24,22 @@ def read_keys(path: Path | str) -> dict[str, Any]:
         If it cannot be read as TOML; the message names the line.
     """
     path = Path(path)
-    if path.suffix.lower() in (".yaml", ".yml"):
-        raise ArgumentError(
-            f"{path}: this file is written in TOML, as in theta = 2 (not theta: 2), and its name "
-            "ends in .toml"
-        )
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ArgumentError(f"no such file: {path}") from None
     except OSError as error:
         raise ArgumentError(f"{path} cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise ArgumentError(f"{path} is not a text in UTF-8: save it as UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # no UTF-8, or no TOML
         raise ArgumentError(
-            f"{path}: {error}; write name = number, with a decimal point, or "
-            'name = "value unit", in quotes'
+            f"{path} is not written in TOML: {error}; write name = number, with a decimal point, "
+            'or name = "value unit", in quotes, and save it as UTF-8'
         ) from None
 
 
 def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
     """Write a TOML file."""
-    tables = {name: value for name, value in keys.items() if isinstance(value, Mapping)}
-    lines = [f"# {comment}", "", *_assignments({n: v for n, v in keys.items() if n not in tables})]
-    for name, table in tables.items():
-        if table:
+    lines = [f"# {comment}", "", *_assignments(keys)]
+    for name, table in keys.items():
+        if isinstance(table, Mapping) and table:
             lines += ["", f"[{name}]", *_assignments(table)]
     with write_atomically(path) as temporary:
         temporary.write_text("\n".join([*lines, ""]), encoding="utf-8")
@@ -57,7 +47,11 @@ def write_keys(path: Path, keys: Mapping[str, Any], comment: str) -> None:
 
 def _assignments(keys: Mapping[str, Any]) -> list[str]:
     # TOML writes numbers and texts as JSON does.
-    return [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in keys.items()]
+    return [
+        f"{name} = {json.dumps(value, ensure_ascii=False)}"
+        for name, value in keys.items()
+        if not isinstance(value, Mapping)
+    ]
 
 
 def with_options(
@@ -135,6 +129,4 @@ def _line(error: Any, model: type[BaseModel]) -> str:
         return str(error["ctx"]["error"])
     if error["type"] == "missing":
         return f"{name} is not given"
-    if error["type"] == "dict_type":
-        return f"{name} is a table: [{name}], then lines name = value"
     return f"{name}: {error['msg'].lower()}, got {error['input']!r}"

@@ -4,11 +4,12 @@ Nondimensional are lengths in units of L, forces in E·I0/L², moments in E·I0/
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import StrEnum
 from functools import cache
+from tokenize import TokenError
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar
 
 import numpy as np
@@ -28,85 +29,60 @@ Choice = TypeVar("Choice", bound=StrEnum)
 
 
 class Kind(StrEnum):
-    """What a quantity measures."""
+    """What a quantity measures.
 
-    LENGTH = "length"
-    FORCE = "force"
-    MOMENT = "moment"
-    ANGLE = "angle"
-    COMPLIANCE = "compliance"
-    STIFFNESS = "stiffness"
-    CURVATURE = "curvature"
-    STRESS = "stress"
-    DENSITY = "density"
-    TIME = "time"
-    SPEED = "speed"
-    RATE = "rate"
-    NUMBER = "number"
+    Attributes
+    ----------
+    si, own : str
+        Its unit in SI, and that of nondimensional columns.
+    """
+
+    si: str
+    own: str
+
+    def __new__(cls, text: str, si: str, own: str = "") -> Self:
+        """Make a member with its units."""
+        kind = str.__new__(cls, text)
+        kind._value_, kind.si, kind.own = text, si, own
+        return kind
+
+    LENGTH = "length", "m", "L"
+    FORCE = "force", "N", "E*I0/L^2"
+    MOMENT = "moment", "N*m", "E*I0/L"
+    ANGLE = "angle", "rad"
+    COMPLIANCE = "compliance", "rad/(N*m)", "L/(E*I0)"
+    CURVATURE = "curvature", "m^-1", "1/L"
+    STRESS = "stress", "Pa"
+    DENSITY = "density", "kg/m^3"
+    TIME = "time", "s"
+    SPEED = "speed", "m/s"
+    RATE = "rate", "Hz"
+    NUMBER = "number", "1", "1"
 
 
-SI = {
-    Kind.LENGTH: "m",
-    Kind.FORCE: "N",
-    Kind.MOMENT: "N*m",
-    Kind.ANGLE: "rad",
-    Kind.COMPLIANCE: "rad/(N*m)",
-    Kind.STIFFNESS: "N*m/rad",
-    Kind.CURVATURE: "m^-1",
-    Kind.STRESS: "Pa",
-    Kind.DENSITY: "kg/m^3",
-    Kind.TIME: "s",
-    Kind.SPEED: "m/s",
-    Kind.RATE: "Hz",
-    Kind.NUMBER: "1",
-}
-# Usual units, for which pint is not asked: it takes half a second to load. In SI units.
-USUAL: dict[Kind, dict[str, str]] = {
-    Kind.LENGTH: {"m": "1", "cm": "1e-2", "mm": "1e-3", "um": "1e-6", "µm": "1e-6", "nm": "1e-9"},
-    Kind.FORCE: {"N": "1", "mN": "1e-3", "uN": "1e-6"},
-    # Without a sign between, as many write, pint reads something else.
-    Kind.MOMENT: {
-        **{"N*m": "1", "N*mm": "1e-3", "mN*m": "1e-3", "uN*m": "1e-6", "mN*mm": "1e-6"},
-        **{"Nm": "1", "Nmm": "1e-3", "mNm": "1e-3", "uNm": "1e-6", "µNm": "1e-6", "mNmm": "1e-6"},
-    },
-    Kind.STRESS: {"Pa": "1", "MPa": "1e6", "GPa": "1e9"},
-    Kind.DENSITY: {"kg/m^3": "1", "g/cm^3": "1e3"},
-}
-# Smaller and larger magnitudes are refused: products and squares of the others are numbers.
-LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
-# How the units of nondimensional columns are written.
-OWN = {
-    Kind.LENGTH: "L",
-    Kind.FORCE: "E*I0/L^2",
-    Kind.MOMENT: "E*I0/L",
-    Kind.COMPLIANCE: "L/(E*I0)",
-    Kind.CURVATURE: "1/L",
-    Kind.NUMBER: "1",
-}
 # What the channels force_x, force_y and moment_z of a transducer measure.
 CHANNEL_KINDS = (Kind.FORCE, Kind.FORCE, Kind.MOMENT)
-# What a recording and its tolerances are told in, in the units that were given.
+# What a recording and its tolerances are printed in, in the units that were given.
 MEASURED = (Kind.LENGTH, Kind.FORCE, Kind.MOMENT)
+# Smaller and larger magnitudes are refused: products and squares of the others are numbers.
+LEAST, MOST = Decimal("1e-60"), Decimal("1e60")
 
+# Products, quotients and powers of names, such as kg/(m*s^2). Pint gets nothing else to read.
+_NAME = r"(?:[^\W\d_]|°)\w*(?:(?:\*\*|\^)-?[1-9])?"
+_UNIT = rf"{_NAME}(?:[*/·() ]+{_NAME})*\)?"
 # An exponent, as in 1e3, is no unit.
 NUMBER_AND_UNIT = re.compile(
     r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,5})?)"
-    r"\s*((?![eE][-+]?[0-9]+$)(?:[^\W\d_]|°).*)"
+    rf"\s*((?![eE][-+]?[0-9]+$){_UNIT})"
 )
+_LAST_UNIT = re.compile(rf"[\d.]\s*({_UNIT})$")
 DECIMAL_COMMA = re.compile(r"\d,\d")
 # Between a value and its tolerance.
 PLUS_MINUS = re.compile(r"±|\+/-|\+-")
 # "(210 ± 5) GPa": the unit is that of both.
-_BRACKETS = re.compile(r"\(([^()]*)\)\s*(.*)")
+_BRACKETS = re.compile(r"\(([^()]*)\)(.*)")
 # "85.0(1) mm": the last digits are uncertain by those in brackets.
-_SHORTHAND = re.compile(r"([-+\d.]+\(\d+\)(?:[eE][-+]?\d+)?)\s*(.*)", re.ASCII)
-_LAST_UNIT = re.compile(r"[\d.]\s*([^\W\d].*)$")
-# Products, quotients and powers of names, such as kg/(m*s^2). Pint gets nothing else to read.
-_NAME = r"[A-Za-zµμÅ°][A-Za-z0-9_]*[²³]?(?:(?:\*\*|\^)-?[1-9][0-9]?)?"
-_NEXT = r"\s*[*/·\s]\s*"
-_PRODUCT = rf"{_NAME}(?:{_NEXT}{_NAME})*"
-_PART = rf"(?:{_NAME}|\(\s*{_PRODUCT}\s*\))"
-UNIT = re.compile(rf"{_PART}(?:{_NEXT}{_PART})*")
+_SHORTHAND = re.compile(r"([-+\d.]+\(\d+\)(?:[eE][-+]?\d+)?)(.*)", re.ASCII)
 
 
 @cache
@@ -114,7 +90,28 @@ def _registry() -> "pint.UnitRegistry[Any]":
     # Loaded on first use, with a file of definitions: bare numbers do not need it.
     import pint
 
-    return pint.UnitRegistry(non_int_type=Decimal)
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Decimal)
+    # Moments are often written without a sign between, with a prefix or none.
+    registry.define("Nm = newton * meter")
+    registry.define("Nmm = newton * millimeter")
+    return registry
+
+
+@cache
+def unit_size(unit: str, kind: Kind) -> Decimal:
+    """Size of a unit in SI units, exact as a decimal; 0 if it is no unit of this kind."""
+    from pint import PintError
+
+    if re.fullmatch(_UNIT, unit) is None:
+        return Decimal(0)
+    registry, wanted = _registry(), "" if kind is Kind.NUMBER else kind.si
+    try:
+        bases = {registry.get_base_units(registry.parse_units(one))[1] for one in (unit, wanted)}
+        size = registry.Quantity(Decimal(1), unit).to(wanted).magnitude
+    except (PintError, TokenError, TypeError, ValueError, ArithmeticError):
+        # An unknown unit, one with an offset or a logarithm, an open bracket, or an overflow.
+        return Decimal(0)
+    return Decimal(size) if len(bases) == 1 else Decimal(0)
 
 
 class Measured(NamedTuple):
@@ -130,86 +127,60 @@ class Measured(NamedTuple):
     tolerance: str | None = None
 
     @property
-    def text(self) -> str:
+    def written(self) -> Quantity:
         """Value and tolerance in the notation of `read`."""
-        return f"{self.value}" if self.tolerance is None else f"{self.value} ± {self.tolerance}"
+        return self.value if self.tolerance is None else f"{self.value} ± {self.tolerance}"
 
     @classmethod
-    def read(cls, given: Quantity, what: str) -> Self:
+    def read(cls, given: Quantity) -> Self:
         """Split ``"210 ± 5 GPa"``, ``"210 GPa +/- 2 %"``, ``"(210 ± 5) GPa"`` or ``"85.0(1) mm"``.
+
+        Examples
+        --------
+        >>> Measured.read("(210 ± 5) GPa")
+        Measured(value='210 GPa', tolerance='5 GPa')
+        """
+        text = PLUS_MINUS.sub("±", str(given)).strip()
+        if short := _SHORTHAND.fullmatch(text):
+            from uncertainties import ufloat_fromstr  # a quarter of a second to load
+
+            number = ufloat_fromstr(short[1])
+            text = f"{number.nominal_value!r} ± {number.std_dev!r}{short[2]}"
+        elif brackets := _BRACKETS.fullmatch(text):
+            text = brackets[1] + brackets[2]
+        value, sign, tolerance = (part.strip() for part in text.partition("±"))
+        if not sign:
+            return cls(given)
+        # "210 ± 5 GPa": the unit of the tolerance is that of the value.
+        if is_number(value) and (unit := NUMBER_AND_UNIT.fullmatch(tolerance)):
+            value = f"{value} {unit[2]}"
+        return cls(value, tolerance)
+
+    def check(self, kind: Kind, what: str) -> None:
+        """Refuse a value or a tolerance that does not measure a kind.
 
         Raises
         ------
         ArgumentError
-            If there is more than one tolerance, or one that cannot be read for sure.
-
-        Examples
-        --------
-        >>> Measured.read("(210 ± 5) GPa", "modulus")
-        Measured(value='210 GPa', tolerance='5 GPa')
         """
-        text = given.strip() if isinstance(given, str) else ""
-        if (short := _SHORTHAND.fullmatch(text)) is not None:
-            return cls._of_shorthand(short[1], short[2])
-        inside = _BRACKETS.fullmatch(text)
-        text, shared = (inside[1], f" {inside[2]}") if inside else (text, "")
-        value, *tolerances = (part.strip() for part in PLUS_MINUS.split(text))
-        if not tolerances:
-            return cls(given)
-        if len(tolerances) > 1:
-            raise ArgumentError(f"{what} has one tolerance at most, got {given!r}")
-        (tolerance,) = tolerances
-        if not value or not tolerance:
-            raise ArgumentError(f"{what} is written as '210 ± 5 GPa', got {given!r}")
-        if tolerance.startswith("-"):
-            raise ArgumentError(f"the tolerance of {what} must not be negative, got {given!r}")
-        if shared:
-            return cls(value + shared, tolerance + shared)
-        unit, own_unit = (NUMBER_AND_UNIT.fullmatch(part) for part in (value, tolerance))
-        if unit is not None and is_number(tolerance):
+        SI_UNITS.read(self.value, kind, what)
+        if self.tolerance is None or self.tolerance.endswith("%"):
+            return
+        size = SI_UNITS.read(self.tolerance, kind, f"the tolerance of {what}")
+        if size < 0 or is_number(self.tolerance) != is_number(self.value):
             raise ArgumentError(
-                f"the tolerance of {what} needs a unit, as in '{value} ± {tolerance} {unit[2]}', "
-                f"got {given!r}"
+                f"the tolerance of {what} must not be negative, and has a unit if {what} has one, "
+                f"as in '210 ± 5 GPa', got {self.written!r}"
             )
-        # "210 ± 5 GPa": the unit of the tolerance is that of the value.
-        if unit is None and own_unit is not None:
-            value = f"{value} {own_unit[2]}"
-        return cls(value, tolerance)
-
-    @classmethod
-    def _of_shorthand(cls, number: str, unit: str) -> Self:
-        from uncertainties import ufloat_fromstr  # a quarter of a second to load
-
-        uncertain = ufloat_fromstr(number)
-        parts = (repr(uncertain.nominal_value), repr(uncertain.std_dev))
-        value, tolerance = (f"{part} {unit}".strip() for part in parts)
-        return cls(value, tolerance)
-
-    def check(self, kind: Kind, what: str) -> None:
-        """Refuse what does not measure a kind, or has no number."""
-        _read_number(self.value, kind, what)
-        if self.tolerance is not None:
-            size, of = self.tolerance, f"the tolerance of {what}"
-            _read_number(size.removesuffix("%"), Kind.NUMBER if "%" in size else kind, of)
 
 
 def is_number(value: Quantity) -> bool:
     """Whether a quantity has no unit."""
     try:
-        exact(value.strip() if isinstance(value, str) else value)
+        exact(value)
     except ValueError:
         return False
     return True
-
-
-def _read_number(value: Quantity, kind: Kind, what: str) -> tuple[Decimal, bool]:
-    """Read a bare number, or the value in SI units of a quantity; and whether it has a unit."""
-    if is_number(value):
-        number = exact(value.strip() if isinstance(value, str) else value)
-        if kind is Kind.ANGLE and number:  # of degrees and radians neither is the rule
-            raise ArgumentError(f"{what} needs a unit: '{value} deg' or '{value} rad'")
-        return _checked(number, what), False
-    return in_si(str(value), kind, what), True
 
 
 def in_si(text: str, kind: Kind, what: str) -> Decimal:
@@ -225,30 +196,14 @@ def in_si(text: str, kind: Kind, what: str) -> Decimal:
     >>> print(in_si("85 mm", Kind.LENGTH, "eta"))
     0.085
     """
-    if PLUS_MINUS.search(text):
-        raise ArgumentError(f"{what} takes no tolerance, got {text!r}")
     parts = NUMBER_AND_UNIT.fullmatch(text.strip())
-    article = "an" if kind is Kind.ANGLE else "a"
-    unit = "" if kind is Kind.NUMBER else f" with a unit such as {SI[kind]}"
-    comma = "; write a decimal point, not a comma" if DECIMAL_COMMA.search(text) else ""
-    refusal = ArgumentError(f"{what} must be {article} {kind}{unit}, got {text!r}{comma}")
-    if parts is None or UNIT.fullmatch(parts[2]) is None:
-        raise refusal
-    if usual := USUAL.get(kind, {}).get(parts[2]):
-        return _checked(Decimal(parts[1]) * Decimal(usual), what)
-    registry, wished = _registry(), "" if kind is Kind.NUMBER else SI[kind]
-    from pint import PintError
-
-    try:
-        wanted, units = (registry.parse_units(unit) for unit in (wished, parts[2]))
-        _, base = registry.get_base_units(units)
-        if base != registry.get_base_units(wanted)[1]:
-            raise refusal
-        value = Decimal(registry.Quantity(Decimal(parts[1]), units).to(wanted).magnitude)
-    except (PintError, TypeError, ValueError, ArithmeticError):
-        # An unknown unit, one with an offset or a logarithm, one with a number, or an overflow.
-        raise refusal from None
-    return _checked(value, what)
+    size = unit_size(parts[2], kind) if parts else Decimal(0)
+    if parts is None or not size:
+        article = "an" if kind is Kind.ANGLE else "a"
+        unit = "" if kind is Kind.NUMBER else f" with a unit such as {kind.si}"
+        comma = "; write a decimal point, not a comma" if DECIMAL_COMMA.search(text) else ""
+        raise ArgumentError(f"{what} must be {article} {kind}{unit}, got {text!r}{comma}")
+    return _checked(Decimal(parts[1]) * size, what)
 
 
 def _checked(value: Decimal, what: str) -> Decimal:
@@ -281,8 +236,7 @@ def range_of(text: str) -> tuple[str, str]:
     low, to, high = (part.strip() for part in text.partition(" to "))
     if not to:
         return low, low
-    unit = NUMBER_AND_UNIT.fullmatch(high)
-    if unit is not None and NUMBER_AND_UNIT.fullmatch(low) is None:
+    if is_number(low) and (unit := NUMBER_AND_UNIT.fullmatch(high)):
         low = f"{low} {unit[2]}"
     return low, high
 
@@ -301,31 +255,8 @@ def channels_of(text: str, what: str) -> list[tuple[str, Kind]]:
     return list(zip(parts, CHANNEL_KINDS, strict=True))
 
 
-def read_rod(modulus: str | None, diameter: str | None, length: str | None) -> Rod | None:
-    """Read a rod from ``"210 GPa"``, ``"1 mm"`` and ``"100 mm"``; None if nothing is given.
-
-    Raises
-    ------
-    ArgumentError
-        If one of them is missing or no such quantity.
-    """
-    given = {"modulus": modulus, "diameter": diameter, "length": length}
-    missing = [name for name, text in given.items() if text is None]
-    if len(missing) == len(given):
-        return None
-    if modulus is None or diameter is None or length is None:
-        raise ArgumentError(
-            f"a rod needs modulus, diameter and length: {', '.join(missing)} missing"
-        )
-    return Rod(
-        float(in_si(modulus, Kind.STRESS, "modulus")),
-        float(in_si(diameter, Kind.LENGTH, "diameter")),
-        float(in_si(length, Kind.LENGTH, "length")),
-    )
-
-
-def wished_units(kinds: Iterable[Kind], *given: object) -> dict[Kind, str]:
-    """Choose the units of the output: for each kind of quantity the first usual unit of the input.
+def wished_units(*given: object) -> dict[Kind, str]:
+    """Choose the units of the output: for each kind of quantity the first unit of the input.
 
     Parameters
     ----------
@@ -335,7 +266,7 @@ def wished_units(kinds: Iterable[Kind], *given: object) -> dict[Kind, str]:
     """
     texts = [part for text in given if isinstance(text, str) for part in text.split(",")]
     units = [found[1] for text in texts if (found := _LAST_UNIT.search(text.strip()))]
-    wished = {kind: [unit for unit in units if unit in USUAL[kind]] for kind in kinds}
+    wished = {kind: [unit for unit in units if unit_size(unit, kind)] for kind in MEASURED}
     return {kind: known[0] for kind, known in wished.items() if known}
 
 
@@ -363,7 +294,7 @@ class Units:
         if self.nondimensional or kind not in self.wished:
             return value, self.name(kind)
         unit = self.wished[kind]
-        return value / float(USUAL[kind][unit]), unit
+        return value / float(unit_size(unit, kind)), unit
 
     def spelled(self, value: float, kind: Kind, digits: int = 6) -> str:
         """Format a dimensionless value in the user's unit, as in ``"26.3 mm"``."""
@@ -379,7 +310,6 @@ class Units:
             Kind.FORCE: self.rod.force_unit,
             Kind.MOMENT: self.rod.moment_unit,
             Kind.COMPLIANCE: 1.0 / self.rod.moment_unit,
-            Kind.STIFFNESS: self.rod.moment_unit,
             Kind.CURVATURE: 1.0 / self.rod.length_unit,
         }[kind]
 
@@ -390,7 +320,7 @@ class Units:
 
     def name(self, kind: Kind) -> str:
         """Name of the unit in which columns are written."""
-        return OWN[kind] if self.nondimensional else SI[kind]
+        return kind.own if self.nondimensional else kind.si
 
     @property
     def nondimensional(self) -> bool:
@@ -405,19 +335,15 @@ class Units:
         ArgumentError
             If it is no such quantity, or has a unit and there is no rod to relate it to.
         """
-        number, has_unit = _read_number(value, kind, what)
-        if has_unit:
-            number = exact(number) / self._exact_unit(kind, f"{what} = {value!r}")
-        return _checked(number, what)
+        if is_number(value):
+            if kind is Kind.ANGLE and exact(value):  # of degrees and radians neither is the rule
+                raise ArgumentError(f"{what} needs a unit: '{value} deg' or '{value} rad'")
+            return _checked(exact(value), what)
+        number = in_si(str(value), kind, what)
+        return _checked(number / self._exact_unit(kind, f"{what} = {value!r}"), what)
 
     def read_positive(self, value: Quantity, kind: Kind, what: str) -> Decimal:
-        """Nondimensional value of a quantity above 0, as `read` gives it.
-
-        Raises
-        ------
-        ArgumentError
-            If it is no such quantity, or is not above 0.
-        """
+        """Nondimensional value of a quantity above 0, as `read` gives it."""
         number = self.read(value, kind, what)
         if not number > 0:
             raise ArgumentError(f"{what} must be positive, got {value!r}")
@@ -436,9 +362,9 @@ class Units:
 
     def column_factor(self, unit: str, kind: Kind, what: str) -> float:
         """Nondimensional value of one unit of a column."""
-        if unit.replace("**", "^").replace(" ", "") == OWN.get(kind):
+        if unit.replace("**", "^").replace(" ", "") == kind.own:
             return 1.0
-        return float(in_si(f"1 {unit}", kind, what)) / float(self._exact_unit(kind, what))
+        return float(in_si(f"1 {unit}", kind, what) / self._exact_unit(kind, what))
 
     def _exact_unit(self, kind: Kind, what: str) -> Decimal:
         if self.nondimensional and kind is not Kind.ANGLE:
@@ -446,3 +372,7 @@ class Units:
                 f"{what} has a unit, but the rod is not given: give modulus, diameter and length"
             )
         return exact(self.unit(kind))
+
+
+# Whatever has a unit is in SI units.
+SI_UNITS = Units(si=True)

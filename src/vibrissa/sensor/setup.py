@@ -3,34 +3,26 @@
 In a TOML file a line is ``name = number`` or ``name = "value ± tolerance unit"``.
 """
 
-from collections.abc import Iterator
 from decimal import Decimal
 from functools import cached_property
 from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationInfo,
-    field_validator,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import Mounting
+from vibrissa.mechanics.rod import Rod
 from vibrissa.outcomes import Contact, RodSection
 from vibrissa.sensor.keys import read_model
 from vibrissa.sensor.quantities import (
+    SI_UNITS,
     Kind,
     Measured,
     Quantity,
     Units,
-    channels_of,
-    chosen,
-    read_rod,
+    in_si,
     wished_units,
 )
 from vibrissa.sensor.tolerances import check_name, read_tolerances
@@ -38,11 +30,7 @@ from vibrissa.sensor.whisker import Whisker
 
 TOLERANCES = "tolerances"
 # Each pair describes one property: an option takes the place of either in the file.
-EITHER = (
-    ("clamp_compliance", "clamp_stiffness"),
-    ("transducer", "noise"),
-    ("material", "yield_strain"),
-)
+EITHER = (("transducer", "noise"), ("material", "yield_strain"))
 
 
 class Setup(BaseModel):
@@ -52,75 +40,46 @@ class Setup(BaseModel):
     than 0 has a unit.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
-    theta: Annotated[Measured | None, Kind.NUMBER] = Field(
-        None, description="Taper, base over tip diameter: '2 ± 0.02'."
-    )
-    eta: Annotated[Measured | None, Kind.LENGTH] = Field(
-        None, description="Height of the surface above the clamp: 0.85 or '85 ± 0.1 mm'."
-    )
-    modulus: Annotated[Measured | None, Kind.STRESS] = Field(
-        None, description="Young's modulus: '210 ± 5 GPa'."
-    )
-    diameter: Annotated[Measured | None, Kind.LENGTH] = Field(
-        None, description="Diameter at the clamp: '1 mm ± 0.5 %'."
-    )
-    length: Annotated[Measured | None, Kind.LENGTH] = Field(
-        None, description="Length of the rod: '100 mm'."
-    )
-    contact: Contact = Field(
-        Contact.POINT,
-        description="point: the rod touches with its tip alone; line: it may lie flat.",
-    )
-    section: RodSection = Field(
-        RodSection.ROUND,
-        description="round: the rod may buckle out of its plane; planar: a strip stays in it.",
-    )
-    clamp_angle: Annotated[Measured, Kind.ANGLE] = Field(
-        Measured(0), description="Inclination of the clamp, positive backward: '2 deg'."
-    )
-    clamp_compliance: Annotated[Measured | None, Kind.COMPLIANCE] = Field(
-        None,
-        description="Rotational compliance of the clamp: '0.05 rad/(N*m)'; a number without a "
-        "unit is in L/(E*I0).",
-    )
-    clamp_stiffness: Annotated[Measured | None, Kind.STIFFNESS] = Field(
-        None,
-        description="In place of clamp_compliance its inverse: '20 N*m/rad'. Without either the "
-        "clamp is rigid.",
-    )
-    curvature: Annotated[Measured, Kind.CURVATURE] = Field(
-        Measured(0),
-        description="Natural curvature, negative away from the surface: '-2 m^-1'. 'a, b, c' are "
-        "coefficients of the powers of s/L.",
-    )
-    stage_angle: Annotated[Measured, Kind.ANGLE] = Field(
-        Measured(0), description="Angle of the stage to the surface: '1 deg'."
-    )
-    transducer: str | None = Field(
-        None, description="Transducer, such as nano17-si-12-0.12, or a file (.toml)."
-    )
-    noise: str | None = Field(
-        None,
-        description="Standard deviations of the noise in force_x, force_y and moment_z: "
-        "'3 mN, 3 mN, 10 uN*m'.",
-    )
-    material: str | None = Field(
-        None, description="Material of the rod, such as music-wire, or a file (.toml)."
-    )
-    yield_strain: float | None = Field(
-        None, gt=0.0, description="Yield strain, without a modulus in units of d0/L."
-    )
-    density: Annotated[Measured | None, Kind.DENSITY] = Field(
-        None, description="Density of the material: '7800 kg/m^3'."
-    )
-    assume: bool = Field(
-        True, description="Whether quantities without a stated tolerance have the default one."
-    )
-    tolerances: dict[str, Quantity] = Field(
-        default_factory=dict, description="Standard deviations of further quantities."
-    )
+    theta: Annotated[Measured | None, Kind.NUMBER] = None
+    """Taper, base over tip diameter: '2 ± 0.02'."""
+    eta: Annotated[Measured | None, Kind.LENGTH] = None
+    """Height of the surface above the clamp: 0.85 or '85 ± 0.1 mm'."""
+    modulus: Annotated[Measured | None, Kind.STRESS] = None
+    """Young's modulus: '210 ± 5 GPa'."""
+    diameter: Annotated[Measured | None, Kind.LENGTH] = None
+    """Diameter at the clamp: '1 mm ± 0.5 %'."""
+    length: Annotated[Measured | None, Kind.LENGTH] = None
+    """Length of the rod: '100 mm'."""
+    contact: Contact = Contact.POINT
+    """point: the rod touches with its tip alone; line: it may lie flat."""
+    section: RodSection = RodSection.ROUND
+    """round: the rod may buckle out of its plane; planar: a strip stays in it."""
+    clamp_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
+    """Inclination of the clamp, positive backward: '2 deg'."""
+    clamp_compliance: Annotated[Measured, Kind.COMPLIANCE] = Measured(0)
+    """Rotational compliance of the clamp: '0.05 rad/(N*m)'; a number without a unit is in
+    L/(E*I0)."""
+    curvature: Annotated[Measured, Kind.CURVATURE] = Measured(0)
+    """Natural curvature, negative away from the surface: '-2 m^-1'. 'a, b, c' are coefficients of
+    the powers of s/L."""
+    stage_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
+    """Angle of the stage to the surface: '1 deg'."""
+    transducer: str | None = None
+    """Transducer, such as nano17-si-12-0.12, or a file (.toml)."""
+    noise: str | None = None
+    """Standard deviations of the noise in force_x, force_y and moment_z: '3 mN, 3 mN, 10 uN*m'."""
+    material: str | None = None
+    """Material of the rod, such as music-wire, or a file (.toml)."""
+    yield_strain: float | None = Field(None, gt=0.0)
+    """Yield strain, without a modulus in units of d0/L."""
+    density: Annotated[Measured | None, Kind.DENSITY] = None
+    """Density of the material: '7800 kg/m^3'."""
+    assume: bool = True
+    """Whether quantities without a stated tolerance have the default one."""
+    tolerances: dict[str, Quantity] = Field(default_factory=dict)
+    """Standard deviation of a quantity: 'modulus=2 %', 'theta=exact'."""
 
     @classmethod
     def read(cls, path: Path | str | None = None, **options: Any) -> Self:
@@ -142,25 +101,28 @@ class Setup(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _read_field(cls, value: Any, info: ValidationInfo) -> Any:
+    def _read_quantity(cls, value: Any, info: ValidationInfo) -> Any:
         name = str(info.field_name)
-        field = cls.model_fields[name]
-        if name in ("assume", TOLERANCES):
-            return value
-        if isinstance(value, bool) or not isinstance(value, str | Real | Decimal):
-            raise ArgumentError(f"{name} is a number or a text in quotes, got {value!r}")
-        if field.annotation in (Contact, RodSection):
-            return chosen(field.annotation, str(value), name)
-        kind = next((each for each in field.metadata if isinstance(each, Kind)), None)
+        kind = KINDS.get(name)
         if kind is None:
             return value
-        measured = Measured.read(str(value), name)
-        if name == "curvature" and "," in str(measured.value):
-            for part in str(measured.value).split(","):
-                Measured(part).check(Kind.NUMBER, name)
+        allowed = isinstance(value, str | Real | Decimal) and not isinstance(value, bool)
+        if not allowed:
+            raise ArgumentError(f"{name} is a number or a text in quotes, got {value!r}")
+        measured = Measured.read(value)
+        if name == "curvature" and "," in str(value):
+            for power in str(value).split(","):
+                SI_UNITS.read(power, Kind.NUMBER, name)
         else:
             measured.check(kind, name)
         return measured
+
+    @field_validator("noise")
+    @classmethod
+    def _check_noise(cls, noise: str | None) -> str | None:
+        if noise is not None:
+            SI_UNITS.read_channels(noise, "noise")
+        return noise
 
     @field_validator(TOLERANCES)
     @classmethod
@@ -169,24 +131,37 @@ class Setup(BaseModel):
             check_name(name)
         return tolerances
 
-    @model_validator(mode="after")
-    def _check_together(self) -> Self:
-        if self.clamp_compliance is not None and self.clamp_stiffness is not None:
-            raise ArgumentError("give clamp_compliance or clamp_stiffness, not both")
-        if self.noise is not None:
-            for part, kind in channels_of(self.noise, "noise"):
-                Measured(part).check(kind, "noise")
-        return self
-
     def stated(self) -> dict[str, Any]:
         """Keys of a set-up file with the same content."""
         return {
-            name: (value.text if value.tolerance else value.value)
-            if isinstance(value, Measured)
-            else value
+            name: value.written if isinstance(value, Measured) else value
             for name, value in self
             if name in self.model_fields_set
         }
+
+    def in_si(self, name: str) -> float | None:
+        """SI value of a quantity, which needs a unit; None if it is not stated."""
+        measured = getattr(self, name)
+        return None if measured is None else float(in_si(str(measured.value), KINDS[name], name))
+
+    @cached_property
+    def rod(self) -> Rod | None:
+        """The rod in SI units; None if nothing is stated of it.
+
+        Raises
+        ------
+        ArgumentError
+            If only some of its properties are stated, or one has no unit.
+        """
+        sizes = {name: self.in_si(name) for name in ("modulus", "diameter", "length")}
+        missing = [name for name, size in sizes.items() if size is None]
+        if len(missing) == len(sizes):
+            return None
+        if missing:
+            raise ArgumentError(
+                f"a rod needs modulus, diameter and length: {', '.join(missing)} missing"
+            )
+        return Rod(*(size for size in sizes.values() if size is not None))
 
     @cached_property
     def whisker(self) -> Whisker:
@@ -200,76 +175,46 @@ class Setup(BaseModel):
         if self.theta is None or self.eta is None:
             name = "theta" if self.theta is None else "eta"
             raise ArgumentError(f"{name} is not given: neither as an option nor in a set-up file")
-        modulus, diameter, length = (
-            None if one is None else str(one.value)
-            for one in (self.modulus, self.diameter, self.length)
-        )
-        rod = read_rod(modulus, diameter, length)
-        lengths = [each.value for each in (self.length, self.eta, self.diameter) if each]
-        units = Units(rod, wished_units([Kind.LENGTH], *lengths))
+        lengths = [one.value for one in (self.length, self.eta, self.diameter) if one is not None]
+        units = Units(self.rod, wished_units(*lengths, self.noise, *self.tolerances.values()))
+        eta = self._read("eta", units)
+        if self.rod is not None and not 0.0 < eta < 1.0:
+            raise ArgumentError(
+                "eta must lie between 0 and the length of the rod, "
+                f"{units.spelled(1.0, Kind.LENGTH)}: write a height with its unit, as in '85 mm', "
+                f"got {self.eta.value!r}"
+            )
         whisker = Whisker(
-            theta=float(units.read(self.theta.value, Kind.NUMBER, "theta")),
-            eta=_height(units, self.eta.value),
+            theta=self._read("theta", units),
+            eta=eta,
             contact=self.contact,
             section=self.section,
-            rod=rod,
+            rod=self.rod,
             mounting=self._mounting(units),
             wished=units.wished,
         )
-        stated = {**dict(self._tolerances(units)), **self.tolerances}
-        whisker = whisker.tolerating(read_tolerances(units, stated, whisker))
-        return whisker.wishing(self.noise, *self.tolerances.values())
+        written = {name: getattr(self, name) for name in KINDS}
+        stated = {name: one.tolerance for name, one in written.items() if one and one.tolerance}
+        return whisker.tolerating(read_tolerances(units, stated | self.tolerances, whisker))
+
+    def _read(self, name: str, units: Units) -> float:
+        return float(units.read(getattr(self, name).value, KINDS[name], name))
 
     def _mounting(self, units: Units) -> Mounting:
-        def read(measured: Measured | None, kind: Kind, name: str) -> float:
-            return 0.0 if measured is None else float(units.read(measured.value, kind, name))
-
-        compliance = read(self.clamp_compliance, Kind.COMPLIANCE, "clamp_compliance")
-        if (stiffness := self.clamp_stiffness) is not None:
-            compliance = 1.0 / float(
-                units.read_positive(stiffness.value, Kind.STIFFNESS, "clamp_stiffness")
-            )
         powers = str(self.curvature.value).split(",")
-        curvature = (
-            read(self.curvature, Kind.CURVATURE, "curvature")
-            if len(powers) == 1
-            else tuple(map(float, powers))
-        )
+        polynomial = tuple(map(float, powers)) if len(powers) > 1 else None
         return Mounting(
-            clamp_angle=read(self.clamp_angle, Kind.ANGLE, "clamp_angle"),
-            clamp_compliance=compliance,
-            curvature=curvature,
-            stage_angle=read(self.stage_angle, Kind.ANGLE, "stage_angle"),
+            clamp_angle=self._read("clamp_angle", units),
+            clamp_compliance=self._read("clamp_compliance", units),
+            curvature=polynomial or self._read("curvature", units),
+            stage_angle=self._read("stage_angle", units),
         )
 
-    def _tolerances(self, units: Units) -> Iterator[tuple[str, str]]:
-        """Tolerances that are written with their values."""
-        for name, measured in self:
-            if not isinstance(measured, Measured) or measured.tolerance is None:
-                continue
-            if name == "clamp_stiffness":
-                yield "clamp_compliance", _relative(units, measured)
-            else:
-                yield name, measured.tolerance
 
-
-def _height(units: Units, eta: Quantity) -> float:
-    """Height of the surface (L); a rod with a length must reach it."""
-    height = float(units.read(eta, Kind.LENGTH, "eta"))
-    if units.rod is not None and not 0.0 < height < 1.0:
-        raise ArgumentError(
-            f"eta must lie between 0 and the length of the rod, {units.spelled(1.0, Kind.LENGTH)}: "
-            f"write a height with its unit, as in '85 mm', got {eta!r}"
-        )
-    return height
-
-
-def _relative(units: Units, stiffness: Measured) -> str:
-    """Relative tolerance of a compliance, from that of the stiffness: both are equal."""
-    tolerance = str(stiffness.tolerance)
-    if tolerance.endswith("%"):
-        return tolerance
-    size, value = (
-        units.read(each, Kind.STIFFNESS, "clamp_stiffness") for each in (tolerance, stiffness.value)
-    )
-    return f"{100 * size / value} %"
+# What the quantities of a set-up measure.
+KINDS = {
+    name: mark
+    for name, field in Setup.model_fields.items()
+    for mark in field.metadata
+    if isinstance(mark, Kind)
+}

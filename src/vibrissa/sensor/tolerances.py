@@ -53,7 +53,7 @@ class Tolerable:
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> Self:
         """Read an entry of the file, whose angles are in degrees."""
-        kind, size = Kind(entry["kind"]), float(entry["size"])
+        kind, size = Kind[entry["kind"].upper()], float(entry["size"])
         radians = float(np.deg2rad(size))
         return cls(**{**entry, "kind": kind, "size": radians if kind is Kind.ANGLE else size})
 
@@ -69,8 +69,6 @@ TOLERABLE = {
     name: Tolerable.read(entry)
     for name, entry in tomllib.loads(_FILE.read_text(encoding="utf-8")).items()
 }
-# Property of the rod that turns such a tolerance with a unit into a relative one.
-_OF_ROD = {"modulus": "youngs_modulus", "diameter": "base_diameter", "length": "length"}
 
 
 def check_name(name: str) -> None:
@@ -118,22 +116,26 @@ def read_tolerances(
 
 def _read(units: Units, name: str, size: Quantity, whisker: "Whisker | None") -> float:
     what, one = f"the tolerance of {name}", TOLERABLE[name]
-    if isinstance(size, str) and size.strip().endswith("%"):
-        part = float(units.read(size.strip()[:-1], Kind.NUMBER, what)) / 100.0
-        if one.relative or name == "crosstalk":
-            return part
-        value = 0.0 if whisker is None else _value(whisker, name)
-        if not value:
+    value = abs(_value(whisker, name))
+    text = str(size).strip()
+    if text.endswith("%"):
+        part = float(units.read(text[:-1], Kind.NUMBER, what)) / 100.0
+        if not (one.relative or value):
             raise ArgumentError(f"{what} is {size}, but {name} is 0 or not known: give a size")
-        return part * abs(value)
-    rod = None if whisker is None else whisker.rod
-    if name in _OF_ROD and rod is not None and not is_number(size):
-        return float(in_si(str(size), one.kind, what)) / getattr(rod, _OF_ROD[name])
-    return float(units.read(size, Kind.NUMBER if one.relative else one.kind, what))
+        return part if one.relative else part * value
+    if one.relative and value and not is_number(text):
+        return float(in_si(text, one.kind, what)) / value
+    return float(units.read(text, Kind.NUMBER if one.relative else one.kind, what))
 
 
-def _value(whisker: "Whisker", name: str) -> float:
+def _value(whisker: "Whisker | None", name: str) -> float:
+    """Value of a quantity, in SI units if its tolerance is relative; 0 if it is not known."""
+    if whisker is None:
+        return 0.0
     values = {"theta": whisker.theta, "eta": whisker.eta, **vars(whisker.mounting)}
+    if (rod := whisker.rod) is not None:
+        values |= {"modulus": rod.youngs_modulus, "diameter": rod.base_diameter}
+        values["length"] = rod.length
     return float(np.atleast_1d(values.get(name, 0.0))[0])
 
 
@@ -149,7 +151,7 @@ def assumed_tolerances(units: Units, noise: FloatArray) -> dict[str, float]:
 def told(name: str, size: float, units: Units) -> tuple[float, str]:
     """Convert the tolerance of a quantity to the unit in which it is displayed."""
     one = TOLERABLE[name]
-    if one.relative or name == "crosstalk":
+    if one.relative:
         return 100.0 * size, "%"
     if one.kind is Kind.ANGLE:
         return float(np.rad2deg(size)), "deg"

@@ -12,7 +12,7 @@ from vibrissa.mechanics.mounting import IDEAL, Mounting
 from vibrissa.mechanics.rod import Rod
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.outcomes import Contact, RodSection
-from vibrissa.sensor.quantities import MEASURED, Kind, Quantity, Units, wished_units
+from vibrissa.sensor.quantities import Kind, Quantity, Units, wished_units
 from vibrissa.sticking.api import solve_curve
 from vibrissa.sticking.curve import StickingCurve
 
@@ -73,8 +73,8 @@ class Whisker:
             Height: ``"85 ± 0.1 mm"``, or 0.85 in units of the length.
         **properties
             ``modulus``, ``diameter`` and ``length``, all three or none; ``contact``, ``section``,
-            ``clamp_angle``, ``clamp_compliance`` or ``clamp_stiffness``, ``curvature`` and
-            ``stage_angle``: see `vibrissa.sensor.Setup`.
+            ``clamp_angle``, ``clamp_compliance``, ``curvature`` and ``stage_angle``: see
+            `vibrissa.sensor.Setup`.
 
         Raises
         ------
@@ -98,7 +98,7 @@ class Whisker:
 
     def wishing(self, *given: object) -> "Whisker":
         """Return the same whisker, with results in the units of these texts, too."""
-        return replace(self, wished={**wished_units(MEASURED, *given), **self.wished})
+        return replace(self, wished={**wished_units(*given), **self.wished})
 
     @property
     def units(self) -> Units:

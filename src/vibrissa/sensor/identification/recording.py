@@ -15,8 +15,6 @@ from vibrissa.sensor import series
 from vibrissa.sensor.identification.ends import moving, touching
 from vibrissa.sensor.quantities import (
     CHANNEL_KINDS,
-    MEASURED,
-    OWN,
     Kind,
     Measured,
     Units,
@@ -209,9 +207,13 @@ def _scanned(recording: Recording, used: list[int]) -> Recording:
 
 def _zeros(table: series.Table) -> dict[str, str]:
     """Read the errors of the zeros from lines such as ``# zero_force_x = 310 ± 0.3 mN``."""
-    names = [name for name in (f"zero_{channel}" for channel in CHANNELS) if name in table.header]
-    read = {name: Measured.read(table.header[name], f"{table.source}: {name}") for name in names}
-    return {name: one.tolerance for name, one in read.items() if one.tolerance is not None}
+    found = {}
+    for channel, kind in zip(CHANNELS, CHANNEL_KINDS, strict=True):
+        zero = Measured.read(table.header.get(f"zero_{channel}", "0"))
+        if zero.tolerance is not None:
+            zero.check(kind, f"{table.source}: zero_{channel}")
+            found[f"zero_{channel}"] = zero.tolerance
+    return found
 
 
 def _time_unit(table: series.Table) -> float:
@@ -223,8 +225,8 @@ def _time_unit(table: series.Table) -> float:
 def units_of(source: "Path | DataFrame") -> Units:
     """Units of a recording without a rod: its own, or SI units."""
     units = _table(source, ["footpoint"]).units
-    wished = wished_units(MEASURED, *(f"1 {unit}" for unit in units.values()))
-    return Units(si=units.get("footpoint") != OWN[Kind.LENGTH], wished=wished)
+    wished = wished_units(*(f"1 {unit}" for unit in units.values()))
+    return Units(si=units.get("footpoint") != Kind.LENGTH.own, wished=wished)
 
 
 def _table(

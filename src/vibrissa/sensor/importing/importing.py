@@ -19,7 +19,7 @@ from vibrissa.sensor.importing.preparing import (
 )
 from vibrissa.sensor.importing.settings import Place, Settings
 from vibrissa.sensor.importing.titles import KINDS, FileColumn, columns_of
-from vibrissa.sensor.quantities import MEASURED, SI, Units, wished_units
+from vibrissa.sensor.quantities import Units, wished_units
 from vibrissa.sensor.series import Column, Tabular, check_file, listed, numbers, split
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
@@ -59,7 +59,7 @@ class Imported(Tabular):
     def columns(self) -> dict[str, Column]:
         """Columns as `vibrissa identify` reads them."""
         return {
-            name: Column(self.values[name], SI[kind], DESCRIPTIONS[name])
+            name: Column(self.values[name], kind.si, DESCRIPTIONS[name])
             for name, kind in KINDS.items()
             if name in self.values
         }
@@ -126,7 +126,7 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
             *_missing_values(values),
             *([f"outside --from and --to: {counted(outside, 'row')}"] if outside else []),
         ),
-        units=Units(si=True, wished=wished_units(MEASURED, *units)),
+        units=Units(si=True, wished=wished_units(*units)),
     )
 
 

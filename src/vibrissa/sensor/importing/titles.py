@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.quantities import CHANNEL_KINDS, SI, Kind, in_si
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Kind, unit_size
 from vibrissa.sensor.transducer import CHANNELS
 
 if TYPE_CHECKING:
@@ -70,10 +70,7 @@ def title_of(text: str, kind: Kind) -> Title:
 
 def size_of(unit: str, kind: Kind) -> float:
     """Size of a unit in SI units; 0 if it is not a unit of this kind."""
-    try:
-        return float(in_si(f"1 {unit}", kind, "unit"))
-    except ArgumentError:
-        return 0.0
+    return float(unit_size(unit, kind))
 
 
 def is_unit(cell: str) -> bool:
@@ -151,12 +148,12 @@ def _column(layout: "Layout", number: int, target: str, source: str) -> FileColu
     unit = told.unit or unit or below
     if not unit:
         raise ArgumentError(
-            f'column {title} has no unit: add it, as in --column "{target}={name} [{SI[kind]}]"'
+            f'column {title} has no unit: add it, as in --column "{target}={name} [{kind.si}]"'
         )
     size = size_of(unit, kind)
     if not size:
         raise ArgumentError(
-            f"column {title} must have a unit of {kind}, such as {SI[kind]}, got {unit!r}"
+            f"column {title} must have a unit of {kind}, such as {kind.si}, got {unit!r}"
         )
     whole = layout.titles and source in layout.titles  # its sign is a part of the title
     return FileColumn(number, title, unit, size if whole else sign * size)
