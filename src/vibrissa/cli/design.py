@@ -28,8 +28,8 @@ PANELS = {
         *("material", "modulus", "yield_strain", "density"),
         *("theta", "eta", "diameter", "length", "contact"),
     ),
-    SIGNALS: ("transducer", "noise", "range"),
-    "Limits": ("tip", "safety", "lock_factor", "steps", "weight", "load", "spacing"),
+    SIGNALS: ("transducer", "noise"),
+    "Limits": ("tip", "safety", "steps", "load", "spacing"),
 }
 # Ending of a set-up file.
 ROD_FILE = ".toml"

@@ -27,7 +27,7 @@ SIZES = ("theta", "eta", "modulus", "diameter", "length", "contact")
 ANGLES = ("clamp_angle", "stage_angle")
 
 # What fields are that measure nothing.
-METAVARS = {"noise": "list", "range": "list", "material": "name", "transducer": "name"}
+METAVARS = {"noise": "list", "material": "name", "transducer": "name"}
 
 Rod = Annotated[
     Path | None,

@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from vibrissa.design.pairs import Pairs
+from vibrissa.design.limits import Limit, limits_of
+from vibrissa.design.pairs import Pair
 from vibrissa.design.requirements import Requirements
-from vibrissa.design.sensitivity import PARAMETERS, PART_WEIGHTS, PERIODS
+from vibrissa.design.sensitivity import NODE_WEIGHTS, PARAMETERS, PART_WEIGHTS, PERIODS
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.parameters import SLOPE, parameters_of
 from vibrissa.sensor.identification.uncertainty import step_deviation
@@ -16,8 +18,7 @@ from vibrissa.sensor.tolerances import assumed_tolerances
 from vibrissa.sensor.whisker import Whisker
 
 
-@dataclass(frozen=True, kw_only=True)
-class TolerancePart:
+class TolerancePart(NamedTuple):
     """Part of one tolerance in the uncertainty of μ0.
 
     Attributes
@@ -38,41 +39,39 @@ class TolerancePart:
 class Candidate:
     """One rod, and the standard deviation of μ0 from one of its periods.
 
-    Deviations are at the k friction coefficients of the requirements, shape (k,).
+    Deviations are at the k friction coefficients of the requirements, shape (k,); NaN where the tip
+    locks.
 
     Attributes
     ----------
-    requirements : Requirements
-    pair : Pairs
-        The pair (θ, η) of the rod, alone.
     diameter, length : float
         Its size (m).
     """
 
     requirements: Requirements
-    pair: Pairs
+    pair: Pair
     diameter: float
     length: float
 
     @property
     def theta(self) -> float:
         """Taper."""
-        return float(self.pair.theta[0])
+        return self.pair.theta
 
     @property
     def eta(self) -> float:
         """Height of the surface (L)."""
-        return float(self.pair.eta[0])
+        return self.pair.eta
 
     @property
     def mu_lock(self) -> float:
         """Critical friction coefficient."""
-        return float(self.pair.mu_lock[0])
+        return self.pair.response.curve.mu_lock
 
     @property
     def x0_slip(self) -> FloatArray:
-        """Clamp travel in a period of sticking (m), shape (k,); NaN where the tip locks."""
-        return self.pair.x0_slip[0] * self.length
+        """Clamp travel in a period of sticking (m), shape (k,)."""
+        return self.pair.x0_slip * self.length
 
     @property
     def setup(self) -> Setup:
@@ -84,28 +83,39 @@ class Candidate:
         """The rod under the surface, with the tolerances that were stated."""
         return self.setup.whisker
 
+    @cached_property
+    def checks(self) -> list[Limit]:
+        """Every constraint, the most used first."""
+        found = limits_of(self.requirements, self.pair, self.diameter, self.length)
+        return sorted(found, key=lambda check: -float(f"{check.use:.3g}"))
+
+    @cached_property
+    def demand_slope(self) -> FloatArray:
+        """Growth of the demand −tan α with x0 at the onset (1/L)."""
+        slips = np.isfinite(self.pair.x0_slip)
+        return np.where(slips, self.pair.sensitivity.demand, np.nan)
+
     @property
     def by_step(self) -> FloatArray:
         """Random part by the step of the stage, in which the onset is uniform."""
-        slope = self.pair.sensitivity.slope[0]
-        return step_deviation(slope, self.requirements.step / self.length)
+        return step_deviation(self.demand_slope, self.requirements.step / self.length)
 
     @property
     def by_reading(self) -> FloatArray:
         """Random part by the noise of the readings."""
         with np.errstate(divide="ignore"):  # a period of no length tells nothing
-            return np.asarray(np.abs(self.pair.sensitivity.slope[0]) / np.sqrt(self._contact))
+            return np.asarray(np.abs(self.demand_slope) / np.sqrt(self._known))
 
     @cached_property
     def by_tolerances(self) -> FloatArray:
         """Part common to all periods: tolerances after the fit of `identify`, and surface slope."""
-        effect, covariance = self._fit()
+        effect, covariance = self._errors
         common = np.einsum("kq,kqr,kr->k", effect, covariance, effect)
         return np.sqrt(common + self._of_slope**2)
 
-    @property
+    @cached_property
     def whole(self) -> FloatArray:
-        """All three parts, added in quadrature; NaN where the tip locks."""
+        """All three parts, added in quadrature."""
         return np.sqrt(self.by_step**2 + self.by_reading**2 + self.by_tolerances**2)
 
     @property
@@ -130,18 +140,19 @@ class Candidate:
 
     @cached_property
     def _weight(self) -> FloatArray:
-        """Inverse variances of all readings of a period, by friction and channel, shape (k, 3)."""
-        readings = self.pair.x0_slip[0] * self.length / self.requirements.step
-        return np.asarray(readings[:, None] / self._noise**2)
+        """Inverse variances of readings at the nodes of a period, shape (k, x, 3)."""
+        readings = self.x0_slip / self.requirements.step
+        return np.asarray(readings[:, None, None] * NODE_WEIGHTS[:, None] / self._noise**2)
 
-    @property
-    def _contact(self) -> FloatArray:
-        return np.asarray((self._weight * self.pair.sensitivity.of_contact[0]).sum(axis=-1))
+    @cached_property
+    def _known(self) -> FloatArray:
+        """Inverse variance of the contact u of a period, (jᵀj), shape (k,)."""
+        return np.asarray((self._weight * self.pair.sensitivity.contact**2).sum(axis=(1, 2)))
 
     def _sigma(self) -> FloatArray:
         """Tolerances of all parameters, shape (q,); crosstalk is a part of full scale."""
         full = np.array(self.requirements.largest) / self.whisker.units.channels
-        full = np.where(np.isfinite(full), full, self.pair.largest_reaction[0])
+        full = np.where(np.isfinite(full), full, np.abs(self.pair.reactions).max(axis=0))
         return np.array(
             [
                 one.deviation
@@ -150,18 +161,22 @@ class Candidate:
             ]
         )
 
-    def _fit(self) -> tuple[FloatArray, FloatArray]:
+    @cached_property
+    def _errors(self) -> tuple[FloatArray, FloatArray]:
         """Effect D, shape (k, q), and covariance C, shape (k, q, q), both in tolerances."""
-        of, sigma = self.pair.sensitivity.take(0), self._sigma()
-        both = np.einsum("kc,kcpq->kpq", self._weight, of.of_both) * sigma
-        setup = np.einsum("kc,kcqr->kqr", self._weight, of.of_setup) * np.outer(sigma, sigma)
+        of, sigma, weight = self.pair.sensitivity, self._sigma(), self._weight
+        setup = of.setup * sigma
+        both = np.einsum("kxc,kpxcq->kpq", weight * of.contact, setup)
         with np.errstate(invalid="ignore"):
-            moved = both / self._contact[:, None, None]
+            moved = both / self._known[:, None, None]
+        rows = setup * np.sqrt(PERIODS * PART_WEIGHTS[:, None, None] * weight[:, None])[..., None]
+        rows = rows.reshape(len(both), -1, len(sigma))
+        squares = rows.transpose(0, 2, 1) @ rows
         known = np.einsum("p,kpq,kpr->kqr", PERIODS * PART_WEIGHTS, both, moved)
-        effect = of.friction * sigma - of.slope[:, None, None] * moved
+        effect = of.friction * sigma - self.demand_slope[:, None, None] * moved
         return (
             np.einsum("p,kpq->kq", PART_WEIGHTS, effect),
-            np.linalg.inv(setup - known + np.eye(len(sigma))),
+            np.linalg.inv(squares - known + np.eye(len(sigma))),
         )
 
     def parts(self) -> list[TolerancePart]:
@@ -173,7 +188,7 @@ class Candidate:
         if not np.isfinite(self.largest):
             return []
         worst = int(np.argmax(self.whole))
-        effect, covariance = (one[worst] for one in self._fit())
+        effect, covariance = (one[worst] for one in self._errors)
         found = []
         for name, size in self.tolerances.items():
             own = np.flatnonzero([one.of == name for one in PARAMETERS])
@@ -182,6 +197,5 @@ class Candidate:
             if name == SLOPE:
                 falls = 0.75 * float(self._of_slope[worst]) ** 2
             halved = 1.0 - float(np.sqrt(max(1.0 - falls / self.largest**2, 0.0)))
-            stated = name in self.whisker.tolerances
-            found.append(TolerancePart(name=name, size=size, stated=stated, halved=halved))
+            found.append(TolerancePart(name, size, name in self.whisker.tolerances, halved))
         return sorted(found, key=lambda one: -one.halved)

@@ -25,7 +25,7 @@ LENGTHS = tuple(1e-3 * mm for mm in range(20, 210, 10))
 HEIGHTS = 15
 
 
-def choices_of(text: str, read: Callable[[str], float], sold: Choice) -> Choice:
+def choices_of(text: str, read: Callable[[str], float], sold: Choice = ()) -> Choice:
     """Read a value, a list, or a range: its ends and the sizes that are sold between them.
 
     Examples
@@ -41,22 +41,22 @@ def choices_of(text: str, read: Callable[[str], float], sold: Choice) -> Choice:
     return tuple(sorted({low, *(value for value in sold if low < value < high), high}))
 
 
-def heights_of(text: str, length: Choice) -> Choice:
+def heights_of(text: str, lengths: Choice) -> Choice:
     """Read heights in units of the length, or with a unit where the rod has a single length."""
 
     def read(part: str) -> float:
         if NUMBER_AND_UNIT.fullmatch(part) is None:
             return float(Units().read(part, Kind.NUMBER, "eta"))
-        if len(length) != 1:
+        if len(lengths) != 1:
             raise ArgumentError(
                 f"eta = {part!r} has a unit, but several lengths are allowed: give it in units "
                 "of the length"
             )
-        return float(in_si(part, Kind.LENGTH, "eta")) / length[0]
+        return float(in_si(part, Kind.LENGTH, "eta")) / lengths[0]
 
-    found = choices_of(text, read, ())
+    found = choices_of(text, read)
     low, high = found[0], found[-1]
-    if "," in text or low == high or not 0.0 < low < high < 1.0:
+    if "," in text or not 0.0 < low < high < 1.0:
         return found
     between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, HEIGHTS), 3)[1:-1]
     return tuple(np.unique([low, *between, high]).tolist())

@@ -4,94 +4,98 @@ Lengths are in L, forces in E·I0/L², moments in E·I0/L and strains in d0/L.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
-from vibrissa.design.sensitivity import Sensitivity, sensitivities
+from vibrissa.design.sensitivity import Sensitivity, sensitivity_of
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.numerics.batch import Batch
 from vibrissa.outcomes import Contact, Status
 from vibrissa.sensor.response.branch import Response, tabulated
-from vibrissa.sensor.strain import strains_until
+from vibrissa.sensor.strain import STATES, strains_in
 from vibrissa.sticking.solving.collocation import solve_curves
 
 # States of a period among which the largest reactions are sought.
-STATES = 129
+PLACES = np.linspace(0.0, 1.0, 129)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Pairs(Batch):
-    """n pairs (θ, η) and their longest period of sticking, nondimensional.
+class Pair:
+    """A pair (θ, η) and its longest period of sticking, nondimensional.
 
     The longest period ends where the tip slips at the largest of the k friction coefficients, or
     where it locks.
 
     Attributes
     ----------
-    x0_touch : ndarray, shape (n,)
-        Where more than the tip of the rod touches the surface (L); infinite if nowhere.
-    longest : ndarray, shape (n,)
-        Length of the longest period (L).
-    x0_slip : ndarray, shape (n, k)
+    x0_slip : ndarray, shape (k,)
         Onset of slip for each friction coefficient (L); NaN where the tip locks.
-    largest_reaction : ndarray, shape (n, 3)
-        Largest magnitudes of fx, fy and m.
-    least_normal_force : ndarray, shape (n,)
-        In E·I0/L².
-    least_slope : ndarray, shape (n, 2)
-        Derivatives of fx and fy with respect to x0 where the sum of their squares is least.
-    strain : ndarray, shape (n,)
-        Largest strain (d0/L).
+    longest : float
+        Length of the longest period (L).
+    strain : float
+        Largest strain in it (d0/L).
     """
 
-    theta: FloatArray
-    eta: FloatArray
-    mu_lock: FloatArray
-    x0_touch: FloatArray
-    longest: FloatArray
+    response: Response
+    contact: Contact
     x0_slip: FloatArray
-    largest_reaction: FloatArray
-    least_normal_force: FloatArray
-    least_slope: FloatArray
-    strain: FloatArray
-    sensitivity: Sensitivity
+    longest: float
+    strain: float
+
+    @property
+    def theta(self) -> float:
+        """Taper."""
+        return self.response.curve.theta
+
+    @property
+    def eta(self) -> float:
+        """Height of the surface (L)."""
+        return self.response.curve.eta
+
+    @cached_property
+    def reactions(self) -> FloatArray:
+        """Reactions fx, fy and m in the longest period, shape (n, 3)."""
+        return self.response(self.longest * PLACES)
+
+    @cached_property
+    def least_slope(self) -> FloatArray:
+        """Derivatives of fx and fy with respect to x0 where the sum of their squares is least."""
+        slopes = self.response.slope(self.longest * PLACES)[:, :2]
+        return np.asarray(slopes[np.argmin((slopes**2).sum(axis=1))])
+
+    @cached_property
+    def sensitivity(self) -> Sensitivity:
+        """Sensitivity of the friction, in a period that locks up to the lock."""
+        end = np.where(np.isfinite(self.x0_slip), self.x0_slip, self.response.x0_lock)
+        return sensitivity_of(self.response, end, self.contact)
 
 
 def survey(
     theta: FloatArray, eta: FloatArray, frictions: FloatArray, contact: Contact
-) -> tuple[Pairs | None, list[str]]:
+) -> tuple[list[Pair], list[str]]:
     """Solve pairs (θ, η) at k increasing friction coefficients.
 
-    Returns those that were solved, if any, and why the others were not.
+    Returns those that were solved, and why the others were not.
     """
     curves = solve_curves(theta, eta, contact)
     failures = [curve.message for curve in curves if curve.status is not Status.SOLVED]
-    responses = [tabulated(curve) for curve in curves if curve.status is Status.SOLVED]
-    if not responses:
-        return None, failures
-    rows = [_longest_period(response, frictions) for response in responses]
-    columns = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
-    sensitivity = sensitivities(responses, columns["x0_slip"], contact)
-    return Pairs(**columns, sensitivity=sensitivity), failures
-
-
-def _longest_period(response: Response, frictions: FloatArray) -> dict[str, Any]:
-    """One row of `Pairs`, without its sensitivity."""
-    curve = response.curve
-    x0_slip = curve.onset(frictions)
-    end = float(x0_slip[-1]) if np.isfinite(x0_slip[-1]) else curve.x0_lock
-    x0 = np.linspace(0.0, end, STATES)
-    reactions, slopes = response(x0), response.slope(x0)[:, :2]
-    return {
-        "theta": curve.theta,
-        "eta": curve.eta,
-        "mu_lock": curve.mu_lock,
-        "x0_touch": np.inf if np.isnan(curve.x0_touch) else curve.x0_touch,
-        "longest": end,
-        "x0_slip": x0_slip,
-        "largest_reaction": np.abs(reactions).max(axis=0),
-        "least_normal_force": np.abs(reactions[:, 1]).min(),
-        "least_slope": slopes[np.argmin((slopes**2).sum(axis=1))],
-        "strain": strains_until(curve, end)[1].largest[0],
-    }
+    solved = [curve for curve in curves if curve.status is Status.SOLVED]
+    if not solved:
+        return [], failures
+    onsets = [curve.onset(frictions) for curve in solved]
+    ends = [
+        float(x0[-1]) if np.isfinite(x0[-1]) else curve.x0_lock
+        for curve, x0 in zip(solved, onsets, strict=True)
+    ]
+    largest = strains_in(solved, [np.linspace(0.0, end, STATES) for end in ends]).largest
+    strain = largest.reshape(len(solved), STATES).max(axis=1)
+    return [
+        Pair(
+            response=tabulated(curve),
+            contact=contact,
+            x0_slip=x0_slip,
+            longest=end,
+            strain=float(most),
+        )
+        for curve, x0_slip, end, most in zip(solved, onsets, ends, strain, strict=True)
+    ], failures

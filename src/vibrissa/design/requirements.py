@@ -5,7 +5,7 @@ Each requirement is a field; the command line makes an option of it.
 
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import (
@@ -17,7 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from vibrissa.design.choices import DIAMETERS, LENGTHS, TAPERS, Choice, choices_of, heights_of
+from vibrissa.design.choices import DIAMETERS, LENGTHS, TAPERS, choices_of, heights_of
 from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
@@ -30,29 +30,19 @@ from vibrissa.sticking.api import MOST_TAPER
 
 # Values of μ0 in its range at which the uncertainty is computed.
 FRICTIONS = 5
-# What is chosen.
+# What is chosen, and what can be had of it.
 SIZES = ("theta", "eta", "diameter", "length")
-# No limit: of force_x, force_y and moment_z.
-UNLIMITED = (np.inf, np.inf, np.inf)
+SOLD = {"theta": TAPERS, "diameter": DIAMETERS, "length": LENGTHS}
+
+Positive = Annotated[float, Field(gt=0.0)]
+Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Height = Annotated[float, Field(gt=0.0, lt=1.0)]
+Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
 
 
 def _default(text: str, description: str, **limits: Any) -> Any:
     """Make a field with a default in a user's notation."""
     return Field(text, description=description, **limits)
-
-
-Positive = Annotated[float, Field(gt=0.0)]
-Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Factor = Annotated[float, Field(ge=1.0, allow_inf_nan=False)]
-Height = Annotated[float, Field(gt=0.0, lt=1.0)]
-Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
-
-
-class Chosen(NamedTuple):
-    """A quantity as a value, a list or a range, and its available values."""
-
-    kind: Kind
-    sold: Choice = ()
 
 
 class Requirements(BaseModel):
@@ -64,37 +54,33 @@ class Requirements(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
 
-    mu0: Annotated[tuple[Size, ...], Chosen(Kind.NUMBER)] = Field(
+    mu0: Annotated[tuple[Size, ...], Kind.NUMBER] = Field(
         description="Friction coefficients to be measured: '0.2 to 0.4'."
     )
     step: Annotated[Size, Kind.LENGTH] = Field(description="Step of the stage: '20 um'.")
-    range: tuple[Positive, Positive, Positive] = Field(
-        UNLIMITED,
-        description="Largest force_x, force_y and moment_z that are measured, without a "
-        "transducer: '10 N, 10 N, 0.1 N*m'.",
-    )
-    theta: Annotated[tuple[Taper, ...], Chosen(Kind.NUMBER, TAPERS)] = _default(
+    theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = _default(
         "1 to 10", "Taper, as made: a value, a list or a range."
     )
-    length: Annotated[tuple[Size, ...], Chosen(Kind.LENGTH, LENGTHS)] = _default(
+    length: Annotated[tuple[Size, ...], Kind.LENGTH] = _default(
         "20 to 200 mm", "Length of the rod: a value, a list or a range."
     )
-    eta: Annotated[tuple[Height, ...], Chosen(Kind.NUMBER)] = _default(
+    eta: Annotated[tuple[Height, ...], Kind.NUMBER] = _default(
         "0.5 to 0.98",
         "Height in units of the length, or '85 mm': a value, a list or a range.",
     )
-    diameter: Annotated[tuple[Size, ...], Chosen(Kind.LENGTH, DIAMETERS)] = _default(
+    diameter: Annotated[tuple[Size, ...], Kind.LENGTH] = _default(
         "0.1 to 10 mm", "Diameter at the clamp, as sold: a value, a list or a range."
     )
     tip: Annotated[float, Kind.LENGTH] = _default(
         "0.1 mm", "Least diameter of the tip.", ge=0.0, allow_inf_nan=False
     )
-    safety: Factor = Field(1.5, description="Least ratio of yield strain to largest strain.")
-    lock_factor: Factor = Field(1.1, description="Least ratio of mu_lock to the largest mu0.")
-    steps: Size = Field(10.0, description="Least number of steps in a period of sticking.")
-    weight: Positive = Field(
-        0.1, description="Largest ratio of the rod's weight to the normal force."
+    safety: float = Field(
+        1.5,
+        ge=1.0,
+        allow_inf_nan=False,
+        description="Least ratio of yield strain to largest strain.",
     )
+    steps: Size = Field(10.0, description="Least number of steps in a period of sticking.")
     load: float = Field(
         0.8, gt=0.0, lt=1.0, description="Largest part of the transducer's range that is used."
     )
@@ -133,35 +119,29 @@ class Requirements(BaseModel):
     @classmethod
     def _read_field(cls, value: Any, info: ValidationInfo) -> Any:
         name = str(info.field_name)
-        marks = cls.model_fields[name].metadata
-        chosen = next((mark for mark in marks if isinstance(mark, Chosen)), None)
-        if chosen is not None and isinstance(value, float | int):
-            return (value,)
+        if isinstance(value, float | int):
+            return (value,) if name in (*SIZES, "mu0") else value
         if not isinstance(value, str):
             return value
-        if name == "range":
-            return tuple(_read(part, kind, name) for part, kind in channels_of(value, name))
+        marks = cls.model_fields[name].metadata
+        kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind.NUMBER)
         if name == "eta":
             return heights_of(value, info.data.get("length", ()))
         if name == "mu0" and "," in value:
             raise ArgumentError(
                 f"mu0 must be a value or a range, as in '0.2 to 0.4', got {value!r}"
             )
-        if chosen is not None:
-            return choices_of(value, lambda text: _read(text, chosen.kind, name), chosen.sold)
-        kind = next((mark for mark in marks if isinstance(mark, Kind)), Kind.NUMBER)
+        if name in (*SIZES, "mu0"):
+            return choices_of(value, lambda text: _read(text, kind, name), SOLD.get(name, ()))
         return _read(value, kind, name)
 
     @model_validator(mode="after")
     def _check_setup(self) -> Self:
         """Refuse a set-up for which no rod can be designed, before the search."""
-        setup = self.setup
-        if setup.transducer is not None and (setup.noise or self.range != UNLIMITED):
-            raise ArgumentError("give the transducer, or its noise and range, not both")
-        if setup.transducer is None and setup.noise is None:
-            raise ArgumentError("give the transducer or the noise")
+        if (self.setup.transducer is None) == (self.setup.noise is None):
+            raise ArgumentError("give the transducer or the noise, one of both")
         if min(self.noise) <= 0.0:
-            raise ArgumentError(f"noise must be positive, got {setup.noise!r}")
+            raise ArgumentError(f"noise must be positive, got {self.setup.noise!r}")
         first = self.rod_setup(self.theta[0], self.eta[0], self.diameter[0], self.length[0])
         if first.whisker.mounting != IDEAL:
             raise ArgumentError(
@@ -195,9 +175,9 @@ class Requirements(BaseModel):
 
     @property
     def largest(self) -> tuple[float, float, float]:
-        """Largest reading of each channel, in SI units."""
+        """Largest reading of each channel, in SI units; infinite if the noise alone is given."""
         named = self.setup.transducer
-        return self.range if named is None else preset(named).limit
+        return (np.inf, np.inf, np.inf) if named is None else preset(named).limit
 
     @property
     def rigidity(self) -> float:

@@ -1,16 +1,15 @@
 """The result of a design: a rod, its uncertainty of μ0, and its constraints."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibrissa.design.candidate import Candidate
-from vibrissa.design.limits import Limit, limits_of
-from vibrissa.design.pairs import Pairs
+from vibrissa.design.limits import Limit
+from vibrissa.design.pairs import Pair
 from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind
@@ -20,6 +19,8 @@ from vibrissa.sensor.tolerances import told
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# By this much a limit may be exceeded, as numbers are rounded.
+ROUNDING = 1e-9
 # A limit counts as used up from here on, as sizes have steps.
 USED_UP = 0.9
 # Told are tolerances whose halving brings so much, and so many at most.
@@ -52,7 +53,7 @@ class Design(Tabular):
     best : Candidate
     rods : list of Candidate
         All that meet the constraints, the best first.
-    pairs : Pairs
+    pairs : list of Pair
         All pairs (θ, η) that were solved.
     """
 
@@ -60,15 +61,12 @@ class Design(Tabular):
     message: str
     best: Candidate
     rods: list[Candidate]
-    pairs: Pairs
+    pairs: list[Pair]
 
-    @cached_property
+    @property
     def checks(self) -> list[Limit]:
         """Every constraint on the best rod, the most used first."""
-        rod = self.best
-        limits = limits_of(rod.requirements, rod.pair, (rod.diameter,), (rod.length,))
-        found = [replace(limit, value=np.squeeze(limit.value)) for limit in limits]
-        return sorted(found, key=lambda check: -float(f"{check.use:.3g}"))
+        return self.best.checks
 
     @property
     def mu0(self) -> FloatArray:
@@ -86,7 +84,7 @@ class Design(Tabular):
     @property
     def active_constraints(self) -> list[str]:
         """Constraints that are nearly used up, or violated if there is no rod; the most first."""
-        least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + 1e-9
+        least = USED_UP if self.status is DesignStatus.FOUND else 1.0 + ROUNDING
         return [check.name for check in self.checks if check.use >= least]
 
     def __repr__(self) -> str:
@@ -165,9 +163,28 @@ class Design(Tabular):
     def plot(self) -> "Figure":
         """Draw the uncertainty over μ0, and all pairs (θ, η) that were solved."""
         require("plots", "matplotlib")
-        from vibrissa.design import plots
+        from matplotlib.figure import Figure
 
-        return plots.design(self)
+        figure, best = Figure(figsize=(9.0, 3.6), layout="constrained"), self.best
+        left, right = figure.subplots(1, 2)
+        left.plot(self.mu0, best.whole, label="whole")
+        left.plot(self.mu0, best.by_step, label="by the step")
+        left.plot(self.mu0, best.by_reading, label="by the noise")
+        left.plot(self.mu0, best.by_tolerances, label="by the tolerances")
+        left.set(xlabel="static friction μ0", ylabel="uncertainty of μ0", ylim=(0.0, None))
+        left.legend()
+        solved = np.array([(pair.theta, pair.eta) for pair in self.pairs]).T
+        right.plot(*solved, ".", color="0.8", label="no rod")
+        if self.rods:
+            # The best of a pair is drawn last, over the others.
+            rods = [(rod.theta, rod.eta, rod.largest) for rod in self.rods[::-1]]
+            theta, eta, largest = np.array(rods).T
+            dots = right.scatter(theta, eta, c=largest, norm="log", s=18, zorder=2)
+            figure.colorbar(dots, ax=right, label="largest uncertainty of μ0")
+        right.plot(best.theta, best.eta, "*", color="C3", markersize=12, label="the rod")
+        right.legend(loc="lower right")
+        right.set(xlabel="taper θ", ylabel="height η / L")
+        return figure
 
     def columns(self) -> dict[str, Column]:
         """One row with units: the rod, its uncertainty and its constraints."""

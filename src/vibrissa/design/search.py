@@ -1,23 +1,21 @@
 """Search for the rod with the least uncertainty of friction, among rods that can be made."""
 
-from dataclasses import replace
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
 
 from vibrissa.design.candidate import Candidate
 from vibrissa.design.limits import limits_of
-from vibrissa.design.pairs import Pairs, survey
+from vibrissa.design.pairs import Pair, survey
 from vibrissa.design.requirements import Requirements
-from vibrissa.design.result import Design, DesignStatus
+from vibrissa.design.result import ROUNDING, Design, DesignStatus
 from vibrissa.errors import NoResponseError
 from vibrissa.numerics.batch import slices
 from vibrissa.sensor.whisker import Progress, quiet
 
 # Pairs (θ, η) that are solved before the progress is told.
 PAIRS_AT_ONCE = 28
-# By this much a limit may be exceeded, as numbers are rounded.
-ROUNDING = 1e-9
 
 
 def design(requirements: Requirements, progress: Progress = quiet) -> Design:
@@ -50,63 +48,59 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
     >>> print(result.status, *result.active_constraints)
     none moment_z force_y force_x strain
     """
-    pairs = _solved(requirements, progress)
-    limits = limits_of(requirements, pairs, requirements.diameter, requirements.length)
-    shape = (len(pairs), len(requirements.diameter), len(requirements.length))
-    use = np.array([np.broadcast_to(limit.use, shape) for limit in limits])
-    possible = np.argwhere(use.max(axis=0) <= 1.0 + ROUNDING)
-    rods = [_candidate(requirements, pairs, *at) for at in possible.tolist()]
-    rods.sort(key=lambda rod: rod.largest)
+    r, pairs = requirements, _solved(requirements, progress)
+    sizes = np.array(r.diameter)[:, None], np.array(r.length)
+    shape = (len(r.diameter), len(r.length))
+    limits = [limits_of(r, pair, *sizes) for pair in pairs]
+    # Part of each limit that is used: by pair, limit, diameter and length.
+    use = np.array([[np.broadcast_to(one.use, shape) for one in some] for some in limits])
+    most = use.max(axis=1)
+
+    def rod(n: int, d: int, k: int) -> Candidate:
+        return Candidate(requirements=r, pair=pairs[n], diameter=r.diameter[d], length=r.length[k])
+
+    rods = [rod(*at) for at in np.argwhere(most <= 1.0 + ROUNDING).tolist()]
     if rods:
+        rods.sort(key=lambda one: one.largest)
         message = f"the best of {len(rods)} rods that meet all constraints"
-        if requirements.given:
+        if r.given:
             message = "this rod meets all constraints"
         return Design(
             status=DesignStatus.FOUND, message=message, best=rods[0], rods=rods, pairs=pairs
         )
-    nearest = np.nanargmin(use.max(axis=0))
-    found = Design(
-        status=DesignStatus.NONE,
-        message="",
-        best=_candidate(requirements, pairs, *map(int, np.unravel_index(nearest, shape))),
-        rods=rods,
-        pairs=pairs,
-    )
-    without = {
-        limit.name: bool((np.delete(use, i, axis=0).max(axis=0) <= 1.0 + ROUNDING).any())
-        for i, limit in enumerate(limits)
-    }
-    return replace(found, message=_violated(found, [name for name in without if without[name]]))
+    nearest = rod(*map(int, np.unravel_index(np.nanargmin(most), most.shape)))
+    alone = [
+        limit.name
+        for i, limit in enumerate(limits[0])
+        if (np.delete(use, i, axis=1).max(axis=1) <= 1.0 + ROUNDING).any()
+    ]
+    message = _violated(nearest, alone)
+    return Design(status=DesignStatus.NONE, message=message, best=nearest, rods=[], pairs=pairs)
 
 
-def _solved(r: Requirements, progress: Progress) -> Pairs:
+def _solved(r: Requirements, progress: Progress) -> list[Pair]:
     """Solve all pairs (θ, η); leave out pairs without a solution."""
     theta, eta = np.array(list(product(r.theta, r.eta))).T
-    parts, failures = [], []
+    pairs: list[Pair] = []
+    failures: list[str] = []
     for some in slices(len(theta), PAIRS_AT_ONCE):
         solved, messages = survey(theta[some], eta[some], r.frictions, r.setup.contact)
-        parts += [] if solved is None else [solved]
+        pairs += solved
         failures += messages
         progress("solving", min(some.stop, len(theta)), len(theta))
-    if not parts:
+    if not pairs:
         raise NoResponseError(f"no such rod could be solved: {failures[0]}")
-    return Pairs.concatenate(parts)
+    return pairs
 
 
-def _candidate(r: Requirements, pairs: Pairs, n: int, d: int, k: int) -> Candidate:
-    """Take one rod of all, by its indices."""
-    pair = pairs.take(slice(n, n + 1))
-    return Candidate(requirements=r, pair=pair, diameter=r.diameter[d], length=r.length[k])
-
-
-def _violated(found: Design, alone: list[str]) -> str:
+def _violated(nearest: Candidate, alone: Sequence[str]) -> str:
     """Name the constraints that a rod violates, and each without which a rod would exist."""
     factors = ", ".join(
         f"{check.name} (by a factor of {check.use:.3g})"
-        for check in found.checks
+        for check in nearest.checks
         if check.use > 1.0 + ROUNDING
     )
-    if found.best.requirements.given:
+    if nearest.requirements.given:
         return f"this rod cannot be used: it violates the constraints {factors}"
     advice = "no single one of them is the cause"
     if alone:

@@ -1,40 +1,43 @@
-"""Strains of a rod in a period of sticking."""
+"""Strains of rods in a period of sticking."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vibrissa.mechanics.bending import Strains, strains
 from vibrissa.sticking.curve import StickingCurve
-from vibrissa.sticking.piece import StickingState
 
 # States of a period among which the largest strain is sought, both ends included.
 STATES = 17
 
 
-def strains_in(curve: StickingCurve, states: StickingState) -> Strains:
-    """Largest strain |φ'|·d/2 in each of n states (d0/L), and its place along the rod (L)."""
-    x1, height = curve.contact_point(states.x0)
-    contact = x1 - (1.0 - states.s_c)
-    values = (curve.theta, states.f, states.alpha, contact, height, states.s_c)
-    theta, f, alpha, x_c, y_c, s_c = np.broadcast_arrays(*(np.atleast_1d(x) for x in values))
-    return strains(theta, f, alpha, x_c, y_c, s_c, curve.mounting)
+def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Strains:
+    """Largest strain |φ'|·d/2 at displacements on each curve (d0/L), and its place along the rod.
+
+    The curves have the same mounting. They are integrated together, as rows one after the other.
+    """
+    rows = []
+    for curve, at in zip(curves, x0, strict=True):
+        state = curve.state(at)
+        x1, height = curve.contact_point(at)
+        contact = x1 - (1.0 - state.s_c)
+        values = (curve.theta, state.f, state.alpha, contact, height, state.s_c)
+        rows.append(np.broadcast_arrays(*(np.atleast_1d(value) for value in values)))
+    theta, f, alpha, x_c, y_c, s_c = np.concatenate(rows, axis=1)
+    return strains(theta, f, alpha, x_c, y_c, s_c, curves[0].mounting)
 
 
 def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
-    """Largest strain at the end of a period of sticking, and in the whole period.
+    """Largest strain at the end of a period of sticking (d0/L), and in the whole period.
 
     Parameters
     ----------
     end : float
         Displacement x0 at which the period ends (L).
-
-    Returns
-    -------
-    at_end : float
-        In units of d0/L.
     """
-    found = strains_in(curve, curve.state(np.linspace(0.0, end, STATES)))
+    found = strains_in([curve], [np.linspace(0.0, end, STATES)])
     return float(found.largest[-1]), found.take(np.atleast_1d(found.largest.argmax()))
 
 
@@ -69,14 +72,12 @@ def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | Non
         Strain up to which the material is elastic, in units of d0/L.
     """
     x0 = np.linspace(0.0, min(end, curve.x0_end), STATES)
-    found = strains_in(curve, curve.state(x0))
-    most = int(found.largest.argmax())
-    beyond = np.flatnonzero(found.largest > yield_strain)
-    if not len(beyond):
+    found = strains_in([curve], [x0])
+    most, beyond = int(found.largest.argmax()), found.largest > yield_strain
+    if not beyond.any():
         return None
-    first = int(beyond[0])
-    at = float(x0[first])
-    if first > 0:
-        pair = slice(first - 1, first + 1)
-        at = float(np.interp(yield_strain, found.largest[pair], x0[pair]))
+    # From the state before the first that yields, which may be the first of all.
+    first = int(beyond.argmax())
+    pair = slice(max(first - 1, 0), first + 1)
+    at = float(np.interp(yield_strain, found.largest[pair], x0[pair]))
     return Yield(strain=float(found.largest[most]), place=float(found.place[most]), x0=at)

@@ -25,13 +25,14 @@ class Exit(StrEnum):
     ----------
     FORWARD, BACKWARD
         The friction that holds a pushed tip, or a pulled one.
-    END
-        The equilibrium: pushing ends.
+    END, PULL
+        The end of the states that are known, pushed or pulled.
     """
 
     FORWARD = "forward"
     BACKWARD = "backward"
     END = "end"
+    PULL = "pull"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,12 +59,13 @@ class Tip:
     def margins(self, clamp: ArrayLike) -> FloatArray:
         """Margins of sticking at clamp positions, in the order of `Exit`.
 
-        Tangential forces that friction holds beside the present one, forward and backward, and the
-        distance to the end of pushing; negative where the tip does not stick.
+        Tangential forces that friction holds beside the present one, forward and backward, and
+        distances to both ends of the states (L); negative where the tip does not stick.
         """
         states, x0 = self.stage.states(clamp, self.contact, self.side)
         fx, fy, _ = np.moveaxis(states(states.clip(x0)), -1, 0)
-        return np.array([fx - self.mu0 * fy, -fx - self.mu0 * fy, states.x0_end - x0])
+        forward, backward = fx - self.mu0 * fy, -fx - self.mu0 * fy
+        return np.array([forward, backward, states.x0_end - x0, x0 - states.x0_pull])
 
     def exit(self, clamp: float) -> tuple[Exit, bool]:
         """Why a period of sticking ends with the clamp here, and whether it ends past the lock."""
