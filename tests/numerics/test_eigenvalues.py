@@ -17,7 +17,7 @@ def made(size, count, decay):
 @pytest.mark.parametrize(("size", "decay"), [(3, 0.3), (9, 0.5), (30, 0.7), (40, 0.3)])
 def test_it_is_that_of_the_matrix_in_the_space_normal_to_a_vector(size, decay):
     matrices, start, normal = made(size, 5, decay)
-    found = smallest_eigenvalue(lambda u: np.einsum("nij,jn->in", matrices, u), start, normal)
+    found = smallest_eigenvalue(lambda u: np.einsum("nij,jn->in", matrices, u), start, [normal])
     for matrix, unit, value in zip(matrices, normal.T, found, strict=True):
         unit = unit / np.linalg.norm(unit)
         held = np.eye(size) - np.outer(unit, unit)
@@ -27,5 +27,5 @@ def test_it_is_that_of_the_matrix_in_the_space_normal_to_a_vector(size, decay):
 def test_an_operator_that_is_not_finite_has_none_and_spoils_no_other():
     matrices, start, normal = made(12, 3, 0.5)
     matrices[1] = np.nan
-    found = smallest_eigenvalue(lambda u: np.einsum("nij,jn->in", matrices, u), start, normal)
+    found = smallest_eigenvalue(lambda u: np.einsum("nij,jn->in", matrices, u), start, [normal])
     assert np.isfinite(found).tolist() == [True, False, True]

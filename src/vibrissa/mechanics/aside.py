@@ -83,7 +83,7 @@ def stability_aside(states: RodStates) -> FloatArray:
     # Begin with the rotation of (D4), which is the mode where the clamp passes under the contact.
     start = np.full_like(held, A_LITTLE)
     start[nodes:-1] += moment * bend / np.linalg.norm(moment * bend, axis=0)
-    return 1.0 + smallest_eigenvalue(load_variation, start, held)
+    return 1.0 + smallest_eigenvalue(load_variation, start, [held])
 
 
 def _clamp_turn(states: RodStates) -> FloatArray:

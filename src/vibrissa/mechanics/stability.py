@@ -1,16 +1,15 @@
 """Stability: whether an equilibrium is a minimum of the energy."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from vibrissa.mechanics.mounting import polynomial
 from vibrissa.mechanics.states import RodStates
 from vibrissa.numerics.arrays import FloatArray
+from vibrissa.numerics.eigenvalues import smallest_eigenvalue
 from vibrissa.numerics.spectral import gauss_rule
 
-# Stiffness that stands for a rigid constraint: larger ones lose the digits of the margin.
-RIGID = 1e8
+# Stiffness from which on a turn is held: the margin differs by less than 1e-6.
+RIGID = 1e5
 
 
 def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
@@ -35,48 +34,32 @@ def stability(states: RodStates, *, slides: bool = False) -> FloatArray:
         is stable, zero where it stops being so.
     """
     rule = gauss_rule(states.nodes)
-    density, compliance = states.densities(rule.nodes)
-    # ψ from u, the square root of its bending energy density: ∫ B·ψ'² ds = Σ u². One more
-    # variable is the turn of the clamp, in units of the root of its energy.
-    root = np.sqrt(rule.weights * compliance)
-    turn = np.sqrt(states.clamp_compliance)[:, None]
-    slope = rule.from_start * (compliance / root)[:, None, :]
-    clamp = np.broadcast_to(turn[:, None], (*slope.shape[:2], 1))
-    slope, touch = np.concatenate([slope, clamp], axis=2), np.hstack([root, turn])
-    load = rule.weights * density
-    sin, cos = np.sin(states.phi), np.cos(states.phi)
-    load_slope = load * (states.fx[:, None] * cos + states.fy[:, None] * sin)
-    quadratic = np.swapaxes(slope, 1, 2) @ (load_slope[:, :, None] * slope)
+    # Columns are states: an integral along the rod is one product of matrices for all of them.
+    length, compliance = (np.ascontiguousarray(d.T) for d in states.densities(rule.nodes))
+    length *= rule.weights[:, None]
+    sin, cos = np.sin(states.phi).T, np.cos(states.phi).T
+    load = length * (states.fx * cos + states.fy * sin)
+    # ψ from u, the root of its bending energy density: ∫ B·ψ'² ds = Σ u². One more variable is the
+    # turn of the clamp, in units of the root of its energy. At the contact point ψ is touch·u.
+    bend, turn = np.sqrt(rule.weights[:, None] * compliance), np.sqrt(states.clamp_compliance)
+    integral, touch = rule.from_start / rule.weights, np.concatenate([bend, turn[None]])
     # At a tip nothing holds the slope. Where the rod lies down a turn costs energy, or is held.
     curvature = polynomial(states.curvature, states.s_c[:, None])[:, 0]
-    yields = states.line & (curvature < 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        held = np.where(yields, np.clip(states.fy / curvature, 0.0, RIGID), 0.0)
-    quadratic += held[:, None, None] * touch[:, :, None] * touch[:, None, :]
-    constraints = [np.vecmat(load * cos, slope), touch * (states.line & ~yields)[:, None]]
+        stiffness = np.where(curvature < 0.0, np.maximum(states.fy / curvature, 0.0), np.inf)
+    yields = states.line & (stiffness < RIGID)
+    held = np.where(yields, stiffness, 0.0)
+
+    def transposed(along: FloatArray) -> FloatArray:
+        """Differentiate by u what depends on ψ at the nodes."""
+        return np.concatenate([bend * (integral.T @ along), turn * along.sum(axis=0)[None]])
+
+    def load_variation(u: FloatArray) -> FloatArray:
+        """Halve the derivative of the second variation without the elastic energy."""
+        psi = integral @ (bend * u[:-1]) + turn * u[-1]
+        return transposed(load * psi) + held * touch * (touch * u).sum(axis=0)
+
+    normals = [transposed(length * cos), touch * (states.line & ~yields)]
     if not slides:
-        constraints.append(np.vecmat(load * sin, slope))
-    return 1.0 + smallest_eigenvalue(quadratic, constraints)
-
-
-def smallest_eigenvalue(matrices: FloatArray, normals: Sequence[FloatArray]) -> FloatArray:
-    """Smallest eigenvalues of symmetric operators in the spaces normal to some vectors, at most 0.
-
-    `matrices` are overwritten; NaN where one is not finite.
-    """
-    known: list[FloatArray] = []
-    for normal in normals:
-        for other in known:
-            normal = normal - np.vecdot(other, normal)[:, None] * other
-        # A vector of zeros holds nothing.
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
-        known.append(normal)
-        moved = np.matvec(matrices, normal)
-        moved -= 0.5 * np.vecdot(normal, moved)[:, None] * normal
-        matrices -= normal[:, :, None] * moved[:, None]
-        matrices -= moved[:, :, None] * normal[:, None]
-    finite = np.isfinite(matrices).all(axis=(1, 2))
-    found = np.full(len(matrices), np.nan)
-    found[finite] = np.linalg.eigvalsh(matrices[finite])[:, 0]
-    return found
+        normals.append(transposed(length * sin))
+    return 1.0 + smallest_eigenvalue(load_variation, np.ones_like(touch), normals)

@@ -1,6 +1,6 @@
 """Smallest eigenvalues of symmetric operators, many at once, by Lanczos' iteration."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,9 +16,9 @@ NOTHING = 1e-14
 
 
 def smallest_eigenvalue(
-    operator: Callable[[FloatArray], FloatArray], start: FloatArray, normal: FloatArray
+    operator: Callable[[FloatArray], FloatArray], start: FloatArray, normals: Sequence[FloatArray]
 ) -> FloatArray:
-    """Smallest eigenvalues of symmetric operators in the spaces normal to a vector.
+    """Smallest eigenvalues of symmetric operators in the spaces normal to some vectors.
 
     Parameters
     ----------
@@ -26,6 +26,8 @@ def smallest_eigenvalue(
         Applies the operators to vectors, shape (size, n).
     start : ndarray, shape (size, n)
         Vectors near the eigenvectors: what is orthogonal to them is not found.
+    normals : sequence of ndarray, shape (size, n)
+        A vector of zeros excludes nothing.
 
     Returns
     -------
@@ -37,21 +39,23 @@ def smallest_eigenvalue(
     B. N. Parlett, The Symmetric Eigenvalue Problem, 1998, §13. Every vector is made orthogonal to
     all before.
     """
-    known = np.empty((1 + len(start), *start.shape))
-    known[0] = _unit(normal)
-    vector = _unit(_orthogonal(start, known[:1]))
+    first = len(normals)
+    known = np.empty((first + len(start), *start.shape))
+    for number, normal in enumerate(normals):
+        known[number] = _unit(_orthogonal(normal, known[:number]))
+    vector = _unit(_orthogonal(start, known[:first]))
     diagonal: list[FloatArray] = []
     beside: list[FloatArray] = []
     smallest = np.full(start.shape[1], np.inf)
     for step in range(1, len(start) + 1):
-        known[step] = vector
+        known[first + step - 1] = vector
         image = operator(vector)
         diagonal.append(_product(vector, image))
         if step == len(start) or (step >= FIRST_LOOK and (step - FIRST_LOOK) % LOOKS == 0):
             before, smallest = smallest, _smallest(np.array(diagonal), np.array(beside))
             if not (np.abs(smallest - before) > CHANGE).any():
                 break
-        image = _orthogonal(image, known[: step + 1])
+        image = _orthogonal(image, known[: first + step])
         beside.append(np.sqrt(_product(image, image)))
         vector = _unit(image)
     return smallest
