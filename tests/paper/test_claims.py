@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 from vibrissa import solve_curve
 from vibrissa.errors import TableError
-from vibrissa.mechanics.bending import Bending, solve_and_measure
+from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.mechanics.elastica import rod_equations
 from vibrissa.mechanics.rod import Rod
 from vibrissa.mechanics.taper import diameter
@@ -474,9 +474,7 @@ def test_the_clamp_puts_in_the_energy_that_the_rod_stores(theta):
     curve = solve_curve(theta, 0.85)
     x0 = np.linspace(0.0, 0.06, 7)
     at = curve.state(x0)
-    bent = solve_and_measure(
-        np.full(7, theta), at.f, at.alpha, curve.x1_init - x0, np.full(7, 0.85)
-    )
+    bent = measure(np.full(7, theta), at.f, at.alpha, curve.x1_init - x0, np.full(7, 0.85))
     spent = [quad(lambda x: -float(curve.state(x).reaction_fx), 0.0, end)[0] for end in x0]
     assert bent.energy - bent.energy[0] == pytest.approx(spent, abs=3e-6)
 
@@ -485,9 +483,7 @@ def test_strain_and_curvature_at_the_clamp_of_a_cylinder():
     # There the moment is largest at alpha = 0: 2·k·K, with k and K of the elastica.
     curve = solve_curve(1.0, 0.85)
     at = curve.state(np.zeros(1))
-    bent = solve_and_measure(
-        np.ones(1), at.f, at.alpha, np.array([curve.x1_init]), np.array([0.85])
-    )
+    bent = measure(np.ones(1), at.f, at.alpha, np.array([curve.x1_init]), np.array([0.85]))
     assert bent.curvature == pytest.approx(-at.reaction_m, rel=1e-9)
     assert bent.strain == pytest.approx(-at.reaction_m / 2, rel=1e-9)
     assert bent.turn == pytest.approx(np.pi / 2 - at.phi1, abs=1e-9)

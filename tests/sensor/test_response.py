@@ -9,7 +9,7 @@ from scipy.interpolate import PPoly
 import reference
 from vibrissa import Mounting, solve_curve, solve_state
 from vibrissa.errors import ArgumentError, NoResponseError
-from vibrissa.mechanics.bending import solve_and_measure, strains
+from vibrissa.mechanics.bending import measure
 from vibrissa.mechanics.elastica import deformed_shape
 from vibrissa.mechanics.taper import diameter
 from vibrissa.sensor import Whisker
@@ -55,7 +55,7 @@ def test_the_work_of_the_clamp_bends_the_rod():
     x0 = np.array([0.0, 0.03, 0.1, 0.6 * response.x0_pull])
     fx, fy, _ = response(x0).T
     x1, one = response.curve.x1_init - x0, np.ones_like(x0)
-    bent = solve_and_measure(2 * one, np.hypot(fx, fy), np.arctan2(fx, -fy), x1, 0.85 * one)
+    bent = measure(2 * one, np.hypot(fx, fy), np.arctan2(fx, -fy), x1, 0.85 * one)
     work = [-response.reactions.integrate(0.0, end)[0] for end in x0]
     assert work == pytest.approx(bent.energy - bent.energy[0], abs=1e-5)
 
@@ -93,7 +93,7 @@ def test_strain_of_a_rod_with_little_taper_is_largest_where_the_moment_is():
     curve = solve_curve(1.0, 0.85)
     state = curve.state(0.0)
     # Without taper |φ'| is the moment, at the clamp; the radius is half the diameter.
-    strain = strains_in([curve], [0.0]).largest[0]
+    strain = strains_in([curve], [0.0]).strain[0]
     assert strain == pytest.approx(abs(state.reaction_m) / 2.0, rel=1e-8)
 
 
@@ -126,23 +126,23 @@ def test_largest_strain_is_that_between_the_points_too(part):
     x, y, _ = deformed_shape(6.0, f, alpha, x1, 0.7, s)
     moment = f * (np.cos(alpha) * (x - x1) + np.sin(alpha) * (y - 0.7))
     expected = (0.5 * np.abs(moment) / (1.0 - s * 5.0 / 6.0) ** 3).max()
-    assert strains_in([curve], [x0]).largest[0] == pytest.approx(expected, rel=2e-5)
+    assert strains_in([curve], [x0]).strain[0] == pytest.approx(expected, rel=2e-5)
 
 
 @pytest.mark.parametrize("theta", [2.0, 4.0, 20.0])
 def test_a_hardly_bent_cone_is_strained_most_where_it_is_half_as_thick_again_as_its_tip(theta):
     # A cantilever with a load at its tip: m ∝ 1 − s, and (1 − s)/d³ is largest at d = 1.5/θ.
     one = np.ones(1)
-    found = strains(theta * one, 1e-4 * one, 0.5 * np.pi * one, 0.0 * one, one, one)
+    found = measure(theta * one, 1e-4 * one, 0.5 * np.pi * one, 0.0 * one, one, one)
     assert diameter(found.place, theta) * theta == pytest.approx(1.5, abs=0.02)
-    assert found.largest == pytest.approx(0.5e-4 * 4 * theta**3 / 27 / (theta - 1), rel=1e-3)
+    assert found.strain == pytest.approx(0.5e-4 * 4 * theta**3 / 27 / (theta - 1), rel=1e-3)
 
 
 def test_a_hardly_bent_cylinder_is_strained_most_at_the_clamp():
     one = np.ones(1)
     for theta in (1.0, 1.4):
-        found = strains(theta * one, 1e-4 * one, 0.5 * np.pi * one, 0.0 * one, one, one)
-        assert found.place == [0.0] and found.largest == pytest.approx(0.5e-4, rel=1e-3)
+        found = measure(theta * one, 1e-4 * one, 0.5 * np.pi * one, 0.0 * one, one, one)
+        assert found.place == [0.0] and found.strain == pytest.approx(0.5e-4, rel=1e-3)
 
 
 TILTED = Mounting(clamp_angle=0.035, clamp_compliance=0.1, curvature=-0.1)
@@ -160,7 +160,7 @@ def test_a_response_has_the_mounting_where_the_clamp_pushes_and_pulls():
 def test_strain_in_a_mounting_is_that_of_the_bending_alone():
     curve = solve_curve(1.0, 0.85, mounting=TILTED)
     state = curve.state(0.0)
-    assert strains_in([curve], [0.0]).largest[0] == pytest.approx(
+    assert strains_in([curve], [0.0]).strain[0] == pytest.approx(
         abs(state.reaction_m) / 2.0, rel=1e-8
     )
 

@@ -87,7 +87,7 @@ def survey(
         float(x0[-1]) if np.isfinite(x0[-1]) else curve.x0_lock
         for curve, x0 in zip(solved, onsets, strict=True)
     ]
-    largest = strains_in(solved, [np.linspace(0.0, end, STATES) for end in ends]).largest
+    largest = strains_in(solved, [np.linspace(0.0, end, STATES) for end in ends]).strain
     strain = largest.reshape(len(solved), STATES).max(axis=1)
     return [
         Pair(

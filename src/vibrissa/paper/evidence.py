@@ -4,12 +4,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pyarrow.compute as pc
 
 from vibrissa.errors import TableError
-from vibrissa.mechanics.bending import Bending, measure, solve_and_measure
+from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.outcomes import Status
 from vibrissa.tables import query
 
@@ -132,17 +131,8 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
 
 def bending_of_steps(rows: pd.DataFrame) -> Bending:
     """Bending of the shapes of a scan's steps."""
-    return measure(
-        theta=rows["theta"].to_numpy(),
-        f=rows["f"].to_numpy(),
-        alpha=rows["alpha"].to_numpy(),
-        x1=rows["x1"].to_numpy(),
-        y1=rows["eta"].to_numpy(),
-        s=rows["shape_s"].iloc[0],
-        x=np.stack(rows["shape_x"].to_list()),
-        y=np.stack(rows["shape_y"].to_list()),
-        phi1=rows["phi1"].to_numpy(),
-    )
+    columns = ("theta", "f", "alpha", "x1", "eta")
+    return measure(*(rows[column].to_numpy() for column in columns))
 
 
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
@@ -161,4 +151,4 @@ def bending_at_the_last_state(rows: pd.DataFrame) -> Bending:
 
 def _bending(rows: pd.DataFrame, f: pd.Series, alpha: pd.Series, x0: pd.Series) -> Bending:
     state = (rows["theta"], f, alpha, rows["x1_init"] - x0, rows["eta"])
-    return solve_and_measure(*(values.to_numpy() for values in state))
+    return measure(*(values.to_numpy() for values in state))

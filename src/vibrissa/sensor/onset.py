@@ -8,7 +8,7 @@ import numpy as np
 
 from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
-from vibrissa.mechanics.bending import Strains
+from vibrissa.mechanics.bending import Bending
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.series import Column, Tabular
@@ -34,7 +34,7 @@ class WhiskerOnset(Tabular):
         Nondimensional.
     strain : float
         Largest strain at the onset (d0/L); NaN unless the tip slips.
-    most : Strains or None
+    most : Bending or None
         Largest strain of the whole period and its place; None unless the tip slips.
     whisker : Whisker
     yield_strain : float or None
@@ -43,7 +43,7 @@ class WhiskerOnset(Tabular):
 
     onset: Onset
     strain: float
-    most: Strains | None
+    most: Bending | None
     whisker: Whisker
     yield_strain: float | None = None
 
@@ -111,12 +111,12 @@ class WhiskerOnset(Tabular):
         if onset.n_steps is not None and not when:
             yield "x0_max", onset.x0_max, Kind.LENGTH, "clamp travel at the last sticking step"
 
-    def _strains(self, most: Strains) -> dict[str, Column]:
+    def _strains(self, most: Bending) -> dict[str, Column]:
         """Strain at the onset; the largest one, its place and its part of the yield strain."""
         units, unit, slenderness = self.units, "d0/L", 1.0
         if units.rod is not None:
             unit, slenderness = "1", units.rod.base_diameter / units.rod.length
-        largest = float(most.largest[0]) * slenderness
+        largest = float(most.strain[0]) * slenderness
         place = float(most.place[0]) * units.unit(Kind.LENGTH)
         length = units.name(Kind.LENGTH)
         columns = {

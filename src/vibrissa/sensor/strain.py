@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibrissa.mechanics.bending import Strains, strains
+from vibrissa.mechanics.bending import Bending, measure
 from vibrissa.sticking.curve import StickingCurve
 
 # States of a period among which the largest strain is sought, both ends included.
 STATES = 17
 
 
-def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Strains:
+def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Bending:
     """Largest strain |φ'|·d/2 at displacements on each curve (d0/L), and its place along the rod.
 
     The curves have the same mounting. They are integrated together, as rows one after the other.
@@ -26,10 +26,10 @@ def strains_in(curves: Sequence[StickingCurve], x0: Sequence[ArrayLike]) -> Stra
         values = (curve.theta, state.f, state.alpha, contact, height, state.s_c)
         rows.append(np.broadcast_arrays(*(np.atleast_1d(value) for value in values)))
     theta, f, alpha, x_c, y_c, s_c = np.concatenate(rows, axis=1)
-    return strains(theta, f, alpha, x_c, y_c, s_c, curves[0].mounting)
+    return measure(theta, f, alpha, x_c, y_c, s_c, curves[0].mounting)
 
 
-def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
+def strains_until(curve: StickingCurve, end: float) -> tuple[float, Bending]:
     """Largest strain at the end of a period of sticking (d0/L), and in the whole period.
 
     Parameters
@@ -38,7 +38,7 @@ def strains_until(curve: StickingCurve, end: float) -> tuple[float, Strains]:
         Displacement x0 at which the period ends (L).
     """
     found = strains_in([curve], [np.linspace(0.0, end, STATES)])
-    return float(found.largest[-1]), found.take(np.atleast_1d(found.largest.argmax()))
+    return float(found.strain[-1]), found.take(np.atleast_1d(found.strain.argmax()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,11 +73,11 @@ def yields(curve: StickingCurve, end: float, yield_strain: float) -> Yield | Non
     """
     x0 = np.linspace(0.0, min(end, curve.x0_end), STATES)
     found = strains_in([curve], [x0])
-    most, beyond = int(found.largest.argmax()), found.largest > yield_strain
+    most, beyond = int(found.strain.argmax()), found.strain > yield_strain
     if not beyond.any():
         return None
     # From the state before the first that yields, which may be the first of all.
     first = int(beyond.argmax())
     pair = slice(max(first - 1, 0), first + 1)
-    at = float(np.interp(yield_strain, found.largest[pair], x0[pair]))
-    return Yield(strain=float(found.largest[most]), place=float(found.place[most]), x0=at)
+    at = float(np.interp(yield_strain, found.strain[pair], x0[pair]))
+    return Yield(strain=float(found.strain[most]), place=float(found.place[most]), x0=at)
