@@ -131,8 +131,8 @@ def gather(tables: Mapping[str, query.Readable], names: Mapping[str, str]) -> Ev
 
 def bending_of_steps(rows: pd.DataFrame) -> Bending:
     """Bending of the shapes of a scan's steps."""
-    columns = ("theta", "f", "alpha", "x1", "eta")
-    return measure(*(rows[column].to_numpy() for column in columns))
+    state = (rows["theta"], rows["f"], rows["alpha"], rows["x1"] - rows["footpoint"], rows["eta"])
+    return measure(*(values.to_numpy() for values in state))
 
 
 def bending_at_the_end_of_trailing(rows: pd.DataFrame) -> Bending:
