@@ -38,7 +38,7 @@ def found_in(recording, noise=NOISE, given=GIVEN):
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [NOISE, None])
 def test_a_recording_of_the_rod_fits_as_often_as_it_says(response, noise):
-    found = [found_in(recorded(response, seed), noise).setting.goodness for seed in range(25)]
+    found = [found_in(recorded(response, seed), noise).goodness for seed in range(25)]
     chances = np.array([each.chance for each in found])
     assert all(each.fits for each in found)
     assert np.mean([each.ratio for each in found]) == pytest.approx(1.0, abs=0.02)
@@ -94,9 +94,9 @@ def wrong(recording, name, size):
 def test_an_error_of_transducer_or_stage_is_found_and_its_size(response, name, size):
     recording = wrong(recorded(response), name, size)
     found = found_in(recording)
-    assert not found.setting.goodness.fits
+    assert not found.goodness.fits
     assert (found.periods.doubt != "").all()
-    cause = found.setting.causes[0]
+    cause = found.causes[0]
     assert cause.name == name
     assert cause.size == pytest.approx(size, rel=0.1)
     assert cause.explained > 0.9
@@ -115,7 +115,7 @@ OTHER = {
 @pytest.mark.parametrize("name", OTHER)
 def test_another_rod_is_found_and_by_how_much(name):
     whisker, size = OTHER[name]
-    found = found_in(recorded(whisker.pushed)).setting
+    found = found_in(recorded(whisker.pushed))
     assert not found.goodness.fits
     assert found.causes[0].name == name
     assert found.causes[0].size == pytest.approx(size, rel=0.15)
@@ -127,7 +127,7 @@ def test_an_inclined_surface_is_found_and_by_how_much():
     stage = whisker.stage(POSITIONS, backward=False)
     truth = simulate(stage, surfaces.random(1, 0.3, 0.04, 0.02), POSITIONS, "free", 0.8)
     recording = recording_of(truth.clamp, measured(truth.reactions, [1, 2]))
-    cause = found_in(recording).setting.causes[0]
+    cause = found_in(recording).causes[0]
     assert cause.name == "stage_angle"
     assert cause.size == pytest.approx(np.deg2rad(0.5), rel=0.1)
 
@@ -169,7 +169,7 @@ def test_nothing_is_adjusted_to_columns_that_were_mixed_up(response, mixed, meth
 def test_the_moment_alone_tells_what_it_can(response):
     recording = recorded(response)
     readings = recording.readings * [np.nan, np.nan, 1.03]
-    found = found_in(replace(recording, readings=readings)).setting
+    found = found_in(replace(recording, readings=readings))
     assert not found.goodness.fits and found.causes
 
 
@@ -180,7 +180,7 @@ def test_a_period_that_does_not_fit_by_itself_does_not_spoil_the_others(response
     bumped = recording.readings.copy()
     bumped[whole.first[3] : whole.last[3], 2] += -0.004
     found = found_in(replace(recording, readings=bumped))
-    assert found.setting.goodness.fits
+    assert found.goodness.fits
     doubted = np.flatnonzero(found.periods.doubt != "")
     assert 3 in doubted and len(doubted) <= 2
 
@@ -202,7 +202,7 @@ def test_the_command_says_what_does_not_fit(tmp_path, response):
 def test_sizes_are_said_in_the_units_of_the_rod(response):
     whisker = Whisker.read(2.0, "85 mm", modulus="210 GPa", diameter="1 mm", length="100 mm")
     recording = wrong(recorded(response), "moment_origin_x", 0.002)
-    cause = found_in(recording).setting.causes[0]
+    cause = found_in(recording).causes[0]
     said = replace(cause, size=0.002, deviation=1e-5).spelled(whisker.units)
     assert said.startswith("moment_origin_x larger by 0.2 ± 0.001 mm (explains ")
     turned = replace(cause, of="clamp_angle", size=-np.pi / 180, deviation=1e-4)

@@ -11,11 +11,24 @@ from vibrissa.sensor import Whisker, identify, scan, surfaces
 from vibrissa.sensor.identification.checks import Grade
 from vibrissa.sensor.identification.goodness import Tolerance
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus
-from vibrissa.sensor.identification.summary import Setting, summary_of
+from vibrissa.sensor.identification.result import Identification
+from vibrissa.sensor.identification.slope import PLANE
 from vibrissa.sensor.quantities import Units
 
 WHISKER = Whisker(theta=2.0, eta=0.85, rod=ROD)
-NONE = Setting(units=Units())
+NONE = Identification(
+    periods=None,
+    units=Units(),
+    by_model=True,
+    tolerances=(),
+    covariance=np.zeros((0, 0)),
+    slope=PLANE,
+)
+
+
+def summary_of(periods, setting):
+    """Summary of periods whose errors have this setting."""
+    return replace(setting, periods=periods).summary()
 
 
 def setting_of(covariance, *names):
@@ -50,7 +63,6 @@ def periods_of(mu0, noise, step, effects=None, setting=NONE, **other):
         high=np.array(mu0) + 2.0 * deviation,
         common=common,
         by_step=np.full(size, float(step)),
-        shared=np.zeros(size),
         effects=effects,
         grade=none.copy(),
         doubt=none.copy(),

@@ -48,7 +48,7 @@ def test_a_modulus_within_its_tolerance_is_found_and_spoils_nothing():
     spoiled = identify(GIVEN, recording, method="model", noise=NOISE)
     assert abs(bias(spoiled, truth)[0]) > 10 * bias(spoiled, truth)[1]
     found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances={"modulus": "3 %"})
-    assert found.setting.goodness.fits and (found.periods.doubt == "").all()
+    assert found.goodness.fits and (found.periods.doubt == "").all()
     (modulus,) = found.tolerances
     assert modulus.adjusted == pytest.approx(0.04, abs=4 * modulus.deviation)
     assert modulus.deviation < 2e-4
@@ -66,13 +66,13 @@ def test_a_small_tolerance_holds_what_was_given_and_then_it_does_not_fit():
     told = 1.0 - (zero.deviation / tolerance) ** 2
     assert 0.01 < told < 0.9
     assert zero.adjusted == pytest.approx(told * error, rel=0.05)
-    assert not found.setting.goodness.fits
+    assert not found.goodness.fits
 
     # Fully adjusted, but by more than its tolerance allows.
     _, recording = recorded(GIVEN, scale=1.04)
     found = identify(GIVEN, recording, noise=NOISE, tolerances={"modulus": 0.001})
     assert found.tolerances[0].adjusted == pytest.approx(0.04, rel=0.01)
-    assert not found.setting.goodness.fits
+    assert not found.goodness.fits
 
 
 @pytest.mark.slow
@@ -118,7 +118,7 @@ def test_what_a_recording_does_not_tell_is_carried_into_the_intervals():
 def test_another_mounting_within_its_tolerance_is_found(name, size, tolerance):
     truth, recording = recorded(replace(GIVEN, mounting=Mounting(**{name: size})))
     found = identify(GIVEN, recording, method="model", noise=NOISE, tolerances={name: tolerance})
-    assert found.setting.goodness.fits
+    assert found.goodness.fits
     (one,) = found.tolerances
     assert one.adjusted == pytest.approx(size, abs=4 * one.deviation + 1e-9)
     assert abs(bias(found, truth)[0]) < 4 * bias(found, truth)[1]

@@ -33,9 +33,9 @@ class Grade(StrEnum):
     WRONG = "wrong"
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Check:
-    """A reason to doubt a friction."""
+    """A reason to doubt a friction; `summed` if the summary says it, `coarse` if nothing else."""
 
     grade: Grade
     periods: BoolArray
@@ -54,76 +54,18 @@ def checks_of_spans(clamp: FloatArray, spans: Spans) -> list[Check]:
     turned = came * np.where(went == 0.0, gap, went) < 0.0
     few = spans.counts < FEW
     coarse = bool(np.median(spans.counts) < 2 * FEW)
+    # If few samples are a spike, the period before did not end there. The last may be cut short.
+    before = np.append(few[1:-1], [False, False])[: len(few)]
+    finer = f"fewer than {FEW} samples in a period: sample more finely"
+    jumped = "samples are missing after it, or the clamp jumped or turned (measure again)"
+    spike = "too few samples: a spike, or a rest to be cut off (import --from)"
     return [
-        Check(
-            grade=Grade.DOUBTFUL,
-            periods=(lost | turned) & ~spans.passes,
-            sentence="samples are missing after it, or the clamp jumped or turned (measure again)",
-        ),
+        Check(Grade.DOUBTFUL, (lost | turned) & ~spans.passes, jumped),
         # Where most periods have few samples only a finer recording helps.
-        Check(
-            grade=Grade.WRONG,
-            periods=few & coarse,
-            sentence=f"fewer than {FEW} samples in a period: sample more finely",
-            summed=True,
-            coarse=True,
-        ),
-        Check(
-            grade=Grade.WRONG,
-            periods=few & (not coarse),
-            sentence="too few samples: a spike, or a rest to be cut off (import --from)",
-        ),
-        # If they are a spike, the period before did not end there. The last one may be cut short.
-        Check(
-            grade=Grade.DOUBTFUL,
-            periods=np.append(few[1:-1], [False, False])[: len(few)] & (not coarse),
-            sentence="too few samples after it",
-        ),
+        Check(Grade.WRONG, few & coarse, finer, summed=True, coarse=True),
+        Check(Grade.WRONG, few & (not coarse), spike),
+        Check(Grade.DOUBTFUL, before & (not coarse), "too few samples after it"),
     ]
-
-
-def rough(periods: BoolArray) -> Check:
-    """Doubt forces that are not smooth."""
-    why = "the forces do not follow a smooth curve: a slip may be hidden"
-    return Check(grade=Grade.WRONG, periods=periods, sentence=why)
-
-
-def backward(periods: BoolArray) -> Check:
-    """Doubt slips that do not follow the clamp."""
-    return Check(
-        grade=Grade.WRONG, periods=periods, sentence="the tip cannot slip in this direction"
-    )
-
-
-def misfit(channel: str, periods: BoolArray) -> Check:
-    """Doubt periods that do not fit the rod by themselves."""
-    why = f"{channel} does not fit a tip that stays where it is; after slow slips state --slip-time"
-    return Check(grade=Grade.WRONG, periods=periods, sentence=why)
-
-
-def unfitted(settled: bool, fits: bool, number: int) -> Check:
-    """Grade all periods as doubtful if the recording does not fit the given set-up."""
-    why = "the recording does not fit the set-up"
-    if not settled:
-        why = "the recording is too far from the given set-up to be fitted"
-    elif fits:
-        why = "a given value is far off for its tolerance"
-    return Check(grade=Grade.DOUBTFUL, periods=np.full(number, True), sentence=why, summed=settled)
-
-
-def untared(number: int) -> Check:
-    """Grade friction without a rod as doubtful if the zeros are unknown."""
-    why = (
-        "no reading checks the tare: state zero_force_x and zero_force_y, or record some rows "
-        "before the tip touches"
-    )
-    return Check(grade=Grade.DOUBTFUL, periods=np.full(number, True), sentence=why)
-
-
-def disagreeing(periods: BoolArray, all_together: bool) -> Check:
-    """Doubt periods of which model and ratio of the forces disagree."""
-    why = "model and ratio of the forces disagree"
-    return Check(grade=Grade.DOUBTFUL, periods=periods, sentence=why, summed=all_together)
 
 
 def grades(checks: Sequence[Check], number: int) -> StrArray:

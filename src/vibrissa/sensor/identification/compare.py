@@ -12,7 +12,7 @@ import numpy as np
 
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.checks import Grade
-from vibrissa.sensor.identification.periods import Periods, PeriodStatus
+from vibrissa.sensor.identification.periods import PeriodStatus
 
 if TYPE_CHECKING:
     from vibrissa.sensor.identification.result import Identification
@@ -33,22 +33,17 @@ class Beside:
         μ0 of each period by the ratio, and its standard deviation; NaN where it was not read.
     difference, spread : float
         Mean of model less ratio, of periods that do not disagree by themselves unless most do, and
-        its standard deviation.
+        its standard deviation; NaN if the periods are too few.
     off : ndarray of bool, shape (p,)
         Which periods disagree: all, where the means do.
     """
 
     ratio: FloatArray
     deviation: FloatArray
-    difference: float
-    spread: float
     number: int
     off: BoolArray
-
-    @property
-    def compared(self) -> bool:
-        """Whether both methods give friction in enough periods."""
-        return self.number >= FEWEST
+    difference: float = np.nan
+    spread: float = np.nan
 
     @property
     def agrees(self) -> bool:
@@ -62,47 +57,36 @@ def beside(model: "Identification", ratio: "Identification") -> Beside:
     known = (one.status == PeriodStatus.SLIP) & (other.status == PeriodStatus.SLIP)
     known &= other.grade != Grade.WRONG
     apart = one.mu0 - other.mu0
-    shared = _common(one.effects, other.effects, model, ratio) + other.shared**2
-    own = _own_variance(one) + _own_variance(other)
+    own = one.by_noise**2 + other.by_noise**2
     # The onset is late by the same part of the step.
     by_step = np.abs(one.by_step - other.by_step)
+    shared = _common(one.effects, other.effects, model, ratio)
     alone = known & (np.abs(apart) > ONE * np.sqrt(own + by_step**2 + shared))
-    # One that disagrees by itself does not make all of them doubtful.
-    kept = known & ~alone if 2 * alone.sum() < known.sum() else known
-    number, difference, spread = int(known.sum()), np.nan, np.nan
-    if number >= FEWEST:
-        mine, theirs = (each[kept].mean(axis=0)[None] for each in (one.effects, other.effects))
-        variance = _common(mine, theirs, model, ratio)[0] + other.shared[kept].mean() ** 2
-        variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
-        difference, spread = float(apart[kept].mean()), float(np.sqrt(variance))
     found = Beside(
         ratio=np.where(known, other.mu0, np.nan),
         deviation=np.where(known, other.deviation, np.nan),
-        difference=difference,
-        spread=spread,
-        number=number,
+        number=int(known.sum()),
         off=alone,
     )
+    if found.number < FEWEST:
+        return found
+    # One that disagrees by itself does not make all of them doubtful.
+    kept = known & ~alone if 2 * alone.sum() < known.sum() else known
+    mine, theirs = (each.effects[kept].mean(axis=0)[None] for each in (one, other))
+    variance = _common(mine, theirs, model, ratio)[0]
+    variance += own[kept].mean() / kept.sum() + by_step[kept].mean() ** 2
+    found = replace(found, difference=float(apart[kept].mean()), spread=float(np.sqrt(variance)))
     return found if found.agrees else replace(found, off=np.ones(len(one), dtype=bool))
 
 
-def _own_variance(periods: Periods) -> FloatArray:
-    """Variance of each friction by noise alone."""
-    squares = periods.deviation**2 - periods.common**2 - periods.by_step**2
-    return np.maximum(squares, 0.0)
-
-
 def _common(
-    of_model: FloatArray,
-    of_ratio: FloatArray,
-    model: "Identification",
-    ratio: "Identification",
+    of_model: FloatArray, of_ratio: FloatArray, model: "Identification", ratio: "Identification"
 ) -> FloatArray:
     """Variance of the difference by the common errors, for effects of shape (n, k) each."""
     names = [one.name for one in model.tolerances]
-    places = np.array([names.index(one.name) for one in ratio.tolerances], dtype=int)
-    shared = model.covariance[places]
+    places = [names.index(one.name) for one in ratio.tolerances]
+    both = np.zeros_like(of_model)
+    both[:, places] = of_ratio[:, : len(places)]
     found = np.einsum("ni,ij,nj->n", of_ratio, ratio.covariance, of_ratio)
-    found += np.einsum("ni,ij,nj->n", of_model, model.covariance, of_model)
-    found -= 2.0 * np.einsum("ni,ij,nj->n", of_ratio, shared, of_model)
+    found += np.einsum("ni,ij,nj->n", of_model - 2.0 * both, model.covariance, of_model)
     return np.asarray(np.maximum(found, 0.0))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import lsq_linear
 from scipy.special import chdtrc
 
 from vibrissa.errors import NoResponseError
@@ -17,7 +18,7 @@ from vibrissa.sensor.identification.forward import Forward
 from vibrissa.sensor.identification.slope import PLANE, Slope
 from vibrissa.sensor.response.heights import HIGHEST, LOWEST, HeightRange
 
-# Gauss-Newton steps to the contact of a period, at first and beside one that is known.
+# Gauss-Newton steps to the contacts of the periods, at first and beside some that are known.
 FIRST_STEPS, STEPS = 8, 3
 # Relative fall of the sum of squares at which the fit ends; the most steps, and halvings of one.
 SETTLED, MOST_STEPS, HALVINGS = 1e-5, 20, 6
@@ -104,7 +105,7 @@ class Fit:
         slope = self._seen[1]
         return np.maximum(self.forward.blocks.sums((slope**2).sum(axis=1)), TINY)
 
-    def contacts(self, steps: int = STEPS) -> "Fit":
+    def contacts(self, steps: int) -> "Fit":
         """Find the best u for this p."""
         fit = self
         for _ in range(steps):
@@ -114,16 +115,17 @@ class Fit:
         return fit
 
     @cached_property
-    def _changes(self) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of the readings and of u by the parameters, shapes (k, n, c) and (p, k)."""
+    def _changes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Derivatives by the parameters of readings, u and friction."""
         blocks = self.forward.blocks
         _, slope, of_one, _ = self._seen
-        found = self.noise.weighted(self.forward.changes(self.p, self.u), of_one, blocks.count)
-        along = -np.stack([blocks.sums((one * slope).sum(axis=1)) for one in found], axis=1)
-        along /= self.known[:, None]
-        for one, moved in zip(found, along.T, strict=True):
+        readings, friction = self.forward.changes(self.p, self.u)
+        found = self.noise.weighted(readings, of_one, blocks.count)
+        moves = -np.stack([blocks.sums((one * slope).sum(axis=1)) for one in found], axis=1)
+        moves /= self.known[:, None]
+        for one, moved in zip(found, moves.T, strict=True):
             one += slope * moved[blocks.period][:, None]
-        return found, along
+        return found, moves, friction.T
 
     @property
     def changes(self) -> FloatArray:
@@ -134,6 +136,11 @@ class Fit:
     def moves(self) -> FloatArray:
         """Change of each u per unit of each parameter, shape (p, k)."""
         return self._changes[1]
+
+    @property
+    def friction(self) -> FloatArray:
+        """Change of each friction per unit of each parameter, for a known u, shape (p, k)."""
+        return self._changes[2]
 
     @cached_property
     def rows(self) -> BoolArray:
@@ -166,7 +173,7 @@ class Fit:
         """JᵀJ + 1: half the second derivative of the sum that is minimised, shape (f, f)."""
         return np.asarray(self.jacobian @ self.jacobian.T + np.eye(len(self.jacobian)))
 
-    @cached_property
+    @property
     def remaining(self) -> FloatArray:
         """Covariance of the errors that remain, in tolerances, shape (f, f)."""
         if not (self.settled and self.free.any()):
@@ -263,50 +270,43 @@ def fitted(start: Fit) -> Fit:
 
 def searched(start: Fit) -> Fit:
     """Find the set-up by Gauss-Newton steps; the given one if they fail."""
-    best, settled = replace(start, settled=True), not start.free.any()
+    best = replace(start, settled=not start.free.any())
     for _ in range(MOST_STEPS):
-        if settled:
-            break
+        if best.settled:
+            return best
         better = _better(best)
         if better is None:
             break
-        settled = best.total - better.total < SETTLED * best.total
-        best = better
-    return best if settled else replace(start, settled=False)
+        best = replace(better, settled=best.total - better.total < SETTLED * best.total)
+    return best if best.settled else replace(start, settled=False)
 
 
 def _better(fit: Fit) -> Fit | None:
-    """Take a Gauss-Newton step, or a part of it, by which the sum does not grow."""
-    low, high = np.array([_range(fit.forward, k) for k in np.flatnonzero(fit.free).tolist()]).T
+    """Take a Gauss-Newton step within the bounds, or a part of it by which the sum does not grow.
+
+    `scipy.optimize.least_squares` zigzags along the bounds: a clamp does not yield less than 0.
+    """
     sigma = fit.sigma[fit.free]
-    low, high = low / sigma, high / sigma
+    low, high = (
+        np.array([_range(fit.forward, k) for k in np.flatnonzero(fit.free).tolist()]).T / sigma
+    )
     try:
-        step = _step(fit, low, high)
+        root = np.linalg.cholesky(fit.normal).T
+        slope = fit.jacobian @ fit.residuals[fit.rows].ravel() + fit.scores
+        aim, within = -np.linalg.solve(root.T, slope), (low - fit.scores, high - fit.scores)
+        step = lsq_linear(root, aim, within, method="bvls").x
     except NoResponseError:
         return None
-    for halving in range(HALVINGS):
+    for part in 0.5 ** np.arange(HALVINGS):
         p = fit.p.copy()
-        p[fit.free] = sigma * np.clip(fit.scores + 0.5**halving * step, low, high)
+        p[fit.free] = sigma * np.clip(fit.scores + part * step, low, high)
         try:
-            other = replace(fit, p=p).contacts()
+            other = replace(fit, p=p).contacts(STEPS)
             if other.total <= fit.total * (1.0 + SETTLED):
                 return other
         except NoResponseError:
             continue
     return None
-
-
-def _step(fit: Fit, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Gauss-Newton step of the scores; scores at a bound that would pass it are held."""
-    slope = fit.jacobian @ fit.residuals[fit.rows].ravel() + fit.scores
-    held = np.zeros(len(slope), dtype=bool)
-    while True:
-        step, some = np.zeros(len(slope)), ~held
-        step[some] = -np.linalg.solve(fit.normal[np.ix_(some, some)], slope[some])
-        passes = (fit.scores <= low) & (step < 0.0) | (fit.scores >= high) & (step > 0.0)
-        if not passes.any():
-            return step
-        held |= passes
 
 
 def _range(forward: Forward, k: int) -> tuple[float, float]:

@@ -193,37 +193,43 @@ class Forward:
                 soft = 1.0 - size * np.log10(1.0 + row)
         return np.asarray((loads * soft[:, None]) @ matrix.T + zeros)
 
-    def step(self, k: int) -> float:
-        """Step of the derivative over a parameter."""
-        name = self.parameters[k].name
-        return -STEP_IN_GAP * (1.0 - self.whisker.eta) if name == "eta" else STEP
+    def friction(self, p: FloatArray, u: FloatArray, heights: HeightRange) -> FloatArray:
+        """Friction that the tip needs on the way to its slip, shape (p, 3); up to the lock."""
+        states, x0 = self.onset(p, u, heights)
+        x0 = np.clip(x0, states.x0_pull, states.x0_lock)
+        return np.asarray(self.ends.sign[:, None] * states.demand(x0))
 
-    def changes(self, p: FloatArray, u: FloatArray) -> FloatArray:
-        """Differentiate the readings over each parameter, with the u of each period, (k, n, 3)."""
-        row, found = self.blocks.row, np.zeros((len(p), len(self.blocks), 3))
-        others = [self.moved(p, k) for k in range(len(p))]
-        of_rod = [k for k in range(len(p)) if self.of_rod(k)]
-        heights = self.heights(p)[0]
-        solved = dict(zip(of_rod, self.heights(*(others[k] for k in of_rod)), strict=True))
+    def changes(self, p: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Differentiate readings and friction over each parameter, with the u of each period.
+
+        Returns
+        -------
+        ndarray, shape (k, n, 3)
+        ndarray, shape (k, p)
+            Friction in the middle of the step to the slip.
+        """
+        count, row = len(p), self.blocks.row
+        names = [one.name for one in self.parameters]
+        step = np.where([name == "eta" for name in names], self._eta_step, STEP)
+        moved = p + np.diag(step)
+        of_rod = [k for k in range(count) if names[k] in OF_ROD]
+        heights, *others = self.heights(p, *moved[of_rod])
+        solved = dict(zip(of_rod, others, strict=True))
         loads = self.loads(p, *self.states(p, u, heights))
-        before = self.readings(p, loads, row)
+        before, friction = self.readings(p, loads, row), self.friction(p, u, heights)[:, 1]
+        readings, frictions = np.zeros((count, *before.shape)), np.zeros((count, len(u)))
         for k, one in enumerate(self.parameters):
-            after = loads
+            after, near = loads, solved.get(k, heights)
             if not one.of_readings:
-                near = solved.get(k, heights)
-                after = self.loads(others[k], *self.states(others[k], u, near))
-            found[k] = (self.readings(others[k], after, row) - before) / self.step(k)
-        return found
+                after = self.loads(moved[k], *self.states(moved[k], u, near))
+                changed = self.friction(moved[k], u, near)[:, 1]
+                frictions[k] = (changed - friction) / step[k]
+            readings[k] = (self.readings(moved[k], after, row) - before) / step[k]
+        return readings, frictions
 
-    def of_rod(self, k: int) -> bool:
-        """Whether a parameter needs another rod solved."""
-        return self.parameters[k].name in OF_ROD
-
-    def moved(self, p: FloatArray, k: int) -> FloatArray:
-        """Make one parameter a little larger."""
-        other = p.copy()
-        other[k] += self.step(k)
-        return other
+    @property
+    def _eta_step(self) -> float:
+        return -STEP_IN_GAP * (1.0 - self.whisker.eta)
 
 
 def _part(heights: FloatArray, branches: list[Response]) -> Heights:

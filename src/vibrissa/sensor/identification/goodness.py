@@ -211,7 +211,7 @@ def _lifted(fit: Fit, k: int, excess: float) -> Cause | None:
         variance = found.covariance[(row := int(found.free[:k].sum())), row]
     except NoResponseError:
         return None
-    off = max(found.total / max(fit.degrees, 1), 1.0)
+    off = max(found.misfit / max(fit.degrees, 1), 1.0)
     return Cause(
         name=one.name,
         of=one.of,

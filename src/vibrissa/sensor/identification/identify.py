@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from vibrissa.errors import (
@@ -14,9 +15,10 @@ from vibrissa.errors import (
     RecordingError,
     WrongRodError,
 )
-from vibrissa.sensor.identification.checks import Check, disagreeing, unfitted, untared
+from vibrissa.sensor.identification.checks import Check, Grade
 from vibrissa.sensor.identification.compare import beside
-from vibrissa.sensor.identification.model import read_model
+from vibrissa.sensor.identification.mixing import check_columns
+from vibrissa.sensor.identification.model import nearest_states, read_model, unfitted
 from vibrissa.sensor.identification.parameters import BEARING
 from vibrissa.sensor.identification.ratio import read_ratio
 from vibrissa.sensor.identification.recording import (
@@ -37,6 +39,10 @@ if TYPE_CHECKING:
 
 # A cause that explains this part of a misfit is the one.
 MOST = 0.9
+UNTARED = (
+    "no reading checks the tare: state zero_force_x and zero_force_y, or record some rows before "
+    "the tip touches"
+)
 
 
 def identify(
@@ -96,14 +102,17 @@ def identify(
         If the response of the whisker is not found.
     """
     method = chosen(Method, method or (Method.MODEL if whisker else Method.RATIO), "method")
-    if method is not Method.RATIO and whisker is None:
+    if method is Method.MODEL and whisker is None:
         raise ArgumentError(
             f"the method {method} needs the rod: give theta and eta, or use the method ratio"
         )
     recording = Path(recording) if isinstance(recording, str) else recording
     if whisker is not None:
         whisker = whisker.wishing(noise, *(tolerances or {}).values())
-    units = _units(whisker, recording, method)
+    if whisker is not None and (whisker.rod is not None or method is Method.MODEL):
+        units = whisker.units
+    else:
+        units = Units() if isinstance(recording, Recording) else units_of(recording)
     sensor = None if transducer is None else transducer_of(transducer, units)
     if not isinstance(recording, Recording):
         recording = read_recording(recording, units, method, sensor)
@@ -116,83 +125,56 @@ def identify(
         delay=in_samples(recording, delay, "delay"),
     )
     progress("reading the recording", 0, 1)
-    if rod is not None and method is Method.MODEL:
-        found = _by_model(task, rod)
-    else:
-        found = _by_ratio(task, rod)
+    found = _read(task) if rod is None else _read_both(task, rod, method)
     progress("reading the recording", 1, 1)
     # Both readings share the slope of the surface.
-    return replace(found, periods=found.periods.on_slope(found.setting.slope))
+    return replace(found, periods=found.periods.on_slope(found.slope))
 
 
-def _units(
-    whisker: Whisker | None, recording: "Recording | Path | DataFrame", method: Method
-) -> Units:
-    """Units of the rod; without a rod those of the recording."""
-    if whisker is not None and (whisker.rod is not None or method is not Method.RATIO):
-        return whisker.units
-    return Units() if isinstance(recording, Recording) else units_of(recording)
+def _read(task: Task) -> Identification:
+    """Read the ratio of the forces without a rod."""
+    found = read_ratio(task.with_scatter())
+    everywhere = np.full(len(found.periods), task.untared)
+    return found.doubted(Check(Grade.DOUBTFUL, everywhere, UNTARED))
 
 
-def _by_model(task: Task, whisker: Whisker) -> Identification:
-    """Read by the model of the rod, and compare with the ratio where that can be read."""
+def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
+    """Read by one method, and compare with the other where that can be read."""
     try:
-        task, slipped, found = read_model(task, whisker)
-    except (NoResponseError, WrongRodError) as error:
-        if not task.both_forces:
-            raise
-        text = f"{error}; --method ratio reads the forces without a rod"
-        raise type(error)(text) from error
-    if not task.both_forces:
-        return found
-    try:
-        return _compared(found, found, read_ratio(task, slipped))
-    except RecordingError as error:
-        return _noted(found, f"not compared with the ratio of the forces: {error}")
-
-
-def _by_ratio(task: Task, whisker: Whisker | None) -> Identification:
-    """Read by the ratio of the forces, and compare with the model where that can be read."""
-    if whisker is None:
-        return _alone(task)
-    try:
-        task, slipped, model = read_model(task, whisker)
+        nearest = nearest_states(task, rod)
+        check_columns(nearest, task.recording)
+        task = task.with_scatter()
+        model = read_model(task, rod, nearest)
     except MixedColumnsError:
         raise
     except (NoResponseError, RecordingError) as error:
-        return _noted(_alone(task), f"not compared with the model of the rod: {error}")
-    ratio = read_ratio(task, slipped)
-    found, of_model = _compared(ratio, model, ratio), model.setting
-    # What the model finds other than it was given may bear on the ratio, unless it surely does not.
-    far = any(one.far and one.of in BEARING for one in of_model.tolerances)
-    elsewhere = any(one.explained > MOST and one.of not in BEARING for one in of_model.causes)
-    if not far and (of_model.fits or elsewhere):
-        return found
-    setting = replace(found.setting, goodness=of_model.goodness, causes=of_model.causes)
-    found = replace(found, setting=setting)
-    return _doubted(found, unfitted(True, of_model.fits, len(found.periods)))
-
-
-def _alone(task: Task) -> Identification:
-    """Read without a rod."""
-    task = task.with_scatter()
-    found = read_ratio(task, task.slipped)
-    return _doubted(found, untared(len(found.periods))) if task.untared else found
-
-
-def _compared(
-    found: Identification, model: Identification, ratio: Identification
-) -> Identification:
-    """Doubt the periods of which model and ratio disagree."""
+        if method is Method.MODEL:
+            alone = task.both_forces and isinstance(error, NoResponseError | WrongRodError)
+            more = "; --method ratio reads the forces without a rod" if alone else ""
+            raise type(error)(f"{error}{more}") from error
+        found = _read(task)
+        return found.noted(f"not compared with the model of the rod: {error}")
+    if method is Method.MODEL and not task.both_forces:
+        return model
+    try:
+        ratio = read_ratio(task)
+    except RecordingError as error:
+        if method is Method.RATIO:
+            raise
+        return model.noted(f"not compared with the ratio of the forces: {error}")
     compared = beside(model, ratio)
-    found = _doubted(found, disagreeing(compared.off, not compared.agrees))
-    return replace(found, setting=replace(found.setting, beside=compared))
+    found = model if method is Method.MODEL else ratio
+    apart = "model and ratio of the forces disagree"
+    checks = [Check(Grade.DOUBTFUL, compared.off, apart, summed=not compared.agrees)]
+    if method is Method.RATIO and _bears_on_ratio(model):
+        found = replace(found, goodness=model.goodness, causes=model.causes)
+        checks.append(unfitted(model))
+    return replace(found, beside=compared).doubted(*checks)
 
 
-def _doubted(found: Identification, *checks: Check) -> Identification:
-    return replace(found, periods=found.periods.doubted(*checks))
-
-
-def _noted(found: Identification, note: str) -> Identification:
-    periods = found.periods
-    return replace(found, periods=replace(periods, left_out=(*periods.left_out, note)))
+def _bears_on_ratio(model: Identification) -> bool:
+    """Whether what the model finds other than it was given may bear on the ratio of the forces."""
+    if any(one.far and one.of in BEARING for one in model.tolerances):
+        return True
+    elsewhere = any(one.explained > MOST and one.of not in BEARING for one in model.causes)
+    return not (model.fits or elsewhere)

@@ -24,8 +24,6 @@ SAMPLED, BEGINNING = 300, 20
 MISFIT = 36.0
 # Squared residuals that are smaller by this factor are much smaller: by 15, what they are of.
 MUCH = 225.0
-# A smaller mean square is rounding: the readings of a simulation may have no noise.
-ROUNDING = 1e-9
 # Signs of the channels in the mirror image of a rod, and a unit taken for another, as mN for N.
 MIRROR, THOUSAND = np.diag([-1.0, 1.0, -1.0]), 1e3
 
@@ -40,7 +38,7 @@ class NearestStates:
 
     def weighted(self, readings: FloatArray) -> FloatArray:
         """Channels that are used, in standard deviations, shape (n, c)."""
-        return np.asarray(readings[:, self.used] / self.noise)
+        return np.asarray(readings[:, self.used] / self.noise[self.used])
 
     @cached_property
     def _table(self) -> tuple[FloatArray, Any]:
@@ -55,12 +53,8 @@ class NearestStates:
     def __call__(self, readings: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacements of the nearest states (L), and the squared misfits to them, each (n,)."""
         table, tree = self._table
-        weighted = self.weighted(readings)
-        x0 = table[tree.query(weighted)[1]]
-        slope = self.weighted(self.branch.slope(x0))
-        miss = weighted - self.weighted(self.branch(x0))
-        x0 = self.branch.clip(x0 + (slope * miss).sum(axis=1) / (slope**2).sum(axis=1))
-        return x0, ((weighted - self.weighted(self.branch(x0))) ** 2).sum(axis=1)
+        distance, nearest = tree.query(self.weighted(readings))
+        return table[nearest], distance**2
 
 
 def check_columns(nearest: NearestStates, recording: Recording) -> None:
@@ -84,18 +78,15 @@ def check_columns(nearest: NearestStates, recording: Recording) -> None:
     given = float(np.median(ahead))
     if given <= MISFIT:
         return
-    least, text, mixed = min(
-        (float(np.median(misfits(mixed))), text, mixed.tolist())
-        for text, mixed in _mix_ups(nearest.used)
-    )
-    size = (nearest.weighted(some @ np.array(mixed).T) ** 2).sum(axis=1)
+    mix_ups = dict(_mix_ups(nearest.used))
+    least = {text: float(np.median(misfits(mixed))) for text, mixed in mix_ups.items()}
+    text = min(least, key=lambda text: least[text])
+    size = (nearest.weighted(some @ mix_ups[text].T) ** 2).sum(axis=1)
     # A rod that is quite another one is not near to the readings, however they are mixed.
-    if least < min(given, float(np.median(size))) / MUCH:
+    if least[text] < min(given, float(np.median(size))) / MUCH:
         raise MixedColumnsError(
-            f"the columns seem to be mixed up: {text}. The readings would be "
-            f"{np.sqrt(given / max(least, ROUNDING)):.3g} times as near to this rod. Say which is "
-            "which with vibrissa import --column, a minus before a title turns the sign: "
-            "'moment_z=-Mz'"
+            f"the columns seem to be mixed up: {text}. Say which is which with vibrissa import "
+            "--column, a minus before a title turns the sign: 'moment_z=-Mz'"
         )
 
 
@@ -103,17 +94,14 @@ def _mix_ups(used: list[int]) -> Iterator[tuple[str, FloatArray]]:
     """Mix-ups of the channels that are used, with what undoes each, shape (3, 3)."""
     both = set(FORCES) <= set(used)
     for swapped, signs in product((False, True)[: 1 + both], product((1.0, -1.0), repeat=3)):
-        other = [i for i in used if signs[i] < 0.0]
-        said = ["force_x and force_y swapped"] * swapped
-        said += [f"{_named(other)} with the other sign"] if other else []
-        if said:
-            yield ", ".join(said), np.diag(signs) @ np.eye(3)[[1, 0, 2] if swapped else [0, 1, 2]]
-    for rows in filter(None, ([i for i in used if i in FORCES], [i for i in used if i == 2])):
+        other = [CHANNELS[i] for i in used if signs[i] < 0.0]
+        texts = ["force_x and force_y swapped"] * swapped
+        texts += [f"{' and '.join(other)} with the other sign"] if other else []
+        if texts:
+            yield ", ".join(texts), np.diag(signs) @ np.eye(3)[[1, 0, 2] if swapped else [0, 1, 2]]
+    for name, channels in (("force_x and force_y", FORCES), ("moment_z", [2])):
         for factor, size in ((THOUSAND, "larger"), (1.0 / THOUSAND, "smaller")):
             each = np.ones(3)
-            each[rows] = factor
-            yield f"{_named(rows)} in a unit 1000 times {size}", np.diag(each)
-
-
-def _named(channels: list[int]) -> str:
-    return " and ".join(CHANNELS[i] for i in channels)
+            each[channels] = factor
+            if set(channels) <= set(used):
+                yield f"{name} in a unit 1000 times {size}", np.diag(each)

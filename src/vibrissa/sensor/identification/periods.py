@@ -65,8 +65,6 @@ class Periods(Batch):
         is independent.
     by_step : ndarray
         Part of the deviation by the step of the stage.
-    shared : ndarray
-        Part of `common` by how the forces curve, without a rod.
     effects : ndarray, shape (p, k)
         Change of μ0 per unit of each of k errors of the set-up.
     grade, doubt : ndarray of str
@@ -90,12 +88,17 @@ class Periods(Batch):
     high: FloatArray
     common: FloatArray
     by_step: FloatArray
-    shared: FloatArray
     effects: FloatArray
     grade: StrArray
     doubt: StrArray
     checks: tuple[Check, ...] = ()
     left_out: tuple[str, ...] = ()
+
+    @property
+    def by_noise(self) -> FloatArray:
+        """Part of the deviation that is independent from period to period, shape (p,)."""
+        square = self.deviation**2 - self.common**2 - self.by_step**2
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -139,7 +142,6 @@ def periods_of(
     least: FloatArray,
     common: FloatArray,
     effects: FloatArray,
-    shared: float = 0.0,
 ) -> Periods:
     """Build periods with unknown contact points."""
     recording, spans = slipped.recording, slipped.spans
@@ -159,7 +161,6 @@ def periods_of(
         high=np.where(slips, found.high, np.nan),
         common=np.where(slips, common, 0.0),
         by_step=np.where(slips, found.by_step, np.nan),
-        shared=np.where(slips, shared, 0.0),
         effects=np.where(slips[:, None], effects, 0.0),
         grade=np.full(len(spans), ""),
         doubt=np.full(len(spans), ""),

@@ -8,7 +8,7 @@ import numpy as np
 from vibrissa.errors import MixedColumnsError, RecordingError
 from vibrissa.numerics.arrays import FloatArray, StrArray
 from vibrissa.sensor.identification.blocks import condensed
-from vibrissa.sensor.identification.checks import backward, checks_of_spans, rough
+from vibrissa.sensor.identification.checks import Check, Grade, checks_of_spans
 from vibrissa.sensor.identification.goodness import tolerances_of
 from vibrissa.sensor.identification.onsets import Onsets, read_onsets
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
@@ -16,7 +16,6 @@ from vibrissa.sensor.identification.periods import PeriodStatus, periods_of
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slips import Slipped
-from vibrissa.sensor.identification.summary import Setting
 from vibrissa.sensor.identification.task import Task
 from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation, summary_of
 
@@ -30,7 +29,7 @@ PRESSES = 10.0
 MOST_LOCK = 0.5
 
 
-def read_ratio(task: Task, slipped: Slipped) -> Identification:
+def read_ratio(task: Task) -> Identification:
     """Read the friction of the periods of a recording.
 
     Raises
@@ -40,6 +39,7 @@ def read_ratio(task: Task, slipped: Slipped) -> Identification:
     """
     if not task.both_forces:
         raise RecordingError("the method ratio needs the noise of both forces, above 0")
+    slipped = task.slipped
     recording, spans, ends = slipped.recording, slipped.spans, slipped.ends
     forces, noise = recording.readings[:, FORCES], task.noise[FORCES]
     check_forces(forces, noise)
@@ -48,26 +48,29 @@ def read_ratio(task: Task, slipped: Slipped) -> Identification:
         condensed(recording, spans), noise, ends, task.delay * ends.speed, slipped.position
     )
     parameters = [one for one in task.parameters if one.of in BEARING and one.deviation > 0.0]
+    # How the forces curve is an error of all periods, too.
     effects = _effects(slipped, onsets, parameters, task.full_scale[MOMENT])
-    covariance = np.diag([one.deviation**2 for one in parameters])
-    common = np.hypot(onsets.shared, common_deviation(effects, covariance))
+    effects = np.column_stack([effects, np.ones(len(spans))])
+    covariance = np.diag([*(one.deviation**2 for one in parameters), onsets.shared**2])
+    common = common_deviation(effects, covariance)
     found = summary_of(onsets.along, np.hypot(onsets.own, common))
     status, least = _statuses(onsets, slipped, noise)
     _check_axes(forces, status)
-    least = least - HALF_WIDTH * common
-    periods = periods_of(slipped, status, found, least, common, effects, onsets.shared)
-    checks = [
-        *checks_of_spans(slipped.clamp, spans),
-        rough(~onsets.smooth),
-        backward(status == PeriodStatus.BEYOND),
-    ]
-    setting = Setting(
+    periods = periods_of(slipped, status, found, least - HALF_WIDTH * common, common, effects)
+    hidden = "the forces do not follow a smooth curve: a slip may be hidden"
+    against = "the tip cannot slip in this direction"
+    return Identification(
+        periods=periods.doubted(
+            *checks_of_spans(slipped.clamp, spans),
+            Check(Grade.WRONG, ~onsets.smooth, hidden),
+            Check(Grade.WRONG, status == PeriodStatus.BEYOND, against),
+        ),
         units=task.units,
-        slope=task.slope,
-        tolerances=tolerances_of(parameters, np.zeros(len(parameters)), covariance),
+        by_model=False,
+        tolerances=tolerances_of(parameters, np.zeros(len(parameters)), covariance[:-1, :-1]),
         covariance=covariance,
+        slope=task.slope,
     )
-    return Identification(periods=periods.doubted(*checks), setting=setting, by_model=False)
 
 
 def _effects(

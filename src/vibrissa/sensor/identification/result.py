@@ -1,16 +1,18 @@
 """Result of an identification: friction of the periods, in the units of the rod."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.checks import Grade
-from vibrissa.sensor.identification.goodness import Tolerance
+from vibrissa.sensor.identification.checks import Check, Grade
+from vibrissa.sensor.identification.compare import Beside
+from vibrissa.sensor.identification.goodness import Cause, Goodness, Tolerance
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus
-from vibrissa.sensor.identification.summary import FrictionSummary, Setting, summary_of
+from vibrissa.sensor.identification.slope import Slope
+from vibrissa.sensor.identification.summary import FrictionSummary, summary_of
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
 
@@ -26,34 +28,49 @@ class Identification(Tabular):
     ----------
     periods : Periods
         Nondimensional.
-    setting : Setting
-        What they have in common.
     by_model : bool
         Whether they were read by the model of the rod, and not by the ratio of the forces.
+    tolerances : tuple of Tolerance
+        Quantities with a tolerance, and their estimates.
+    covariance : ndarray, shape (k, k)
+        Of the remaining errors of `tolerances`, and without a rod of how the forces curve.
+    slope : Slope
+        Tolerance of the local slope of the surface.
+    goodness : Goodness or None
+        Whether the recording as a whole fits the given set-up; None without a rod.
+    causes : tuple of Cause
+        What may be other than it was given, if it does not, or only far off.
+    beside : Beside or None
+        The model of the rod beside the ratio of the forces.
     """
 
     periods: Periods
-    setting: Setting
+    units: Units
     by_model: bool
-
-    @property
-    def units(self) -> Units:
-        """Units of the results."""
-        return self.setting.units
-
-    @property
-    def tolerances(self) -> tuple[Tolerance, ...]:
-        """Quantities with a tolerance, and their estimates."""
-        return self.setting.tolerances
-
-    @property
-    def covariance(self) -> FloatArray:
-        """Covariance of the remaining errors of `tolerances`, shape (k, k)."""
-        return self.setting.covariance
+    tolerances: tuple[Tolerance, ...]
+    covariance: FloatArray
+    slope: Slope
+    goodness: Goodness | None = None
+    causes: tuple[Cause, ...] = ()
+    beside: Beside | None = None
 
     def summary(self) -> FrictionSummary:
         """Mean of μ0, how well it is known, and what limits it; prints as a few lines."""
-        return summary_of(self.periods, self.setting)
+        return summary_of(self)
+
+    @property
+    def fits(self) -> bool:
+        """Whether the recording fits what was given, as far as is known."""
+        return self.goodness is None or self.goodness.fits
+
+    def noted(self, note: str) -> "Identification":
+        """Add a note."""
+        left_out = (*self.periods.left_out, note)
+        return replace(self, periods=replace(self.periods, left_out=left_out))
+
+    def doubted(self, *checks: Check) -> "Identification":
+        """Add reasons to doubt."""
+        return replace(self, periods=self.periods.doubted(*checks))
 
     def __repr__(self) -> str:
         """Text of `summary`."""
@@ -66,33 +83,28 @@ class Identification(Tabular):
 
         return plots.friction_map(self.periods, self.units)
 
-    @property
-    def _by_ratio(self) -> tuple[FloatArray, FloatArray]:
-        """Friction by the ratio of the forces and its deviation, NaN where it was not read."""
-        if not self.by_model:
-            return self.periods.mu0, self.periods.deviation
-        if self.setting.beside is None:
-            none = np.full(len(self.periods), np.nan)
-            return none, none
-        return self.setting.beside.ratio, self.setting.beside.deviation
-
     def columns(self) -> dict[str, Column]:
         """One row for each period, with units."""
-        periods, length = self.periods, self.units.name(Kind.LENGTH)
-        contact = periods.contact * self.units.unit(Kind.LENGTH)
-        footpoint = periods.footpoint * self.units.unit(Kind.LENGTH)
+        periods, unit = self.periods, self.units.unit(Kind.LENGTH)
+        length, none = self.units.name(Kind.LENGTH), np.full(len(periods), np.nan)
+        ratio, deviation = none, none
+        if not self.by_model:
+            ratio, deviation = periods.mu0, periods.deviation
+        elif self.beside is not None:
+            ratio, deviation = self.beside.ratio, self.beside.deviation
+        clamp = "position of the clamp in the last sample"
         return {
             "status": Column(periods.status, "", ", ".join(PeriodStatus)),
-            "contact": Column(contact, length, "position of the tip"),
-            "footpoint": Column(footpoint, length, "position of the clamp in the last sample"),
+            "contact": Column(periods.contact * unit, length, "position of the tip"),
+            "footpoint": Column(periods.footpoint * unit, length, clamp),
             "mu0": Column(periods.mu0, "1", "static friction there"),
             "deviation": Column(periods.deviation, "1", "its standard deviation"),
             "low": Column(periods.low, "1", "lower end of its central 95 %"),
             "high": Column(periods.high, "1", "upper end of its central 95 %"),
             "common": Column(periods.common, "1", "part of it that all periods share"),
             "by_step": Column(periods.by_step, "1", "part of it by the step of the stage"),
-            "mu0_ratio": Column(self._by_ratio[0], "1", "static friction by the ratio of forces"),
-            "deviation_ratio": Column(self._by_ratio[1], "1", "its standard deviation"),
+            "mu0_ratio": Column(ratio, "1", "static friction by the ratio of forces"),
+            "deviation_ratio": Column(deviation, "1", "its standard deviation"),
             "first_line": Column(periods.first_line, "1", "line of the first sample"),
             "last_line": Column(periods.last_line, "1", "line of the last sample"),
             "grade": Column(periods.grade, "", f"{', '.join(Grade)}; empty without a doubt"),

@@ -368,13 +368,6 @@ class Slipped:
         second = np.diff(self.recording.readings[rows], n=2, axis=0)
         return noise_of_differences(second[period[2:] == period[:-2]])
 
-    def joined(self, together: BoolArray) -> "Slipped":
-        """Join periods with the next one, where no slip lies between."""
-        first = ~np.append(False, together[:-1])
-        last = ~together
-        spans = replace(self.spans.take(last), begins=self.spans.begins[first])
-        return replace(self, spans=spans, swung=self.swung[last])
-
 
 def slipped(recording: Recording, noise: FloatArray, slip_rows: float) -> Slipped:
     """Find the slips of a recording."""

@@ -14,20 +14,21 @@ of what remains of the errors, and e the change of the mean per unit of each.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import chdtrc
 
-from vibrissa.numerics.arrays import BoolArray, FloatArray
+from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.identification.checks import Grade
-from vibrissa.sensor.identification.compare import Beside
-from vibrissa.sensor.identification.goodness import LEVEL, Cause, Goodness, Tolerance
+from vibrissa.sensor.identification.goodness import LEVEL
 from vibrissa.sensor.identification.parameters import SLOPE
 from vibrissa.sensor.identification.periods import Periods, PeriodStatus
-from vibrissa.sensor.identification.slope import PLANE, Slope
 from vibrissa.sensor.identification.uncertainty import common_deviation, variance_between
-from vibrissa.sensor.quantities import Units
 from vibrissa.wording import counted
+
+if TYPE_CHECKING:
+    from vibrissa.sensor.identification.result import Identification
 
 # Where more than this part of the frictions is graded wrong, none is left out: the rod is another
 # one, and the mean is given with a warning.
@@ -38,36 +39,6 @@ HELPS = 0.95
 NAMED = 3
 # Part of a variance that rounding leaves of a difference, and a variance that is none.
 ROUNDING, LEAST = 1e-12, 1e-200
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Setting:
-    """Common data of the periods of a recording.
-
-    Attributes
-    ----------
-    covariance : ndarray, shape (k, k)
-        Of what remains of these errors.
-    goodness : Goodness or None
-        Whether the recording as a whole fits the given set-up; None without a rod.
-    causes : tuple of Cause
-        What may be other than it was given, if it does not, or only far off.
-    beside : Beside or None
-        The model of the rod beside the ratio of the forces.
-    """
-
-    units: Units
-    tolerances: tuple[Tolerance, ...] = ()
-    covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-    slope: Slope = PLANE
-    goodness: Goodness | None = None
-    causes: tuple[Cause, ...] = ()
-    beside: Beside | None = None
-
-    @property
-    def fits(self) -> bool:
-        """Whether the recording fits what was given, as far as is known."""
-        return self.goodness is None or self.goodness.fits
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -95,11 +66,9 @@ class FrictionSummary:
         Largest lower bound of μ0 in any period, but those graded wrong; NaN if there is none.
     doubtful, wrong : int
         How many of those used are graded so.
-    setting : Setting
-    coarse : str
-        Why the recording is too coarse; empty where it is not.
     """
 
+    found: "Identification" = field(repr=False)
     mean: float = np.nan
     random: float = np.nan
     common: float = np.nan
@@ -111,8 +80,6 @@ class FrictionSummary:
     least: float = np.nan
     doubtful: int = 0
     wrong: int = 0
-    setting: Setting
-    coarse: str = ""
 
     @property
     def deviation(self) -> float:
@@ -124,9 +91,10 @@ class FrictionSummary:
         return "\n".join(self._lines())
 
     def _lines(self) -> Iterator[str]:
-        yield from self._mean()
-        if self.coarse:
-            yield self.coarse
+        yield from self._mean() if self.used else self._bound()
+        checks = self.found.periods.checks
+        if coarse := [one.sentence for one in checks if one.coarse and one.periods.any()]:
+            yield from coarse
             return
         yield from self._fit()
         if not self.used:
@@ -136,30 +104,33 @@ class FrictionSummary:
         elif self.doubtful:
             are = "is" if self.doubtful == 1 else "are"
             yield f"{self.doubtful} of them {are} in doubt: see the columns grade and doubt"
-        beside = self.setting.beside
-        if beside is not None and beside.compared:
-            said = "they agree" if beside.agrees else "they disagree: one of them is wrong"
+        beside = self.found.beside
+        if beside is not None and np.isfinite(beside.difference):
+            agree = "they agree" if beside.agrees else "they disagree: one of them is wrong"
             size = f"{beside.difference:+.2g} ± {beside.spread:.1g}"
             of = f"the model of the rod and the ratio of the forces differ by {size}"
-            yield f"{of} in {counted(beside.number, 'period')}: {said}"
+            yield f"{of} in {counted(beside.number, 'period')}: {agree}"
         if self.variation:
             yield f"mu0 differs from place to place by ± {self.variation:.2g}"
 
-    def _mean(self) -> Iterator[str]:
+    @property
+    def _of(self) -> str:
         left = ", ".join(f"{number} {why}" for why, number in self.left.items())
         of = f"{self.used} of {counted(self.periods, 'period')}"
-        of += f" (left out: {left})" if left else ""
-        if not self.used:
-            yield f"no mean of mu0, from {of}"
-            if self.left == {PeriodStatus.OPEN: self.periods}:
-                yield "no slip was recorded: record on until the tip slips"
-            if np.isfinite(self.least):
-                yield (
-                    f"mu0 is at least {self.least:.3g} at one place or more: see the columns low "
-                    "and high"
-                )
-            return
-        yield f"mu0 = {_rounded(self.mean, self.deviation)} ± {self.deviation:.2g}, mean of {of}"
+        return f"{of} (left out: {left})" if left else of
+
+    def _bound(self) -> Iterator[str]:
+        yield f"no mean of mu0, from {self._of}"
+        if self.left == {PeriodStatus.OPEN: self.periods}:
+            yield "no slip was recorded: record on until the tip slips"
+        if np.isfinite(self.least):
+            at = f"mu0 is at least {self.least:.3g} at one place or more"
+            yield f"{at}: see the columns low and high"
+
+    def _mean(self) -> Iterator[str]:
+        # To two digits of the error, which may be 0 or unknown.
+        digits = int(np.clip(1 - np.floor(np.log10(np.fmax(self.deviation, 1e-9))), 0, 9))
+        yield f"mu0 = {self.mean:.{digits}f} ± {self.deviation:.2g}, mean of {self._of}"
         yield f"± {self.random:.1g} is random, ± {self.common:.1g} the same in all periods"
         gains = {name: to for name, to in self.if_exact.items() if to < HELPS * self.deviation}
         first = [f"{name} (then ± {to:.2g})" for name, to in gains.items()][:NAMED]
@@ -167,117 +138,87 @@ class FrictionSummary:
             yield f"measure first: {', '.join(first)}"
 
     def _fit(self) -> Iterator[str]:
-        fit, causes = self.setting.goodness, self.setting.causes
+        fit, causes = self.found.goodness, self.found.causes
         if fit is None or (fit.fits and not causes):
             return
         if fit.fits:
             yield "A given value is far off for its tolerance. Candidates, each taken alone:"
         else:
-            found = "Candidates, each taken alone:" if causes else ""
-            found = found or "No single difference explains it."
+            each = (
+                "Candidates, each taken alone:" if causes else "No single difference explains it."
+            )
             size = f"chi2 is {fit.ratio:.3g} per degree of freedom"
             if fit.chance >= LEVEL:
                 size = "the surface rises and falls by more than surface_slope allows"
-            yield f"The recording does not fit the set-up ({size}). {found}"
-        yield from (f"  {one.spelled(self.setting.units)}" for one in causes)
+            yield f"The recording does not fit the set-up ({size}). {each}"
+        yield from (f"  {one.spelled(self.found.units)}" for one in causes)
 
 
-def summary_of(periods: Periods, setting: Setting) -> FrictionSummary:
+def summary_of(found: "Identification") -> FrictionSummary:
     """Summarise the friction of some periods."""
+    periods, wrong = found.periods, found.periods.grade == Grade.WRONG
     slips = periods.status == PeriodStatus.SLIP
-    used = slips & ~_left_out(periods, slips)
+    most = wrong[slips].sum() > MOST_WRONG * slips.sum()
+    used = slips if most else slips & ~wrong
     others = periods.status[~slips].tolist() + periods.grade[slips & ~used].tolist()
-    bounds = periods.low[np.isfinite(periods.low) & (periods.grade != Grade.WRONG)]
-    coarse = [one.sentence for one in periods.checks if one.coarse and one.periods.any()]
+    bounds = periods.low[np.isfinite(periods.low) & ~wrong]
     known = FrictionSummary(
+        found=found,
         periods=len(periods),
         used=int(used.sum()),
         least=float(bounds.max()) if len(bounds) else np.nan,
         left={why: others.count(why) for why in sorted(set(others))},
         doubtful=int((periods.grade[used] == Grade.DOUBTFUL).sum()),
         wrong=int((periods.grade[used] == Grade.WRONG).sum()),
-        setting=setting,
-        coarse="".join(coarse),
     )
     return _with_mean(known, periods.take(used)) if used.any() else known
 
 
 def _with_mean(known: FrictionSummary, some: Periods) -> FrictionSummary:
     """Add the mean of the used periods."""
-    setting, whole, step = known.setting, some.deviation**2, some.by_step**2
-    noise = np.maximum(whole - some.common**2 - step, 0.0)
-    between, error = variance_between(some.mu0, _weighed(noise, some))
+    slope, covariance = known.found.slope, known.found.covariance
+    noise, step = some.by_noise**2, some.by_step**2
+    # One without any error would have all the weight.
+    floor = np.maximum(ROUNDING * some.deviation**2, LEAST)
+    between, error = variance_between(some.mu0, np.maximum(noise, floor))
     same_step = np.maximum(step - max(0.0, between - 2.0 * error), 0.0)
-    weights = _weights(_weighed(noise + between + same_step, some))
-    by_slope, more = _by_slope(some, weights, setting)
+    weights = 1.0 / np.maximum(noise + between + same_step, floor)
+    weights /= weights.sum()
     effect = weights @ some.effects
-    by_setup = common_deviation(effect[None], setting.covariance)[0]
-    common = np.sqrt(
-        (weights @ np.sqrt(same_step)) ** 2 + by_setup**2 + (weights @ some.shared) ** 2
-    )
+    common = np.hypot(weights @ np.sqrt(same_step), common_deviation(effect[None], covariance)[0])
+    # Of the error by the slope of the surface neighbours share a part.
+    by_slope = slope.variance_of_mean(weights, some.mu0, some.footpoint)
+    more = by_slope - weights**2 @ slope.errors(some.mu0) ** 2
     random = np.sqrt(weights**2 @ (noise + step - same_step) + more)
-    whole_deviation = float(np.hypot(random, common))
-    exact = if_exact(effect, setting, whole_deviation)
-    if setting.slope.deviation > 0.0:
-        exact[SLOPE] = float(np.sqrt(max(0.0, whole_deviation**2 - by_slope)))
+    variance = float(random**2 + common**2)
+    gained = _gained(effect, known.found) | ({SLOPE: by_slope} if slope.deviation else {})
+    exact = {name: float(np.sqrt(max(0.0, variance - less))) for name, less in gained.items()}
     return replace(
         known,
         mean=float(weights @ some.mu0),
         random=float(random),
         common=float(common),
-        variation=_variation(some.mu0, noise + step),
+        variation=_variation(some.mu0, np.maximum(noise + step, LEAST)),
         if_exact=dict(sorted(exact.items(), key=lambda item: item[1])),
     )
 
 
-def _by_slope(some: Periods, weights: FloatArray, setting: Setting) -> tuple[float, float]:
-    """Variance of the mean by the slope of the surface, and what neighbours share of it."""
-    error = setting.slope.errors(some.mu0)
-    by_slope = setting.slope.variance_of_mean(weights, some.mu0, some.footpoint)
-    return by_slope, by_slope - float(weights**2 @ error**2)
-
-
-def if_exact(effect: FloatArray, setting: Setting, deviation: float) -> dict[str, float]:
-    """Give the standard deviation that remains of a value if one tolerance were exact."""
-    covariance, names = setting.covariance, [one.of for one in setting.tolerances]
-    along, left = covariance @ effect, {}
+def _gained(effect: FloatArray, found: "Identification") -> dict[str, float]:
+    """Variance that a value loses if one tolerance were exact."""
+    names, gained = [one.of for one in found.tolerances], {}
+    along = found.covariance @ effect
     for name in dict.fromkeys(names):
         rows = np.flatnonzero([one == name for one in names])
         # Parts of which one is known by the others, or known, have no inverse.
-        inverse = np.linalg.pinv(covariance[np.ix_(rows, rows)], hermitian=True)
-        gained = float(along[rows] @ inverse @ along[rows])
-        left[name] = float(np.sqrt(max(0.0, deviation**2 - gained)))
-    return left
-
-
-def _weighed(variance: FloatArray, some: Periods) -> FloatArray:
-    """Variances by which periods are weighed: one without any error would have all the weight."""
-    return np.maximum(variance, np.maximum(ROUNDING * some.deviation**2, LEAST))
-
-
-def _weights(variance: FloatArray) -> FloatArray:
-    """Weights of values with these variances, with the sum 1."""
-    inverse = 1.0 / variance
-    return np.asarray(inverse / inverse.sum())
+        inverse = np.linalg.pinv(found.covariance[np.ix_(rows, rows)], hermitian=True)
+        gained[name] = float(along[rows] @ inverse @ along[rows])
+    return gained
 
 
 def _variation(mu0: FloatArray, variance: FloatArray) -> float:
     """Estimate the variation from place to place; 0 where Cochran's test is not certain."""
-    variance = np.maximum(variance, LEAST)
-    squares = float(((mu0 - _weights(variance) @ mu0) ** 2 / variance).sum())
+    mean = np.average(mu0, weights=1.0 / variance)
+    squares = float(((mu0 - mean) ** 2 / variance).sum())
     if len(mu0) < 2 or chdtrc(len(mu0) - 1, squares) >= LEVEL:
         return 0.0
     return float(np.sqrt(variance_between(mu0, variance)[0]))
-
-
-def _left_out(periods: Periods, slips: BoolArray) -> BoolArray:
-    """Periods with the grade wrong; none if most periods with a friction have it."""
-    wrong = periods.grade == Grade.WRONG
-    most = wrong[slips].sum() > MOST_WRONG * slips.sum()
-    return np.zeros(len(wrong), dtype=bool) if most else wrong
-
-
-def _rounded(value: float, error: float) -> str:
-    """Value to two digits of its error, which may be 0 or unknown."""
-    digits = int(np.clip(1 - np.floor(np.log10(np.fmax(error, 1e-9))), 0, 9))
-    return f"{value:.{digits}f}"

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +17,6 @@ from vibrissa.sensor.identification.slope import Slope
 from vibrissa.sensor.quantities import Kind, Quantity, Units, in_si
 from vibrissa.sensor.tolerances import (
     assumed_tolerances,
-    check_name,
     read_tolerances,
 )
 from vibrissa.sensor.transducer import CHANNELS, Transducer
@@ -55,9 +55,9 @@ class Task:
     full_scale: FloatArray
     sizes: Mapping[str, float]
     stated: frozenset[str]
-    slip_rows: float
-    delay: float
     units: Units
+    slip_rows: float = 0.0
+    delay: float = 0.0
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -87,6 +87,12 @@ class Task:
         assumed = [name for name in ZEROS[:2] if self.sizes.get(name) and name not in self.stated]
         return bool(assumed) and not self.recording.air_rows
 
+    def noted(self, *notes: str, **changed: Any) -> "Task":
+        """Change the task and say so in the notes of the recording."""
+        recording = changed.pop("recording", self.recording)
+        recording = replace(recording, notes=(*self.recording.notes, *notes))
+        return replace(self, recording=recording, **changed)
+
     def tared(self) -> "Task":
         """Take the mean of the rows in air as zero, unless the zero is stated."""
         recording, sizes = self.recording, dict(self.sizes)
@@ -97,9 +103,9 @@ class Task:
         for i in own:
             zeros[i] = recording.air[i]
             sizes[ZEROS[i]] = float(self.noise[i] / np.sqrt(recording.air_rows))
-        notes = (*recording.notes, "the means of the rows without load are the zeros")
-        recording = replace(recording, readings=recording.readings - zeros, notes=notes)
-        return replace(self, recording=recording, sizes=sizes)
+        recording = replace(recording, readings=recording.readings - zeros)
+        note = "the means of the rows without load are the zeros"
+        return self.noted(note, recording=recording, sizes=sizes)
 
     @cached_property
     def slipped(self) -> Slipped:
@@ -108,21 +114,19 @@ class Task:
 
     def with_scatter(self) -> "Task":
         """Take the noise that the readings show within periods, if it is more than was given."""
-        found, notes, noise = self.slipped, [], self.noise.copy()
+        found = self.slipped
         if not self.noise_is_given or np.median(found.spans.counts) < FINE:
             return self
-        for i in self.used:
-            part = found.scatter[i] / noise[i]
-            if part > NOISY:
-                noise[i] = found.scatter[i]
-                notes.append(
-                    f"{CHANNELS[i]} scatters {part:.2g} times as much as the given noise: "
-                    "the scatter is used"
-                )
+        part = np.nan_to_num(found.scatter / self.noise)
+        notes = [
+            f"{CHANNELS[i]} scatters {part[i]:.2g} times as much as the given noise: the scatter "
+            "is used"
+            for i in np.flatnonzero(part > NOISY)
+        ]
         if not notes:
             return self
-        recording = replace(self.recording, notes=(*self.recording.notes, *notes))
-        return replace(self, recording=recording, noise=noise, noise_is_given=False)
+        noise = np.where(part > NOISY, found.scatter, self.noise)
+        return self.noted(*notes, noise=noise, noise_is_given=False)
 
 
 def task_of(
@@ -143,34 +147,27 @@ def task_of(
     RecordingError
         If the readings have no measurable noise.
     """
-    given = _noise(noise, transducer, units)
+    given, notes = _noise(noise, transducer, units), []
     known = _measurable(noise_of(recording.readings) if given is None else given, recording)
     assumed = assumed_tolerances(units, known) if assume else {}
     of_whisker: Mapping[str, float] = {}
+    read = read_tolerances(units, tolerances, whisker)
     if whisker is not None:
         known, of_whisker = np.maximum(known, LEAST_FITTED), whisker.tolerances
     elif needless := [name for name in tolerances if name not in (*BEARING, SLOPE)]:
-        for name in needless:
-            check_name(name)
-        tolerances = {name: size for name, size in tolerances.items() if name not in needless}
-        note = f"the ratio of the forces does not use: {', '.join(needless)}"
-        recording = replace(recording, notes=(*recording.notes, note))
-    stated = {
-        **read_tolerances(units, recording.zeros, whisker),
-        **of_whisker,
-        **read_tolerances(units, tolerances, whisker),
-    }
-    return Task(
+        read = {name: size for name, size in read.items() if name not in needless}
+        notes = [f"the ratio of the forces does not use: {', '.join(needless)}"]
+    stated = {**read_tolerances(units, recording.zeros, whisker), **of_whisker, **read}
+    task = Task(
         recording=recording,
         noise=known,
         noise_is_given=given is not None,
         full_scale=_full_scale(recording, transducer, units),
         sizes={**assumed, **stated},
         stated=frozenset(stated),
-        slip_rows=0.0,
-        delay=0.0,
         units=units,
-    ).tared()
+    )
+    return task.noted(*notes).tared()
 
 
 def _noise(
