@@ -7,8 +7,7 @@ from typer.testing import CliRunner
 from vibrissa import Rod, sensor
 from vibrissa.cli.app import app
 from vibrissa.sensor import plots
-from vibrissa.sensor.identification.checks import Grade
-from vibrissa.sensor.identification.periods import Periods
+from vibrissa.sensor.identification.periods import Grade, Periods
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.series import Column
 from vibrissa.sensor.transducer import CHANNELS

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vibrissa.sensor import surfaces
-    from vibrissa.sensor.identification.checks import Grade
     from vibrissa.sensor.identification.identify import identify
-    from vibrissa.sensor.identification.periods import Periods, PeriodStatus
+    from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
     from vibrissa.sensor.identification.recording import Method, Recording
     from vibrissa.sensor.identification.result import Identification
     from vibrissa.sensor.identification.summary import FrictionSummary
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "FrictionSummary": "identification.summary",
-    "Grade": "identification.checks",
+    "Grade": "identification.periods",
     "Identification": "identification.result",
     "Method": "identification.recording",
     "PeriodStatus": "identification.periods",

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vibrissa.outcomes import Status
-from vibrissa.sensor.identification.checks import Grade
-from vibrissa.sensor.identification.periods import Periods
+from vibrissa.sensor.identification.periods import Grade, Periods
 from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column
 from vibrissa.sensor.transducer import CHANNELS

@@ -8,9 +8,8 @@ from scipy import stats
 
 from steel import ROD, SENSOR
 from vibrissa.sensor import Whisker, identify, scan, surfaces
-from vibrissa.sensor.identification.checks import Grade
 from vibrissa.sensor.identification.goodness import Tolerance
-from vibrissa.sensor.identification.periods import Periods, PeriodStatus
+from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.result import Identification
 from vibrissa.sensor.identification.slope import PLANE
 from vibrissa.sensor.quantities import Units

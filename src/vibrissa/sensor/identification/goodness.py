@@ -5,14 +5,13 @@ a parameter adjusted by p and known to s. Its square root is the surprise.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from vibrissa.errors import NoResponseError
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.fit import TINY, Fit, searched
+from vibrissa.sensor.identification.fit import TINY, Fit
 from vibrissa.sensor.identification.parameters import Parameter
 from vibrissa.sensor.quantities import Units
 from vibrissa.sensor.tolerances import told
@@ -27,8 +26,8 @@ LEVEL = 1e-3
 # Independent values per second difference of readings, from which noise is estimated: neighbours
 # are correlated by −2/3, the next ones by 1/6.
 PER_DIFFERENCE = 18.0 / 35.0
-# So many causes are sought, with this tolerance, and named if they explain this part of a misfit.
-SOUGHT, WIDE, EXPLAINS = 3, 1.0, 0.1
+# So many causes are named that explain this part of a misfit.
+SOUGHT, EXPLAINS = 3, 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,50 +171,40 @@ class Cause:
 
 
 def causes_of(fit: Fit, fits: bool) -> tuple[Cause, ...]:
-    """Lift the tolerances that hold the recording back, one by one; the likeliest cause first."""
-    excess = float((fit.scores**2).sum()) if fits else fit.misfit - fit.degrees
-    falls = _falls(fit)
-    likely = sorted(np.flatnonzero(falls > 0.0).tolist(), key=lambda k: -falls[k])[:SOUGHT]
-    causes = [_lifted(fit, k, excess) for k in likely]
-    named = [cause for cause in causes if cause is not None and cause.explained >= EXPLAINS]
-    return tuple(sorted(named, key=lambda cause: -cause.explained))
+    """Candidates for what is other than given, the likeliest first, to first order.
 
-
-def _falls(fit: Fit) -> FloatArray:
-    """By how much the sum falls where a tolerance is lifted, to first order, shape (k,)."""
+    A quantity with a tolerance has it lifted, an exact one is fitted with the contacts and, where
+    the fit has settled, with the quantities that have a tolerance.
+    """
+    free, settled = fit.free, fit.settled and bool(fit.free.any())
     changes, miss = fit.changes[:, fit.rows], fit.residuals[fit.rows]
-    along = (changes * miss).sum(axis=(1, 2))
-    known = (changes**2).sum(axis=(1, 2))
-    adjusted = fit.settled and bool(fit.free.any())
-    if adjusted:
+    along, known = (changes * miss).sum(axis=(1, 2)), (changes**2).sum(axis=(1, 2))
+    if settled:
         shared = fit.jacobian @ changes.reshape(len(changes), -1).T
         known -= (shared * (fit.remaining @ shared)).sum(axis=0)
-    falls = np.where(known > TINY, along**2 / np.maximum(known, TINY), 0.0)
-    if adjusted:
-        part = 1.0 - np.diag(fit.remaining)
-        falls[fit.free] = np.where(part > LITTLE, fit.scores**2 / np.maximum(part, LITTLE), 0.0)
-    for k, one in enumerate(fit.forward.parameters):
-        if one.of in NOT_NAMED:
-            falls[k] = 0.0
-    return np.asarray(falls)
-
-
-def _lifted(fit: Fit, k: int, excess: float) -> Cause | None:
-    """Fit once more with one tolerance lifted; where nothing was adjusted, with that one alone."""
-    one, others = fit.forward.parameters[k], fit.forward.parameters
-    if not fit.settled:
-        others = tuple(replace(other, deviation=0.0) for other in others)
-    parameters = (*others[:k], replace(one, deviation=WIDE), *others[k + 1 :])
-    try:
-        found = searched(replace(fit, forward=replace(fit.forward, parameters=parameters)))
-        variance = found.covariance[(row := int(found.free[:k].sum())), row]
-    except NoResponseError:
-        return None
-    off = max(found.misfit / max(fit.degrees, 1), 1.0)
-    return Cause(
-        name=one.name,
-        of=one.of,
-        size=float(found.p[k]),
-        deviation=float(np.sqrt(variance * off)),
-        explained=min((fit.misfit - found.misfit) / excess, 1.0) if found.settled else 0.0,
+    told = (known > TINY) & [one.of not in NOT_NAMED for one in fit.forward.parameters]
+    size = np.where(told, along / np.maximum(known, TINY), 0.0)
+    deviation = np.divide(
+        1.0, np.sqrt(np.maximum(known, TINY)), out=np.zeros_like(known), where=told
+    )
+    fall = size * along
+    if settled:
+        left = np.diag(fit.remaining)
+        part = np.where(1.0 - left > LITTLE, 1.0 - left, np.inf)
+        size[free] = fit.p[free] / part
+        deviation[free] = fit.sigma[free] * np.sqrt(left / part)
+        fall[free] = told[free] * fit.scores**2 / part
+    excess = float((fit.scores**2).sum()) if fits else fit.misfit - fit.degrees
+    explained = np.minimum(fall / excess, 1.0)
+    off = max(fit.misfit / max(fit.degrees, 1), 1.0)
+    likely = sorted(np.flatnonzero(explained >= EXPLAINS).tolist(), key=lambda k: -explained[k])
+    return tuple(
+        Cause(
+            name=fit.forward.parameters[k].name,
+            of=fit.forward.parameters[k].of,
+            size=float(size[k]),
+            deviation=float(np.sqrt(off) * deviation[k]),
+            explained=float(explained[k]),
+        )
+        for k in likely[:SOUGHT]
     )

@@ -15,11 +15,10 @@ from vibrissa.errors import (
     RecordingError,
     WrongRodError,
 )
-from vibrissa.sensor.identification.checks import Check, Grade
-from vibrissa.sensor.identification.compare import beside
 from vibrissa.sensor.identification.mixing import check_columns
 from vibrissa.sensor.identification.model import nearest_states, read_model, unfitted
 from vibrissa.sensor.identification.parameters import BEARING
+from vibrissa.sensor.identification.periods import Check, Grade
 from vibrissa.sensor.identification.ratio import read_ratio
 from vibrissa.sensor.identification.recording import (
     Method,
@@ -28,7 +27,7 @@ from vibrissa.sensor.identification.recording import (
     read_recording,
     units_of,
 )
-from vibrissa.sensor.identification.result import Identification
+from vibrissa.sensor.identification.result import Identification, beside
 from vibrissa.sensor.identification.task import Task, in_samples, task_of
 from vibrissa.sensor.quantities import Quantity, Units, chosen
 from vibrissa.sensor.transducer import Transducer, transducer_of
@@ -174,7 +173,8 @@ def _read_both(task: Task, rod: Whisker, method: Method) -> Identification:
 
 def _bears_on_ratio(model: Identification) -> bool:
     """Whether what the model finds other than it was given may bear on the ratio of the forces."""
-    if any(one.far and one.of in BEARING for one in model.tolerances):
+    uneven = model.goodness is not None and model.goodness.uneven
+    if uneven or any(one.far and one.of in BEARING for one in model.tolerances):
         return True
     elsewhere = any(one.explained > MOST and one.of not in BEARING for one in model.causes)
     return not (model.fits or elsewhere)

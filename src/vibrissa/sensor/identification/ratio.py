@@ -1,24 +1,62 @@
-"""Reading without a rod: the ratio of the forces at the onset of slip."""
+"""Reading without a rod: the ratio of the forces at the onset of slip, μ0 = |fx/fy|.
+
+A polynomial is fitted to each force over the last samples of a period, and read at the onset.
+All periods share its degree: that with the least error. The mean change of μ0 by the next degree,
+whose variance is the difference of the two variances (Hausman), is added to μ0; what scatters
+beyond noise is an error of each period (DerSimonian and Laird).
+"""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
+from scipy.special import chdtrc
 
 from vibrissa.errors import MixedColumnsError, RecordingError
-from vibrissa.numerics.arrays import FloatArray, StrArray
-from vibrissa.sensor.identification.blocks import condensed
-from vibrissa.sensor.identification.checks import Check, Grade, checks_of_spans
+from vibrissa.numerics.arrays import BoolArray, FloatArray, StrArray
+from vibrissa.numerics.batch import Batch
+from vibrissa.sensor.identification.blocks import Blocks, condensed
 from vibrissa.sensor.identification.goodness import tolerances_of
-from vibrissa.sensor.identification.onsets import Onsets, read_onsets
 from vibrissa.sensor.identification.parameters import BEARING, Parameter
-from vibrissa.sensor.identification.periods import PeriodStatus, periods_of
+from vibrissa.sensor.identification.periods import (
+    Check,
+    Grade,
+    PeriodStatus,
+    checks_of_spans,
+    periods_of,
+)
 from vibrissa.sensor.identification.recording import FORCES, MOMENT
 from vibrissa.sensor.identification.result import Identification
-from vibrissa.sensor.identification.slips import Slipped
+from vibrissa.sensor.identification.slips import Ends, Slipped
 from vibrissa.sensor.identification.task import Task
-from vibrissa.sensor.identification.uncertainty import HALF_WIDTH, common_deviation, summary_of
+from vibrissa.sensor.identification.uncertainty import (
+    HALF_WIDTH,
+    common_deviation,
+    ratio_deviation,
+    summary_of,
+    variance_between,
+)
 
+# Highest degree that is chosen, and one that suffices for a whole period, however long.
+MOST_DEGREE, WHOLE_DEGREE = 6, 9
+# What all higher degrees change at most, as a part of what the next one does: for smooth forces
+# each changes a tenth of what the one before does.
+REST = 0.2
+# A period with too few samples for a degree counts as such an error of μ0.
+UNREAD = 0.1
+# A fit with residuals of a lower probability than this tells nothing.
+UNLIKELY = 1e-9
+# Least over largest eigenvalue of a fit that its samples determine; 1e-3 if evenly spaced.
+LEAST_TOLD = 1e-12
+# Lengths of the window up to which a fit is asked for what is beyond it.
+MOST_BEYOND = 1e3
+# Parts of a window that are no distance.
+ROUNDING = 1e-9
+# The step to the slip: its beginning, middle and end.
+STEP = np.array([0.0, 0.5, 1.0])
 # Places in a window, from its beginning to the last sample, where the ratio is looked at, and by
 # how many standard deviations it has been larger there if the tip has locked.
 PLACES = np.linspace(-1.0, 0.0, 9)
@@ -27,6 +65,192 @@ CERTAIN = 6.0
 PRESSES = 10.0
 # From more than this part of the periods on that end past a lock forces are swapped.
 MOST_LOCK = 0.5
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ForceFits(Batch):
+    """Polynomials of one degree, fitted to the forces at the end of p periods.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (p, degree + 1, 2)
+        Of Legendre polynomials of 1 + 2·t, with t from −1 at the beginning of the window to 0 in
+        the last sample, for fx and fy; NaN where a period has too few samples.
+    covariance : ndarray, shape (p, degree + 1, degree + 1)
+        Of the coefficients, for a reading of variance 1.
+    lag, gap : ndarray, shape (p,)
+        In windows: way of the clamp by which the readings lag, and to the next sample (negative
+        where it turned back).
+    length : ndarray, shape (p,)
+        Of the windows.
+    chance : ndarray, shape (p,)
+        Probability of such residuals, or larger ones, if the forces are such polynomials.
+    """
+
+    coefficients: FloatArray
+    covariance: FloatArray
+    noise: tuple[float, float]
+    lag: FloatArray
+    gap: FloatArray
+    length: FloatArray
+    chance: FloatArray
+
+    def ratio(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Ratio of the forces and its standard deviation at places, each of shape (p, k)."""
+        basis = legvander(1.0 + 2.0 * t, self.coefficients.shape[1] - 1)
+        fx, fy = np.moveaxis(basis @ self.coefficients, -1, 0)
+        spread = np.sqrt(((basis @ self.covariance) * basis).sum(axis=-1))
+        # A recording that is not of this rod may lead a straight line through fy = 0.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return fx / fy, spread * ratio_deviation(fx, fy, *self.noise)
+
+    @cached_property
+    def along(self) -> tuple[FloatArray, FloatArray]:
+        """Ratio and its deviation over the step to the slip, shape (p, 3)."""
+        return self.ratio(self.lag[:, None] + self.gap[:, None] * STEP)
+
+    @property
+    def mean(self) -> FloatArray:
+        """Ratio in the middle of the step, shape (p,)."""
+        return self.along[0][:, 1]
+
+    @property
+    def by_noise(self) -> FloatArray:
+        """Standard deviation of that by noise, shape (p,)."""
+        return self.along[1][:, 1]
+
+    @property
+    def slope(self) -> FloatArray:
+        """Change of the ratio per way of the clamp, over the step, shape (p,)."""
+        way = self.gap * self.length
+        change = self.along[0][:, 2] - self.along[0][:, 0]
+        return np.divide(change, way, out=np.zeros_like(way), where=way != 0.0)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Onsets:
+    """Ratio of the forces at the onset of slip, of p periods.
+
+    Attributes
+    ----------
+    along : ndarray, shape (p, 3)
+        Friction at the beginning, in the middle and at the end of the step.
+    own : ndarray, shape (p,)
+        Standard deviation of its error by noise, and by what a degree that is too low changes from
+        period to period.
+    smooth : ndarray of bool, shape (p,)
+        Whether the forces are smooth in the period and towards its end: no slip is hidden in it.
+    """
+
+    fits: ForceFits
+    along: FloatArray
+    own: FloatArray
+    shared: float
+    smooth: BoolArray
+
+    @property
+    def error(self) -> float:
+        """Mean square of all errors."""
+        by_step = (self.along[:, 2] - self.along[:, 0]) / np.sqrt(12.0)
+        own = np.nan_to_num(np.hypot(self.own, by_step), nan=UNREAD)
+        return float((own**2).mean() + self.shared**2)
+
+
+def in_window(blocks: Blocks, ends: Ends, part: float) -> tuple[Blocks, FloatArray, FloatArray]:
+    """Take the last samples of each period, within a part of the usual way of the clamp.
+
+    Returns
+    -------
+    place : ndarray, shape (n,)
+        Clamp position from the last sample, in lengths of the window: −1 to 0, above 0 where the
+        clamp had been further and turned.
+    length : ndarray, shape (p,)
+        Of the window, negative where the clamp moves backward; 0 where it does not move.
+    """
+    way = blocks.clamp - ends.clamp[blocks.period]
+    length = np.maximum.reduceat(np.abs(way), blocks.starts)
+    length = np.minimum(length, part * np.median(length))
+    # Signed, so that the places in the window are negative whichever way the clamp moved.
+    length *= np.where(blocks.sums(way) > 0.0, -1.0, 1.0)
+    near = np.abs(way) <= np.abs(length)[blocks.period] * (1.0 + ROUNDING)
+    # The last one is there even of a clamp that turned.
+    near[np.append(blocks.starts[1:], len(blocks)) - 1] = True
+    blocks, way = blocks.take(near), way[near]
+    size = length[blocks.period]
+    return blocks, np.divide(way, size, out=np.zeros_like(way), where=size != 0.0), length
+
+
+def fitted_forces(
+    window: tuple[Blocks, FloatArray, FloatArray],
+    noise: FloatArray,
+    ends: Ends,
+    lag: FloatArray,
+    degree: int,
+) -> ForceFits:
+    """Fit polynomials to the forces in windows, by least squares."""
+    blocks, place, length = window
+    root = np.sqrt(blocks.count)[:, None]
+    basis = legvander(1.0 + 2.0 * place, degree) * root
+    values = blocks.readings[:, :2] * root
+    information = blocks.sums(basis[:, :, None] * basis[:, None, :])
+    # Positions that are different, but next to each other beside one that is far off, do not do.
+    sizes = np.linalg.eigvalsh(information)
+    enough = (sizes[:, 0] > LEAST_TOLD * sizes[:, -1]) & (length != 0.0)
+    enough &= np.abs(ends.gap) < MOST_BEYOND * np.abs(length)
+    information[~enough] = np.eye(degree + 1)
+    covariance = np.asarray(np.linalg.inv(information), dtype=float)
+    coefficients = covariance @ blocks.sums(basis[:, :, None] * values[:, None, :])
+    miss = (values - (basis[:, :, None] * coefficients[blocks.period]).sum(axis=1)) / noise
+    squares = blocks.sums((miss**2).sum(axis=1))
+    degrees = 2 * (np.bincount(blocks.period) - degree - 1)
+    coefficients[~enough] = np.nan
+    chance = np.where(degrees > 0, chdtrc(np.maximum(degrees, 1), squares), 1.0)
+    size = np.where(enough, length, np.nan)
+    return ForceFits(
+        coefficients=coefficients,
+        covariance=covariance,
+        noise=(float(noise[0]), float(noise[1])),
+        lag=lag / size,
+        gap=ends.gap / size,
+        length=size,
+        chance=np.where(enough, chance, 1.0),
+    )
+
+
+def read_onsets(
+    blocks: Blocks, noise: FloatArray, ends: Ends, lag: FloatArray, position: float
+) -> Onsets:
+    """Read the ratio of the forces at the onset of slip that ends each period."""
+    window, whole = (in_window(blocks, ends, part) for part in (1.0, np.inf))
+    # Noise of the positions is one of the forces, too: by how they grow with the clamp.
+    straight = fitted_forces(whole, noise, ends, lag, 1)
+    growth = np.abs(2.0 * straight.coefficients[:, 1] / straight.length[:, None])
+    if position:
+        noise = np.hypot(noise, np.nan_to_num(np.nanmedian(growth, axis=0)) * position)
+    fits = [fitted_forces(window, noise, ends, lag, n) for n in range(1, MOST_DEGREE + 2)]
+    rough = fitted_forces(whole, noise, ends, lag, WHOLE_DEGREE).chance <= UNLIKELY
+    candidates = [_corrected(low, high, ends.sign) for low, high in pairwise(fits)]
+    best = min(candidates, key=lambda one: one.error)
+    # The middle of the step to the slip lies between two positions.
+    by_position = np.abs(best.fits.slope) * position / np.sqrt(2.0)
+    return replace(best, own=np.hypot(best.own, by_position), smooth=best.smooth & ~rough)
+
+
+def _corrected(low: ForceFits, high: ForceFits, sign: FloatArray) -> Onsets:
+    """Correct one degree by the mean change of the next."""
+    change = sign * (high.mean - low.mean)
+    variance = high.by_noise**2 - low.by_noise**2
+    told = (variance > 0.0) & (high.chance > UNLIKELY)
+    along, own = sign[:, None] * low.along[0], low.by_noise
+    shared = UNREAD
+    if told.any():
+        change, variance = change[told], variance[told]
+        between, _ = variance_between(change, variance)
+        weight = 1.0 / (variance + between)
+        mean = float((weight * change).sum() / weight.sum())
+        along, own = along + mean, np.hypot(own, np.sqrt(between))
+        shared = float(np.hypot(weight.sum() ** -0.5, REST * mean))
+    return Onsets(fits=low, along=along, own=own, shared=shared, smooth=low.chance > UNLIKELY)
 
 
 def read_ratio(task: Task) -> Identification:

@@ -20,10 +20,9 @@ import numpy as np
 from scipy.special import chdtrc
 
 from vibrissa.numerics.arrays import FloatArray
-from vibrissa.sensor.identification.checks import Grade
 from vibrissa.sensor.identification.goodness import LEVEL
 from vibrissa.sensor.identification.parameters import SLOPE
-from vibrissa.sensor.identification.periods import Periods, PeriodStatus
+from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
 from vibrissa.sensor.identification.uncertainty import common_deviation, variance_between
 from vibrissa.wording import counted
 
