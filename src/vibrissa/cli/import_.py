@@ -1,6 +1,5 @@
 """``vibrissa import``: from a laboratory's file to a recording that `vibrissa identify` reads."""
 
-import sys
 from inspect import Parameter
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,10 +10,9 @@ from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import Out, reading_options
 from vibrissa.cli.setup import read_pairs
 from vibrissa.sensor import series
-from vibrissa.sensor.importing import Imported, Settings, import_recording
+from vibrissa.sensor.importing import Settings, import_recording
 from vibrissa.sensor.importing.layout import Separator
 from vibrissa.sensor.series import STANDARD
-from vibrissa.wording import counted
 
 app = typer.Typer(**ALONE)
 
@@ -69,25 +67,9 @@ def import_(
     is lowered, whose mean is subtracted. Turns axes, and moves the moment to the clamp. Ambiguous
     files are rejected, with the options to add.
     """
-    source = sys.stdin.buffer.read() if file == STANDARD else file
-    found = import_recording(source, settings)
+    found = import_recording(series.content_of(file), settings, series.name_of(file))
     series.write(output, found.columns(), found.header())
-    _report(found, output)
-
-
-def _report(found: Imported, output: Path) -> None:
-    """Report what was read; beside the table if that goes to standard output."""
-    for text in found.notes:
-        typer.echo(text, err=True)
-    header = found.header()
-    for name, text in header.items():
-        size = counted(found.zeros[name.removeprefix("zero_")].rows, "row")
-        typer.echo(f"{name} = {text}, mean of {size}, subtracted", err=True)
+    for line in found.report():
+        typer.echo(line, err=True)
     rows = len(next(iter(found.values.values())))
     typer.echo(f"{output}: {rows} rows", err=output == STANDARD)
-    if not header:
-        typer.echo(
-            "no tare: readings without load are taken as 0; if the rod was free for a while, add "
-            "--tare, as in --tare '0 s, 2 s'",
-            err=True,
-        )

@@ -5,7 +5,6 @@ Titles are as in ``footpoint [mm],force_x [N]``. Lines above them, such as
 """
 
 import csv
-import io
 import json
 import re
 import sys
@@ -13,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
@@ -27,35 +26,18 @@ from vibrissa.wording import counted
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
-ENDINGS = (".csv", ".parquet")
+PARQUET = ".parquet"
+ENDINGS = (".csv", PARQUET)
 NO_HEADER: Mapping[str, str] = {}
 # Cells without a value.
-MISSING = (
-    *("", "-", "nan", "na", "n/a", "#n/a", "#nv", "null", "none"),
-    *("-nan", "1.#qnan", "-1.#ind", "nan(ind)"),
-)
+MISSING = ("", "-", "nan", "na", "n/a", "#n/a", "#nv", "null", "none")
+# A number, with its decimal sign in place of the braces.
+NUMBER = r"[-+]?([0-9]+{0}?[0-9]*|{0}[0-9]+)([eE][-+]?[0-9]+)?"
 # So many errors of one kind are listed.
 LISTED = 10
 HEADER = re.compile(r"#\s*(\w+)\s*=\s*(.+)")
-# Between cells that were in quotes, in which every other separator may stand.
-UNIT_SEPARATOR = "\x1f"
 # Standard input or output, as CSV.
 STANDARD = Path("-")
-
-
-class Notation(NamedTuple):
-    """A way to write numbers: a regular expression, the decimal sign, the sign between groups."""
-
-    number: str
-    decimal: str
-    groups: str = ""
-
-    def value(self, cell: str) -> float:
-        """Value of a number in this notation."""
-        return float(cell.replace(self.groups, "").replace(self.decimal, "."))
-
-
-POINT = Notation(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", ".")
 
 
 @dataclass(frozen=True)
@@ -95,13 +77,8 @@ def check_ending(path: Path, *others: str) -> None:
         raise ArgumentError(f"{path}: the ending must be {' or '.join((*ENDINGS, *others))}")
     if not path.parent.is_dir():
         raise ArgumentError(f"{path}: there is no folder {path.parent}")
-    if path.suffix.lower() == ".parquet":
+    if path.suffix.lower() == PARQUET:
         require("tables", "pyarrow")
-
-
-def titles(columns: Mapping[str, Column]) -> list[str]:
-    """Names of columns with their units, as in the header of a CSV file."""
-    return [f"{name} [{c.unit}]" if c.unit else name for name, c in columns.items()]
 
 
 class Tabular(ABC):
@@ -123,14 +100,20 @@ class Tabular(ABC):
         DataFrame
             Its ``attrs`` are ``units`` and ``descriptions``, by column, and the ``header``.
         """
-        columns = self.columns()
-        frame = _frame(columns, list(columns))
-        frame.attrs = {
-            "header": self.header(),
-            "units": {name: column.unit for name, column in columns.items()},
-            "descriptions": {name: column.description for name, column in columns.items()},
-        }
-        return frame
+        return frame_of(self.columns(), self.header())
+
+
+def frame_of(columns: Mapping[str, Column], header: Mapping[str, str] = NO_HEADER) -> "DataFrame":
+    """Make a DataFrame, whose ``attrs`` are `header`, units and descriptions."""
+    import pandas as pd  # takes half a second to load
+
+    frame = pd.DataFrame({name: column.values for name, column in columns.items()})
+    frame.attrs = {
+        "header": dict(header),
+        "units": {name: column.unit for name, column in columns.items()},
+        "descriptions": {name: column.description for name, column in columns.items()},
+    }
+    return frame
 
 
 def write(path: Path, columns: Mapping[str, Column], header: Mapping[str, str] = NO_HEADER) -> None:
@@ -141,8 +124,8 @@ def write(path: Path, columns: Mapping[str, Column], header: Mapping[str, str] =
     path : Path
         With the ending ``.csv`` or ``.parquet``; ``-`` for standard output.
     header : mapping of str to str
-        Quantities that hold for the whole table: lines ``# name = text`` above that of the titles,
-        or metadata of a Parquet file.
+        Quantities that hold for the whole table: lines ``# name = text`` above that of the titles.
+        A Parquet file has header, units and descriptions as the ``attrs`` of its DataFrame.
 
     Raises
     ------
@@ -150,54 +133,31 @@ def write(path: Path, columns: Mapping[str, Column], header: Mapping[str, str] =
         If the ending is another one or the folder is missing.
     """
     check_ending(path)
+    frame = frame_of(columns, header)
     if path == STANDARD:
-        _write_csv(sys.stdout, columns, header)
+        _write_csv(sys.stdout, frame)
         return
     with write_atomically(path) as temporary:
-        if path.suffix.lower() == ".csv":
-            with temporary.open("w", encoding="utf-8", newline="") as file:
-                _write_csv(file, columns, header)
+        if path.suffix.lower() == PARQUET:
+            frame.to_parquet(temporary, index=False)
         else:
-            _write_parquet(temporary, columns, header)
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                _write_csv(file, frame)
+
+
+def _write_csv(file: TextIO, frame: "DataFrame") -> None:
+    file.writelines(f"# {name} = {text}\n" for name, text in frame.attrs["header"].items())
+    units = frame.attrs["units"]
+    titles = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
+    frame.to_csv(file, header=titles, index=False, na_rep="nan", lineterminator="\n")
 
 
 def as_json(columns: Mapping[str, Column]) -> str:
     """Write a table as JSON: the unit of each column, and a row for each result; NaN is null."""
-    values = [np.asarray(column.values).tolist() for column in columns.values()]
-    rows = [
-        {
-            name: None if value != value or value in (np.inf, -np.inf) else value
-            for name, value in zip(columns, row, strict=True)
-        }
-        for row in zip(*values, strict=True)
-    ]
-    units = {name: column.unit for name, column in columns.items()}
-    return json.dumps({"units": units, "rows": rows}, ensure_ascii=False, indent=1)
-
-
-def _frame(columns: Mapping[str, Column], names: Sequence[str]) -> "DataFrame":
-    import pandas as pd  # takes half a second to load
-
-    values = (column.values for column in columns.values())
-    return pd.DataFrame(dict(zip(names, values, strict=True)))
-
-
-def _write_csv(file: TextIO, columns: Mapping[str, Column], header: Mapping[str, str]) -> None:
-    file.writelines(f"# {name} = {text}\n" for name, text in header.items())
-    _frame(columns, titles(columns)).to_csv(file, index=False, na_rep="nan", lineterminator="\n")
-
-
-def _write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, str]) -> None:
-    import pyarrow as pa  # takes a fifth of a second to load, and CSV is the rule
-    import pyarrow.parquet as pq
-
-    arrays = [pa.array(column.values) for column in columns.values()]
-    fields = [
-        pa.field(name, a.type, metadata={"unit": c.unit, "description": c.description})
-        for (name, c), a in zip(columns.items(), arrays, strict=True)
-    ]
-    schema = pa.schema(fields, metadata=dict(header))
-    pq.write_table(pa.Table.from_arrays(arrays, schema=schema), path)
+    frame = frame_of(columns)
+    known = frame.notna() & ~frame.isin([np.inf, -np.inf])
+    rows = frame.astype(object).where(known, None).to_dict("records")
+    return json.dumps({"units": frame.attrs["units"], "rows": rows}, ensure_ascii=False, indent=1)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -261,8 +221,59 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
     )
 
 
+def _cells(source: "Path | DataFrame") -> tuple[str, "DataFrame"]:
+    """Read cells that may be anything; the index is the line of each row."""
+    if not isinstance(source, Path):
+        if not hasattr(source, "attrs"):
+            raise RecordingError(
+                f"a recording is a file or a DataFrame, not a {type(source).__name__}"
+            )
+        return "the DataFrame", source.set_axis(range(1, len(source) + 1))
+    check_ending(source)
+    if source.suffix.lower() != PARQUET:
+        where = name_of(source)
+        return where, _read_csv(content_of(source), where)
+    import pandas as pd
+
+    try:
+        frame = pd.read_parquet(source)
+    except ValueError as error:
+        raise RecordingError(f"{source}: not a Parquet file: {error}") from None
+    return str(source), frame.set_axis(range(1, len(frame) + 1))
+
+
+def _read_csv(data: bytes, source: str) -> "DataFrame":
+    try:
+        lines = lines_of(data.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise OtherTableError(f"{source}: not a text file in UTF-8") from None
+    above = lines.str.startswith("#").cummin()
+    frame = split(lines[~above], source)
+    if len(frame):
+        frame = frame.iloc[1:].set_axis(frame.iloc[0], axis=1)
+    found = map(HEADER.fullmatch, lines[above])
+    frame.attrs = {"header": {one[1]: one[2] for one in found if one}}
+    return frame
+
+
+def _columns(frame: "DataFrame", source: str) -> tuple[dict[str, "Series[Any]"], dict[str, str]]:
+    """Take titles such as ``footpoint [mm]`` apart: columns by name, and their units."""
+    units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if unit}
+    columns: dict[str, Series[Any]] = {}
+    for title, column in frame.items():
+        name, _, unit = (part.strip() for part in str(title).partition("["))
+        if {";", "\t"} & set(str(title)):  # between other separators a line is one title
+            name, unit = str(title), ""
+        if name in columns:
+            raise RecordingError(f"{source}: column {name} occurs twice")
+        columns[name] = column
+        if unit:
+            units[name] = unit.partition("]")[0].strip()
+    return columns, units
+
+
 def numbers(
-    columns: Mapping[str, "Series[Any]"], source: str, notation: Notation = POINT
+    columns: Mapping[str, "Series[Any]"], source: str, decimal: str = "."
 ) -> dict[str, FloatArray]:
     """Convert columns of cells to numbers; NaN where a value is missing.
 
@@ -278,11 +289,8 @@ def numbers(
             bad = np.isinf(values[name])
         else:
             text = column.fillna("").astype(str).str.strip()
-            good = text.str.fullmatch(notation.number).to_numpy(dtype=bool)
-            plain = text.where(good, "nan")
-            if notation.groups:
-                plain = plain.str.replace(notation.groups, "", regex=False)
-                plain = plain.str.replace(notation.decimal, ".", regex=False)
+            good = text.str.fullmatch(NUMBER.format(re.escape(decimal))).to_numpy(dtype=bool)
+            plain = text.where(good, "nan").str.replace(decimal, ".", regex=False)
             values[name] = plain.to_numpy(dtype=object).astype(float)
             missing = text.str.lower().isin(MISSING).to_numpy()
             bad = ~(good | missing) | np.isinf(values[name])
@@ -296,12 +304,14 @@ def numbers(
     return values
 
 
-def check_file(path: Path) -> None:
-    """Refuse a file that is not there, and a folder."""
-    if path.is_dir():
-        raise RecordingError(f"{path} is a folder: give a file")
-    if not path.is_file():
-        raise RecordingError(f"{path}: there is no such file")
+def name_of(path: Path) -> str:
+    """Name a file in messages."""
+    return "standard input" if path == STANDARD else str(path)
+
+
+def content_of(path: Path) -> bytes:
+    """Read a file, or standard input, as a whole."""
+    return sys.stdin.buffer.read() if path == STANDARD else path.read_bytes()
 
 
 def listed(messages: Iterable[str]) -> str:
@@ -309,54 +319,6 @@ def listed(messages: Iterable[str]) -> str:
     every = list(messages)
     more = [f"and {len(every) - LISTED} more"] if len(every) > LISTED else []
     return "\n".join([*every[:LISTED], *more])
-
-
-def _cells(source: "Path | DataFrame") -> tuple[str, "DataFrame"]:
-    """Read cells that may be anything; the index is the line of each row."""
-    if not isinstance(source, Path):
-        if not hasattr(source, "attrs"):
-            raise RecordingError(
-                f"a recording is a file or a DataFrame, not a {type(source).__name__}"
-            )
-        return "the DataFrame", source.rename(columns=str).set_axis(range(1, len(source) + 1))
-    check_ending(source)
-    if source == STANDARD:
-        return "standard input", _read_csv(sys.stdin.buffer.read(), "standard input")
-    check_file(source)
-    if source.suffix.lower() == ".parquet":
-        return str(source), _read_parquet(source)
-    return str(source), _read_csv(source.read_bytes(), str(source))
-
-
-def _columns(frame: "DataFrame", source: str) -> tuple[dict[str, "Series[Any]"], dict[str, str]]:
-    """Take titles such as ``footpoint [mm]`` apart: columns by name, and their units."""
-    units = {name: unit for name, unit in frame.attrs.get("units", {}).items() if unit}
-    columns: dict[str, Series[Any]] = {}
-    for title, column in frame.items():
-        name, _, unit = str(title).partition("[")
-        if {";", "\t"} & set(title):  # between other separators a line is one title
-            name, unit = title, ""
-        if name.strip() in columns:
-            raise RecordingError(f"{source}: column {name.strip()} occurs twice")
-        columns[name.strip()] = column
-        if unit:
-            units[name.strip()] = unit.partition("]")[0].strip()
-    return columns, units
-
-
-def _read_csv(data: bytes, source: str) -> "DataFrame":
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise OtherTableError(f"{source}: not a text file in UTF-8") from None
-    lines = lines_of(text)
-    rows = lines[~lines.str.startswith("#").cummin()]
-    frame = split(rows, source)
-    if len(rows):
-        frame = frame.iloc[1:].set_axis(frame.iloc[0], axis=1)
-    told = (HEADER.fullmatch(line) for line in lines.drop(rows.index))
-    frame.attrs = {"header": {one[1]: one[2] for one in told if one}}
-    return frame
 
 
 def lines_of(text: str) -> "Series[str]":
@@ -380,61 +342,18 @@ def split(lines: "Series[str]", source: str, separator: str = ",") -> "DataFrame
     """
     import pandas as pd
 
-    if lines.empty:
-        return pd.DataFrame()
-    if lines.str.contains('"', regex=False).any():
-        lines = _unquoted(lines, source, separator)
-        separator = UNIT_SEPARATOR
-    counts = lines.str.count(re.escape(separator)) + 1
-    others = counts[counts != counts.iloc[0]]
-    if len(others):
-        than = f"but line {lines.index[0]} has {counts.iloc[0]}"
-        raise OtherTableError(
-            listed(
-                f"{source}, line {line}: {counted(count, 'value')}, {than}"
-                for line, count in others.items()
-            )
-        )
-    frame = pd.read_csv(
-        io.BytesIO("\n".join(lines).encode()),
-        sep=separator,
-        header=None,
-        dtype=str,
-        na_filter=False,
-        quoting=csv.QUOTE_NONE,
-        skip_blank_lines=False,
-    )
-    return frame.set_axis(lines.index)
-
-
-def _unquoted(lines: "Series[str]", source: str, separator: str) -> "Series[str]":
-    """Put another sign in the place of separators, so that no cell needs quotes."""
-    import pandas as pd
-
-    cells: list[list[str]] = []
+    rows: list[list[str]] = []
     for number, line in lines.items():
         try:
-            cells += csv.reader([line], delimiter=separator, strict=True)
+            rows += csv.reader([line], delimiter=separator, strict=True)
         except csv.Error as error:
             raise RecordingError(f"{source}, line {number}: {error}") from None
-    return pd.Series(map(UNIT_SEPARATOR.join, cells), index=lines.index, dtype=str)
-
-
-def _read_parquet(path: Path) -> "DataFrame":
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    try:
-        table = pq.read_table(path)
-    except (pa.ArrowException, OSError) as error:
-        raise RecordingError(f"{path}: not a Parquet file: {str(error).splitlines()[0]}") from None
-    frame = table.to_pandas(ignore_metadata=True).set_axis(range(1, len(table) + 1))
-    frame.attrs = {
-        "units": {field.name: _texts(field.metadata).get("unit") for field in table.schema},
-        "header": _texts(table.schema.metadata),
-    }
-    return frame
-
-
-def _texts(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
-    return {name.decode(): text.decode() for name, text in (metadata or {}).items()}
+    others = [
+        f"{source}, line {number}: {counted(len(row), 'value')}, but line {lines.index[0]} has "
+        f"{len(rows[0])}"
+        for number, row in zip(lines.index, rows, strict=True)
+        if len(row) != len(rows[0])
+    ]
+    if others:
+        raise OtherTableError(listed(others))
+    return pd.DataFrame(rows, index=lines.index, dtype=str)

@@ -65,20 +65,20 @@ def test_a_wrong_line_of_the_header_is_named(tmp_path, signals):
         identify(WHISKER, tmp_path / "a.csv")
 
 
-def laboratory(free, lowered, signals, offset=(0.3, -0.1, 5e-3), seed=1):
+def laboratory(free, lowered, signals, rest=60, offset=(0.3, -0.1, 5e-3), seed=1):
     """A file: the rod in air, lowered, at rest on the surface, and moved; zeros are not zero."""
     loads = np.stack([signals[name].values for name in CHANNELS], axis=1)
     first = loads[0]
-    rest = np.concatenate(
+    before = np.concatenate(
         [
             np.zeros((free, 3)),
             np.linspace(0, 1, lowered)[:, None] * first,
-            np.tile(first, (60, 1)),
+            np.tile(first, (rest, 1)),
         ]
     )
-    noise = np.random.default_rng(seed).normal(0.0, [3e-3, 3e-3, 1e-4], (len(rest), 3))
-    readings = np.concatenate([rest + noise, loads]) + offset
-    clamp = np.concatenate([np.zeros(len(rest)), signals["footpoint"].values])
+    noise = np.random.default_rng(seed).normal(0.0, [3e-3, 3e-3, 1e-4], (len(before), 3))
+    readings = np.concatenate([before + noise, loads]) + offset
+    clamp = np.concatenate([np.zeros(len(before)), signals["footpoint"].values])
     lines = ["time [s];footpoint [m];force_x [N];force_y [N];moment_z [N*m]"]
     lines += [
         ";".join(map(repr, [row / 100, *map(float, (x, *reading))]))
@@ -87,16 +87,17 @@ def laboratory(free, lowered, signals, offset=(0.3, -0.1, 5e-3), seed=1):
     return "\n".join(lines).encode()
 
 
-@pytest.mark.parametrize("lowered", [2, 30, 300])
+@pytest.mark.parametrize(("lowered", "rest"), [(2, 60), (30, 60), (300, 60), (2, 1), (2, 0)])
 @pytest.mark.parametrize("seed", range(3))
-def test_rows_before_the_rod_is_lowered_are_the_tare(signals, lowered, seed):
-    found = import_recording(laboratory(120, lowered, signals, seed=seed), Settings.read())
+def test_rows_before_the_rod_is_lowered_are_the_tare(signals, lowered, rest, seed):
+    data = laboratory(120, lowered, signals, rest, seed=seed)
+    found = import_recording(data, Settings.read())
     for name, wanted in zip(CHANNELS, (0.3, -0.1, 5e-3), strict=True):
         zero = found.zeros[name]
         assert 50 <= zero.rows <= 120
         assert abs(zero.value - wanted) < 5 * zero.deviation
-    begin = {"from": f"{(180 + lowered) / 100} s"}
-    told = import_recording(laboratory(120, lowered, signals), Settings.read(**begin))
+    begin = {"from": f"{(120 + lowered + rest) / 100} s"}
+    told = import_recording(data, Settings.read(**begin))
     assert told.zeros.keys() == found.zeros.keys()
 
 

@@ -1,12 +1,11 @@
 """Import of a laboratory's file: the recording, and a report of how it was read."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from vibrissa.errors import RecordingError
-from vibrissa.numerics.arrays import BoolArray, IntArray
+from vibrissa.errors import ArgumentError, RecordingError
+from vibrissa.numerics.arrays import BoolArray
 from vibrissa.sensor.identification.ends import FEWEST
 from vibrissa.sensor.importing.layout import Layout, decoded, layout_of
 from vibrissa.sensor.importing.preparing import (
@@ -18,9 +17,9 @@ from vibrissa.sensor.importing.preparing import (
     zeros_of,
 )
 from vibrissa.sensor.importing.settings import Place, Settings
-from vibrissa.sensor.importing.titles import KINDS, FileColumn, columns_of
+from vibrissa.sensor.importing.titles import KINDS, FileColumn, column_of
 from vibrissa.sensor.quantities import Units, wished_units
-from vibrissa.sensor.series import Column, Tabular, check_file, listed, numbers, split
+from vibrissa.sensor.series import Column, Tabular, listed, numbers
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
@@ -31,8 +30,10 @@ DESCRIPTIONS = {
     "force_y": "clamp force normal to the surface",
     "moment_z": "clamp moment",
 }
-# Later times are those of a clock (s): they are counted from the first row.
-CLOCK = 1e8
+NO_TARE = (
+    "no tare: readings without load are taken as 0; if the rod was free for a while, add --tare, "
+    "as in --tare '0 s, 2 s'"
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -74,15 +75,26 @@ class Imported(Tabular):
                 header[f"zero_{name}"] = f"{value:.6g} ± {error}"
         return header
 
+    def report(self) -> tuple[str, ...]:
+        """How the file was read, and its zeros, line by line."""
+        rows = {f"zero_{name}": counted(zero.rows, "row") for name, zero in self.zeros.items()}
+        zeros = [
+            f"{name} = {text}, mean of {rows[name]}, subtracted"
+            for name, text in self.header().items()
+        ]
+        return (*self.notes, *(zeros or [NO_TARE]))
 
-def import_recording(source: Path | bytes, settings: Settings) -> Imported:
+
+def import_recording(data: bytes, settings: Settings, name: str = "the file") -> Imported:
     """Read a laboratory's file.
 
     Parameters
     ----------
-    source : Path or bytes
-        The file, or what is in it.
+    data : bytes
+        What is in the file.
     settings : Settings
+    name : str
+        Name of the file in messages.
 
     Returns
     -------
@@ -93,13 +105,9 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
     RecordingError
         If it cannot be read as a recording, or in more than one way; a line for each error.
     """
-    name = "standard input" if isinstance(source, bytes) else str(source)
-    if isinstance(source, Path):
-        check_file(source)
-    text = decoded(source if isinstance(source, bytes) else source.read_bytes(), name)
+    text = decoded(data, name)
     layout = layout_of(text, name, settings.separator, settings.decimal, settings.titles)
     found, values = _read(layout, name, settings)
-    values = _with_time(values, settings, name, layout.rows.index.to_numpy())
     if settings.turn:
         values = turned(values, settings.turn)
     if any(settings.moment_origin):
@@ -112,48 +120,53 @@ def import_recording(source: Path | bytes, settings: Settings) -> Imported:
         key: (each - zeros[key].value if key in zeros else each)[kept]
         for key, each in values.items()
     }
-    outside = int(np.count_nonzero(~kept))
-    units = [f"1 {one.unit}" for one in found.values()]
+    notes = [*layout.notes, *(f"{target}: {one.note}" for target, one in found.items())]
     if settings.speed is not None:
         values["footpoint"] = settings.speed * (values["time"] - values["time"][0])
-    return Imported(
-        values=values,
-        zeros=zeros,
-        notes=(
-            *layout.notes,
-            *(f"{target}: {one.note}" for target, one in found.items()),
-            *(["footpoint: speed times the time since --from"] if settings.speed else []),
-            *_missing_values(values),
-            *([f"outside --from and --to: {counted(outside, 'row')}"] if outside else []),
-        ),
-        units=Units(si=True, wished=wished_units(*units)),
-    )
+        notes.append("footpoint: speed times the time since --from")
+    missing = {key: int(np.isnan(each).sum()) for key, each in values.items()}
+    notes += [f"{key} is missing in {counted(n, 'row')}" for key, n in missing.items() if n]
+    if not kept.all():
+        notes.append(f"outside --from and --to: {counted(int((~kept).sum()), 'row')}")
+    units = Units(si=True, wished=wished_units(*(f"1 {one.unit}" for one in found.values())))
+    return Imported(values=values, zeros=zeros, notes=tuple(notes), units=units)
 
 
 def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, FileColumn], Values]:
     """Read the columns of a recording in SI units; all errors are reported together."""
-    cells = split(layout.rows, name, layout.sign)
-    replaced = {"time": settings.rate, "footpoint": settings.speed}
-    made = {target for target, given in replaced.items() if given is not None}
-    wanted = [target for target in KINDS if target not in made]
-    found, errors = columns_of(layout, cells.shape[1], wanted, settings.column)
-    errors += _lacking({*found, *made, *settings.column}, settings)
-    if "time" in found and cells[found["time"].number].str.contains(":").any():
-        clock = found.pop("time")
-        errors.append(f"column {clock.title} has times of day: add --rate, as in --rate '50 Hz'")
+    found, errors = {}, []
+    for target in KINDS:
+        source = settings.column.get(target, target)
+        try:
+            one = None if target in settings.made else column_of(layout, target, source)
+        except ArgumentError as error:
+            errors.append(str(error))
+            continue
+        if one is not None:
+            found[target] = one
+        elif target in settings.column:
+            errors.append(f"there is no column {source}")
+    errors += _lacking({*found, *settings.made, *settings.column}, settings)
     if errors:
-        there = ", ".join(layout.titles) or f"no titles, columns #1 to #{cells.shape[1]}"
+        there = ", ".join(layout.titles) or f"#1 to #{layout.cells.shape[1]}, without titles"
         errors.append(f"the columns are: {there} (--titles names another line of titles)")
     errors = [f"{name}: {error}" for error in errors]
-    labels = {f"{one.title} ({target})": cells[one.number] for target, one in found.items()}
+    labels = {f"{one.title} ({target})": target for target, one in found.items()}
+    cells = {label: layout.cells[found[target].number] for label, target in labels.items()}
     try:
-        read = numbers(labels, name, layout.notation)
+        read = numbers(cells, name, layout.decimal)
     except RecordingError as error:
-        errors.append(str(error))
+        raise RecordingError("\n".join([*errors, str(error)])) from None
+    values = {target: found[target].factor * read[label] for label, target in labels.items()}
+    if "time" in values:
+        late = layout.cells.index[1:][~(np.diff(values["time"]) > 0.0)]
+        why = "time does not increase; --rate replaces it"
+        errors += [listed(f"{name}, line {line}: {why}" for line in late)] if len(late) else []
     if errors:
         raise RecordingError("\n".join(errors))
-    values = (one.factor * each for one, each in zip(found.values(), read.values(), strict=True))
-    return found, dict(zip(found, values, strict=True))
+    if settings.rate is not None:
+        values = {"time": np.arange(len(layout.cells)) / settings.rate, **values}
+    return found, values
 
 
 def _lacking(there: set[str], settings: Settings) -> list[str]:
@@ -161,51 +174,21 @@ def _lacking(there: set[str], settings: Settings) -> list[str]:
     places = [*(settings.tare or ()), settings.begin, settings.end]
     needs = {
         "the tare, --from or --to": {place.column for place in places if place},
-        "speed": {"time"} if settings.speed is not None else set(),
         "turn": {"force_x", "force_y"} if settings.turn else set(),
         "moment_origin": set(CHANNELS) if any(settings.moment_origin) else set(),
+        "a recording": {"footpoint"} if there & set(CHANNELS) else {"footpoint", "force_x"},
     }
-    errors = [
-        f"{what} needs the column {target}: add --column '{target}=...'"
-        + " or --rate '50 Hz'" * (target == "time")
+    instead = {
+        "time": " or --rate '50 Hz'",
+        "footpoint": " or --speed, --from and --to",
+        "force_x": ", or force_y or moment_z",
+    }
+    return [
+        f"{what} needs the column {target}: say which it is, as in --column "
+        f"'{target}=title [{KINDS[target].si}]'{instead.get(target, '')}"
         for what, needed in needs.items()
         for target in sorted(needed - there)
     ]
-    if not there & set(CHANNELS):
-        errors.append(
-            f"none of {', '.join(CHANNELS)} is there: say which column is which, as in "
-            '--column "force_x=Fz [mN]"'
-        )
-    if "footpoint" not in there:
-        errors.append(
-            "the clamp position is missing: say which column it is, as in --column "
-            "'footpoint=x [mm]', or add --speed, --from and --to"
-        )
-    return errors
-
-
-def _with_time(values: Values, settings: Settings, name: str, line: IntArray) -> Values:
-    """Give each sample its time, by the rate or as recorded.
-
-    Raises
-    ------
-    RecordingError
-        If time was recorded and does not increase.
-    """
-    if settings.rate is not None:
-        size = len(next(iter(values.values())))
-        return {"time": np.arange(size) / settings.rate, **values}
-    if "time" not in values:
-        return values
-    time = values["time"]
-    late = line[1:][~(np.diff(time) > 0.0)]
-    if len(late):
-        raise RecordingError(
-            listed(
-                f"{name}, line {each}: time does not increase; --rate replaces it" for each in late
-            )
-        )
-    return values | {"time": time - time[0] if time[0] > CLOCK else time}
 
 
 def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray:
@@ -225,11 +208,5 @@ def _zeros(values: Values, settings: Settings, kept: BoolArray) -> dict[str, Zer
         begin, end = settings.tare
         where = values[begin.column]
         return zeros_of(values, (where >= begin.value) & (where <= end.value))
-    first = int(np.argmax(kept)) if settings.begin is not None else None
-    free = unloaded(values, first)
+    free = unloaded(values, int(np.argmax(kept)) if settings.begin is not None else None)
     return zeros_of(values, np.arange(len(kept)) < free) if free >= FEWEST else {}
-
-
-def _missing_values(values: Values) -> list[str]:
-    counts = {name: int(np.isnan(each).sum()) for name, each in values.items()}
-    return [f"{name} is missing in {counted(n, 'row')}" for name, n in counts.items() if n]

@@ -80,28 +80,31 @@ def zeros_of(values: Values, rows: BoolArray) -> dict[str, Zero]:
 
 
 def unloaded(values: Values, begin: int | None) -> int:
-    """Count the rows at the beginning in which no load acts, if that is certain; else 0."""
+    """Count the rows at the beginning in which no load acts, if that is certain; else 0.
+
+    Parameters
+    ----------
+    begin : int or None
+        Row in which the clamp begins to move; None: by its positions.
+    """
     channel = next((name for name in ("force_y", "moment_z") if name in values), None)
     if channel is None:
         return 0
-    names = [channel, "footpoint"] if begin is None else [channel]
-    whole = ~np.isnan([values[name] for name in names]).any(axis=0)
-    if not whole.all():
+    readings = values[channel]
+    if np.isnan(readings).any() or (begin is None and np.isnan(values["footpoint"]).any()):
         return 0
     if begin is None:
         begin = moving(values["footpoint"]).start
-    readings = values[channel]
     if not FEWEST < begin < len(readings) - FEWEST:
         return 0
     load = readings - np.median(readings[:FEWEST])
     moved = load[begin:]
     moved = moved[touching(moved[:, None])]
     usual = np.median(moved)
-    if usual == 0.0:
+    changed = int(np.argmax(np.abs(load) > CHANGED * noise_of(readings[:, None])))
+    if usual == 0.0 or not changed < begin:
         return 0
-    lowered = np.median(load[begin - FEWEST : begin]) / usual > LOADED
+    # A rod that rests on the surface from the beginning relaxes by less.
+    lowered = np.median(load[changed:begin]) / usual > LOADED
     pressed = np.quantile(moved / usual, 0.05) > LOADED
-    if not (lowered and pressed):
-        return 0
-    changed = np.abs(load) > CHANGED * noise_of(readings[:, None])
-    return int(TAKEN * np.argmax(changed))
+    return int(TAKEN * changed) if lowered and pressed else 0

@@ -19,36 +19,33 @@ class Place(NamedTuple):
     value: float
 
 
-def _place(text: str, info: ValidationInfo) -> Place:
+def _place(text: Any, info: ValidationInfo) -> Place:
     for column in ("time", "footpoint"):
         try:
             return Place(column, float(in_si(str(text), KINDS[column], column)))
         except ArgumentError:
             continue
-    what = {"begin": "from", "end": "to"}.get(str(info.field_name), "tare")
-    raise ArgumentError(f"{what} must be a time or a clamp position with its unit, got {text!r}")
+    name = {"begin": "from", "end": "to"}.get(str(info.field_name), info.field_name)
+    raise ArgumentError(f"{name} must be a time or a clamp position with its unit, got {text!r}")
 
 
-def _window(text: str, info: ValidationInfo) -> tuple[Place, Place]:
+def _window(text: Any, info: ValidationInfo) -> tuple[Place, Place]:
     places = [_place(part, info) for part in str(text).split(",")]
     if len(places) != 2 or places[0].column != places[1].column or not places[0] < places[1]:
         raise ArgumentError(f"tare must go from a time to a later one: '0 s, 2 s', got {text!r}")
     return places[0], places[1]
 
 
-def _point(text: str) -> tuple[float, float]:
+def _point(text: Any) -> tuple[float, float]:
     lengths = [float(in_si(part, Kind.LENGTH, "moment_origin")) for part in str(text).split(",")]
     if len(lengths) != 2:
         raise ArgumentError(f"moment_origin must be two lengths: '1 mm, 0 mm', got {text!r}")
     return lengths[0], lengths[1]
 
 
-def _quantity(kind: Kind, positive: bool = False) -> BeforeValidator:
+def _si(kind: Kind) -> BeforeValidator:
     def read(text: Any, info: ValidationInfo) -> float:
-        value = float(in_si(str(text), kind, str(info.field_name)))
-        if positive and not value > 0.0:
-            raise ArgumentError(f"{info.field_name} must be positive, got {text!r}")
-        return value
+        return float(in_si(str(text), kind, str(info.field_name)))
 
     return BeforeValidator(read)
 
@@ -56,52 +53,34 @@ def _quantity(kind: Kind, positive: bool = False) -> BeforeValidator:
 class Settings(BaseModel):
     """Settings of an import; None: found in the file, or absent."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
-    column: dict[str, str] = Field(
-        default_factory=dict,
-        description="Column of the file for a channel, with its unit if the file has none: "
-        "'force_x=Fz [mN]', 'force_y=-Fy' with the other sign, 'time=#1' for the first one. "
-        "Repeat it. Columns named time, footpoint, force_x, force_y and moment_z are "
-        "found.",
-    )
-    turn: Annotated[float, _quantity(Kind.ANGLE)] = Field(
-        0.0, description="Angle by which the file's axes are turned from x to y: '90 deg'."
-    )
-    moment_origin: Annotated[tuple[float, float], BeforeValidator(_point)] = Field(
-        (0.0, 0.0), description="Point about which the moment acts, from the clamp: '1 mm, 0 mm'."
-    )
-    tare: Annotated[tuple[Place, Place] | None, BeforeValidator(_window)] = Field(
-        None,
-        description="Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows "
-        "before the rod is lowered, if the clamp rests then.",
-    )
-    speed: Annotated[float | None, _quantity(Kind.SPEED, positive=True)] = Field(
-        None, description="Speed of the stage, if its position is missing: '0.1 mm/s'."
-    )
-    rate: Annotated[float | None, _quantity(Kind.RATE, positive=True)] = Field(
-        None, description="Samples in a second, if the time is missing: '50 Hz'."
-    )
-    begin: Annotated[Place | None, BeforeValidator(_place)] = Field(
-        None,
-        alias="from",
-        description="First sample to take, by time or clamp position: '2 s'. With --speed, when "
-        "the stage begins to move.",
-    )
-    end: Annotated[Place | None, BeforeValidator(_place)] = Field(
-        None,
-        alias="to",
-        description="Last sample to take: '40 s'. With --speed, when the stage stops.",
-    )
-    separator: Separator | None = Field(
-        None, description="Separator of the columns. Found by default."
-    )
-    decimal: Literal[".", ","] | None = Field(
-        None, description="Decimal sign, '.' or ','. Found by default."
-    )
-    titles: int | None = Field(
-        None, ge=0, description="Line of the titles; 0 for none. Found by default."
-    )
+    column: dict[str, str] = Field(default_factory=dict)
+    """Column of the file for a channel, with its unit if the file has none: 'force_x=Fz [mN]',
+    'force_y=-Fy' with the other sign, 'time=#1' for the first one. Repeat it. Columns named time,
+    footpoint, force_x, force_y and moment_z are found."""
+    turn: Annotated[float, _si(Kind.ANGLE)] = 0.0
+    """Angle by which the file's axes are turned from x to y: '90 deg'."""
+    moment_origin: Annotated[tuple[float, float], BeforeValidator(_point)] = (0.0, 0.0)
+    """Point about which the moment acts, from the clamp: '1 mm, 0 mm'."""
+    tare: Annotated[tuple[Place, Place] | None, BeforeValidator(_window)] = None
+    """Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows before the rod
+    is lowered, if the clamp rests then."""
+    speed: Annotated[float | None, Field(gt=0.0), _si(Kind.SPEED)] = None
+    """Speed of the stage, if its position is missing: '0.1 mm/s'."""
+    rate: Annotated[float | None, Field(gt=0.0), _si(Kind.RATE)] = None
+    """Samples in a second, if the time is missing: '50 Hz'."""
+    begin: Annotated[Place | None, BeforeValidator(_place)] = Field(None, alias="from")
+    """First sample to take, by time or clamp position: '2 s'. With --speed, when the stage begins
+    to move."""
+    end: Annotated[Place | None, BeforeValidator(_place)] = Field(None, alias="to")
+    """Last sample to take: '40 s'. With --speed, when the stage stops."""
+    separator: Separator | None = None
+    """Separator of the columns: semicolon, tab, comma, bar or blank. Found by default."""
+    decimal: Literal[".", ","] | None = None
+    """Decimal sign, '.' or ','. Found by default."""
+    titles: int | None = Field(None, ge=0)
+    """Line of the titles; 0 for none. Found by default."""
 
     @classmethod
     def read(cls, path: Path | None = None, **options: Any) -> Self:
@@ -119,17 +98,19 @@ class Settings(BaseModel):
         """
         return read_model(cls, path, options)
 
+    @property
+    def made(self) -> set[str]:
+        """Columns that are not taken from the file."""
+        replaced = {"time": self.rate, "footpoint": self.speed}
+        return {name for name, given in replaced.items() if given is not None}
+
     @model_validator(mode="after")
     def _check_together(self) -> Self:
         for name in self.column:
             if name not in KINDS:
                 raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {name!r}")
-        for given, option, name in (
-            (self.rate, "rate", "time"),
-            (self.speed, "speed", "footpoint"),
-        ):
-            if given is not None and name in self.column:
-                raise ArgumentError(f"give the {option} or the column {name}, not both")
+            if name in self.made:
+                raise ArgumentError(f"{name} is given twice: as a column and by its rate or speed")
         ends = [place.column for place in (self.begin, self.end) if place is not None]
         if self.speed is not None and ends != ["time", "time"]:
             raise ArgumentError(
