@@ -124,7 +124,7 @@ def test_the_largest_strain_of_a_period_is_told_as_a_part_of_the_yield_strain():
 def test_a_recording_is_named_by_its_path_or_is_a_table(whisker, tmp_path):
     method = "ratio" if whisker is None else "model"
     for source in ("scan.csv", tmp_path / "scan.csv"):
-        with pytest.raises(RecordingError, match=r"scan\.csv: there is no such file"):
+        with pytest.raises(FileNotFoundError, match=r"scan\.csv"):
             identify(whisker, source, method=method)
     with pytest.raises(RecordingError, match="a recording is a file or a DataFrame, not a dict"):
         identify(whisker, {"footpoint": [0.0, 0.1]}, method=method)
