@@ -45,12 +45,6 @@ def has_locked(branches, knots):
     return change[:, -3] * states.fy < states.fx * change[:, -2]
 
 
-def combined(weights, inverse):
-    """Combine what corrects the states along each path, as `along` does the states."""
-    each = inverse.reshape(weights.shape[1], -1)
-    return (weights @ each).reshape(-1, *inverse.shape[1:])
-
-
 @pytest.fixture(scope="module")
 def curve():
     return solve_curves(np.array([THETA]), np.array([ETA]))[0]
@@ -105,8 +99,8 @@ def test_states_on_random_curves(benchmark):
         path = RodStates(rods=np.tile(rods, (FEW, 1)), unknowns=unknowns, line=line)
         few = solve(path.on_nodes(NODES), parts.closing_at(chebyshev_nodes(FEW)))
         more = interpolation(FEW, chebyshev_nodes(ENOUGH))
-        path, inverse = along(more, few.states), combined(more, few.inverse)
-        path = solve(path, parts.closing_at(chebyshev_nodes(ENOUGH)), inverse).states
+        path = along(more, few.states)
+        path = solve(path, parts.closing_at(chebyshev_nodes(ENOUGH))).states
         found = along(interpolation(ENOUGH, position), path)
         return branches, parts, found, largest_residual(found, parts.closing_at(position))
 

@@ -31,7 +31,7 @@ def sticking(theta, eta, travel, nodes=40):
     offset = ends(states).offset
     for part in np.linspace(0.0, travel, 9):
         closing = ClosingCondition.at_offset(offset * (1.0 - part), eta)
-        states, found, _ = solve(states, closing)
+        states, found = solve(states, closing)
         assert found.all()
     return states, closing
 
@@ -128,7 +128,7 @@ def test_residual_sees_a_wrong_unknown(place, change):
 def test_a_prescribed_inclination_gives_the_state_with_that_inclination():
     states, closing = sticking(2.0, 0.85, 0.1)
     alpha = np.arctan2(states.fx, -states.fy)
-    again, found, _ = solve(states, ClosingCondition.at_inclination(alpha, closing.height))
+    again, found = solve(states, ClosingCondition.at_inclination(alpha, closing.height))
     assert found.all()
     assert ends(again).offset == pytest.approx(closing.value, abs=1e-12)
 
@@ -137,7 +137,7 @@ def test_one_hopeless_state_does_not_spoil_its_batch():
     good, closing = sticking(2.0, 0.85, 0.1)
     guess = RodStates.concatenate([good, good.with_unknowns(np.nan * good.unknowns)])
     both = ClosingCondition.at_offset(np.array([closing.value[0], -3.0]), np.array([0.85, 0.85]))
-    states, converged, _ = solve(guess, both)
+    states, converged = solve(guess, both)
     assert converged.tolist() == [True, False]
     assert np.isnan(states.unknowns[1]).all()
 

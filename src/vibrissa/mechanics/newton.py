@@ -12,23 +12,16 @@ MAX_ITERATIONS = 25
 # Part of the nodes on which corrections and tangents are found, and the fewest that make sense.
 COARSE_NODES, FEWEST_COARSE_NODES = 0.35, 12
 # Where a correction is not this much smaller than the one before, the inverse is computed anew.
-GOOD_CONTRACTION = 0.1
+GOOD_CONTRACTION = 0.3
 # Corrections below this may be rounding, on many nodes.
 ROUNDING = 1e-9
 
 
 class Solution(NamedTuple):
-    """Result of Newton's iteration; states are NaN where it did not converge.
-
-    Attributes
-    ----------
-    inverse : ndarray, shape (n, k + 3, k + 3)
-        Inverse of the Jacobian on few nodes near each state.
-    """
+    """Result of Newton's iteration; states are NaN where it did not converge."""
 
     states: RodStates
     converged: BoolArray
-    inverse: FloatArray
 
 
 # Where the iteration diverges numbers overflow; the result tells.
@@ -36,7 +29,6 @@ class Solution(NamedTuple):
 def solve(
     guess: RodStates,
     closing: ClosingCondition,
-    inverse: FloatArray | None = None,
     tolerance: float = 1e-12,
     iterations: int = MAX_ITERATIONS,
 ) -> Solution:
@@ -44,8 +36,6 @@ def solve(
 
     Parameters
     ----------
-    inverse : ndarray, shape (n, k + 3, k + 3), optional
-        Of the Jacobian on few nodes near each state.
     tolerance : float
         Change at which the iteration ends; the error is then a hundredth of it.
     iterations : int
@@ -53,7 +43,7 @@ def solve(
     """
     states = guess.copy()
     states.s_c[~states.line] = 1.0
-    inverse = coarse_inverse(states, closing) if inverse is None else inverse.copy()
+    inverse = coarse_inverse(states, closing)
     converged, previous = np.zeros(len(states), dtype=bool), np.ones(len(states))
     active = np.arange(len(states))
     for _ in range(iterations):
@@ -76,7 +66,7 @@ def solve(
         if len(slow):
             inverse[slow] = coarse_inverse(states.take(slow), closing.take(slow))
     states.unknowns[~converged] = np.nan
-    return Solution(states, converged, inverse)
+    return Solution(states, converged)
 
 
 def _correction(states: RodStates, closing: ClosingCondition, inverse: FloatArray) -> FloatArray:
@@ -136,14 +126,12 @@ class Tangent(NamedTuple):
 
     change: FloatArray
     ends: FloatArray
-    inverse: FloatArray
 
 
 def tangent(states: RodStates, closing: ClosingCondition) -> Tangent:
     """Differentiate states by the value that E3 prescribes."""
     few = states.on_nodes(coarse_nodes(states.nodes))
     changes = derivatives(few)
-    inverse = _inverted(jacobian(few, closing, changes))
-    column = inverse[:, :, -2]
+    column = _inverted(jacobian(few, closing, changes))[:, :, -2]
     by_ends = np.matvec(changes.ends, column)
-    return Tangent(column @ transfer(few.nodes, states.nodes), by_ends, inverse)
+    return Tangent(column @ transfer(few.nodes, states.nodes), by_ends)

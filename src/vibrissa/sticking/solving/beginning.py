@@ -120,7 +120,7 @@ def _buckled_states(theta: FloatArray, eta: FloatArray, nodes: int) -> tuple[Rod
         unknowns=buckled_unknowns(theta, eta, nodes),
         line=np.zeros(len(theta), dtype=bool),
     )
-    states, converged, _ = solve(guess, ClosingCondition.at_inclination(np.zeros(len(eta)), eta))
+    states, converged = solve(guess, ClosingCondition.at_inclination(np.zeros(len(eta)), eta))
     # x < x1 all along the rod, that is m < 0 with f > 0: excludes higher modes and the mirror image
     return states, converged & (bending_moment(states) < 0).all(axis=1) & (states.fy < 0)
 
@@ -185,7 +185,7 @@ def with_active_contact(
     guess: RodStates, closing: ClosingCondition, model: Contact
 ) -> tuple[RodStates, BoolArray]:
     """Solve states with the possible kind of contact, that of the guess first; else NaN."""
-    states, found, _ = solve(guess, closing, tolerance=TOLERANCE)
+    states, found = solve(guess, closing, tolerance=TOLERANCE)
     if model is Contact.LINE:
         # Where a retracted rod has peeled off up to its tip, no state lies along the surface.
         other = np.flatnonzero(~_is_possible(states) & (found | states.line))
@@ -193,7 +193,7 @@ def with_active_contact(
             start = np.where(found[:, None], states.unknowns, guess.unknowns)[other]
             start[:, -1] = 1.0
             switched = RodStates(rods=guess.rods[other], unknowns=start, line=~guess.line[other])
-            again, converged, _ = solve(switched, closing.take(other), tolerance=TOLERANCE)
+            again, converged = solve(switched, closing.take(other), tolerance=TOLERANCE)
             states.put(other, again)
             found[other] = converged & _is_possible(again)
     # s_c runs away where the rod would lie down altogether

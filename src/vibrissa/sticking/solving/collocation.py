@@ -246,7 +246,7 @@ def _up_to_steep(branches: Branches, followed: Followed, side: FloatArray, most:
     share = excess[last - 1] / (excess[last - 1] - excess[last])
     steep = some.prescribing(FX, 1.0 / most)
     steep.weights[:, FX + 1] = 1.0
-    states, found, _ = solve(between(low, knots.take(last), share), steep, low.inverse)
+    states, found = solve(between(low, knots.take(last), share), steep)
     knots = knots.copy()
     knots.states.put(last[found], states.take(found))
     return knots

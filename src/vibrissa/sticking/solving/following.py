@@ -57,8 +57,6 @@ class Knots(Batch):
         The same of its coordinates (`Branches.coordinates`), of length 1.
     step : ndarray, shape (n,)
         Step from the knot before; 0 where a path begins, and behind a kink.
-    inverse : ndarray, shape (n, k, k)
-        Approximate inverse Jacobian.
     """
 
     branch: IntArray
@@ -66,7 +64,6 @@ class Knots(Batch):
     change: FloatArray
     direction: FloatArray
     step: FloatArray
-    inverse: FloatArray
 
 
 class Followed(NamedTuple):
@@ -155,7 +152,7 @@ def _next(
     guess = last.states.with_unknowns(last.states.unknowns + way)
     value = np.vecdot(last.direction, branches.coordinates(last.states)) + step
     closing = branches.along(last.direction, value)
-    states, found, _ = solve(guess, closing, last.inverse, TOLERANCE, FEW_ITERATIONS)
+    states, found = solve(guess, closing, TOLERANCE, FEW_ITERATIONS)
     miss = np.abs(states.phi - guess.phi).max(axis=1)
     found &= (miss < TOO_FAR) & (states.s_c > 0.0)
     new, rows = last.copy(), np.flatnonzero(found)
@@ -183,7 +180,6 @@ def _knots(
         change=found.change / length,
         direction=direction / length,
         step=step,
-        inverse=found.inverse,
     )
 
 
@@ -208,7 +204,7 @@ def _with_kinks(branches: Branches, last: Knots, new: Knots, model: Contact) -> 
     some, old = branches.take(rows), last.take(rows)
     share = np.clip(before[rows] / (before[rows] - after[rows]), 0.0, 1.0)
     guess = replace(between(old, new.take(rows), share), line=np.zeros(len(rows), dtype=bool))
-    states, solved[rows], _ = solve(guess, some.prescribing(PHI1))
+    states, solved[rows] = solve(guess, some.prescribing(PHI1))
     here, ahead, found = new.copy(), new.copy(), np.flatnonzero(solved[rows])
     if len(found):
         old, states, some = old.take(found), states.take(found), some.take(found)

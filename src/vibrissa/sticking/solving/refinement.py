@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibrissa.mechanics.equations import coefficient_decay, ends, largest_residual
-from vibrissa.mechanics.newton import coarse_inverse, solve
-from vibrissa.mechanics.states import RodStates, transfer
+from vibrissa.mechanics.newton import solve
+from vibrissa.mechanics.states import SCALARS, RodStates, transfer
 from vibrissa.numerics.arrays import FloatArray, IntArray
 from vibrissa.numerics.spectral import (
     chebyshev_nodes,
@@ -80,15 +80,21 @@ class _Task(NamedTuple):
 
     parts: Parts
     unknowns: FloatArray
-    inverse: FloatArray | None
     halvings: int
 
     def take(self, rows: IntArray) -> "_Task":
         """Select parts."""
-        inverse = None if self.inverse is None else self.inverse[:, rows]
-        return self._replace(
-            parts=self.parts.take(rows), unknowns=self.unknowns[:, rows], inverse=inverse
-        )
+        return self._replace(parts=self.parts.take(rows), unknowns=self.unknowns[:, rows])
+
+    def on_nodes(self, nodes: int) -> "_Task":
+        """Interpolate states to another number of nodes along the rod."""
+        before = self.unknowns.shape[2] - SCALARS
+        return self._replace(unknowns=self.unknowns @ transfer(before, nodes))
+
+    def at(self, position: FloatArray) -> "_Task":
+        """Interpolate states to fractions of the parts' length."""
+        matrix = interpolation(len(self.unknowns), position)
+        return self._replace(unknowns=np.tensordot(matrix, self.unknowns, 1))
 
 
 def along(matrix: FloatArray, path: RodStates) -> RodStates:
@@ -104,20 +110,19 @@ def resolve(parts: Parts, rods: FloatArray, guess: FloatArray) -> Iterator[Resol
     if not len(parts):
         return
     # The knots show how many nodes along the rod the states need.
-    needed = _nodes_needed(_rod_decay(_states(parts, rods, guess), len(parts)), guess.shape[2] - 3)
+    needed = _nodes_needed(
+        _rod_decay(_states(parts, rods, guess), len(parts)), guess.shape[2] - SCALARS
+    )
     tasks = []
     for nodes in np.unique(needed):
         rows = np.flatnonzero(needed == nodes)
-        task = _on_nodes(_Task(parts, guess, None, HALVINGS).take(rows), int(nodes))
-        tasks.append(task._replace(inverse=_inverses(task, rods)))
+        tasks.append(_Task(parts, guess, HALVINGS).take(rows).on_nodes(int(nodes)))
     while tasks:
         task = tasks.pop()
-        count, nodes, number = len(task.unknowns), task.unknowns.shape[2] - 3, len(task.parts)
+        count, nodes, number = len(task.unknowns), task.unknowns.shape[2] - SCALARS, len(task.parts)
         position = chebyshev_nodes(count)
-        known = None if task.inverse is None else task.inverse.reshape(-1, *task.inverse.shape[2:])
-        path, _, inverse = solve(
-            _states(task.parts, rods, task.unknowns), task.parts.closing_at(position), known
-        )
+        near = _states(task.parts, rods, task.unknowns)
+        path = solve(near, task.parts.closing_at(position)).states
         loads = _loads(path, count)
         rod, decay = _rod_decay(path, number) < DECAY_TOLERANCE, _decay_along(loads)
         smooth = np.flatnonzero(rod & (decay < DECAY_TOLERANCE))
@@ -135,15 +140,14 @@ def resolve(parts: Parts, rods: FloatArray, guess: FloatArray) -> Iterator[Resol
         finer = [n for n in NODES_ALONG_ROD if n > nodes]
         solved = path.unknowns.reshape(task.unknowns.shape)
         better = np.where(np.isfinite(solved), solved, task.unknowns)
-        inverse = inverse.reshape(count, number, *inverse.shape[1:])
-        next_task = _Task(task.parts, better, inverse, task.halvings)
+        next_task = _Task(task.parts, better, task.halvings)
         if finer and len(coarse):
-            tasks.append(_on_nodes(next_task.take(coarse), finer[0]))
+            tasks.append(next_task.take(coarse).on_nodes(finer[0]))
         wanted = _states_needed(decay, count)
         for more in np.unique(wanted[fine]):
             rows = np.flatnonzero(fine & (wanted == more))
             if np.isfinite(more):
-                tasks.append(_interpolated(next_task.take(rows), chebyshev_nodes(int(more))))
+                tasks.append(next_task.take(rows).at(chebyshev_nodes(int(more))))
             elif task.halvings:
                 tasks += _halves(next_task.take(rows))
 
@@ -158,36 +162,13 @@ def _states(parts: Parts, rods: FloatArray, unknowns: FloatArray) -> RodStates:
     )
 
 
-def _inverses(task: _Task, rods: FloatArray) -> FloatArray:
-    """Compute the inverse Jacobians of every second state, and interpolate them to all."""
-    some, position = task.unknowns[::2], chebyshev_nodes(len(task.unknowns))
-    closing = task.parts.closing_at(position[::2])
-    inverse = coarse_inverse(_states(task.parts, rods, some), closing)
-    matrix = interpolation(len(some), position)
-    return np.tensordot(matrix, inverse.reshape(*some.shape[:2], *inverse.shape[1:]), 1)
-
-
-def _on_nodes(task: _Task, nodes: int) -> _Task:
-    return task._replace(
-        unknowns=task.unknowns @ transfer(task.unknowns.shape[2] - 3, nodes), inverse=None
-    )
-
-
-def _interpolated(task: _Task, position: FloatArray) -> _Task:
-    """Interpolate states and their inverse Jacobians to fractions of the parts' length."""
-    matrix = interpolation(len(task.unknowns), position)
-    unknowns = np.tensordot(matrix, task.unknowns, 1)
-    inverse = None if task.inverse is None else np.tensordot(matrix, task.inverse, 1)
-    return task._replace(unknowns=unknowns, inverse=inverse)
-
-
 def _halves(task: _Task) -> Iterator[_Task]:
     """Both halves of parts."""
     for share in (0.0, 0.5):
         start = task.parts.start + share * task.parts.length
         half = replace(task.parts, start=start, length=task.parts.length / 2.0)
         position = share + 0.5 * chebyshev_nodes(STATES_ALONG_PART[0])
-        yield _interpolated(task, position)._replace(parts=half, halvings=task.halvings - 1)
+        yield task.at(position)._replace(parts=half, halvings=task.halvings - 1)
 
 
 def _nodes_needed(decay: FloatArray, nodes: int) -> IntArray:
