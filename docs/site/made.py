@@ -12,7 +12,7 @@ from typing import Any
 
 from typer.main import get_command
 
-from vibrissa.cli.app import COMMANDS, app, module_of
+from vibrissa.cli.app import COMMANDS, app, command_of
 from vibrissa.explorer.page import page
 
 DOCS = Path(__file__).parents[1]
@@ -61,8 +61,7 @@ def commands() -> str:
     lines = ["# Command line", "", "As `--help` prints it.", ""]
     lines += command_section("vibrissa", get_command(app))
     for name in COMMANDS:
-        command = get_command(import_module(module_of(name)).app)
-        lines += command_section(f"vibrissa {name}", command)
+        lines += command_section(f"vibrissa {name}", command_of(name))
     return "\n".join(lines)
 
 

@@ -147,7 +147,10 @@ def test_scan_over_a_measured_surface_with_a_transducer(tmp_path):
         (["solve", *WHISKER, *ROD, "--mu0", "0.3", "--material", "tin"], "material must be one"),
         (["solve", *WHISKER, "--mu0", "0.3", "-o", "x.txt"], "ending must be"),
         (["solve", *WHISKER, "--mu0", "0.3", "--picture", "x.gif"], "ending must be"),
-        (["solve", *WHISKER, "--mu0", "0.3", "--picture", "no/x.svg"], "there is no folder no"),
+        (
+            ["solve", *WHISKER, "--mu0", "0.3", "--picture", "no/x.svg"],
+            "no/x.svg cannot be written",
+        ),
         (["identify", "a.csv", "--theta", "2", *ROD], "eta is not given"),
         (["scan", *WHISKER, "--step", "0.1", "--to", "1", "-o", "x.csv"], "exactly one of mu0"),
         (
@@ -176,12 +179,11 @@ def test_the_set_up_is_read_from_file_options_and_set_together(tmp_path):
     )
     asked = ["solve", "--mu0", "0.3", "--rod", path]
     result = run(*asked)
-    assert "solve does not use the tolerances of theta, eta\n" in result.stderr
     stiff = run(*asked, "--set", "clamp_compliance=0.05")
     direct = run("solve", "--mu0", "0.3", *WHISKER, "--set", "clamp_compliance=0.05")
     assert stiff.exit_code == 0 and stiff.stdout == direct.stdout != result.stdout
     other = run(*asked, "--theta", "2.1")
-    assert "tolerances of eta\n" in other.stderr and other.stdout != result.stdout
+    assert other.exit_code == 0 and other.stdout != result.stdout
 
 
 @pytest.mark.parametrize(
@@ -265,13 +267,6 @@ def test_a_command_does_not_write_over_what_it_reads(arguments, tmp_path, monkey
     assert result.output == "vibrissa: in.csv is an input: give the output another name\n"
 
 
-def test_a_kinetic_ratio_that_is_not_used_is_told(tmp_path):
-    asked = ["scan", *WHISKER, "--mu0", "0.3", "--step", "0.1", "--to", "0.2"]
-    asked += ["--kinetic-ratio", "0.5", "-o", tmp_path / "a.csv"]
-    said = "--kinetic-ratio is ignored: only --law kinetic and --law energy use it\n"
-    assert run(*asked).stderr == said and run(*asked, "--law", "kinetic").stderr == ""
-
-
 def test_a_path_that_is_too_short_or_too_long_is_refused(tmp_path):
     asked = ["scan", *WHISKER, *ROD, "--mu0", "0.3", "--step", "1 mm", "-o", tmp_path / "a.csv"]
     assert "at least one step long" in run(*asked, "--to", "0.2 mm").output
@@ -285,11 +280,11 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_is_computed(
     folder.mkdir()
     result = run("solve", *WHISKER, "--mu0", "0.4", "-o", folder)
     assert result.exit_code == 2
-    assert result.output == f"vibrissa: {folder} is a folder: write to another name\n"
+    assert f"{folder} cannot be written: it must be a file" in result.output
     monkeypatch.setattr("os.access", lambda *_: False)
     result = run("solve", *WHISKER, "--mu0", "0.4", "-o", tmp_path / "b.csv")
     assert result.exit_code == 2 and result.output.count("\n") == 1
-    assert f"no permission to write to the folder {tmp_path}" in result.output
+    assert "in a folder that can be written to" in result.output
 
 
 def test_every_page_that_a_message_names_is_there():
@@ -303,8 +298,7 @@ def test_every_page_that_a_message_names_is_there():
 def test_without_a_command_all_are_listed():
     shown = run().output
     assert shown.strip() == run("--help").output.strip() == run("-h").output.strip()
-    for name, text in COMMANDS.items():
-        assert name in shown and text.split()[0] in shown
+    assert all(name in shown for name in COMMANDS)
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -314,7 +308,6 @@ def test_help_fits_80_columns_in_panels_and_has_an_example(name, monkeypatch):
     shown = run(name, "-h").output
     assert max(map(len, shown.splitlines())) <= 80 and "…" not in shown
     assert shown == run(name, "--help").output
-    assert COMMANDS[name].split(":")[0] in " ".join(shown.split())
     assert f"Example: vibrissa {name} " in shown or f"Examples: vibrissa {name} " in shown
     # Completion is installed by the program, not by a command.
     assert "--install-completion" not in shown
@@ -343,15 +336,14 @@ def test_a_mistake_in_the_program_is_not_dressed_up_as_one_of_the_input(monkeypa
     assert isinstance(result.exception, ValueError)
 
 
-@pytest.mark.parametrize("patience, lines", [(-1.0, ["solving"]), (60.0, [])])
-def test_long_work_is_shown_beside_the_result(monkeypatch, capsys, patience, lines):
-    monkeypatch.setattr(options, "PATIENCE", patience)
+@pytest.mark.parametrize("terminal", [True, False])
+def test_work_is_shown_on_a_terminal_beside_the_result(monkeypatch, capsys, terminal):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     tell = options.progress_bars()
     for done in (1, 2):
         tell("solving", done, 2)
     told = capsys.readouterr()
-    assert told.out == ""
-    assert [line.split()[0] for line in told.err.splitlines() if line.strip()] == lines
+    assert told.out == "" and ("solving" in told.err) == terminal
 
 
 @pytest.mark.parametrize(

@@ -5,43 +5,30 @@ from keyword import iskeyword
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from vibrissa.cli import HELP
 from vibrissa.errors import UndeterminedError, VibrissaError
 
-# What the list of commands says of each. A command's own file, with NumPy, SciPy and the solvers,
-# is imported only when that command is called.
-COMMANDS = {
-    "solve": "One rod on one surface: onset of slip, clamp reactions and largest strain.",
-    "scan": "Move the clamp over a surface and write the signals, step by step.",
-    "import": "Make a recording for identify from a laboratory's file, and report how it was read.",
-    "identify": "Find the periods of sticking in a measured time series, and the friction of each.",
-    "design": "Find the rod that measures friction best, and its active constraints.",
-}
+COMMANDS = ("solve", "scan", "import", "identify", "design")
 
 
-def module_of(name: str) -> str:
-    """Name the module of a command; a keyword of Python gets an underscore."""
-    return f"vibrissa.cli.{name}{'_' * iskeyword(name)}"
+def command_of(name: str) -> Any:
+    """Load a command from its module; the name of a keyword of Python ends in an underscore."""
+    module = import_module(f"vibrissa.cli.{name}{'_' * iskeyword(name)}")
+    return typer.main.get_command(module.app)
 
 
 class Commands(TyperGroup):
     """Commands by name; ends with a line for each error that the user can correct."""
 
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(**settings)
-        # As a short help a text is not shortened further.
-        self.commands = {
-            name: TyperCommand(name, short_help=text) for name, text in COMMANDS.items()
-        }
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of the commands."""
+        return list(COMMANDS)
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
-        """Load the command of this call, and keep its arguments as typed."""
-        name, command, rest = super().resolve_command(ctx, args)
-        if name is not None and command is not None:
-            command = typer.main.get_command(import_module(module_of(name)).app)
-        return name, command, rest
+    def get_command(self, ctx: Any, name: str) -> Any:
+        """Load a command, with NumPy, SciPy and the solvers if it needs them."""
+        return command_of(name) if name in COMMANDS else None
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""

@@ -8,17 +8,19 @@ import typer
 from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
     OUTPUT,
+    ROD,
+    SIGNALS,
     Json,
     Picture,
     hand_out,
     option,
     progress_bars,
+    takes,
 )
-from vibrissa.cli.setup import ROD, SIGNALS, takes
-from vibrissa.design import Design, DesignStatus, Requirements
+from vibrissa.design import DesignStatus, Requirements
 from vibrissa.design import design as find_design
-from vibrissa.sensor import series
 from vibrissa.sensor.keys import write_keys
+from vibrissa.sensor.setup import TOLERANCES
 
 app = typer.Typer(**ALONE)
 
@@ -28,7 +30,7 @@ PANELS = {
         *("material", "modulus", "yield_strain", "density"),
         *("theta", "eta", "diameter", "length", "contact"),
     ),
-    SIGNALS: ("transducer", "noise"),
+    SIGNALS: ("transducer", "noise", TOLERANCES),
     "Limits": ("tip", "safety", "steps", "load", "spacing"),
 }
 # Ending of a set-up file.
@@ -38,7 +40,7 @@ Written = Annotated[
     option(
         "Write the result as a table, .csv or .parquet, or as a set-up file, .toml, that the other "
         "commands read with --rod.",
-        *("<file>", OUTPUT, "--output", "-o"),
+        *(OUTPUT, "--output", "-o"),
     ),
 ]
 
@@ -50,7 +52,7 @@ Written = Annotated[
     "steel-s235 --diameter '5 mm' --length '100 mm' --theta 2 --eta 0.85 --transducer "
     "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`",
 )
-@takes("requirements", Requirements, PANELS, True, ROD_FILE)
+@takes("requirements", Requirements, PANELS, "--rod", ROD_FILE)
 def design(
     requirements: Requirements, output: Written = None, picture: Picture = None, json: Json = False
 ) -> None:
@@ -66,17 +68,10 @@ def design(
     """
     found = find_design(requirements, progress_bars())
     as_rod = output is not None and output.suffix.lower() == ROD_FILE
-    typer.echo(found, err=json or output == series.STANDARD)
-    hand_out(found, None if as_rod else output, picture, json)
-    if output is not None and as_rod:
-        _write_rod(found, output)
+    hand_out(found, str(found), None if as_rod else output, picture, json)
     if found.status is DesignStatus.NONE:
+        if as_rod:
+            typer.echo(f"{output} is not written: the rod violates constraints", err=True)
         raise typer.Exit(1)
-
-
-def _write_rod(found: Design, output: Path) -> None:
-    """Write the rod that was found as a set-up file."""
-    if found.status is DesignStatus.FOUND:
+    if output is not None and as_rod:
         write_keys(output, found.best.setup.stated(), f"vibrissa design: {found.message}")
-    else:
-        typer.echo(f"{output} is not written: the rod violates constraints", err=True)

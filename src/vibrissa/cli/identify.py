@@ -4,20 +4,35 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import OUTPUT, Json, MaybeOut, Picture, hand_out, option, progress_bars
-from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, takes
-from vibrissa.cli.yielding import end_of, warn_of_yield
+from vibrissa.cli.options import (
+    ANGLES,
+    MOUNTING,
+    OUTPUT,
+    ROD,
+    SIGNALS,
+    SIZES,
+    Json,
+    MaybeOut,
+    Picture,
+    hand_out,
+    option,
+    progress_bars,
+    takes,
+)
+from vibrissa.cli.yielding import warn_of_yield
 from vibrissa.design.materials import likely_material
-from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup, series
+from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
+from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
 
 app = typer.Typer(**ALONE)
 
-PANELS = {ROD: (*SIZES, "material"), MOUNTING: ANGLES, SIGNALS: ("transducer", "noise")}
+PANELS = {ROD: SIZES, MOUNTING: ANGLES, SIGNALS: ("transducer", "noise", TOLERANCES)}
 
 
 @app.command(
@@ -25,7 +40,7 @@ PANELS = {ROD: (*SIZES, "material"), MOUNTING: ANGLES, SIGNALS: ("transducer", "
     epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
     "0.0002' -o friction.csv`",
 )
-@takes("setup", Setup, PANELS, tolerances=True)
+@takes("setup", Setup, PANELS)
 def identify(
     recording: Annotated[
         Path,
@@ -40,24 +55,22 @@ def identify(
         option(
             "model: all channels, through the model of the rod; ratio: both forces, without a rod. "
             "The other method is computed, too, and compared.",
-            *("", SIGNALS),
+            SIGNALS,
             show_default="model with a rod, else ratio",
         ),
     ] = None,
     slip_time: Annotated[
-        str | None,
-        option("Duration of a slip, whose samples are left out: '10 ms'.", "<time>", SIGNALS),
+        str | None, option("Duration of a slip, whose samples are left out: '10 ms'.", SIGNALS)
     ] = None,
     delay: Annotated[
-        str | None,
-        option("Delay of the readings, as by a low-pass filter: '4 ms'.", "<time>", SIGNALS),
+        str | None, option("Delay of the readings, as by a low-pass filter: '4 ms'.", SIGNALS)
     ] = None,
     output: MaybeOut = None,
     picture: Picture = None,
     json: Json = False,
     verbose: Annotated[
         bool,
-        option("Print assumed tolerances and all estimates, too.", "", OUTPUT, "--verbose", "-v"),
+        option("Print assumed tolerances and all estimates, too.", OUTPUT, "--verbose", "-v"),
     ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.
@@ -82,40 +95,31 @@ def identify(
         delay=delay,
         progress=progress_bars(),
     )
-    hand_out(found, output, picture, json)
-    _print(found, output, verbose, err=json or output == series.STANDARD)
-    if whisker is not None:
-        slips = (found.periods.status == PeriodStatus.SLIP) & (found.periods.grade != Grade.WRONG)
-        warn_of_yield(whisker, end_of(whisker, found.periods.mu0[slips]), material)
-
-
-def _print(found: Identification, output: Path | None, verbose: bool, err: bool) -> None:
-    known = (found.periods.status == PeriodStatus.SLIP).sum()
     place = "" if output is None else f"{output}: "
-    typer.echo(
-        f"{place}{counted(len(found.periods), 'period')}, friction of {known} of them", err=err
-    )
-    typer.echo(found.summary(), err=err)
-    for note in found.periods.notes:
-        typer.echo(note, err=True)
-    for text in _tolerated(found, verbose):
-        typer.echo(text, err=err)
+    hand_out(found, place + "\n".join(_lines(found, verbose)), output, picture, json)
+    periods = found.periods
+    slips = (periods.status == PeriodStatus.SLIP) & (periods.grade != Grade.WRONG)
+    if whisker is not None and slips.any():
+        onset = float(whisker.curve.onset(periods.mu0[slips].max()))
+        warn_of_yield(whisker, onset if np.isfinite(onset) else whisker.curve.x0_lock, material)
 
 
-def _tolerated(found: Identification, verbose: bool) -> Iterator[str]:
-    """Print the assumed tolerances, and the estimate and remaining error of each quantity."""
-    unstated = (one for one in found.tolerances if not one.stated)
-    assumed = list(dict.fromkeys(one.of for one in unstated))
+def _lines(found: Identification, verbose: bool) -> Iterator[str]:
+    """Summarise the periods, then assumed tolerances and what moved far, or all estimates."""
+    known = (found.periods.status == PeriodStatus.SLIP).sum()
+    yield f"{counted(len(found.periods), 'period')}, friction of {known} of them"
+    yield str(found.summary())
+    yield from found.periods.notes
+    assumed = list(dict.fromkeys(one.of for one in found.tolerances if not one.stated))
     if assumed:
         yield (
             f"{counted(len(assumed), 'tolerance')} assumed, named by --verbose; state yours with "
             f"--tolerance name=size: {see_page('Friction from your recording')}"
         )
-        if verbose:
-            yield f"assumed: {', '.join(assumed)}"
+    if assumed and verbose:
+        yield f"assumed: {', '.join(assumed)}"
     left = found.summary().if_exact
     for one in found.tolerances:
-        moved = one.far
-        if (verbose and one.stated and not one.wave) or moved:
+        if one.far or (verbose and one.stated and not one.wave):
             exact = f"; if it were exact, mu0 ± {left[one.of]:.2g}" if one.of in left else ""
             yield f"{one.spelled(found.units)}{exact}"

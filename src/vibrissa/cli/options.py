@@ -1,73 +1,105 @@
-"""Options that several commands have, and what they do."""
+"""Options of the commands: files, and fields of the model that a command reads."""
 
 import os
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_origin
 
 import typer
+from pydantic.fields import FieldInfo
 
 from vibrissa.errors import ArgumentError
 from vibrissa.extras import require
 from vibrissa.files import write_atomically
 from vibrissa.sensor.series import STANDARD, as_json, check_ending, write
+from vibrissa.sensor.setup import TOLERANCES, Setup
+from vibrissa.sensor.tolerances import EXACT
+from vibrissa.sensor.whisker import Progress, quiet
 
+Command = Callable[..., None]
+# Panels in which `--help` shows options, each with names of fields.
+Panels = Mapping[str, Sequence[str]]
+
+ROD, MOUNTING, SIGNALS, OUTPUT = "Rod", "Mounting", "Signals", "Output"
+# Fields of a set-up that are typed often; `--set` has the others.
+SIZES = ("theta", "eta", "modulus", "diameter", "length", "contact", "material")
+ANGLES = ("clamp_angle", "stage_angle")
 PICTURES = (".pdf", ".svg", ".png")
-# Progress is shown for work that takes longer (s).
-PATIENCE = 2.0
-
-OUTPUT = "Output"
 
 
-def option(text: str, metavar: str, panel: str, *names: str, **more: Any) -> Any:
-    """Describe an option: its meaning, its values, and its panel in the help."""
-    return typer.Option(*names, help=text, metavar=metavar or None, rich_help_panel=panel, **more)
+def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:
+    """Describe an option: its meaning, and its panel in the help."""
+    return typer.Option(*names, help=" ".join(text.split()), rich_help_panel=panel, **more)
 
 
-_WRITTEN = ("--output", "-o")
 Out = Annotated[
     Path,
-    option("Table to write: .csv or .parquet; - for standard output.", "<file>", OUTPUT, *_WRITTEN),
+    option("Table to write: .csv or .parquet; - for standard output.", OUTPUT, "--output", "-o"),
 ]
 MaybeOut = Annotated[
     Path | None,
     option(
         "Write the result as a table: .csv or .parquet; - for standard output.",
-        *("<file>", OUTPUT, *_WRITTEN),
+        *(OUTPUT, "--output", "-o"),
     ),
 ]
-Picture = Annotated[
-    Path | None, option("Draw the result: .pdf, .svg or .png.", "<file>", OUTPUT, "--picture")
-]
-Json = Annotated[bool, option("Print the result as JSON, and nothing else.", "", OUTPUT, "--json")]
+Picture = Annotated[Path | None, option("Draw the result: .pdf, .svg or .png.", OUTPUT)]
+Json = Annotated[bool, option("Print the result as JSON, and nothing else.", OUTPUT, "--json")]
 
 
-def reading_options(
-    parameter: str, options: Sequence[Parameter], read: Callable[..., Any], *endings: str
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command options in place of one parameter, whose value is read from them.
+def takes(
+    parameter: str, model: Any, panels: Panels, file: str = "--rod", *endings: str
+) -> Callable[[Command], Command]:
+    """Give a command options in place of one parameter, a model that is read from them.
 
-    Files are checked before anything is computed; an output may have one of further `endings`.
+    Files are checked before anything is computed.
+
+    Parameters
+    ----------
+    parameter : str
+    model : type
+        With a method ``read(path, **fields)``.
+    panels : mapping of str to sequence of str
+        Fields of the model, or of a `Setup`, that are options, by panel.
+    file : str
+        Option for a TOML file with these fields as keys.
+    *endings : str
+        Further ones of the option ``--output``.
     """
+    fields = Setup.model_fields | model.model_fields
+    names = {name: panel for panel, some in panels.items() for name in some}
+    types = {name: _annotation(name, fields[name], panel) for name, panel in names.items()}
+    text = "A file (.toml) with these options as keys. An option overrides its key."
+    types["path"] = Annotated[Path | None, option(text, None, file)]
+    if file == "--rod":
+        others = [one for one in Setup.model_fields if one not in (*names, TOLERANCES, "assume")]
+        text = f"Another key of the file, as name=value; repeat it. {', '.join(others)}."
+        types["assignments"] = Annotated[list[str] | None, option(text, MOUNTING, "--set")]
+    required = {name for name in names if fields[name].is_required()}
 
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+    def decorate(command: Command) -> Command:
         own = dict(signature(command).parameters)
         del own[parameter]
 
         @wraps(command)
         def run(**values: Any) -> None:
-            files = {name: values.get(name) for name in ("output", "picture")}
-            check_files(files["output"], files["picture"], *endings)
-            others = [value for name, value in values.items() if name not in files]
-            check_not_read(list(files.values()), others)
-            value = read(**{option.name: values.pop(option.name) for option in options})
-            command(**{parameter: value}, **values)
+            _check_files(values, *endings)
+            given = {name: values.pop(name) for name in types}
+            command(**{parameter: _read(model, fields, **given)}, **values)
 
         # Typer reads the options of a command from its signature and its annotations.
+        options = [
+            Parameter(
+                name,
+                Parameter.KEYWORD_ONLY,
+                annotation=annotation,
+                default=Parameter.empty if name in required else None,
+            )
+            for name, annotation in types.items()
+        ]
         every = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in (*own.values(), *options)]
         run.__dict__["__signature__"] = Signature(every)
         run.__annotations__ = {one.name: one.annotation for one in every}
@@ -76,66 +108,107 @@ def reading_options(
     return decorate
 
 
-def check_files(output: Path | None, picture: Path | None, *endings: str) -> None:
-    """Refuse files that cannot be written, before anything is computed.
+def _annotation(name: str, field: FieldInfo, panel: str) -> Any:
+    """Describe an option by its field; pydantic validates its value."""
+    default = field.default if isinstance(field.default, str | float) else None
+    shown = str(default) if default not in (None, 0.0, float("inf")) else False
+    written = f"--{(field.alias or name).replace('_', '-')}"
+    if get_origin(field.annotation) is dict:  # each time one of its keys
+        pairs = option(f"{field.description}", panel, written.removesuffix("s"))
+        return Annotated[list[str] | None, pairs]
+    return Annotated[str | None, option(f"{field.description}", panel, written, show_default=shown)]
 
-    Parameters
-    ----------
-    output : Path or None
-        A table; its ending may also be one of `endings`.
-    picture : Path or None
-    *endings : str
-    """
+
+def _read(
+    model: Any,
+    fields: Mapping[str, FieldInfo],
+    path: Path | None,
+    assignments: Sequence[str] | None = None,
+    **options: Any,
+) -> Any:
+    """Read a model from the options of a command and a file."""
+    given: dict[str, Any] = {}
+    for name, value in options.items():
+        if isinstance(value, list):
+            given[name] = _pairs([text for text in value if text != EXACT], name)
+        elif value is not None:
+            given[fields[name].alias or name] = value
+    if EXACT in (options.get(TOLERANCES) or ()):
+        given["assume"] = False
+    for name, value in _pairs(assignments or (), "set").items():
+        if name in given:
+            raise ArgumentError(f"{name} is given twice: as an option and with --set")
+        given[name] = value
+    return model.read(path, **given)
+
+
+def _pairs(given: Sequence[str], name: str) -> dict[str, str]:
+    """Read pairs ``name=value``."""
+    option, pairs = f"--{name.removesuffix('s')}", {}
+    for text in given:
+        key, _, value = (part.strip() for part in text.partition("="))
+        if not (key and value):
+            raise ArgumentError(f"{option} needs name=value, got {text!r}")
+        if key in pairs:
+            raise ArgumentError(f"{option} {key} is given twice")
+        pairs[key] = value
+    return pairs
+
+
+def _check_files(values: Mapping[str, Any], *endings: str) -> None:
+    """Refuse files that cannot be written, or are read."""
+    output, picture = values.get("output"), values.get("picture")
     if output is not None:
         check_ending(output, *endings)
     if picture is not None:
         if picture.suffix.lower() not in PICTURES:
             raise ArgumentError(f"{picture}: the ending must be one of {', '.join(PICTURES)}")
         require("plots", "matplotlib")
+    others = [value for name, value in values.items() if name not in ("output", "picture")]
+    read = {Path(value).resolve() for value in others if isinstance(value, Path | str)}
     for file in (output, picture):
         if file is None or file == STANDARD:
             continue
-        if file.is_dir():
-            raise ArgumentError(f"{file} is a folder: write to another name")
-        if not file.parent.is_dir():
-            raise ArgumentError(f"{file}: there is no folder {file.parent}")
-        if not os.access(file.parent, os.W_OK):
-            raise ArgumentError(f"{file}: no permission to write to the folder {file.parent}")
-
-
-def check_not_read(written: Sequence[Path | None], given: Sequence[Any]) -> None:
-    """Refuse to write over a file that is read; standard input and output are two."""
-    read = {Path(value).resolve() for value in given if isinstance(value, Path | str)}
-    for file in written:
-        if file is not None and file != STANDARD and file.resolve() in read:
+        if file.is_dir() or not os.access(file.parent, os.W_OK):
+            raise ArgumentError(
+                f"{file} cannot be written: it must be a file in a folder that can be written to"
+            )
+        if file.resolve() in read:
             raise ArgumentError(f"{file} is an input: give the output another name")
 
 
-def hand_out(found: Any, output: Path | None, picture: Path | None, json: bool = False) -> None:
-    """Write a result as a table, a picture and JSON, each if it was requested."""
+def hand_out(
+    found: Any,
+    text: str,
+    output: Path | None,
+    picture: Path | None = None,
+    json: bool = False,
+) -> None:
+    """Write a result as a table, a picture and JSON, each if it was requested, and print a text.
+
+    The text is printed beside a table or JSON on standard output.
+    """
     if json:
         typer.echo(as_json(found.columns()))
     if output is not None:
-        write(output, found.columns())
+        write(output, found.columns(), found.header())
     if picture is not None:
         with write_atomically(picture) as temporary:
             found.plot().savefig(temporary)
+    typer.echo(text, err=json or output == STANDARD)
 
 
-def progress_bars() -> Callable[[str, int, int], None]:
-    """Show a progress bar for each kind of work, once it has taken longer than `PATIENCE`."""
-    start = time.monotonic()
+def progress_bars() -> Progress:
+    """Show a progress bar for each kind of work, on a terminal."""
+    if not sys.stderr.isatty():
+        return quiet
     bars: dict[str, Any] = {}
 
     def tell(what: str, done: int, total: int) -> None:
-        nonlocal start
         if what not in bars:
-            start = time.monotonic()
             bars[what] = typer.progressbar(length=total, label=what, file=sys.stderr)
-        bar = bars[what]
-        if time.monotonic() - start > PATIENCE:
-            bar.update(done - bar.pos)
-            if done >= total:
-                bar.render_finish()
+        bars[what].update(done - bars[what].pos)
+        if done >= total:
+            bars[what].render_finish()
 
     return tell

@@ -7,64 +7,58 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import Out, Picture, hand_out, option, progress_bars
-from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIGNALS, SIZES, say_exact, takes
+from vibrissa.cli.options import (
+    ANGLES,
+    MOUNTING,
+    ROD,
+    SIGNALS,
+    SIZES,
+    Out,
+    Picture,
+    hand_out,
+    option,
+    progress_bars,
+    takes,
+)
 from vibrissa.cli.yielding import warn_of_yield
 from vibrissa.design.materials import likely_material
-from vibrissa.sensor import Setup, SlipLaw, series, surfaces
+from vibrissa.sensor import Setup, SlipLaw, surfaces
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
 
 app = typer.Typer(**ALONE)
 
-# Of scans for which none is given.
-KINETIC_RATIO = 0.8
 SURFACE, MOTION = "Surface", "Motion"
-PANELS = {ROD: (*SIZES, "material"), MOUNTING: ANGLES, SIGNALS: ("transducer",)}
 
 
 @app.command(
     context_settings=HELP,
     epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`",
 )
-@takes("setup", Setup, PANELS)
+@takes("setup", Setup, {ROD: SIZES, MOUNTING: ANGLES, SIGNALS: ("transducer",)})
 def scan(
     setup: Setup,
-    step: Annotated[str, option("Step of the stage: '20 um'.", "<length>", MOTION)],
+    step: Annotated[str, option("Step of the stage: '20 um'.", MOTION)],
     to: Annotated[
         list[str],
-        option(
-            "Where the stage stops. Repeat it for where it turns: --to 1 --to 0.",
-            "<length>",
-            MOTION,
-        ),
+        option("Where the stage stops. Repeat it for where it turns: --to 1 --to 0.", MOTION),
     ],
     output: Out,
-    mu0: Annotated[str | None, option("The same friction everywhere.", "<number>", SURFACE)] = None,
-    patches: Annotated[
-        str | None, option("Patches: '0 mm: 0.3, 50 mm: 0.4'.", "<list>", SURFACE)
-    ] = None,
+    mu0: Annotated[str | None, option("The same friction everywhere.", SURFACE)] = None,
+    patches: Annotated[str | None, option("Patches: '0 mm: 0.3, 50 mm: 0.4'.", SURFACE)] = None,
     profile: Annotated[
-        Path | None, option("Measured surface: a table with columns x and mu0.", "<file>", SURFACE)
+        Path | None, option("Measured surface: a table with columns x and mu0.", SURFACE)
     ] = None,
     texture: Annotated[
-        str | None,
-        option("Random friction: 'mean, deviation, correlation length'.", "<list>", SURFACE),
+        str | None, option("Random friction: 'mean, deviation, correlation length'.", SURFACE)
     ] = None,
-    seed: Annotated[
-        int, option("Seed of the texture and of the noise.", "<number>", SURFACE, min=0)
-    ] = 0,
+    seed: Annotated[int, option("Seed of the texture and of the noise.", SURFACE, min=0)] = 0,
     law: Annotated[
-        SlipLaw, option(f"Where a slip ends: {see_page('Simulate a sensor')}.", "", MOTION)
+        SlipLaw, option(f"Where a slip ends: {see_page('Simulate a sensor')}.", MOTION)
     ] = SlipLaw.FREE,
     kinetic_ratio: Annotated[
-        float | None,
-        option(
-            "Kinetic over static friction, for the laws kinetic and energy.",
-            *("<number>", MOTION),
-            show_default=str(KINETIC_RATIO),
-        ),
-    ] = None,
+        float, option("Kinetic over static friction, for the laws kinetic and energy.", MOTION)
+    ] = 0.8,
     picture: Picture = None,
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
@@ -72,13 +66,7 @@ def scan(
     A sensor records the columns `footpoint`, `force_x`, `force_y` and `moment_z`. The others are
     known only here: position of the tip, x0, friction under the tip, period and phase.
     """
-    whisker = setup.whisker
-    say_exact(whisker, "scan")
-    material = likely_material(setup)
-    if law is SlipLaw.FREE and kinetic_ratio is not None:
-        typer.echo(
-            "--kinetic-ratio is ignored: only --law kinetic and --law energy use it", err=True
-        )
+    whisker, material = setup.whisker, likely_material(setup)
     surface = surfaces.read_surface(
         whisker.units, mu0=mu0, patches=patches, profile=profile, texture=texture, seed=seed
     )
@@ -90,11 +78,10 @@ def scan(
         step=step,
         to=to,
         law=law,
-        kinetic_ratio=KINETIC_RATIO if kinetic_ratio is None else kinetic_ratio,
+        kinetic_ratio=kinetic_ratio,
         progress=progress_bars(),
     )
     if transducer is not None:
         signals = signals.measured(transducer, seed)
-    hand_out(signals, output, picture)
-    typer.echo(f"{output}: {signals}", err=output == series.STANDARD)
+    hand_out(signals, f"{output}: {signals}", output, picture)
     warn_of_yield(whisker, float(signals.truth.x0.max()), material)

@@ -6,11 +6,21 @@ import typer
 
 from vibrissa import sensor
 from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import Json, MaybeOut, Picture, hand_out, option
-from vibrissa.cli.setup import ANGLES, MOUNTING, ROD, SIZES, say_exact, takes
+from vibrissa.cli.options import (
+    ANGLES,
+    MOUNTING,
+    ROD,
+    SIZES,
+    Json,
+    MaybeOut,
+    Picture,
+    hand_out,
+    option,
+    takes,
+)
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Status
-from vibrissa.sensor import Setup, series
+from vibrissa.sensor import Setup
 
 app = typer.Typer(**ALONE)
 
@@ -21,11 +31,11 @@ TASK = "Task"
     context_settings=HELP,
     epilog="Example: `vibrissa solve --theta 2 --eta 0.85 --mu0 0.4 --step 0.001`",
 )
-@takes("setup", Setup, {ROD: (*SIZES, "material"), MOUNTING: ANGLES})
+@takes("setup", Setup, {ROD: SIZES, MOUNTING: ANGLES})
 def solve(
     setup: Setup,
-    mu0: Annotated[str, option("Coefficient of static friction.", "<number>", TASK)],
-    step: Annotated[str | None, option("Step of the stage: '20 um'.", "<length>", TASK)] = None,
+    mu0: Annotated[str, option("Coefficient of static friction.", TASK)],
+    step: Annotated[str | None, option("Step of the stage: '20 um'.", TASK)] = None,
     output: MaybeOut = None,
     picture: Picture = None,
     json: Json = False,
@@ -35,14 +45,9 @@ def solve(
     A tip that locks is a result, too: its status says so. The exit code is 1 if nothing can be
     computed, 2 after an error in the input.
     """
-    say_exact(setup.whisker, "solve")
     found = sensor.solve(setup.whisker, mu0, step, _yield_strain(setup))
-    if not json:
-        typer.echo(found, err=output == series.STANDARD)
     nothing = found.onset.status in (Status.FAILED, Status.OUT_OF_REACH)
-    if nothing and picture is not None:
-        typer.echo(f"{picture} is not drawn: there is no state to draw", err=True)
-    hand_out(found, output, None if nothing else picture, json)
+    hand_out(found, str(found), output, None if nothing else picture, json)
     if nothing:
         raise typer.Exit(1)
 
