@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from vibrissa.cli import HELP
+from vibrissa.cli.options import HELP
 from vibrissa.errors import UndeterminedError, VibrissaError
 
 COMMANDS = ("solve", "scan", "import", "identify", "design")
@@ -15,8 +15,8 @@ COMMANDS = ("solve", "scan", "import", "identify", "design")
 
 def command_of(name: str) -> Any:
     """Load a command from its module; the name of a keyword of Python ends in an underscore."""
-    module = import_module(f"vibrissa.cli.{name}{'_' * iskeyword(name)}")
-    return typer.main.get_command(module.app)
+    own = name + "_" * iskeyword(name)
+    return getattr(import_module(f"vibrissa.cli.{own}"), own)
 
 
 class Commands(TyperGroup):

@@ -1,60 +1,35 @@
 """``vibrissa design``: the rod that measures friction best."""
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
-from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import (
-    OUTPUT,
-    ROD,
-    SIGNALS,
-    Json,
-    Picture,
-    hand_out,
-    option,
-    progress_bars,
-    takes,
-)
+from vibrissa.cli.options import Json, Out, Picture, command, hand_out, progress_bars
 from vibrissa.design import DesignStatus, Requirements
 from vibrissa.design import design as find_design
 from vibrissa.sensor.keys import write_keys
 from vibrissa.sensor.setup import TOLERANCES
 
-app = typer.Typer(**ALONE)
-
 PANELS = {
     "Task": ("step", "mu0"),
-    ROD: (
+    "Rod": (
         *("material", "modulus", "yield_strain", "density"),
         *("theta", "eta", "diameter", "length", "contact"),
     ),
-    SIGNALS: ("transducer", "noise", TOLERANCES),
+    "Signals": ("transducer", "noise", TOLERANCES),
     "Limits": ("tip", "safety", "steps", "load", "spacing"),
 }
 # Ending of a set-up file.
 ROD_FILE = ".toml"
-Written = Annotated[
-    Path | None,
-    option(
-        "Write the result as a table, .csv or .parquet, or as a set-up file, .toml, that the other "
-        "commands read with --rod.",
-        *(OUTPUT, "--output", "-o"),
-    ),
-]
-
-
-@app.command(
-    context_settings=HELP,
-    epilog="Examples: `vibrissa design --material music-wire --transducer nano17-si-12-0.12 --step "
+EXAMPLES = (
+    "Examples: `vibrissa design --material music-wire --transducer nano17-si-12-0.12 --step "
     "'50 um' --mu0 '0.2 to 0.4'`; a rod that is given is checked: `vibrissa design --material "
     "steel-s235 --diameter '5 mm' --length '100 mm' --theta 2 --eta 0.85 --transducer "
-    "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`",
+    "nano17-si-12-0.12 --step '50 um' --mu0 '0.2 to 0.4'`"
 )
-@takes("requirements", Requirements, PANELS, "--rod", ROD_FILE)
+
+
+@command("requirements", Requirements, PANELS, EXAMPLES, "--rod", ROD_FILE)
 def design(
-    requirements: Requirements, output: Written = None, picture: Picture = None, json: Json = False
+    requirements: Requirements, output: Out = None, picture: Picture = None, json: Json = False
 ) -> None:
     """Find the rod that measures friction best, and its active constraints.
 
@@ -63,8 +38,8 @@ def design(
     tolerances, at that mu0 of the range where it is largest. It must not yield, its tip must not
     lock, a period must have enough steps, and the forces must leave a margin of the transducer's
     range. With one value each for `--theta`, `--eta`, `--diameter` and `--length` that rod is
-    checked. If no rod meets all constraints, the one that violates them least is shown, and the
-    exit code is 1.
+    checked. The best rod is written as a set-up file with `-o rod.toml`. If no rod meets all
+    constraints, the one that violates them least is shown, and the exit code is 1.
     """
     found = find_design(requirements, progress_bars())
     as_rod = output is not None and output.suffix.lower() == ROD_FILE

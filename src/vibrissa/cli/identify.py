@@ -8,21 +8,15 @@ import numpy as np
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli import ALONE, HELP
 from vibrissa.cli.options import (
-    ANGLES,
-    MOUNTING,
-    OUTPUT,
-    ROD,
-    SIGNALS,
-    SIZES,
+    SETUP,
     Json,
-    MaybeOut,
+    Out,
     Picture,
+    command,
     hand_out,
     option,
     progress_bars,
-    takes,
 )
 from vibrissa.cli.yielding import warn_of_yield
 from vibrissa.design.materials import likely_material
@@ -30,17 +24,15 @@ from vibrissa.sensor import Grade, Identification, Method, PeriodStatus, Setup
 from vibrissa.sensor.setup import TOLERANCES
 from vibrissa.wording import counted, see_page
 
-app = typer.Typer(**ALONE)
-
-PANELS = {ROD: SIZES, MOUNTING: ANGLES, SIGNALS: ("transducer", "noise", TOLERANCES)}
-
-
-@app.command(
-    context_settings=HELP,
-    epilog="Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, "
-    "0.0002' -o friction.csv`",
+SIGNALS = "Signals"
+PANELS = {**SETUP, SIGNALS: ("transducer", "noise", TOLERANCES)}
+EXAMPLE = (
+    "Example: `vibrissa identify scan.csv --theta 2 --eta 0.85 --noise '0.003, 0.003, 0.0002' "
+    "-o friction.csv`"
 )
-@takes("setup", Setup, PANELS)
+
+
+@command("setup", Setup, PANELS, EXAMPLE)
 def identify(
     recording: Annotated[
         Path,
@@ -65,12 +57,12 @@ def identify(
     delay: Annotated[
         str | None, option("Delay of the readings, as by a low-pass filter: '4 ms'.", SIGNALS)
     ] = None,
-    output: MaybeOut = None,
+    output: Out = None,
     picture: Picture = None,
     json: Json = False,
     verbose: Annotated[
         bool,
-        option("Print assumed tolerances and all estimates, too.", OUTPUT, "--verbose", "-v"),
+        option("Print assumed tolerances and all estimates, too.", "Output", "--verbose", "-v"),
     ] = False,
 ) -> None:
     """Find the periods of sticking in a measured time series, and the friction of each.

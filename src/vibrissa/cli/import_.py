@@ -5,21 +5,17 @@ from typing import Annotated
 
 import typer
 
-from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import Out, hand_out, takes
+from vibrissa.cli.options import Out, command, hand_out
 from vibrissa.sensor import series
 from vibrissa.sensor.importing import Settings, import_recording
 
-app = typer.Typer(**ALONE)
-
-
-@app.command(
-    "import",
-    context_settings=HELP,
-    epilog="Example: `vibrissa import lab.txt --column 'force_x=Fz [mN]' --column 'force_y=-Fy' "
-    "--column footpoint=x_mm -o recording.csv`",
+EXAMPLE = (
+    "Example: `vibrissa import lab.txt --column 'force_x=Fz [mN]' --column 'force_y=-Fy' "
+    "--column footpoint=x_mm -o recording.csv`"
 )
-@takes("settings", Settings, {"File": tuple(Settings.model_fields)}, "--settings")
+
+
+@command("settings", Settings, {"File": tuple(Settings.model_fields)}, EXAMPLE, "--settings")
 def import_(
     file: Annotated[Path, typer.Argument(help="A text file with a table; - for standard input.")],
     settings: Settings,

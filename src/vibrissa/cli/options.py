@@ -19,14 +19,15 @@ from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 from vibrissa.sensor.whisker import Progress, quiet
 
-Command = Callable[..., None]
 # Panels in which `--help` shows options, each with names of fields.
 Panels = Mapping[str, Sequence[str]]
 
-ROD, MOUNTING, SIGNALS, OUTPUT = "Rod", "Mounting", "Signals", "Output"
 # Fields of a set-up that are typed often; `--set` has the others.
-SIZES = ("theta", "eta", "modulus", "diameter", "length", "contact", "material")
-ANGLES = ("clamp_angle", "stage_angle")
+SETUP: Panels = {
+    "Rod": ("theta", "eta", "modulus", "diameter", "length", "contact", "material"),
+    "Mounting": ("clamp_angle", "stage_angle"),
+}
+HELP: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
 PICTURES = (".pdf", ".svg", ".png")
 
 
@@ -35,77 +36,79 @@ def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:
     return typer.Option(*names, help=" ".join(text.split()), rich_help_panel=panel, **more)
 
 
-Out = Annotated[
-    Path,
-    option("Table to write: .csv or .parquet; - for standard output.", OUTPUT, "--output", "-o"),
-]
-MaybeOut = Annotated[
-    Path | None,
-    option(
-        "Write the result as a table: .csv or .parquet; - for standard output.",
-        *(OUTPUT, "--output", "-o"),
-    ),
-]
-Picture = Annotated[Path | None, option("Draw the result: .pdf, .svg or .png.", OUTPUT)]
-Json = Annotated[bool, option("Print the result as JSON, and nothing else.", OUTPUT, "--json")]
+_TABLE = "Table to write: .csv or .parquet; - for standard output."
+Out = Annotated[Path | None, option(_TABLE, "Output", "--output", "-o")]
+Picture = Annotated[Path | None, option("Draw the result: .pdf, .svg or .png.", "Output")]
+Json = Annotated[bool, option("Print the result as JSON, and nothing else.", "Output", "--json")]
 
 
-def takes(
-    parameter: str, model: Any, panels: Panels, file: str = "--rod", *endings: str
-) -> Callable[[Command], Command]:
-    """Give a command options in place of one parameter, a model that is read from them.
+def command(
+    parameter: str, model: Any, panels: Panels, epilog: str, file: str = "--rod", *endings: str
+) -> Callable[[Callable[..., None]], Any]:
+    """Make a command of a function, with options in place of its parameter that is a model.
 
     Files are checked before anything is computed.
 
     Parameters
     ----------
     parameter : str
+        Name of the parameter.
     model : type
         With a method ``read(path, **fields)``.
     panels : mapping of str to sequence of str
         Fields of the model, or of a `Setup`, that are options, by panel.
+    epilog : str
+        Examples.
     file : str
         Option for a TOML file with these fields as keys.
     *endings : str
         Further ones of the option ``--output``.
     """
     fields = Setup.model_fields | model.model_fields
-    names = {name: panel for panel, some in panels.items() for name in some}
-    types = {name: _annotation(name, fields[name], panel) for name, panel in names.items()}
+    options = _options(panels, fields, file)
+
+    def decorate(function: Callable[..., None]) -> Any:
+        own = dict(signature(function).parameters)
+        del own[parameter]
+
+        @wraps(function)
+        def run(**values: Any) -> None:
+            _check_files(values, *endings)
+            given = {name: values.pop(name) for name in options}
+            function(**{parameter: _read(model, fields, **given)}, **values)
+
+        # Typer reads the options of a command from its signature and its annotations.
+        every = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in (own | options).values()]
+        run.__dict__["__signature__"] = Signature(every)
+        run.__annotations__ = {one.name: one.annotation for one in every}
+        app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
+        app.command(function.__name__.strip("_"), context_settings=HELP, epilog=epilog)(run)
+        return typer.main.get_command(app)
+
+    return decorate
+
+
+def _options(panels: Panels, fields: Mapping[str, FieldInfo], file: str) -> dict[str, Parameter]:
+    """Make options of fields, of a file, and, for a set-up, of the fields that have none."""
+    types = {
+        name: _annotation(name, fields[name], panel) for panel in panels for name in panels[panel]
+    }
+    required = {name for name in types if fields[name].is_required()}
     text = "A file (.toml) with these options as keys. An option overrides its key."
     types["path"] = Annotated[Path | None, option(text, None, file)]
     if file == "--rod":
-        others = [one for one in Setup.model_fields if one not in (*names, TOLERANCES, "assume")]
+        others = [one for one in Setup.model_fields if one not in (*types, TOLERANCES, "assume")]
         text = f"Another key of the file, as name=value; repeat it. {', '.join(others)}."
-        types["assignments"] = Annotated[list[str] | None, option(text, MOUNTING, "--set")]
-    required = {name for name in names if fields[name].is_required()}
-
-    def decorate(command: Command) -> Command:
-        own = dict(signature(command).parameters)
-        del own[parameter]
-
-        @wraps(command)
-        def run(**values: Any) -> None:
-            _check_files(values, *endings)
-            given = {name: values.pop(name) for name in types}
-            command(**{parameter: _read(model, fields, **given)}, **values)
-
-        # Typer reads the options of a command from its signature and its annotations.
-        options = [
-            Parameter(
-                name,
-                Parameter.KEYWORD_ONLY,
-                annotation=annotation,
-                default=Parameter.empty if name in required else None,
-            )
-            for name, annotation in types.items()
-        ]
-        every = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in (*own.values(), *options)]
-        run.__dict__["__signature__"] = Signature(every)
-        run.__annotations__ = {one.name: one.annotation for one in every}
-        return run
-
-    return decorate
+        types["assignments"] = Annotated[list[str] | None, option(text, "Mounting", "--set")]
+    return {
+        name: Parameter(
+            name,
+            Parameter.KEYWORD_ONLY,
+            annotation=annotation,
+            default=Parameter.empty if name in required else None,
+        )
+        for name, annotation in types.items()
+    }
 
 
 def _annotation(name: str, field: FieldInfo, panel: str) -> Any:

@@ -3,39 +3,19 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from vibrissa import sensor
-from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import (
-    ANGLES,
-    MOUNTING,
-    ROD,
-    SIGNALS,
-    SIZES,
-    Out,
-    Picture,
-    hand_out,
-    option,
-    progress_bars,
-    takes,
-)
+from vibrissa.cli.options import SETUP, Out, Picture, command, hand_out, option, progress_bars
 from vibrissa.cli.yielding import warn_of_yield
 from vibrissa.design.materials import likely_material
 from vibrissa.sensor import Setup, SlipLaw, surfaces
 from vibrissa.sensor.transducer import transducer_of
 from vibrissa.wording import see_page
 
-app = typer.Typer(**ALONE)
-
 SURFACE, MOTION = "Surface", "Motion"
+EXAMPLE = "Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`"
 
 
-@app.command(
-    context_settings=HELP,
-    epilog="Example: `vibrissa scan --theta 2 --eta 0.85 --mu0 0.4 --step 0.001 --to 1 -o a.csv`",
-)
-@takes("setup", Setup, {ROD: SIZES, MOUNTING: ANGLES, SIGNALS: ("transducer",)})
+@command("setup", Setup, {**SETUP, "Signals": ("transducer",)}, EXAMPLE)
 def scan(
     setup: Setup,
     step: Annotated[str, option("Step of the stage: '20 um'.", MOTION)],

@@ -5,38 +5,20 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli import ALONE, HELP
-from vibrissa.cli.options import (
-    ANGLES,
-    MOUNTING,
-    ROD,
-    SIZES,
-    Json,
-    MaybeOut,
-    Picture,
-    hand_out,
-    option,
-    takes,
-)
+from vibrissa.cli.options import SETUP, Json, Out, Picture, command, hand_out, option
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Status
 from vibrissa.sensor import Setup
 
-app = typer.Typer(**ALONE)
-
-TASK = "Task"
+EXAMPLE = "Example: `vibrissa solve --theta 2 --eta 0.85 --mu0 0.4 --step 0.001`"
 
 
-@app.command(
-    context_settings=HELP,
-    epilog="Example: `vibrissa solve --theta 2 --eta 0.85 --mu0 0.4 --step 0.001`",
-)
-@takes("setup", Setup, {ROD: SIZES, MOUNTING: ANGLES})
+@command("setup", Setup, SETUP, EXAMPLE)
 def solve(
     setup: Setup,
-    mu0: Annotated[str, option("Coefficient of static friction.", TASK)],
-    step: Annotated[str | None, option("Step of the stage: '20 um'.", TASK)] = None,
-    output: MaybeOut = None,
+    mu0: Annotated[str, option("Coefficient of static friction.", "Task")],
+    step: Annotated[str | None, option("Step of the stage: '20 um'.", "Task")] = None,
+    output: Out = None,
     picture: Picture = None,
     json: Json = False,
 ) -> None:

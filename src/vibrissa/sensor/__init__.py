@@ -7,22 +7,31 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vibrissa.sensor import surfaces
-    from vibrissa.sensor.identification.identify import identify
-    from vibrissa.sensor.identification.periods import Grade, Periods, PeriodStatus
-    from vibrissa.sensor.identification.recording import Method, Recording
-    from vibrissa.sensor.identification.result import Identification
-    from vibrissa.sensor.identification.summary import FrictionSummary
-    from vibrissa.sensor.onset import WhiskerOnset, solve
-    from vibrissa.sensor.quantities import Units
-    from vibrissa.sensor.response.branch import Response, respond
-    from vibrissa.sensor.setup import Setup
-    from vibrissa.sensor.simulation.scanning import SurfaceScan, path, simulate
-    from vibrissa.sensor.simulation.signals import Signals, scan
-    from vibrissa.sensor.simulation.slips import SlipLaw
-    from vibrissa.sensor.surfaces import Surface
-    from vibrissa.sensor.transducer import Transducer, preset
-    from vibrissa.sensor.whisker import Whisker
+    from vibrissa.sensor import surfaces as surfaces
+    from vibrissa.sensor.identification.identify import identify as identify
+    from vibrissa.sensor.identification.periods import Grade as Grade
+    from vibrissa.sensor.identification.periods import Periods as Periods
+    from vibrissa.sensor.identification.periods import PeriodStatus as PeriodStatus
+    from vibrissa.sensor.identification.recording import Method as Method
+    from vibrissa.sensor.identification.recording import Recording as Recording
+    from vibrissa.sensor.identification.result import Identification as Identification
+    from vibrissa.sensor.identification.summary import FrictionSummary as FrictionSummary
+    from vibrissa.sensor.onset import WhiskerOnset as WhiskerOnset
+    from vibrissa.sensor.onset import solve as solve
+    from vibrissa.sensor.quantities import Units as Units
+    from vibrissa.sensor.response.branch import Response as Response
+    from vibrissa.sensor.response.branch import respond as respond
+    from vibrissa.sensor.setup import Setup as Setup
+    from vibrissa.sensor.simulation.scanning import SurfaceScan as SurfaceScan
+    from vibrissa.sensor.simulation.scanning import path as path
+    from vibrissa.sensor.simulation.scanning import simulate as simulate
+    from vibrissa.sensor.simulation.signals import Signals as Signals
+    from vibrissa.sensor.simulation.signals import scan as scan
+    from vibrissa.sensor.simulation.slips import SlipLaw as SlipLaw
+    from vibrissa.sensor.surfaces import Surface as Surface
+    from vibrissa.sensor.transducer import Transducer as Transducer
+    from vibrissa.sensor.transducer import preset as preset
+    from vibrissa.sensor.whisker import Whisker as Whisker
 
 _HOMES = {
     "FrictionSummary": "identification.summary",
@@ -51,33 +60,7 @@ _HOMES = {
     "solve": "onset",
 }
 
-__all__ = [
-    "FrictionSummary",
-    "Grade",
-    "Identification",
-    "Method",
-    "PeriodStatus",
-    "Periods",
-    "Recording",
-    "Response",
-    "Setup",
-    "Signals",
-    "SlipLaw",
-    "Surface",
-    "SurfaceScan",
-    "Transducer",
-    "Units",
-    "Whisker",
-    "WhiskerOnset",
-    "identify",
-    "path",
-    "preset",
-    "respond",
-    "scan",
-    "simulate",
-    "solve",
-    "surfaces",
-]
+__all__ = [*_HOMES, "surfaces"]
 
 
 def __getattr__(name: str) -> Any:
