@@ -70,13 +70,11 @@ class Column:
 
 
 def check_ending(path: Path, *others: str) -> None:
-    """Refuse a file that cannot be written: unknown ending, missing folder or library."""
+    """Refuse a file of another kind, or one whose library is missing."""
     if path == STANDARD:
         return
     if path.suffix.lower() not in (*ENDINGS, *others):
         raise ArgumentError(f"{path}: the ending must be {' or '.join((*ENDINGS, *others))}")
-    if not path.parent.is_dir():
-        raise ArgumentError(f"{path}: there is no folder {path.parent}")
     if path.suffix.lower() == PARQUET:
         require("tables", "pyarrow")
 
@@ -130,7 +128,7 @@ def write(path: Path, columns: Mapping[str, Column], header: Mapping[str, str] =
     Raises
     ------
     ArgumentError
-        If the ending is another one or the folder is missing.
+        If the ending is another one.
     """
     check_ending(path)
     frame = frame_of(columns, header)
@@ -199,7 +197,7 @@ def read(source: "Path | DataFrame", names: Sequence[str], optional: Sequence[st
         If it cannot be read as such a table, with a line for each wrong cell. An OtherTableError
         if columns, separators or the encoding are others.
     ArgumentError
-        If the ending is another one or the folder is missing.
+        If the ending is another one.
     """
     where, frame = _cells(source)
     there, units = _columns(frame, where)
@@ -284,16 +282,12 @@ def numbers(
     """
     values, wrong = {}, []
     for name, column in columns.items():
-        if column.dtype.kind in "iuf":
-            values[name] = column.to_numpy(dtype=float, na_value=np.nan)
-            bad = np.isinf(values[name])
-        else:
-            text = column.fillna("").astype(str).str.strip()
-            good = text.str.fullmatch(NUMBER.format(re.escape(decimal))).to_numpy(dtype=bool)
-            plain = text.where(good, "nan").str.replace(decimal, ".", regex=False)
-            values[name] = plain.to_numpy(dtype=object).astype(float)
-            missing = text.str.lower().isin(MISSING).to_numpy()
-            bad = ~(good | missing) | np.isinf(values[name])
+        text = column.astype(str).fillna("").str.strip()
+        good = text.str.fullmatch(NUMBER.format(re.escape(decimal))).to_numpy(dtype=bool)
+        plain = text.where(good, "nan").str.replace(decimal, ".", regex=False)
+        values[name] = plain.to_numpy(dtype=object).astype(float)
+        missing = text.str.lower().isin(MISSING).to_numpy()
+        bad = ~(good | missing) | np.isinf(values[name])
         wrong += [
             (line, f"{name} must be a finite number, or empty where it is missing, got {cell!r}")
             for line, cell in column[bad].astype(str).items()

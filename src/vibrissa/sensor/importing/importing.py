@@ -23,13 +23,8 @@ from vibrissa.sensor.series import Column, Tabular, listed, numbers
 from vibrissa.sensor.transducer import CHANNELS
 from vibrissa.wording import counted
 
-DESCRIPTIONS = {
-    "time": "time",
-    "footpoint": "position of the clamp",
-    "force_x": "clamp force along the surface",
-    "force_y": "clamp force normal to the surface",
-    "moment_z": "clamp moment",
-}
+# What takes the place of a column that is not in the file.
+INSTEAD = {"time": " or --rate '50 Hz'", "footpoint": " or --speed, --from and --to"}
 NO_TARE = (
     "no tare: readings without load are taken as 0; if the rod was free for a while, add --tare, "
     "as in --tare '0 s, 2 s'"
@@ -60,7 +55,7 @@ class Imported(Tabular):
     def columns(self) -> dict[str, Column]:
         """Columns as `vibrissa identify` reads them."""
         return {
-            name: Column(self.values[name], kind.si, DESCRIPTIONS[name])
+            name: Column(self.values[name], kind.si, name)
             for name, kind in KINDS.items()
             if name in self.values
         }
@@ -112,7 +107,7 @@ def import_recording(data: bytes, settings: Settings, name: str = "the file") ->
         values = turned(values, settings.turn)
     if any(settings.moment_origin):
         values = about_clamp(values, settings.moment_origin)
-    kept = _inside(values, settings.begin, settings.end)
+    kept = _inside(values, settings.from_, settings.to)
     if not kept.any():
         raise RecordingError(f"{name}: no row is left between --from and --to")
     zeros = _zeros(values, settings, kept)
@@ -144,9 +139,16 @@ def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, File
             continue
         if one is not None:
             found[target] = one
-        elif target in settings.column:
-            errors.append(f"there is no column {source}")
-    errors += _lacking({*found, *settings.made, *settings.column}, settings)
+        elif target in settings.needed:
+            errors.append(
+                f"there is no column {source}: say which one is {target}, as in --column "
+                f"'{target}=title [{KINDS[target].si}]'{INSTEAD.get(target, '')}"
+            )
+    if not {*found, *settings.column} & set(CHANNELS):
+        errors.append(
+            f"none of {', '.join(CHANNELS)} is there: say which column is which, as in --column "
+            "'force_x=title [N]'"
+        )
     if errors:
         there = ", ".join(layout.titles) or f"#1 to #{layout.cells.shape[1]}, without titles"
         errors.append(f"the columns are: {there} (--titles names another line of titles)")
@@ -169,28 +171,6 @@ def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, File
     return found, values
 
 
-def _lacking(there: set[str], settings: Settings) -> list[str]:
-    """Columns that the settings need and the file lacks."""
-    places = [*(settings.tare or ()), settings.begin, settings.end]
-    needs = {
-        "the tare, --from or --to": {place.column for place in places if place},
-        "turn": {"force_x", "force_y"} if settings.turn else set(),
-        "moment_origin": set(CHANNELS) if any(settings.moment_origin) else set(),
-        "a recording": {"footpoint"} if there & set(CHANNELS) else {"footpoint", "force_x"},
-    }
-    instead = {
-        "time": " or --rate '50 Hz'",
-        "footpoint": " or --speed, --from and --to",
-        "force_x": ", or force_y or moment_z",
-    }
-    return [
-        f"{what} needs the column {target}: say which it is, as in --column "
-        f"'{target}=title [{KINDS[target].si}]'{instead.get(target, '')}"
-        for what, needed in needs.items()
-        for target in sorted(needed - there)
-    ]
-
-
 def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray:
     """Select the samples between two places."""
     rows = np.ones(len(next(iter(values.values()))), dtype=bool)
@@ -205,8 +185,6 @@ def _inside(values: Values, begin: Place | None, end: Place | None) -> BoolArray
 def _zeros(values: Values, settings: Settings, kept: BoolArray) -> dict[str, Zero]:
     """Find the zeros in the given window, or in rows that are certainly without load."""
     if settings.tare is not None:
-        begin, end = settings.tare
-        where = values[begin.column]
-        return zeros_of(values, (where >= begin.value) & (where <= end.value))
-    free = unloaded(values, int(np.argmax(kept)) if settings.begin is not None else None)
+        return zeros_of(values, _inside(values, *settings.tare))
+    free = unloaded(values, int(np.argmax(kept)) if settings.from_ is not None else None)
     return zeros_of(values, np.arange(len(kept)) < free) if free >= FEWEST else {}

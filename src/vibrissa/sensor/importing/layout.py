@@ -64,11 +64,10 @@ class Layout:
 
 
 class _Block(NamedTuple):
-    """Rows of numbers by one separator: their first line, their width, the share of numbers."""
+    """Rows of numbers by one separator: their first line, and the share of numbers."""
 
     separator: Separator
     first: int
-    width: int
     share: float
 
 
@@ -119,9 +118,14 @@ def layout_of(
         end -= 1
     cells = _split(rows.iloc[:end], name, block.separator)
     decimal = decimal or _decimal(cells, name)
-    ends_empty = bool((cells.iloc[:, -1] == "").all())
-    heads = {} if title_line == 0 else _heads(lines.loc[: block.first - 1], block, ends_empty)
-    titles_at, units_at = _titles_at(heads, block, name, title_line)
+    heads = _heads(lines.loc[: block.first - 1], block.separator, cells)
+    units_at = max((line for line, head in heads.items() if _are_units(head)), default=0)
+    named = max((line for line in heads if line != units_at), default=0)
+    titles_at = named if title_line is None else title_line
+    if titles_at and titles_at not in heads:
+        raise RecordingError(
+            f"{name}, line {titles_at} has not one title for each of the {cells.shape[1]} columns"
+        )
     head = f"titles in line {titles_at}" if titles_at else "no titles"
     head += f", units in line {units_at}" if units_at else ""
     size = f"{counted(len(cells), 'row')} from line {block.first} on"
@@ -152,7 +156,6 @@ def _block(lines: "Series[str]", separator: Separator) -> _Block | None:
         separator=separator,
         # A line between that fits neither is named later.
         first=next(line for [(line, row), *_] in blocks if len(row) == width),
-        width=width,
         share=_share([cell for row in cells for cell in row]),
     )
 
@@ -200,46 +203,22 @@ def _decimal(cells: "DataFrame", name: str) -> str:
     return max(proofs, key=lambda sign: proofs[sign])
 
 
-def _heads(above: "Series[str]", block: _Block, ends_empty: bool) -> dict[int, list[str]]:
-    """Cells of the lines above the rows, without comments that have not one for each column."""
-    heads = {}
+def _heads(above: "Series[str]", separator: Separator, rows: "DataFrame") -> dict[int, list[str]]:
+    """Find the lines above the rows that have a cell for each column."""
+    width, heads = rows.shape[1], {}
+    ends_empty = (rows.iloc[:, -1] == "").all()  # each row ends with a separator
     for line, text in above.items():
         plain = COMMENT.sub("", text, count=1)
-        if block.separator is Separator.BLANK:  # a unit in brackets belongs to the word before
+        if separator is Separator.BLANK:  # a unit in brackets belongs to the word before
             plain = re.sub(r"\s+(?=[\[(])", "", plain)
-        cells = cells_of(plain, block.separator)
-        while len(cells) > block.width and cells[-1] in ("", REMARKS):
+        cells = cells_of(plain, separator)
+        while len(cells) > width and cells[-1] in ("", REMARKS):
             cells.pop()
-        if ends_empty and len(cells) == block.width - 1:
+        if len(cells) == width - 1 and ends_empty:
             cells.append("")
-        if len(cells) == block.width or not COMMENT.match(text):
+        if len(cells) == width:
             heads[line] = cells
     return heads
-
-
-def _titles_at(
-    heads: dict[int, list[str]], block: _Block, name: str, title_line: int | None
-) -> tuple[int, int]:
-    """Find the lines of titles and units; 0 where there is none.
-
-    Raises
-    ------
-    RecordingError
-        If the titles are not as many as the columns.
-    """
-    last = max(heads, default=0)
-    units_at = last if last > (title_line or 0) and _are_units(heads[last]) else 0
-    titles_at = title_line or max((line for line in heads if line != units_at), default=0)
-    count = len(heads.get(titles_at, []))
-    if count == block.width or titles_at == 0:
-        return titles_at, units_at
-    if title_line is None and count < FEWEST_COLUMNS:  # words
-        return 0, units_at
-    raise RecordingError(
-        f"{name}, line {titles_at}: {counted(count, 'title')}, but line {block.first} has "
-        f"{counted(block.width, 'value')}: correct it, or add --titles with the line of the titles "
-        "(0: none)"
-    )
 
 
 def _are_units(cells: list[str]) -> bool:

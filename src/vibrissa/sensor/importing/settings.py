@@ -10,6 +10,7 @@ from vibrissa.sensor.importing.layout import Separator
 from vibrissa.sensor.importing.titles import KINDS
 from vibrissa.sensor.keys import read_model
 from vibrissa.sensor.quantities import Kind, in_si
+from vibrissa.sensor.transducer import CHANNELS
 
 
 class Place(NamedTuple):
@@ -25,22 +26,15 @@ def _place(text: Any, info: ValidationInfo) -> Place:
             return Place(column, float(in_si(str(text), KINDS[column], column)))
         except ArgumentError:
             continue
-    name = {"begin": "from", "end": "to"}.get(str(info.field_name), info.field_name)
+    name = str(info.field_name).strip("_")
     raise ArgumentError(f"{name} must be a time or a clamp position with its unit, got {text!r}")
 
 
-def _window(text: Any, info: ValidationInfo) -> tuple[Place, Place]:
-    places = [_place(part, info) for part in str(text).split(",")]
-    if len(places) != 2 or places[0].column != places[1].column or not places[0] < places[1]:
-        raise ArgumentError(f"tare must go from a time to a later one: '0 s, 2 s', got {text!r}")
-    return places[0], places[1]
-
-
-def _point(text: Any) -> tuple[float, float]:
-    lengths = [float(in_si(part, Kind.LENGTH, "moment_origin")) for part in str(text).split(",")]
-    if len(lengths) != 2:
-        raise ArgumentError(f"moment_origin must be two lengths: '1 mm, 0 mm', got {text!r}")
-    return lengths[0], lengths[1]
+def _two(text: Any, info: ValidationInfo) -> list[str]:
+    parts = str(text).split(",")
+    if len(parts) != 2:
+        raise ArgumentError(f"{info.field_name} must be two values, as in '0 s, 2 s', got {text!r}")
+    return parts
 
 
 def _si(kind: Kind) -> BeforeValidator:
@@ -48,6 +42,10 @@ def _si(kind: Kind) -> BeforeValidator:
         return float(in_si(str(text), kind, str(info.field_name)))
 
     return BeforeValidator(read)
+
+
+At = Annotated[Place, BeforeValidator(_place)]
+Length = Annotated[float, _si(Kind.LENGTH)]
 
 
 class Settings(BaseModel):
@@ -61,19 +59,19 @@ class Settings(BaseModel):
     footpoint, force_x, force_y and moment_z are found."""
     turn: Annotated[float, _si(Kind.ANGLE)] = 0.0
     """Angle by which the file's axes are turned from x to y: '90 deg'."""
-    moment_origin: Annotated[tuple[float, float], BeforeValidator(_point)] = (0.0, 0.0)
+    moment_origin: Annotated[tuple[Length, Length], BeforeValidator(_two)] = (0.0, 0.0)
     """Point about which the moment acts, from the clamp: '1 mm, 0 mm'."""
-    tare: Annotated[tuple[Place, Place] | None, BeforeValidator(_window)] = None
+    tare: Annotated[tuple[At, At] | None, BeforeValidator(_two)] = None
     """Window without load, whose mean is the zero: '0 s, 2 s'. By default the rows before the rod
     is lowered, if the clamp rests then."""
     speed: Annotated[float | None, Field(gt=0.0), _si(Kind.SPEED)] = None
     """Speed of the stage, if its position is missing: '0.1 mm/s'."""
     rate: Annotated[float | None, Field(gt=0.0), _si(Kind.RATE)] = None
     """Samples in a second, if the time is missing: '50 Hz'."""
-    begin: Annotated[Place | None, BeforeValidator(_place)] = Field(None, alias="from")
+    from_: At | None = Field(None, alias="from")
     """First sample to take, by time or clamp position: '2 s'. With --speed, when the stage begins
     to move."""
-    end: Annotated[Place | None, BeforeValidator(_place)] = Field(None, alias="to")
+    to: At | None = None
     """Last sample to take: '40 s'. With --speed, when the stage stops."""
     separator: Separator | None = None
     """Separator of the columns: semicolon, tab, comma, bar or blank. Found by default."""
@@ -104,6 +102,17 @@ class Settings(BaseModel):
         replaced = {"time": self.rate, "footpoint": self.speed}
         return {name for name, given in replaced.items() if given is not None}
 
+    @property
+    def needed(self) -> set[str]:
+        """Columns that must be in the file."""
+        places = [*(self.tare or ()), self.from_, self.to]
+        needed = {"footpoint", *self.column, *(place.column for place in places if place)}
+        if self.turn:
+            needed |= {"force_x", "force_y"}
+        if any(self.moment_origin):
+            needed |= set(CHANNELS)
+        return needed - self.made
+
     @model_validator(mode="after")
     def _check_together(self) -> Self:
         for name in self.column:
@@ -111,7 +120,7 @@ class Settings(BaseModel):
                 raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {name!r}")
             if name in self.made:
                 raise ArgumentError(f"{name} is given twice: as a column and by its rate or speed")
-        ends = [place.column for place in (self.begin, self.end) if place is not None]
+        ends = [place.column for place in (self.from_, self.to) if place is not None]
         if self.speed is not None and ends != ["time", "time"]:
             raise ArgumentError(
                 "speed needs the times at which the stage begins to move and stops: add --from and "
