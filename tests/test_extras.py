@@ -52,11 +52,6 @@ def call(bare, code, *arguments, cwd):
     [
         (("-o", "a.csv"), 0, ""),
         (("-o", "a.parquet"), 2, "vibrissa: this needs pyarrow: pip install 'vibrissa[tables]'\n"),
-        (
-            ("--picture", "a.png"),
-            2,
-            "vibrissa: this needs matplotlib: pip install 'vibrissa[plots]'\n",
-        ),
     ],
 )
 def test_commands_need_no_extra_but_say_where_they_do(bare, tmp_path, arguments, status, line):

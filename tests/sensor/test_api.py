@@ -218,35 +218,11 @@ def test_a_data_frame_may_have_its_units_in_titles_in_attrs_or_be_in_si_units(wh
 
 
 @pytest.mark.slow
-def test_results_print_and_are_drawn(whisker, signals):
-    onset = solve(whisker, 0.4)
-    assert "critical friction, mu_lock 0.47757141" in " ".join(repr(onset).split())
+def test_results_print(whisker, signals):
+    assert "critical friction, mu_lock 0.47757141" in " ".join(repr(solve(whisker, 0.4)).split())
     assert repr(signals).startswith("801 steps, ")
     found = identify(whisker, signals.to_pandas(), transducer=SENSOR)
     assert "mu0 = " in repr(found)
-    for result in (onset, signals, found):
-        assert result.plot().axes
-    (axes,) = found.plot().axes
-    assert axes.get_legend() is None
-    found.periods.grade[3] = "wrong"
-    texts = {text.get_text() for text in found.plot().axes[0].get_legend().get_texts()}
-    assert texts == {"no doubt", "wrong"}
-    bent = Whisker.read(2, 0.85, curvature=-1)
-    with pytest.raises(ArgumentError, match="no picture of a rod with status out_of_reach"):
-        solve(bent, 0.4).plot()
-
-
-def test_of_a_tip_that_locks_the_critical_state_is_drawn():
-    whisker = Whisker.read(2, 0.85)
-    figure = solve(whisker, 0.5).plot()
-    (axes,), (legend,) = figure.axes, figure.legends
-    texts = [text.get_text() for text in legend.get_texts()]
-    assert texts == ["α = 0", "critical state, −tan α = 0.4776"]
-    begins, critical, _ = axes.lines
-    assert critical.get_xdata()[0] - begins.get_xdata()[0] == pytest.approx(whisker.curve.x0_lock)
-    # The tip is held while the clamp moves.
-    for line in (begins, critical):
-        assert line.get_xdata()[-1] == pytest.approx(whisker.curve.x1_init, abs=1e-9)
 
 
 def test_a_transducer_needs_a_rod():
@@ -278,8 +254,8 @@ def test_a_mounting_is_read_with_units():
     assert mounting.clamp_compliance == pytest.approx(ROD.moment_unit / 1000, rel=1e-12)
     assert mounting.curvature == pytest.approx(0.3, rel=1e-12)
     assert mounting.stage_angle == 0.01
-    yields = Whisker.read(2.0, 0.85, clamp_compliance=0.1, curvature="0.1, -0.2").mounting
-    assert (yields.clamp_compliance, yields.curvature) == (0.1, (0.1, -0.2))
+    yields = Whisker.read(2.0, 0.85, clamp_compliance=0.1, curvature=-0.2).mounting
+    assert (yields.clamp_compliance, yields.curvature) == (0.1, -0.2)
     # An angle has a unit also where nothing else has one.
     assert Whisker.read(2.0, 0.85, clamp_angle="1 deg").mounting.clamp_angle > 0.017
 

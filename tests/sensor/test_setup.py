@@ -98,7 +98,7 @@ def test_tolerances_are_in_units_of_the_rod():
         ({"clamp_angle": "2 mm"}, "clamp_angle must be an angle with a unit such as rad"),
         ({"clamp_angle": 0.5}, "clamp_angle needs a unit: '0.5 deg' or '0.5 rad'"),
         ({"clamp_angle": "100 deg"}, "clamp_angle must lie between -pi/2 and pi/2"),
-        ({"curvature": "0.1, x"}, "curvature must be a number, got ' x'"),
+        ({"curvature": "0.1, 0.2"}, "curvature must be a curvature with a unit such as m^-1"),
         ({"noise": "1 mN, 2 mN"}, "noise needs three values"),
         ({"contact": "flat"}, "contact: input should be 'point' or 'line', got 'flat'"),
         ({"yield_strain": "-1"}, "yield_strain: input should be greater than 0, got '-1'"),

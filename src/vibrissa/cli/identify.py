@@ -12,7 +12,6 @@ from vibrissa.cli.options import (
     SETUP,
     Json,
     Out,
-    Picture,
     command,
     hand_out,
     option,
@@ -58,7 +57,6 @@ def identify(
         str | None, option("Delay of the readings, as by a low-pass filter: '4 ms'.", SIGNALS)
     ] = None,
     output: Out = None,
-    picture: Picture = None,
     json: Json = False,
     verbose: Annotated[
         bool,
@@ -88,7 +86,7 @@ def identify(
         progress=progress_bars(),
     )
     place = "" if output is None else f"{output}: "
-    hand_out(found, place + "\n".join(_lines(found, verbose)), output, picture, json)
+    hand_out(found, place + "\n".join(_lines(found, verbose)), output, json)
     periods = found.periods
     slips = (periods.status == PeriodStatus.SLIP) & (periods.grade != Grade.WRONG)
     if whisker is not None and slips.any():

@@ -12,9 +12,7 @@ import typer
 from pydantic.fields import FieldInfo
 
 from vibrissa.errors import ArgumentError
-from vibrissa.extras import require
-from vibrissa.files import write_atomically
-from vibrissa.sensor.series import STANDARD, as_json, check_ending, write
+from vibrissa.sensor.series import STANDARD, Tabular, as_json, check_ending, write
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 from vibrissa.sensor.whisker import Progress, quiet
@@ -28,7 +26,6 @@ SETUP: Panels = {
     "Mounting": ("clamp_angle", "stage_angle"),
 }
 HELP: dict[str, Any] = {"help_option_names": ["-h", "--help"]}
-PICTURES = (".pdf", ".svg", ".png")
 
 
 def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:
@@ -38,7 +35,6 @@ def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:
 
 _TABLE = "Table to write: .csv or .parquet; - for standard output."
 Out = Annotated[Path | None, option(_TABLE, "Output", "--output", "-o")]
-Picture = Annotated[Path | None, option("Draw the result: .pdf, .svg or .png.", "Output")]
 Json = Annotated[bool, option("Print the result as JSON, and nothing else.", "Output", "--json")]
 
 
@@ -47,7 +43,7 @@ def command(
 ) -> Callable[[Callable[..., None]], Any]:
     """Make a command of a function, with options in place of its parameter that is a model.
 
-    Files are checked before anything is computed.
+    The output is checked before anything is computed.
 
     Parameters
     ----------
@@ -73,7 +69,7 @@ def command(
 
         @wraps(function)
         def run(**values: Any) -> None:
-            _check_files(values, *endings)
+            _check_output(values, *endings)
             given = {name: values.pop(name) for name in options}
             function(**{parameter: _read(model, fields, **given)}, **values)
 
@@ -158,36 +154,23 @@ def _pairs(given: Sequence[str], name: str) -> dict[str, str]:
     return pairs
 
 
-def _check_files(values: Mapping[str, Any], *endings: str) -> None:
-    """Refuse files that cannot be written, or are read."""
-    output, picture = values.get("output"), values.get("picture")
-    if output is not None:
-        check_ending(output, *endings)
-    if picture is not None:
-        if picture.suffix.lower() not in PICTURES:
-            raise ArgumentError(f"{picture}: the ending must be one of {', '.join(PICTURES)}")
-        require("plots", "matplotlib")
-    others = [value for name, value in values.items() if name not in ("output", "picture")]
-    read = {Path(value).resolve() for value in others if isinstance(value, Path | str)}
-    for file in (output, picture):
-        if file is None or file == STANDARD:
-            continue
-        if file.is_dir() or not os.access(file.parent, os.W_OK):
-            raise ArgumentError(
-                f"{file} cannot be written: it must be a file in a folder that can be written to"
-            )
-        if file.resolve() in read:
-            raise ArgumentError(f"{file} is an input: give the output another name")
+def _check_output(values: Mapping[str, Any], *endings: str) -> None:
+    """Refuse a table that cannot be written, or is read."""
+    output = values.get("output")
+    if output is None or output == STANDARD:
+        return
+    check_ending(output, *endings)
+    if output.is_dir() or not os.access(output.parent, os.W_OK):
+        raise ArgumentError(
+            f"{output} cannot be written: it must be a file in a folder that can be written to"
+        )
+    others = [value for name, value in values.items() if name != "output"]
+    if output.resolve() in {Path(one).resolve() for one in others if isinstance(one, Path | str)}:
+        raise ArgumentError(f"{output} is an input: give the output another name")
 
 
-def hand_out(
-    found: Any,
-    text: str,
-    output: Path | None,
-    picture: Path | None = None,
-    json: bool = False,
-) -> None:
-    """Write a result as a table, a picture and JSON, each if it was requested, and print a text.
+def hand_out(found: Tabular, text: str, output: Path | None, json: bool = False) -> None:
+    """Write a result as a table and as JSON, each if it was requested, and print a text.
 
     The text is printed beside a table or JSON on standard output.
     """
@@ -195,9 +178,6 @@ def hand_out(
         typer.echo(as_json(found.columns()))
     if output is not None:
         write(output, found.columns(), found.header())
-    if picture is not None:
-        with write_atomically(picture) as temporary:
-            found.plot().savefig(temporary)
     typer.echo(text, err=json or output == STANDARD)
 
 

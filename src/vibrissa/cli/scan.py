@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 from vibrissa import sensor
-from vibrissa.cli.options import SETUP, Out, Picture, command, hand_out, option, progress_bars
+from vibrissa.cli.options import SETUP, Out, command, hand_out, option, progress_bars
 from vibrissa.cli.yielding import warn_of_yield
 from vibrissa.design.materials import likely_material
 from vibrissa.sensor import Setup, SlipLaw, surfaces
@@ -39,7 +39,6 @@ def scan(
     kinetic_ratio: Annotated[
         float, option("Kinetic over static friction, for the laws kinetic and energy.", MOTION)
     ] = 0.8,
-    picture: Picture = None,
 ) -> None:
     """Move the clamp over a surface and write the signals, step by step.
 
@@ -63,5 +62,5 @@ def scan(
     )
     if transducer is not None:
         signals = signals.measured(transducer, seed)
-    hand_out(signals, f"{output}: {signals}", output, picture)
+    hand_out(signals, f"{output}: {signals}", output)
     warn_of_yield(whisker, float(signals.truth.x0.max()), material)

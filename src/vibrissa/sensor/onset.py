@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibrissa.errors import ArgumentError
-from vibrissa.extras import require
 from vibrissa.mechanics.bending import Bending
 from vibrissa.outcomes import End, Status
 from vibrissa.sensor.quantities import Kind, Quantity, Units
@@ -17,7 +16,7 @@ from vibrissa.sensor.whisker import Whisker
 from vibrissa.sticking.api import Onset, onset_on
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 # Column of the largest strain as a part of the yield strain.
@@ -63,21 +62,6 @@ class WhiskerOnset(Tabular):
         if YIELDS in columns and columns[YIELDS].values[0] > 1.0:
             lines.append("the rod does not spring back: its strain exceeds the yield strain")
         return "\n".join(lines)
-
-    def plot(self) -> "Figure":
-        """Draw the rod where sticking begins, and at the onset of slip or in the critical state.
-
-        Raises
-        ------
-        ArgumentError
-            If the tip neither slips nor locks.
-        """
-        if self.onset.status not in (Status.SLIP, Status.LOCK):
-            raise ArgumentError(f"no picture of a rod with status {self.onset.status}")
-        require("plots", "matplotlib")
-        from vibrissa.sensor import plots
-
-        return plots.shapes(self.whisker, self.onset)
 
     def columns(self) -> dict[str, Column]:
         """Table of one row, with units: onset of slip, or lateral buckling."""

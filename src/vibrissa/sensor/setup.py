@@ -29,6 +29,7 @@ from vibrissa.sensor.tolerances import check_name, read_tolerances
 from vibrissa.sensor.whisker import Whisker
 
 TOLERANCES = "tolerances"
+MOUNTING = ("clamp_angle", "clamp_compliance", "curvature", "stage_angle")
 # Each pair describes one property: an option takes the place of either in the file.
 EITHER = (("transducer", "noise"), ("material", "yield_strain"))
 
@@ -62,8 +63,7 @@ class Setup(BaseModel):
     """Rotational compliance of the clamp: '0.05 rad/(N*m)'; a number without a unit is in
     L/(E*I0)."""
     curvature: Annotated[Measured, Kind.CURVATURE] = Measured(0)
-    """Natural curvature, negative away from the surface: '-2 m^-1'. 'a, b, c' are coefficients of
-    the powers of s/L."""
+    """Natural curvature, negative away from the surface: '-2 m^-1'."""
     stage_angle: Annotated[Measured, Kind.ANGLE] = Measured(0)
     """Angle of the stage to the surface: '1 deg'."""
     transducer: str | None = None
@@ -110,11 +110,7 @@ class Setup(BaseModel):
         if not allowed:
             raise ArgumentError(f"{name} is a number or a text in quotes, got {value!r}")
         measured = Measured.read(value)
-        if name == "curvature" and "," in str(value):
-            for power in str(value).split(","):
-                SI_UNITS.read(power, Kind.NUMBER, name)
-        else:
-            measured.check(kind, name)
+        measured.check(kind, name)
         return measured
 
     @field_validator("noise")
@@ -190,7 +186,7 @@ class Setup(BaseModel):
             contact=self.contact,
             section=self.section,
             rod=self.rod,
-            mounting=self._mounting(units),
+            mounting=Mounting(**{name: self._read(name, units) for name in MOUNTING}),
             wished=units.wished,
         )
         written = {name: getattr(self, name) for name in KINDS}
@@ -199,16 +195,6 @@ class Setup(BaseModel):
 
     def _read(self, name: str, units: Units) -> float:
         return float(units.read(getattr(self, name).value, KINDS[name], name))
-
-    def _mounting(self, units: Units) -> Mounting:
-        powers = str(self.curvature.value).split(",")
-        polynomial = tuple(map(float, powers)) if len(powers) > 1 else None
-        return Mounting(
-            clamp_angle=self._read("clamp_angle", units),
-            clamp_compliance=self._read("clamp_compliance", units),
-            curvature=polynomial or self._read("curvature", units),
-            stage_angle=self._read("stage_angle", units),
-        )
 
 
 # What the quantities of a set-up measure.

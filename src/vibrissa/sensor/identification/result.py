@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.extras import require
 from vibrissa.numerics.arrays import BoolArray, FloatArray
 from vibrissa.sensor.identification.goodness import Cause, Goodness, Tolerance
 from vibrissa.sensor.identification.periods import Check, Grade, Periods, PeriodStatus
@@ -20,7 +19,7 @@ from vibrissa.sensor.quantities import Kind, Units
 from vibrissa.sensor.series import Column, Tabular
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 # By so many standard deviations the means differ, and the frictions of one period.
@@ -112,13 +111,6 @@ class Identification(Tabular):
     def __repr__(self) -> str:
         """Text of `summary`."""
         return str(self.summary())
-
-    def plot(self) -> "Figure":
-        """Draw the friction with its interval over the position of the tip."""
-        require("plots", "matplotlib")
-        from vibrissa.sensor import plots
-
-        return plots.friction_map(self.periods, self.units)
 
     def columns(self) -> dict[str, Column]:
         """One row for each period, with units."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibrissa.extras import require
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.quantities import Kind, Quantity, Units
 from vibrissa.sensor.series import Column, Tabular
@@ -19,7 +18,7 @@ from vibrissa.sensor.whisker import Progress, Whisker, quiet
 from vibrissa.wording import counted
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,13 +43,6 @@ class Signals(Tabular):
         sensor = transducer_of(transducer, self.units)
         generator = np.random.default_rng([seed, 1])
         return replace(self, readings=sensor.measured(self.readings, generator))
-
-    def plot(self) -> "Figure":
-        """Draw the readings over the position of the clamp."""
-        require("plots", "matplotlib")
-        from vibrissa.sensor import plots
-
-        return plots.signals(self.columns())
 
     def __repr__(self) -> str:
         """Numbers of steps and periods, and how the scan ended."""
