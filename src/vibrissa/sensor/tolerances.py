@@ -98,19 +98,14 @@ def read_tolerances(
     Raises
     ------
     ArgumentError
-        With a line for each name or size that is not allowed.
+        If a name or a size is not allowed.
     """
-    found, errors = {}, []
+    found = {}
     for name, size in given.items():
-        try:
-            check_name(name)
-            found[name] = 0.0 if size == EXACT else _read(units, name, size, whisker)
-            if not 0.0 <= found[name] < np.inf:
-                raise ArgumentError(f"the tolerance of {name} must not be negative, got {size!r}")
-        except ArgumentError as error:
-            errors.append(str(error))
-    if errors:
-        raise ArgumentError("\n".join(errors))
+        check_name(name)
+        found[name] = 0.0 if size == EXACT else _read(units, name, size, whisker)
+        if not 0.0 <= found[name] < np.inf:
+            raise ArgumentError(f"the tolerance of {name} must not be negative, got {size!r}")
     return found
 
 

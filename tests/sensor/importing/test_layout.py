@@ -69,11 +69,11 @@ def test_bytes_are_no_text():
             ["9", "2.345", "12.250", "9"],
             r"line 3: '2.345' may have decimals or thousands, and no number",
         ),
-        (["1,5", "2.5", "3,5", "4"], "line 3: Fx.* must be a finite number.*, got '2.5'"),
-        (["1,5", "2.5", "3,5", "4.5"], "line 2: Fx.*, got '1,5'\n.*line 4: Fx"),
-        (["1,5", "OVLD", "3", "4"], "line 3: Fx .force_x. must be .* or empty .*got 'OVLD'"),
-        (["1,5", "inf", "3", "4"], "line 3: Fx.* must be a finite number"),
-        (["1,5", "1e999", "3", "4"], "line 3: Fx.* must be a finite number"),
+        (["1,5", "2.5", "3,5", "4"], "line 3: force_x must be a finite number.*, got '2.5'"),
+        (["1,5", "2.5", "3,5", "4.5"], "line 2: force_x .*, got '1,5'\n.*line 4: force_x"),
+        (["1,5", "OVLD", "3", "4"], "line 3: force_x must be .* or empty .*got 'OVLD'"),
+        (["1,5", "inf", "3", "4"], "line 3: force_x must be a finite number"),
+        (["1,5", "1e999", "3", "4"], "line 3: force_x must be a finite number"),
     ],
 )
 def test_ambiguous_and_wrong_numbers_are_refused(cells, message):
@@ -88,7 +88,7 @@ def test_the_decimal_sign_may_be_told_or_another_number_decides():
     with pytest.raises(RecordingError, match="no number of the file decides"):
         read(text)
     assert read(text, decimal=",")[:2, 1] == pytest.approx([1.234, 2.234])
-    with pytest.raises(RecordingError, match=r"line 2: Fx .* got '1,234'"):
+    with pytest.raises(RecordingError, match=r"line 2: force_x .* got '1,234'"):
         read(text, decimal=".")
     assert read(f"{text}\n3000;0,5;7")[:2, 1] == pytest.approx([1.234, 2.234])
 
@@ -103,7 +103,7 @@ def test_a_leading_zero_is_before_decimals():
     [
         (lambda lines: [*lines, "0,05;1", *lines[1:]], "line 6: 2 values, but line 2 has 3"),
         (lambda lines: [*lines, "0,05;1;2;3", *lines[1:], "1"], "6: 4 values.*\n.*11: 1 value,"),
-        (lambda lines: [*lines, "Pause;;", *lines[1:]], "line 6: Weg .* got 'Pause'"),
+        (lambda lines: [*lines, "Pause;;", *lines[1:]], "line 6: footpoint .* got 'Pause'"),
         (lambda lines: ["Weg;Fx", *lines[1:]], "the columns are: #1 to #3, without titles"),
         (lambda lines: ["Weg;Fx;Fx;Fz", *lines[1:]], "without titles .--titles names another line"),
         (lambda lines: lines[1:], "no column Weg"),

@@ -153,13 +153,12 @@ def _read(layout: Layout, name: str, settings: Settings) -> tuple[dict[str, File
         there = ", ".join(layout.titles) or f"#1 to #{layout.cells.shape[1]}, without titles"
         errors.append(f"the columns are: {there} (--titles names another line of titles)")
     errors = [f"{name}: {error}" for error in errors]
-    labels = {f"{one.title} ({target})": target for target, one in found.items()}
-    cells = {label: layout.cells[found[target].number] for label, target in labels.items()}
+    cells = {target: layout.cells[one.number] for target, one in found.items()}
     try:
-        read = numbers(cells, name, layout.decimal)
+        values = numbers(cells, name, layout.decimal)
     except RecordingError as error:
         raise RecordingError("\n".join([*errors, str(error)])) from None
-    values = {target: found[target].factor * read[label] for label, target in labels.items()}
+    values = {target: found[target].factor * each for target, each in values.items()}
     if "time" in values:
         late = layout.cells.index[1:][~(np.diff(values["time"]) > 0.0)]
         why = "time does not increase; --rate replaces it"

@@ -33,6 +33,8 @@ class Separator(StrEnum):
 SIGNS = dict(zip(Separator, ";\t,| ", strict=True))
 DECIMALS = {".": "decimal point", ",": "decimal comma"}
 EITHER = re.compile(NUMBER.format("[.,]"))
+# A number with a decimal sign.
+DECIMAL = NUMBER.replace("{0}?", "{0}")
 # With a decimal sign such a number is another one than with a sign between groups of thousands.
 GROUPS = r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}"
 COMMENT = re.compile(r"\s*([#%]|//)+")
@@ -185,20 +187,17 @@ def _split(rows: "Series[str]", name: str, separator: Separator) -> "DataFrame":
 
 def _decimal(cells: "DataFrame", name: str) -> str:
     """Find the decimal sign, of which each number with another count of decimals is a proof."""
-    proofs = dict.fromkeys(DECIMALS, 0)
-    unclear = ""
-    for _, column in cells.items():
-        text = column.str.strip()
-        groups = text.str.fullmatch(GROUPS)
-        for line, cell in text[groups].head(1).items():
-            unclear = unclear or f"{name}, line {line}: {cell!r}"
-        for sign in DECIMALS:
-            number = text.str.fullmatch(NUMBER.format(re.escape(sign)))
-            proofs[sign] += (number & ~groups & text.str.contains(sign, regex=False)).sum()
-    if unclear and not any(proofs.values()):
+    text = cells.stack().str.strip()
+    groups = text.str.fullmatch(GROUPS)
+    proofs = {
+        sign: (~groups & text.str.fullmatch(DECIMAL.format(re.escape(sign)))).sum()
+        for sign in DECIMALS
+    }
+    if groups.any() and not any(proofs.values()):
+        (line, _), cell = next(iter(text[groups].items()))
         raise RecordingError(
-            f"{unclear} may have decimals or thousands, and no number of the file decides: add "
-            "--decimal '.' or --decimal ','"
+            f"{name}, line {line}: {cell!r} may have decimals or thousands, and no number of the "
+            "file decides: add --decimal '.' or --decimal ','"
         )
     return max(proofs, key=lambda sign: proofs[sign])
 
