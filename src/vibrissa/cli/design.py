@@ -2,7 +2,7 @@
 
 import typer
 
-from vibrissa.cli.options import Json, Out, command, hand_out, progress_bars
+from vibrissa.cli.options import Out, command, hand_out, progress_bars
 from vibrissa.design import DesignStatus, Requirements
 from vibrissa.design import design as find_design
 from vibrissa.sensor.keys import write_keys
@@ -28,7 +28,7 @@ EXAMPLES = (
 
 
 @command("requirements", Requirements, PANELS, EXAMPLES, "--rod", ROD_FILE)
-def design(requirements: Requirements, output: Out = None, json: Json = False) -> None:
+def design(requirements: Requirements, output: Out = None) -> None:
     """Find the rod that measures friction best, and its active constraints.
 
     Chooses taper, height, diameter and length among rods that can be bought, cut and turned. The
@@ -41,7 +41,7 @@ def design(requirements: Requirements, output: Out = None, json: Json = False) -
     """
     found = find_design(requirements, progress_bars())
     as_rod = output is not None and output.suffix.lower() == ROD_FILE
-    hand_out(found, str(found), None if as_rod else output, json)
+    hand_out(found, str(found), None if as_rod else output)
     if found.status is DesignStatus.NONE:
         if as_rod:
             typer.echo(f"{output} is not written: the rod violates constraints", err=True)

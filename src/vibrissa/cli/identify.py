@@ -10,7 +10,6 @@ import typer
 from vibrissa import sensor
 from vibrissa.cli.options import (
     SETUP,
-    Json,
     Out,
     command,
     hand_out,
@@ -57,7 +56,6 @@ def identify(
         str | None, option("Delay of the readings, as by a low-pass filter: '4 ms'.", SIGNALS)
     ] = None,
     output: Out = None,
-    json: Json = False,
     verbose: Annotated[
         bool,
         option("Print assumed tolerances and all estimates, too.", "Output", "--verbose", "-v"),
@@ -86,7 +84,7 @@ def identify(
         progress=progress_bars(),
     )
     place = "" if output is None else f"{output}: "
-    hand_out(found, place + "\n".join(_lines(found, verbose)), output, json)
+    hand_out(found, place + "\n".join(_lines(found, verbose)), output)
     periods = found.periods
     slips = (periods.status == PeriodStatus.SLIP) & (periods.grade != Grade.WRONG)
     if whisker is not None and slips.any():

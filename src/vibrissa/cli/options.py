@@ -12,7 +12,7 @@ import typer
 from pydantic.fields import FieldInfo
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.series import STANDARD, Tabular, as_json, check_ending, write
+from vibrissa.sensor.series import STANDARD, Tabular, check_ending, write
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
 from vibrissa.sensor.whisker import Progress, quiet
@@ -35,7 +35,6 @@ def option(text: str, panel: str | None, *names: str, **more: Any) -> Any:
 
 _TABLE = "Table to write: .csv or .parquet; - for standard output."
 Out = Annotated[Path | None, option(_TABLE, "Output", "--output", "-o")]
-Json = Annotated[bool, option("Print the result as JSON, and nothing else.", "Output", "--json")]
 
 
 def command(
@@ -134,11 +133,7 @@ def _read(
             given[fields[name].alias or name] = value
     if EXACT in (options.get(TOLERANCES) or ()):
         given["assume"] = False
-    for name, value in _pairs(assignments or (), "set").items():
-        if name in given:
-            raise ArgumentError(f"{name} is given twice: as an option and with --set")
-        given[name] = value
-    return model.read(path, **given)
+    return model.read(path, **(given | _pairs(assignments or (), "set")))
 
 
 def _pairs(given: Sequence[str], name: str) -> dict[str, str]:
@@ -169,16 +164,11 @@ def _check_output(values: Mapping[str, Any], *endings: str) -> None:
         raise ArgumentError(f"{output} is an input: give the output another name")
 
 
-def hand_out(found: Tabular, text: str, output: Path | None, json: bool = False) -> None:
-    """Write a result as a table and as JSON, each if it was requested, and print a text.
-
-    The text is printed beside a table or JSON on standard output.
-    """
-    if json:
-        typer.echo(as_json(found.columns()))
+def hand_out(found: Tabular, text: str, output: Path | None) -> None:
+    """Write a result as a table, if it was requested, and print a text, beside the table."""
     if output is not None:
         write(output, found.columns(), found.header())
-    typer.echo(text, err=json or output == STANDARD)
+    typer.echo(text, err=output == STANDARD)
 
 
 def progress_bars() -> Progress:

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from vibrissa import sensor
-from vibrissa.cli.options import SETUP, Json, Out, command, hand_out, option
+from vibrissa.cli.options import SETUP, Out, command, hand_out, option
 from vibrissa.errors import ArgumentError
 from vibrissa.outcomes import Status
 from vibrissa.sensor import Setup
@@ -19,7 +19,6 @@ def solve(
     mu0: Annotated[str, option("Coefficient of static friction.", "Task")],
     step: Annotated[str | None, option("Step of the stage: '20 um'.", "Task")] = None,
     output: Out = None,
-    json: Json = False,
 ) -> None:
     """One rod on one surface: onset of slip, clamp reactions and largest strain.
 
@@ -28,7 +27,7 @@ def solve(
     """
     found = sensor.solve(setup.whisker, mu0, step, _yield_strain(setup))
     nothing = found.onset.status in (Status.FAILED, Status.OUT_OF_REACH)
-    hand_out(found, str(found), output, json)
+    hand_out(found, str(found), output)
     if nothing:
         raise typer.Exit(1)
 

@@ -5,7 +5,6 @@ Titles are as in ``footpoint [mm],force_x [N]``. Lines above them, such as
 """
 
 import csv
-import json
 import re
 import sys
 from abc import ABC, abstractmethod
@@ -148,14 +147,6 @@ def _write_csv(file: TextIO, frame: "DataFrame") -> None:
     units = frame.attrs["units"]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
     frame.to_csv(file, header=titles, index=False, na_rep="nan", lineterminator="\n")
-
-
-def as_json(columns: Mapping[str, Column]) -> str:
-    """Write a table as JSON: the unit of each column, and a row for each result; NaN is null."""
-    frame = frame_of(columns)
-    known = frame.notna() & ~frame.isin([np.inf, -np.inf])
-    rows = frame.astype(object).where(known, None).to_dict("records")
-    return json.dumps({"units": frame.attrs["units"], "rows": rows}, ensure_ascii=False, indent=1)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
