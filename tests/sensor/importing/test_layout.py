@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vibrissa.errors import RecordingError
 from vibrissa.sensor.importing import Settings, import_recording
-from vibrissa.sensor.importing.layout import SIGNS, Separator, layout_of
+from vibrissa.sensor.importing.layout import SEPARATORS, layout_of
 
 TITLES = ["Weg", "Fx", "Fz"]
 ROWS = [(0.0, 0.5, -1.25), (0.02, 0.625, -1.375), (0.04, 0.75, -12.5), (0.06, 0.5, -1.0)]
@@ -159,12 +159,12 @@ def test_comments_may_be_anywhere_and_hold_the_titles():
 
 
 @given(
-    st.sampled_from(list(SIGNS)),
+    st.sampled_from(list(SEPARATORS)),
     st.sampled_from(".,"),
     st.lists(st.floats(-1e6, 1e6, width=32), min_size=12, max_size=60),
 )
 def test_what_was_written_comes_back_or_is_asked_for(separator, decimal, numbers):
-    sign = SIGNS[separator]
+    sign = SEPARATORS[separator]
     if sign == decimal:
         return
     rows = [numbers[i : i + 3] for i in range(0, len(numbers) - 2, 3)]
@@ -180,4 +180,3 @@ def test_what_was_written_comes_back_or_is_asked_for(separator, decimal, numbers
     else:
         assert layout.notes[0].startswith(f"separator {separator}, ")
         assert read(text) == pytest.approx(wanted)
-    assert set(Separator) == set(SIGNS)

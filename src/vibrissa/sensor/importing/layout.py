@@ -7,9 +7,8 @@ import codecs
 import csv
 import re
 from dataclasses import dataclass
-from enum import StrEnum
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from vibrissa.errors import RecordingError
 from vibrissa.sensor.importing.titles import NO_UNIT, is_unit
@@ -19,25 +18,15 @@ from vibrissa.wording import counted
 if TYPE_CHECKING:
     from pandas import DataFrame, Index, Series
 
-
-class Separator(StrEnum):
-    """Separator of the cells of a line."""
-
-    SEMICOLON = "semicolon"
-    TAB = "tab"
-    COMMA = "comma"
-    BAR = "bar"
-    BLANK = "blank"
-
-
-SIGNS = dict(zip(Separator, ";\t,| ", strict=True))
+# Of rows that may be read in several ways with the same share of numbers the first one counts.
+SEPARATORS = {"semicolon": ";", "tab": "\t", "comma": ",", "bar": "|", "blank": " "}
 DECIMALS = {".": "decimal point", ",": "decimal comma"}
 EITHER = re.compile(NUMBER.format("[.,]"))
 # A number with a decimal sign.
 DECIMAL = NUMBER.replace("{0}?", "{0}")
 # With a decimal sign such a number is another one than with a sign between groups of thousands.
 GROUPS = r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}"
-COMMENT = re.compile(r"\s*([#%]|//)+")
+COMMENT = re.compile(r"\s*([#%]|//)+\s*")
 # Lines that show where the table is.
 SAMPLE = 1000
 # Fewer rows are no recording, fewer columns no table.
@@ -65,14 +54,6 @@ class Layout:
     notes: tuple[str, ...]
 
 
-class _Block(NamedTuple):
-    """Rows of numbers by one separator: their first line, and the share of numbers."""
-
-    separator: Separator
-    first: int
-    share: float
-
-
 def decoded(data: bytes, name: str) -> str:
     """Decode a text file: UTF-8, UTF-16 with its mark, or else the Western letters of Windows.
 
@@ -94,7 +75,7 @@ def decoded(data: bytes, name: str) -> str:
 def layout_of(
     text: str,
     name: str,
-    separator: Separator | None = None,
+    separator: str | None = None,
     decimal: str | None = None,
     title_line: int | None = None,
 ) -> Layout:
@@ -106,21 +87,24 @@ def layout_of(
         If there is no table, or more than one reading of it; the message has the choices to type.
     """
     lines = lines_of(text)
-    plain = lines[~lines.str.match(COMMENT) & (lines.index > (title_line or 0))]
-    tried = [_block(plain.head(SAMPLE), one) for one in ([separator] if separator else Separator)]
-    block = max((one for one in tried if one), key=lambda one: one.share, default=None)
-    if block is None:
+    below = lines[~lines.str.match(COMMENT) & (lines.index > (title_line or 0))].head(SAMPLE)
+    tried = {one: _block(below, one) for one in ([separator] if separator else SEPARATORS)}
+    separator = max(tried, key=lambda one: tried[one][1])
+    first, share = tried[separator]
+    if not share:
         raise RecordingError(
             f"{name}: no table of {FEWEST_COLUMNS} columns and {FEWEST_ROWS} rows of numbers at "
             "least was found; if there is one, add --separator"
         )
-    rows = plain.loc[block.first :]
+    lines, sign = _separated(lines, separator)
+    above, under = lines.loc[: first - 1], lines.loc[first:]
+    rows = under[~under.str.match(COMMENT)]
     end = len(rows)
-    while not any(map(EITHER.fullmatch, cells_of(rows.iloc[end - 1], block.separator))):
+    while not _share(cells_of(rows.iloc[end - 1], sign)):
         end -= 1
-    cells = _split(rows.iloc[:end], name, block.separator)
+    cells = split(rows.iloc[:end], name, sign)
     decimal = decimal or _decimal(cells, name)
-    heads = _heads(lines.loc[: block.first - 1], block.separator, cells)
+    heads = _heads(above, sign, cells)
     units_at = max((line for line, head in heads.items() if _are_units(head)), default=0)
     named = max((line for line in heads if line != units_at), default=0)
     titles_at = named if title_line is None else title_line
@@ -130,36 +114,42 @@ def layout_of(
         )
     head = f"titles in line {titles_at}" if titles_at else "no titles"
     head += f", units in line {units_at}" if units_at else ""
-    size = f"{counted(len(cells), 'row')} from line {block.first} on"
+    size = f"{counted(len(cells), 'row')} from line {first} on"
     return Layout(
         titles=heads.get(titles_at, []),
         units=heads.get(units_at, []),
         cells=cells,
         decimal=decimal,
         notes=(
-            f"separator {block.separator}, {DECIMALS[decimal]}, {head}, {size}",
-            *_left_out(lines.loc[block.first :].index.difference(rows.index), "comments"),
+            f"separator {separator}, {DECIMALS[decimal]}, {head}, {size}",
+            *_left_out(under.index.difference(rows.index), "comments"),
             *_left_out(rows.index[end:], "no numbers below the table"),
         ),
     )
 
 
-def _block(lines: "Series[str]", separator: Separator) -> _Block | None:
-    """Find the largest block of rows of numbers by one separator, and where such rows begin."""
-    rows = [(line, cells_of(text, separator)) for line, text in lines.items()]
+def _separated(lines: "Series[str]", separator: str) -> tuple["Series[str]", str]:
+    """Return lines and the sign between their cells; in the place of blanks it is a tabulator."""
+    if separator != "blank":
+        return lines, SEPARATORS[separator]
+    # A unit in brackets belongs to the word before.
+    joined = lines.str.replace(r"\s+(?=[\[(])", "", regex=True)
+    return joined.str.strip().str.replace(r"\s+", "\t", regex=True), "\t"
+
+
+def _block(lines: "Series[str]", separator: str) -> tuple[int, float]:
+    """Find the first row of numbers and the share of numbers; 0 where there are none."""
+    lines, sign = _separated(lines, separator)
+    rows = [(line, cells_of(text, sign)) for line, text in lines.items()]
     groups = groupby(rows, lambda row: len(row[1]) if _share(row[1]) >= 0.5 else 0)
     blocks = [list(group) for width, group in groups if width >= FEWEST_COLUMNS]
     blocks = [block for block in blocks if len(block) >= FEWEST_ROWS]
     if not blocks:
-        return None
+        return 0, 0.0
     cells = [cells for _, cells in max(blocks, key=len)]
-    width = len(cells[0])
-    return _Block(
-        separator=separator,
-        # A line between that fits neither is named later.
-        first=next(line for [(line, row), *_] in blocks if len(row) == width),
-        share=_share([cell for row in cells for cell in row]),
-    )
+    # A line between that fits neither is named later.
+    first = next(line for [(line, row), *_] in blocks if len(row) == len(cells[0]))
+    return first, _share([cell for row in cells for cell in row])
 
 
 def _share(cells: list[str]) -> float:
@@ -168,21 +158,12 @@ def _share(cells: list[str]) -> float:
     return sum(1 for cell in filled if EITHER.fullmatch(cell)) / max(len(filled), 1)
 
 
-def cells_of(line: str, separator: Separator) -> list[str]:
+def cells_of(line: str, sign: str) -> list[str]:
     """Split a line; a line with unpaired quotes is one cell."""
-    if separator is Separator.BLANK:
-        return line.split()
     try:
-        cells = next(csv.reader([line], delimiter=SIGNS[separator], strict=True), [])
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=sign, strict=True))]
     except csv.Error:
         return [line]
-    return [cell.strip() for cell in cells]
-
-
-def _split(rows: "Series[str]", name: str, separator: Separator) -> "DataFrame":
-    if separator is not Separator.BLANK:
-        return split(rows, name, SIGNS[separator])
-    return split(rows.str.strip().str.replace(r"\s+", "\t", regex=True), name, "\t")
 
 
 def _decimal(cells: "DataFrame", name: str) -> str:
@@ -202,15 +183,12 @@ def _decimal(cells: "DataFrame", name: str) -> str:
     return max(proofs, key=lambda sign: proofs[sign])
 
 
-def _heads(above: "Series[str]", separator: Separator, rows: "DataFrame") -> dict[int, list[str]]:
+def _heads(above: "Series[str]", sign: str, rows: "DataFrame") -> dict[int, list[str]]:
     """Find the lines above the rows that have a cell for each column."""
     width, heads = rows.shape[1], {}
     ends_empty = (rows.iloc[:, -1] == "").all()  # each row ends with a separator
     for line, text in above.items():
-        plain = COMMENT.sub("", text, count=1)
-        if separator is Separator.BLANK:  # a unit in brackets belongs to the word before
-            plain = re.sub(r"\s+(?=[\[(])", "", plain)
-        cells = cells_of(plain, separator)
+        cells = cells_of(COMMENT.sub("", text, count=1), sign)
         while len(cells) > width and cells[-1] in ("", REMARKS):
             cells.pop()
         if len(cells) == width - 1 and ends_empty:

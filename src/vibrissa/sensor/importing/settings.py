@@ -6,7 +6,6 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.importing.layout import Separator
 from vibrissa.sensor.importing.titles import KINDS
 from vibrissa.sensor.keys import read_model
 from vibrissa.sensor.quantities import Kind, in_si
@@ -73,7 +72,7 @@ class Settings(BaseModel):
     to move."""
     to: At | None = None
     """Last sample to take: '40 s'. With --speed, when the stage stops."""
-    separator: Separator | None = None
+    separator: Literal["semicolon", "tab", "comma", "bar", "blank"] | None = None
     """Separator of the columns: semicolon, tab, comma, bar or blank. Found by default."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, '.' or ','. Found by default."""
