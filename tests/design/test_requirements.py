@@ -7,7 +7,7 @@ import pytest
 
 from vibrissa.design import MATERIALS, DesignStatus, Requirements, design
 from vibrissa.design.choices import DIAMETERS, LENGTHS, TAPERS
-from vibrissa.design.materials import material
+from vibrissa.design.materials import Material
 from vibrissa.errors import ArgumentError
 from vibrissa.sensor import preset
 from vibrissa.sensor.keys import write_keys
@@ -42,7 +42,7 @@ def setup(tmp_path):
 def test_materials_and_transducers_have_names():
     read = Requirements.read(**NAMED, **ASKED)
     assert read.material == WIRE
-    assert (read.noise, read.largest) == (SENSOR.deviation, SENSOR.limit)
+    assert (tuple(read.noise), read.largest) == (SENSOR.deviation, SENSOR.limit)
     assert read.mu0 == (0.2, 0.4) and read.step == 50e-6
     assert Requirements.read(**NAMED, **ASKED, density="8 g/cm^3").material.density == 8000.0
 
@@ -77,7 +77,7 @@ def test_a_setup_file_is_read_and_an_option_takes_its_place(setup):
     other = Requirements.read(
         setup, **ASKED, theta="1 to 2", tolerances={"clamp_angle": "1 deg"}, noise=OWN["noise"]
     )
-    assert other.theta == (1.0, 1.5, 2.0) and other.noise == (1e-3, 2e-3, 5e-6)
+    assert other.theta == (1.0, 1.5, 2.0) and tuple(other.noise) == (1e-3, 2e-3, 5e-6)
     assert other.largest == (np.inf,) * 3
     assert other.rod_setup(2, 0.88, 1e-3, 0.18).whisker.tolerances["clamp_angle"] == np.deg2rad(1.0)
 
@@ -116,7 +116,6 @@ def test_without_names_the_numbers_are_in_the_setup_file(tmp_path):
         ({"mu0": "0 to 0.2"}, "mu0: input should be greater than 0, got 0.0"),
         ({"theta": "0.5"}, "theta: input should be greater than or equal to 1, got 0.5"),
         ({"theta": "much"}, "theta must be a number, got 'much'"),
-        ({"theta": "1 to 3 ± 0.1"}, "theta is a range: state its tolerance separately"),
         ({"eta": "0.5 to 1"}, "eta: input should be less than 1"),
         ({"eta": "85 mm"}, "eta = '85 mm' has a unit, but several lengths are allowed"),
         ({"step": "50"}, "step must be a length with a unit"),
@@ -125,7 +124,7 @@ def test_without_names_the_numbers_are_in_the_setup_file(tmp_path):
         ({"load": 1.5}, "load: input should be less than 1"),
         ({"steps": np.inf}, "steps: input should be a finite number"),
         ({"spacing": "0 mm"}, "spacing: input should be greater than 0"),
-        ({"density": "-1 kg/m^3"}, "density of a material must be positive"),
+        ({"density": "-1 kg/m^3"}, "density: input should be greater than 0"),
         ({"contact": "plane"}, "contact: input should be 'point' or 'line', got 'plane'"),
         ({"material": "cheese"}, "material must be one of steel-s235"),
         ({"material": None}, "give the material or modulus"),
@@ -182,7 +181,7 @@ TRANSDUCER = 'limit = "10 N, 20 N, 100 N*mm"\nresolution = "2 mN, 4 mN, 10 uN*m"
 def test_a_material_and_a_transducer_of_ones_own(tmp_path):
     path = tmp_path / "mine.TOML"
     path.write_text(MATERIAL)
-    found = material(str(path))
+    found = Material.named(str(path), MATERIALS)
     assert (found.modulus, found.yield_strain, found.density) == (3.5e9, 0.004, 1240.0)
     assert found.name == "mine" and found.source == str(path)
     path.write_text(TRANSDUCER)
@@ -197,10 +196,10 @@ def test_a_material_and_a_transducer_of_ones_own(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (MATERIAL.replace("density", "weight"), "density missing; the keys are modulus, "),
-        (MATERIAL + "colour = 3\n", "colour is not known"),
+        (MATERIAL.replace("modulus", "stiffness"), "mine.toml: modulus is not given"),
+        (MATERIAL + "colour = 3\n", "there is no key colour; the keys are name, source, modulus"),
         (MATERIAL.replace("GPa", "mm"), "modulus must be a stress"),
-        (MATERIAL.replace("0.004", "-1"), "yield_strain of a material must be positive"),
+        (MATERIAL.replace("0.004", "-1"), "yield_strain: input should be greater than 0"),
         ("modulus: 3", "write name = number"),
     ],
 )
@@ -208,7 +207,7 @@ def test_a_card_that_is_none_is_refused(text, said, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(text)
     with pytest.raises(ArgumentError, match=said):
-        material(str(path))
+        Material.named(str(path), MATERIALS)
 
 
 def test_a_card_that_is_not_there_or_lacks_a_channel_is_refused(tmp_path):

@@ -125,7 +125,7 @@ class Candidate:
 
     @property
     def _noise(self) -> FloatArray:
-        return np.array(self.requirements.noise) / self.whisker.units.channels
+        return self.requirements.noise / self.whisker.units.channels
 
     @cached_property
     def tolerances(self) -> dict[str, float]:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.quantities import NUMBER_AND_UNIT, Kind, Units, in_si, range_of
+from vibrissa.sensor.quantities import NUMBER_AND_UNIT, SI_UNITS, Kind, in_si, range_of
 
 Choice = tuple[float, ...]
 
@@ -22,7 +22,7 @@ DIAMETERS = tuple(
 # Lengths to which a rod is cut (m).
 LENGTHS = tuple(1e-3 * mm for mm in range(20, 210, 10))
 # How many heights of a range are tried.
-HEIGHTS = 15
+MOST_HEIGHTS = 15
 
 
 def choices_of(text: str, read: Callable[[str], float], sold: Choice = ()) -> Choice:
@@ -46,7 +46,7 @@ def heights_of(text: str, lengths: Choice) -> Choice:
 
     def read(part: str) -> float:
         if NUMBER_AND_UNIT.fullmatch(part) is None:
-            return float(Units().read(part, Kind.NUMBER, "eta"))
+            return float(SI_UNITS.read(part, Kind.NUMBER, "eta"))
         if len(lengths) != 1:
             raise ArgumentError(
                 f"eta = {part!r} has a unit, but several lengths are allowed: give it in units "
@@ -55,8 +55,15 @@ def heights_of(text: str, lengths: Choice) -> Choice:
         return float(in_si(part, Kind.LENGTH, "eta")) / lengths[0]
 
     found = choices_of(text, read)
-    low, high = found[0], found[-1]
-    if "," in text or not 0.0 < low < high < 1.0:
-        return found
-    between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, HEIGHTS), 3)[1:-1]
+    return found if "," in text else _between(found[0], found[-1])
+
+
+def _between(low: float, high: float) -> Choice:
+    """Heights that come the closer together, the closer they are to that of an upright rod."""
+    if not 0.0 < low < high < 1.0:
+        return tuple(sorted({low, high}))
+    between = np.round(1.0 - np.geomspace(1.0 - low, 1.0 - high, MOST_HEIGHTS), 3)[1:-1]
     return tuple(np.unique([low, *between, high]).tolist())
+
+
+HEIGHTS = _between(0.5, 0.98)

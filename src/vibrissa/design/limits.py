@@ -91,7 +91,7 @@ def _of_readings(
     shortest = np.nan_to_num(pair.x0_slip[0], nan=0.0)
     steps = shortest * length / r.step
     yield Limit("steps", "steps of the shortest period", steps, r.steps, upper=False)
-    resolved = np.linalg.norm(pair.least_slope / np.array(r.noise[:2]))
+    resolved = np.linalg.norm(pair.least_slope / r.noise[:2])
     slips = shortest * resolved * force / (np.sqrt(2.0) * JUMP)
     yield Limit("slips", "shortest period over a noticed slip", slips, CLEARLY, upper=False)
     what = "largest clamp travel between slips"

@@ -4,15 +4,15 @@ That is the yield strain of metals, the beginning of the plateau of superelastic
 proportional limit of polymers, and fracture of brittle materials.
 """
 
-import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
+from typing import Annotated, Self
+
+from pydantic import Field
 
 from vibrissa.errors import ArgumentError
-from vibrissa.sensor.cards import is_card, read_card
-from vibrissa.sensor.quantities import Kind, Units, in_si
+from vibrissa.sensor.cards import Card
+from vibrissa.sensor.keys import validated
+from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.setup import Setup
 
 # A modulus that was measured is that of a material up to this factor.
@@ -20,15 +20,14 @@ OTHER = 1.5
 # A rod of which the modulus alone is known is made of a material whose modulus differs less.
 ALIKE = 0.1
 
+Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
-@dataclass(frozen=True)
-class Material:
+
+class Material(Card):
     """A material.
 
     Attributes
     ----------
-    name, source : str
-        Description, and the source of the values.
     modulus : float
         Young's modulus (Pa).
     yield_strain : float
@@ -37,32 +36,9 @@ class Material:
         In kg/m³.
     """
 
-    name: str
-    source: str
-    modulus: float
-    yield_strain: float
-    density: float | None
-
-    def __post_init__(self) -> None:
-        """Refuse values that no material has."""
-        for name in ("modulus", "yield_strain", "density"):
-            value = getattr(self, name)
-            if value is not None and not 0.0 < value < float("inf"):
-                raise ArgumentError(
-                    f"{name} of a material must be positive and finite, got {value!r}"
-                )
-
-    @classmethod
-    def read(cls, card: Mapping[str, str], name: str, where: str) -> Self:
-        """Read a material from the texts of a file."""
-        strain = Units().read(card["yield_strain"], Kind.NUMBER, f"{where}: yield_strain")
-        return cls(
-            name=card.get("name", name),
-            source=card.get("source", where),
-            modulus=float(in_si(card["modulus"], Kind.STRESS, f"{where}: modulus")),
-            yield_strain=float(strain),
-            density=float(in_si(card["density"], Kind.DENSITY, f"{where}: density")),
-        )
+    modulus: Annotated[Size, Kind.STRESS]
+    yield_strain: Size
+    density: Annotated[Size | None, Kind.DENSITY] = None
 
     def with_modulus(self, modulus: float) -> Self:
         """Give the same material with a measured modulus; it yields at the same stress.
@@ -78,35 +54,11 @@ class Material:
                 f"({self.modulus / 1e9:.4g} GPa): give the material, or its modulus and yield "
                 "strain"
             )
-        return replace(
-            self, modulus=modulus, yield_strain=self.yield_strain * self.modulus / modulus
-        )
+        strain = self.yield_strain * self.modulus / modulus
+        return self.model_copy(update={"modulus": modulus, "yield_strain": strain})
 
 
-_FILE = Path(__file__).with_name("materials.toml")
-MATERIALS = {
-    name: Material.read(card, name, _FILE.name)
-    for name, card in tomllib.loads(_FILE.read_text(encoding="utf-8")).items()
-}
-
-
-def material(name: str) -> Material:
-    """Look up a material by its name, or read a file of one's own: ``"my.toml"``.
-
-    Raises
-    ------
-    ArgumentError
-        If there is no such material or file.
-    """
-    if is_card(name):
-        path = Path(name)
-        keys = ("modulus", "yield_strain", "density")
-        return Material.read(read_card(path, keys, ("name", "source")), path.stem, name)
-    if name.lower() not in MATERIALS:
-        raise ArgumentError(
-            f"material must be one of {', '.join(MATERIALS)}, or a file .toml, got {name!r}"
-        )
-    return MATERIALS[name.lower()]
+MATERIALS = Material.presets(Path(__file__).with_name("materials.toml"))
 
 
 def stated_material(setup: Setup) -> Material | None:
@@ -120,15 +72,17 @@ def stated_material(setup: Setup) -> Material | None:
         If both are given, or the modulus is not that of the material.
     """
     modulus, density = setup.in_si("modulus"), setup.in_si("density")
+    stated = {} if density is None else {"density": density}
     if setup.material is None:
         if modulus is None or setup.yield_strain is None:
             return None
-        return Material("its material", "", modulus, setup.yield_strain, density)
+        stated |= {"modulus": modulus, "yield_strain": setup.yield_strain}
+        return validated(Material, {"name": "its material", "source": "", **stated}, None, ())
     if setup.yield_strain is not None:
         raise ArgumentError("give the material or its yield strain, not both")
-    found = material(setup.material)
+    found = Material.named(setup.material, MATERIALS)
     found = found if modulus is None else found.with_modulus(modulus)
-    return found if density is None else replace(found, density=density)
+    return validated(Material, dict(found) | stated, None, ())
 
 
 def likely_material(setup: Setup) -> Material | None:
@@ -139,4 +93,4 @@ def likely_material(setup: Setup) -> Material | None:
         return found
     alike = [one for one in MATERIALS.values() if abs(one.modulus / modulus - 1.0) < ALIKE]
     strongest = max(alike, key=lambda one: one.yield_strain, default=None)
-    return strongest and replace(strongest, name=f"even {strongest.name}")
+    return strongest and strongest.model_copy(update={"name": f"even {strongest.name}"})

@@ -17,13 +17,20 @@ from pydantic import (
     model_validator,
 )
 
-from vibrissa.design.choices import DIAMETERS, LENGTHS, TAPERS, choices_of, heights_of
+from vibrissa.design.choices import (
+    DIAMETERS,
+    HEIGHTS,
+    LENGTHS,
+    TAPERS,
+    choices_of,
+    heights_of,
+)
 from vibrissa.design.materials import Material, stated_material
 from vibrissa.errors import ArgumentError
 from vibrissa.mechanics.mounting import IDEAL
 from vibrissa.numerics.arrays import FloatArray
 from vibrissa.sensor.keys import read_keys, validated, with_options
-from vibrissa.sensor.quantities import PLUS_MINUS, Kind, Measured, Units, channels_of, in_si
+from vibrissa.sensor.quantities import SI_UNITS, Kind, Measured, channels_of, in_si
 from vibrissa.sensor.setup import EITHER, TOLERANCES, Setup
 from vibrissa.sensor.transducer import preset
 from vibrissa.sticking.api import MOST_TAPER
@@ -36,13 +43,10 @@ SOLD = {"theta": TAPERS, "diameter": DIAMETERS, "length": LENGTHS}
 
 Positive = Annotated[float, Field(gt=0.0)]
 Size = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Height = Annotated[float, Field(gt=0.0, lt=1.0)]
+Least = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Factor = Annotated[float, Field(ge=1.0, allow_inf_nan=False)]
+Part = Annotated[float, Field(gt=0.0, lt=1.0)]
 Taper = Annotated[float, Field(ge=1.0, le=MOST_TAPER)]
-
-
-def _default(text: str, description: str, **limits: Any) -> Any:
-    """Make a field with a default in a user's notation."""
-    return Field(text, description=description, **limits)
 
 
 class Requirements(BaseModel):
@@ -52,41 +56,31 @@ class Requirements(BaseModel):
     `mu0` the ends of its range.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
-    mu0: Annotated[tuple[Size, ...], Kind.NUMBER] = Field(
-        description="Friction coefficients to be measured: '0.2 to 0.4'."
-    )
-    step: Annotated[Size, Kind.LENGTH] = Field(description="Step of the stage: '20 um'.")
-    theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = _default(
-        "1 to 10", "Taper, as made: a value, a list or a range."
-    )
-    length: Annotated[tuple[Size, ...], Kind.LENGTH] = _default(
-        "20 to 200 mm", "Length of the rod: a value, a list or a range."
-    )
-    eta: Annotated[tuple[Height, ...], Kind.NUMBER] = _default(
-        "0.5 to 0.98",
-        "Height in units of the length, or '85 mm': a value, a list or a range.",
-    )
-    diameter: Annotated[tuple[Size, ...], Kind.LENGTH] = _default(
-        "0.1 to 10 mm", "Diameter at the clamp, as sold: a value, a list or a range."
-    )
-    tip: Annotated[float, Kind.LENGTH] = _default(
-        "0.1 mm", "Least diameter of the tip.", ge=0.0, allow_inf_nan=False
-    )
-    safety: float = Field(
-        1.5,
-        ge=1.0,
-        allow_inf_nan=False,
-        description="Least ratio of yield strain to largest strain.",
-    )
-    steps: Size = Field(10.0, description="Least number of steps in a period of sticking.")
-    load: float = Field(
-        0.8, gt=0.0, lt=1.0, description="Largest part of the transducer's range that is used."
-    )
-    spacing: Annotated[Positive, Kind.LENGTH] = Field(
-        np.inf, description="Largest clamp travel between two measurements: '5 mm'."
-    )
+    mu0: Annotated[tuple[Size, ...], Kind.NUMBER]
+    """Friction coefficients to be measured: '0.2 to 0.4'."""
+    step: Annotated[Size, Kind.LENGTH]
+    """Step of the stage: '20 um'."""
+    theta: Annotated[tuple[Taper, ...], Kind.NUMBER] = TAPERS
+    """Taper, as made: a value, a list or a range; by default from 1 to 10."""
+    length: Annotated[tuple[Size, ...], Kind.LENGTH] = LENGTHS
+    """Length of the rod: a value, a list or a range; by default from 20 to 200 mm."""
+    eta: Annotated[tuple[Part, ...], Kind.NUMBER] = HEIGHTS
+    """Height in units of the length, or '85 mm': a value, a list or a range; by default from 0.5
+    to 0.98."""
+    diameter: Annotated[tuple[Size, ...], Kind.LENGTH] = DIAMETERS
+    """Diameter at the clamp, as sold: a value, a list or a range; by default from 0.1 to 10 mm."""
+    tip: Annotated[Least, Kind.LENGTH] = 1e-4
+    """Least diameter of the tip; by default 0.1 mm."""
+    safety: Factor = 1.5
+    """Least ratio of yield strain to largest strain."""
+    steps: Size = 10.0
+    """Least number of steps in a period of sticking."""
+    load: Part = 0.8
+    """Largest part of the transducer's range that is used."""
+    spacing: Annotated[Positive, Kind.LENGTH] = np.inf
+    """Largest clamp travel between two measurements: '5 mm'."""
     setup: Setup
 
     @classmethod
@@ -110,8 +104,9 @@ class Requirements(BaseModel):
         own = {name: keys.pop(name) for name in cls.model_fields if name in keys}
         for name in SIZES:
             if isinstance(own.get(name), str):
-                own[name], tolerance = _apart(name, own[name])
-                keys[TOLERANCES] = tolerance | keys.get(TOLERANCES, {})
+                own[name], tolerance = Measured.read(own[name])
+                if tolerance is not None:
+                    keys[TOLERANCES] = {name: tolerance} | keys.get(TOLERANCES, {})
         own["setup"] = validated(Setup, keys, path, stated)
         return validated(cls, own, path, stated)
 
@@ -166,12 +161,12 @@ class Requirements(BaseModel):
         return found
 
     @cached_property
-    def noise(self) -> tuple[float, ...]:
+    def noise(self) -> FloatArray:
         """Standard deviations of the noise in single readings of force_x, force_y, moment_z, SI."""
         if self.setup.noise is None:
-            return preset(str(self.setup.transducer)).deviation
+            return np.array(preset(str(self.setup.transducer)).deviation)
         parts = channels_of(self.setup.noise, "noise")
-        return tuple(float(in_si(part, kind, "noise")) for part, kind in parts)
+        return np.array([float(in_si(part, kind, "noise")) for part, kind in parts])
 
     @property
     def largest(self) -> tuple[float, float, float]:
@@ -187,7 +182,7 @@ class Requirements(BaseModel):
     @property
     def frictions(self) -> FloatArray:
         """Values of μ0, of the whole range, at which the uncertainty is computed."""
-        return np.linspace(self.mu0[0], self.mu0[-1], FRICTIONS)
+        return np.unique(np.linspace(self.mu0[0], self.mu0[-1], FRICTIONS))
 
     @property
     def given(self) -> bool:
@@ -210,15 +205,5 @@ class Requirements(BaseModel):
 
 
 def _read(text: str, kind: Kind, name: str) -> float:
-    return float(Units().read(text, kind, name) if kind is Kind.NUMBER else in_si(text, kind, name))
-
-
-def _apart(name: str, text: str) -> tuple[str, dict[str, str]]:
-    """Split a value and its tolerance; a list or a range has none."""
-    if PLUS_MINUS.search(text) and ("," in text or " to " in text):
-        raise ArgumentError(
-            f"{name} is a range: state its tolerance separately, as in --tolerance '{name}=1 %', "
-            f"got {text!r}"
-        )
-    given = Measured.read(text)
-    return str(given.value), {} if given.tolerance is None else {name: given.tolerance}
+    read = SI_UNITS.read if kind is Kind.NUMBER else in_si
+    return float(read(text, kind, name))

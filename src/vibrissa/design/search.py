@@ -65,9 +65,7 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
         message = f"the best of {len(rods)} rods that meet all constraints"
         if r.given:
             message = "this rod meets all constraints"
-        return Design(
-            status=DesignStatus.FOUND, message=message, best=rods[0], rods=rods, pairs=pairs
-        )
+        return Design(status=DesignStatus.FOUND, message=message, best=rods[0], rods=rods)
     nearest = rod(*map(int, np.unravel_index(np.nanargmin(most), most.shape)))
     alone = [
         limit.name
@@ -75,7 +73,7 @@ def design(requirements: Requirements, progress: Progress = quiet) -> Design:
         if (np.delete(use, i, axis=1).max(axis=1) <= 1.0 + ROUNDING).any()
     ]
     message = _violated(nearest, alone)
-    return Design(status=DesignStatus.NONE, message=message, best=nearest, rods=[], pairs=pairs)
+    return Design(status=DesignStatus.NONE, message=message, best=nearest, rods=[])
 
 
 def _solved(r: Requirements, progress: Progress) -> list[Pair]:

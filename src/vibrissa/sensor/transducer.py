@@ -3,51 +3,45 @@
 force_x is its Fx, force_y its Fz (along the unbent rod), moment_z that about the plane's normal.
 """
 
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from vibrissa.errors import ArgumentError
 from vibrissa.numerics.arrays import BoolArray, FloatArray
-from vibrissa.sensor.cards import is_card, read_card
-from vibrissa.sensor.quantities import Units, channels_of, in_si
+from vibrissa.sensor.cards import Card
+from vibrissa.sensor.quantities import CHANNEL_KINDS, Units
 
 CHANNELS = ("force_x", "force_y", "moment_z")
 
+Size = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Most = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
-@dataclass(frozen=True, kw_only=True)
-class Transducer:
+
+class Transducer(Card):
     """A force-torque transducer; triples are force_x (N), force_y (N), moment_z (N·m).
 
     Attributes
     ----------
-    name, source : str
-        Description, and the source of the values.
     limit : tuple of float
         Largest magnitude that it measures.
     resolution : tuple of float
         Step of its reading; 0 for none.
     noise : tuple of float
-        Standard deviation of the normal noise of one reading.
+        Standard deviation of the normal noise of one reading; by default one step.
     """
 
-    name: str
-    source: str
-    limit: tuple[float, float, float]
-    resolution: tuple[float, float, float]
-    noise: tuple[float, float, float]
+    limit: Annotated[tuple[Most, Most, Most], CHANNEL_KINDS]
+    resolution: Annotated[tuple[Size, Size, Size], CHANNEL_KINDS]
+    noise: Annotated[tuple[Size, Size, Size], CHANNEL_KINDS]
 
-    def __post_init__(self) -> None:
-        """Refuse values that no transducer has."""
-        for name in ("limit", "resolution", "noise"):
-            values = getattr(self, name)
-            if not (np.all(np.asarray(values) >= 0.0) and np.all(np.isfinite(values))):
-                raise ArgumentError(f"{name} of a transducer must not be negative, got {values!r}")
-        if not min(self.limit) > 0.0:
-            raise ArgumentError(f"limit of a transducer must be positive, got {self.limit!r}")
+    @model_validator(mode="before")
+    @classmethod
+    def _default_noise(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        return {"noise": given.get("resolution", ""), **given}
 
     def measured(self, reactions: FloatArray, generator: np.random.Generator) -> FloatArray:
         """Simulate the readings of a series of clamp reactions.
@@ -87,8 +81,11 @@ def transducer_of(given: Transducer | str, units: Units) -> Transducer:
     return preset(given) if isinstance(given, str) else given
 
 
+PRESETS = Transducer.presets(Path(__file__).with_name("transducers.toml"))
+
+
 def preset(name: str) -> Transducer:
-    """Return a transducer by the name of a preset or the path of a file.
+    """Return a transducer by its name.
 
     Parameters
     ----------
@@ -104,36 +101,4 @@ def preset(name: str) -> Transducer:
     ArgumentError
         If there is no such preset or file.
     """
-    if is_card(name):
-        path = Path(name)
-        keys = ("limit", "resolution"), ("name", "source", "noise")
-        return _of_card(read_card(path, *keys), path.stem, name)
-    if name.lower() not in PRESETS:
-        raise ArgumentError(
-            f"transducer must be one of {', '.join(PRESETS)}, or a file .toml, got {name!r}"
-        )
-    return PRESETS[name.lower()]
-
-
-def _of_card(card: Mapping[str, str], name: str, where: str) -> Transducer:
-    """Read a transducer from texts; without a noise it is one step of the resolution."""
-
-    def channels(key: str) -> tuple[float, float, float]:
-        parts = channels_of(card[key], f"{where}: {key}")
-        x, y, z = (float(in_si(text.strip(), kind, f"{where}: {key}")) for text, kind in parts)
-        return x, y, z
-
-    return Transducer(
-        name=card.get("name", name),
-        source=card.get("source", where),
-        limit=channels("limit"),
-        resolution=channels("resolution"),
-        noise=channels("noise" if "noise" in card else "resolution"),
-    )
-
-
-_FILE = Path(__file__).with_name("transducers.toml")
-PRESETS = {
-    name: _of_card(card, name, _FILE.name)
-    for name, card in tomllib.loads(_FILE.read_text(encoding="utf-8")).items()
-}
+    return Transducer.named(name, PRESETS)
