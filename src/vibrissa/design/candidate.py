@@ -44,6 +44,9 @@ class Candidate:
 
     Attributes
     ----------
+    requirements : Requirements
+    pair : Pair
+        The pair (θ, η) of the rod.
     diameter, length : float
         Its size (m).
     """
