@@ -57,20 +57,6 @@ def test_the_best_of_all_is_chosen_and_each_meets_all_constraints(best):
 
 
 @pytest.mark.slow
-def test_the_picture_shows_the_uncertainty_and_where_rods_are(best):
-    left, right, *_ = best.plot().axes
-    drawn = {line.get_label(): line.get_ydata() for line in left.lines}
-    assert list(drawn) == ["whole", "by the step", "by the noise", "by the tolerances"]
-    assert (drawn["whole"] == best.best.whole).all() and (
-        left.lines[0].get_xdata() == best.best.requirements.frictions
-    ).all()
-    (dots,) = right.collections
-    # What is drawn last is seen.
-    assert dots.get_array()[-1] == best.best.largest and len(dots.get_array()) == len(best.rods)
-    assert list(dots.get_offsets()[-1]) == [best.best.theta, best.best.eta]
-
-
-@pytest.mark.slow
 def test_the_best_of_each_taper_is_told_with_what_it_costs(best):
     by_taper = {other.theta: other for other in best.alternatives}
     assert by_taper[best.best.theta].largest == best.best.largest

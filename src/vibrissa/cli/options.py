@@ -12,6 +12,7 @@ import typer
 from pydantic.fields import FieldInfo
 
 from vibrissa.errors import ArgumentError
+from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.series import STANDARD, Tabular, check_ending, write
 from vibrissa.sensor.setup import TOLERANCES, Setup
 from vibrissa.sensor.tolerances import EXACT
@@ -108,8 +109,9 @@ def _options(panels: Panels, fields: Mapping[str, FieldInfo], file: str) -> dict
 
 def _annotation(name: str, field: FieldInfo, panel: str) -> Any:
     """Describe an option by its field; pydantic validates its value."""
-    default = field.default if isinstance(field.default, str | float) else None
-    shown = str(default) if default not in (None, 0.0, float("inf")) else False
+    # What is measured is described in the units that a user writes.
+    measured = any(isinstance(mark, Kind) for mark in field.metadata)
+    shown = str(field.default) if isinstance(field.default, str | float) and not measured else False
     written = f"--{(field.alias or name).replace('_', '-')}"
     if get_origin(field.annotation) is dict:  # each time one of its keys
         pairs = option(f"{field.description}", panel, written.removesuffix("s"))

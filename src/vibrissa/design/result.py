@@ -3,19 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibrissa.design.candidate import Candidate
 from vibrissa.design.limits import Limit
-from vibrissa.extras import require
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.series import Column, Tabular
 from vibrissa.sensor.tolerances import told
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 # By this much a limit may be exceeded, as numbers are rounded.
 ROUNDING = 1e-9
@@ -145,31 +140,6 @@ class Design(Tabular):
                 rows.append((one.name, given, f"{one.halved:.0%}"))
         head = "measure first: halving a tolerance lowers the uncertainty by"
         return [head, *_aligned(rows)] if rows else []
-
-    def plot(self) -> "Figure":
-        """Draw the uncertainty over μ0, and the pairs (θ, η) of all rods."""
-        require("plots", "matplotlib")
-        from matplotlib.figure import Figure
-
-        figure, best = Figure(figsize=(9.0, 3.6), layout="constrained"), self.best
-        left, right = figure.subplots(1, 2)
-        mu0 = best.requirements.frictions
-        left.plot(mu0, best.whole, label="whole")
-        left.plot(mu0, best.by_step, label="by the step")
-        left.plot(mu0, best.by_reading, label="by the noise")
-        left.plot(mu0, best.by_tolerances, label="by the tolerances")
-        left.set(xlabel="static friction μ0", ylabel="uncertainty of μ0", ylim=(0.0, None))
-        left.legend()
-        if self.rods:
-            # The best of a pair is drawn last, over the others.
-            rods = [(rod.theta, rod.eta, rod.largest) for rod in self.rods[::-1]]
-            theta, eta, largest = np.array(rods).T
-            dots = right.scatter(theta, eta, c=largest, norm="log", s=18)
-            figure.colorbar(dots, ax=right, label="largest uncertainty of μ0")
-        right.plot(best.theta, best.eta, "*", color="C3", markersize=12, label="the rod")
-        right.legend(loc="lower right")
-        right.set(xlabel="taper θ", ylabel="height η / L")
-        return figure
 
     def columns(self) -> dict[str, Column]:
         """One row with units: the rod, its uncertainty and its constraints."""
