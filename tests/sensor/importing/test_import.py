@@ -231,7 +231,6 @@ FORCE = {"force_x": "Fx [N]"}
             {"speed": "1 mm", "rate": "-1 Hz"},
             ["speed must be a speed", "rate: input should be greater"],
         ),
-        (TITLED, {"rate": "1 Hz", "speed": "1 mm/s"}, ["time is given twice: as a column"]),
         ({"force_x": "Fx"}, {"turn": "1 deg"}, ["Fx has no unit", "there is no column force_y"]),
         (TITLED, {"moment_origin": "1 mm"}, ["moment_origin must be two values"]),
         (TITLED, {"begin": "4"}, ["from must be a time or a clamp position"]),

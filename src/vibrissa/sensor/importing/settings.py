@@ -114,11 +114,8 @@ class Settings(BaseModel):
 
     @model_validator(mode="after")
     def _check_together(self) -> Self:
-        for name in self.column:
-            if name not in KINDS:
-                raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {name!r}")
-            if name in self.made:
-                raise ArgumentError(f"{name} is given twice: as a column and by its rate or speed")
+        if unknown := self.column.keys() - KINDS.keys():
+            raise ArgumentError(f"column must be one of {', '.join(KINDS)}, got {unknown.pop()!r}")
         ends = [place.column for place in (self.from_, self.to) if place is not None]
         if self.speed is not None and ends != ["time", "time"]:
             raise ArgumentError(
