@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -17,6 +16,8 @@ from vibrissa.errors import ArgumentError, RecordingError
 from vibrissa.sensor import Units, Whisker, identify, scan, series, solve, surfaces
 from vibrissa.sensor.quantities import Kind
 from vibrissa.sensor.strain import strains_in, yields
+
+SILENT = {"resolution": (0, 0, 0), "noise": (0, 0, 0)}
 
 
 @pytest.fixture(scope="module")
@@ -163,7 +164,7 @@ def test_a_data_frame_is_identified_as_the_command_identifies_its_file(whisker, 
         ({"noise": "3 mN, -3 mN, 1 uN*m"}, "noise must be three values, none negative, not all 0,"),
         ({"noise": "0 N, 0 N, 0 N*m"}, "not all 0, got '0 N, 0 N, 0 N.m'"),
         ({"noise": [np.nan, 1.0, 1.0]}, "noise must be three values, none negative"),
-        ({"transducer": replace(SENSOR, resolution=(0, 0, 0), noise=(0, 0, 0))}, "not all 0, got"),
+        ({"transducer": SENSOR.model_copy(update=SILENT)}, "not all 0, got"),
     ],
 )
 def test_impossible_arguments_are_refused(whisker, signals, asked, message):
